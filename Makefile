@@ -1,0 +1,35 @@
+# Two commands matter: `make demo` and `make test`. Both build .venv first.
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+
+.PHONY: demo test lint bench clean
+
+demo: $(VENV)/.base
+	$(BIN)/cvxupdate run problems/structure_a/problem.toml --out out/structure_a
+	@echo "Open out/structure_a/report.html"
+
+test: $(VENV)/.test
+	$(BIN)/python -m pytest -n auto
+
+lint: $(VENV)/.test
+	$(BIN)/ruff check cvxupdate tests examples
+	$(BIN)/mypy
+
+bench: $(VENV)/.test
+	$(BIN)/python -m pytest tests/benchmarks --override-ini=addopts= -q --import-mode=importlib -s
+
+$(VENV)/bin/python:
+	$(PYTHON) -c "import sys; sys.exit('cvxupdate needs Python 3.11 or newer; run make PYTHON=python3.11') if sys.version_info < (3, 11) else None"
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.base: $(VENV)/bin/python pyproject.toml
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[formats]"
+	touch $@
+
+$(VENV)/.test: $(VENV)/bin/python pyproject.toml
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[test]"
+	touch $@ $(VENV)/.base
+
+clean:
+	rm -rf $(VENV) out .pytest_cache .mypy_cache .ruff_cache
