@@ -1,0 +1,181 @@
+"""FRFs in, modes with standard deviations out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.errors import RecordingError
+from cvxupdate.recordings.convert import derivatives
+from cvxupdate.recordings.identify.lsfd import LinearFit
+from cvxupdate.recordings.identify.model import (
+    Roots,
+    check_damping,
+    frequency_and_damping,
+    pinned,
+    pole_from_value,
+    value_from_pole,
+)
+from cvxupdate.recordings.identify.plscf import plscf
+from cvxupdate.recordings.identify.refine import Setting, refine
+from cvxupdate.recordings.identify.result import IdentifiedModes
+from cvxupdate.recordings.identify.selection import select
+from cvxupdate.recordings.identify.stabilisation import Criteria, Stabilisation, stabilisation
+from cvxupdate.recordings.identify.uncertainty import deviations, line_correlation, reduced_chi_square
+from cvxupdate.recordings.types import Complex, FrequencyResponse, Real
+
+
+def part_of(roots: Roots, keep: NDArray[np.bool_] | NDArray[np.int64]) -> Roots:
+    """Some of the modes."""
+    return Roots(roots.value[keep], roots.participation[keep], roots.damping)
+
+
+def _weights(H: Complex, variance: Real | None) -> Real:
+    """One over the standard deviation of a real or imaginary part, (lines, outputs, inputs).
+
+    Without a variance: one over the r.m.s. of each FRF (scaled later by the misfit). A variance that came from few
+    averages can be tiny by chance; it is not let fall below a tenth of its running median over eleven lines.
+    """
+    if variance is None:
+        level = np.sqrt(np.mean(np.abs(H) ** 2, axis=0, keepdims=True))
+        return np.broadcast_to(np.sqrt(2.0) / np.where(level > 0.0, level, np.inf), H.shape).copy()
+    reach = np.clip(np.arange(H.shape[0])[:, None] + np.arange(-5, 6), 0, H.shape[0] - 1)
+    finite = np.where(np.isfinite(variance), variance, np.nan)
+    with np.errstate(all="ignore"):
+        running = np.nanmedian(finite[reach], axis=1)
+    floor = np.maximum(0.1 * running, 1e-16 * np.mean(np.abs(H) ** 2, axis=0))
+    safe = np.maximum(np.where(np.isfinite(variance), variance, np.inf), np.where(np.isfinite(floor), floor, np.inf))
+    return np.asarray(np.sqrt(2.0 / safe))
+
+
+def _reweighted(s: Setting, fit: LinearFit) -> Setting:
+    """Unknown variance: that of each FRF from its own misfit (never below rounding of the FRF itself)."""
+    floor = 1e-24 * np.mean(np.abs(s.H) ** 2, axis=0)
+    variance = np.mean(np.abs(fit.misfit) ** 2, axis=0)
+    # an FRF must not rule the fit because its misfit happens to be small
+    variance = np.maximum(np.maximum(variance, 0.1 * np.median(variance, axis=0)), floor)
+    variance = np.where(variance > 0.0, variance, np.inf)
+    return replace(s, weights=np.broadcast_to(np.sqrt(2.0 / variance), s.H.shape).copy())
+
+
+def _parameters(s: Setting, modes: int) -> tuple[int, int]:
+    """Real parameters of one mode, and of the whole model."""
+    _, outputs, inputs = s.H.shape
+    one = 2 * outputs + 2 + 2 * (inputs - 1)
+    return one, one * modes + sum(s.residuals) * outputs * inputs
+
+
+def _pruned(s: Setting, roots: Roots, fit: LinearFit, iterations: int) -> tuple[Roots, LinearFit]:
+    """Drop modes one by one, weakest first, while Bayes' information criterion gets better without them."""
+    while roots.value.size:
+        one, every = _parameters(s, roots.value.size)
+        scale = max(reduced_chi_square(s, fit, every), 1e-300)
+        weakest = int(np.argmin(fit.gain))
+        if fit.gain[weakest] / scale > one * np.log(2.0 * s.H.size):
+            break
+        roots, fit = refine(s, part_of(roots, np.delete(np.arange(roots.value.size), weakest)), iterations=iterations)
+    return roots, fit
+
+
+def _within(roots: Roots, band: tuple[float, float]) -> NDArray[np.bool_]:
+    f, _ = frequency_and_damping(roots.value, roots.damping)
+    return np.asarray((f >= band[0]) & (f <= band[1]))
+
+
+def identify_modes(
+    frf: FrequencyResponse,
+    band: tuple[float, float] | None = None,
+    *,
+    max_order: int = 60,
+    damping: str = "viscous",
+    residuals: tuple[bool, bool] = (True, True),
+    criteria: Criteria | None = None,
+    iterations: int = 20,
+    added_decay: float = 0.0,
+) -> IdentifiedModes:
+    """Modes of a set of FRFs, all references at once, with their standard deviations.
+
+    pLSCF for all orders up to ``max_order`` → stabilisation diagram → clusters (`selection`) → shapes by LSFD →
+    maximum-likelihood refinement weighted by the variance (`refine`) → modes that do not pay for their parameters
+    dropped (Bayes' information criterion) → covariance (`uncertainty`).
+
+    Parameters
+    ----------
+    frf : receptance, mobility or accelerance, with its variance where known; without one the misfit stands in.
+    band : (lowest, highest) Hz to fit; default all lines above 0 Hz.
+    damping : ``"viscous"`` or ``"hysteretic"``. residuals : fit the (lower, upper) residual terms.
+    criteria : see `stabilisation.Criteria`. iterations : of the refinement; 0 leaves the pLSCF poles.
+    added_decay : 1/s of the exponential window that all channels carried; taken out of the poles (not out of the FRF).
+
+    The deviations count correlated lines once (`line_correlation`) and grow with the root of chi-square where the
+    model misfits.
+
+    Raises
+    ------
+    RecordingError
+        When the damping model is unknown, the FRFs are not motions per force, or the band holds too few lines.
+    """
+    check_damping(damping)
+    c = criteria if criteria is not None else Criteria()
+    order = derivatives(frf.quantity)
+    low, high = band if band is not None else (0.0, np.inf)
+    inside = (frf.frequency >= low) & (frf.frequency <= high) & (frf.frequency > 0.0)
+    f, H = frf.frequency[inside], np.asarray(frf.H[inside], dtype=np.complex128)
+    inputs = H.shape[2]
+    top = min(max_order, 2 * f.size // (inputs + 1) - 1, f.size // 2)
+    if top < 4:
+        raise RecordingError(f"{frf.origin.name}: {f.size} lines between {low:g} and {high:g} Hz are too few to "
+                             "identify modes; widen the band or record with a finer resolution")
+    known = frf.variance is not None and bool(np.any(np.isfinite(frf.variance[inside])))
+    variance = frf.variance[inside] if known and frf.variance is not None else None
+    s = Setting(f, H, _weights(H, variance), order, residuals)
+    sets = plscf(f, H, orders=np.arange(2, top + 1), weights=_output_weights(s.weights))
+    edge = 0.02 * (f[-1] - f[0])
+    diagram = stabilisation(sets, (max(f[0] - edge, 1e-6), f[-1] + edge), c)
+    chosen = select(diagram, c)
+    start = Roots(value_from_pole(chosen.value, damping), chosen.participation, damping)
+    roots, fit = refine(s, start, iterations=0)
+    if variance is None:
+        s = _reweighted(s, fit)
+    roots, fit = _pruned(s, *refine(s, roots, iterations=0), iterations=0)
+    roots, fit = _pruned(s, *refine(s, roots, iterations=iterations), iterations=iterations)
+    if variance is None and iterations:
+        s = _reweighted(s, fit)
+        roots, fit = refine(s, roots, iterations=iterations)
+    return _result(frf, s, roots, fit, diagram, (float(f.min()), float(f.max())), added_decay, known)
+
+
+def _output_weights(weights: Real) -> Real:
+    """One weight per line and output: the harmonic mean of the variances over the references."""
+    return np.asarray(1.0 / np.sqrt(np.mean(1.0 / np.maximum(weights, 1e-300) ** 2, axis=2)))
+
+
+def _result(
+    frf: FrequencyResponse, s: Setting, roots: Roots, fit: LinearFit, diagram: Stabilisation,
+    band: tuple[float, float], added_decay: float, known: bool,
+) -> IdentifiedModes:
+    _, free_mask = pinned(roots.participation)
+    free = np.asarray(free_mask, dtype=bool)
+    chi = reduced_chi_square(s, fit, _parameters(s, roots.value.size)[1])
+    correlation = line_correlation(s, fit)
+    dev = deviations(s, roots, fit, free, correlation * (max(chi, 1.0) if known else chi))
+    rank = np.argsort(frequency_and_damping(roots.value, roots.damping)[0])
+    inside = rank[_within(roots, band)[rank]]
+    outside = rank[~_within(roots, band)[rank]]
+    top = np.argmax(np.abs(fit.shapes), axis=1)
+    size = fit.shapes[np.arange(roots.value.size), top][:, None]
+    shapes, participation = fit.shapes / size, roots.participation * size
+    poles = pole_from_value(roots.value, roots.damping) + added_decay
+    f, zeta = frequency_and_damping(value_from_pole(poles, roots.damping), roots.damping)
+    return IdentifiedModes(
+        origin=frf.origin, frequency=f[inside], frequency_std=dev.frequency[inside], damping=zeta[inside],
+        damping_std=dev.damping[inside], poles=poles[inside], shapes=shapes[inside],
+        shape_std=np.hypot(dev.shape_real, dev.shape_imag)[inside], shape_std_real=dev.shape_real[inside],
+        shape_std_imag=dev.shape_imag[inside], participation=participation[inside], lower=fit.lower, upper=fit.upper,
+        damping_model=roots.damping, quantity=frf.quantity, responses=frf.responses, references=frf.references,
+        auxiliary=(poles[outside], shapes[outside], participation[outside]), stabilisation=diagram,
+        chi_square=chi if known else float("nan"), line_correlation=correlation,
+        rest=float(np.linalg.norm(fit.misfit)) / max(float(np.linalg.norm(s.H)), 1e-300), added_decay=added_decay,
+    )
