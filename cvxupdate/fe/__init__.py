@@ -1,1 +1,1 @@
-"""fe."""
+"""The finite-element layer: elements, assembly, parameters, natural modes."""

@@ -1,0 +1,81 @@
+"""The twelve-DOF prismatic beam in local axes, split by coefficient (Przemieniecki 1968, derived here from shape functions)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from cvxupdate.fe.elements.base import Real, Term, Values, rotate
+from cvxupdate.fe.hermite import unit_matrices
+from cvxupdate.fe.sections import Section, section_constants
+from cvxupdate.fe.triads import line_triads
+
+# Places of (w₁, ψ₁, w₂, ψ₂) among the twelve local DOFs, and the sign of the rotation: θz = dv/dx, θy = −dw/dx.
+_PLANES = {"z": ((1, 5, 7, 11), 1.0), "y": ((2, 4, 8, 10), -1.0)}
+
+
+def beam_terms(xyz: Real, orientation: Real, planes: tuple[str, ...], lumped: bool, rotary_inertia: bool, torsion: bool) -> tuple[Term, ...]:
+    """All terms of a beam, (e, 12, 12), in global axes.
+
+    ``planes`` names the bending axes that carry stiffness ("y": bending about local y, "z": about local z).
+    """
+    e = len(xyz)
+    L = np.linalg.norm(xyz[:, 1] - xyz[:, 0], axis=1)
+    triads = line_triads(xyz, orientation)
+    terms: list[Term] = []
+
+    def add(matrix: str, coefficient: str, places: tuple[int, ...], local: Real) -> None:
+        full = np.zeros((e, 12, 12))
+        full[np.ix_(range(e), places, places)] = local
+        terms.append(Term(matrix, coefficient, rotate(full, triads, 4)))
+
+    axial, linear = np.array([[1.0, -1.0], [-1.0, 1.0]]), np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
+    half = np.eye(2) / 2.0
+    add("K", "EA", (0, 6), axial / L[:, None, None])
+    add("M", "rhoA", (0, 6), (half if lumped else linear) * L[:, None, None])
+    if torsion:
+        add("K", "GJ", (3, 9), axial / L[:, None, None])
+        if rotary_inertia or lumped:
+            add("M", "rhoIp", (3, 9), (half if lumped else linear) * L[:, None, None])
+    unit = unit_matrices()
+    for axis in planes:
+        places, sign = _PLANES[axis]
+        S = np.ones((e, 4))
+        S[:, 1::2] = sign * L[:, None]
+        SS = S[:, :, None] * S[:, None, :]
+        for power in (0, 1):
+            add("K", f"EI{axis}.{power}", places, SS * unit[f"K{power}"] / L[:, None, None] ** 3)
+        for power in (0, 1, 2):
+            add("K", f"N{axis}.{power}", places, SS * unit[f"G{power}"] / L[:, None, None])
+        if lumped:
+            add("M", "rhoA", places, SS * np.diag([1 / 2, 1 / 24, 1 / 2, 1 / 24]) * L[:, None, None])
+            continue
+        for power in (0, 1, 2):
+            add("M", f"rhoA{axis}.{power}", places, SS * unit[f"M{power}"] * L[:, None, None])
+            if rotary_inertia:
+                add("M", f"rhoI{axis}.{power}", places, SS * unit[f"R{power}"] / L[:, None, None])
+    return tuple(terms)
+
+
+def beam_coefficients(section: Section, p: Mapping[str, Values]) -> dict[str, Values]:
+    """Scalars of `beam_terms`.
+
+    ``shear`` scales Φ = 12 E I / (κ G A L²): 0 is Euler–Bernoulli, 1 Timoshenko with the shear coefficient ``kappa``;
+    ``N`` is an axial preload in newtons, tension positive.
+    """
+    c = section_constants(section, p)
+    E, rho = p["E"], p["rho"]
+    G = E / (2.0 * (1.0 + p["nu"]))
+    out: dict[str, Values] = {"EA": E * c["A"], "rhoA": rho * c["A"], "GJ": G * c["J"], "rhoIp": rho * (c["Iy"] + c["Iz"])}
+    for axis in ("y", "z"):
+        I = c["I" + axis]
+        phi = p["shear"] * 12.0 * E * I / (p["kappa"] * G * c["A"] * p["length"] ** 2)
+        for power in (0, 1):
+            out[f"EI{axis}.{power}"] = E * I * phi**power / (1.0 + phi)
+        for power in (0, 1, 2):
+            share = phi**power / (1.0 + phi) ** 2
+            out[f"N{axis}.{power}"] = p["N"] * share
+            out[f"rhoA{axis}.{power}"] = rho * c["A"] * share
+            out[f"rhoI{axis}.{power}"] = rho * I * share
+    return out

@@ -1,0 +1,82 @@
+"""A block: many elements of one type, their matrices and derivatives as batches of small arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.fe.elements.base import Element, Real, Term, Values
+
+Index = NDArray[np.int64]
+
+# Every element has these besides its own: factors for the p-values of (3.22), loss factor, and Rayleigh's two coefficients.
+COMMON = {"stiffness": 1.0, "mass": 1.0, "damping": 1.0, "eta": 0.0, "alpha": 0.0, "beta": 0.0}
+STEP = 1e-30  # of complex-step differentiation: exact to rounding, no subtraction takes place
+
+
+@dataclass(frozen=True)
+class Block:
+    """Elements of one type.
+
+    ``ids`` (n,), ``groups`` n names, ``dofs`` (n, d) places among the free DOFs (−1: fixed), ``direction`` the DOF kind of each
+    column (0..5 = x..rz), (1, d) where all elements agree, else (n, d), ``terms`` geometric factors (g, d, d), ``geometry`` (n,) which of the g factors an element uses,
+    ``properties`` one value per element.
+    """
+
+    kind: Element
+    ids: Index
+    groups: tuple[str, ...]
+    dofs: Index
+    direction: Index
+    terms: tuple[Term, ...]
+    geometry: Index
+    properties: Mapping[str, Real]
+
+    def scalars(self, properties: Mapping[str, Values]) -> list[tuple[str, int, Values]]:
+        """(matrix, term, factor (elements,)) for K, M, C and D.
+
+        The p-values of stiffness, mass and damping are independent (3.22): a stiffness p-value leaves D alone, while a physical
+        parameter (E, I, h …) carries the loss factor with it.
+        """
+        c = self.kind.coefficients(properties)
+        p = properties
+        lossy, rayleigh_m, rayleigh_k = (bool(np.any(p[k] != 0.0)) for k in ("eta", "alpha", "beta"))
+        out: list[tuple[str, int, Values]] = []
+        for i, term in enumerate(self.terms):
+            v = c[term.coefficient]
+            if term.matrix == "K":
+                out.append(("K", i, p["stiffness"] * v))
+                if lossy:
+                    out.append(("D", i, p["damping"] * p["eta"] * v))
+                if rayleigh_k:
+                    out.append(("C", i, p["damping"] * p["beta"] * v))
+            elif term.matrix == "M":
+                out.append(("M", i, p["mass"] * v))
+                if rayleigh_m:
+                    out.append(("C", i, p["damping"] * p["alpha"] * v))
+            else:
+                out.append((term.matrix, i, p["damping"] * v))
+        return out
+
+    def combine(self, scalars: list[tuple[str, int, Any]], rows: Index | None = None) -> dict[str, NDArray[Any]]:
+        """Element matrices {"K": (e, d, d), …} from scalars of all elements or of ``rows``."""
+        geometry = self.geometry if rows is None else self.geometry[rows]
+        out: dict[str, NDArray[Any]] = {}
+        for matrix, i, factor in scalars:
+            values = self.terms[i].values
+            shared = values[0][None] if len(values) == 1 else values[geometry]
+            part = factor[:, None, None] * shared
+            out[matrix] = out[matrix] + part if matrix in out else part
+        return out
+
+    def derivative(self, properties: Mapping[str, Values], rows: Index, names: tuple[str, ...], scales: Real) -> dict[str, Real]:
+        """d(element matrices)/dp of ``rows`` where property names[i] moves by scales[i] · p; each (r, d, d), zero ones left out."""
+        local: dict[str, Values] = {k: v[rows].astype(complex) for k, v in properties.items()}
+        for name, scale in zip(names, scales, strict=True):
+            local[name] = local[name] + 1j * STEP * scale
+        parts = [(m, i, np.imag(f) / STEP) for m, i, f in self.scalars(local)]
+        return self.combine([(m, i, f) for m, i, f in parts if np.any(f != 0.0)], rows)

@@ -1,0 +1,284 @@
+"""Spec → Model: the text of a problem file becomes blocks, DOFs and parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from cvxupdate.errors import ModelError
+from cvxupdate.fe.block import COMMON, Block, Index
+from cvxupdate.fe.elements import Beam2D, Beam3D, Dashpot, Entries, Mass, Plate, Rod, Spring, Term
+from cvxupdate.fe.elements.base import Element, Real
+from cvxupdate.fe.elements.matrix import read_matrix, split
+from cvxupdate.fe.model import KINDS, Model
+from cvxupdate.fe.parameters import Parameter
+from cvxupdate.fe.sections import Circle, General, Rectangle, Section
+from cvxupdate.fe.select import select_parameters
+from cvxupdate.spec import Spec, expand_parameters
+from cvxupdate.spec import elements as se
+from cvxupdate.spec import model as sm
+
+SHEAR_COEFFICIENT = {"rectangle": 5.0 / 6.0, "circle": 0.9, "general": 5.0 / 6.0}  # kappa where the file gives none
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """Rows of one element class, before their DOFs are numbered."""
+
+    kind: Element
+    ids: list[int]
+    groups: list[str]
+    nodes: list[tuple[int, ...]]
+    orientation: list[tuple[float, float, float]]
+    properties: dict[str, list[float]]
+
+
+def build_model(spec: Spec) -> Model:
+    """The model of a problem file, with its parameters (none where there is no [update] table).
+
+    Raises
+    ------
+    ModelError
+        For anything that only geometry or matrices show: zero length, a plate that is no rectangle, an unreadable matrix.
+    """
+    text = spec.model
+    position = {n.id: i for i, n in enumerate(text.nodes)}
+    xyz = np.array([[n.x, n.y, n.z] for n in text.nodes], dtype=float).reshape(-1, 3)
+    active = tuple(k for k in KINDS if k in text.dofs)
+    batches = list(_batches(text, active))
+    given = list(_given(text, spec))
+    place, node_ids, xyz, labels = _number(text, position, xyz, active, batches, given)
+    blocks = [_block(b, text, position, xyz, active, place) for b in batches]
+    blocks += _given_blocks(given, position, place, _loss(text))
+    dof_node = np.array([node for node, _ in labels], dtype=np.int64)
+    dof_kind = np.array([kind for _, kind in labels], dtype=np.int64)
+    names = tuple(f"n{node_ids[n]}.{KINDS[k]}" for n, k in labels)
+    damping = text.damping
+    zeta: tuple[float, ...] = ()
+    if isinstance(damping, sm.ModalDamping):
+        zeta = damping.zeta if isinstance(damping.zeta, tuple) else (damping.zeta,)
+    model = Model(names, node_ids, xyz, dof_node, dof_kind, tuple(blocks), (), zeta)
+    return model.with_parameters(parameters_of(spec, model))
+
+
+def parameters_of(spec: Spec, model: Model) -> tuple[Parameter, ...]:
+    """The parameters that the [update] table of ``spec`` asks for, on the elements of ``model``."""
+    if spec.update is None:
+        return ()
+    bounds = spec.constraints.bounds
+    lower = bounds.lower if bounds is not None and bounds.lower is not None else -np.inf
+    upper = bounds.upper if bounds is not None and bounds.upper is not None else np.inf
+    return select_parameters(expand_parameters(spec.model, spec.update.parameters), model, lower, upper)
+
+
+def _batches(text: sm.Model, active: tuple[str, ...]) -> Iterable[_Batch]:
+    """Rows gathered by element class: one batch for each (type, options, section shape, DOF)."""
+    found: dict[Any, _Batch] = {}
+    for block in text.elements:
+        if isinstance(block, se.MatrixBlock):
+            continue
+        for row in block.rows:
+            for kind in _kinds(block, row, text, active):
+                batch = found.setdefault(kind, _Batch(kind, [], [], [], [], {}))
+                batch.ids.append(row.id)
+                batch.groups.append(row.group or "")
+                batch.nodes.append(row.nodes)
+                batch.orientation.append(getattr(row, "orientation", None) or (0.0, 0.0, 0.0))
+                for name, value in _properties(row, kind, text).items():
+                    batch.properties.setdefault(name, []).append(value)
+    return found.values()
+
+
+def _kinds(block: Any, row: Any, text: sm.Model, active: tuple[str, ...]) -> list[Element]:
+    if isinstance(row, se.SpringRow):
+        return [Spring(d, len(row.nodes)) for d in row.directions]
+    if isinstance(row, se.DashpotRow):
+        return [Dashpot(d, len(row.nodes)) for d in row.directions]
+    if isinstance(row, se.MassRow):
+        return [Mass()]
+    if isinstance(row, se.PlateRow):
+        return [Plate(block.mass)]
+    section = _section(text.sections[row.section])
+    if block.type == "rod":
+        return [Rod(section, block.mass)]
+    if block.type == "beam2d":
+        return [Beam2D(section, "xz" if "ry" in active and "rz" not in active else "xy", block.mass, block.rotary_inertia)]
+    return [Beam3D(section, block.mass, block.rotary_inertia)]
+
+
+def _section(text: Any) -> Section:
+    known: dict[str, Section] = {"rectangle": Rectangle(), "circle": Circle(), "general": General()}
+    return known[text.shape]
+
+
+def _loss(text: sm.Model) -> dict[str, float]:
+    damping = text.damping
+    if isinstance(damping, sm.StructuralDamping):
+        return {"eta": damping.eta}
+    if isinstance(damping, sm.RayleighDamping):
+        return {"alpha": damping.alpha, "beta": damping.beta}
+    return {}
+
+
+def _properties(row: Any, kind: Element, text: sm.Model) -> dict[str, float]:
+    out = {**COMMON, **_loss(text)}
+    if isinstance(row, se.SpringRow):
+        return {**out, "k": row.k}
+    if isinstance(row, se.DashpotRow):
+        return {**out, "c": row.c}
+    if isinstance(row, se.MassRow):
+        return {**out, "m": row.m, "Ixx": row.Ixx, "Iyy": row.Iyy, "Izz": row.Izz}
+    material, section = text.materials[row.material], text.sections[row.section]
+    if material.eta is not None:
+        out["eta"] = material.eta
+    nu = material.nu if material.G is None else material.E / (2.0 * material.G) - 1.0
+    out |= {"E": material.E, "nu": nu, "rho": material.rho}
+    if isinstance(section, sm.PlateSection):
+        return {**out, "thickness": section.thickness, "Dx": section.Dx, "Dy": section.Dy, "D1": section.D1, "Dxy": section.Dxy}
+    out |= {"A": 1.0, "Iy": 1.0, "Iz": 1.0, "J": 1.0, "N": 0.0, "shear": 0.0, "kappa": SHEAR_COEFFICIENT[section.shape]}
+    if isinstance(section, sm.Rectangle):
+        return {**out, "width": section.width, "height": section.height}
+    if isinstance(section, sm.Circle):
+        return {**out, "diameter": section.diameter, "wall": section.wall or 0.0}
+    return {**out, "A": section.A, "Iy": section.Iy or 0.0, "Iz": section.Iz or 0.0, "J": section.J or 0.0}
+
+
+@dataclass(frozen=True)
+class _Given:
+    """One matrix of a matrix row: which of K, M, C, D, its row's id and group, its labels and its entries."""
+
+    matrix: str
+    id: int
+    group: str
+    labels: tuple[tuple[int, int], ...]
+    values: sp.csr_array
+
+
+def _given(text: sm.Model, spec: Spec) -> Iterable[_Given]:
+    for block in text.elements:
+        if not isinstance(block, se.MatrixBlock):
+            continue
+        for row in block.rows:
+            for matrix, name in (("K", row.stiffness), ("M", row.mass), ("C", row.damping), ("D", row.structural)):
+                if name is None:
+                    continue
+                own = name.lower().endswith((".mtx", ".npz"))
+                path = spec.path.parent / name if own else row.file
+                if path is None:
+                    raise ModelError(f"matrix row {row.id}: {name!r} names a variable, but no file is given. Add `file`.")
+                values = read_matrix(path, None if own else name)
+                yield _Given(matrix, row.id, row.group or "", _labels(row, path, values.shape[0]), values)
+
+
+def _labels(row: se.MatrixRow, path: Any, size: int) -> tuple[tuple[int, int], ...]:
+    """(node id, kind) of every row of a given matrix; "auto": row i is n<i>.x."""
+    if row.labels == "auto":
+        return tuple((i + 1, 0) for i in range(size))
+    names: Sequence[str]
+    if isinstance(row.labels, str):
+        if path.suffix.lower() == ".npz":
+            with np.load(path, allow_pickle=False) as data:
+                names = [str(v) for v in np.atleast_1d(data[row.labels])] if row.labels in data else []
+        else:
+            from scipy.io import loadmat
+
+            names = [str(v).strip() for v in np.atleast_1d(np.squeeze(loadmat(path).get(row.labels, [])))]
+    else:
+        names = row.labels
+    if len(names) != size:
+        raise ModelError(f"matrix row {row.id}: {len(names)} labels for a matrix of {size} rows. Give one label like \"n6.y\" for each.")
+    return tuple(parse_label(n) for n in names)
+
+
+def parse_label(label: str) -> tuple[int, int]:
+    """"n6.y" → (6, 1).
+
+    Raises
+    ------
+    ModelError
+        When the label is not of that form.
+    """
+    node, _, kind = label.partition(".")
+    if not node.startswith("n") or not node[1:].isdigit() or kind not in KINDS:
+        raise ModelError(f"the DOF label {label!r} is not understood. Write it like \"n6.y\".")
+    return int(node[1:]), KINDS.index(kind)
+
+
+Place = dict[tuple[int, int], int]
+
+
+def _number(text: sm.Model, position: dict[int, int], xyz: Real, active: tuple[str, ...], batches: list[_Batch],
+            given: list[_Given]) -> tuple[Place, Index, Real, list[tuple[int, int]]]:
+    """Free DOFs in the order of nodes and kinds: those that an element touches and no support holds."""
+    node_ids = [n.id for n in text.nodes]
+    extra = sorted({node for g in given for node, _ in g.labels} - set(position))
+    for node in extra:  # DOFs of given matrices may have no drawn node
+        position[node] = len(node_ids)
+        node_ids.append(node)
+    xyz = np.vstack([xyz, np.zeros((len(extra), 3))])
+    touched: set[tuple[int, int]] = {(position[n], k) for g in given for n, k in g.labels}
+    for batch in batches:
+        kinds = [KINDS.index(d) for d in batch.kind.dofs if d in active]
+        touched |= {(position[n], k) for nodes in batch.nodes for n in nodes for k in kinds}
+    held = {(position[n], KINDS.index(d)) for s in text.supports for n in (node_ids if s.nodes == "all" else s.nodes) for d in s.dofs}
+    labels = sorted(touched - held)
+    return {label: i for i, label in enumerate(labels)}, np.array(node_ids, dtype=np.int64), xyz, labels
+
+
+def _block(batch: _Batch, text: sm.Model, position: dict[int, int], xyz: Real, active: tuple[str, ...], place: Place) -> Block:
+    kind = batch.kind
+    nodes = np.array([[position[n] for n in row] for row in batch.nodes], dtype=np.int64)
+    points = xyz[nodes]
+    keep = [i for i, d in enumerate(kind.dofs) if d in active]
+    kinds = np.array([KINDS.index(kind.dofs[i]) for i in keep], dtype=np.int64)
+    dofs = np.array([[place.get((n, k), -1) for n in row for k in kinds] for row in nodes.tolist()], dtype=np.int64)
+    orientation = np.array(batch.orientation)
+    unique, geometry = _distinct(points, orientation)
+    try:
+        terms = kind.terms(points[unique], orientation[unique])
+    except ModelError as error:
+        raise ModelError(f"elements {_span(batch.ids)}: {error}") from error
+    columns = [n * len(kind.dofs) + i for n in range(kind.nodes) for i in keep]
+    kept = tuple(Term(t.matrix, t.coefficient, np.ascontiguousarray(t.values[:, columns][:, :, columns])) for t in terms)
+    kept = tuple(t for t in kept if np.any(t.values != 0.0))
+    properties = {k: np.array(v, dtype=float) for k, v in batch.properties.items()}
+    if kind.nodes == 2:
+        properties["length"] = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
+    return Block(kind, np.array(batch.ids, dtype=np.int64), tuple(batch.groups), dofs, np.tile(kinds, kind.nodes)[None], kept, geometry, properties)
+
+
+def _distinct(points: Real, orientation: Real) -> tuple[Index, Index]:
+    """Elements of one shape and attitude share their matrices: (first of each shape, shape of each element)."""
+    relative = (points - points[:, :1]).reshape(len(points), -1)
+    size = np.abs(relative).max() or 1.0
+    key = np.round(np.hstack([relative / size, orientation]), 12)
+    _, first, inverse = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    return first.astype(np.int64), inverse.reshape(-1).astype(np.int64)
+
+
+def _given_blocks(given: list[_Given], position: dict[int, int], place: Place, loss: dict[str, float]) -> list[Block]:
+    """One block for each of K, M, C, D and entry size."""
+    parts: dict[tuple[str, int], list[tuple[_Given, Index, Index, Real]]] = {}
+    for g in given:
+        dofs = np.array([place.get((position[n], k), -1) for n, k in g.labels], dtype=np.int64)
+        kinds = np.array([k for _, k in g.labels], dtype=np.int64)
+        for size, (at, values) in split(g.values, f"matrix row {g.id}").items():
+            if len(at):
+                parts.setdefault((g.matrix, size), []).append((g, dofs[at], kinds[at], values))
+    blocks = []
+    for (matrix, size), members in parts.items():
+        ids = np.concatenate([np.full(len(dofs), g.id, dtype=np.int64) for g, dofs, _, _ in members])
+        groups = tuple(g.group for g, dofs, _, _ in members for _ in range(len(dofs)))
+        properties = {k: np.full(len(ids), v) for k, v in {**COMMON, **loss}.items()}
+        dofs, kinds = np.vstack([m[1] for m in members]), np.vstack([m[2] for m in members])
+        values = np.vstack([m[3] for m in members])
+        blocks.append(Block(Entries(matrix, size), ids, groups, dofs, kinds, (Term(matrix, "one", values),), np.arange(len(ids)), properties))
+    return blocks
+
+
+def _span(ids: Sequence[int]) -> str:
+    return str(ids[0]) if len(ids) == 1 else f"{min(ids)} to {max(ids)}"

@@ -1,0 +1,106 @@
+"""Element or group matrices from another program: K = K₀ + Σ (1 + pᵢ) Kᵢ, with DOF labels.
+
+A sparse symmetric matrix is held as one small block per stored entry: 1 × 1 on the diagonal, 2 × 2 (zero diagonal) beside it. So it
+arrives in every method like any other element, and no dense matrix is formed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from cvxupdate.errors import ModelError
+from cvxupdate.fe.elements.base import Real, Term, Values
+
+
+@dataclass(frozen=True)
+class Entries:
+    """Entries of given matrices; ``size`` is 1 for diagonal ones, 2 for pairs."""
+
+    matrix: str
+    size: int
+    name: str = "matrix"
+    nodes: int = 0
+    dofs: tuple[str, ...] = ()
+    properties: tuple[str, ...] = ()
+
+    def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
+        """None: the terms of given matrices come from their file."""
+        return ()
+
+    def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
+        """One: only the p-values act on a given matrix."""
+        return {"one": np.ones_like(properties["stiffness"])}
+
+
+def split(matrix: sp.spmatrix | Real, where: str) -> dict[int, tuple[NDIndex, Real]]:
+    """A symmetric matrix as small blocks: {1: (places (n, 1), values (n, 1, 1)), 2: (places (n, 2), values (n, 2, 2))}.
+
+    Raises
+    ------
+    ModelError
+        When the matrix is not square, not finite or not symmetric (to 1e-8 of its largest entry).
+    """
+    A = sp.csr_array(matrix)
+    if A.shape[0] != A.shape[1]:
+        raise ModelError(f"{where}: the matrix is {A.shape[0]} x {A.shape[1]}, not square. Give a square symmetric matrix.")
+    if not np.all(np.isfinite(A.data)):
+        raise ModelError(f"{where}: the matrix has entries that are not finite. Export it again.")
+    largest = np.abs(A.data).max() if A.nnz else 0.0
+    skew = abs(A - A.T)
+    if skew.nnz and skew.max() > 1e-8 * largest:
+        raise ModelError(f"{where}: the matrix is not symmetric (largest difference {skew.max():.3g}). Export the symmetric part.")
+    S = sp.coo_array((A + A.T) / 2.0)
+    i, j, v = S.coords[0], S.coords[1], np.asarray(S.data, dtype=float)
+    on, above = (i == j) & (v != 0.0), (i < j) & (v != 0.0)
+    pairs = np.zeros((int(above.sum()), 2, 2))
+    pairs[:, 0, 1] = pairs[:, 1, 0] = v[above]
+    return {1: (i[on][:, None].astype(np.int64), v[on][:, None, None]),
+            2: (np.stack([i[above], j[above]], axis=1).astype(np.int64), pairs)}
+
+
+NDIndex = np.ndarray[Any, np.dtype[np.int64]]
+
+
+def read_matrix(path: Path, variable: str | None) -> sp.csr_array:
+    """One matrix from .npz (dense array, or scipy.sparse.save_npz), .mat (version 5) or Matrix Market (.mtx).
+
+    Raises
+    ------
+    ModelError
+        When the file or the variable cannot be read; the message lists the variables that are there.
+    """
+    suffix = path.suffix.lower()
+    try:
+        if suffix == ".mtx":
+            from scipy.io import mmread
+
+            return sp.csr_array(mmread(path))
+        if suffix == ".npz":
+            with np.load(path, allow_pickle=False) as data:
+                if variable is None and {"data", "indices", "indptr", "shape"} <= set(data.files):
+                    return sp.csr_array(sp.load_npz(path))
+                return sp.csr_array(np.asarray(_pick(dict(data), variable, path), dtype=float))
+        if suffix == ".mat":
+            from scipy.io import loadmat
+
+            found = {k: v for k, v in loadmat(path).items() if not k.startswith("__")}
+            return sp.csr_array(_pick(found, variable, path)).astype(float)
+    except ModelError:
+        raise
+    except Exception as error:  # the readers raise many kinds, none of them ours
+        raise ModelError(f"{path}: cannot be read as a matrix file ({type(error).__name__}: {error}). Give .npz, .mat (version 5) or .mtx.") from error
+    raise ModelError(f"{path}: the ending {suffix or '(none)'} is not known. Give .npz, .mat (version 5) or .mtx.")
+
+
+def _pick(found: Mapping[str, Any], variable: str | None, path: Path) -> Any:
+    if variable is None and len(found) == 1:
+        return next(iter(found.values()))
+    if variable is None or variable not in found:
+        raise ModelError(f"{path}: there is no variable {variable!r}. It holds {', '.join(sorted(found))}.")
+    return found[variable]

@@ -1,0 +1,46 @@
+"""Sparse factorisations of symmetric matrices, reused for many right-hand sides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.linalg import SuperLU, splu
+
+from cvxupdate.errors import ModelError
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A = L U, symmetric ordering; `solve` takes (N,) or (N, k), real or complex as A."""
+
+    lu: SuperLU
+
+    def solve(self, rhs: NDArray[Any]) -> NDArray[Any]:
+        """A⁻¹ rhs."""
+        return np.asarray(self.lu.solve(np.ascontiguousarray(rhs)))
+
+    def negatives(self) -> int | None:
+        """Number of negative eigenvalues of a real symmetric A by Sylvester's law of inertia; None where rows were exchanged."""
+        if not np.array_equal(self.lu.perm_r, self.lu.perm_c):
+            return None
+        return int(np.sum(self.lu.U.diagonal() < 0.0))
+
+
+def factorise(A: sp.sparray, what: str = "the matrix") -> Factor:
+    """LU factors with a fill-reducing symmetric ordering and pivots kept on the diagonal.
+
+    Raises
+    ------
+    ModelError
+        When A is singular; the message says ``what`` it was.
+    """
+    try:
+        lu = splu(sp.csc_array(A), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError as error:
+        raise ModelError(f"{what} is singular. The model is a mechanism, or a DOF has neither stiffness nor mass: "
+                         "add the missing element or support.") from error
+    return Factor(lu)

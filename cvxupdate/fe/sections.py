@@ -1,0 +1,70 @@
+"""Cross-sections: from drawn dimensions to A, Iy, Iz, J. Complex values pass through."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from cvxupdate.fe.elements.base import Values
+
+FACTORS = ("A", "Iy", "Iz", "J")
+
+
+class Section(Protocol):
+    """A shape of cross-section; ``properties`` are its dimensions."""
+
+    @property
+    def properties(self) -> tuple[str, ...]:
+        """Names of the dimensions."""
+
+    def constants(self, p: Mapping[str, Values]) -> dict[str, Values]:
+        """A (m²), Iy, Iz, J (m⁴) from the dimensions, before the factors of the same names."""
+
+
+@dataclass(frozen=True)
+class Rectangle:
+    """Width along local y, height along local z."""
+
+    properties: tuple[str, ...] = ("width", "height")
+
+    def constants(self, p: Mapping[str, Values]) -> dict[str, Values]:
+        """J by Roark's formula for a solid rectangle (Young and Budynas, table 10.7)."""
+        w, h = p["width"], p["height"]
+        swap = np.real(w) < np.real(h)
+        a, b = np.where(swap, h, w), np.where(swap, w, h)
+        J = a * b**3 * (1.0 / 3.0 - 0.21 * (b / a) * (1.0 - (b / a) ** 4 / 12.0))
+        return {"A": w * h, "Iy": w * h**3 / 12.0, "Iz": h * w**3 / 12.0, "J": J}
+
+
+@dataclass(frozen=True)
+class Circle:
+    """Solid round bar, or a tube where ``wall`` (m) is not zero."""
+
+    properties: tuple[str, ...] = ("diameter", "wall")
+
+    def constants(self, p: Mapping[str, Values]) -> dict[str, Values]:
+        """Solid or hollow circle; J = 2 I."""
+        d = p["diameter"]
+        inner = np.where(np.real(p["wall"]) > 0.0, d - 2.0 * p["wall"], 0.0 * d)
+        I = np.pi * (d**4 - inner**4) / 64.0
+        return {"A": np.pi * (d**2 - inner**2) / 4.0, "Iy": I, "Iz": I, "J": 2.0 * I}
+
+
+@dataclass(frozen=True)
+class General:
+    """A, Iy, Iz, J given: the factors carry the values themselves."""
+
+    properties: tuple[str, ...] = ()
+
+    def constants(self, p: Mapping[str, Values]) -> dict[str, Values]:
+        """Ones; the stored A, Iy, Iz, J are the constants."""
+        one = np.ones_like(p["A"])
+        return {"A": one, "Iy": one, "Iz": one, "J": one}
+
+
+def section_constants(section: Section, p: Mapping[str, Values]) -> dict[str, Values]:
+    """A, Iy, Iz, J with the factors applied, each (elements,)."""
+    return {k: v * p[k] for k, v in section.constants(p).items()}
