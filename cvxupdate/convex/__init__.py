@@ -1,1 +1,76 @@
-"""convex."""
+"""The convex step: losses, regularisers, constraints, solvers, certificates, conflicts.
+
+The only room that knows cvxpy, Clarabel, OSQP, SCS and qpsolvers; they load on first use.
+"""
+
+from .certificate import Certificate, Farkas, certify, farkas
+from .compare import SolverRow, compare_solvers, spread
+from .conflict import Conflict, Relaxation, find_conflict
+from .constraints import (
+    CONSTRAINTS,
+    Bounds,
+    Clause,
+    ConicClause,
+    Constraint,
+    LinearClause,
+    LinearEquality,
+    LinearInequality,
+    NormAtMost,
+    Tied,
+    TotalMass,
+)
+from .losses import LOSSES, AbsoluteLoss, Huber, LeastSquares, Loss, loss_named
+from .matrix_form import ConeProgram, Cones
+from .problem import StepProblem
+from .regularisers import L1, REGULARISERS, RULES, GroupL1, Regulariser, Tikhonov, groups_by_carrier
+from .solvers import SolverChoice, available_solvers
+from .step import CompiledStep, Step, solve_step
+from .weight import WeightChoice, choose_weight, with_chosen_weight
+
+__all__ = [
+    "CONSTRAINTS",
+    "L1",
+    "LOSSES",
+    "REGULARISERS",
+    "RULES",
+    "AbsoluteLoss",
+    "Bounds",
+    "Certificate",
+    "Clause",
+    "CompiledStep",
+    "ConeProgram",
+    "Cones",
+    "Conflict",
+    "ConicClause",
+    "Constraint",
+    "Farkas",
+    "GroupL1",
+    "Huber",
+    "LeastSquares",
+    "LinearClause",
+    "LinearEquality",
+    "LinearInequality",
+    "Loss",
+    "NormAtMost",
+    "Regulariser",
+    "Relaxation",
+    "SolverChoice",
+    "SolverRow",
+    "Step",
+    "StepProblem",
+    "Tied",
+    "Tikhonov",
+    "TotalMass",
+    "WeightChoice",
+    "available_solvers",
+    "certify",
+    "choose_weight",
+    "compare_solvers",
+    "farkas",
+    "find_conflict",
+    "groups_by_carrier",
+    "loss_named",
+    "solve_step",
+    "spread",
+    "with_chosen_weight",
+]

@@ -1,0 +1,59 @@
+"""The total mass of the structure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...errors import InputError
+from ...system import Array
+from .clauses import Clause, LinearClause
+
+
+@dataclass(frozen=True, eq=False)
+class TotalMass:
+    """base + Σ (dm/dp) p = value, in kg.
+
+    Parameters
+    ----------
+    derivative : (n,) dm/dp, kg per unit of each parameter, from the model.
+    base : kg, the total mass at p = 0.
+    value : kg, the mass to be met; None keeps ``base`` (the mass is conserved).
+    tolerance : kg, allowed on either side; 0 for an equality.
+    """
+
+    derivative: Array
+    base: float
+    value: float | None = None
+    tolerance: float = 0.0
+
+    def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
+        """One clause over the parameters that carry mass; none when no parameter does and the mass is conserved."""
+        derivative = np.asarray(self.derivative, dtype=float)
+        if derivative.shape != (len(columns),):
+            raise InputError(
+                f"total mass: dm/dp has shape {derivative.shape}, but there are {len(columns)} parameters."
+            )
+        target = self.base if self.value is None else self.value
+        on = tuple(map(int, np.flatnonzero(derivative)))
+        if not on and abs(target - self.base) <= self.tolerance:
+            return ()
+        if not on:
+            raise InputError(
+                f"total mass: no parameter carries mass, so it stays at {self.base:g} kg and cannot become "
+                f"{target:g} kg; add a mass parameter or take the constraint out."
+            )
+        words = "kept at" if self.value is None else "set to"
+        within = f" within {self.tolerance:g} kg" if self.tolerance else ""
+        change = np.array([target - self.base])
+        return (
+            LinearClause(
+                f"total mass {words} {target:g} kg{within}",
+                on,
+                derivative[list(on)][None, :],
+                change - self.tolerance,
+                change + self.tolerance,
+                "kg",
+            ),
+        )

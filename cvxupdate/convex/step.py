@@ -1,0 +1,207 @@
+"""The convex step: compiled once, solved again and again, each solution with its proof."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..errors import InputError
+from ..system import Array, LinearSystem
+from .certificate import NO_CERTIFICATE, Certificate, Farkas, certify
+from .conflict import Conflict, Relaxation, find_conflict
+from .constraints.clauses import Clause, is_active
+from .matrix_form import cone_program
+from .problem import Model, StepProblem, box_clauses, compile_projection, compile_step
+from .solvers import SolverChoice, solver_named
+
+# A step counts as optimal when our own certificate passes this; solvers are asked for far more.
+ACCEPTED = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """The outcome of one step.
+
+    ``p`` (n,) absolute parameter values (NaN unless optimal or stopped with a point); ``status`` "optimal" (the
+    certificate passes 1e-6), "infeasible" (``conflict`` names the clauses, ``infeasibility`` proves it, ``relaxation``
+    says what would help) or "stopped" (``note`` says why); ``objective`` recomputed from p by numpy; ``active`` the
+    clauses and trust-region sides that hold with equality at p; ``seconds`` of wall clock, all included.
+    """
+
+    p: Array
+    status: str
+    objective: float
+    certificate: Certificate
+    solver: str
+    seconds: float
+    conflict: tuple[str, ...] = ()
+    relaxation: tuple[Relaxation, ...] = ()
+    infeasibility: Farkas | None = None
+    active: tuple[str, ...] = ()
+    iterations: int = 0
+    note: str = ""
+
+    @property
+    def says(self) -> str:
+        """The outcome in words."""
+        if self.status == "optimal":
+            return f"optimal: every optimality condition holds to {self.certificate.worst:.1e} (relative)"
+        if self.status == "stopped":
+            return f"{self.solver} stopped before it reached the optimum: {self.note}"
+        shown = self.conflict[:10]
+        more = f"; and {len(self.conflict) - 10} more like these" if len(self.conflict) > 10 else ""
+        text = "these clauses cannot hold together: " + "; ".join(shown) + more
+        return text + "".join(f". {item.says}" for item in self.relaxation[:3])
+
+
+@dataclass(frozen=True, eq=False)
+class CompiledStep:
+    """A step problem compiled for systems of up to ``rows`` rows (least squares: any number once rows ≥ n).
+
+    cvxpy compiles on first use, once without and once with a trust region; after that only Parameters change.
+    """
+
+    problem: StepProblem
+    rows: int
+    solver: SolverChoice = field(default_factory=SolverChoice)
+
+    @cached_property
+    def plain(self) -> Model:
+        """The model without a trust region."""
+        return compile_step(self.problem, self.rows, box=False)
+
+    @cached_property
+    def boxed(self) -> Model:
+        """The model with a trust region."""
+        return compile_step(self.problem, self.rows, box=True)
+
+    @cached_property
+    def projection(self) -> Model:
+        """The model of `nearest`."""
+        return compile_projection(self.problem)
+
+    def solve(self, system: LinearSystem, centre: Array | None = None, radius: Array | float | None = None) -> Step:
+        """Minimise the objective for this system, within |p − centre| ≤ radius where a radius is given.
+
+        Parameters
+        ----------
+        system : the same columns as the problem's.
+        centre : (n,), 0 if None; radius : (n,) or a number, elementwise, inf where free, None for no trust region.
+
+        Raises
+        ------
+        InputError
+            When system and problem do not fit, a weight is still a rule, or the solver cannot take a cone of the
+            problem.
+        """
+        start = time.perf_counter()
+        self.problem.check(system)
+        R, d, _ = self.problem.loss.reduce(*system.weighted())
+        step = self.solve_reduced(R, d, self.problem.weights, centre, radius)
+        objective = self.problem.objective(system, step.p) if np.all(np.isfinite(step.p)) else np.nan
+        return replace(step, objective=objective, seconds=time.perf_counter() - start)
+
+    def solve_reduced(
+        self,
+        R: Array,
+        d: Array,
+        weights: Sequence[float],
+        centre: Array | None = None,
+        radius: Array | float | None = None,
+    ) -> Step:
+        """`solve` from the loss's reduced data and given weights; the objective lacks the constant of the reduction."""
+        n = len(self.problem.columns)
+        box: tuple[Clause, ...] = ()
+        if radius is None:
+            model = self.plain
+        else:
+            model = self.boxed
+            middle = np.zeros(n) if centre is None else np.asarray(centre, dtype=float)
+            size = np.array(np.broadcast_to(np.asarray(radius, dtype=float), (n,)))
+            if middle.shape != (n,) or not np.all(np.isfinite(middle)) or not np.all(size >= 0):
+                raise InputError(f"trust region: the centre must be {n} finite numbers and the radius 0 or more.")
+            model.set_box(middle, size)
+            box = box_clauses(self.problem.columns, middle, size)
+        model.set_data(R, d, weights)
+        step = run_model(model, (*self.problem.clauses, *box), self.solver)
+        penalty = sum(
+            w * reg.value(step.p, self.problem.columns)
+            for w, reg in zip(weights, self.problem.regularisers, strict=True)
+        )
+        return replace(step, objective=self.problem.loss.value(R @ step.p - d) + penalty)
+
+    def nearest(self, p: Array) -> Step:
+        """The point of the constraint set nearest to p (n,), least Euclidean distance; ``objective`` is the distance squared."""
+        model = self.projection
+        model.d.value = np.asarray(p, dtype=float)
+        step = run_model(model, self.problem.clauses, self.solver)
+        return replace(step, objective=float(np.sum((step.p - p) ** 2)))
+
+
+def run_model(model: Model, clauses: tuple[Clause, ...], choice: SolverChoice) -> Step:
+    """Solve a model at its present Parameters, certify the answer, and explain an infeasible one."""
+    start = time.perf_counter()
+    solver = solver_named(choice.name)
+    program, (at,) = cone_program(model.problem, model.p)
+    refusal = solver.refusal(program)
+    if refusal:
+        raise InputError(f"solver: {refusal} of this step; choose CLARABEL or SCS.")
+    raw = solver.solve(program, choice)
+    n = model.p.size
+    certificate = NO_CERTIFICATE if raw.status == "infeasible" else certify(program, raw.x, raw.s, raw.z)
+    if certificate.is_optimal(max(ACCEPTED, 10 * choice.tolerance)):
+        p = raw.x[at : at + n]
+        active = tuple(clause.name for clause in clauses if is_active(clause, p))
+        return Step(
+            p,
+            "optimal",
+            np.nan,
+            certificate,
+            solver.name,
+            time.perf_counter() - start,
+            active=active,
+            iterations=raw.iterations,
+            note=raw.note,
+        )
+    conflict = find_conflict(clauses, n)
+    if conflict is not None:
+        return infeasible_step(conflict, n, solver.name, time.perf_counter() - start)
+    found = raw.x[at : at + n] if np.all(np.isfinite(raw.x)) and raw.status != "infeasible" else np.full(n, np.nan)
+    return Step(
+        found,
+        "stopped",
+        np.nan,
+        certificate,
+        solver.name,
+        time.perf_counter() - start,
+        iterations=raw.iterations,
+        note=f"{raw.note or raw.status} (largest residual {certificate.worst:.1e})",
+    )
+
+
+def infeasible_step(conflict: Conflict, n: int, solver: str, seconds: float) -> Step:
+    """The step of clauses that cannot hold together."""
+    return Step(
+        np.full(n, np.nan),
+        "infeasible",
+        np.nan,
+        NO_CERTIFICATE,
+        solver,
+        seconds,
+        conflict.clauses,
+        conflict.relaxation,
+        conflict.proof,
+    )
+
+
+def solve_step(problem: StepProblem, system: LinearSystem, solver: SolverChoice | None = None) -> Step:
+    """Compile and solve once; a weight that is a rule is chosen first."""
+    from .weight import with_chosen_weight
+
+    choice = solver or SolverChoice()
+    chosen, _ = with_chosen_weight(problem, system, choice)
+    return CompiledStep(chosen, len(system.rows), choice).solve(system)
