@@ -1,1 +1,94 @@
-"""checks."""
+"""The checks of a problem file: one class each, in one list.
+
+A check says which sections must be whole for it to make sense (``needs``); called with a `Case` it yields a
+`Complaint` for each fault. To add one: write the class, name it here, add a spoilt file to
+``tests/spec/test_spoilt.py``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Protocol
+
+from cvxupdate.spec.checks.case import Case
+from cvxupdate.spec.checks.constraints import BoundsCrossed, ConstraintNames, LinearSides, OneMass, RegulariserGroups
+from cvxupdate.spec.checks.dofs import ActiveDofs, Directions, TypeDofs
+from cvxupdate.spec.checks.files import Datasets, MatrixSources, MissingFiles
+from cvxupdate.spec.checks.geometry import Orientation, PlateShape, ZeroLength
+from cvxupdate.spec.checks.names import (
+    DuplicateIds,
+    ElementNodes,
+    Labels,
+    Materials,
+    Sections,
+    SectionShapes,
+    SupportNodes,
+)
+from cvxupdate.spec.checks.parameters import (
+    NamesUnique,
+    NominalZero,
+    ParameterBounds,
+    ParameterElements,
+    ParameterSelection,
+)
+from cvxupdate.spec.checks.recordings import (
+    Bands,
+    ChannelColumns,
+    ChannelPlaces,
+    EmptyRecordings,
+    FitRecording,
+    MethodRecording,
+    Shapes,
+)
+from cvxupdate.spec.checks.structure import LooseNodes, UnheldMasses
+from cvxupdate.spec.prepare import Complaint
+
+
+class Check(Protocol):
+    """What a check is."""
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Sections that must be whole."""
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every fault it finds."""
+
+
+CHECKS: tuple[Check, ...] = (
+    DuplicateIds(),
+    ElementNodes(),
+    Materials(),
+    Sections(),
+    SectionShapes(),
+    Labels(),
+    ActiveDofs(),
+    Directions(),
+    TypeDofs(),
+    ZeroLength(),
+    Orientation(),
+    PlateShape(),
+    LooseNodes(),
+    UnheldMasses(),
+    SupportNodes(),
+    Datasets(),
+    MatrixSources(),
+    MissingFiles(),
+    EmptyRecordings(),
+    ChannelColumns(),
+    ChannelPlaces(),
+    Shapes(),
+    Bands(),
+    FitRecording(),
+    MethodRecording(),
+    ParameterSelection(),
+    ParameterElements(),
+    NominalZero(),
+    ParameterBounds(),
+    NamesUnique(),
+    BoundsCrossed(),
+    ConstraintNames(),
+    LinearSides(),
+    OneMass(),
+    RegulariserGroups(),
+)

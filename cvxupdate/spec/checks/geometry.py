@@ -1,0 +1,126 @@
+"""Shapes in space: lengths, orientation vectors, rectangles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from cvxupdate.spec.checks.case import Case
+from cvxupdate.spec.elements import LineRow, PlateRow
+from cvxupdate.spec.model import Node
+from cvxupdate.spec.prepare import Complaint
+
+ROUNDING = 1e-6
+"""Relative error that coordinates may have from being written with few digits."""
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class ZeroLength:
+    """Rods, beams and two-node springs join two different nodes, rods and beams two different points."""
+
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every element without length."""
+        for loc, block, row in case.rows():
+            nodes = getattr(row, "nodes", ())
+            if len(nodes) > 1 and len(set(nodes)) < len(nodes):
+                yield Complaint(
+                    (*loc, "nodes"),
+                    f"{block.type} {row.id} names a node twice: {list(nodes)}.",
+                    "Name each node once; a spring to ground has one node only.",
+                )
+            elif isinstance(row, LineRow) and all(n in case.nodes for n in nodes):
+                a, b = (case.nodes[n] for n in nodes)
+                if (a.x, a.y, a.z) == (b.x, b.y, b.z):
+                    yield Complaint(
+                        (*loc, "nodes"),
+                        f"{block.type} {row.id} has no length: nodes {a.id} and {b.id} coincide.",
+                        "Correct the coordinates, or join the nodes by a spring.",
+                    )
+
+
+@dataclass(frozen=True)
+class Orientation:
+    """An orientation vector is not parallel to its beam."""
+
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every orientation that gives no plane."""
+        for loc, block, row in case.rows():
+            if not isinstance(row, LineRow) or row.orientation is None or not all(n in case.nodes for n in row.nodes):
+                continue
+            axis = _unit(_between(*(case.nodes[n] for n in row.nodes)))
+            vector = _unit(row.orientation)
+            if axis is None:
+                continue
+            if vector is None or math.hypot(*_cross(axis, vector)) < ROUNDING:
+                yield Complaint(
+                    (*loc, "orientation"),
+                    f"{block.type} {row.id}: {list(row.orientation)} is zero or parallel to the axis of the element.",
+                    "Give a vector in the local x–z plane that leaves the axis.",
+                )
+
+
+@dataclass(frozen=True)
+class PlateShape:
+    """A plate element is a rectangle in a plane of constant z, its nodes counter-clockwise seen from +z."""
+
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every plate that is not, with the order that would be right where one exists."""
+        for loc, _, row in case.rows():
+            if not isinstance(row, PlateRow) or len(set(row.nodes)) < 4 or not all(n in case.nodes for n in row.nodes):
+                continue
+            corners = [case.nodes[n] for n in row.nodes]
+            if _is_rectangle(corners):
+                continue
+            for order in ((0, 3, 2, 1), (0, 1, 3, 2), (0, 2, 1, 3), (0, 2, 3, 1), (0, 3, 1, 2)):
+                if _is_rectangle([corners[i] for i in order]):
+                    right = [row.nodes[i] for i in order]
+                    yield Complaint(
+                        (*loc, "nodes"),
+                        f"plate {row.id}: {list(row.nodes)} does not run counter-clockwise (from +z).",
+                        f"Write {right}.",
+                    )
+                    break
+            else:
+                yield Complaint(
+                    (*loc, "nodes"),
+                    f"plate {row.id} is not a rectangle in a plane of constant z.",
+                    "Correct the coordinates of its nodes, or mesh the surface with rectangles.",
+                )
+
+
+def _is_rectangle(corners: list[Node]) -> bool:
+    a, b, c, d = corners
+    u, v, w = _between(a, b), _between(a, d), _between(a, c)
+    lu, lv, size = math.hypot(*u), math.hypot(*v), math.hypot(*w)
+    slack = ROUNDING * size
+    if not math.isfinite(size) or min(lu, lv) <= slack:
+        return False
+    closes = all(abs(w[i] - u[i] - v[i]) <= 4 * slack for i in range(3))
+    unit_u, unit_v = _unit(u), _unit(v)
+    if unit_u is None or unit_v is None:
+        return False
+    square = abs(sum(p * q for p, q in zip(unit_u, unit_v, strict=True))) <= 4 * ROUNDING * size / min(lu, lv)
+    flat = max(abs(u[2]), abs(v[2]), abs(w[2])) <= slack
+    return closes and square and flat and _cross(unit_u, unit_v)[2] > 0
+
+
+def _between(a: Node, b: Node) -> Vector:
+    return (b.x - a.x, b.y - a.y, b.z - a.z)
+
+
+def _unit(v: Vector) -> Vector | None:
+    length = math.hypot(*v)
+    return (v[0] / length, v[1] / length, v[2] / length) if 0.0 < length < math.inf else None
+
+
+def _cross(a: Vector, b: Vector) -> Vector:
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])

@@ -1,0 +1,195 @@
+"""Recordings: something in them, channels at places that exist, something to fit."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from cvxupdate.spec.checks.case import Case
+from cvxupdate.spec.prepare import Complaint
+from cvxupdate.spec.recordings import ModesRecording
+
+
+@dataclass(frozen=True)
+class EmptyRecordings:
+    """A recording holds something."""
+
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every table of modes without rows, and every list of channels without channels."""
+        for i, recording in enumerate(case.spec.recordings):
+            tabular = recording.file is None or recording.file.suffix.lower() == ".csv"
+            if isinstance(recording, ModesRecording) and not recording.rows and tabular:
+                remedy = "Give rows = [ { frequency = … }, … ] or a file with them."
+                yield Complaint(("recordings", i, "rows"), "the recording is empty: no modes.", remedy)
+            if recording.channels is not None and not recording.channels:
+                yield Complaint(
+                    ("recordings", i, "channels"),
+                    "the recording is empty: no channels.",
+                    "List the channels, or leave `channels` out where the file names them.",
+                )
+            if isinstance(recording, ModesRecording) and recording.frequency_std and recording.frequency_std_relative:
+                yield Complaint(("recordings", i, "frequency_std_relative"), "stands beside `frequency_std`.", "Give one of them.")
+
+
+@dataclass(frozen=True)
+class ChannelColumns:
+    """Each column is one channel."""
+
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every column that two channels name."""
+        for i, recording in enumerate(case.spec.recordings):
+            seen: set[object] = set()
+            for j, channel in enumerate(recording.channels or ()):
+                if channel.column in seen:
+                    yield Complaint(
+                        ("recordings", i, "channels", j, "column"),
+                        f"column {channel.column} is another channel already.",
+                        "Give every channel its own column.",
+                    )
+                seen.add(channel.column)
+
+
+@dataclass(frozen=True)
+class ChannelPlaces:
+    """A channel sits at a node and an active DOF of the model."""
+
+    needs: ClassVar[tuple[str, ...]] = ("nodes",)
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every channel whose place the model does not have."""
+        active = case.spec.model.dofs
+        for i, recording in enumerate(case.spec.recordings):
+            for j, channel in enumerate(recording.channels or ()):
+                at = ("recordings", i, "channels", j)
+                free = channel.quantity in ("voltage", "unknown")
+                if channel.node is None or channel.dof is None:
+                    absent = "node" if channel.node is None else "dof"
+                    if not free or (channel.node is None) != (channel.dof is None):
+                        yield Complaint(
+                            (*at, absent),
+                            f"is missing: channel {channel.column} reads {channel.quantity}.",
+                            f"Say at which {absent} of the model.",
+                        )
+                    continue
+                if not case.has_node(channel.node):
+                    yield Complaint(
+                        (*at, "node"),
+                        f"channel {channel.column} sits at node {channel.node}, which does not exist.",
+                        "Correct the number, or add the node to the model.",
+                    )
+                if channel.dof not in active:
+                    yield Complaint(
+                        (*at, "dof"),
+                        f"channel {channel.column} reads DOF '{channel.dof}', but the active DOFs are {', '.join(active)}.",
+                        f"Add '{channel.dof}' to model.dofs, or take the channel out.",
+                    )
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """A mode shape has an entry for each channel, and its deviations one for each entry."""
+
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every shape that does not fit its channels, and modes paired twice with one mode of the model."""
+        for i, recording in enumerate(case.spec.recordings):
+            if not isinstance(recording, ModesRecording):
+                continue
+            columns = [c.column for c in recording.channels or ()]
+            paired = Counter(row.mode for row in recording.rows if row.mode is not None)
+            shaped = False
+            for j, row in enumerate(recording.rows):
+                at = ("recordings", i, "rows", j)
+                if row.mode is not None and paired[row.mode] > 1:
+                    yield Complaint(
+                        (*at, "mode"),
+                        f"{paired[row.mode]} measured modes are paired with mode {row.mode} of the model.",
+                        "Pair each with its own, or leave `mode` out.",
+                    )
+                    paired[row.mode] = 0
+                if row.shape is None:
+                    if row.shape_std is not None:
+                        yield Complaint((*at, "shape_std"), "is given without a `shape`.", "Give the shape too, or take it out.")
+                    continue
+                shaped = True
+                numbers = [c for c in columns if isinstance(c, int)]
+                if columns and (len(row.shape) != len(columns) or any(c >= len(row.shape) for c in numbers)):
+                    yield Complaint(
+                        (*at, "shape"),
+                        f"has {len(row.shape)} entries for {len(columns)} channels" + (f" (columns up to {max(numbers)})." if numbers else "."),
+                        "Give an entry for each channel; `column` counts from 0.",
+                    )
+                if isinstance(row.shape_std, tuple) and len(row.shape_std) != len(row.shape):
+                    yield Complaint(
+                        (*at, "shape_std"),
+                        f"has {len(row.shape_std)} entries, the shape {len(row.shape)}.",
+                        "Give one number, or one for each entry.",
+                    )
+                if not any(v if isinstance(v, float | int) else any(v) for v in row.shape):
+                    yield Complaint((*at, "shape"), "is zero everywhere.", "Give the measured shape, or leave it out.")
+            if shaped and recording.channels is None:
+                yield Complaint(
+                    ("recordings", i, "channels"),
+                    "is missing, so nobody knows where the shapes were measured.",
+                    "List node and dof of each entry of `shape`.",
+                )
+
+
+@dataclass(frozen=True)
+class Bands:
+    """A band runs upwards."""
+
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every band that is empty."""
+        for i, recording in enumerate(case.spec.recordings):
+            if recording.band is not None and recording.band[0] >= recording.band[1]:
+                yield Complaint(("recordings", i, "band"), f"{list(recording.band)} is empty.", "Write [lowest, highest] in Hz.")
+
+
+@dataclass(frozen=True)
+class FitRecording:
+    """Something may be fitted."""
+
+    needs: ClassVar[tuple[str, ...]] = ("recordings",)
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """A file of nothing but hold-outs, or an [update] without recordings."""
+        if case.spec.recordings and all(r.use == "hold-out" for r in case.spec.recordings):
+            yield Complaint(
+                ("recordings",),
+                "every recording is a hold-out: there is nothing to fit.",
+                'Give at least one recording use = "fit".',
+            )
+        elif not case.spec.recordings and case.spec.update is not None:
+            yield Complaint(("recordings",), "there are no recordings, so [update] has nothing to fit.", "Add [[recordings]].")
+
+
+@dataclass(frozen=True)
+class MethodRecording:
+    """The method finds the kind of recording it works on."""
+
+    needs: ClassVar[tuple[str, ...]] = ("recordings",)
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """A method without its recording."""
+        update = case.spec.update
+        kinds = {r.kind for r in case.spec.recordings if r.use == "fit"}
+        if update is None or not kinds:
+            return
+        wanted = {"frequencies": {"modes"}, "rfm": {"frf", "time"}}.get(update.method)
+        if wanted is not None and not kinds & wanted:
+            words = " or ".join(sorted(wanted))
+            yield Complaint(
+                ("update", "method"),
+                f"'{update.method}' needs a recording of kind {words} to fit; there is only {', '.join(sorted(kinds))}.",
+                f"Add a {words} recording, or choose another method.",
+            )

@@ -1,0 +1,63 @@
+"""Mechanisms that the text alone shows; those that only the matrices show are found by the FE layer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from cvxupdate.spec.checks.case import Case
+from cvxupdate.spec.elements import MassRow, MatrixBlock
+from cvxupdate.spec.prepare import Complaint
+
+
+@dataclass(frozen=True)
+class LooseNodes:
+    """Every node belongs to an element, or is held in all active DOFs."""
+
+    needs: ClassVar[tuple[str, ...]] = ("nodes", "elements", "supports")
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every node without an element."""
+        if any(isinstance(block, MatrixBlock) for block in case.spec.model.elements):
+            return
+        used = {node for _, _, row in case.rows() for node in getattr(row, "nodes", ())}
+        held = _held(case)
+        for i, node in enumerate(case.spec.model.nodes):
+            if node.id not in used and node.id not in held:
+                yield Complaint(
+                    ("model", "nodes", i),
+                    f"node {node.id} belongs to no element: the model is a mechanism.",
+                    "Join it to the structure, hold all its DOFs, or take it out.",
+                )
+
+
+@dataclass(frozen=True)
+class UnheldMasses:
+    """A node that carries a lumped mass is joined to something."""
+
+    needs: ClassVar[tuple[str, ...]] = ("elements", "supports")
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every lump that only floats."""
+        if any(isinstance(block, MatrixBlock) for block in case.spec.model.elements):
+            return
+        joined = {node for _, _, row in case.rows() if not isinstance(row, MassRow) for node in getattr(row, "nodes", ())}
+        held = _held(case)
+        for loc, _, row in case.rows():
+            if isinstance(row, MassRow) and row.nodes[0] not in joined and row.nodes[0] not in held:
+                yield Complaint(
+                    (*loc, "nodes"),
+                    f"mass {row.id} at node {row.nodes[0]} is joined to nothing: the model is a mechanism.",
+                    "Join the node by a spring, rod or beam.",
+                )
+
+
+def _held(case: Case) -> set[int]:
+    """Nodes of which every active DOF is held."""
+    model = case.spec.model
+    kinds: dict[int, set[str]] = {}
+    for support in model.supports:
+        for node in [n.id for n in model.nodes] if support.nodes == "all" else support.nodes:
+            kinds.setdefault(node, set()).update(support.dofs)
+    return {node for node, dofs in kinds.items() if set(model.dofs) <= dofs}

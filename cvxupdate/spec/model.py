@@ -1,0 +1,118 @@
+"""The [model] table: nodes, materials, sections, element blocks, supports, damping."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from cvxupdate.spec.base import Dofs, Id, NonNegative, Part, Positive, Table, one_of
+from cvxupdate.spec.elements import Block
+
+
+class Node(Part):
+    """A point of the model."""
+
+    id: Id = Field(description="node number, unique")
+    x: float = Field(description="coordinate [m]")
+    y: float = Field(default=0.0, description="coordinate [m]")
+    z: float = Field(default=0.0, description="coordinate [m]")
+
+
+class Material(Part):
+    """A linear elastic, isotropic material."""
+
+    E: Positive = Field(description="Young's modulus [Pa]")
+    nu: Annotated[float, Field(gt=-1.0, le=0.5)] = Field(default=0.3, description="Poisson's ratio")
+    rho: NonNegative = Field(default=0.0, description="density [kg/m³]")
+    G: Positive | None = Field(default=None, description="shear modulus [Pa]; absent: E / (2 (1 + nu))")
+    eta: NonNegative | None = Field(default=None, description="loss factor; absent: that of [model.damping]")
+
+
+class Rectangle(Part):
+    """A solid rectangle."""
+
+    shape: Literal["rectangle"]
+    width: Positive = Field(description="along local y [m]")
+    height: Positive = Field(description="along local z [m]")
+
+
+class Circle(Part):
+    """A round bar, or a tube when ``wall`` is given."""
+
+    shape: Literal["circle"]
+    diameter: Positive = Field(description="outer diameter [m]")
+    wall: Positive | None = Field(default=None, description="wall thickness [m]; absent: solid")
+
+
+class PlateSection(Part):
+    """A plate; the factors multiply the isotropic bending rigidities (1 = isotropic)."""
+
+    shape: Literal["plate"]
+    thickness: Positive = Field(description="thickness [m]")
+    Dx: Positive = Field(default=1.0, description="factor on the bending rigidity along local x")
+    Dy: Positive = Field(default=1.0, description="factor on the bending rigidity along local y")
+    D1: NonNegative = Field(default=1.0, description="factor on the coupling rigidity")
+    Dxy: Positive = Field(default=1.0, description="factor on the twisting rigidity")
+
+
+class General(Part):
+    """A cross-section by its properties."""
+
+    shape: Literal["general"]
+    A: Positive = Field(description="area [m²]")
+    Iy: Positive | None = Field(default=None, description="second moment about local y (bending in local z) [m⁴]")
+    Iz: Positive | None = Field(default=None, description="second moment about local z (bending in local y) [m⁴]")
+    J: Positive | None = Field(default=None, description="torsion constant [m⁴]")
+
+
+Section = Annotated[Rectangle | Circle | PlateSection | General, Field(discriminator="shape")]
+
+
+class Support(Part):
+    """DOFs held at zero; kinds that are not active in the model are held anyway."""
+
+    nodes: Annotated[Literal["all"] | Annotated[tuple[Id, ...], Field(min_length=1)], one_of('"all", or a list of node numbers')] = Field(
+        description='node numbers, or "all"'
+    )
+    dofs: Dofs = Field(description="DOF kinds held")
+
+
+class StructuralDamping(Part):
+    """Structural (hysteretic) damping, D = eta K."""
+
+    kind: Literal["structural"]
+    eta: NonNegative = Field(description="loss factor")
+
+
+class RayleighDamping(Part):
+    """Proportional viscous damping, C = alpha M + beta K."""
+
+    kind: Literal["rayleigh"]
+    alpha: NonNegative = Field(default=0.0, description="factor on the mass matrix [1/s]")
+    beta: NonNegative = Field(default=0.0, description="factor on the stiffness matrix [s]")
+
+
+class ModalDamping(Part):
+    """Modal viscous damping, as fractions of critical."""
+
+    kind: Literal["modal"]
+    zeta: Annotated[
+        NonNegative | Annotated[tuple[NonNegative, ...], Field(min_length=1)],
+        one_of("a number ≥ 0, or a list of them from the lowest flexible mode on (the last counts for the rest)"),
+    ] = Field(description="fraction of critical: one for all, or a list from the lowest flexible mode on")
+
+
+Damping = Annotated[StructuralDamping | RayleighDamping | ModalDamping, Field(discriminator="kind")]
+
+
+class Model(Part):
+    """A finite-element model in text."""
+
+    dofs: Dofs = Field(description="the active DOF kinds")
+    nodes: Annotated[tuple[Node, ...], Table()] = Field(default=(), description="the nodes; may be left out when a matrix block brings the DOFs")
+    materials: dict[str, Material] = Field(default={}, description="by name")
+    sections: dict[str, Section] = Field(default={}, description="by name")
+    elements: tuple[Annotated[Block, Field(discriminator="type")], ...] = Field(min_length=1, description="the blocks")
+    supports: tuple[Support, ...] = Field(default=(), description="absent: free")
+    damping: Damping | None = Field(default=None, description="absent: undamped")

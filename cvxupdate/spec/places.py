@@ -1,0 +1,79 @@
+"""Places of a problem file written out: which file, which key, which line of a CSV table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from cvxupdate.errors import Fault
+from cvxupdate.spec.base import Loc
+from cvxupdate.spec.prepare import Complaint, Prepared
+
+MOST_ALIKE = 10
+"""Faults of one kind in one list that are written out; of the rest only the number is said."""
+
+
+@dataclass
+class Places:
+    """Knows where each piece of the prepared data came from."""
+
+    prepared: Prepared
+    kept: dict[Loc, list[int]] = field(default_factory=dict)
+    """Lists that were pruned: list → original index of each item that is left."""
+
+    def original(self, complaint: Complaint) -> Complaint:
+        """The complaint with the indices of the file, where pruning had moved items up."""
+        if not self.kept:
+            return complaint
+        out: Loc = ()
+        for step in complaint.loc:
+            moved = self.kept.get(out)
+            out = (*out, moved[step] if moved is not None and isinstance(step, int) and step < len(moved) else step)
+        return replace(complaint, loc=out)
+
+    def fault(self, complaint: Complaint) -> Fault:
+        """File and key in words."""
+        loc = complaint.loc
+        for length in range(len(loc), 1, -1):
+            table = self.prepared.tables.get(loc[:length])
+            if table is None:
+                continue
+            rest = loc[length:]
+            if not rest or not isinstance(rest[0], int):
+                continue
+            key = f"line {table.lines[rest[0]]}" + (f", column {_key(rest[1:])}" if rest[1:] else "")
+            return Fault(str(table.path), key, complaint.problem, complaint.remedy)
+        if self.prepared.wrapped and loc[:2] == ("regularisation", 0):
+            loc = ("regularisation", *loc[2:])
+        return Fault(str(self.prepared.path), _key(loc), complaint.problem, complaint.remedy)
+
+
+def gather(complaints: Sequence[Complaint], places: Places) -> tuple[Fault, ...]:
+    """All faults, without repetitions; many alike in one list are cut to the first ones and a count."""
+    order = {name: i for i, name in enumerate(places.prepared.data)}
+    complaints = sorted(complaints, key=lambda c: order.get(str(c.loc[0]) if c.loc else "", len(order)))
+    alike: dict[tuple[object, ...], int] = {}
+    faults: dict[tuple[str, str, str], Fault] = {}
+    for complaint in complaints:
+        fault = places.fault(complaint)
+        at = (fault.file, fault.key, fault.problem)
+        if at in faults:
+            continue
+        kind: tuple[object, ...] = (*("#" if isinstance(s, int) else s for s in complaint.loc), complaint.remedy)
+        alike[kind] = alike.get(kind, 0) + 1
+        if alike[kind] <= MOST_ALIKE:
+            faults[at] = fault
+    for group, count in alike.items():
+        if count > MOST_ALIKE:
+            key = _key(tuple(str(s) for s in group[:-1])).replace(".#", "[…]")
+            text = f"{count - MOST_ALIKE} more faults of the same kind."
+            faults[("", key, text + str(group))] = Fault(str(places.prepared.path), key, text, str(group[-1]))
+    return tuple(faults.values())
+
+
+def _key(loc: Loc) -> str:
+    """``model.elements[0].rows[3].nodes``."""
+    out = ""
+    for step in loc:
+        out += f"[{step}]" if isinstance(step, int) else f".{step}" if out else step
+    return out

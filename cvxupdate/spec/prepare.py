@@ -1,0 +1,171 @@
+"""From parsed TOML to what pydantic reads: CSV tables in place, paths resolved, block values pushed into rows."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from cvxupdate.spec.base import Loc
+from cvxupdate.spec.elements import EXCLUSIVE, INHERITED, MATRICES, MATRIX_FILES
+from cvxupdate.spec.tables import TableError, TableFile, locate, read_table, unusable
+
+
+@dataclass(frozen=True)
+class Complaint:
+    """A fault at a place of the problem file, before the place is written out as file and key."""
+
+    loc: Loc
+    problem: str
+    remedy: str
+
+
+@dataclass
+class Prepared:
+    """The data for pydantic, and where each part of it came from."""
+
+    data: dict[str, Any]
+    path: Path
+    tables: dict[Loc, TableFile] = field(default_factory=dict)
+    inherited: dict[Loc, dict[str, frozenset[int]]] = field(default_factory=dict)
+    """For a block: key → the rows that have it from the block."""
+    wrapped: bool = False
+    """[regularisation] was one table, so index 0 is not in the file."""
+    complaints: list[Complaint] = field(default_factory=list)
+    damaged: set[str] = field(default_factory=set)
+    """Sections of which a part could not be read."""
+
+
+def prepare(raw: dict[str, Any], path: Path) -> Prepared:
+    """Everything pydantic needs to see at once; never raises for what a file may hold."""
+    out = Prepared(_copy(raw), path)
+    data, base = out.data, path.parent
+    for table, key, loc in _tables(data):
+        _inline(out, table, key, loc, base)
+    for table in _with_files(data):
+        _resolve(table, base)
+    model = data.get("model")
+    if isinstance(model, dict) and isinstance(model.get("elements"), list):
+        for i, block in enumerate(model["elements"]):
+            if isinstance(block, dict):
+                _inherit(out, block, ("model", "elements", i))
+                if block.get("type") == "matrix":
+                    for _, row in _dicts(block.get("rows")):
+                        _resolve_matrices(row, base)
+    if isinstance(data.get("regularisation"), dict):
+        data["regularisation"] = [data["regularisation"]]
+        out.wrapped = True
+    out.data = _freeze(data)
+    return out
+
+
+def section_of(loc: Loc) -> str:
+    """The section a place belongs to: ``nodes``, ``elements`` … of the model, or the name of the top-level table."""
+    return str(loc[1]) if loc[0] == "model" and len(loc) > 1 else str(loc[0])
+
+
+def _copy(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {k: _copy(v) for k, v in value.items()}
+    return [_copy(v) for v in value] if isinstance(value, list) else value
+
+
+def _freeze(value: Any) -> Any:
+    """Lists as tuples, which is what pydantic's strict mode takes for a tuple."""
+    if isinstance(value, dict):
+        return {k: _freeze(v) for k, v in value.items()}
+    return tuple(_freeze(v) for v in value) if isinstance(value, list) else value
+
+
+def _dicts(value: Any) -> Iterator[tuple[int, dict[str, Any]]]:
+    if isinstance(value, list):
+        yield from ((i, item) for i, item in enumerate(value) if isinstance(item, dict))
+
+
+def _tables(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str, Loc]]:
+    """Every place where rows may be named by a CSV file."""
+    model, update = data.get("model"), data.get("update")
+    if isinstance(model, dict):
+        yield model, "nodes", ("model",)
+        for i, block in _dicts(model.get("elements")):
+            yield block, "rows", ("model", "elements", i)
+    for i, recording in _dicts(data.get("recordings")):
+        file = recording.get("file")
+        table = isinstance(file, str) and file.lower().endswith(".csv")
+        if table and recording.get("kind") == "modes" and "rows" not in recording:
+            recording["rows"] = {k: recording[k] for k in ("file", "dataset") if k in recording}
+        yield recording, "rows", ("recordings", i)
+        yield recording, "channels", ("recordings", i)
+    if isinstance(update, dict):
+        yield update, "parameters", ("update",)
+
+
+def _inline(out: Prepared, table: dict[str, Any], key: str, at: Loc, base: Path) -> None:
+    named = table.get(key)
+    if not isinstance(named, dict):
+        return
+    loc = (*at, key)
+    file, dataset = named.get("file"), named.get("dataset")
+    faults = [
+        Complaint((*loc, k), f"unknown key '{k}'.", "A table of rows takes `file` and `dataset` only.") for k in named if k not in ("file", "dataset")
+    ]
+    rows: list[dict[str, Any]] = []
+    if not isinstance(file, str) or not isinstance(dataset, str | None):
+        faults.append(Complaint(loc, "is neither a list of rows nor a file.", 'Give rows, or { file = "x.csv" }.'))
+    else:
+        path = locate(file, dataset, base)
+        wrong = unusable(path, dataset)
+        if wrong:
+            faults.append(Complaint((*loc, "file"), *wrong))
+        else:
+            try:
+                rows, out.tables[loc] = read_table(path)
+            except TableError as error:
+                faults.append(Complaint((*loc, "file"), f"'{path}' {error.problem}", error.remedy))
+    out.complaints += faults
+    if rows or not faults:
+        table[key] = rows
+    else:  # nothing to check there: what depends on it is not to be complained of as well
+        del table[key]
+        out.damaged.add(section_of(loc))
+
+
+def _with_files(data: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    yield from (recording for _, recording in _dicts(data.get("recordings")))
+    model = data.get("model")
+    if isinstance(model, dict):
+        for _, block in _dicts(model.get("elements")):
+            if block.get("type") == "matrix":
+                yield block
+                yield from (row for _, row in _dicts(block.get("rows")))
+
+
+def _resolve(table: dict[str, Any], base: Path) -> None:
+    file, dataset = table.get("file"), table.get("dataset")
+    if isinstance(file, str) and isinstance(dataset, str | None):
+        table["file"] = locate(file, dataset, base)
+
+
+def _resolve_matrices(row: dict[str, Any], base: Path) -> None:
+    """A matrix that is a file of its own, as an absolute path (after the row has its `dataset` from the block)."""
+    for key in MATRICES:
+        name, dataset = row.get(key), row.get("dataset")
+        if isinstance(name, str) and name.lower().endswith(MATRIX_FILES) and isinstance(dataset, str | None):
+            row[key] = os.path.abspath(locate(name, dataset, base))
+
+
+def _inherit(out: Prepared, block: dict[str, Any], loc: Loc) -> None:
+    """Push what the block says into the rows that do not say it themselves."""
+    keys = INHERITED.get(block["type"], ()) if isinstance(block.get("type"), str) else ()
+    rows = list(_dicts(block.get("rows")))
+    given = {key: block[key] for key in keys if key in block}
+    from_block: dict[str, frozenset[int]] = {}
+    own = [set(row) for _, row in rows]
+    for key, value in given.items():
+        takers = [(i, row) for (i, row), has in zip(rows, own, strict=True) if key not in has and EXCLUSIVE.get(key) not in has]
+        for _, row in takers:
+            row[key] = value
+        from_block[key] = frozenset(i for i, _ in takers)
+    out.inherited[loc] = from_block

@@ -1,0 +1,100 @@
+"""The [[recordings]] tables: frf, time and modes, with what a reader may need to be told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field
+from pydantic_core import PydanticCustomError
+
+from cvxupdate.spec.base import Count, DofKind, Id, NonNegative, Part, Positive, Table, Text, one_of
+
+Quantity = Literal["force", "displacement", "velocity", "acceleration", "strain", "voltage", "unknown"]
+Motion = Literal["displacement", "velocity", "acceleration"]
+Column = Annotated[Annotated[int, Field(ge=0)] | Text, one_of("a column number ≥ 0 (the first is 0), or the name of a column")]
+ShapeEntry = Annotated[float | tuple[float, float], one_of("a number, or [real, imaginary]")]
+
+
+def _no_bool(value: object) -> object:
+    if isinstance(value, bool):
+        raise PydanticCustomError("one_of", "{wanted}", {"wanted": "1 or -1"})
+    return value
+
+
+Sign = Annotated[Literal[1, -1], BeforeValidator(_no_bool)]
+
+
+class ChannelRow(Part):
+    """One measured channel."""
+
+    column: Column = Field(description="place in the file or in `shape`: number (first is 0) or name")
+    quantity: Quantity = Field(description="what it reads")
+    node: Id | None = Field(default=None, description="node of the model; needed unless quantity is voltage or unknown")
+    dof: DofKind | None = Field(default=None, description="DOF kind; needed with `node`")
+    unit: Text | None = Field(default=None, description="unit in the file; absent: SI")
+    sensitivity: Positive | None = Field(default=None, description="file units per unit of the quantity, e.g. V per m/s²")
+    sign: Sign = Field(default=1, description="-1 for a sensor mounted the other way round")
+    name: Text | None = Field(default=None, description="name for messages and figures")
+
+
+class ModeRow(Part):
+    """One measured mode."""
+
+    frequency: Positive = Field(description="natural frequency [Hz]")
+    frequency_std: Positive | None = Field(default=None, description="standard deviation [Hz]")
+    damping: NonNegative | None = Field(default=None, description="fraction of critical")
+    damping_std: Positive | None = Field(default=None, description="standard deviation")
+    shape: tuple[ShapeEntry, ...] | None = Field(default=None, description="a number or [re, im] for each channel")
+    shape_std: Annotated[Positive | tuple[Positive, ...], one_of("a number > 0, or a list of them, one for each entry of the shape")] | None = Field(
+        default=None, description="standard deviation of the entries: one number or a list"
+    )
+    mode: Count | None = Field(default=None, description="flexible mode of the initial model that this mode is paired with (1 = lowest)")
+
+
+class Reading(Part):
+    """What every recording may say about itself and its file."""
+
+    use: Literal["fit", "hold-out"] = Field(default="fit", description="a hold-out is never fitted, only scored")
+    level: NonNegative | None = Field(default=None, description="drive level, for one structure at several amplitudes")
+    name: Text | None = Field(default=None, description="name for messages and figures")
+    source: Text | None = Field(default=None, description="where it comes from")
+    file: Path | None = Field(default=None, description="UFF, MAT, HDF5, NPZ, CSV or text, relative to the problem file")
+    dataset: Text | None = Field(default=None, description="data set under CVXUPDATE_DATA that holds the file")
+    response: Motion | None = Field(default=None, description="quantity of the responses")
+    channels: Annotated[tuple[ChannelRow, ...], Table()] | None = Field(default=None, description="the channels")
+    band: tuple[NonNegative, Positive] | None = Field(default=None, description="[lowest, highest] frequency used [Hz]")
+    format: Text | None = Field(default=None, description="file format, where the file's ending does not say it")
+    variables: dict[str, str] = Field(default={}, description="names of the arrays inside the file, where they differ")
+    delimiter: Text | None = Field(default=None, description="text files: what separates the columns")
+    decimal: Literal[".", ","] | None = Field(default=None, description="text files: the decimal mark")
+    encoding: Text | None = Field(default=None, description="text files: e.g. latin-1")
+    skip_rows: Annotated[int, Field(ge=0)] | None = Field(default=None, description="text files: lines to leave out on top")
+    header_lines: Annotated[int, Field(ge=0)] | None = Field(default=None, description="text files: lines of header")
+
+
+class FrfRecording(Reading):
+    """Measured frequency response functions."""
+
+    kind: Literal["frf"]
+    frequency_column: Column | None = Field(default=None, description="column of the frequency [Hz]")
+
+
+class TimeRecording(Reading):
+    """Measured time histories."""
+
+    kind: Literal["time"]
+    rate: Positive | None = Field(default=None, description="sampling rate [Hz]; absent: the file or `time_column` says it")
+    time_column: Column | None = Field(default=None, description="column of the time [s]")
+
+
+class ModesRecording(Reading):
+    """A table of identified modes."""
+
+    kind: Literal["modes"]
+    rows: Annotated[tuple[ModeRow, ...], Table()] = Field(default=(), description="the modes; a .csv `file` with these columns is read into them")
+    frequency_std: Positive | None = Field(default=None, description="for every row without its own [Hz]")
+    frequency_std_relative: Positive | None = Field(default=None, description="for every row without its own, as a fraction of its frequency")
+
+
+Recording = FrfRecording | TimeRecording | ModesRecording

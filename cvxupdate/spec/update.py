@@ -1,0 +1,145 @@
+"""What is to be done: [update], [constraints], [regularisation], [solver], [diagnose]."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field
+
+from cvxupdate.spec.base import Count, Id, NonNegative, Part, Positive, Table, Text, one_of
+
+Of = Literal[
+    "stiffness", "mass", "damping", "E", "nu", "rho", "A", "I", "Iy", "Iz", "J", "Ixx", "Iyy", "Izz",
+    "thickness", "height", "width", "diameter", "wall",
+    "Dx", "Dy", "D1", "Dxy", "k", "m", "c", "eta", "alpha", "beta",
+]  # fmt: skip
+Names = Annotated[tuple[Text, ...], Field(min_length=1)]
+SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "QUADPROG", "HIGHS")
+PHYSICS = (
+    "stiffness_change", "mass_change", "thickness_change", "orthotropy", "added_mass", "grounding_spring",
+    "joint_flexibility", "shear_deformation", "axial_preload", "gyroscopic", "attached_resonator", "viscous_damper",
+    "structural_damping", "mass_proportional_damping", "cubic_stiffness", "clearance", "dry_friction", "hysteresis",
+    "quadratic_damping", "sensor_fault",
+)  # fmt: skip
+"""The physics words of the contract."""
+
+
+class ParameterRow(Part):
+    """One parameter, or one for each element or group: what it acts on, and the property it changes.
+
+    Exactly one of ``elements``, ``group``, ``groups``, ``material`` (none for the damping of the whole model).
+    """
+
+    of: Of = Field(description="the property it changes")
+    elements: (
+        Annotated[
+            Literal["all"] | Annotated[tuple[Id, ...], Field(min_length=1)],
+            one_of('"all", or a list of element numbers'),
+        ]
+        | None
+    ) = Field(default=None, description='element numbers, or "all" that have the property')
+    group: Text | None = Field(default=None, description="a group")
+    groups: Names | None = Field(default=None, description="several groups")
+    material: Text | None = Field(default=None, description="all elements of a material")
+    each: Literal["element", "group"] | None = Field(
+        default=None, description="a parameter for each element or each group; absent: one for all (a macro element)"
+    )
+    name: Text | None = Field(default=None, description="name in results and constraints")
+    lower: float | None = Field(default=None, description="lower bound of the relative change p")
+    upper: float | None = Field(default=None, description="upper bound of the relative change p")
+    scale: Positive | None = Field(default=None, description="size of one unit of p in the unit of the property, where the nominal value is 0")
+
+
+class Update(Part):
+    """What ``run`` does."""
+
+    method: Literal["frequencies", "sensitivity", "rfm", "ceam"] = Field(description="the method")
+    parameters: Annotated[tuple[ParameterRow, ...], Table()] = Field(min_length=1, description="the parameters")
+    loss: Literal["least-squares", "l1", "huber"] = Field(default="least-squares", description="measure of the residual")
+    max_iterations: Count = Field(default=30, description="iterations of the loop at most")
+    tolerance: Positive = Field(default=1e-6, description="relative decrease of the objective at which the loop ends")
+    pairing: Literal["auto", "mac", "frequency", "fixed"] = Field(
+        default="auto",
+        description="how measured modes find the model's; auto: as fixed by `mode`, else MAC, else frequency",
+    )
+    trust_radius: Positive | None = Field(default=None, description="first trust-region radius; absent: chosen")
+
+
+class Bounds(Part):
+    """Bounds on every p that has none of its own."""
+
+    lower: float | None = Field(default=None, description="lowest p")
+    upper: float | None = Field(default=None, description="highest p")
+
+
+class Tied(Part):
+    """Parameters that share one value."""
+
+    parameters: Annotated[tuple[Text, ...], Field(min_length=2)] = Field(description="names of at least two parameters")
+
+
+class Linear(Part):
+    """A linear clause, Σ a_i p_i = or ≤ or ≥ a number."""
+
+    coefficients: Annotated[dict[str, float], Field(min_length=1)] = Field(description="a_i by name of the parameter")
+    equals: float | None = Field(default=None, description="right-hand side")
+    at_most: float | None = Field(default=None, description="upper limit")
+    at_least: float | None = Field(default=None, description="lower limit")
+
+
+class TotalMass(Part):
+    """The mass of the whole structure, conserved or set."""
+
+    conserve: bool | None = Field(default=None, description="keep the initial mass")
+    value: Positive | None = Field(default=None, description="weighed mass [kg]")
+
+
+class TrustRegion(Part):
+    """A limit on the step of one iteration."""
+
+    radius: Positive = Field(description="largest ‖Δp‖")
+
+
+class Constraints(Part):
+    """The clauses of the convex step; absent means absent."""
+
+    bounds: Bounds | None = Field(default=None, description="bounds on every p")
+    tied: tuple[Tied, ...] = Field(default=(), description="tied parameters")
+    linear: tuple[Linear, ...] = Field(default=(), description="linear clauses")
+    total_mass: TotalMass | None = Field(default=None, description="total mass")
+    trust_region: TrustRegion | None = Field(default=None, description="trust region")
+
+
+class Regulariser(Part):
+    """A penalty on p."""
+
+    kind: Literal["none", "tikhonov", "l1", "group-l1"] = Field(description="the penalty")
+    weight: Annotated[
+        NonNegative | Literal["l-curve", "gcv", "discrepancy"],
+        one_of('a number ≥ 0, or one of "l-curve", "gcv", "discrepancy"'),
+    ] = Field(default="l-curve", description='a number, "l-curve", "gcv" or "discrepancy"')
+    groups: Annotated[tuple[Names, ...], Field(min_length=1)] | None = Field(
+        default=None, description="group-l1: lists of parameter names; absent: by element group"
+    )
+
+
+SolverName = Annotated[
+    Literal["CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "QUADPROG", "HIGHS"],
+    BeforeValidator(lambda v: v.upper() if isinstance(v, str) else v),
+]
+
+
+class Solver(Part):
+    """The solver of the convex step."""
+
+    name: SolverName = Field(default="CLARABEL", description="the solver, in any case")
+    tolerance: Positive | None = Field(default=None, description="absent: the solver's own")
+    max_iterations: Count | None = Field(default=None, description="absent: the solver's own")
+
+
+class Diagnose(Part):
+    """What ``diagnose`` may consider."""
+
+    physics: tuple[Literal[PHYSICS], ...] | None = Field(  # type: ignore[valid-type]
+        default=None, description="physics words; absent: everything the recordings can tell"
+    )
