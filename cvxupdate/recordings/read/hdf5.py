@@ -1,0 +1,69 @@
+"""HDF5, and MATLAB 7.3, which is HDF5 with the axes reversed."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cvxupdate.errors import RecordingError
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Options
+
+
+def _complex(value: AnyArray) -> AnyArray:
+    """MATLAB (and others) write complex numbers as a compound of two fields, real and imag (or r and i)."""
+    names = value.dtype.names
+    if names is None:
+        return value
+    for real, imag in (("real", "imag"), ("r", "i")):
+        if set(names) == {real, imag}:
+            return np.asarray(value[real] + 1j * value[imag])
+    return value
+
+
+def read_hdf5(path: Path, options: Options) -> Contents:
+    """Every numeric data set of an HDF5 file, by its path inside the file (``"run1/data"``); a rate attribute is kept.
+
+    A file written by MATLAB (7.3) has its axes turned back. Raises `RecordingError` when the file is damaged or h5py is missing.
+    """
+    try:
+        import h5py
+    except ImportError as error:
+        raise RecordingError(f"{path}: reading HDF5 needs h5py. Install it with: pip install 'cvxupdate[formats]'") from error
+
+    arrays: dict[str, AnyArray] = {}
+    notes: list[str] = []
+    rate: float | None = None
+    size = path.stat().st_size
+    with h5py.File(path, "r") as file:
+        found: list[tuple[str, Any]] = []
+        # links are not followed out of the file, and a group that contains itself is visited once
+        file.visititems(lambda name, item: found.append((name, item)) if isinstance(item, h5py.Dataset) else None)
+        for name, item in found:
+            if name.startswith("#refs#") or (options.only is not None and name not in options.only):
+                continue
+            matlab = "MATLAB_class" in item.attrs
+            if item.dtype.kind not in "biufcV" or (item.dtype.kind == "V" and item.dtype.names is None):
+                notes.append(f"data set {name!r} does not hold numbers; it was left out")
+                continue
+            if item.external or item.is_virtual:
+                notes.append(f"data set {name!r} keeps its numbers in another file; it was left out")
+                continue
+            # a damaged header may promise more than any compression could have stored
+            if math.prod(item.shape) * item.dtype.itemsize > 2000 * size:
+                raise RecordingError(f"{path}: data set {name!r} promises {item.shape} values, more than the file can hold. "
+                                     "The file is damaged: copy or export it again.")
+            if "MATLAB_empty" in item.attrs:
+                continue
+            value = _complex(np.asarray(item[()]))
+            if value.dtype.kind not in "biufc":
+                notes.append(f"data set {name!r} does not hold plain numbers; it was left out")
+                continue
+            arrays[name] = value.T if matlab else value
+            for key in ("rate", "fs", "sampling_rate", "sample_rate"):
+                stated = item.attrs.get(key, file.attrs.get(key))
+                if rate is None and stated is not None and np.size(stated) == 1:
+                    rate = float(np.asarray(stated).ravel()[0])
+    return Contents(str(path), "hdf5", arrays, rate=rate, notes=tuple(notes))

@@ -1,0 +1,98 @@
+"""NumPy's NPZ (and NPY). Pickled objects are never loaded: they can run code."""
+
+from __future__ import annotations
+
+import math
+import mmap
+import struct
+import zipfile
+import zlib
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+from cvxupdate.errors import RecordingError
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Options
+
+_LIMIT = 2**34  # bytes of one array that are believed without a second thought: 16 GB
+
+
+def _header(stream: IO[bytes], where: str) -> tuple[tuple[int, ...], bool, np.dtype[np.generic]]:
+    version = np.lib.format.read_magic(stream)
+    if version == (1, 0):
+        shape, fortran, dtype = np.lib.format.read_array_header_1_0(stream)
+    elif version == (2, 0):
+        shape, fortran, dtype = np.lib.format.read_array_header_2_0(stream)
+    else:
+        raise RecordingError(f"{where}: NPY version {version} is not read. Save it again with numpy.save.")
+    return shape, fortran, dtype
+
+
+def _array(stream: IO[bytes], size: int, where: str, view: mmap.mmap | None, offset: int) -> AnyArray | None:
+    """One NPY stream of ``size`` bytes; ``view`` and ``offset`` give a view of the disk when the member is not compressed."""
+    shape, fortran, dtype = _header(stream, where)
+    if dtype.hasobject:
+        return None
+    count = math.prod(shape)
+    begin = stream.tell()
+    if any(n < 0 for n in shape) or count * dtype.itemsize > min(_LIMIT, size - begin):
+        raise RecordingError(f"{where}: its header promises {shape} values of {dtype}, more than the file holds. "
+                             "The file is cut short or damaged: copy or export it again.")
+    if view is not None:
+        flat: AnyArray = np.frombuffer(view, dtype, count, offset + begin)
+    else:
+        flat = np.frombuffer(stream.read(count * dtype.itemsize), dtype, count)
+    return flat.reshape(shape, order="F" if fortran else "C")
+
+
+def _stored_at(path: Path, member: zipfile.ZipInfo) -> int:
+    """Offset of an uncompressed member's bytes in the archive (its local header may differ from the directory's)."""
+    with path.open("rb") as file:
+        file.seek(member.header_offset)
+        head = file.read(30)
+    name, extra = struct.unpack("<HH", head[26:30])
+    return int(member.header_offset) + 30 + int(name) + int(extra)
+
+
+def _sound(view: mmap.mmap, start: int, member: zipfile.ZipInfo) -> bool:
+    """Whether an uncompressed member agrees with its checksum; read in pieces, so that a large one stays on disk."""
+    total = 0
+    for at in range(start, start + member.file_size, 2**22):
+        total = zlib.crc32(view[at : min(at + 2**22, start + member.file_size)], total)
+    return total == member.CRC
+
+
+def read_npz(path: Path, options: Options) -> Contents:
+    """Every numeric array of an NPZ or NPY file; uncompressed arrays stay on disk until they are used.
+
+    Raises `RecordingError` when the archive is damaged; arrays of Python objects are left out with a note.
+    """
+    arrays: dict[str, AnyArray] = {}
+    notes: list[str] = []
+    if path.suffix.lower() == ".npy":
+        with path.open("rb") as file:
+            only = _array(file, path.stat().st_size, str(path), None, 0)
+        if only is None:
+            raise RecordingError(f"{path}: holds pickled Python objects, which are never loaded. Save a numeric array.")
+        return Contents(str(path), "npy", {"data": only})
+    with zipfile.ZipFile(path) as archive, path.open("rb") as file:
+        # the view is not closed here: the arrays are slices of it
+        view = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        for member in archive.infolist():
+            name = member.filename.removesuffix(".npy")
+            where = f"{path}: array {name!r}"
+            if not member.filename.endswith(".npy") or (options.only is not None and name not in options.only):
+                continue
+            stored = member.compress_type == zipfile.ZIP_STORED
+            with archive.open(member) as stream:
+                array = _array(stream, member.file_size, where, view if stored else None, _stored_at(path, member) if stored else 0)
+                if not stored:
+                    stream.read()  # the archive checks its own sum when the end is reached
+            if stored and not _sound(view, _stored_at(path, member), member):
+                raise RecordingError(f"{where}: its checksum is wrong. The file is damaged: copy or export it again.")
+            if array is None or array.dtype.kind not in "biufcUS":
+                notes.append(f"array {name!r} holds Python objects, which are never loaded; it was left out")
+                continue
+            arrays[name] = array
+    return Contents(str(path), "npz", arrays, notes=tuple(notes))

@@ -1,0 +1,135 @@
+"""CSV and text: any delimiter, headers, Latin-1, decimal commas, complex numbers as text, a short last line."""
+
+from __future__ import annotations
+
+import codecs
+import itertools
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.errors import RecordingError
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Options
+from cvxupdate.recordings.read.text_layout import Layout, fields, find_layout, number, row
+
+_SAMPLE = 400  # lines looked at for the layout
+_PIECE = 65536  # rows parsed at a time
+
+
+def encoding_of(path: Path) -> str:
+    """utf-8, utf-16 by its mark, else latin-1 (which reads any byte); raises `RecordingError` for a binary file."""
+    with path.open("rb") as file:
+        head = file.read(65536)
+        if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+            return "utf-16"
+        if b"\0" in head:
+            raise RecordingError(f"{path}: it holds binary bytes, not text. If it is one of UFF, MAT, HDF5 or NPZ, say so with format.")
+        decoder = codecs.getincrementaldecoder("utf-8")()
+        try:
+            piece = head
+            while piece:
+                decoder.decode(piece)
+                piece = file.read(2**20)
+            decoder.decode(b"", final=True)
+        except UnicodeDecodeError:
+            return "latin-1"
+    return "utf-8-sig"
+
+
+def layout_of(path: Path, options: Options) -> Layout:
+    """The layout of a text file, from its first lines."""
+    encoding = options.encoding or encoding_of(path)
+    try:
+        with path.open(encoding=encoding) as file:
+            lines = list(itertools.islice(file, _SAMPLE + (options.skip_rows or 0) + (options.header_lines or 0)))
+    except (LookupError, UnicodeError) as error:
+        raise RecordingError(f"{path}: it cannot be read as {encoding} ({error}). Set encoding in the [[recordings]] block.") from error
+    if not lines:
+        raise RecordingError(f"{path}: the file is empty.")
+    return find_layout(lines, encoding, options, str(path))
+
+
+def _fast(lines: Sequence[str], layout: Layout) -> NDArray[Any] | None:
+    """A piece parsed in one go, or None when a row is not plain."""
+    if layout.marks is not None and any(line.count(layout.delimiter or "") != layout.marks for line in lines):
+        return None
+    text: Sequence[str] = lines
+    if layout.decimal == ",":
+        text = [line.replace(",", ".") for line in lines]
+    if layout.is_complex:
+        text = [line.replace(" ", "").replace("i", "j").replace("*", "") for line in text] if layout.delimiter != " " else text
+    try:
+        table = np.loadtxt(text, dtype=complex if layout.is_complex else float, comments=None, delimiter=layout.delimiter,
+                           ndmin=2, usecols=None if layout.marks is None else range(layout.columns))  # fmt: skip
+    except (ValueError, OverflowError):
+        return None
+    return table if table.shape == (len(lines), layout.columns) else None
+
+
+def _slow(lines: Sequence[tuple[int, str]], layout: Layout, notes: list[str], where: str, rest: Iterator[tuple[int, str]]) -> NDArray[Any]:
+    """A piece row by row: missing values become NaN; a row that is not one is an error unless only text follows it."""
+    table: list[list[complex | float]] = []
+    kind = complex if layout.is_complex else float
+    for place, (line_number, line) in enumerate(lines):
+        cut = fields(line, layout.delimiter)
+        if layout.marks is not None and len(cut) < layout.columns and line.count(layout.delimiter or "") == layout.marks:
+            cut += [""] * (layout.columns - len(cut))  # empty last fields
+        values = [number(field, layout.decimal) for field in cut]
+        if len(values) == layout.columns and all(v is not None and (layout.is_complex or not isinstance(v, complex)) for v in values):
+            table.append([kind(v) for v in values])  # type: ignore[arg-type]
+            continue
+        for after, text in itertools.chain(lines[place + 1 :], rest):
+            if row(text, layout.delimiter, layout.decimal) is not None:
+                raise RecordingError(f"{where}: line {line_number} is not a row of {layout.columns} numbers ({line.strip()[:60]!r}), "
+                                     f"but line {after} goes on. Mend the file, or cut it where the table ends.")
+        what = "is short" if row(line, layout.delimiter, layout.decimal) is not None or len(cut) < layout.columns else "is not a row"
+        notes.append(f"line {line_number}, behind the table, {what} and was left out")
+        break
+    return np.array(table, dtype=kind).reshape(len(table), layout.columns)
+
+
+def text_pieces(path: Path, layout: Layout, notes: list[str]) -> Iterator[NDArray[Any]]:
+    """The rows of the table, some tens of thousands at a time, (rows, columns) real or complex; notes are added on the way."""
+    with path.open(encoding=layout.encoding) as file:
+        numbered = ((place + 1, line) for place, line in enumerate(file) if place >= layout.first and line.strip())
+        while piece := list(itertools.islice(numbered, _PIECE)):
+            table = _fast([line for _, line in piece], layout)
+            yield _slow(piece, layout, notes, str(path), numbered) if table is None else table
+
+
+def _commands(path: Path, encoding: str) -> dict[str, AnyArray]:
+    """Lines of ``key,value`` under section marks, as instruments write their settings: the values of each key in order."""
+    arrays: dict[str, list[float]] = {}
+    with path.open(encoding=encoding) as file:
+        for line in itertools.islice(file, 100_000):
+            for delimiter in ("=", "\t", ";", ","):
+                cut = fields(line, delimiter)
+                value = number(cut[1], ".") if len(cut) == 2 else None
+                if isinstance(value, float) and value == value and cut[0].strip():
+                    arrays.setdefault(cut[0].strip(), []).append(value)
+                    break
+    return {key: np.array(values) for key, values in arrays.items()}
+
+
+def read_text(path: Path, options: Options) -> Contents:
+    """The table of a text file under ``"data"``, with the names and units of its header.
+
+    The first blank line, header blocks (``***End_of_Header***`` and any other), a comment column that only the header has, and a
+    short last line are dealt with; a row in the middle that is not a row of numbers raises `RecordingError` with its line.
+    """
+    try:
+        layout = layout_of(path, options)
+    except RecordingError:
+        arrays = _commands(path, options.encoding or encoding_of(path))
+        if sum(values.size for values in arrays.values()) < 6:
+            raise
+        return Contents(str(path), "settings", arrays, notes=("a list of settings, not a table",))
+    notes = list(layout.notes)
+    pieces = list(text_pieces(path, layout, notes))
+    data = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+    if len(data) < 2:
+        raise RecordingError(f"{path}: its table has fewer than two rows. Check header_lines and the file.")
+    return Contents(str(path), "text", {"data": data}, layout.names, layout.units, notes=tuple(notes))

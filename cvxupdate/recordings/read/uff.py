@@ -1,0 +1,151 @@
+"""Universal File Format: data sets 15, 55, 58, 58b, 151 and 164.
+
+Read here rather than by pyuff, because a laboratory's file is large, and is not always whole: a binary body may contain the
+bytes of a block's end mark (so its stated length is used), an incomplete set must be said and not padded, and functions of
+500 MB stay on disk. The tests compare with pyuff. Source: University of Cincinnati SDRL, Universal File Datasets Summary.
+"""
+
+from __future__ import annotations
+
+import mmap
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from cvxupdate.errors import RecordingError
+from cvxupdate.recordings.read.contents import Contents, Function, Options, Shape
+from cvxupdate.recordings.read.uff_fields import Units, units_of
+from cvxupdate.recordings.read.uff_function import body_bytes, function_header, read_function
+from cvxupdate.recordings.read.uff_shape import read_shape
+
+
+@dataclass(frozen=True)
+class _Block:
+    """One data set: its type word (``"58b"``), its header lines, and where its body begins and ends in the file."""
+
+    number: int
+    word: str
+    lines: tuple[str, ...]
+    start: int
+    stop: int
+
+
+def _line_end(view: mmap.mmap, at: int) -> int:
+    """Offset just behind the line that starts at ``at``."""
+    end = view.find(b"\n", at)
+    return len(view) if end < 0 else end + 1
+
+
+def _find_mark(view: mmap.mmap, at: int) -> tuple[int, int] | None:
+    """The next line that holds nothing but -1: (offset of the line, offset behind it)."""
+    while at < len(view):
+        place = view.find(b"-1", at)
+        if place < 0:
+            return None
+        begin = view.rfind(b"\n", max(0, place - 20), place) + 1
+        begin = begin if begin > 0 else (0 if place < 20 else -1)
+        end = _line_end(view, place)
+        if begin >= 0 and view[begin:end].strip() == b"-1":
+            return begin, end
+        at = place + 2
+    return None
+
+
+def _blocks(view: mmap.mmap, notes: list[str]) -> Iterator[_Block]:
+    """The data sets of a file in order; a binary body is stepped over by its stated length."""
+    number = 0
+    opening = _find_mark(view, 0)
+    while opening is not None:
+        begin = opening[1]
+        first_end = _line_end(view, begin)
+        word_line = view[begin : min(first_end, begin + 200)].decode("latin-1")
+        word = word_line[:7].strip()
+        number += 1
+        lines, at = [word_line], first_end
+        if word == "58b":
+            for _ in range(11):
+                end = _line_end(view, at)
+                lines.append(view[at : min(end, at + 400)].decode("latin-1").rstrip("\r\n"))
+                at = end
+            length = body_bytes(lines)
+            closing = _find_mark(view, at + length) if length is not None and at + length <= len(view) else None
+            # the end mark follows the body at once; if it does not, the stated length is wrong and the next mark counts
+            if closing is None or closing[0] > at + (length or 0) + 4:
+                closing = _find_mark(view, at)
+                notes.append(f"data set {number}: the length of its binary body is misstated")
+        else:
+            closing = _find_mark(view, at)
+        if closing is None:
+            notes.append(f"data set {number} ({word or 'no type'}) is cut off by the end of the file")
+            closing = (len(view), len(view))
+        yield _Block(number, word, tuple(lines), at, closing[0])
+        opening = _find_mark(view, closing[1])
+
+
+def _nodes(text: str, units: Units) -> dict[int, tuple[float, float, float]]:
+    """Data set 15: node label, two coordinate systems, colour, x, y, z; the coordinates in metres."""
+    nodes: dict[int, tuple[float, float, float]] = {}
+    for line in text.splitlines():
+        words = line.split()
+        if not words:
+            continue
+        if len(words) < 7:
+            raise RecordingError(f"a node's line has {len(words)} fields, not 7")
+        x, y, z = (float(word.lower().replace("d", "e")) / units.length for word in words[4:7])
+        nodes[int(words[0])] = (x, y, z)
+    return nodes
+
+
+def read_uff(path: Path, options: Options) -> Contents:
+    """The functions (58, 58b), shapes (55), nodes (15) and units (164) of a universal file.
+
+    A set that is of another kind, or damaged, is left out and named in ``notes``; the others are kept. Binary bodies remain
+    views of the file. Raises `RecordingError` when no set can be read at all.
+    """
+    if path.stat().st_size == 0:
+        raise RecordingError(f"{path}: the file is empty.")
+    notes: list[str] = []
+    with path.open("rb") as file:
+        view = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+    blocks = list(_blocks(view, notes))
+
+    def text_of(block: _Block) -> str:
+        return view[block.start : block.stop].decode("latin-1")
+
+    def attempt(block: _Block, what: Callable[[], None]) -> None:
+        try:
+            what()
+        except (RecordingError, ValueError, IndexError, OverflowError) as error:
+            notes.append(f"data set {block.number} ({block.word}) cannot be read: {error}")
+
+    units = Units()
+    for block in blocks:
+        if block.word == "164":
+            try:
+                units = units_of(text_of(block))
+            except (RecordingError, ValueError, IndexError) as error:
+                notes.append(f"data set {block.number} (164, units) cannot be read: {error}; SI units are assumed")
+    functions: list[Function] = []
+    shapes: list[Shape] = []
+    nodes: dict[int, tuple[float, float, float]] = {}
+    for block in blocks:
+        if block.word in ("58", "58b"):
+            def function(block: _Block = block) -> None:
+                lines, start = block.lines, block.start
+                if block.word == "58":
+                    head = view[start : start + 4000].decode("latin-1").split("\n")[:11]
+                    lines = (block.lines[0], *(line.rstrip("\r") for line in head))
+                    for _ in range(11):
+                        start = _line_end(view, start)
+                functions.append(read_function(function_header(lines), view, start, block.stop, units))
+            attempt(block, function)
+        elif block.word == "55":
+            attempt(block, lambda block=block: shapes.append(read_shape(text_of(block), units)))  # type: ignore[misc]
+        elif block.word == "15":
+            attempt(block, lambda block=block: nodes.update(_nodes(text_of(block), units)))  # type: ignore[misc]
+        elif block.word not in ("151", "164"):
+            notes.append(f"data set {block.number} is of type {block.word!r}, which is not a recording; it was left out")
+    if not functions and not shapes and not nodes:
+        why = "; ".join(notes[:3]) if notes else "it has no data set between two lines of -1"
+        raise RecordingError(f"{path}: nothing in this universal file can be read: {why}. Export it again as UFF 58.")
+    return Contents(str(path), "uff", functions=tuple(functions), shapes=tuple(shapes), nodes=nodes, notes=tuple(notes))
