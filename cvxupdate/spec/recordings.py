@@ -32,10 +32,28 @@ class ChannelRow(Part):
     quantity: Quantity = Field(description="what it reads")
     node: Id | None = Field(default=None, description="node of the model; needed unless quantity is voltage or unknown")
     dof: DofKind | None = Field(default=None, description="DOF kind; needed with `node`")
-    unit: Text | None = Field(default=None, description="unit in the file; absent: SI")
-    sensitivity: Positive | None = Field(default=None, description="file units per unit of the quantity, e.g. V per m/s²")
+    unit: Text | None = Field(default=None, description="unit in the file, e.g. g, in/s, kip, V; absent: what the file states, else SI")
+    sensitivity: Annotated[Positive | Text, one_of('a number > 0 (file units per SI unit), or text such as "100 mV/g"')] | None = Field(
+        default=None, description='transducer output per unit of the quantity: file units per SI unit, or text such as "100 mV/g"'
+    )
     sign: Sign = Field(default=1, description="-1 for a sensor mounted the other way round")
     name: Text | None = Field(default=None, description="name for messages and figures")
+    index: tuple[Annotated[int, Field(ge=0)], ...] = Field(default=(), description="row of an array with more axes: its leading indices")
+    form: Literal["complex", "real-imaginary", "magnitude-phase", "db-phase"] = Field(
+        default="complex", description="FRF in columns: how `column` (and `pair`) write a complex number; dB = 20 log10 of the unit"
+    )
+    pair: Column | None = Field(default=None, description="FRF in columns: column of the imaginary part or phase")
+    phase_unit: Literal["deg", "rad"] = Field(default="deg", description="unit of the phase")
+    coherence: Column | None = Field(default=None, description="FRF in columns: column of the coherence")
+    reference: Annotated[int, Field(ge=0)] = Field(default=0, description="FRF in columns: place of its reference in `references`")
+
+
+class ReferenceRow(Part):
+    """Where an FRF in columns was excited."""
+
+    node: Id = Field(description="node of the model")
+    dof: DofKind = Field(description="DOF kind")
+    quantity: Quantity = Field(default="force", description="what it reads")
 
 
 class ModeRow(Part):
@@ -78,6 +96,10 @@ class FrfRecording(Reading):
 
     kind: Literal["frf"]
     frequency_column: Column | None = Field(default=None, description="column of the frequency [Hz]")
+    references: tuple[ReferenceRow, ...] | None = Field(
+        default=None, description="places of excitation, for FRFs in columns; [] for a spectrum, where no force was recorded"
+    )
+    averages: Positive | None = Field(default=None, description="number of averages, for the variance from coherence; absent: estimated")
 
 
 class TimeRecording(Reading):
@@ -86,6 +108,8 @@ class TimeRecording(Reading):
     kind: Literal["time"]
     rate: Positive | None = Field(default=None, description="sampling rate [Hz]; absent: the file or `time_column` says it")
     time_column: Column | None = Field(default=None, description="column of the time [s]")
+    start: Annotated[int, Field(ge=0)] | None = Field(default=None, description="first sample used (counted from 0)")
+    stop: Annotated[int, Field(ge=0)] | None = Field(default=None, description="sample behind the last one used")
 
 
 class ModesRecording(Reading):
