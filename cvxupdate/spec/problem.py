@@ -17,7 +17,7 @@ from cvxupdate.spec.grammar import ProblemFile, Spec
 from cvxupdate.spec.places import Places, gather
 from cvxupdate.spec.prepare import Complaint, Prepared, prepare
 from cvxupdate.spec.prune import prune
-from cvxupdate.spec.words import translate
+from cvxupdate.spec.words import findings, translate
 
 LARGEST = 500_000_000
 """Bytes above which a file is surely not a problem file."""
@@ -66,7 +66,7 @@ def _examine(path: Path) -> tuple[tuple[Fault, ...], Spec | None]:
     try:
         parsed: ProblemFile | None = ProblemFile.model_validate(prepared.data)
     except ValidationError as error:
-        details = error.errors(include_url=False)
+        details = findings(error)
         complaints += [c for c in translate(details, prepared) if not _known(c, prepared)]
         parsed = prune(prepared, [d["loc"] for d in details], places)
     spec = None

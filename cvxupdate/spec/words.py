@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any
 
+from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from cvxupdate.spec.base import Loc
@@ -70,6 +71,12 @@ def strip_tags(loc: Loc) -> Loc:
         if where and len(out) > at:
             del out[at]
     return tuple(out)
+
+
+def findings(error: ValidationError) -> list[ErrorDetails]:
+    """What pydantic found, without lists that are too short only because their items are faulty."""
+    details = error.errors(include_url=False)
+    return [d for d in details if d["type"] != "too_short" or len(d["input"]) < d["ctx"]["min_length"]]
 
 
 def translate(errors: Sequence[ErrorDetails], prepared: Prepared) -> list[Complaint]:

@@ -71,6 +71,13 @@ class Case:
         return expand_parameters(self.spec.model, update.parameters) if update is not None else ()
 
     @cached_property
+    def names(self) -> tuple[str, ...] | None:
+        """Names of the parameters; None when a row finds no element, which is a fault of its own."""
+        update = self.spec.update
+        complete = update is None or len(self.targets_by_row) == len(update.parameters)
+        return tuple(t.name for t in self.targets) if complete else None
+
+    @cached_property
     def targets_by_row(self) -> dict[int, list[Target]]:
         """Row of ``parameters`` → the parameters it gives."""
         out: dict[int, list[Target]] = {}

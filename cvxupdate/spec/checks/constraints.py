@@ -49,7 +49,7 @@ class ConstraintNames:
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
         """Every unknown or repeated name in ties and linear clauses."""
-        names = [t.name for t in case.targets]
+        names = case.names
         for i, tied in enumerate(case.spec.constraints.tied):
             at = ("constraints", "tied", i, "parameters")
             yield from _unknown(at, tied.parameters, names)
@@ -125,7 +125,7 @@ class RegulariserGroups:
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
         """Unknown names, and groups where they mean nothing."""
-        names = [t.name for t in case.targets]
+        names = case.names
         for i, row in enumerate(case.spec.regularisation):
             if row.groups is None:
                 continue
@@ -136,7 +136,7 @@ class RegulariserGroups:
                 yield from _unknown(at, group, names)
 
 
-def _unknown(at: Loc, used: Iterable[str], names: list[str]) -> Iterator[Complaint]:
+def _unknown(at: Loc, used: Iterable[str], names: tuple[str, ...] | None) -> Iterator[Complaint]:
     for name in used:
-        if name not in names:
+        if names is not None and name not in names:
             yield Complaint(at, f"there is no parameter '{name}'.", nearest(name, names, "parameter"))
