@@ -60,7 +60,7 @@ def conic_block(number: int, clause: ConicClause, n: int) -> Block:
     import cvxpy as cp
 
     p, slack = cp.Variable(n), cp.Variable()
-    problem = cp.Problem(cp.Minimize(slack), [*clause.constraints(p, slack), cp.sum(p) * 0 + slack >= -1e6])
+    problem = cp.Problem(cp.Minimize(slack), [*clause.constraints(p, slack)])
     program, (at, t) = cone_program(problem, p, slack)
     inside = np.arange(at, at + n)
     others = np.setdiff1d(np.arange(program.q.size), np.append(inside, t))

@@ -58,13 +58,16 @@ def compare_solvers(
             rows.append(SolverRow(solver.name, "refused", np.nan, NO_CERTIFICATE, 0.0, 0, refusal))
             continue
         raw = solver.solve(program, replace(asked, name=solver.name))
+        if raw.status == "refused":
+            rows.append(SolverRow(solver.name, "refused", np.nan, NO_CERTIFICATE, 0.0, 0, raw.note))
+            continue
         certificate = certify(program, raw.x, raw.s, raw.z) if raw.status != "infeasible" else NO_CERTIFICATE
         status = raw.status
         if status != "infeasible":
             status = "optimal" if certificate.is_optimal(max(ACCEPTED, 10 * asked.tolerance)) else "stopped"
         p = raw.x[at : at + n]
         objective = chosen.objective(system, p) if status != "infeasible" and np.all(np.isfinite(p)) else np.nan
-        note = "" if status == "optimal" else raw.note
+        note = "" if status == "optimal" else f"{raw.note} (largest residual {certificate.worst:.1e})".strip()
         rows.append(SolverRow(solver.name, status, objective, certificate, raw.seconds, raw.iterations, note))
     if any(row.status in ("infeasible", "stopped") for row in rows):
         conflict = find_conflict(chosen.clauses, n)

@@ -64,7 +64,7 @@ def eliminate(program: ConeProgram) -> Elimination:
     rest = by_row[rows]
     cones = Cones(zero - defining.size, program.cones.nonneg, program.cones.soc, program.cones.psd, program.cones.exp)
     small = ConeProgram(
-        sp.csc_array(T.T @ program.P @ T),
+        sp.csc_array(_congruence(T, program.P)),
         np.asarray(T.T @ (Pt + program.q)),
         sp.csc_array(rest @ T),
         np.asarray(program.b[rows] - rest @ t),
@@ -72,3 +72,11 @@ def eliminate(program: ConeProgram) -> Elimination:
         float(program.constant + 0.5 * t @ Pt + program.q @ t),
     )
     return Elimination(program, small, T, t, rows, defined, defining, np.asarray(pivot))
+
+
+def _congruence(T: Any, P: Any) -> Any:
+    """Tᵀ P T; by dense products when T is mostly full, as with a full data matrix."""
+    if T.nnz < 0.1 * T.shape[0] * T.shape[1]:
+        return T.T @ P @ T
+    full = T.toarray()
+    return full.T @ (P @ full)

@@ -74,7 +74,7 @@ def cone_program(problem: Any, *variables: Any) -> tuple[ConeProgram, tuple[int,
     data, _, inverse = problem.get_problem_data(cp.CLARABEL)
     dims = data["dims"]
     if dims.p3d or dims.pnd:
-        raise NotImplementedError("ConeProgram carries no power cones; write the clause with SOC, PSD or exp cones")
+        raise NotImplementedError("ConeProgram carries no power cones; use SOC, PSD or exp cones")
     q = np.asarray(data["c"], dtype=float)
     size = q.size
     P = sp.csc_array(data["P"]) if data.get("P") is not None else sp.csc_array((size, size))

@@ -54,8 +54,8 @@ class StepProblem:
         """Raise InputError unless the system's columns are this problem's."""
         if system.columns != self.columns:
             raise InputError(
-                f"the step was set up for {len(self.columns)} parameters ({', '.join(self.columns[:4])} …), but the "
-                f"system has {len(system.columns)} ({', '.join(system.columns[:4])} …); they must be the same, in order."
+                f"the step was set up for {len(self.columns)} parameters ({', '.join(self.columns[:4])} …), but "
+                f"the system has {len(system.columns)} ({', '.join(system.columns[:4])} …); they must be the same, in order."
             )
 
     def objective(self, system: LinearSystem, p: Array, weights: Sequence[float] | None = None) -> float:

@@ -135,7 +135,7 @@ class CompiledStep:
         return replace(step, objective=self.problem.loss.value(R @ step.p - d) + penalty)
 
     def nearest(self, p: Array) -> Step:
-        """The point of the constraint set nearest to p (n,), least Euclidean distance; ``objective`` is the distance squared."""
+        """The point of the constraint set nearest to p (n,); ``objective`` is the Euclidean distance squared."""
         model = self.projection
         model.d.value = np.asarray(p, dtype=float)
         step = run_model(model, self.problem.clauses, self.solver)
@@ -151,6 +151,8 @@ def run_model(model: Model, clauses: tuple[Clause, ...], choice: SolverChoice) -
     if refusal:
         raise InputError(f"solver: {refusal} of this step; choose CLARABEL or SCS.")
     raw = solver.solve(program, choice)
+    if raw.status == "refused":
+        raise InputError(f"solver: {raw.note}; choose CLARABEL.")
     n = model.p.size
     certificate = NO_CERTIFICATE if raw.status == "infeasible" else certify(program, raw.x, raw.s, raw.z)
     if certificate.is_optimal(max(ACCEPTED, 10 * choice.tolerance)):

@@ -6,11 +6,11 @@ from functools import cache
 from importlib.util import find_spec
 
 from ...errors import InputError
-from . import clarabel, osqp, quadratic, scs
+from . import clarabel, osqp, proxqp, quadratic, scs
 from .common import RawSolution, Solver, SolverChoice, no_solution
 
 # The package that each adapter needs.
-NATIVE = (("clarabel", clarabel.SOLVER), ("osqp", osqp.SOLVER), ("scs", scs.SOLVER))
+NATIVE = (("clarabel", clarabel.SOLVER), ("osqp", osqp.SOLVER), ("scs", scs.SOLVER), ("proxsuite", proxqp.SOLVER))
 
 
 @cache

@@ -38,8 +38,8 @@ class SolverChoice:
 
 @dataclass(frozen=True, eq=False)
 class RawSolution:
-    """What a solver returned: ``x`` (variables,), ``z`` (rows,), ``s`` (rows,); ``status`` optimal, infeasible or
-    stopped.
+    """What a solver returned: ``x`` (variables,), ``z`` (rows,), ``s`` (rows,); ``status`` optimal,
+    infeasible, stopped, or refused (the solver cannot take such a program; ``note`` says why).
 
     With "infeasible" ``z`` is the solver's proof of it, NaN when it gives none; ``note`` is the solver's own word.
     """

@@ -1,4 +1,4 @@
-"""The quadratic-program back ends of qpsolvers: PIQP, ProxQP, DAQP, quadprog, HiGHS, whichever are installed.
+"""The quadratic-program back ends of qpsolvers: PIQP, DAQP, quadprog, HiGHS, whichever are installed.
 
 Residual variables are eliminated first, so that these (mostly dense) solvers see a program in the parameters alone.
 """
@@ -20,19 +20,25 @@ from .common import RawSolution, Solver, SolverChoice, no_solution
 
 @dataclass(frozen=True)
 class Backend:
-    """A solver of qpsolvers: which matrices it takes, its keywords for tolerance and iterations."""
+    """A solver of qpsolvers: which matrices it takes, what it needs, and its keywords.
+
+    Tolerances are ``factor`` times the one asked for, at least ``floor``; ``fixed`` are further keywords.
+    """
 
     name: str
-    dense: bool
+    dense: bool = True
     strictly_convex: bool = False
     tolerances: tuple[str, ...] = ()
+    factor: float = 1.0
+    floor: float = 0.0
     iterations: str = ""
     default_iterations: int = 0
-    floor: float = 0.0
+    fixed: tuple[tuple[str, float], ...] = ()
 
     def keywords(self, choice: SolverChoice) -> Mapping[str, float | int]:
         """The options for this choice."""
-        words: dict[str, float | int] = {key: max(choice.tolerance, self.floor) for key in self.tolerances}
+        tolerance = max(self.factor * choice.tolerance, self.floor)
+        words: dict[str, float | int] = dict(self.fixed) | dict.fromkeys(self.tolerances, tolerance)
         if self.iterations:
             words[self.iterations] = choice.max_iterations or self.default_iterations
         return words
@@ -46,12 +52,8 @@ class Backend:
         small = reduced.small
         zero = small.cones.zero
         if self.strictly_convex and not _positive_definite(small.P.toarray()):
-            return no_solution(
-                program,
-                "stopped",
-                time.perf_counter() - start,
-                f"{self.name.upper()} needs a strictly convex objective; this one has flat directions",
-            )
+            note = f"{self.name.upper()} needs a strictly convex objective; this one has flat directions"
+            return no_solution(program, "refused", time.perf_counter() - start, note)
         E, G = sp.csc_array(small.A[:zero]), sp.csc_array(small.A[zero:])
         matrices = [M.toarray() if self.dense else sp.csc_matrix(M) for M in (small.P, G, E)]
         problem = qpsolvers.Problem(
@@ -89,30 +91,21 @@ def _positive_definite(P: Array) -> bool:
     return bool(np.min(pivots) > 1e-7)
 
 
+# PIQP tests absolute residuals of a scaled program, so it is asked for more; HiGHS adds a regularisation of 1e-7 unless told.
 BACKENDS = (
-    Backend("piqp", dense=True, tolerances=("eps_abs", "eps_rel"), iterations="max_iter", default_iterations=500),
-    Backend("proxqp", dense=True, tolerances=("eps_abs", "eps_rel"), iterations="max_iter", default_iterations=20_000),
-    Backend(
-        "daqp",
-        dense=True,
-        tolerances=("primal_tol", "dual_tol"),
-        floor=1e-11,
-        iterations="iter_limit",
-        default_iterations=20_000,
-    ),
-    Backend("quadprog", dense=True, strictly_convex=True),
-    Backend(
-        "highs", dense=False, tolerances=("primal_feasibility_tolerance", "dual_feasibility_tolerance"), floor=1e-10
-    ),
-)
+    Backend("piqp", tolerances=("eps_abs", "eps_rel"), factor=1e-3, floor=1e-13, iterations="max_iter",
+            default_iterations=500),
+    Backend("daqp", tolerances=("primal_tol", "dual_tol"), floor=1e-11, iterations="iter_limit",
+            default_iterations=20_000),
+    Backend("quadprog", strictly_convex=True),
+    Backend("highs", dense=False, tolerances=("primal_feasibility_tolerance", "dual_feasibility_tolerance"), floor=1e-10,
+            fixed=(("qp_regularization_value", 1e-10),)),
+)  # fmt: skip
 
 
 def installed_backends() -> tuple[Solver, ...]:
     """Those back ends whose package is installed."""
     import qpsolvers
 
-    return tuple(
-        Solver(back.name.upper(), frozenset(), back.solve)
-        for back in BACKENDS
-        if back.name in qpsolvers.available_solvers
-    )
+    installed = set(qpsolvers.available_solvers)
+    return tuple(Solver(back.name.upper(), frozenset(), back.solve) for back in BACKENDS if back.name in installed)
