@@ -102,9 +102,7 @@ def _by_material(model: Model) -> dict[str, list[int]]:
     return out
 
 
-def _expand(
-    index: int, row: ParameterRow, carriers: dict[int, None], groups: dict[str, list[int]], made_of: dict[str, list[int]]
-) -> Iterator[Target]:
+def _expand(index: int, row: ParameterRow, carriers: dict[int, None], groups: dict[str, list[int]], made_of: dict[str, list[int]]) -> Iterator[Target]:
     def target(stem: str, elements: Iterable[int], group: str | None = None) -> Target:
         name = row.name if row.each is None else f"{row.name}.{stem}"
         name = name if row.name is not None and name is not None else f"{stem}.{row.of}"
@@ -126,9 +124,7 @@ def _expand(
         yield target(stem or _numbers(mine), mine, row.group)
 
 
-def _selection(
-    row: ParameterRow, carriers: dict[int, None], groups: dict[str, list[int]], made_of: dict[str, list[int]]
-) -> tuple[str, Iterable[int]]:
+def _selection(row: ParameterRow, carriers: dict[int, None], groups: dict[str, list[int]], made_of: dict[str, list[int]]) -> tuple[str, Iterable[int]]:
     """What stands before the dot of the name, and the elements that the row names."""
     if row.group is not None:
         return row.group, groups.get(row.group, [])

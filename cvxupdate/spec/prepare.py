@@ -108,9 +108,7 @@ def _inline(out: Prepared, table: dict[str, Any], key: str, at: Loc, base: Path)
         return
     loc = (*at, key)
     file, dataset = named.get("file"), named.get("dataset")
-    faults = [
-        Complaint((*loc, k), f"unknown key '{k}'.", "A table of rows takes `file` and `dataset` only.") for k in named if k not in ("file", "dataset")
-    ]
+    faults = [Complaint((*loc, k), f"unknown key '{k}'.", "A table of rows takes `file` and `dataset` only.") for k in named if k not in ("file", "dataset")]
     rows: list[dict[str, Any]] = []
     if not isinstance(file, str) or not isinstance(dataset, str | None):
         faults.append(Complaint(loc, "is neither a list of rows nor a file.", 'Give rows, or { file = "x.csv" }.'))

@@ -23,9 +23,7 @@ names = st.sampled_from(
     ["x", "id", "nodes", "rows", "file", "dataset", "type", "kind", "shape", "labels", "E", "k", "dofs", "elements", "groups", "each", "all", "",
      "beam3d", "plate", "matrix", "spring", "../x", "a\0b", "run.csv", "auto", "n1.x", "ry", "é" * 300, "name", "scale", "damping", "alpha"]
 )  # fmt: skip
-scalars = st.one_of(
-    st.integers(-3, 60), st.integers(-(10**400), 10**400), st.floats(allow_nan=True), st.booleans(), names, st.just(datetime.date(2026, 6, 8))
-)
+scalars = st.one_of(st.integers(-3, 60), st.integers(-(10**400), 10**400), st.floats(allow_nan=True), st.booleans(), names, st.just(datetime.date(2026, 6, 8)))
 values = st.recursive(scalars, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(names, inner, max_size=4), max_leaves=8)
 
 

@@ -105,6 +105,11 @@ SPOILT = [
     one("nothing to fit", 'use = "fit"', 'use = "hold-out"', "recordings", "every recording is a hold-out"),
     one("method without its recording", 'method = "frequencies"', 'method = "rfm"', "update.method", "'rfm' needs a recording of kind frf or time", "only modes"),
     one("empty band", "level = 2.0", "level = 2.0\nband = [80.0, 20.0]", "recordings[1].band", "is empty"),
+    one("no samples left", "rate = 512.0", "rate = 512.0\nstart = 40\nstop = 40", "recordings[1].stop", "no samples are left"),
+    Spoilt("excitation at a missing node", (('kind = "time"', 'kind = "frf"'), ("rate = 512.0", 'references = [{ node = 55, dof = "z" }]')),
+           "recordings[1].references[0].node", ("the excitation sits at node 55, which does not exist",)),
+    Spoilt("channel without its reference", (('kind = "time"', 'kind = "frf"'), ("rate = 512.0", 'references = [{ node = 3, dof = "z" }]'), ("sign = -1", "reference = 1")),
+           "recordings[1].channels[1].reference", ("1 of 1 references",)),
     # update, constraints, regularisation
     one("bounds crossed", "lower = -0.4, upper = 0.4", "lower = 0.4, upper = -0.4", "update.parameters[0].lower", "lower 0.4 is above upper -0.4"),
     one("common bounds crossed", "lower = -0.5, upper = 0.5", "lower = 0.5, upper = -0.5", "constraints.bounds.lower", "lower 0.5 is above upper -0.5"),
@@ -164,9 +169,7 @@ def test_all_faults_at_once(spoil: Spoil) -> None:
 
 
 def test_keys_are_those_of_the_file_when_earlier_rows_are_broken(spoil: Spoil) -> None:
-    path = spoil(
-        ('{ id = 1, nodes = [1, 2], group = "root",', '{ id = "1", nodes = [1, 2], group = "root",'), (TIP, TIP.replace("[2, 3]", "[2, 93]"))
-    )
+    path = spoil(('{ id = 1, nodes = [1, 2], group = "root",', '{ id = "1", nodes = [1, 2], group = "root",'), (TIP, TIP.replace("[2, 3]", "[2, 93]")))
     assert [f.key for f in check_problem(path)] == ["model.elements[0].rows[0].id", "model.elements[0].rows[1].nodes"]
 
 

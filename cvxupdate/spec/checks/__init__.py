@@ -38,6 +38,7 @@ from cvxupdate.spec.checks.recordings import (
     EmptyRecordings,
     FitRecording,
     MethodRecording,
+    References,
     Shapes,
 )
 from cvxupdate.spec.checks.structure import LooseNodes, UnheldMasses
@@ -77,6 +78,7 @@ CHECKS: tuple[Check, ...] = (
     EmptyRecordings(),
     ChannelColumns(),
     ChannelPlaces(),
+    References(),
     Shapes(),
     Bands(),
     FitRecording(),

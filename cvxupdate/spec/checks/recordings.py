@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from cvxupdate.spec.checks.case import Case
 from cvxupdate.spec.prepare import Complaint
-from cvxupdate.spec.recordings import ModesRecording
+from cvxupdate.spec.recordings import FrfRecording, ModesRecording, TimeRecording
 
 
 @dataclass(frozen=True)
@@ -46,13 +46,13 @@ class ChannelColumns:
         for i, recording in enumerate(case.spec.recordings):
             seen: set[object] = set()
             for j, channel in enumerate(recording.channels or ()):
-                if channel.column in seen:
+                if (channel.column, channel.index) in seen:
                     yield Complaint(
                         ("recordings", i, "channels", j, "column"),
                         f"column {channel.column} is another channel already.",
                         "Give every channel its own column.",
                     )
-                seen.add(channel.column)
+                seen.add((channel.column, channel.index))
 
 
 @dataclass(frozen=True)
@@ -89,6 +89,32 @@ class ChannelPlaces:
                         f"channel {channel.column} reads DOF '{channel.dof}', but the active DOFs are {', '.join(active)}.",
                         f"Add '{channel.dof}' to model.dofs, or take the channel out.",
                     )
+
+
+@dataclass(frozen=True)
+class References:
+    """An FRF in columns was excited at places of the model, and its channels name one of them."""
+
+    needs: ClassVar[tuple[str, ...]] = ("nodes",)
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every reference whose place the model does not have, and every channel without its reference."""
+        active = case.spec.model.dofs
+        for i, recording in enumerate(case.spec.recordings):
+            if not isinstance(recording, FrfRecording) or recording.references is None:
+                continue
+            for j, reference in enumerate(recording.references):
+                at = ("recordings", i, "references", j)
+                if not case.has_node(reference.node):
+                    problem = f"the excitation sits at node {reference.node}, which does not exist."
+                    yield Complaint((*at, "node"), problem, "Correct the number, or add the node to the model.")
+                if reference.dof not in active:
+                    problem = f"the excitation acts along '{reference.dof}', but the active DOFs are {', '.join(active)}."
+                    yield Complaint((*at, "dof"), problem, f"Add '{reference.dof}' to model.dofs, or correct it.")
+            for j, channel in enumerate(recording.channels or ()):
+                if recording.references and channel.reference >= len(recording.references):
+                    problem = f"{channel.reference} of {len(recording.references)} references: there is no such one."
+                    yield Complaint(("recordings", i, "channels", j, "reference"), problem, "The first reference is 0.")
 
 
 @dataclass(frozen=True)
@@ -144,15 +170,18 @@ class Shapes:
 
 @dataclass(frozen=True)
 class Bands:
-    """A band runs upwards."""
+    """A band and a slice of samples run upwards."""
 
     needs: ClassVar[tuple[str, ...]] = ()
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
-        """Every band that is empty."""
+        """Every band and every slice that is empty."""
         for i, recording in enumerate(case.spec.recordings):
             if recording.band is not None and recording.band[0] >= recording.band[1]:
                 yield Complaint(("recordings", i, "band"), f"{list(recording.band)} is empty.", "Write [lowest, highest] in Hz.")
+            if isinstance(recording, TimeRecording) and recording.stop is not None and recording.stop <= (recording.start or 0):
+                problem = f"no samples are left: start {recording.start or 0}, stop {recording.stop}."
+                yield Complaint(("recordings", i, "stop"), problem, "`stop` is the sample behind the last one used.")
 
 
 @dataclass(frozen=True)
