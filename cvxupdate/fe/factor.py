@@ -30,8 +30,8 @@ class Factor:
         return int(np.sum(self.lu.U.diagonal() < 0.0))
 
 
-def factorise(A: sp.sparray, what: str = "the matrix") -> Factor:
-    """LU factors with a fill-reducing symmetric ordering and pivots kept on the diagonal.
+def factorise(A: sp.sparray, what: str = "the matrix", pivot: bool = False) -> Factor:
+    """LU factors with a fill-reducing symmetric ordering; pivots stay on the diagonal unless ``pivot`` (for saddle-point matrices).
 
     Raises
     ------
@@ -39,7 +39,7 @@ def factorise(A: sp.sparray, what: str = "the matrix") -> Factor:
         When A is singular; the message says ``what`` it was.
     """
     try:
-        lu = splu(sp.csc_array(A), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        lu = splu(sp.csc_array(A), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.1 if pivot else 0.0, options={"SymmetricMode": not pivot})
     except RuntimeError as error:
         raise ModelError(f"{what} is singular. The model is a mechanism, or a DOF has neither stiffness nor mass: "
                          "add the missing element or support.") from error

@@ -1,1 +1,1 @@
-"""residual."""
+"""How model and recordings become a linear system ``A p ≈ b``."""

@@ -1,1 +1,1 @@
-"""update."""
+"""The loops: linearise, solve the convex step, repeat."""

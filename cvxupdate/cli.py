@@ -1,0 +1,162 @@
+"""The command line. Exit status: 0 done, 2 bad input, 3 infeasible or not converged, 130 interrupted."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cvxupdate.errors import CvxupdateError, InfeasibleError, InputError
+
+if TYPE_CHECKING:
+    from cvxupdate.update.trust_region import Iteration
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False,
+                  help="Update structural dynamics models by convex programs, and say what physics they leave out.")
+Problem = Annotated[Path, typer.Argument(help="a problem file (TOML)", show_default=False)]
+Out = Annotated[Path | None, typer.Option("--out", help="folder for results; default out/<name of the problem>", show_default=False)]
+Json = Annotated[bool, typer.Option("--json", help="print the JSON on standard output and nothing else there")]
+
+BAD_INPUT, NOT_DONE, INTERRUPTED = 2, 3, 130
+
+
+@app.command()
+def run(problem: Problem, out: Out = None, as_json: Json = False) -> None:
+    """Update the model of a problem file."""
+    from cvxupdate.report import run_files, run_summary
+    from cvxupdate.study import run as do
+
+    with _progress(as_json) as tell:
+        updated = do(problem, tell)
+    files, payload = run_files(updated)
+    folder = _folder(out, updated.problem)
+    _write(folder, files)
+    _say(payload, as_json, lambda: run_summary(updated, folder))
+    if updated.status not in ("converged", "optimal"):
+        raise typer.Exit(NOT_DONE)
+
+
+@app.command()
+def solvers(problem: Problem, out: Out = None, as_json: Json = False) -> None:
+    """Solve the same step with every installed solver and compare."""
+    from cvxupdate.report import solvers_files, solvers_summary
+    from cvxupdate.study import solvers as do
+
+    spec, rows, spread = do(problem)
+    files, payload = solvers_files(spec.name, spec.title, rows, spread)
+    folder = _folder(out, spec.name)
+    _write(folder, files)
+    _say(payload, as_json, lambda: solvers_summary(spec.name, rows, spread, folder))
+    if not any(r.status == "optimal" for r in rows):
+        raise typer.Exit(NOT_DONE)
+
+
+@app.command()
+def check(problem: Problem, as_json: Json = False) -> None:
+    """Validate a problem file and everything it names; say every fault with file, key and remedy."""
+    from cvxupdate.errors import ProblemFileError
+    from cvxupdate.study import check as do
+
+    faults, summary = [], {}
+    try:
+        summary = do(problem)
+    except ProblemFileError as error:
+        faults = [vars(f) for f in error.faults]
+        text = str(error)
+    except InputError as error:
+        faults, text = [{"file": str(problem), "key": "", "problem": str(error), "remedy": ""}], str(error)
+    if as_json:
+        print(json.dumps({"problem": str(problem), "faults": faults, **summary}, indent=2))
+    elif faults:
+        print(text, file=sys.stderr)
+    else:
+        print(f"{problem}: in order. " + ", ".join(f"{v} {k}" for k, v in summary.items()) + ".")
+    if faults:
+        raise typer.Exit(BAD_INPUT)
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of problem files."""
+    from cvxupdate.spec import schema as do
+
+    print(json.dumps(do(), indent=2, ensure_ascii=False))
+
+
+def _folder(out: Path | None, name: str) -> Path:
+    return Path("out") / name if out is None else out
+
+
+def _write(folder: Path, files: dict[str, str]) -> None:
+    """Write files whole or not at all: into a temporary name first, then moved into place."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        staged = []
+        for name, text in files.items():
+            temporary = folder / f".{name}.{os.getpid()}.part"
+            staged.append((temporary, folder / name))
+            temporary.write_text(text, encoding="utf-8")
+        for temporary, final in staged:
+            os.replace(temporary, final)
+    except OSError as error:
+        for temporary, _ in staged if "staged" in locals() else []:
+            temporary.unlink(missing_ok=True)
+        raise InputError(f"{folder}: the results cannot be written there ({error.strerror or error}). Give another --out.") from error
+
+
+def _say(payload: str, as_json: bool, summary: Callable[[], Any]) -> None:
+    if as_json:
+        print(payload)
+        return
+    from rich.console import Console
+
+    Console().print(summary())
+
+
+@contextlib.contextmanager
+def _progress(quiet: bool) -> Iterator[Callable[[Iteration], None] | None]:
+    """A line on standard error that follows the iteration; none with --json or without a terminal."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("setting up the model") as status:
+        yield lambda h: status.update(f"iteration {h.number}: objective {h.objective:.6g}, step {h.step:.2g}")
+
+
+def main() -> None:
+    """Entry point of the console script."""
+    try:
+        app(standalone_mode=False)
+    except typer.Exit as stop:
+        code = stop.exit_code
+    except InfeasibleError as error:
+        code = _fail(str(error), NOT_DONE)
+    except InputError as error:
+        code = _fail(str(error), BAD_INPUT)
+    except CvxupdateError as error:
+        code = _fail(str(error), NOT_DONE)
+    except (KeyboardInterrupt, typer.Abort):
+        code = _fail("interrupted; what was finished is kept.", INTERRUPTED)
+    except BrokenPipeError:
+        code = 0
+    except Exception as error:
+        if type(error).__module__.startswith(("click", "typer")) and hasattr(error, "format_message"):
+            code = _fail(f"{error.format_message()} Try 'cvxupdate --help'.", BAD_INPUT)
+        else:
+            raise
+    else:
+        code = 0
+    sys.exit(code)
+
+
+def _fail(message: str, code: int) -> int:
+    print(f"cvxupdate: {message}", file=sys.stderr)
+    return code

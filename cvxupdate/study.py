@@ -1,0 +1,89 @@
+"""The wiring: problem file in, result out. The one file that knows every part."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cvxupdate.errors import InputError
+from cvxupdate.spec import Spec, load_problem
+
+if TYPE_CHECKING:
+    from cvxupdate.convex import SolverRow
+    from cvxupdate.fe.model import Model
+    from cvxupdate.recordings.types import Recording
+    from cvxupdate.update.result import Updated
+    from cvxupdate.update.trust_region import Iteration
+
+MODAL = ("frequencies", "sensitivity")
+
+
+def open_problem(path: str | os.PathLike[str]) -> tuple[Spec, Model, tuple[Recording, ...]]:
+    """A problem file with its model and recordings.
+
+    Raises
+    ------
+    InputError
+        For any fault of the file, the model or a recording (`ProblemFileError`, `ModelError`, `RecordingError`).
+    """
+    from cvxupdate.fe.build import build_model
+    from cvxupdate.recordings.load import load_recordings
+
+    spec = load_problem(Path(path))
+    return spec, build_model(spec), load_recordings(spec)
+
+
+def run(path: str | os.PathLike[str], progress: Callable[[Iteration], None] | None = None) -> Updated:
+    """Update the model of a problem file as its [update] table says.
+
+    Raises
+    ------
+    InputError
+        For a fault of the input; an infeasible step is no error but a result with ``status`` "infeasible".
+    """
+    from cvxupdate.update.modal import update_modal
+
+    spec, model, recordings = open_problem(path)
+    if spec.update is None:
+        raise InputError(f"{path}: there is no [update] table, so there is nothing to run. Add one with a method and parameters.")
+    if spec.update.method not in MODAL:
+        raise InputError(f"{path}: update.method {spec.update.method!r} is not built yet. Use one of {', '.join(MODAL)}.")
+    return update_modal(spec, model, recordings, progress)
+
+
+def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], float]:
+    """Solve the first convex step of a problem with every installed solver: (problem, a row for each, relative spread of the objectives).
+
+    Raises
+    ------
+    InputError
+        For a fault of the input.
+    """
+    from cvxupdate.convex import compare_solvers, spread
+    from cvxupdate.update.modal import residual_of
+    from cvxupdate.update.parts import solver_choice, step_problem
+
+    spec, model, recordings = open_problem(path)
+    if spec.update is None or spec.update.method not in MODAL:
+        raise InputError(f"{path}: solvers needs an [update] table with method {' or '.join(MODAL)}.")
+    point = residual_of(spec, model, recordings).evaluate(model.zero())
+    rows = compare_solvers(step_problem(spec, model), point.system(), None, solver_choice(spec))
+    return spec, rows, spread(rows) if any(r.status == "optimal" for r in rows) else float("nan")
+
+
+def check(path: str | os.PathLike[str]) -> dict[str, object]:
+    """Validate a problem file, build its model and read its recordings; counts of what was found.
+
+    Raises
+    ------
+    InputError
+        With every fault at once, as far as they can be told.
+    """
+    from cvxupdate.fe.modes import model_modes
+
+    spec, model, recordings = open_problem(path)
+    model_modes(model, 1)  # a mechanism or an indefinite mass shows here
+    return {"nodes": len(model.node_ids), "elements": len({int(i) for b in model.blocks for i in b.ids}), "free DOFs": model.size,
+            "recordings": len(recordings), "parameters": len(model.parameters)}

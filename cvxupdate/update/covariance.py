@@ -1,0 +1,93 @@
+"""How well the recordings fix the parameters: deviations, and the combinations that they leave open."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as la
+
+from cvxupdate.fe.parameters import Parameter
+from cvxupdate.system import Array, LinearSystem
+
+
+@dataclass(frozen=True)
+class Combination:
+    """A combination of parameters with the deviation ``std`` along it, in units of p; ``says`` puts it in words."""
+
+    coefficients: tuple[tuple[str, float], ...]
+    std: float
+    says: str
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """``std`` (n,) of p (inf: not determined at all); ``noise`` the factor by which the residual exceeds the stated deviations;
+    ``undetermined`` combinations, worst first."""
+
+    std: Array
+    covariance: Array
+    noise: float
+    undetermined: tuple[Combination, ...]
+
+
+def uncertainty(system: LinearSystem, p: Array, parameters: Sequence[Parameter], equalities: Array, relative_only: bool) -> Uncertainty:
+    """Linearised covariance (WA)⁺ (WA)⁺ᵀ s² at the solution.
+
+    Where the residual is larger than the stated deviations allow, the deviations grow with it: s² = χ² / (m − rank), never below 1 unless the
+    deviations were only weights (``relative_only``). Parameters tied by ``equalities`` (rows, n) move together. Bounds are left out: the deviation is
+    that of the recordings alone. A combination counts as undetermined when its deviation exceeds half the width of its bounds (or 50 % where free).
+
+    Source: Bard, *Nonlinear Parameter Estimation* (1974), ch. 7; Friswell and Mottershead (1995), 8.2.
+    """
+    n = len(parameters)
+    J, _ = system.weighted()
+    Z = la.null_space(equalities) if len(equalities) else np.eye(n)
+    width = np.array([q.upper - q.lower if np.isfinite(q.upper - q.lower) else 1.0 for q in parameters])
+    width = np.where(width > 0, width, 1.0)
+    scaled = (J @ (width[:, None] * _scaled_basis(Z, width)))
+    basis = _scaled_basis(Z, width)
+    U, s, Vt = np.linalg.svd(scaled, full_matrices=False)
+    del U
+    known = s > 1e-10 * s.max(initial=0.0)
+    rank = int(known.sum())
+    freedom = len(system.rows) - rank
+    chi2 = float(np.sum(system.residual(p) ** 2))
+    ratio = chi2 / freedom if freedom > 0 else 1.0
+    s2 = ratio if relative_only else max(1.0, ratio)
+    full = np.vstack([Vt, la.null_space(Vt).T]) if Vt.shape[0] < Vt.shape[1] else Vt
+    inverse = np.concatenate([np.where(known, 1.0 / np.where(known, s, 1.0), np.inf), np.full(full.shape[0] - len(s), np.inf)])
+    along = width[:, None] * (basis @ full.T)  # p moved by one unit of each singular direction
+    with np.errstate(invalid="ignore"):
+        spread = np.where(np.abs(along) > 1e-8 * np.abs(along).max(initial=1.0), np.abs(along), 0.0)
+        variance = np.nansum(np.where(spread > 0, (spread * np.where(np.isfinite(inverse), inverse, np.inf)) ** 2, 0.0), axis=1) * s2
+    finite = np.isfinite(inverse)
+    kept = along[:, finite] * inverse[finite]
+    covariance = s2 * kept @ kept.T
+    open_ = [k for k in np.argsort(-inverse) if inverse[k] * np.sqrt(s2) > 0.5]
+    combos = tuple(_combination(basis @ full[k], float(inverse[k] * np.sqrt(s2)), parameters) for k in open_)
+    return Uncertainty(np.sqrt(variance), covariance, float(np.sqrt(ratio)), combos)
+
+
+def _scaled_basis(Z: Array, width: Array) -> Array:
+    """An orthonormal basis of the admissible directions measured in widths of the bounds."""
+    return np.asarray(la.orth(Z / width[:, None])) if Z.shape[1] < Z.shape[0] else np.eye(Z.shape[0])
+
+
+def _combination(direction: Array, std: float, parameters: Sequence[Parameter]) -> Combination:
+    direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
+    large = [k for k in np.argsort(-np.abs(direction)) if abs(direction[k]) > 0.3][:4]
+    up = [parameters[k].name for k in large if direction[k] > 0]
+    down = [parameters[k].name for k in large if direction[k] < 0]
+    if len(large) == 1:
+        words = f"{up[0]} is not determined by these recordings"
+    elif not down:
+        words = f"{_list(up)} move together: the recordings hardly see them rise or fall by the same share of their range"
+    else:
+        words = f"{_list(up)} and {_list(down)} trade against each other: when the first rises and the second falls, the recordings hardly change"
+    return Combination(tuple((parameters[k].name, float(direction[k])) for k in large), std, words)
+
+
+def _list(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]
