@@ -19,6 +19,27 @@ from cvxupdate.spec import check_problem, load_problem
 GOOD = Path(__file__).parent / "good"
 PLAIN = tomllib.loads((GOOD / "problem.toml").read_text())
 
+MATRIX = tomllib.loads("""
+[model]
+dofs = ["x"]
+[[model.elements]]
+type = "matrix"
+file = "run.csv"
+labels = ["n1.x", "n2.x"]
+rows = [{ id = 1, group = "a", stiffness = "K" }, { id = 2, mass = "run.npz" }, { id = 3, structural = "D", file = "run.csv", labels = "auto" }]
+[[recordings]]
+kind = "frf"
+file = "run.csv"
+references = [{ node = 1, dof = "x" }]
+channels = [{ column = 0, quantity = "displacement", node = 2, dof = "x", index = [1, 2] }]
+[update]
+method = "rfm"
+parameters = [{ elements = "all", of = "stiffness", each = "group" }, { of = "alpha", scale = 1.0 }]
+[[regularisation]]
+kind = "group-l1"
+groups = [["a.stiffness"]]
+""")
+
 names = st.sampled_from(
     ["x", "id", "nodes", "rows", "file", "dataset", "type", "kind", "shape", "labels", "E", "k", "dofs", "elements", "groups", "each", "all", "",
      "beam3d", "plate", "matrix", "spring", "../x", "a\0b", "run.csv", "auto", "n1.x", "ry", "é" * 300, "name", "scale", "damping", "alpha"]
@@ -33,7 +54,6 @@ def places(value: Any, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return out + [p for key, item in items for p in places(item, (*at, key))]
 
 
-PLACES = places(PLAIN)
 
 
 def write(value: Any) -> str:
@@ -51,10 +71,11 @@ def write(value: Any) -> str:
     return str(value)
 
 
-def spoilt(changes: list[tuple[int, str, Any, str]]) -> dict[str, Any]:
-    data = copy.deepcopy(PLAIN)
+def spoilt(good: dict[str, Any], changes: list[tuple[int, str, Any, str]]) -> dict[str, Any]:
+    data = copy.deepcopy(good)
+    all_places = places(good)
     for index, action, value, key in changes:
-        *path, last = PLACES[index % len(PLACES)]
+        *path, last = all_places[index % len(all_places)]
         try:
             here: Any = data
             for step in path:
@@ -86,9 +107,9 @@ def holds(path: Path) -> None:
 
 
 @settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow], derandomize=True)
-@given(changes=st.lists(change, min_size=1, max_size=3))
-def test_changed_values(good: Path, changes: list[tuple[int, str, Any, str]]) -> None:
-    good.write_text("\n".join(f"{json.dumps(k)} = {write(v)}" for k, v in spoilt(changes).items()))
+@given(changes=st.lists(change, min_size=1, max_size=3), start=st.sampled_from([PLAIN, PLAIN, MATRIX]))
+def test_changed_values(good: Path, changes: list[tuple[int, str, Any, str]], start: dict[str, Any]) -> None:
+    good.write_text("\n".join(f"{json.dumps(k)} = {write(v)}" for k, v in spoilt(start, changes).items()))
     holds(good)
 
 
