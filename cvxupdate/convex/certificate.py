@@ -72,13 +72,13 @@ def certify(program: ConeProgram, x: Array, s: Array, z: Array) -> Certificate:
     Ax, Px, Atz = program.A @ x, program.P @ x, program.A.T @ z
     primal_scale = max(1.0, _size(Ax), _size(s), _size(program.b))
     dual_scale = max(1.0, _size(Px), _size(program.q), _size(Atz))
-    primal_value = 0.5 * x @ Px + program.q @ x
-    dual_value = -0.5 * x @ Px - program.b @ z
+    primal_value = float(0.5 * x @ Px + program.q @ x)
+    dual_value = float(-0.5 * x @ Px - program.b @ z)
     value_scale = max(1.0, abs(primal_value), abs(dual_value))
     return Certificate(
         primal=_size(Ax + s - program.b) / primal_scale,
         dual=_size(Px + program.q + Atz) / dual_scale,
-        gap=float(abs(primal_value - dual_value)) / value_scale,
+        gap=abs(primal_value - dual_value) / value_scale,
         complementarity=float(abs(s @ z)) / value_scale,
         primal_cone=primal_violation(s, program.cones) / primal_scale,
         dual_cone=dual_violation(z, program.cones) / dual_scale,

@@ -9,9 +9,10 @@ import numpy as np
 
 from ..errors import InputError
 from ..system import LinearSystem
-from .certificate import NO_CERTIFICATE, Certificate, certify
+from .certificate import NO_CERTIFICATE, Certificate
 from .conflict import find_conflict
 from .matrix_form import cone_program
+from .polish import solve_certified
 from .problem import StepProblem, compile_step
 from .solvers import SolverChoice, available_solvers, solver_named
 from .step import ACCEPTED
@@ -57,11 +58,10 @@ def compare_solvers(
         if refusal:
             rows.append(SolverRow(solver.name, "refused", np.nan, NO_CERTIFICATE, 0.0, 0, refusal))
             continue
-        raw = solver.solve(program, replace(asked, name=solver.name))
+        raw, certificate = solve_certified(solver, program, replace(asked, name=solver.name))
         if raw.status == "refused":
             rows.append(SolverRow(solver.name, "refused", np.nan, NO_CERTIFICATE, 0.0, 0, raw.note))
             continue
-        certificate = certify(program, raw.x, raw.s, raw.z) if raw.status != "infeasible" else NO_CERTIFICATE
         status = raw.status
         if status != "infeasible":
             status = "optimal" if certificate.is_optimal(max(ACCEPTED, 10 * asked.tolerance)) else "stopped"

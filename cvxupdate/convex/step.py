@@ -11,10 +11,11 @@ import numpy as np
 
 from ..errors import InputError
 from ..system import Array, LinearSystem
-from .certificate import NO_CERTIFICATE, Certificate, Farkas, certify
+from .certificate import NO_CERTIFICATE, Certificate, Farkas
 from .conflict import Conflict, Relaxation, find_conflict
 from .constraints.clauses import Clause, is_active
 from .matrix_form import cone_program
+from .polish import solve_certified
 from .problem import Model, StepProblem, box_clauses, compile_projection, compile_step
 from .solvers import SolverChoice, solver_named
 
@@ -150,11 +151,10 @@ def run_model(model: Model, clauses: tuple[Clause, ...], choice: SolverChoice) -
     refusal = solver.refusal(program)
     if refusal:
         raise InputError(f"solver: {refusal} of this step; choose CLARABEL or SCS.")
-    raw = solver.solve(program, choice)
+    raw, certificate = solve_certified(solver, program, choice)
     if raw.status == "refused":
         raise InputError(f"solver: {raw.note}; choose CLARABEL.")
     n = model.p.size
-    certificate = NO_CERTIFICATE if raw.status == "infeasible" else certify(program, raw.x, raw.s, raw.z)
     if certificate.is_optimal(max(ACCEPTED, 10 * choice.tolerance)):
         p = raw.x[at : at + n]
         active = tuple(clause.name for clause in clauses if is_active(clause, p))

@@ -19,7 +19,7 @@ class SolverChoice:
     """Which solver, and how hard it shall try.
 
     ``tolerance`` is the relative accuracy asked of it; ``max_iterations`` None takes the adapter's default; ``polish``
-    lets OSQP refine its solution on the active set (the others ignore it).
+    refines a quadratic program's solution on its active set (OSQP by itself, any solver where the certificate is poor).
     """
 
     name: str = "CLARABEL"
