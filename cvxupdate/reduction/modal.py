@@ -29,13 +29,13 @@ def serep(phi: Array, masters: Index) -> Transformation:
     InputError
         More modes than masters. ModelError: the masters cannot tell the modes apart (Φ_n is rank deficient).
     """
-    n = _rows(phi, masters, "SEREP")
+    n, phi = _at_masters(phi, masters, "SEREP")
     return Transformation(phi @ np.linalg.pinv(phi[n]), n, "SEREP")
 
 
 def tam(phi: Array, masters: Index) -> Transformation:
     """Test-analysis model (Kammer 1987): SEREP at the slaves, the masters as measured (2.71). Raises as `serep`."""
-    n = _rows(phi, masters, "TAM")
+    n, phi = _at_masters(phi, masters, "TAM")
     T = phi @ np.linalg.pinv(phi[n])
     T[n] = np.eye(n.size)
     return Transformation(T, n, "TAM")
@@ -46,7 +46,7 @@ def serepa(phi: Array, masters: Index) -> Transformation:
 
     ``phi`` is (N, n). Raises `InputError` when the number of modes is not the number of masters, else as `serep`.
     """
-    n = _rows(phi, masters, "SEREPa")
+    n, phi = _at_masters(phi, masters, "SEREPa")
     if phi.shape[1] != n.size:
         raise InputError(f"SEREPa: needs as many modes as masters, got {phi.shape[1]} and {n.size}; "
                          "give more modes, or use TAM")
@@ -69,24 +69,25 @@ def hybrid_tam(phi: Array, M: Any, static: Transformation) -> Transformation:
     Raises as `serep`.
     """
     modal = tam(phi, static.masters)
-    at_masters = phi[static.masters]
+    at_masters = _at_masters(phi, static.masters, "hybrid TAM")[1][static.masters]
     weighted = at_masters.T @ modal.reduce(M)
     Q = at_masters @ solve(weighted @ at_masters, weighted)
     return Transformation(static.matrix + (modal.matrix - static.matrix) @ Q, static.masters, "hybrid TAM")
 
 
-def _rows(phi: Array, masters: Index, method: str) -> Index:
+def _at_masters(phi: Array, masters: Index, method: str) -> tuple[Index, Array]:
+    """The rows of the masters, and the modes scaled to unit length there; the checks that `serep` documents."""
     if phi.ndim != 2 or not np.all(np.isfinite(phi)):
         raise InputError(f"{method}: phi must be (N, modes) and finite, got shape {phi.shape}")
     n = master_rows(masters, phi.shape[0])
     if phi.shape[1] > n.size:
         raise InputError(f"{method}: {phi.shape[1]} modes cannot be told apart by {n.size} masters; "
                          "keep at most as many modes as masters")
-    # Columns are brought to one scale first: the condition must not depend on how the modes were normalised.
+    # Columns are brought to one scale first: nothing may depend on how the modes were normalised.
     length = np.linalg.norm(phi[n], axis=0)
     whole = np.linalg.norm(phi, axis=0)
     condition = float(np.linalg.cond(phi[n] / length)) if np.all(length > 1e-12 * whole) else np.inf
     if condition > _WORST_CONDITION:
         raise ModelError(f"{method}: the {n.size} masters cannot tell the {phi.shape[1]} modes apart (condition number "
                          f"{condition:.2g}); move or add masters (see visibility), or keep fewer modes")
-    return n
+    return n, phi / length

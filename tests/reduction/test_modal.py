@@ -14,7 +14,7 @@ MASTERS = np.array([38, 4, 10, 16, 22, 28])
 @pytest.mark.parametrize("modes", [1, 3, 4, 6])
 def test_serep_reproduces_the_kept_modes(beam, modes):
     kept = beam.phi[:, :modes]
-    T = serep(kept * np.arange(1, modes + 1), MASTERS)  # the scale of the modes must not matter
+    T = serep(kept * 10.0 ** (-5 * np.arange(modes)), MASTERS)  # the scale of the modes must not matter
     assert np.allclose(T.expand(kept[MASTERS]), kept, rtol=0, atol=1e-10 * np.abs(kept).max())
     f, shapes = reduced_modes(T, beam.K, beam.M)
     assert f.size == modes
