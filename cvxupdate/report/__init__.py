@@ -1,1 +1,50 @@
-"""report."""
+"""Results for people and programs: JSON, one self-contained HTML page, a short summary. Plotting and templates load on first use."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from cvxupdate.convex import SolverRow
+    from cvxupdate.update.result import Updated
+
+__all__ = ["run_files", "run_summary", "solvers_files", "solvers_summary"]
+
+
+def run_files(updated: Updated) -> tuple[dict[str, str], str]:
+    """The files of `run`, {"result.json": text, "report.html": text}, and the JSON text by itself."""
+    from cvxupdate.report.as_json import dumps, run_data
+    from cvxupdate.report.run_page import run_page
+
+    text = dumps(run_data(updated))
+    return {"result.json": text, "report.html": run_page(updated)}, text
+
+
+def run_summary(updated: Updated, folder: Path) -> RenderableType:
+    """What `run` prints on a terminal: the verdict, the fit, the parameters, and where the files lie."""
+    from cvxupdate.report.summary import run_text
+
+    return run_text(updated, folder)
+
+
+def solvers_files(name: str, title: str, rows: Sequence[SolverRow], spread: float) -> tuple[dict[str, str], str]:
+    """The files of `solvers`, {"result.json": text, "report.html": text}, and the JSON text by itself.
+
+    ``spread`` is the largest relative difference between the objectives of the solvers that reached the optimum, NaN when none did.
+    """
+    from cvxupdate.report.as_json import dumps, solvers_data
+    from cvxupdate.report.solvers_page import solvers_page
+
+    text = dumps(solvers_data(name, title, rows, spread))
+    return {"result.json": text, "report.html": solvers_page(name, title, rows, spread)}, text
+
+
+def solvers_summary(name: str, rows: Sequence[SolverRow], spread: float, folder: Path) -> RenderableType:
+    """What `solvers` prints on a terminal: a row for each solver, how far the objectives agree, and where the files lie."""
+    from cvxupdate.report.summary import solvers_text
+
+    return solvers_text(name, rows, spread, folder)

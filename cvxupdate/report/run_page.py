@@ -1,0 +1,137 @@
+"""The page of `run`: what was asked, what came of it, and the proof."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from markupsafe import Markup
+
+from cvxupdate.report import figures
+from cvxupdate.report.numbers import NOTHING, count, fixed, number, power, prefix_of, seconds, signed, with_deviation
+from cvxupdate.report.page import command, render
+from cvxupdate.report.words import CERTIFICATE, METRICS, certificate_sentence, conflict_sentence, verdict
+
+if TYPE_CHECKING:
+    from cvxupdate.update.result import ModeResult, ParameterResult, Updated
+
+MOST_ROWS = 300
+"""Rows of a table at most; result.json holds them all."""
+
+PROPERTIES = {
+    "stiffness": "stiffness (p-value)", "mass": "mass (p-value)", "damping": "damping (p-value)", "E": "Young's modulus", "nu": "Poisson's ratio",
+    "rho": "density", "A": "area", "I": "second moment of area", "Iy": "second moment of area, y", "Iz": "second moment of area, z",
+    "J": "torsion constant", "thickness": "thickness", "height": "height", "width": "width", "diameter": "diameter", "wall": "wall thickness",
+    "k": "spring stiffness", "m": "mass", "c": "damper", "eta": "loss factor", "alpha": "mass-proportional damping",
+    "beta": "stiffness-proportional damping", "Dx": "rigidity D_x, factor", "Dy": "rigidity D_y, factor", "D1": "coupling rigidity D_1, factor",
+    "Dxy": "twisting rigidity D_xy, factor", "Ixx": "rotary inertia, x", "Iyy": "rotary inertia, y", "Izz": "rotary inertia, z",
+}  # fmt: skip
+
+
+def run_page(updated: Updated) -> str:
+    """The HTML text of a report on `run`."""
+    moved = bool(updated.iterations)
+    stated = updated.noise is not None
+    pictures = {
+        "frequencies": figures.frequencies(updated.modes, moved),
+        "errors": figures.mode_errors(updated.modes, moved, stated),
+        "parameters": figures.parameters(updated.parameters, moved),
+        "convergence": figures.convergence(updated),
+    }
+    return render("run.html", {
+        "u": updated, "moved": moved, "verdict": verdict(updated), "status": updated.status,
+        "figure": {key: Markup(svg) if svg else None for key, svg in pictures.items()},
+        "asked": asked(updated), "metrics": metric_rows(updated),
+        "modes": [mode_row(m, stated) for m in updated.modes[:MOST_ROWS]], "more_modes": max(0, len(updated.modes) - MOST_ROWS),
+        "bars": figures.ROWS, "several": len({m.recording for m in updated.modes}) > 1, "mac": any(m.mac_before is not None for m in updated.modes),
+        "parameters": [parameter_row(q) for q in figures.strongest(updated.parameters, MOST_ROWS)],
+        "more_parameters": max(0, len(updated.parameters) - MOST_ROWS),
+        "history": [{"number": h["number"], "objective": number(h["objective"], 7), "ratio": number(h["ratio"], 4), "step": number(h["step"], 3),
+                     "radius": number(h["radius"], 3), "accepted": "taken" if h["accepted"] else "refused"} for h in updated.history[:MOST_ROWS]],
+        "certificate": [{"name": name, "value": _residual(updated.certificate[key]), "meaning": meaning}
+                        for key, name, meaning in CERTIFICATE if key in updated.certificate],
+        "certificate_says": certificate_sentence(updated), "conflict_says": conflict_sentence(updated),
+        "undetermined": [{"says": c["says"], "deviation": number(c["standard_deviation"], 3),
+                          "share": ", ".join(f"{signed(v)} {name}" for name, v in c["coefficients"].items())} for c in updated.undetermined[:30]],
+        "command": command("run", updated.path), "time": seconds(updated.time),
+    })  # fmt: skip
+
+
+def asked(updated: Updated) -> list[tuple[str, list[str]]]:
+    """What the problem file asked for, as (term, lines)."""
+    m = updated.model
+    use: dict[tuple[str, str], int] = {}
+    for mode in updated.modes:
+        use[mode.recording, mode.use] = use.get((mode.recording, mode.use), 0) + 1
+    out = [("Problem", [updated.problem, updated.path])]
+    if updated.source:
+        out.append(("Source", [updated.source]))
+    if {"nodes", "elements", "dofs"} <= m.keys():
+        sizes = f"{count(m['nodes'], 'node')}, {count(m['elements'], 'element')}, {count(m['dofs'], 'free degree', 'free degrees')} of freedom"
+        out.append(("Model", [sizes, *_mass(m)]))
+    if use:
+        out.append(("Recordings", [f"{name}: {count(n, 'mode')}, {'fitted' if u == 'fit' else 'held out: scored, never fitted'}"
+                                   for (name, u), n in use.items()]))
+    out.append(("Method", [f"{updated.method}, convex steps solved by {updated.solver}"]))
+    out.append(("Parameters", [_parameter_words(updated)]))
+    clauses = [str(c) for c in m.get("clauses", ())]
+    out.append(("Constraints", ["bounds on each parameter, listed below" if any(q.lower is not None or q.upper is not None for q in updated.parameters)
+                                else "no bounds", *clauses[:20], *([f"and {len(clauses) - 20} more"] if len(clauses) > 20 else [])]))
+    for r in updated.regularisation:
+        rule = f", chosen by {r['rule']}" if r.get("rule") else ""
+        note = f" ({r['note']})" if r.get("note") else ""
+        weight = number(r["weight"]) if not isinstance(r["weight"], str) else r["weight"]
+        out.append(("Regularisation", [f"{r['kind']}, weight {weight}{rule}{note}"]))
+    return out
+
+
+def metric_rows(updated: Updated) -> list[dict[str, str]]:
+    """The contract's metrics before and after, fitted first, then held out."""
+    out = []
+    for key, what in (("fit", "fitted"), ("hold_out", "held out")):
+        for metric, pair in updated.fit.get(key, {}).items():
+            name, unit = METRICS.get(metric, (metric, ""))
+            before, after = (f"{fixed(v)} %" if unit == "%" else number(v) for v in (pair["before"], pair["after"]))
+            out.append({"name": name, "what": what, "before": before, "after": after})
+    return out
+
+
+def mode_row(m: ModeResult, stated: bool) -> dict[str, str]:
+    """One mode as text; ``stated`` says whether the recordings gave deviations."""
+    number_ = str(m.model_mode_before) if m.model_mode_before == m.model_mode_after else f"{m.model_mode_before} → {m.model_mode_after}"
+    measured = with_deviation(m.measured, m.standard_deviation) if stated else number(m.measured, 5)
+    return {"mode": number_, "recording": m.recording, "use": m.use, "measured": measured, "before": number(m.before, 5), "after": number(m.after, 5),
+            "error_before": signed(100 * (m.before - m.measured) / m.measured), "error_after": signed(100 * (m.after - m.measured) / m.measured),
+            "mac_before": fixed(m.mac_before, 3), "mac_after": fixed(m.mac_after, 3)}
+
+
+def parameter_row(q: ParameterResult) -> dict[str, Any]:
+    """One parameter as text, in SI units with a prefix where that is usual."""
+    factor, unit = prefix_of(q.unit, q.before, q.after)
+    deviation = None if q.standard_deviation is None else q.standard_deviation / factor
+    low, high = (NOTHING if v is None else number(v / factor, 4) for v in (q.lower, q.upper))
+    if q.group is not None:
+        where = f"group {q.group}" + (f" ({count(len(q.elements), 'element')})" if q.elements else "")
+    elif q.element is not None:
+        where = f"element {q.element}"
+    else:
+        where = count(len(q.elements), "element") if q.elements else "whole model"
+    note = f"at its {q.bound} bound" if q.at_bound else "not determined" if q.standard_deviation is None else ""
+    return {"name": q.name, "of": PROPERTIES.get(q.of, q.of), "where": where, "before": number(q.before / factor, 5),
+            "after": with_deviation(q.after / factor, deviation), "bounds": f"{low} … {high}", "unit": unit or "–", "note": note}
+
+
+def _parameter_words(updated: Updated) -> str:
+    names = [q.name for q in updated.parameters]
+    shown = ", ".join(names[:12]) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
+    return f"{len(names)}: {shown}" if names else "none"
+
+
+def _mass(m: dict[str, Any]) -> list[str]:
+    if "mass_before" not in m:
+        return []
+    before, after = number(m["mass_before"], 5), number(m.get("mass_after"), 5)
+    return [f"total mass {before} kg" if before == after else f"total mass {before} kg before, {after} kg after"]
+
+
+def _residual(value: float | None) -> str:
+    return NOTHING if value is None else "0" if value == 0.0 else power(value)
