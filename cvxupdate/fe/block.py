@@ -23,8 +23,8 @@ class Block:
     """Elements of one type.
 
     ``ids`` (n,), ``groups`` n names, ``dofs`` (n, d) places among the free DOFs (−1: fixed), ``direction`` the DOF kind of each
-    column (0..5 = x..rz), (1, d) where all elements agree, else (n, d), ``terms`` geometric factors (g, d, d), ``geometry`` (n,) which of the g factors an element uses,
-    ``properties`` one value per element.
+    column (0..5 = x..rz), (1, d) where all elements agree, else (n, d), ``terms`` geometric factors (g, d, d), ``geometry`` (n,) which
+    of the g factors an element uses, ``properties`` one value per element.
     """
 
     kind: Element

@@ -209,6 +209,7 @@ def parse_label(label: str) -> tuple[int, int]:
 
 
 Place = dict[tuple[int, int], int]
+_INERTIA = ("m", "m", "m", "Ixx", "Iyy", "Izz")
 
 
 def _number(text: sm.Model, position: dict[int, int], xyz: Real, active: tuple[str, ...], batches: list[_Batch],
@@ -223,6 +224,11 @@ def _number(text: sm.Model, position: dict[int, int], xyz: Real, active: tuple[s
     touched: set[tuple[int, int]] = {(position[n], k) for g in given for n, k in g.labels}
     for batch in batches:
         kinds = [KINDS.index(d) for d in batch.kind.dofs if d in active]
+        if isinstance(batch.kind, Mass):  # no inertia about an axis: no DOF of its own there
+            amounts = [batch.properties[_INERTIA[k]] for k in kinds]
+            touched |= {(position[n], k) for k, amount in zip(kinds, amounts, strict=True)
+                        for (n,), value in zip(batch.nodes, amount, strict=True) if value != 0.0}
+            continue
         touched |= {(position[n], k) for nodes in batch.nodes for n in nodes for k in kinds}
     held = {(position[n], KINDS.index(d)) for s in text.supports for n in (node_ids if s.nodes == "all" else s.nodes) for d in s.dofs}
     labels = sorted(touched - held)

@@ -110,7 +110,7 @@ class Model:
         return tuple(out)
 
     def total_mass(self, p: ArrayLike | None = None) -> float:
-        """Mass in kg, supports included: what a translation along the first active axis carries."""
+        """Mass in kg, supports included: what a translation carries, of each element along the first axis in which it has mass."""
         return float(sum(self._pushed(b, b.combine(b.scalars(v))["M"])
                          for b, v in zip(self.blocks, self.properties(p), strict=True) if any(t.matrix == "M" for t in b.terms)))
 
@@ -127,18 +127,18 @@ class Model:
         return out
 
     def _pushed(self, block: Block, masses: Real, rows: Index | None = None) -> float:
-        """What element masses (e, d, d) oppose to a unit translation along the first axis that carries mass."""
-        r = (block.direction == self._axis).astype(float)
+        """What element masses (e, d, d) oppose to a unit translation."""
+        r = (block.direction == self._axis(block)).astype(float)
         if rows is not None and len(r) > 1:
             r = r[rows]
         return float(np.einsum("eij,ei,ej->", masses, *(np.broadcast_to(r, masses.shape[:2]),) * 2).real)
 
-    @cached_property
-    def _axis(self) -> int:
-        for axis in range(3):
-            if any(np.any(b.direction == axis) and any(t.matrix == "M" for t in b.terms) for b in self.blocks):
-                return axis
-        return 0
+    def _axis(self, block: Block) -> int:
+        """The first translation a block knows; given matrices hold the entries of one matrix in several blocks, so they go together."""
+        given = block.kind.name == "matrix"
+        alike = [b for b in self.blocks if b.kind.name == "matrix" and any(t.matrix == "M" for t in b.terms)] if given else [block]
+        first = min(int(b.direction.min()) for b in alike)
+        return first if first < 3 else -1  # rotations alone carry no mass
 
     @cached_property
     def _pattern(self) -> _Pattern:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy.linalg as la
 import scipy.sparse as sp
 
+from cvxupdate.fe.block import Index
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Model
 
@@ -33,10 +35,37 @@ def rigid_body_modes(model: Model, K: sp.csc_array, M: sp.csc_array) -> Real:
         return np.zeros((model.size, 0))
     Q = rigid_motions(model)
     resisted = Q.T @ (K @ Q)
-    rounding = np.diag(np.abs(Q).T @ (abs(K) @ np.abs(Q))).max() * np.finfo(float).eps * 256
-    values, vectors = np.linalg.eigh((resisted + resisted.T) / 2)
-    free = Q @ vectors[:, np.abs(values) <= rounding]
-    moved = free.T @ (M @ free)
+    _, vectors = np.linalg.eigh((resisted + resisted.T) / 2)
+    Q = Q @ vectors
+    energy = np.abs(np.einsum("ij,ij->j", Q, K @ Q))
+    return mass_normalised(Q[:, energy <= rounding(K, Q)], M)
+
+
+def rounding(K: sp.csc_array, shapes: Real) -> Real:
+    """The strain energy φᵀ K φ that rounding alone can make, for each column of ``shapes`` (N, m): 8 ε |φ|ᵀ |K| |φ|, (m,).
+
+    The bound is linear in the number of elements because equal elements carry equal errors. It depends on the shape, not on the
+    largest k/m of the model, so a soft suspension (far below 1 Hz at 100,000 DOFs) lies above it.
+    """
+    moved = np.abs(shapes)
+    return np.asarray(8.0 * np.finfo(float).eps * np.einsum("ij,ij->j", moved, abs(K) @ moved))
+
+
+def mass_normalised(motions: Real, M: sp.csc_array) -> Real:
+    """Columns that span the same motions with φᵀ M φ = 1, those without mass left out."""
+    moved = motions.T @ (M @ motions)
     values, vectors = np.linalg.eigh((moved + moved.T) / 2)
     heavy = values > 1e-12 * (values.max(initial=0.0) or 1.0)
-    return np.asarray(free @ (vectors[:, heavy] / np.sqrt(values[heavy])))
+    return np.asarray(motions @ (vectors[:, heavy] / np.sqrt(values[heavy])))
+
+
+def pins(R: Real, rotations: Real) -> Index:
+    """As many DOFs as there are rigid-body modes ``R`` (N, r), such that holding them is a statically determinate support.
+
+    ``rotations`` (N,) is 1 for DOFs to be held only where nothing else does: a plate held by its rotations at one point is soft.
+    """
+    if not R.shape[1]:
+        return np.zeros(0, dtype=np.int64)
+    scaled = R / np.abs(R).max(axis=0) * np.where(rotations > 0, 1e-3, 1.0)[:, None]
+    _, _, order = la.qr(scaled.T, mode="economic", pivoting=True)
+    return np.sort(order[: R.shape[1]]).astype(np.int64)

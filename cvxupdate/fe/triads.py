@@ -12,7 +12,8 @@ def line_triads(xyz: Real, orientation: Real) -> Real:
     """Local axes of two-node elements, (e, 3, 3), rows x, y, z.
 
     Local x runs from the first node to the second; ``orientation`` (e, 3) lies in the local x–z plane. A row of zeros asks for
-    the usual default: global z, or global −x for a bar along z, so that in both cases local y is global y for bars in the x–z plane.
+    the usual default: global z, or global −x for a bar along z, so that in both cases local y is along global y (either way) for bars
+    in the x–z plane.
 
     Raises
     ------

@@ -72,7 +72,7 @@ class Plate:
         a, b = np.linalg.norm(ex, axis=1), np.linalg.norm(ey, axis=1)
         skew = np.abs(np.einsum("ei,ei->e", ex, ey)) > 1e-6 * a * b
         open_ = np.linalg.norm(xyz[:, 2] - xyz[:, 0] - ex - ey, axis=1) > 1e-6 * (a + b)
-        tilted = (np.abs(ex[:, 2]) > 1e-9 * a) | (np.abs(ey[:, 2]) > 1e-9 * b)
+        tilted = (np.abs(ex[:, 2]) > 1e-6 * a) | (np.abs(ey[:, 2]) > 1e-6 * b)
         if np.any((a == 0) | (b == 0) | skew | open_ | tilted):
             raise ModelError("a plate element is not a rectangle parallel to the x-y plane, or its nodes are not in order around it. "
                              "Order its four nodes around a rectangle.")

@@ -1,0 +1,255 @@
+"""The flexible part of K φ = λ M φ, with rigid-body modes taken out exactly.
+
+A free structure is held at as many DOFs as it has rigid-body modes R, so K_ff is regular; with φ = x − R Rᵀ M x (x zero at the held DOFs)
+K R = 0 gives φᵀ K φ = xᵀ K_ff x and φᵀ M φ = xᵀ M̃ x, M̃ = M − (M R)(M R)ᵀ (cf. the self-equilibrated flexibility of Craig and Bampton 1968).
+No shift has to be guessed and massless DOFs need no care. The pencil is taken as M̃ x = μ K_ff x, μ = 1/λ, because its
+largest eigenvalues are those that rounding leaves whole.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
+
+from cvxupdate.errors import ModelError
+from cvxupdate.fe.block import Index
+from cvxupdate.fe.elements.base import Real
+from cvxupdate.fe.factor import Factor, factorise
+from cvxupdate.fe.rigid import mass_normalised, rounding
+
+_SINGULAR = "stiffness and mass both vanish on some motion: the model is a mechanism. Add the missing element or support."
+_EXTRA = 3  # modes beyond those wanted, among which a gap is sought for the Sturm count
+
+
+@dataclass(frozen=True)
+class Problem:
+    """K, M (N, N), mass-normalised motions ``R`` (N, r) with K R = 0, the DOFs ``held`` (r,); ``shift`` s replaces K by K + s M."""
+
+    K: sp.csc_array
+    M: sp.csc_array
+    R: Real
+    held: Index
+    check_mass: bool
+    shift: float = 0.0
+
+    @property
+    def size(self) -> int:
+        """Number of DOFs N."""
+        return int(self.K.shape[0])
+
+    @cached_property
+    def free(self) -> Index:
+        """DOFs that are not held."""
+        return np.setdiff1d(np.arange(self.size), self.held)
+
+    @cached_property
+    def stiffness(self) -> sp.csc_array:
+        """K_ff; with a shift K + s M̃, whose low-rank part is left to the caller (there is none where R is empty)."""
+        return self._cut(self.K + self.shift * self.M if self.shift else self.K)
+
+    @cached_property
+    def mass(self) -> sp.csc_array:
+        """M_ff."""
+        return self._cut(self.M)
+
+    @cached_property
+    def carried(self) -> Real:
+        """(M R)_f, (N − r, r): M̃ is M_ff less the product of this with its transpose."""
+        return np.asarray(self.M @ self.R)[self.free]
+
+    def _cut(self, A: sp.csc_array) -> sp.csc_array:
+        return sp.csc_array(A[self.free][:, self.free]) if len(self.held) else sp.csc_array(A)
+
+    def inertia(self, x: Real) -> Real:
+        """M̃ x."""
+        return np.asarray(self.mass @ x - self.carried @ (self.carried.T @ x))
+
+    def lift(self, x: Real) -> Real:
+        """x on the DOFs that are not held → φ on all, M-orthogonal to R."""
+        out = np.zeros((self.size, x.shape[1]))
+        out[self.free] = x
+        return np.asarray(out - self.R @ (self.carried.T @ x))
+
+
+def flexible_modes(problem: Problem, count: int, dense: int) -> tuple[Real, Real]:
+    """The lowest ``count`` flexible eigenvalues, ascending, and shapes (N, ≤ count), by LAPACK up to ``dense`` DOFs.
+
+    Raises
+    ------
+    ModelError
+        When M has a negative eigenvalue or both K and M vanish on some motion.
+    """
+    if problem.check_mass:
+        _check_mass(problem.M, dense)
+    heavy = np.flatnonzero(abs(problem.mass).sum(axis=0) > 0.0)
+    count = min(count, len(heavy))
+    if count <= 0:
+        return np.zeros(0), np.zeros((problem.size, 0))
+    if problem.size <= dense or count + _EXTRA > len(problem.free) // 4:
+        return _dense(problem, count)
+    if len(heavy) <= max(dense, 4 * (count + _EXTRA)):
+        return _few_masses(problem, count, heavy)
+    return _sparse(problem, count)
+
+
+def unresisted(K: sp.csc_array, M: sp.csc_array, dense: int) -> Real:
+    """Mass-normalised motions (N, r) that K does not resist, found from the matrices alone.
+
+    Raises
+    ------
+    ModelError
+        As `flexible_modes`.
+    """
+    problem = Problem(K, M, np.zeros((K.shape[0], 0)), np.zeros(0, dtype=np.int64), True, _shift(K, M))
+    count = 8
+    while True:
+        values, shapes = flexible_modes(problem, count, dense)
+        shapes = shapes / np.sqrt(np.einsum("ij,ij->j", shapes, M @ shapes))
+        loose = np.abs(np.einsum("ij,ij->j", shapes, K @ shapes)) <= rounding(K, shapes)
+        if not np.all(loose) or len(values) < count:
+            return mass_normalised(shapes[:, loose], M)
+        count *= 2
+
+
+def _shift(K: sp.csc_array, M: sp.csc_array) -> float:
+    """Well above what rounding of K makes of a zero eigenvalue, and small beside those of the mesh."""
+    k, m = np.abs(K.diagonal()), M.diagonal()
+    heavy = (m > 0.0) & (k > 0.0)
+    ratio = k[heavy] / m[heavy] if np.any(heavy) else np.ones(1)
+    return float(1e-6 * np.median(ratio) + 1e5 * np.finfo(float).eps * ratio.max())
+
+
+def _shifted(problem: Problem, attempt: int) -> Problem:
+    """Where K_ff is not positive: the whole of K, made positive by mass; R is then among the modes that are found."""
+    none = Problem(problem.K, problem.M, np.zeros((problem.size, 0)), np.zeros(0, dtype=np.int64), False)
+    return replace(none, shift=max(problem.shift, _shift(problem.K, problem.M)) * 1e3**attempt)
+
+
+def _check_mass(M: sp.csc_array, dense: int) -> None:
+    """M is positive semidefinite: Cholesky or the signs of the pivots, in units of its diagonal."""
+    d = M.diagonal()
+    remedy = "A mass parameter has gone too far: set its lower bound."
+    if np.any(d < 0.0):
+        raise ModelError(f"the mass matrix has a negative diagonal entry ({d.min():.3g} at DOF number {int(np.argmin(d))}). {remedy}")
+    scale = sp.diags_array(1.0 / np.sqrt(np.where(d > 0.0, d, 1.0)))
+    scaled = sp.csc_array(scale @ M @ scale + 1e-9 * sp.eye_array(M.shape[0]))
+    if M.shape[0] > dense:
+        negative = bool(factorise(scaled, "the mass matrix").negatives())
+    else:
+        try:
+            la.cholesky(scaled.toarray(), lower=True, check_finite=False)
+            negative = False
+        except la.LinAlgError:
+            negative = True
+    if negative:
+        raise ModelError(f"the mass matrix has a negative eigenvalue. {remedy}")
+
+
+def _ascending(problem: Problem, mu: Real, x: Real, count: int) -> tuple[Real, Real]:
+    """λ = 1/μ − s and lifted shapes, ascending; μ at rounding level belongs to massless motions."""
+    keep = np.abs(mu) > 1e-14 * np.abs(mu).max(initial=0.0)
+    values, shapes = 1.0 / mu[keep] - problem.shift, problem.lift(x[:, keep])
+    order = np.argsort(values)[:count]
+    return values[order], shapes[:, order]
+
+
+def _fall_back(problem: Problem, count: int, attempt: int) -> tuple[Problem, int]:
+    if attempt == 3:
+        raise ModelError(_SINGULAR)
+    return _shifted(problem, attempt), count + problem.R.shape[1]
+
+
+def _drop_rigid(problem: Problem, values: Real, shapes: Real, count: int) -> tuple[Real, Real]:
+    """Modes found with R among them → without: those that R explains least."""
+    if not problem.R.shape[1]:
+        return values, shapes
+    size = np.sqrt(np.einsum("ij,ij->j", shapes, problem.M @ shapes))
+    share = np.sum((problem.R.T @ (problem.M @ (shapes / size))) ** 2, axis=0)
+    rest = np.sort(np.argsort(share, kind="stable")[: max(len(values) - problem.R.shape[1], 0)])[:count]
+    left = shapes[:, rest] / size[rest]
+    return values[rest], left - problem.R @ (problem.R.T @ (problem.M @ left))
+
+
+def _dense(problem: Problem, count: int) -> tuple[Real, Real]:
+    current, wanted = problem, count
+    for attempt in range(4):
+        M = current.mass.toarray() - current.carried @ current.carried.T
+        n = len(M)
+        try:
+            mu, x = la.eigh(M, current.stiffness.toarray(), subset_by_index=[n - min(wanted, n), n - 1], check_finite=False)
+            values, shapes = _ascending(current, mu, x, wanted)
+            return _drop_rigid(problem, values, shapes, count) if current is not problem else (values, shapes)
+        except la.LinAlgError:
+            current, wanted = _fall_back(problem, count, attempt)
+    raise ModelError(_SINGULAR)
+
+
+def _few_masses(problem: Problem, count: int, heavy: Index) -> tuple[Real, Real]:
+    """Mass on few DOFs of many: x = F g with the flexibilities F (N, k) of the heavy DOFs and their inertia forces g."""
+    current, wanted, masters = problem, count, heavy
+    for attempt in range(4):
+        try:
+            unit = np.zeros((len(current.free), len(masters)))
+            unit[masters, np.arange(len(masters))] = 1.0
+            F = factorise(current.stiffness, "the stiffness matrix").solve(unit)
+            mu, g = la.eigh(F.T @ current.inertia(F), (F[masters] + F[masters].T) / 2, check_finite=False)
+            values, shapes = _ascending(current, mu, F @ g, wanted)
+            return _drop_rigid(problem, values, shapes, count) if current is not problem else (values, shapes)
+        except (la.LinAlgError, ModelError):
+            current, wanted = _fall_back(problem, count, attempt)
+            masters = np.flatnonzero(abs(current.mass).sum(axis=0) > 0.0)
+    raise ModelError(_SINGULAR)
+
+
+def _sparse(problem: Problem, count: int) -> tuple[Real, Real]:
+    """Shift-invert Lanczos; asked for more where the Sturm count says that a repeated mode was missed, shifted where K is not positive."""
+    current, wanted, attempt = problem, count, 0
+    missed = 0
+    while True:
+        try:
+            factor = factorise(current.stiffness, "the stiffness matrix")
+            values, shapes = _lanczos(current, factor, min(wanted + missed + _EXTRA, len(current.free) - 2))
+        except ModelError:
+            values = np.zeros(0)
+        if len(values) >= wanted:
+            cut = _gap(values, wanted)
+            below = factorise(problem.K - cut * problem.M, "K − μ M").negatives()
+            rigid = problem.R.shape[1] if current is problem else 0
+            short = 0 if below is None else below - rigid - int(np.sum(values < cut))
+            if short <= 0:
+                values, shapes = values[:wanted], shapes[:, :wanted]
+                return _drop_rigid(problem, values, shapes, count) if current is not problem else (values, shapes)
+            if missed == 0:
+                missed = short + _EXTRA
+                continue
+        current, wanted = _fall_back(problem, count, attempt)
+        attempt, missed = attempt + 1, 0
+
+
+def _gap(values: Real, wanted: int) -> float:
+    """The middle of the widest relative gap at or after the last mode wanted: there K − μ M is farthest from singular."""
+    last = values[wanted - 1:]
+    if len(last) < 2:
+        return float(last[0] + 1e-6 * abs(last[0]))
+    at = int(np.argmax(np.diff(last)))
+    return float((last[at] + last[at + 1]) / 2.0)
+
+
+def _lanczos(problem: Problem, factor: Factor, count: int) -> tuple[Real, Real]:
+    n = len(problem.free)
+    shape = (n, n)
+    inverse = LinearOperator(shape, matvec=factor.solve, dtype=float)
+    inertia = LinearOperator(shape, matvec=problem.inertia, dtype=float)
+    start = factor.solve(problem.inertia(np.random.default_rng(0).standard_normal(n)))
+    try:
+        values, x = eigsh(inverse, count, inertia, sigma=0.0, OPinv=inverse, v0=start, ncv=min(n - 1, 2 * count + 4))
+    except ArpackError as error:
+        raise ModelError(f"the natural modes did not converge ({error}). Is the mass matrix positive semidefinite?") from error
+    # One more inverse iteration takes out what Lanczos gathered in the null space of M (Nour-Omid et al. 1987).
+    x = factor.solve(problem.inertia(x)) * values
+    return _ascending(problem, 1.0 / values, x, count)
