@@ -65,6 +65,10 @@ class StepProblem:
         return self.loss.value(system.residual(p)) + penalty
 
 
+# Distances of the projection are counted in thousandths, so that a gap of 1e-9 still means 1e-7 in p.
+FINE = 1e3
+
+
 def box_clauses(columns: tuple[str, ...], centre: Array, radius: Array) -> tuple[LinearClause, ...]:
     """The trust region |p − centre| ≤ radius as named clauses, one for each parameter with a finite radius."""
     one = np.ones((1, 1))
@@ -169,4 +173,4 @@ def compile_projection(problem: StepProblem) -> Model:
     n = len(problem.columns)
     p, d = cp.Variable(n, name="p"), cp.Parameter(n, name="d")
     constraints = constraint_list(p, problem.clauses, linear_rows(problem.clauses, n))
-    return Model(cp.Problem(cp.Minimize(cp.sum_squares(p - d)), constraints), p, None, d)
+    return Model(cp.Problem(cp.Minimize(cp.sum_squares(FINE * (p - d))), constraints), p, None, d)

@@ -138,32 +138,39 @@ def with_chosen_weight(
     return problem, None
 
 
-def curvature(x: Array, y: Array, t: Array) -> Array:
-    """Signed curvature of the plane curve (x(t), y(t)), (points,), by central differences; positive turns left."""
-    dx, dy = np.gradient(x, t), np.gradient(y, t)
-    ddx, ddy = np.gradient(dx, t), np.gradient(dy, t)
-    return np.asarray((dx * ddy - dy * ddx) / np.maximum((dx**2 + dy**2) ** 1.5, np.finfo(float).tiny))
+def curvature(x: Array, y: Array, step: float) -> Array:
+    """Signed curvature of the polyline (x, y), (points,), from points ``step`` of arc length before and after (Menger).
+
+    Positive where the line turns left; NaN within ``step`` of an end.
+    """
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    before = np.array([np.interp(s - step, s, x), np.interp(s - step, s, y)])
+    after = np.array([np.interp(s + step, s, x), np.interp(s + step, s, y)])
+    here = np.array([x, y])
+    a, b = here - before, after - here
+    turn = a[0] * b[1] - a[1] * b[0]
+    sides = np.linalg.norm(a, axis=0) * np.linalg.norm(b, axis=0) * np.linalg.norm(after - before, axis=0)
+    inside = (s >= step) & (s <= s[-1] - step) & (sides > 0)
+    return np.where(inside, 2 * turn / np.where(sides > 0, sides, 1.0), np.nan)
 
 
 def _corner(grid: Array, loss: Array, penalty: Array) -> WeightChoice:
     usable = np.isfinite(loss) & (loss > 0) & (penalty > 1e-12 * np.nanmax(penalty, initial=0.0)) & (penalty > 0)
     score = np.full(grid.size, np.nan)
-    if usable.sum() < 5:
-        return WeightChoice(
-            float(grid[0]),
-            "l-curve",
-            np.column_stack([grid, loss, penalty, score]),
-            "the L-curve has no corner: the fit is exact or nothing moves; the least weight is taken",
-        )
-    x, y, t = np.log(loss[usable]), np.log(penalty[usable]), np.log(grid[usable])
-    bend = curvature(x, y, t)
-    # Where the curve hardly moves, curvature is a quotient of rounding errors.
-    length = np.hypot(np.gradient(x, t), np.gradient(y, t))
-    bend[length < 1e-3 * length.max()] = -np.inf
-    bend[[0, -1]] = -np.inf
-    score[usable] = bend
-    best = int(np.argmax(np.where(np.isfinite(score), score, -np.inf)))
-    return WeightChoice(float(grid[best]), "l-curve", np.column_stack([grid, loss, penalty, score]))
+    if usable.sum() >= 5:
+        x, y = np.log(loss[usable]), np.log(penalty[usable])
+        # At the scale of a twentieth of the curve, so that a ripple is not taken for the corner.
+        score[usable] = curvature(x, y, float(np.sum(np.hypot(np.diff(x), np.diff(y)))) / 20)
+    curve = np.column_stack([grid, loss, penalty, score])
+    if not np.nanmax(score, initial=-np.inf) > 0:
+        note = "the L-curve has no corner: the fit is exact or nothing moves; the least weight is taken"
+        return WeightChoice(float(grid[0]), "l-curve", curve, note)
+    # Many weights share the corner when little changes there; the middle one of those is taken.
+    sharp = np.nan_to_num(score, nan=-np.inf) >= 0.8 * np.nanmax(score)
+    top = int(np.nanargmax(score))
+    first = top - int(np.argmin(np.append(sharp[top::-1], False))) + 1
+    last = top + int(np.argmin(np.append(sharp[top:], False))) - 1
+    return WeightChoice(float(np.sqrt(grid[first] * grid[last])), "l-curve", curve)
 
 
 def _least_gcv(grid: Array, loss: Array, penalty: Array, freedom: Array, rows: int) -> WeightChoice:
