@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import json
 import os
 import sys
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False,
                   help="Update structural dynamics models by convex programs, and say what physics they leave out.")
-Problem = Annotated[Path, typer.Argument(help="a problem file (TOML)", show_default=False)]
+Problem = Annotated[Path, typer.Argument(metavar="PROBLEM", help="a problem file (TOML)", show_default=False)]
 Out = Annotated[Path | None, typer.Option("--out", help="folder for results; default out/<name of the problem>", show_default=False)]
 Json = Annotated[bool, typer.Option("--json", help="print the JSON on standard output and nothing else there")]
 
@@ -32,6 +33,7 @@ def run(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     from cvxupdate.report import run_files, run_summary
     from cvxupdate.study import run as do
 
+    _must_be_writable(out)
     with _progress(as_json) as tell:
         updated = do(problem, tell)
     files, payload = run_files(updated)
@@ -48,6 +50,7 @@ def solvers(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     from cvxupdate.report import solvers_files, solvers_summary
     from cvxupdate.study import solvers as do
 
+    _must_be_writable(out)
     spec, rows, spread = do(problem)
     files, payload = solvers_files(spec.name, spec.title, rows, spread)
     folder = _folder(out, spec.name)
@@ -93,6 +96,16 @@ def _folder(out: Path | None, name: str) -> Path:
     return Path("out") / name if out is None else out
 
 
+def _must_be_writable(out: Path | None) -> None:
+    """Say before the work, not after it, that the results have no place to go; creates nothing."""
+    folder = Path("out") if out is None else out
+    place = next((p for p in (folder, *folder.absolute().parents) if os.path.lexists(p)), Path("/"))
+    if not place.is_dir():
+        raise InputError(f"{folder}: the results cannot be written there ({place} is not a folder). Give another --out.")
+    if not os.access(place, os.W_OK | os.X_OK):
+        raise InputError(f"{folder}: the results cannot be written there ({place} may not be written to). Give another --out.")
+
+
 def _write(folder: Path, files: dict[str, str]) -> None:
     """Write files whole or not at all: into a temporary name first, then moved into place."""
     try:
@@ -133,10 +146,11 @@ def _progress(quiet: bool) -> Iterator[Callable[[Iteration], None] | None]:
 
 def main() -> None:
     """Entry point of the console script."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(encoding="utf-8")  # names and units are not ASCII, whatever the locale says
     try:
-        app(standalone_mode=False)
-    except typer.Exit as stop:
-        code = stop.exit_code
+        given = app(standalone_mode=False)  # typer.Exit comes back as its number
     except InfeasibleError as error:
         code = _fail(str(error), NOT_DONE)
     except InputError as error:
@@ -149,11 +163,12 @@ def main() -> None:
         code = 0
     except Exception as error:
         if type(error).__module__.startswith(("click", "typer")) and hasattr(error, "format_message"):
-            code = _fail(f"{error.format_message()} Try 'cvxupdate --help'.", BAD_INPUT)
+            said = error.format_message()  # empty when the help was printed because nothing was asked
+            code = _fail(f"{said} Try 'cvxupdate --help'.", BAD_INPUT) if said else BAD_INPUT
         else:
             raise
     else:
-        code = 0
+        code = given if isinstance(given, int) else 0
     sys.exit(code)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,13 +45,16 @@ def run(path: str | os.PathLike[str], progress: Callable[[Iteration], None] | No
         For a fault of the input; an infeasible step is no error but a result with ``status`` "infeasible".
     """
     from cvxupdate.update.modal import update_modal
+    from cvxupdate.update.parts import step_problem
 
     spec, model, recordings = open_problem(path)
     if spec.update is None:
         raise InputError(f"{path}: there is no [update] table, so there is nothing to run. Add one with a method and parameters.")
     if spec.update.method not in MODAL:
         raise InputError(f"{path}: update.method {spec.update.method!r} is not built yet. Use one of {', '.join(MODAL)}.")
-    return update_modal(spec, model, recordings, progress)
+    updated = update_modal(spec, model, recordings, progress)
+    clauses = tuple(c.name for c in step_problem(spec, model).clauses if not c.name.startswith("bounds on "))
+    return replace(updated, model={**updated.model, "clauses": clauses})
 
 
 def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], float]:
@@ -83,7 +87,7 @@ def check(path: str | os.PathLike[str]) -> dict[str, object]:
     """
     from cvxupdate.fe.modes import model_modes
 
-    spec, model, recordings = open_problem(path)
+    _, model, recordings = open_problem(path)
     model_modes(model, 1)  # a mechanism or an indefinite mass shows here
     return {"nodes": len(model.node_ids), "elements": len({int(i) for b in model.blocks for i in b.ids}), "free DOFs": model.size,
             "recordings": len(recordings), "parameters": len(model.parameters)}

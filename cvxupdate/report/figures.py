@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from cvxupdate.report.numbers import number, prefix_of
+from cvxupdate.report.numbers import number, prefix_of, short
 from cvxupdate.report.svg import AFTER, BAND, BEFORE, GRID, HELD, INK, QUIET, draw
 
 if TYPE_CHECKING:
@@ -101,9 +101,9 @@ def parameters(found: Sequence[ParameterResult], moved: bool) -> str | None:
                     ax.plot([a, b], [row, row], color=AFTER, lw=2.2, solid_capstyle="butt", zorder=3)
                 ax.plot([at(q.after)], [row], "o", color=HELD if q.at_bound else AFTER, mew=0, ms=6, zorder=5)
             factor, unit = prefix_of(q.unit, low, high)
-            ends = [number(v / factor, 3) for v in (low, high)]
-            ax.annotate(ends[0], (0, row), (0, -8), textcoords="offset points", ha="center", va="top", fontsize=8, color=QUIET)
-            ax.annotate(f"{ends[1]} {unit}".strip(), (1, row), (0, -8), textcoords="offset points", ha="center", va="top", fontsize=8, color=QUIET)
+            ends = [short(v / factor, 3) for v in (low, high)]
+            ax.annotate(ends[0], (0, row), (0, -8), textcoords="offset points", ha="center", va="top", fontsize=9, color=QUIET)
+            ax.annotate(f"{ends[1]} {unit}".strip(), (1, row), (0, -8), textcoords="offset points", ha="center", va="top", fontsize=9, color=QUIET)
         ax.set_yticks(range(len(shown)), [shortened(q.name) for q in shown])
         ax.set(xlim=(-0.07, 1.1), ylim=(len(shown) - 0.35, -0.5))
         ax.set_xticks([])
@@ -151,7 +151,7 @@ def solver_bars(rows: Sequence[SolverRow]) -> str | None:
         ax.barh(y, [v - low for v in ms], left=low, height=0.55, color=AFTER, zorder=2)
         for row, (v, r) in enumerate(zip(ms, shown, strict=True)):
             ax.annotate(f"{number(v, 3)} ms, residual {r.certificate.worst:.0e}".replace("e-0", "e-").replace("-", "−"), (v, row), (4, 0),
-                        textcoords="offset points", va="center", fontsize=8, color=INK)
+                        textcoords="offset points", va="center", fontsize=9, color=INK)
         ax.set_xscale("log")
         ax.set(xlim=(low, 40 * max(ms)), xlabel="time inside the solver (ms)")
         ax.set_yticks(y, [r.solver for r in shown])

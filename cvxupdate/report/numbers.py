@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Iterable
 
 NOTHING = "–"
 PREFIXED = ("Pa", "N/m", "N*m/rad", "N", "W")
@@ -20,6 +22,23 @@ def number(value: float | None, digits: int = 4) -> str:
     if -4 < size < 5:
         return _signs(f"{value:.{max(0, digits - 1 - size)}f}")
     return power(value, digits)
+
+
+def short(value: float | None, digits: int = 5) -> str:
+    """As `number`, without zeros at the end: for what a person wrote."""
+    text = number(value, digits)
+    return text.rstrip("0").rstrip(".") if "." in text and "·" not in text else text
+
+
+def typeset(text: str) -> str:
+    """A sentence with 4.8e-09 written as 4.8·10⁻⁹."""
+    return re.sub(r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?\d+)\b",
+                  lambda m: _signs(m[1]) + "·10" + str(int(m[2])).translate(SUPERSCRIPTS), text)
+
+
+def decimals(values: Iterable[float], most: int = 6) -> int:
+    """Decimals that write every value as it was given, up to ``most``."""
+    return max((len(f"{v:.{most}f}".rstrip("0").split(".")[1]) for v in values if math.isfinite(v)), default=0)
 
 
 def power(value: float, digits: int = 2) -> str:

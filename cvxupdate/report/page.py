@@ -13,12 +13,16 @@ from typing import Any
 
 import jinja2
 
+from cvxupdate.report.numbers import typeset
+
 
 @functools.cache
 def environment() -> jinja2.Environment:
     """The templates of this package; a name that the context lacks is an error, not an empty place."""
     loader = jinja2.FileSystemLoader(Path(__file__).parent / "templates")
-    return jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    made = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    made.filters["typeset"] = typeset
+    return made
 
 
 def render(template: str, context: dict[str, Any]) -> str:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
 from cvxupdate.report import figures
-from cvxupdate.report.numbers import NOTHING, count, fixed, number, power, prefix_of, seconds, signed, with_deviation
+from cvxupdate.report.numbers import NOTHING, count, decimals, fixed, number, power, prefix_of, seconds, short, signed, with_deviation
 from cvxupdate.report.page import command, render
 from cvxupdate.report.words import CERTIFICATE, METRICS, certificate_sentence, conflict_sentence, verdict
 
@@ -22,14 +23,14 @@ PROPERTIES = {
     "rho": "density", "A": "area", "I": "second moment of area", "Iy": "second moment of area, y", "Iz": "second moment of area, z",
     "J": "torsion constant", "thickness": "thickness", "height": "height", "width": "width", "diameter": "diameter", "wall": "wall thickness",
     "k": "spring stiffness", "m": "mass", "c": "damper", "eta": "loss factor", "alpha": "mass-proportional damping",
-    "beta": "stiffness-proportional damping", "Dx": "rigidity D_x, factor", "Dy": "rigidity D_y, factor", "D1": "coupling rigidity D_1, factor",
-    "Dxy": "twisting rigidity D_xy, factor", "Ixx": "rotary inertia, x", "Iyy": "rotary inertia, y", "Izz": "rotary inertia, z",
+    "beta": "stiffness-proportional damping", "Dx": "bending rigidity Dx (factor)", "Dy": "bending rigidity Dy (factor)", "D1": "coupling rigidity D1 (factor)",
+    "Dxy": "twisting rigidity Dxy (factor)", "Ixx": "rotary inertia, x", "Iyy": "rotary inertia, y", "Izz": "rotary inertia, z",
 }  # fmt: skip
 
 
 def run_page(updated: Updated) -> str:
     """The HTML text of a report on `run`."""
-    moved = bool(updated.iterations)
+    moved = updated.status != "infeasible"
     stated = updated.noise is not None
     pictures = {
         "frequencies": figures.frequencies(updated.modes, moved),
@@ -41,7 +42,7 @@ def run_page(updated: Updated) -> str:
         "u": updated, "moved": moved, "verdict": verdict(updated), "status": updated.status,
         "figure": {key: Markup(svg) if svg else None for key, svg in pictures.items()},
         "asked": asked(updated), "metrics": metric_rows(updated),
-        "modes": [mode_row(m, stated) for m in updated.modes[:MOST_ROWS]], "more_modes": max(0, len(updated.modes) - MOST_ROWS),
+        "modes": mode_rows(updated.modes[:MOST_ROWS], stated), "more_modes": max(0, len(updated.modes) - MOST_ROWS),
         "bars": figures.ROWS, "several": len({m.recording for m in updated.modes}) > 1, "mac": any(m.mac_before is not None for m in updated.modes),
         "parameters": [parameter_row(q) for q in figures.strongest(updated.parameters, MOST_ROWS)],
         "more_parameters": max(0, len(updated.parameters) - MOST_ROWS),
@@ -95,20 +96,24 @@ def metric_rows(updated: Updated) -> list[dict[str, str]]:
     return out
 
 
-def mode_row(m: ModeResult, stated: bool) -> dict[str, str]:
-    """One mode as text; ``stated`` says whether the recordings gave deviations."""
-    number_ = str(m.model_mode_before) if m.model_mode_before == m.model_mode_after else f"{m.model_mode_before} → {m.model_mode_after}"
-    measured = with_deviation(m.measured, m.standard_deviation) if stated else number(m.measured, 5)
-    return {"mode": number_, "recording": m.recording, "use": m.use, "measured": measured, "before": number(m.before, 5), "after": number(m.after, 5),
-            "error_before": signed(100 * (m.before - m.measured) / m.measured), "error_after": signed(100 * (m.after - m.measured) / m.measured),
-            "mac_before": fixed(m.mac_before, 3), "mac_after": fixed(m.mac_after, 3)}
+def mode_rows(modes: Sequence[ModeResult], stated: bool) -> list[dict[str, str]]:
+    """Modes as text; ``stated`` says whether the recordings gave deviations. A column has the same decimals throughout."""
+    given = min(decimals(m.measured for m in modes), 4)
+    places = max(given, 2 if max((m.measured for m in modes), default=0.0) > 20.0 else 4)
+    return [{
+        "mode": str(m.model_mode_before) if m.model_mode_before == m.model_mode_after else f"{m.model_mode_before} → {m.model_mode_after}",
+        "recording": m.recording, "use": m.use, "measured": with_deviation(m.measured, m.standard_deviation) if stated else fixed(m.measured, given),
+        "before": fixed(m.before, places), "after": fixed(m.after, places),
+        "error_before": signed(100 * (m.before - m.measured) / m.measured), "error_after": signed(100 * (m.after - m.measured) / m.measured),
+        "mac_before": fixed(m.mac_before, 3), "mac_after": fixed(m.mac_after, 3),
+    } for m in modes]  # fmt: skip
 
 
 def parameter_row(q: ParameterResult) -> dict[str, Any]:
     """One parameter as text, in SI units with a prefix where that is usual."""
     factor, unit = prefix_of(q.unit, q.before, q.after)
     deviation = None if q.standard_deviation is None else q.standard_deviation / factor
-    low, high = (NOTHING if v is None else number(v / factor, 4) for v in (q.lower, q.upper))
+    low, high = (NOTHING if v is None else short(v / factor) for v in (q.lower, q.upper))
     if q.group is not None:
         where = f"group {q.group}" + (f" ({count(len(q.elements), 'element')})" if q.elements else "")
     elif q.element is not None:
@@ -116,7 +121,7 @@ def parameter_row(q: ParameterResult) -> dict[str, Any]:
     else:
         where = count(len(q.elements), "element") if q.elements else "whole model"
     note = f"at its {q.bound} bound" if q.at_bound else "not determined" if q.standard_deviation is None else ""
-    return {"name": q.name, "of": PROPERTIES.get(q.of, q.of), "where": where, "before": number(q.before / factor, 5),
+    return {"name": q.name, "of": PROPERTIES.get(q.of, q.of), "where": where, "before": short(q.before / factor),
             "after": with_deviation(q.after / factor, deviation), "bounds": f"{low} … {high}", "unit": unit or "–", "note": note}
 
 

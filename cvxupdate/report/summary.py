@@ -31,7 +31,7 @@ def run_text(updated: Updated, folder: Path) -> RenderableType:
     if updated.conflict:
         parts.append(Text(conflict_sentence(updated)))
         parts += [Text(f"  - {line}") for line in updated.conflict[:MOST]] + [Text(f"  > {line}") for line in updated.relaxation[:3]]
-    elif updated.iterations:
+    else:
         parts += [_fit(updated), _parameters(updated)]
     parts.append(Text(f"{updated.status}, {count(updated.iterations, 'iteration')}, {updated.solver}, {seconds(updated.time)}", style="dim"))
     parts.append(_where(folder))

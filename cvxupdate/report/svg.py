@@ -13,8 +13,8 @@ INK, QUIET, GRID, BEFORE, AFTER, HELD, BAND = "#010a01", "#020a02", "#030a03", "
 VARIABLES = {INK: "ink", QUIET: "quiet", GRID: "line", BEFORE: "before", AFTER: "after", HELD: "held", BAND: "band"}
 
 RC = {
-    "svg.fonttype": "none", "svg.hashsalt": "cvxupdate", "font.family": "sans-serif", "font.size": 9.0, "axes.titlesize": 9.0, "axes.labelsize": 9.0,
-    "xtick.labelsize": 8.5, "ytick.labelsize": 8.5, "legend.fontsize": 8.5, "text.color": INK, "axes.labelcolor": INK, "axes.edgecolor": QUIET,
+    "svg.fonttype": "none", "svg.hashsalt": "cvxupdate", "font.family": "sans-serif", "font.size": 10.0, "axes.titlesize": 10.0, "axes.labelsize": 10.0,
+    "xtick.labelsize": 9.5, "ytick.labelsize": 9.5, "legend.fontsize": 9.5, "text.color": INK, "axes.labelcolor": INK, "axes.edgecolor": QUIET,
     "xtick.color": QUIET, "ytick.color": QUIET, "xtick.labelcolor": INK, "ytick.labelcolor": INK, "grid.color": GRID, "grid.linewidth": 0.6,
     "axes.linewidth": 0.8, "axes.grid": True, "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False,
     "axes.facecolor": "none", "figure.facecolor": "none", "savefig.facecolor": "none", "axes.unicode_minus": True, "mathtext.default": "regular",

@@ -47,7 +47,7 @@ def verdict(updated: Updated) -> Verdict:
     """One line that says what came of it, and what to mind."""
     minds = tuple(_minds(updated))
     if updated.status == "infeasible":
-        return Verdict("bad", "The constraints contradict one another; the model was not updated.", minds)
+        return Verdict("bad", "The constraints contradict one another; the model was not updated.", ())
     gain = _gain(updated)
     if updated.status not in ("converged", "optimal"):
         return Verdict("fair", f"Stopped before convergence. {gain}".strip(), (f"Why: {updated.reason}.", *minds))
@@ -93,12 +93,12 @@ def _minds(updated: Updated) -> list[str]:
     if bad:
         names = " and ".join(METRICS.get(k, (k, ""))[0] for k in bad)
         out.append(f"The {names} of the hold-out got worse: the update follows what only the fitted recordings contain. Use fewer parameters or more data.")
-    limits = [p.name for p in updated.parameters if p.at_bound and updated.iterations]
+    limits = [p.name for p in updated.parameters if p.at_bound]
     if limits:
         shown = ", ".join(limits[:6]) + (f" and {len(limits) - 6} more" if len(limits) > 6 else "")
         out.append(f"{shown} ended on a bound: the recordings ask for more than the bound allows, or the model lacks something else.")
     if updated.undetermined:
-        out.append(f"{count(len(updated.undetermined), 'combination')} of parameters cannot be told from these recordings; see below.")
+        out.append(f"{count(len(updated.undetermined), 'combination')} of parameters cannot be told from these recordings; the report names them.")
     return out
 
 
