@@ -73,6 +73,13 @@ class Block:
             out[matrix] = out[matrix] + part if matrix in out else part
         return out
 
+    def moves(self, names: tuple[str, ...], assumed: Mapping[str, float]) -> bool:
+        """Whether any of the properties ``names`` changes any matrix, with the properties ``assumed`` where they are zero today."""
+        local: dict[str, Values] = {k: np.where(v == 0.0, assumed.get(k, 0.0), v).astype(complex) for k, v in self.properties.items()}
+        for name in names:
+            local[name] = local[name] + 1j * STEP * np.where(local[name] == 0.0, 1.0, local[name].real)
+        return any(bool(np.any(np.imag(f) != 0.0)) for _, _, f in self.scalars(local))
+
     def derivative(self, properties: Mapping[str, Values], rows: Index, names: tuple[str, ...], scales: Real) -> dict[str, Real]:
         """d(element matrices)/dp of ``rows`` where property names[i] moves by scales[i] · p; each (r, d, d), zero ones left out."""
         local: dict[str, Values] = {k: v[rows].astype(complex) for k, v in properties.items()}

@@ -28,7 +28,7 @@ _EXTRA = 3  # modes beyond those wanted, among which a gap is sought for the Stu
 
 @dataclass(frozen=True)
 class Problem:
-    """K, M (N, N), mass-normalised motions ``R`` (N, r) with K R = 0, the DOFs ``held`` (r,); ``shift`` s replaces K by K + s M."""
+    """K, M (N, N), mass-normalised motions ``R`` (N, r) with K R = 0, the DOFs ``held`` (r or more); ``shift`` s replaces K by K + s M."""
 
     K: sp.csc_array
     M: sp.csc_array

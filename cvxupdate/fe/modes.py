@@ -12,7 +12,7 @@ from cvxupdate.fe.block import Index
 from cvxupdate.fe.eigen import Problem, flexible_modes, unresisted
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Matrices, Model
-from cvxupdate.fe.rigid import pins, rigid_body_modes, rounding
+from cvxupdate.fe.rigid import free_motions, mass_normalised, pins, rounding
 
 DENSE = 300  # DOFs below which LAPACK beats shift-invert (measured in tests/benchmarks/test_modes.py)
 
@@ -52,9 +52,9 @@ def model_modes(model: Model, count: int, p: Real | None = None, matrices: Matri
         raise ModelError(f"{model.labels[bare[0]]} has neither stiffness nor mass{f' (and {bare.size - 1} more)' if bare.size > 1 else ''}: the model is a "
                          "mechanism. Hold it by a support, take its kind out of model.dofs, or add the missing element.")
     drawn = not any(b.kind.name == "matrix" for b in model.blocks)
-    rigid = rigid_body_modes(model, m.K, m.M) if drawn else None
+    motions = free_motions(model, m.K) if drawn else None
     sound = drawn and (p is not None or matrices is None) and not _negative_mass(model, p)
-    modes = _solve(m.K, m.M, count, rigid, (model.dof_kind >= 3).astype(float), not sound)
+    modes = _solve(m.K, m.M, count, motions, (model.dof_kind >= 3).astype(float), not sound)
     flexible = modes.shapes[:, modes.rigid:]
     noise = rounding(m.K, flexible)
     for wrong, what in ((modes.eigenvalues[modes.rigid:] < -noise, "with negative stiffness (a member has buckled, or a stiffness is below zero)"),
@@ -81,12 +81,14 @@ def natural_modes(K: sp.csc_array, M: sp.csc_array, count: int, rigid: Real | No
     return _solve(K, M, count, rigid, np.zeros(K.shape[0]), True)
 
 
-def _solve(K: sp.csc_array, M: sp.csc_array, count: int, rigid: Real | None, rotations: Real, check_mass: bool) -> Modes:
+def _solve(K: sp.csc_array, M: sp.csc_array, count: int, motions: Real | None, rotations: Real, check_mass: bool) -> Modes:
     bare = _bare(K, M)
     if bare.size:
         raise ModelError(f"DOF number {bare[0]} has neither stiffness nor mass: the model is a mechanism. Add the missing element or support.")
-    R = unresisted(K, M, DENSE) if rigid is None else rigid
-    problem = Problem(K, M, R, pins(R, rotations), check_mass)
+    if motions is None:
+        motions = unresisted(K, M, DENSE)
+    R = mass_normalised(motions, M)  # a motion with neither stiffness nor mass is held and is no mode
+    problem = Problem(K, M, R, pins(motions, rotations), check_mass)
     values, shapes = flexible_modes(problem, max(count, 0), DENSE)
     shapes = shapes / np.sqrt(np.einsum("ij,ij->j", shapes, M @ shapes))
     largest = shapes[np.argmax(np.abs(shapes), axis=0), np.arange(shapes.shape[1])]

@@ -33,12 +33,17 @@ def rigid_body_modes(model: Model, K: sp.csc_array, M: sp.csc_array) -> Real:
     """
     if any(b.kind.name == "matrix" for b in model.blocks):
         return np.zeros((model.size, 0))
+    return mass_normalised(free_motions(model, K), M)
+
+
+def free_motions(model: Model, K: sp.csc_array) -> Real:
+    """Orthonormal rigid motions (N, r) that K does not resist, to rounding; some may carry no mass (a bar that spins about itself)."""
     Q = rigid_motions(model)
     resisted = Q.T @ (K @ Q)
     _, vectors = np.linalg.eigh((resisted + resisted.T) / 2)
     Q = Q @ vectors
     energy = np.abs(np.einsum("ij,ij->j", Q, K @ Q))
-    return mass_normalised(Q[:, energy <= rounding(K, Q)], M)
+    return Q[:, energy <= rounding(K, Q)]
 
 
 def rounding(K: sp.csc_array, shapes: Real) -> Real:
@@ -60,7 +65,7 @@ def mass_normalised(motions: Real, M: sp.csc_array) -> Real:
 
 
 def pins(R: Real, rotations: Real) -> Index:
-    """As many DOFs as there are rigid-body modes ``R`` (N, r), such that holding them is a statically determinate support.
+    """As many DOFs as there are rigid motions ``R`` (N, r), such that holding them is a statically determinate support.
 
     ``rotations`` (N,) is 1 for DOFs to be held only where nothing else does: a plate held by its rotations at one point is soft.
     """

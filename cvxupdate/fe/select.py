@@ -16,6 +16,7 @@ from cvxupdate.fe.parameters import P_VALUES, UNITS, Parameter, Target
 from cvxupdate.fe.sections import FACTORS, section_constants
 
 _NEEDS = {"stiffness": "K", "mass": "M", "eta": "K", "alpha": "M", "beta": "K"}  # the matrix that makes the word mean anything
+_AWAKE = {"shear": 1.0, "N": 1.0}  # physics through which nu and kappa act, though the model may not have it yet
 _POISSON_MAX = 0.495  # the isotropic rigidities lose their meaning at 1/2
 
 
@@ -52,7 +53,8 @@ def select_parameters(wanted: Sequence[Wanted], model: Model, lower: float = -np
     for number, block in enumerate(model.blocks):
         for row, element in enumerate(block.ids.tolist()):
             places.setdefault(element, []).append((number, row))
-    out = [_parameter(w, model, _rows(w, model, places), lower, upper) for w in wanted]
+    able = {of: [has_property(b, of) for b in model.blocks] for of in {w.of for w in wanted}}
+    out = [_parameter(w, model, _rows(w, model, places, able[w.of]), lower, upper) for w in wanted]
     seen: set[str] = set()
     for p in out:
         if p.name in seen:
@@ -67,20 +69,20 @@ def property_names(of: str) -> tuple[str, ...]:
 
 
 def has_property(block: Block, of: str) -> bool:
-    """Whether the elements of ``block`` have the property ``of`` and the matrix that makes it matter."""
+    """Whether the elements of ``block`` have the property ``of`` and it can move one of their matrices (J of a plane beam cannot)."""
     matrices = {t.matrix for t in block.terms}
     if of in _NEEDS:
         return _NEEDS[of] in matrices
     if of == "damping":
         lossy = any(np.any(block.properties[k] != 0.0) for k in ("eta", "alpha", "beta"))
         return bool(matrices & {"C", "D"}) or (lossy and bool(matrices & {"K", "M"}))
-    return all(n in block.kind.properties for n in property_names(of))
+    names = property_names(of)
+    return all(n in block.kind.properties for n in names) and block.moves(names, _AWAKE)
 
 
-def _rows(wanted: Wanted, model: Model, places: dict[int, list[tuple[int, int]]]) -> list[Index]:
+def _rows(wanted: Wanted, model: Model, places: dict[int, list[tuple[int, int]]], able: Sequence[bool]) -> list[Index]:
     ids = wanted.elements or tuple(places)
     rows: list[list[int]] = [[] for _ in model.blocks]
-    able = [has_property(b, wanted.of) for b in model.blocks]
     for element in ids:
         for number, row in places.get(element, []):
             if able[number]:
