@@ -83,7 +83,7 @@ def frf_peaks(frequency: Real, H: Complex, count: int = 5, prominence_db: float 
     for k in best:
         offset, height = vertex(level, int(k))
         step = frequency[k + 1] - frequency[k] if offset > 0 else frequency[k] - frequency[k - 1]
-        found.append(Line(float(frequency[k] + offset * step), 10.0 ** (height / 20.0), 10.0 ** (prominence[int(k)] / 10.0)))
+        found.append(Line(float(frequency[k] + offset * step), 10.0 ** (height / 20.0), 10.0 ** (min(prominence[int(k)], 300.0) / 10.0)))
     return tuple(found)
 
 

@@ -1,0 +1,210 @@
+"""Faults of FRFs: reciprocity, polarity, delay, coherence, causality."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import stats
+
+from cvxupdate.recordings.quality.finding import ALPHA, Finding
+from cvxupdate.recordings.types import Channel, Complex, FrequencyResponse, Real
+
+_ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
+_CORRELATED = 2.0  # neighbouring lines of a Hann spectrum: half of them are independent
+
+
+def mobility(frf: FrequencyResponse) -> Complex:
+    """H as mobility, velocity per newton; line 0 Hz gives 0."""
+    omega = 2j * np.pi * frf.frequency
+    factor = np.zeros_like(omega)
+    factor[frf.frequency > 0.0] = omega[frf.frequency > 0.0] ** (1 - _ORDER.get(frf.quantity, 1))
+    return np.asarray(frf.H * factor[:, None, None])
+
+
+def place(channel: Channel) -> tuple[int, str]:
+    """Node and DOF: what joins responses and references."""
+    return channel.node, channel.dof
+
+
+def factor_between(a: Complex, b: Complex, va: Real, vb: Real) -> tuple[complex, float, float]:
+    """Complex g with b ≈ g a, the reduced misfit of b against a (1 when only noise parts them), and the relative difference.
+
+    Weighted total least squares would gain nothing here: g is wanted to a per cent, and the noise is small or said to be so.
+    """
+    weight = 1.0 / np.maximum(va + vb, 1e-6 * (np.abs(a) ** 2 + np.abs(b) ** 2) + np.finfo(float).tiny)
+    g = complex(np.sum(weight * np.conj(a) * b) / np.sum(weight * np.abs(a) ** 2))
+    misfit = float(np.mean(weight * np.abs(a - b) ** 2))
+    relative = float(np.sqrt(np.sum(np.abs(a - b) ** 2) / (0.5 * np.sum(np.abs(a) ** 2 + np.abs(b) ** 2))))
+    return g, misfit, relative
+
+
+def reciprocity(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
+    """H_ij against H_ji wherever both are there: the misfit over the variance is chi-square with two degrees of freedom a line.
+
+    Half of the lines count as independent; the difference must also exceed 5 % of the FRFs (r.m.s.). The factor between them says a gain, a
+    wrong sign (near -1), or a delay (its phase grows with frequency).
+    """
+    if frf.variance is None:
+        return ()
+    found = []
+    for i, r in enumerate(frf.responses):
+        for s, ref in enumerate(frf.references):
+            mirror = [(k, m) for k, c in enumerate(frf.responses) for m, q in enumerate(frf.references)
+                      if place(c) == place(ref) and place(q) == place(r) and (k, m) != (i, s)]  # fmt: skip
+            if not mirror or mirror[0][0] <= i:
+                continue
+            k, m = mirror[0]
+            a, b = frf.H[:, i, s], frf.H[:, k, m]
+            g, misfit, relative = factor_between(a, b, frf.variance[:, i, s], frf.variance[:, k, m])
+            free = 2.0 * len(a) / _CORRELATED
+            threshold = float(stats.chi2.isf(alpha, free)) / free
+            if misfit > threshold and relative > 0.05:
+                pair = f"{r.label}/{ref.label} and {ref.label}/{r.label}"
+                sign = " The sign differs: one of the four channels is reversed." if g.real < -0.5 * abs(g) else ""
+                gain = f" One is {abs(g):.3g} times the other: a gain is wrong." if abs(np.log(max(abs(g), 1e-9))) > 0.05 else ""
+                found.append(Finding("reciprocity", pair, f"{pair} differ by {100 * relative:.0f} % where they should be equal.{sign}{gain}"
+                                     " Check gain, sign and delay of these channels.", misfit, threshold, abs(g)))  # fmt: skip
+    return tuple(found)
+
+
+def drive_points(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
+    """At a drive point the structure takes up power: Re(mobility) ≥ 0 at every line, whatever the structure.
+
+    The sum of Re(mobility) over the lines, over its standard deviation, is standard normal where the mean is zero; a negative sum beyond
+    the threshold says that force and response have opposite signs. Lines that are significantly negative while the sum is positive
+    say a delay between the two.
+    """
+    if frf.variance is None:
+        return ()
+    mob = mobility(frf)
+    found = []
+    scale = np.abs(mob) / np.maximum(np.abs(frf.H), np.finfo(float).tiny)
+    for i, r in enumerate(frf.responses):
+        for s, ref in enumerate(frf.references):
+            if place(r) != place(ref):
+                continue
+            y = np.real(mob[:, i, s])
+            deviation = np.sqrt(frf.variance[:, i, s] / 2.0) * scale[:, i, s]
+            total = float(np.sum(y) / np.sqrt(_CORRELATED * np.sum(deviation**2)))
+            threshold = float(stats.norm.isf(alpha))
+            share = float(np.sum(y)) / max(float(np.sum(np.abs(y))), np.finfo(float).tiny)
+            if -total > threshold and share < -0.5:
+                found.append(Finding("polarity", f"{r.label}/{ref.label}",
+                                     f"the drive point {r.label} gives power back ({-100 * share:.0f} % of its lines by weight): force or response has "
+                                     "the wrong sign. Set sign = -1 on one of them.", -total, threshold, -1.0))  # fmt: skip
+    return tuple(found)
+
+
+def delays(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
+    """A channel that lags behind the others of its reference.
+
+    Real modes put all responses of one reference on one line through the origin (phases equal but for 180°) near resonances; a
+    delay τ turns a channel away by 2πfτ. The doubled phase against the others, weighted by |H|², is fitted by a line through its
+    intercept; the slope is tested by Student's t with a deviation from blocks of lines, and must turn by 0.2 rad over the band.
+    """
+    found: list[Finding] = []
+    lines, responses, _ = frf.H.shape
+    blocks = 12
+    if responses < 4 or lines < 10 * blocks:
+        return ()
+    width = lines // blocks
+    f = frf.frequency[: width * blocks]
+    for s, ref in enumerate(frf.references):
+        H = frf.H[: width * blocks, :, s]
+        square = H**2 / np.maximum(np.mean(np.abs(H) ** 2, axis=0), np.finfo(float).tiny)
+        slopes, errors = np.zeros(responses), np.full(responses, np.inf)
+        for r in range(responses):
+            others = np.sum(np.delete(square, r, axis=1), axis=1)
+            turn = (square[:, r] * np.conj(others)).reshape(blocks, width).sum(axis=1)
+            weight = np.abs(turn) / np.maximum(np.abs(turn).max(), np.finfo(float).tiny)
+            angle = 0.5 * np.angle(turn)
+            centre = f.reshape(blocks, width).mean(axis=1)
+            basis = np.stack([np.ones(blocks), centre], axis=1) * np.sqrt(weight)[:, None]
+            p, _, rank, _ = np.linalg.lstsq(basis, angle * np.sqrt(weight), rcond=None)
+            if rank < 2:
+                continue
+            left = angle * np.sqrt(weight) - basis @ p
+            freedom = max(float(np.sum(weight) ** 2 / np.sum(weight**2)) - 2.0, 1.0)
+            slopes[r] = p[1]
+            errors[r] = np.sqrt(np.linalg.inv(basis.T @ basis)[1, 1] * np.sum(left**2) / freedom)
+        for r in range(responses):
+            middle = float(np.median(np.delete(slopes, r)))
+            spread = 1.4826 * float(np.median(np.abs(np.delete(slopes, r) - middle)))
+            deviation = float(np.hypot(errors[r], spread)) + np.finfo(float).tiny
+            t = abs(slopes[r] - middle) / deviation
+            threshold = float(stats.t.isf(alpha / 2.0, responses - 2))
+            if t > threshold and abs(slopes[r] - middle) * (f[-1] - f[0]) > 0.2:
+                delay = -(slopes[r] - middle) / (2.0 * np.pi)
+                found.append(Finding("delay", f"{frf.responses[r].label}/{ref.label}",
+                                     f"{frf.responses[r].label} lags behind the other responses by "
+                                     f"{1e3 * delay:.3g} ms: another sampler, filter or charge amplifier. Correct the delay.",
+                                     t, threshold, delay))  # fmt: skip
+    return tuple(found)
+
+
+def coherence(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
+    """Lines of low coherence where the FRF is not small.
+
+    Noise of the sensor alone gives (1 - γ²)/γ² = c / |H|² with c the same in a band; the logarithm of the ratio to that is compared with
+    its own median and spread (1.4826 MAD) by a normal quantile with Bonferroni's correction, and γ² must be below 0.9 at three lines in a row
+    where |H| is above its running median: no antiresonance.
+    """
+    from scipy.ndimage import median_filter
+
+    if frf.coherence is None or len(frf.frequency) < 64:
+        return ()
+    found = []
+    for r, channel in enumerate(frf.responses):
+        gamma = frf.coherence[:, r]
+        if np.any(np.isnan(gamma)):
+            continue
+        gamma = np.clip(gamma, 1e-6, 1.0 - 1e-9)
+        # the coherence kept is the least over the references, so the FRF must be large for each of them
+        squares = np.abs(frf.H[:, r, :]) ** 2
+        size = np.sqrt(np.min(squares / np.maximum(np.mean(squares, axis=0), np.finfo(float).tiny), axis=1))
+        level = median_filter(size, size=max(9, 2 * (len(size) // 16) + 1), mode="nearest")
+        log = np.log((1.0 - gamma) / gamma * np.maximum(size, 1e-12 * size.max()) ** 2)
+        local = median_filter(log, size=max(9, 2 * (len(size) // 16) + 1), mode="nearest")
+        spread = 1.4826 * float(np.median(np.abs(log - local)))
+        excess = (log - local) / max(spread, 1e-9)
+        threshold = float(stats.norm.isf(alpha / len(log)))
+        low = (excess > threshold) & (gamma < 0.9) & (size > level)
+        run = low[:-2] & low[1:-1] & low[2:]
+        if np.any(run):
+            k = int(np.flatnonzero(run)[0]) + 1
+            peak = size[k] > 3.0 * level[k]
+            why = "leakage or a non-linear structure" if peak else "another source, or a bad contact"
+            found.append(Finding("low coherence", channel.label,
+                                 f"{channel.label}: the coherence falls to {gamma[k]:.2f} at {frf.frequency[k]:.4g} Hz, where the FRF is "
+                                 f"{'at a peak' if peak else 'not small'}: {why}.", float(excess[k]), threshold, float(gamma[k])))  # fmt: skip
+    return tuple(found)
+
+
+def causality(frf: FrequencyResponse) -> tuple[Finding, ...]:
+    """Response before the force: energy of the impulse response in the last quarter of its period against the first quarter.
+
+    The band is tapered (Hann) and transformed; a causal, decaying response has nearly all of the two quarters' energy in the first. An
+    FRF whose sign of phase is reversed has it in the last. The share that is called a fault, 0.5, is that of a response without direction;
+    a causal one stays below it unless it has not decayed by half within 1/Δf. Evenly spaced lines only.
+    """
+    found = []
+    lines = len(frf.frequency)
+    if lines < 64 or np.ptp(np.diff(frf.frequency)) > 1e-3 * np.mean(np.diff(frf.frequency)):
+        return ()
+    taper = np.hanning(lines + 2)[1:-1]
+    response = np.abs(np.fft.ifft(frf.H * taper[:, None, None], axis=0)) ** 2
+    quarter = lines // 4
+    # the main lobe of the taper around t = 0 belongs to both sides
+    first, last = response[3:quarter].sum(axis=0), response[-quarter:-2].sum(axis=0)
+    share = last / np.maximum(first + last, np.finfo(float).tiny)
+    for s, ref in enumerate(frf.references):
+        if not ref.dof:  # a spectrum has no direction of time
+            continue
+        bad = [r for r in range(len(frf.responses)) if share[r, s] > 0.5]
+        if bad:
+            names = ", ".join(frf.responses[r].label for r in bad[:4]) + (" …" if len(bad) > 4 else "")
+            worst = float(share[bad, s].max())
+            found.append(Finding("causality", f"{names} / {ref.label}",
+                                 f"{names} answer before the force at {ref.label} ({100 * worst:.0f} % of the "
+                                 "energy): the phase has the opposite sign, or the force comes late. Conjugate the FRF or correct the delay.",
+                                 worst, 0.5, worst))  # fmt: skip
+    return tuple(found)
