@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.convert import derivatives
-from cvxupdate.recordings.identify.lsfd import LinearFit
+from cvxupdate.recordings.identify.lsfd import LinearFit, Setting
 from cvxupdate.recordings.identify.model import (
     Roots,
     check_damping,
@@ -18,8 +18,9 @@ from cvxupdate.recordings.identify.model import (
     pole_from_value,
     value_from_pole,
 )
+from cvxupdate.recordings.identify.outside import parameters, with_outside_modes, worth
 from cvxupdate.recordings.identify.plscf import plscf
-from cvxupdate.recordings.identify.refine import Setting, refine
+from cvxupdate.recordings.identify.refine import refine
 from cvxupdate.recordings.identify.result import IdentifiedModes
 from cvxupdate.recordings.identify.selection import select
 from cvxupdate.recordings.identify.stabilisation import Criteria, Stabilisation, stabilisation
@@ -60,20 +61,19 @@ def _reweighted(s: Setting, fit: LinearFit) -> Setting:
     return replace(s, weights=np.broadcast_to(np.sqrt(2.0 / variance), s.H.shape).copy())
 
 
-def _parameters(s: Setting, modes: int) -> tuple[int, int]:
-    """Real parameters of one mode, and of the whole model."""
-    _, outputs, inputs = s.H.shape
-    one = 2 * outputs + 2 + 2 * (inputs - 1)
-    return one, one * modes + sum(s.residuals) * outputs * inputs
+
 
 
 def _pruned(s: Setting, roots: Roots, fit: LinearFit, iterations: int) -> tuple[Roots, LinearFit]:
-    """Drop modes one by one, weakest first, while Bayes' information criterion gets better without them."""
+    """Drop modes one by one, weakest first, while Bayes' information criterion gets better without them.
+
+    Noise that is correlated along the lines (exponential window, local polynomials) looks like modes: lines count as fewer.
+    """
     while roots.value.size:
-        one, every = _parameters(s, roots.value.size)
+        one, every = parameters(s, roots.value.size)
         scale = max(reduced_chi_square(s, fit, every), 1e-300)
         weakest = int(np.argmin(fit.gain))
-        if fit.gain[weakest] / scale > one * np.log(2.0 * s.H.size):
+        if worth(s, fit, float(fit.gain[weakest]) / scale, one):
             break
         roots, fit = refine(s, part_of(roots, np.delete(np.arange(roots.value.size), weakest)), iterations=iterations)
     return roots, fit
@@ -90,7 +90,7 @@ def identify_modes(
     *,
     max_order: int = 60,
     damping: str = "viscous",
-    residuals: tuple[bool, bool] = (True, True),
+    residuals: tuple[int, int] = (1, 3),
     criteria: Criteria | None = None,
     iterations: int = 20,
     added_decay: float = 0.0,
@@ -105,7 +105,7 @@ def identify_modes(
     ----------
     frf : receptance, mobility or accelerance, with its variance where known; without one the misfit stands in.
     band : (lowest, highest) Hz to fit; default all lines above 0 Hz.
-    damping : ``"viscous"`` or ``"hysteretic"``. residuals : fit the (lower, upper) residual terms.
+    damping : ``"viscous"`` or ``"hysteretic"``. residuals : number of (lower, upper) residual terms.
     criteria : see `stabilisation.Criteria`. iterations : of the refinement; 0 leaves the pLSCF poles.
     added_decay : 1/s of the exponential window that all channels carried; taken out of the poles (not out of the FRF).
 
@@ -132,7 +132,7 @@ def identify_modes(
     variance = frf.variance[inside] if known and frf.variance is not None else None
     s = Setting(f, H, _weights(H, variance), order, residuals)
     sets = plscf(f, H, orders=np.arange(2, top + 1), weights=_output_weights(s.weights))
-    edge = 0.02 * (f[-1] - f[0])
+    edge = .1 * (f[-1] - f[0])
     diagram = stabilisation(sets, (max(f[0] - edge, 1e-6), f[-1] + edge), c)
     chosen = select(diagram, c)
     start = Roots(value_from_pole(chosen.value, damping), chosen.participation, damping)
@@ -141,6 +141,8 @@ def identify_modes(
         s = _reweighted(s, fit)
     roots, fit = _pruned(s, *refine(s, roots, iterations=0), iterations=0)
     roots, fit = _pruned(s, *refine(s, roots, iterations=iterations), iterations=iterations)
+    if iterations:
+        roots, fit = with_outside_modes(s, roots, fit, iterations=iterations)
     if variance is None and iterations:
         s = _reweighted(s, fit)
         roots, fit = refine(s, roots, iterations=iterations)
@@ -149,16 +151,15 @@ def identify_modes(
 
 def _output_weights(weights: Real) -> Real:
     """One weight per line and output: the harmonic mean of the variances over the references."""
-    return np.asarray(1.0 / np.sqrt(np.mean(1.0 / np.maximum(weights, 1e-300) ** 2, axis=2)))
+    return np.asarray(1.0 / np.sqrt(np.mean(1.0 / np.maximum(weights, 1e-150) ** 2, axis=2)))
 
 
 def _result(
     frf: FrequencyResponse, s: Setting, roots: Roots, fit: LinearFit, diagram: Stabilisation,
     band: tuple[float, float], added_decay: float, known: bool,
 ) -> IdentifiedModes:
-    _, free_mask = pinned(roots.participation)
-    free = np.asarray(free_mask, dtype=bool)
-    chi = reduced_chi_square(s, fit, _parameters(s, roots.value.size)[1])
+    _, free = pinned(roots.participation)
+    chi = reduced_chi_square(s, fit, parameters(s, roots.value.size)[1])
     correlation = line_correlation(s, fit)
     dev = deviations(s, roots, fit, free, correlation * (max(chi, 1.0) if known else chi))
     rank = np.argsort(frequency_and_damping(roots.value, roots.damping)[0])
@@ -174,6 +175,7 @@ def _result(
         damping_std=dev.damping[inside], poles=poles[inside], shapes=shapes[inside],
         shape_std=np.hypot(dev.shape_real, dev.shape_imag)[inside], shape_std_real=dev.shape_real[inside],
         shape_std_imag=dev.shape_imag[inside], participation=participation[inside], lower=fit.lower, upper=fit.upper,
+        band=band,
         damping_model=roots.damping, quantity=frf.quantity, responses=frf.responses, references=frf.references,
         auxiliary=(poles[outside], shapes[outside], participation[outside]), stabilisation=diagram,
         chi_square=chi if known else float("nan"), line_correlation=correlation,

@@ -1,11 +1,13 @@
 """The modal model of an FRF and its derivatives, line by line.
 
-``H_oi(w) = (i w)^q [ sum_r phi_or L_ri d_r(w) + conj(phi_or L_ri) e_r(w) + U_oi - W_oi / w² ]``
+``H_oi(w) = (i w)^q [ sum_r phi_or L_ri d_r(w) + conj(phi_or L_ri) e_r(w) +
+sum_k U_koi (w/w1)^2k - sum_k W_koi w^-2 (w0/w)^2k ]``
 
 with q = 0, 1, 2 for receptance, mobility, accelerance (Ewins, *Modal Testing*, sections 2.4 to 2.8 and 4.4). Viscous
 damping: ``d = 1 / (i w - p)``, ``e = 1 / (i w - conj p)``. Hysteretic damping: ``d = 1 / (l - w²)``, ``l = w_r² (1 +
-i eta)``, ``e = 0``. U and W are the upper and lower residuals, real: the static part of modes above the band, the
-inertia of those below.
+i eta)``, ``e = 0``. U and W (k = 0, 1, ...) are the upper and lower residuals, real: the static part of the modes
+above the band and the inertia of those below, with as many terms of their expansions in frequency as asked for; w0 and
+w1 are the ends of the band.
 """
 
 from __future__ import annotations
@@ -13,11 +15,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.convert import differentiator
 from cvxupdate.recordings.types import Complex, Real
 
+IntArray = NDArray[np.int64]
 DAMPING = ("viscous", "hysteretic")
 
 
@@ -83,11 +87,20 @@ def terms(frequency: Real, value: Complex, damping: str) -> tuple[Complex, Compl
     return d, zero, -(d**2), zero
 
 
-def linear_basis(frequency: Real, roots: Roots, order: int, residuals: tuple[bool, bool]) -> Complex:
-    """Columns that multiply Re phi, Im phi (mode by mode), then U per input, then W per input; (lines, inputs,
-    columns).
+def residual_terms(frequency: Real, band: tuple[float, float], residuals: tuple[int, int]) -> Real:
+    """The residual functions, upper then lower, as real columns: (lines, residuals[1] + residuals[0])."""
+    lower, upper = residuals
+    columns = [(frequency / band[1]) ** (2 * k) for k in range(upper)]
+    columns += [-((2.0 * np.pi * frequency) ** -2) * (band[0] / frequency) ** (2 * k) for k in range(lower)]
+    return np.stack(columns, axis=1) if columns else np.zeros((frequency.size, 0))
 
-    ``order`` is q of the module's formula; ``residuals`` says whether (lower, upper) are there.
+
+def linear_basis(
+    frequency: Real, roots: Roots, order: int, residuals: tuple[int, int], band: tuple[float, float]
+) -> Complex:
+    """Columns that multiply Re phi, Im phi (mode by mode), then U, then W, term by term; (lines, inputs, columns).
+
+    ``order`` is q of the module's formula; ``residuals`` the number of (lower, upper) terms; ``band`` its (w0, w1) / 2 pi.
     """
     lines, inputs = frequency.size, roots.participation.shape[1]
     g = differentiator(frequency, order)
@@ -97,37 +110,31 @@ def linear_basis(frequency: Real, roots: Roots, order: int, residuals: tuple[boo
     V = (g[:, None] * e)[:, None, :] * np.conj(L)
     parts = [U + V, 1j * (U - V)]
     eye = np.broadcast_to(np.eye(inputs), (lines, inputs, inputs))
-    lower, upper = residuals
-    if upper:
-        parts.append(g[:, None, None] * eye)
-    if lower:
-        parts.append(-(g / (2.0 * np.pi * frequency) ** 2)[:, None, None] * eye)
+    parts += [(g * column)[:, None, None] * eye for column in residual_terms(frequency, band, residuals).T]
     return np.concatenate(parts, axis=2)
 
 
-def root_columns(
-    d_all: tuple[Complex, Complex, Complex, Complex], g: Complex, roots: Roots, phi: Complex, free: Real
-) -> Complex:
-    """Derivatives of one output's FRFs by Re and Im of the roots, then of the free participations; (lines, inputs,
-    columns).
+def root_dictionary(frequency: Real, roots: Roots, order: int, free: NDArray[np.bool_]) -> tuple[Real, Real, IntArray]:
+    """What the derivatives by the roots are made of, real and imaginary parts stacked as in `real_imag`.
 
-    ``phi`` (modes,) is the output's row of shapes; ``free`` (modes, inputs) is True where L may vary.
+    X, Y (2 lines inputs, columns) and the mode of each column: the roots first, then the free participations. For an output
+    with shape entries phi the derivative by the real part of a root is ``Re phi X + Im phi Y``, by its imaginary part
+    ``Re phi Y - Im phi X``. ``free`` (modes, inputs) is True where L may vary.
     """
-    d, e, dd, ee = d_all
+    d, e, dd, ee = terms(frequency, roots.value, roots.damping)
+    g = differentiator(frequency, order)[:, None]
     L = roots.participation.T
-    left = (g[:, None] * dd * phi)[:, None, :] * L
-    right = (g[:, None] * ee * np.conj(phi))[:, None, :] * np.conj(L)
+    left, right = (g * dd)[:, None, :] * L, (g * ee)[:, None, :] * np.conj(L)
     modes, inputs = np.nonzero(free)
-    a = g[:, None] * d[:, modes] * phi[modes]
-    b = g[:, None] * e[:, modes] * np.conj(phi[modes])
-    place = np.zeros((roots.participation.shape[1], modes.size))
+    place = np.zeros((L.shape[0], modes.size))
     place[inputs, np.arange(modes.size)] = 1.0
-    return np.concatenate(
-        [left + right, 1j * (left - right), (a + b)[:, None, :] * place, (1j * (a - b))[:, None, :] * place], axis=2
-    )
+    a, b = (g * d)[:, None, modes] * place, (g * e)[:, None, modes] * place
+    X = np.concatenate([left + right, a + b], axis=2)
+    Y = np.concatenate([1j * (left - right), 1j * (a - b)], axis=2)
+    return real_imag(X), real_imag(Y), np.concatenate([np.arange(roots.value.size), modes])
 
 
-def pinned(participation: Complex) -> tuple[Complex, Real]:
+def pinned(participation: Complex) -> tuple[Complex, NDArray[np.bool_]]:
     """Participations scaled to 1 at each mode's largest entry, and the (modes, inputs) mask of the entries left
     free."""
     largest = np.argmax(np.abs(participation), axis=1)
@@ -135,10 +142,10 @@ def pinned(participation: Complex) -> tuple[Complex, Real]:
     scaled = participation / participation[rows, largest][:, None]
     free = np.ones(participation.shape, dtype=bool)
     free[rows, largest] = False
-    return scaled, np.asarray(free)
+    return scaled, free
 
 
 def real_imag(columns: Complex) -> Real:
     """(lines, inputs, columns) complex to (2 lines inputs, columns) real."""
-    flat = columns.reshape(-1, columns.shape[-1])
+    flat = columns.reshape(columns.shape[0] * columns.shape[1], columns.shape[2])
     return np.concatenate([flat.real, flat.imag])

@@ -14,21 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.recordings.convert import differentiator
-from cvxupdate.recordings.identify.lsfd import LinearFit, lsfd, solve_scaled
-from cvxupdate.recordings.identify.model import Roots, linear_basis, pinned, real_imag, root_columns, terms
-from cvxupdate.recordings.types import Complex, Real
-
-
-@dataclass(frozen=True)
-class Setting:
-    """The data of a fit: see `lsfd` for the fields."""
-
-    frequency: Real
-    H: Complex
-    weights: Real
-    order: int
-    residuals: tuple[bool, bool] = (True, True)
+from cvxupdate.recordings.identify.lsfd import LinearFit, Setting, batches, lsfd, solve_scaled, weight_rows
+from cvxupdate.recordings.identify.model import Roots, linear_basis, pinned, real_imag, root_dictionary
+from cvxupdate.recordings.types import Real
 
 
 @dataclass(frozen=True)
@@ -45,29 +33,29 @@ class Normal:
     coupling: Real
 
 
-def _fit(s: Setting, roots: Roots) -> LinearFit:
-    return lsfd(s.frequency, s.H, s.weights, roots, order=s.order, residuals=s.residuals)
-
-
 def normal_matrices(s: Setting, roots: Roots, fit: LinearFit, free: NDArray[np.bool_]) -> Normal:
     """`Normal` at the given roots and their linear fit."""
-    basis = linear_basis(s.frequency, roots, s.order, s.residuals)
-    all_terms = terms(s.frequency, roots.value, roots.damping)
-    g = differentiator(s.frequency, s.order)
-    k = 2 * roots.value.size + 2 * int(np.count_nonzero(free))
-    matrix, gradient = np.zeros((k, k)), np.zeros(k)
+    basis = real_imag(linear_basis(s.frequency, roots, s.order, s.residuals, s.band))
+    X, Y, mode = root_dictionary(s.frequency, roots, s.order, free)
+    modes, count = roots.value.size, mode.size
+    # columns: Re roots, Im roots, Re participations, Im participations
+    sort = np.concatenate([np.arange(modes), count + np.arange(modes), np.arange(modes, count),
+                           count + np.arange(modes, count)])
+    matrix, gradient = np.zeros((2 * count, 2 * count)), np.zeros(2 * count)
     inverses, couplings = [], []
-    for o in range(s.H.shape[1]):
-        w = s.weights[:, o][:, :, None]
-        A = real_imag(w * basis)
-        B = real_imag(w * root_columns(all_terms, g, roots, fit.shapes[:, o], np.asarray(free)))
+    rest = real_imag(fit.misfit.transpose(0, 2, 1)).T
+    for part in batches(s, basis.shape[1] + 3 * count):
+        w = weight_rows(s, part)
+        re, im = fit.shapes.real[mode][:, part].T[:, None, :], fit.shapes.imag[mode][:, part].T[:, None, :]
+        B = w * np.concatenate([re * X + im * Y, re * Y - im * X], axis=2)[:, :, sort]
+        A = w * basis
         P, inverse = solve_scaled(A, B)
         B = B - A @ P
-        matrix += B.T @ B
-        gradient += B.T @ real_imag(w * fit.misfit[:, o][:, :, None])[:, 0]
+        matrix += np.sum(B.swapaxes(1, 2) @ B, axis=0)
+        gradient += np.sum(B * (w * rest[part, :, None]), axis=(0, 1))
         inverses.append(inverse)
         couplings.append(P)
-    return Normal(matrix, gradient, np.array(inverses), np.array(couplings))
+    return Normal(matrix, gradient, np.concatenate(inverses), np.concatenate(couplings))
 
 
 def _moved(roots: Roots, free: NDArray[np.bool_], delta: Real) -> Roots:
@@ -90,11 +78,12 @@ def refine(s: Setting, start: Roots, *, iterations: int = 20, tolerance: float =
     A step that does not lower the cost, or makes a mode unstable, is shortened; the search ends when a full step
     lowers the cost by less than ``tolerance`` times itself.
     """
-    scaled, free_mask = pinned(start.participation)
-    free = np.asarray(free_mask, dtype=bool)
+    scaled, free = pinned(start.participation)
     roots = Roots(start.value, scaled, start.damping)
-    fit = _fit(s, roots)
+    fit = lsfd(s, roots)
     damping = 1e-4
+    # nothing is left to gain once the misfit is rounding
+    rounding = 1e-20 * float(np.sum(np.abs(s.weights * s.H) ** 2))
     for _ in range(iterations if roots.value.size else 0):
         normal = normal_matrices(s, roots, fit, free)
         diagonal = np.diag(normal.matrix)
@@ -105,7 +94,7 @@ def refine(s: Setting, start: Roots, *, iterations: int = 20, tolerance: float =
             delta = scale * np.linalg.solve(scaled_matrix + damping * np.eye(scale.size), scale * normal.gradient)
             trial = _moved(roots, free, delta)
             if _stable(trial):
-                trial_fit = _fit(s, trial)
+                trial_fit = lsfd(s, trial)
                 gained = fit.cost - trial_fit.cost
                 if gained >= 0.0:
                     break
@@ -114,6 +103,6 @@ def refine(s: Setting, start: Roots, *, iterations: int = 20, tolerance: float =
             break
         roots, fit = trial, trial_fit
         damping = max(damping / 10.0, 1e-9)
-        if gained <= tolerance * fit.cost:
+        if gained <= tolerance * fit.cost or fit.cost < rounding:
             break
     return roots, fit

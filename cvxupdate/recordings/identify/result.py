@@ -21,8 +21,9 @@ class IdentifiedModes:
         hysteretic). poles : (modes,) rad/s, viscous poles of the same frequency and damping.
     shapes : (modes, responses) complex, largest entry 1. shape_std : (modes, responses), of the complex entry;
         shape_std_real, shape_std_imag : its parts.
-    participation : (modes, references), so that the residue of mode r is ``outer(shapes[r], participation[r])``,
-    receptance. lower, upper : (responses, references) residuals of the receptance, ``upper - lower / omega²``.
+    participation : (modes, references), so that the receptance's residue is ``outer(shapes[r], participation[r])``.
+    lower, upper : (terms, responses, references) residuals of the receptance over ``band`` (Hz), as in `model`; the first
+        terms are the classic ``upper - lower / omega²``.
     damping_model : viscous or hysteretic. quantity : of the FRFs they were identified from.
     auxiliary : modes beyond the band's edges that were fitted along, (poles, shapes, participation), not reported as
     modes. stabilisation : the diagram. chi_square : weighted misfit per degree of freedom (NaN when no variance was
@@ -43,6 +44,7 @@ class IdentifiedModes:
     participation: Complex
     lower: Real
     upper: Real
+    band: tuple[float, float]
     damping_model: str
     quantity: str
     responses: tuple[Channel, ...]

@@ -13,22 +13,24 @@ from cvxupdate.recordings.types import Complex, FrequencyResponse, Real
 
 def modal_frf(
     frequency: Real, poles: Complex, shapes: Complex, participation: Complex, *, lower: Real | None = None,
-    upper: Real | None = None, quantity: str = "displacement", damping: str = "viscous",
+    upper: Real | None = None, band: tuple[float, float] | None = None, quantity: str = "displacement",
+    damping: str = "viscous",
 ) -> Complex:
     """FRFs (lines, responses, references) of modes with residues ``outer(shapes[r], participation[r])`` of the
     receptance.
 
     ``poles`` (modes,) rad/s; ``shapes`` (modes, responses); ``participation`` (modes, references); residuals
-    (responses, references) enter as ``upper - lower / omega²``. ``damping`` viscous or hysteretic (loss factor ``2
+    ``lower`` and ``upper`` (terms, responses, references) as in `model`, for ``band`` (Hz, default the ends of
+    ``frequency``). ``damping`` viscous or hysteretic (loss factor ``2
     zeta``).
     """
     roots = Roots(value_from_pole(poles, damping), participation, damping)
-    basis = linear_basis(frequency, roots, derivatives(quantity), (True, True))
-    size = (shapes.shape[1], participation.shape[1])
-    x = np.concatenate([
-        shapes.real.T, shapes.imag.T,
-        np.zeros(size) if upper is None else upper, np.zeros(size) if lower is None else lower,
-    ], axis=1)
+    none = np.zeros((0, shapes.shape[1], participation.shape[1]))
+    low, high = none if lower is None else lower, none if upper is None else upper
+    ends = band if band is not None else (float(frequency.min()), float(frequency.max()))
+    basis = linear_basis(frequency, roots, derivatives(quantity), (low.shape[0], high.shape[0]), ends)
+    residuals = np.concatenate([high, low]).transpose(1, 0, 2).reshape(shapes.shape[1], -1)
+    x = np.concatenate([shapes.real.T, shapes.imag.T, residuals], axis=1)
     return np.asarray(np.einsum("fic,oc->foi", basis, x))
 
 
@@ -58,6 +60,7 @@ def synthesise(
     H = modal_frf(
         frequency, poles, shapes, participation, quantity=kind, damping=modes.damping_model,
         lower=modes.lower if residuals else None, upper=modes.upper if residuals else None,
+        band=modes.band,
     )
     return FrequencyResponse(modes.origin, frequency, H, kind, modes.responses, modes.references)
 

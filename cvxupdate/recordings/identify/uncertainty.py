@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.recordings.identify.lsfd import LinearFit
+from cvxupdate.recordings.identify.lsfd import LinearFit, Setting
 from cvxupdate.recordings.identify.model import Roots, frequency_damping_gradient
-from cvxupdate.recordings.identify.refine import Setting, normal_matrices
+from cvxupdate.recordings.identify.refine import normal_matrices
 from cvxupdate.recordings.types import Complex, Real
 
 
