@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from cvxupdate.report.numbers import number, prefix_of, short
+from cvxupdate.report.numbers import number, power, prefix_of, short
 from cvxupdate.report.svg import AFTER, BAND, BEFORE, GRID, HELD, INK, QUIET, draw
 
 if TYPE_CHECKING:
@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 WIDTH = 4.7
 """Inches; a page as narrow as a telephone then shows the text at its own size."""
 ROWS = 48
-"""Rows of a bar figure at most: more cannot be read."""
+"""Modes in a figure at most: more cannot be read."""
+INTERVALS = 16
+"""Parameters in a figure at most."""
 INTERVAL = 2.0
 """Half-width of the intervals that are drawn, in standard deviations."""
 
@@ -78,7 +80,7 @@ def mode_errors(modes: Sequence[ModeResult], moved: bool, deviations: bool) -> s
 
 def parameters(found: Sequence[ParameterResult], moved: bool) -> str | None:
     """Each parameter between its bounds: value before, value after with ± 2 standard deviations."""
-    shown = strongest(found, ROWS)
+    shown = strongest(found, INTERVALS)
     if not shown:
         return None
 
@@ -150,7 +152,7 @@ def solver_bars(rows: Sequence[SolverRow]) -> str | None:
         low = 10.0 ** math.floor(math.log10(min(ms)) - 0.2)
         ax.barh(y, [v - low for v in ms], left=low, height=0.55, color=AFTER, zorder=2)
         for row, (v, r) in enumerate(zip(ms, shown, strict=True)):
-            ax.annotate(f"{number(v, 3)} ms, residual {r.certificate.worst:.0e}".replace("e-0", "e-").replace("-", "−"), (v, row), (4, 0),
+            ax.annotate(f"{number(v, 3)} ms, residual {_small(r.certificate.worst)}", (v, row), (4, 0),
                         textcoords="offset points", va="center", fontsize=9, color=INK)
         ax.set_xscale("log")
         ax.set(xlim=(low, 40 * max(ms)), xlabel="time inside the solver (ms)")
@@ -174,6 +176,10 @@ def strongest(found: Sequence[ParameterResult], most: int) -> list[ParameterResu
 def shortened(name: str, most: int = 18) -> str:
     """A name that fits beside a figure."""
     return name if len(name) <= most else name[: most // 2] + "…" + name[-(most // 2 - 1):]
+
+
+def _small(value: float) -> str:
+    return power(value, 1) if value > 0.0 else "0"
 
 
 def _window(q: ParameterResult) -> tuple[float, float]:

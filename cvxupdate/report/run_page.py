@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 300
 """Rows of a table at most; result.json holds them all."""
+MOST_OPEN = 12
+"""Undetermined combinations at most."""
 
 PROPERTIES = {
     "stiffness": "stiffness (p-value)", "mass": "mass (p-value)", "damping": "damping (p-value)", "E": "Young's modulus", "nu": "Poisson's ratio",
@@ -43,7 +45,8 @@ def run_page(updated: Updated) -> str:
         "figure": {key: Markup(svg) if svg else None for key, svg in pictures.items()},
         "asked": asked(updated), "metrics": metric_rows(updated),
         "modes": mode_rows(updated.modes[:MOST_ROWS], stated), "more_modes": max(0, len(updated.modes) - MOST_ROWS),
-        "bars": figures.ROWS, "several": len({m.recording for m in updated.modes}) > 1, "mac": any(m.mac_before is not None for m in updated.modes),
+        "bars": figures.ROWS, "intervals": figures.INTERVALS, "open": MOST_OPEN, "several": len({m.recording for m in updated.modes}) > 1,
+        "mac": any(m.mac_before is not None for m in updated.modes),
         "parameters": [parameter_row(q) for q in figures.strongest(updated.parameters, MOST_ROWS)],
         "more_parameters": max(0, len(updated.parameters) - MOST_ROWS),
         "history": [{"number": h["number"], "objective": number(h["objective"], 7), "ratio": number(h["ratio"], 4), "step": number(h["step"], 3),
@@ -52,7 +55,7 @@ def run_page(updated: Updated) -> str:
                         for key, name, meaning in CERTIFICATE if key in updated.certificate],
         "certificate_says": certificate_sentence(updated), "conflict_says": conflict_sentence(updated),
         "undetermined": [{"says": c["says"], "deviation": number(c["standard_deviation"], 3),
-                          "share": ", ".join(f"{signed(v)} {name}" for name, v in c["coefficients"].items())} for c in updated.undetermined[:30]],
+                          "share": ", ".join(f"{signed(v)} {name}" for name, v in c["coefficients"].items())} for c in updated.undetermined[:MOST_OPEN]],
         "command": command("run", updated.path), "time": seconds(updated.time),
     })  # fmt: skip
 

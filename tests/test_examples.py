@@ -1,0 +1,84 @@
+"""Every example is a script, a test and a figure: each runs to its end, on its own, and leaves a figure in the folder it was given."""
+
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+
+
+def load(name):
+    """An example as a module, found beside its neighbours as when it is run."""
+    sys.path.insert(0, str(ROOT / "examples"))
+    try:
+        spec = importlib.util.spec_from_file_location(f"example_{name}", ROOT / "examples" / f"{name}.py")
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+    finally:
+        sys.path.remove(str(ROOT / "examples"))
+    return module
+
+
+def test_there_are_examples():
+    assert {"structure_a.py", "structure_a_mesh.py", "structure_a_strings.py"} <= {p.name for p in EXAMPLES}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("script", EXAMPLES, ids=lambda p: p.stem)
+def test_runs_and_leaves_a_figure(script, tmp_path):
+    out = tmp_path / "results"
+    done = subprocess.run([sys.executable, str(script), str(out)], capture_output=True, text=True, cwd=tmp_path, timeout=300,
+                          env={**os.environ, "MPLBACKEND": "agg"})
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip()
+    figures = [p for p in out.rglob("*") if p.suffix in (".png", ".svg")]
+    assert figures and all(p.stat().st_size > 2000 for p in figures)
+    assert not (tmp_path / "out").exists(), "the folder given was not honoured"
+
+
+@pytest.mark.slow
+def test_plate_answer_settles_with_the_mesh():
+    mesh = load("structure_a_mesh")
+    mesh.MESHES = ((14, 10), (28, 20), (42, 30))
+    results = mesh.study()
+    found = {size: mesh.values(*result) for size, result in results.items()}
+    finest, (updated, _) = found[42, 30], results[42, 30]
+    for q in updated.parameters:
+        coarse, middle = abs(found[14, 10][q.name] - finest[q.name]), abs(found[28, 20][q.name] - finest[q.name])
+        assert middle < 0.5 * coarse, q.name  # second order: a quarter of it, were the finest exact
+        assert middle < 0.5 * q.standard_deviation, q.name
+    for size, (updated, _) in results.items():
+        assert updated.status == "converged"
+        assert updated.fit["fit"]["frequency_error_percent_mean"]["after"] < 0.4, size
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("nx", "ny", "known"), [
+    (7, 5, (27.4, 29.9, 63.4, 66.3, 79.7, 90.9, 118.0, 132.4, 168.7, 181.6)),
+    (28, 20, (27.3, 29.8, 63.3, 66.1, 79.3, 91.0, 118.1, 133.6, 167.3, 180.1)),
+])
+def test_nominal_plate_agrees_with_an_independent_calculation(nx, ny, known, tmp_path):
+    import cvxupdate
+    from cvxupdate.fe.modes import model_modes
+
+    mesh = load("structure_a_mesh")
+    _, model, _ = cvxupdate.open_problem(mesh.write_problem(tmp_path, nx, ny, [], 1.0))
+    modes = model_modes(model, len(known), model.zero())
+    assert modes.rigid == 3
+    assert modes.frequencies[3:13] == pytest.approx(known, abs=0.0501)
+
+
+def test_table_9_1_is_paired_by_family(tmp_path):
+    """The mode numbers of the problem's own files are those of the families of mode shapes."""
+    import csv
+
+    mesh = load("structure_a_mesh")
+    path = mesh.write_problem(tmp_path, 14, 10, [], 1.0)
+    for name in ("modes_fit.csv", "modes_hold_out.csv"):
+        mine, theirs = (list(csv.DictReader((folder / name).read_text(encoding="utf-8").splitlines())) for folder in (path.parent, mesh.PROBLEM))
+        assert [r["mode"] for r in mine] == [r["mode"] for r in theirs]
