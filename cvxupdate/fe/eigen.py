@@ -8,6 +8,7 @@ largest eigenvalues are those that rounding leaves whole.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,7 +20,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.elements.base import Real
-from cvxupdate.fe.factor import Factor, factorise
+from cvxupdate.fe.factor import factorise
 from cvxupdate.fe.rigid import mass_normalised, rounding
 
 _SINGULAR = "stiffness and mass both vanish on some motion: the model is a mechanism. Add the missing element or support."
@@ -28,7 +29,7 @@ _EXTRA = 3  # modes beyond those wanted, among which a gap is sought for the Stu
 
 @dataclass(frozen=True)
 class Problem:
-    """K, M (N, N), mass-normalised motions ``R`` (N, r) with K R = 0, the DOFs ``held`` (r or more); ``shift`` s replaces K by K + s M."""
+    """K, M (N, N), mass-normalised motions ``R`` (N, r) with K R = 0, the DOFs ``held`` (r or more); ``shift`` s stands for K + s M."""
 
     K: sp.csc_array
     M: sp.csc_array
@@ -49,7 +50,7 @@ class Problem:
 
     @cached_property
     def stiffness(self) -> sp.csc_array:
-        """K_ff; with a shift K + s M̃, whose low-rank part is left to the caller (there is none where R is empty)."""
+        """K_ff + s M_ff; the low-rank rest of s M̃ is left to the callers."""
         return self._cut(self.K + self.shift * self.M if self.shift else self.K)
 
     @cached_property
@@ -125,9 +126,16 @@ def _shift(K: sp.csc_array, M: sp.csc_array) -> float:
 
 
 def _shifted(problem: Problem, attempt: int) -> Problem:
-    """Where K_ff is not positive: the whole of K, made positive by mass; R is then among the modes that are found."""
-    none = Problem(problem.K, problem.M, np.zeros((problem.size, 0)), np.zeros(0, dtype=np.int64), False)
-    return replace(none, shift=max(problem.shift, _shift(problem.K, problem.M)) * 1e3**attempt)
+    """The problem made positive by mass, for a K_ff that is not (a mechanism, negative stiffness).
+
+    Raises
+    ------
+    ModelError
+        After four attempts: mass does not help either.
+    """
+    if attempt == 4:
+        raise ModelError(_SINGULAR)
+    return replace(problem, shift=max(problem.shift, _shift(problem.K, problem.M)) * 1e3**attempt)
 
 
 def _check_mass(M: sp.csc_array, dense: int) -> None:
@@ -158,77 +166,66 @@ def _ascending(problem: Problem, mu: Real, x: Real, count: int) -> tuple[Real, R
     return values[order], shapes[:, order]
 
 
-def _fall_back(problem: Problem, count: int, attempt: int) -> tuple[Problem, int]:
-    if attempt == 3:
-        raise ModelError(_SINGULAR)
-    return _shifted(problem, attempt), count + problem.R.shape[1]
+def _dense(problem: Problem, count: int, attempt: int = 0) -> tuple[Real, Real]:
+    carried = problem.carried @ problem.carried.T
+    stiffness = problem.stiffness.toarray() - problem.shift * carried
+    n = len(stiffness)
+    try:
+        mu, x = la.eigh(problem.mass.toarray() - carried, stiffness, subset_by_index=[n - count, n - 1], check_finite=False)
+    except la.LinAlgError:
+        return _dense(_shifted(problem, attempt), count, attempt + 1)
+    return _ascending(problem, mu, x, count)
 
 
-def _drop_rigid(problem: Problem, values: Real, shapes: Real, count: int) -> tuple[Real, Real]:
-    """Modes found with R among them → without: those that R explains least."""
-    if not problem.R.shape[1]:
-        return values, shapes
-    size = np.sqrt(np.einsum("ij,ij->j", shapes, problem.M @ shapes))
-    share = np.sum((problem.R.T @ (problem.M @ (shapes / size))) ** 2, axis=0)
-    rest = np.sort(np.argsort(share, kind="stable")[: max(len(values) - problem.R.shape[1], 0)])[:count]
-    left = shapes[:, rest] / size[rest]
-    return values[rest], left - problem.R @ (problem.R.T @ (problem.M @ left))
+def _few_masses(problem: Problem, count: int, heavy: Index, attempt: int = 0) -> tuple[Real, Real]:
+    """Mass on few DOFs of many: with the flexibilities F (N, k) of the heavy DOFs and M̃ = L Lᵀ there, Lᵀ F L y = μ y and x = F L y."""
+    unit = np.zeros((len(problem.free), len(heavy)))
+    unit[heavy, np.arange(len(heavy))] = 1.0
+    try:
+        F = _inverse(problem)(unit)
+    except ModelError:
+        return _few_masses(_shifted(problem, attempt), count, heavy, attempt + 1)
+    weights, V = la.eigh(problem.inertia(unit)[heavy], check_finite=False)
+    L = V * np.sqrt(np.maximum(weights, 0.0))
+    B = L.T @ F[heavy] @ L
+    mu, y = la.eigh((B + B.T) / 2, check_finite=False)
+    return _ascending(problem, mu, F @ (L @ y), count)
 
 
-def _dense(problem: Problem, count: int) -> tuple[Real, Real]:
-    current, wanted = problem, count
-    for attempt in range(4):
-        M = current.mass.toarray() - current.carried @ current.carried.T
-        n = len(M)
-        try:
-            mu, x = la.eigh(M, current.stiffness.toarray(), subset_by_index=[n - min(wanted, n), n - 1], check_finite=False)
-            values, shapes = _ascending(current, mu, x, wanted)
-            return _drop_rigid(problem, values, shapes, count) if current is not problem else (values, shapes)
-        except la.LinAlgError:
-            current, wanted = _fall_back(problem, count, attempt)
-    raise ModelError(_SINGULAR)
-
-
-def _few_masses(problem: Problem, count: int, heavy: Index) -> tuple[Real, Real]:
-    """Mass on few DOFs of many: x = F g with the flexibilities F (N, k) of the heavy DOFs and their inertia forces g."""
-    current, wanted, masters = problem, count, heavy
-    for attempt in range(4):
-        try:
-            unit = np.zeros((len(current.free), len(masters)))
-            unit[masters, np.arange(len(masters))] = 1.0
-            F = factorise(current.stiffness, "the stiffness matrix").solve(unit)
-            mu, g = la.eigh(F.T @ current.inertia(F), (F[masters] + F[masters].T) / 2, check_finite=False)
-            values, shapes = _ascending(current, mu, F @ g, wanted)
-            return _drop_rigid(problem, values, shapes, count) if current is not problem else (values, shapes)
-        except (la.LinAlgError, ModelError):
-            current, wanted = _fall_back(problem, count, attempt)
-            masters = np.flatnonzero(abs(current.mass).sum(axis=0) > 0.0)
-    raise ModelError(_SINGULAR)
-
-
-def _sparse(problem: Problem, count: int) -> tuple[Real, Real]:
+def _sparse(problem: Problem, count: int, attempt: int = 0) -> tuple[Real, Real]:
     """Shift-invert Lanczos; asked for more where the Sturm count says that a repeated mode was missed, shifted where K is not positive."""
-    current, wanted, attempt = problem, count, 0
-    missed = 0
-    while True:
-        try:
-            factor = factorise(current.stiffness, "the stiffness matrix")
-            values, shapes = _lanczos(current, factor, min(wanted + missed + _EXTRA, len(current.free) - 2))
-        except ModelError:
-            values = np.zeros(0)
-        if len(values) >= wanted:
-            cut = _gap(values, wanted)
+    wanted = count
+    try:
+        inverse = _inverse(problem)
+        for _ in range(3):
+            values, shapes = _lanczos(problem, inverse, min(wanted + _EXTRA, len(problem.free) - 2))
+            if len(values) < count:  # one motion so soft that rounding swallows the others: nearly a mechanism
+                break
+            cut = _gap(values, count)
             below = factorise(problem.K - cut * problem.M, "K − μ M").negatives()
-            rigid = problem.R.shape[1] if current is problem else 0
-            short = 0 if below is None else below - rigid - int(np.sum(values < cut))
-            if short <= 0:
-                values, shapes = values[:wanted], shapes[:, :wanted]
-                return _drop_rigid(problem, values, shapes, count) if current is not problem else (values, shapes)
-            if missed == 0:
-                missed = short + _EXTRA
-                continue
-        current, wanted = _fall_back(problem, count, attempt)
-        attempt, missed = attempt + 1, 0
+            missed = 0 if below is None else below - problem.R.shape[1] - int(np.sum(values < cut))
+            if missed <= 0:
+                return values[:count], shapes[:, :count]
+            wanted += missed + _EXTRA
+    except ModelError:
+        pass
+    return _sparse(_shifted(problem, attempt), count, attempt + 1)
+
+
+def _inverse(problem: Problem) -> Callable[[Real], Real]:
+    """x ↦ (K_ff + s M̃)⁻¹ x, the low-rank part by Woodbury's formula."""
+    factor = factorise(problem.stiffness, "the stiffness matrix")
+    C = problem.carried
+    if not problem.shift or not C.shape[1]:
+        return factor.solve
+    U = factor.solve(C)
+    core = np.eye(C.shape[1]) / problem.shift - C.T @ U
+
+    def solve(b: Real) -> Real:
+        y = factor.solve(b)
+        return np.asarray(y + U @ np.linalg.solve(core, C.T @ y))
+
+    return solve
 
 
 def _gap(values: Real, wanted: int) -> float:
@@ -240,16 +237,16 @@ def _gap(values: Real, wanted: int) -> float:
     return float((last[at] + last[at + 1]) / 2.0)
 
 
-def _lanczos(problem: Problem, factor: Factor, count: int) -> tuple[Real, Real]:
+def _lanczos(problem: Problem, inverse: Callable[[Real], Real], count: int) -> tuple[Real, Real]:
     n = len(problem.free)
     shape = (n, n)
-    inverse = LinearOperator(shape, matvec=factor.solve, dtype=float)
+    operator = LinearOperator(shape, matvec=inverse, dtype=float)
     inertia = LinearOperator(shape, matvec=problem.inertia, dtype=float)
-    start = factor.solve(problem.inertia(np.random.default_rng(0).standard_normal(n)))
+    start = inverse(problem.inertia(np.random.default_rng(0).standard_normal(n)))
     try:
-        values, x = eigsh(inverse, count, inertia, sigma=0.0, OPinv=inverse, v0=start, ncv=min(n - 1, 2 * count + 4))
+        values, x = eigsh(operator, count, inertia, sigma=0.0, OPinv=operator, v0=start, ncv=min(n - 1, 2 * count + 4))
     except ArpackError as error:
         raise ModelError(f"the natural modes did not converge ({error}). Is the mass matrix positive semidefinite?") from error
     # One more inverse iteration takes out what Lanczos gathered in the null space of M (Nour-Omid et al. 1987).
-    x = factor.solve(problem.inertia(x)) * values
+    x = inverse(problem.inertia(x)) * values
     return _ascending(problem, 1.0 / values, x, count)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg as la
 import scipy.sparse as sp
 
 from cvxupdate.errors import ModelError
@@ -12,7 +13,7 @@ from cvxupdate.fe.block import Index
 from cvxupdate.fe.eigen import Problem, flexible_modes, unresisted
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Matrices, Model
-from cvxupdate.fe.rigid import free_motions, mass_normalised, pins, rounding
+from cvxupdate.fe.rigid import free_motions, mass_normalised, pins, rigid_motions, rounding
 
 DENSE = 300  # DOFs below which LAPACK beats shift-invert (measured in tests/benchmarks/test_modes.py)
 
@@ -60,7 +61,7 @@ def model_modes(model: Model, count: int, p: Real | None = None, matrices: Matri
     for wrong, what in ((modes.eigenvalues[modes.rigid:] < -noise, "with negative stiffness (a member has buckled, or a stiffness is below zero)"),
                         (np.abs(modes.eigenvalues[modes.rigid:]) <= noise, "without stiffness: it is a mechanism")):
         if np.any(wrong):
-            shape = np.abs(flexible[:, int(np.argmax(wrong))])
+            shape = _besides_rigid(model, flexible[:, int(np.argmax(wrong))])
             raise ModelError(f"the model has {int(np.sum(wrong))} motion(s) besides the {modes.rigid} rigid-body modes {what}. The first moves "
                              f"{model.labels[int(np.argmax(shape))]} most. Add the missing element or support there, or correct the property.")
     return modes
@@ -90,10 +91,18 @@ def _solve(K: sp.csc_array, M: sp.csc_array, count: int, motions: Real | None, r
     R = mass_normalised(motions, M)  # a motion with neither stiffness nor mass is held and is no mode
     problem = Problem(K, M, R, pins(motions, rotations), check_mass)
     values, shapes = flexible_modes(problem, max(count, 0), DENSE)
-    shapes = shapes / np.sqrt(np.einsum("ij,ij->j", shapes, M @ shapes))
+    # Rounding leaves a trace of the softer modes in the stiffer ones; Cholesky takes it out in that order and normalises.
+    shapes = la.solve_triangular(la.cholesky(shapes.T @ (M @ shapes), lower=True), shapes.T, lower=True).T
     largest = shapes[np.argmax(np.abs(shapes), axis=0), np.arange(shapes.shape[1])]
     shapes = shapes * np.where(largest < 0, -1.0, 1.0)
     return Modes(np.concatenate([np.zeros(R.shape[1]), values]), np.hstack([R, shapes]), R.shape[1])
+
+
+def _besides_rigid(model: Model, shape: Real) -> Real:
+    """How far each DOF moves in ``shape`` (N,) beside the nearest rigid motion, rotations as lengths on the scale of the structure."""
+    Q = rigid_motions(model)
+    rest = np.abs(shape - Q @ (Q.T @ shape))
+    return np.where(model.dof_kind >= 3, np.ptp(model.xyz, axis=0).max() / 2.0, 1.0) * rest
 
 
 def _bare(K: sp.csc_array, M: sp.csc_array) -> Index:

@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from tests.cases.elements import ALLOY, SPACE, STEEL, build, chain, grid, held, lines, with_values
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes
+from tests.cases.elements import ALLOY, SPACE, STEEL, build, chain, grid, held, lines, with_values
 
 E, NU, RHO = STEEL["E"], STEEL["nu"], STEEL["rho"]
 G = E / 2 / (1 + NU)

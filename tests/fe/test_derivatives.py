@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from tests.cases.elements import CASES, Case, build, chain, grid, lines
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import DerivativeBlock, Model
 from cvxupdate.fe.parameters import UNITS
 from cvxupdate.fe.select import has_property, select_parameters
+from tests.cases.elements import CASES, Case, build, chain, grid, lines
 
 LIVE = {"eta": 0.02, "alpha": 3.0, "beta": 1e-5, "shear": 0.7, "N": 2e3}  # so that every word moves something
 ZERO = {"eta": 0.01, "alpha": 1.0, "beta": 1e-6, "shear": 1.0, "N": 1e3}

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from tests.cases.elements import ALLOY, CASES, FLAT_Y, SECTIONS, SPACE, STEEL, Case, build, chain, grid, joined, lines, with_values
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Block
 from cvxupdate.fe.elements import ELEMENTS
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.fe.rigid import rigid_body_modes
+from tests.cases.elements import ALLOY, CASES, FLAT_Y, SECTIONS, SPACE, STEEL, Case, build, chain, grid, joined, lines, with_values
 
 EVERY = pytest.mark.parametrize("case", CASES, ids=lambda c: c.name)
 AREA = {"bar": 0.1 * 0.012, "general": 6.0e-4}

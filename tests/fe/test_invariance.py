@@ -7,9 +7,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from tests.cases.elements import ALLOY, FLAT_Y, FLAT_Z, POINTS, SPACE, build, chain, grid, held, lines, with_values
 
 from cvxupdate.fe.modes import Modes, model_modes
+from tests.cases.elements import ALLOY, FLAT_Y, FLAT_Z, POINTS, SPACE, build, chain, grid, held, lines, with_values
 
 ANGLES = st.tuples(*[st.floats(-3.2, 3.2)] * 3)
 SEEDS = st.integers(0, 2**31)

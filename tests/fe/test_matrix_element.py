@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import scipy.io
 import scipy.sparse as sp
-from tests.cases.elements import FLAT_Y, build, chain, grid, held, lines, with_values
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.elements.matrix import read_matrix, split
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes, natural_modes
 from cvxupdate.fe.parameters import Parameter
+from tests.cases.elements import FLAT_Y, build, chain, grid, held, lines, with_values
 
 DOFS = ["x", "y", "rz"]
 
