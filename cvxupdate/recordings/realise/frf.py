@@ -1,0 +1,56 @@
+"""Real modes straight from FRFs: the route of Chen, Hsu and Tsuei (thesis 2.24 to 2.32)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cvxupdate.errors import RecordingError
+from cvxupdate.recordings.types import Complex, Real
+
+
+def normal_frf(H: Complex) -> Real:
+    """Receptances of the undamped structure from those of the damped one, ``Re H + Im H (Re H)^-1 Im H`` (thesis 2.29).
+
+    ``H`` (lines, n, n) square. Exact at every frequency, for viscous or hysteretic damping of any size, when all degrees of freedom
+    that move are in the matrix: ``(Re H + Im H Re H^-1 Im H)^-1 = Re(H^-1)``. With fewer coordinates it is exact only as far as
+    the reduced dynamic stiffness has the undamped one as its real part: light damping.
+
+    Raises
+    ------
+    RecordingError
+        When H is not square.
+    """
+    if H.ndim != 3 or H.shape[1] != H.shape[2]:
+        raise RecordingError(f"the normal FRF needs a square matrix at each line (forces at all responses), got {H.shape}")
+    return np.asarray(H.real + H.imag @ np.linalg.solve(H.real, H.imag))
+
+
+def normal_stiffness(H: Complex) -> Real:
+    """Real part of the dynamic stiffness, ``Re(H^-1) = K - w² M`` of the undamped structure, (lines, n, n)."""
+    if H.ndim != 3 or H.shape[1] != H.shape[2]:
+        raise RecordingError(f"the dynamic stiffness needs a square matrix at each line, got {H.shape}")
+    return np.asarray(np.linalg.inv(H).real)
+
+
+def chen_hsu_tsuei(frequency: Real, H: Complex) -> tuple[Real, Real]:
+    """Undamped natural frequencies (Hz) and real shapes (modes, n) from square receptances over a band.
+
+    The eigenvalues of the real dynamic stiffness (the inverse of the normal FRF, 2.28) cross zero at the undamped frequencies; the
+    eigenvector there is the normal mode. Crossings are found between neighbouring lines and placed by linear interpolation along
+    ``omega²``, so only FRFs next to resonance are used, as in the original. H must be receptance (use `convert`).
+    Assumes that every significant degree of freedom is measured and forced; see `normal_frf`.
+    """
+    values, vectors = np.linalg.eigh(0.5 * (normal_stiffness(H) + normal_stiffness(H).transpose(0, 2, 1)))
+    w2 = (2.0 * np.pi * frequency) ** 2
+    # K - w² M loses one positive eigenvalue at each natural frequency (Sylvester): the sorted k-th eigenvalue crosses downward
+    found: list[tuple[float, Real]] = []
+    for line in range(frequency.size - 1):
+        for k in np.flatnonzero((values[line] > 0.0) & (values[line + 1] <= 0.0)):
+            a, b = values[line, k], values[line + 1, k]
+            share = float(a / (a - b))
+            at = w2[line] + share * (w2[line + 1] - w2[line])
+            u, v = vectors[line, :, k], vectors[line + 1, :, k]
+            shape = (1.0 - share) * u + share * (v if float(u @ v) >= 0.0 else -v)
+            found.append((float(np.sqrt(at)) / (2.0 * np.pi), shape / np.linalg.norm(shape)))
+    found.sort(key=lambda item: item[0])
+    return np.array([f for f, _ in found]), np.array([s for _, s in found]).reshape(-1, H.shape[1])
