@@ -29,7 +29,7 @@ class Format:
 
 
 def _is_uff(head: bytes) -> bool:
-    return re.match(rb"\s*-1\s*\r?\n\s*\d{1,4}b?\b", head) is not None
+    return re.match(rb"(\s*-1\s*\r?\n)+\s*\d{1,4}b?\b", head) is not None
 
 
 FORMATS: tuple[Format, ...] = (

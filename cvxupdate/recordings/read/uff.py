@@ -51,6 +51,15 @@ def _find_mark(view: mmap.mmap, at: int) -> tuple[int, int] | None:
     return None
 
 
+def _mark_at(view: mmap.mmap, at: int) -> tuple[int, int] | None:
+    """The end mark that stands right here, or behind one line break: (offset, offset behind it)."""
+    for begin in (at, at + 1, at + 2):
+        end = _line_end(view, begin) if begin < len(view) else begin
+        if view[at:begin].strip() == b"" and view[begin : min(end, begin + 90)].strip() == b"-1" and view[begin : begin + 1] != b"\n":
+            return begin, end
+    return None
+
+
 def _blocks(view: mmap.mmap, notes: list[str]) -> Iterator[_Block]:
     """The data sets of a file in order; a binary body is stepped over by its stated length."""
     number = 0
@@ -60,6 +69,9 @@ def _blocks(view: mmap.mmap, notes: list[str]) -> Iterator[_Block]:
         first_end = _line_end(view, begin)
         word_line = view[begin : min(first_end, begin + 200)].decode("latin-1")
         word = word_line[:7].strip()
+        if word_line.strip() == "-1":  # some writers repeat the opening mark
+            opening = (begin, first_end)
+            continue
         number += 1
         lines, at = [word_line], first_end
         if word == "58b":
@@ -68,9 +80,9 @@ def _blocks(view: mmap.mmap, notes: list[str]) -> Iterator[_Block]:
                 lines.append(view[at : min(end, at + 400)].decode("latin-1").rstrip("\r\n"))
                 at = end
             length = body_bytes(lines)
-            closing = _find_mark(view, at + length) if length is not None and at + length <= len(view) else None
+            closing = _mark_at(view, at + length) if length is not None else None
             # the end mark follows the body at once; if it does not, the stated length is wrong and the next mark counts
-            if closing is None or closing[0] > at + (length or 0) + 4:
+            if closing is None:
                 closing = _find_mark(view, at)
                 notes.append(f"data set {number}: the length of its binary body is misstated")
         else:

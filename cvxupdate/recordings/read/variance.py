@@ -5,14 +5,15 @@ variance of the magnitude, because the phase scatters as much)
 
     E|H - EH|² = 2 · (1 - γ²) / (2 n γ²) · |H|².
 
-A file seldom says n. The scatter then does: the fourth difference over every second line,
+The coherence that an analyser writes comes from the same n averages and is too large by the degree of freedom that H took: with it the
+divisor is n - 1 (as in `estimators.frf_variance`). A file seldom says n. The scatter then does: the fourth difference over every second line,
 
     d_k = H_{k-4} - 4 H_{k-2} + 6 H_k - 4 H_{k+2} + H_{k+4},
 
 has E|d|² = 70 V for independent lines and 67 V for Hann blocks of random excitation (lines two apart are correlated by 1/36),
 while a smooth FRF leaves next to nothing in it away from narrow peaks; the median over the lines (of an exponential variable:
-ln 2 times its mean) makes the peaks harmless. So n comes out with a bias below 5 % for either window, and as an effective number:
-overlapping blocks count for what they are worth.
+ln 2 times its mean) makes the peaks harmless. So the divisor comes out within 5 % for either window (a few per cent low for fewer than
+twenty averages), and as an effective number: overlapping blocks count for what they are worth.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ def _running_median(x: Real) -> Real:
 
 
 def averages_from_scatter(H: Complex, coherence: Real) -> float:
-    """Effective number of averages, from scatter against coherence; ``H`` and ``coherence`` (lines, functions). NaN if undecided."""
+    """The divisor (effective averages less one), from scatter against coherence; ``H`` and ``coherence`` (lines, functions). NaN if undecided."""
     inner = coherence[4:-4]
     with np.errstate(divide="ignore", invalid="ignore"):
         per_average = (1.0 - inner) / inner * np.abs(H[4:-4]) ** 2
@@ -53,7 +54,7 @@ def averages_from_scatter(H: Complex, coherence: Real) -> float:
 
 
 def variance_of_frf(H: Complex, coherence: Real | None, averages: float | None = None) -> tuple[Real | None, float]:
-    """Variance of the complex estimate, shape of ``H`` (lines, responses, references), and the number of averages used.
+    """Variance of the complex estimate, shape of ``H`` (lines, responses, references), and the divisor used (averages less one).
 
     ``coherence`` has the shape of ``H``, NaN where it was not recorded. A function with coherence gets the formula above. One without,
     beside others of its reference that have it, gets their mean variance (a sensor's noise is much the same on all) times the
@@ -75,7 +76,7 @@ def variance_of_frf(H: Complex, coherence: Real | None, averages: float | None =
     gamma = np.clip(coherence.reshape(lines, -1), 1e-6, 1.0)
     known = ~np.all(np.isnan(gamma), axis=0)
     gamma = np.where(np.isnan(gamma) & known, np.nanmedian(np.where(known, gamma, 1.0), axis=0), gamma)
-    n = averages if averages is not None else averages_from_scatter(flat[:, known], gamma[:, known])
+    n = max(averages - 1.0, 1.0) if averages is not None else averages_from_scatter(flat[:, known], gamma[:, known])
     if not np.isfinite(n):
         return np.maximum(smooth, floor).reshape(H.shape), float("nan")
     variance = np.where(known, (1.0 - gamma) / (n * gamma) * np.abs(flat) ** 2, np.nan).reshape(H.shape)
