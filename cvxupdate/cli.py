@@ -25,6 +25,7 @@ Out = Annotated[Path | None, typer.Option("--out", help="folder for results; def
 Json = Annotated[bool, typer.Option("--json", help="print the JSON on standard output and nothing else there")]
 
 BAD_INPUT, NOT_DONE, INTERRUPTED = 2, 3, 130
+STOPPED = "interrupted; what was finished is kept."
 
 
 @app.command()
@@ -158,7 +159,7 @@ def main() -> None:
     except CvxupdateError as error:
         code = _fail(str(error), NOT_DONE)
     except (KeyboardInterrupt, typer.Abort):
-        code = _fail("interrupted; what was finished is kept.", INTERRUPTED)
+        code = _fail(STOPPED, INTERRUPTED)
     except BrokenPipeError:
         code = 0
     except Exception as error:
@@ -169,6 +170,8 @@ def main() -> None:
             raise
     else:
         code = given if isinstance(given, int) else 0
+        if code == INTERRUPTED:  # typer turns Ctrl-C into this number without a word
+            _fail(STOPPED, code)
     sys.exit(code)
 
 

@@ -189,8 +189,9 @@ def figure(results, path):
         errors = [u.fit[key]["frequency_error_percent_mean"] for u, _ in results.values()]
         line, = right.plot(size, [e["after"] for e in errors], "o-", ms=4, label=f"{name}, after")
         right.plot(size, [e["before"] for e in errors], "o--", ms=4, mfc="none", color=line.get_color(), label=f"{name}, before")
-    right.set(xlabel="length of an element (mm)", ylabel="mean frequency error (%)", yscale="log", title="errors")
-    right.legend()
+    right.set(xlabel="length of an element (mm)", ylabel="mean frequency error (%)", title="errors")
+    right.legend(loc="center")
+    right.set_ylim(bottom=0)
     for ax in (left, right):
         ax.grid(alpha=0.3)
         ax.set_xlim(left=0)

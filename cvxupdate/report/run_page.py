@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -142,4 +143,4 @@ def _mass(m: dict[str, Any]) -> list[str]:
 
 
 def _residual(value: float | None) -> str:
-    return NOTHING if value is None else "0" if value == 0.0 else power(value)
+    return NOTHING if value is None or not math.isfinite(value) else "0" if value == 0.0 else power(value)

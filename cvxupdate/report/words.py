@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -112,7 +113,7 @@ def certificate_sentence(updated: Updated) -> str:
             text += (f"The proof is a weighting of the clauses that adds up to a contradiction (Farkas' lemma): it separates by "
                      f"{power(proof['separation'])}, with errors of {power(max(proof['stationarity'], proof['dual_cone']))} at most.")
         return text.strip()
-    values = [c[key] for key, _, _ in CERTIFICATE if c.get(key) is not None]
+    values = [c[key] for key, _, _ in CERTIFICATE if c.get(key) is not None and math.isfinite(c[key])]
     if not values:
         return "The last step returned no point, so there is nothing to certify."
     worst = power(max(values)) if max(values) > 0 else "0"
