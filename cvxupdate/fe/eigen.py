@@ -196,9 +196,8 @@ def _sparse(problem: Problem, count: int, attempt: int = 0) -> tuple[Real, Real]
     """Shift-invert Lanczos; asked for more where the Sturm count says that a repeated mode was missed, shifted where K is not positive."""
     wanted = count
     try:
-        inverse = _inverse(problem)
-        for _ in range(3):
-            values, shapes = _lanczos(problem, inverse, min(wanted + _EXTRA, len(problem.free) - 2))
+        for _ in range(3):  # the factors are let go before those of the Sturm count are made: they are most of the memory
+            values, shapes = _lanczos(problem, _inverse(problem), min(wanted + _EXTRA, len(problem.free) - 2))
             if len(values) < count:  # one motion so soft that rounding swallows the others: nearly a mechanism
                 break
             cut = _gap(values, count)
@@ -207,6 +206,9 @@ def _sparse(problem: Problem, count: int, attempt: int = 0) -> tuple[Real, Real]
             if missed <= 0:
                 return values[:count], shapes[:, :count]
             wanted += missed + _EXTRA
+        else:
+            if attempt:  # K is positive by the shift and three counts disagree: it is the count that rounding has spoilt
+                return values[:count], shapes[:, :count]
     except ModelError:
         pass
     return _sparse(_shifted(problem, attempt), count, attempt + 1)

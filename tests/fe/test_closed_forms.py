@@ -192,3 +192,15 @@ def test_oscillator_chain() -> None:
     exact = 2 * np.sqrt(k / m) * np.sin(np.arange(1, n + 1) * np.pi / 2 / (n + 1)) / 2 / np.pi
     modes = model_modes(build(text), 50)
     assert np.allclose(modes.frequencies, exact, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("nx", "ny", "expected"), [
+    (7, 5, [27.4, 29.9, 63.4, 66.3, 79.7, 90.9, 118.0, 132.4, 168.7, 181.6]),
+    (28, 20, [27.3, 29.8, 63.3, 66.1, 79.3, 91.0, 118.1, 133.6, 167.3, 180.1])])
+def test_structure_a(nx: int, ny: int, expected: list[float]) -> None:
+    """The free plate of chapter 9 against an independent calculation of the twelve-DOF element (Hz, to one decimal)."""
+    steel = {"E": 206e9, "nu": 0.3, "rho": 7860.0}
+    model = build(grid(np.linspace(0, 0.665, nx + 1), np.linspace(0, 0.455, ny + 1), {"shape": "plate", "thickness": 0.0025}, steel))
+    modes = model_modes(model, 10)
+    assert modes.rigid == 3
+    assert np.allclose(modes.flexible().frequencies, expected, atol=0.0501)
