@@ -22,8 +22,6 @@ from cvxupdate.spec import Spec, expand_parameters
 from cvxupdate.spec import elements as se
 from cvxupdate.spec import model as sm
 
-SHEAR_COEFFICIENT = {"rectangle": 5.0 / 6.0, "circle": 0.9, "general": 5.0 / 6.0}  # kappa where the file gives none
-
 
 @dataclass(frozen=True)
 class _Batch:
@@ -139,12 +137,21 @@ def _properties(row: Any, kind: Element, text: sm.Model) -> dict[str, float]:
     out |= {"E": material.E, "nu": nu, "rho": material.rho}
     if isinstance(section, sm.PlateSection):
         return {**out, "thickness": section.thickness, "Dx": section.Dx, "Dy": section.Dy, "D1": section.D1, "Dxy": section.Dxy}
-    out |= {"A": 1.0, "Iy": 1.0, "Iz": 1.0, "J": 1.0, "N": 0.0, "shear": 0.0, "kappa": SHEAR_COEFFICIENT[section.shape]}
+    out |= {"A": 1.0, "Iy": 1.0, "Iz": 1.0, "J": 1.0, "N": 0.0, "shear": 0.0, "kappa": shear_coefficient(section, nu)}
     if isinstance(section, sm.Rectangle):
         return {**out, "width": section.width, "height": section.height}
     if isinstance(section, sm.Circle):
         return {**out, "diameter": section.diameter, "wall": section.wall or 0.0}
     return {**out, "A": section.A, "Iy": section.Iy or 0.0, "Iz": section.Iz or 0.0, "J": section.J or 0.0}
+
+
+def shear_coefficient(section: Any, nu: float) -> float:
+    """kappa of a section for which the file gives none: 5/6, or that of a round bar or tube (Cowper 1966, hollow circle)."""
+    if not isinstance(section, sm.Circle):
+        return 5.0 / 6.0
+    inner = 1.0 - 2.0 * section.wall / section.diameter if section.wall else 0.0
+    ring = (1.0 + inner**2) ** 2
+    return 6.0 * (1.0 + nu) * ring / ((7.0 + 6.0 * nu) * ring + (20.0 + 12.0 * nu) * inner**2)
 
 
 @dataclass(frozen=True)
@@ -260,8 +267,10 @@ def _block(batch: _Batch, text: sm.Model, position: dict[int, int], xyz: Real, a
 def _distinct(points: Real, orientation: Real) -> tuple[Index, Index]:
     """Elements of one shape and attitude share their matrices: (first of each shape, shape of each element)."""
     relative = (points - points[:, :1]).reshape(len(points), -1)
-    size = np.abs(relative).max() or 1.0
-    key = np.round(np.hstack([relative / size, orientation]), 12)
+    size = np.abs(relative).max(axis=1, keepdims=True)
+    size[size == 0.0] = 1.0
+    decade = np.floor(np.log10(size))  # twelve digits of each element's own size: a small one beside large ones keeps its own
+    key = np.hstack([np.round(np.hstack([relative / size, size / 10.0**decade, orientation]), 12), decade])
     _, first, inverse = np.unique(key, axis=0, return_index=True, return_inverse=True)
     return first.astype(np.int64), inverse.reshape(-1).astype(np.int64)
 

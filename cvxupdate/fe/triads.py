@@ -23,7 +23,7 @@ def line_triads(xyz: Real, orientation: Real) -> Real:
     d = xyz[:, 1] - xyz[:, 0]
     length = np.linalg.norm(d, axis=1, keepdims=True)
     if np.any(length == 0.0):
-        raise ModelError(f"element {int(np.argmin(length[:, 0])) + 1} of its block has no length: its two nodes coincide. Move one of them.")
+        raise ModelError("an element has no length: its two nodes coincide. Move one of them.")
     ex = d / length
     vertical = np.abs(ex[:, 2:]) > 1.0 - 1e-9
     default = np.where(vertical, np.array([-1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]))

@@ -253,3 +253,21 @@ def test_rod_in_a_frame_has_no_rotations_of_its_own() -> None:
     model = build(text)
     assert model.labels == ("n1.x", "n1.y", "n1.z")
     assert model_modes(model, 3).rigid == 0
+
+
+def test_shear_coefficients() -> None:
+    """Cowper: 6 (1 + ν) / (7 + 6 ν) of a round bar, 2 (1 + ν) / (4 + 3 ν) of a thin tube; 5/6 otherwise."""
+    nu = STEEL["nu"]
+    thin = {"shape": "circle", "diameter": 0.1, "wall": 1e-6}
+    for section, kappa in (("round", 6 * (1 + nu) / (7 + 6 * nu)), (thin, 2 * (1 + nu) / (4 + 3 * nu)), ("bar", 5 / 6), ("general", 5 / 6)):
+        model = build(lines("beam3d", FLAT_Y, chain(3), SPACE, section))
+        assert np.allclose(model.blocks[0].properties["kappa"], kappa, rtol=1e-4)
+
+
+def test_small_elements_beside_large_ones_keep_their_own_matrices() -> None:
+    """Equal shapes share their matrices, but only when they are equal on their own scale."""
+    x = np.cumsum([0.0, 1e-3, 1e-3 * (1 + 1e-7), 50.0, 50.0])
+    model = build(lines("rod", x[:, None] * [1.0, 0, 0], chain(4), ["x"]))
+    K = model.matrices().K.toarray()
+    assert np.allclose(-np.diag(K, 1), STEEL["E"] * AREA["bar"] / np.diff(x), rtol=1e-12)
+    assert len(model.blocks[0].terms[0].values) == 3
