@@ -44,17 +44,24 @@ def run(path: str | os.PathLike[str], progress: Callable[[Iteration], None] | No
     InputError
         For a fault of the input; an infeasible step is no error but a result with ``status`` "infeasible".
     """
+    from cvxupdate.update.definite import definiteness
     from cvxupdate.update.modal import update_modal
     from cvxupdate.update.parts import step_problem
 
     spec, model, recordings = open_problem(path)
     if spec.update is None:
         raise InputError(f"{path}: there is no [update] table, so there is nothing to run. Add one with a method and parameters.")
-    if spec.update.method not in MODAL:
+    if spec.update.method == "ceam":
+        from cvxupdate.update.ceam import update_ceam
+
+        updated = update_ceam(spec, model, recordings, progress)
+    elif spec.update.method in MODAL:
+        updated = update_modal(spec, model, recordings, progress)
+    else:
         raise InputError(f"{path}: update.method {spec.update.method!r} is not built yet. Use one of {', '.join(MODAL)}.")
-    updated = update_modal(spec, model, recordings, progress)
     clauses = tuple(c.name for c in step_problem(spec, model).clauses if not c.name.startswith("bounds on "))
-    return replace(updated, model={**updated.model, "clauses": clauses})
+    eigenvalues = definiteness(model, [q.p for q in updated.parameters])
+    return replace(updated, model={**updated.model, "clauses": clauses, **eigenvalues})
 
 
 def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], float]:
@@ -70,10 +77,15 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
     from cvxupdate.update.parts import solver_choice, step_problem
 
     spec, model, recordings = open_problem(path)
-    if spec.update is None or spec.update.method not in MODAL:
-        raise InputError(f"{path}: solvers needs an [update] table with method {' or '.join(MODAL)}.")
-    point = residual_of(spec, model, recordings).evaluate(model.zero())
-    rows = compare_solvers(step_problem(spec, model), point.system(), None, solver_choice(spec))
+    if spec.update is not None and spec.update.method == "ceam":
+        from cvxupdate.update.ceam import residual_of as ceam_residual
+
+        system = ceam_residual(spec, model, recordings).evaluate(model.zero()).system()
+    elif spec.update is not None and spec.update.method in MODAL:
+        system = residual_of(spec, model, recordings).evaluate(model.zero()).system()
+    else:
+        raise InputError(f"{path}: solvers needs an [update] table with method ceam, {' or '.join(MODAL)}.")
+    rows = compare_solvers(step_problem(spec, model), system, None, solver_choice(spec))
     return spec, rows, spread(rows) if any(r.status == "optimal" for r in rows) else float("nan")
 
 

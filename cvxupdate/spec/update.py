@@ -13,6 +13,7 @@ Of = Literal[
     "thickness", "height", "width", "diameter", "wall",
     "Dx", "Dy", "D1", "Dxy", "k", "m", "c", "eta", "alpha", "beta",
 ]  # fmt: skip
+NonNegativeCount = Annotated[int, Field(ge=0)]
 Names = Annotated[tuple[Text, ...], Field(min_length=1)]
 SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "QUADPROG", "HIGHS")
 PHYSICS = (
@@ -63,6 +64,11 @@ class Update(Part):
         description="how measured modes find the model's; auto: as fixed by `mode`, else MAC, else frequency",
     )
     trust_radius: Positive | None = Field(default=None, description="first trust-region radius; absent: chosen")
+    expansion: Literal["dynamic", "null-space", "guyan", "irs", "gysin", "serep", "serepa", "tam", "hybrid"] = Field(
+        default="dynamic", description="ceam: how DOFs that were not measured are found; dynamic: condensed out exactly at every step"
+    )
+    self_assign: NonNegativeCount = Field(default=0, description="ceam: number of the model's own modes above the measured ones to be kept as well")
+    stages: Literal[1, 2] = Field(default=1, description="ceam: 2 assigns the eigenvalues with the model's own shapes first")
 
 
 class Bounds(Part):

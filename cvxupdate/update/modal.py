@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 
@@ -67,12 +68,12 @@ def update_modal(spec: Spec, model: Model, recordings: Sequence[Recording], prog
         problem=spec.name, title=spec.title, source=spec.source, path=str(spec.path), status=loop.status, reason=loop.reason,
         method=spec.update.method if spec.update is not None else "frequencies", solver=loop.step.solver,
         iterations=len(loop.history), parameters=parameter_results(model, end.p, known, relative, len(loop.history) > 0),
-        fit=modal_metrics(start, end, loop), certificate=_certificate(loop), time=time.perf_counter() - begin,
+        fit=modal_metrics(start, end, loop), certificate=certificate_of(loop), time=time.perf_counter() - begin,
         conflict=loop.step.conflict if loop.status == "infeasible" else (),
         relaxation=tuple(r.says for r in loop.step.relaxation) if loop.status == "infeasible" else (),
         modes=mode_results(start, end), history=tuple(asdict(h) for h in loop.history),
         undetermined=tuple({"coefficients": dict(c.coefficients), "standard_deviation": _number(c.std), "says": c.says} for c in known.undetermined),
-        noise=None if relative else known.noise, active=loop.step.active, regularisation=_regularisation(loop),
+        noise=None if relative else known.noise, active=loop.step.active, regularisation=regularisation_of(loop),
         model={"dofs": model.size, "elements": int(sum(len(set(b.ids.tolist())) for b in model.blocks)), "nodes": len(model.node_ids),
                "mass_before": model.total_mass(), "mass_after": model.total_mass(end.p)},
         notes=_notes(residual, relative, known))
@@ -143,7 +144,8 @@ def _macs(point: ModalPoint, k: int) -> Array:
     return out
 
 
-def _certificate(loop: LoopResult[ModalPoint]) -> dict[str, object]:
+def certificate_of(loop: LoopResult[Any]) -> dict[str, object]:
+    """The certificate of the last step, as the contract names its parts."""
     c = loop.step.certificate
     out: dict[str, object] = dict(c.as_dict())
     out |= {"primal_residual": out.pop("primal"), "dual_residual": out.pop("dual"), "optimal": c.is_optimal(), "says": loop.step.says}
@@ -152,7 +154,8 @@ def _certificate(loop: LoopResult[ModalPoint]) -> dict[str, object]:
     return out
 
 
-def _regularisation(loop: LoopResult[ModalPoint]) -> tuple[dict[str, object], ...]:
+def regularisation_of(loop: LoopResult[Any]) -> tuple[dict[str, object], ...]:
+    """Each regulariser with its weight and how it was chosen."""
     out: list[dict[str, object]] = []
     for r in loop.problem.regularisers:
         chosen = loop.weight
