@@ -322,7 +322,7 @@ def test_the_variance_from_coherence_is_the_scatter_about_the_truth(averages: in
 
 def test_functions_without_coherence_get_the_variance_of_their_neighbours() -> None:
     H, first, coherence = noisy_frf(30, 1)
-    _, second, hidden = noisy_frf(30, 2)
+    _, second, _hidden = noisy_frf(30, 2)
     both = np.stack([first, 2.0 * second], axis=1)[:, :, None]
     gamma = np.stack([coherence, np.full_like(coherence, np.nan)], axis=1)[:, :, None]
     variance, _ = variance_of_frf(both, gamma)
