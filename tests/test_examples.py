@@ -1,7 +1,9 @@
 """Every example is a script, a test and a figure: each runs to its end, on its own, and leaves a figure in the folder it was given."""
 
+import doctest
 import importlib.util
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -82,3 +84,74 @@ def test_table_9_1_is_paired_by_family(tmp_path):
     for name in ("modes_fit.csv", "modes_hold_out.csv"):
         mine, theirs = (list(csv.DictReader((folder / name).read_text(encoding="utf-8").splitlines())) for folder in (path.parent, mesh.PROBLEM))
         assert [r["mode"] for r in mine] == [r["mode"] for r in theirs]
+
+
+# ── what the documents claim ─────────────────────────────────────────────────────────────────────────────────────
+
+
+def readme():
+    return (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def plate():
+    import cvxupdate
+
+    return cvxupdate.run(ROOT / "problems" / "structure_a" / "problem.toml")
+
+
+def test_python_of_the_readme(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    blocks = re.findall(r"```python\n(.*?)```", readme(), flags=re.S)
+    assert blocks
+    for block in blocks:
+        found = doctest.DocTestParser().get_doctest(block, {}, "README.md", "README.md", 0)
+        assert len(found.examples) > 3
+        said = []
+        doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(found, out=said.append)
+        assert not said, "".join(said)
+
+
+def test_problem_file_of_the_readme(tmp_path):
+    import cvxupdate
+
+    (block,) = re.findall(r"```toml\n(.*?)```", readme(), flags=re.S)
+    path = tmp_path / "problem.toml"
+    path.write_text(block, encoding="utf-8")
+    updated = cvxupdate.run(path)
+    assert updated.status == "converged" and updated.fit["fit"]["frequency_error_percent_max"]["after"] < 0.2
+    assert not any(q.at_bound for q in updated.parameters)
+
+
+@pytest.mark.parametrize("document", ["README.md", "problems/structure_a/source.md"])
+def test_figures_of_the_plate_are_those_of_a_run(document, plate):
+    text = (ROOT / document).read_text(encoding="utf-8")
+    fit, held = (plate.fit[key]["frequency_error_percent_mean"] for key in ("fit", "hold_out"))
+    if document == "README.md":
+        assert f"| 18 fitted modes | {fit['before']:.2f} % | {fit['after']:.2f} % |" in text
+        assert f"| 2 held-out modes | {held['before']:.2f} % | {held['after']:.2f} % |" in text
+        for q in plate.parameters[:4]:
+            (row,) = re.findall(rf"\| {q.of},[^|]*\| 1 \| ([\d.]+) ± ([\d.]+) \| 0.75 … 1.25 \|", text)
+            assert float(row[0]) == pytest.approx(q.after, abs=0.0051) and float(row[1]) == pytest.approx(q.standard_deviation, abs=0.0051)
+        assert f"{plate.parameters[4].after / 1e3:.2f} ± {plate.parameters[4].standard_deviation / 1e3:.2f} kN/m" in text
+    else:
+        assert f"{fit['before']:.2f} → {fit['after']:.2f} | {held['after']:.2f} |" in text
+        assert f"| middle of the short edges | {fit['after']:.2f} (" in text
+
+
+def test_links_of_the_documents_lead_somewhere():
+    for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"):
+        text = (ROOT / name).read_text(encoding="utf-8")
+        for link in re.findall(r"\]\((?!https?:)([^)#]+)", text):
+            assert (ROOT / link).exists(), (name, link)
+        for path in re.findall(r"`((?:cvxupdate|tests|examples|problems|docs)/[\w/.-]+)`", text):
+            assert (ROOT / path).exists(), (name, path)
+
+
+def test_readme_names_every_command():
+    from typer.main import get_command
+
+    from cvxupdate.cli import app
+
+    for command in get_command(app).commands:
+        assert f"cvxupdate {command} " in readme(), command
