@@ -130,7 +130,7 @@ def _say(payload: str, as_json: bool, summary: Callable[[], Any]) -> None:
         return
     from rich.console import Console
 
-    Console().print(summary())
+    Console().print(summary(), crop=False)  # a long path stays in one piece
 
 
 @contextlib.contextmanager

@@ -92,4 +92,4 @@ def _table(title: str, *columns: str) -> Table:
 
 
 def _where(folder: Path) -> Text:
-    return Text(f"Report: {folder / 'report.html'}\nData:   {folder / 'result.json'}", style="dim", overflow="fold")
+    return Text(f"Report: {folder / 'report.html'}\nData:   {folder / 'result.json'}", style="dim", no_wrap=True, overflow="ignore")
