@@ -1,0 +1,290 @@
+"""From recordings of responses to findings: ordinary fit, short list, refits, judgement on what was not fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cvxupdate.diagnose.fit import LEVELS, STIFFNESS_STD, MASS_STD, Fit, at_level, error_of, fit, prior_scales, setting_for
+from cvxupdate.diagnose.forward import undamped
+from cvxupdate.diagnose.residual import Fault, ResponsePoint, channel_errors, noise_errors
+from cvxupdate.diagnose.screen import Score, delay_unit, screen
+from cvxupdate.diagnose.signals import Real, Signal, band_of, signals
+from cvxupdate.errors import ModelError
+from cvxupdate.fe.model import KINDS, Model
+from cvxupdate.fe.select import has_property, select_parameters
+from cvxupdate.physics import CATALOGUE
+from cvxupdate.physics.attached_resonator import attach
+from cvxupdate.physics.base import Candidate, Context, Wanted
+from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
+
+PER_WORD, SHORT, FINAL = 3, 12, 5  # candidates kept: of a word at a level, refitted coarsely, refitted to the end
+ORDINARY_LIMIT = 0.3
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A candidate refitted: errors on what was fitted and on what was not, figures found with deviations, and the fit itself."""
+
+    candidate: Candidate
+    fit: Fit
+    error: float
+    hold_out: float
+    cost: float
+    values: dict[str, float]
+    deviations: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Data:
+    """Recordings at every level, and sharp ones for scoring."""
+
+    fit: tuple[FrequencyResponse | TimeHistory, ...]
+    hold_out: tuple[FrequencyResponse | TimeHistory, ...]
+    levels: tuple[tuple[Signal, ...], ...]
+    sharp: tuple[Signal, ...]
+    sharp_hold_out: tuple[Signal, ...]
+    top: float
+    bottom: float
+
+
+def prepare(recordings: Sequence[FrequencyResponse | TimeHistory]) -> Data:
+    """Transform every recording once."""
+    fit_ = tuple(r for r in recordings if r.origin.use == "fit")
+    hold = tuple(r for r in recordings if r.origin.use != "fit")
+    bands = [band_of(r) for r in fit_]
+    return Data(fit_, hold, tuple(signals(fit_, e) for e in LEVELS), signals(fit_, 0.0), signals(hold, 0.0),
+                max(b[1] for b in bands), min(b[0] for b in bands))
+
+
+def ordinary(model: Model) -> Model:
+    """A stiffness and a mass p-value for every group: what drawing and laboratory always differ by."""
+    wanted: list[Wanted] = []
+    for of in ("stiffness", "mass"):
+        groups: dict[str, list[int]] = {}
+        for block in model.blocks:
+            if has_property(block, of):
+                for element, group in zip(block.ids.tolist(), block.groups, strict=True):
+                    groups.setdefault(group or block.kind.name, []).append(element)
+        wanted += [Wanted(f"{g}.{of}", of, tuple(dict.fromkeys(ids)), g, -ORDINARY_LIMIT, ORDINARY_LIMIT) for g, ids in groups.items()]
+    return model.with_parameters(select_parameters(wanted, model))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """All that the engine found, for the verdict: nominal, ordinary and best errors (fit, hold-out), noise, trials (best first), second effects."""
+
+    nominal: tuple[float, float]
+    ordinary: tuple[float, float]
+    noise: tuple[float, float]
+    base: Fit
+    screened: tuple[Score, ...]
+    trials: tuple[Trial, ...]
+    levels: tuple[float, ...]
+
+
+def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[int, str]], release: Callable[[int, str], Model],
+            words: Sequence[str] | None, progress: Callable[[str], None] | None = None) -> Outcome:
+    """Fit the ordinary model, screen every word at every place at each level, refit the short list.
+
+    ``model`` is undamped and carries its ordinary (and earlier) parameters; ``original`` the model of the file, for its damping.
+    """
+    tell = progress or (lambda text: None)
+    tell("fitting the ordinary parameters")
+    setting = setting_for(model, original, data.levels[0], data.top, data.bottom)
+    p = np.zeros(len(setting.columns))
+    nominal = (error_of(setting, p, data.sharp), error_of(setting, p, data.sharp_hold_out))
+    m = model.matrices(model.zero())
+    sensors = tuple(dict.fromkeys(label for s in data.sharp for label in s.sensors))
+    context = Context(model, m.K, m.M, data.top, data.bottom, sensors, tuple(supports), release, float(np.median(setting.zeta)) if setting.damped else 0.005)
+    candidates = [c for word, make in CATALOGUE.items() if words is None or word in words for c in make(context)]
+    scores: dict[int, Score] = {}
+    first: Fit | None = None
+    base: Fit | None = None
+    chosen: list[Score] = []
+    for level in data.levels:
+        base = fit(at_level(setting, level), p, 0)
+        p = base.p
+        first = first or base
+        if level is data.levels[-1]:
+            break
+        tell(f"screening {len(candidates)} candidates")
+        ranked = screen(base.point, candidates)
+        for k, s in enumerate(ranked):
+            if k not in scores or s.share > scores[k].share:
+                scores[k] = s
+        chosen += shortlist(ranked)
+    if base is None or first is None:
+        raise ModelError("there is no recording to fit")
+    ordinary_errors = (error_of(setting, p, data.sharp, base.point), error_of(setting, p, data.sharp_hold_out, base.point))
+    noise = (noise_errors(data.sharp), noise_errors(data.sharp_hold_out))
+    unique: dict[str, Score] = {}
+    for s in chosen:
+        if s.candidate.name not in unique or s.share > unique[s.candidate.name].share:
+            unique[s.candidate.name] = s
+    trials = refit(sorted(unique.values(), key=lambda s: -s.share), original, data, first, tell)
+    return Outcome(nominal, ordinary_errors, noise, base, tuple(sorted(scores.values(), key=lambda s: -s.share)[:40]), tuple(trials), LEVELS)
+
+
+def shortlist(ranked: Sequence[Score]) -> list[Score]:
+    """The best of every word that comes near the best of all, at most `PER_WORD` of a word and `SHORT` in all."""
+    order = sorted((s for s in ranked if s.share > 0.0), key=lambda s: -s.share)
+    if not order:
+        return []
+    out: list[Score] = []
+    count: dict[str, int] = {}
+    seen: set[str] = set()
+    for s in order:
+        word = s.candidate.physics
+        if s.share < 0.25 * order[0].share or len(out) >= SHORT:
+            break
+        if count.get(word, 0) < PER_WORD and s.candidate.name not in seen:
+            count[word] = count.get(word, 0) + 1
+            seen.add(s.candidate.name)
+            out.append(s)
+    return out
+
+
+def refit(chosen: Sequence[Score], original: Model, data: Data, first: Fit, tell: Callable[[str], None]) -> list[Trial]:
+    """Refit for real: coarse levels for all, then the best to the end; best hold-out (else fit) first."""
+    coarse: list[tuple[float, Score, Fit]] = []
+    for number, s in enumerate(chosen[: 2 * SHORT]):
+        tell(f"refitting {number + 1} of {min(len(chosen), 2 * SHORT)}: {s.candidate.name}")
+        try:
+            found = _fit_candidate(s, original, data, first, data.levels[:3])
+        except ModelError:
+            continue
+        coarse.append((found.cost + found.penalty, s, found))
+    coarse.sort(key=lambda item: item[0])
+    out = []
+    for _, s, found in coarse[:FINAL]:
+        tell(f"sharpening {s.candidate.name}")
+        extra = s.candidate.extra
+        last = found
+        for level in data.levels[3:]:
+            try:
+                last = fit(at_level(last.setting, level), last.p, extra if s.candidate.channel is None else 0, tolerance=1e-3)
+            except ModelError:
+                break
+        out.append(_trial(s.candidate, last, data))
+    return sorted(out, key=lambda t: t.hold_out if np.isfinite(t.hold_out) else t.error)
+
+
+def _fit_candidate(s: Score, original: Model, data: Data, first: Fit, levels: Sequence[tuple[Signal, ...]]) -> Fit:
+    c = s.candidate
+    base = first.setting.model
+    faults: tuple[Fault, ...] = ()
+    if c.channel is not None and c.sensor is not None:
+        model, faults, guess = base, (Fault(c.channel, c.sensor, delay_unit(first.point)),), s.p
+    elif c.tuned is not None:
+        row, frequency, zeta = c.tuned
+        light = 1e-4 * max(base.total_mass(), 1e-9)
+        model, guess = attach(base, row, frequency, float(np.clip(s.p[0], light, 0.2 * base.total_mass())), zeta), np.zeros(3)
+    elif c.model is not None:
+        model, guess = c.model, s.p
+    else:
+        raise ModelError("the candidate brings no model")
+    setting = setting_for(model, original, levels[0], data.top, data.bottom, faults)
+    n = len(base.parameters)
+    start = np.zeros(len(setting.columns))
+    start[:n] = first.p[:n]
+    lower = np.array([q.lower for q in model.parameters[n:]])
+    upper = np.array([q.upper for q in model.parameters[n:]])
+    if faults:
+        start[-1] = guess[0]
+    elif len(guess) == len(lower):
+        start[n : n + len(guess)] = np.clip(guess, np.maximum(lower, -0.5), np.minimum(upper, 5.0))
+    extra = 0 if faults else c.extra
+    found: Fit | None = None
+    for level in levels:
+        found = fit(at_level(setting, level), start if found is None else found.p, extra, tolerance=1e-2, iterations=8)
+    if found is None:
+        raise ModelError("there is no level to fit")
+    return found
+
+
+def _trial(c: Candidate, found: Fit, data: Data) -> Trial:
+    setting, p = found.setting, found.p
+    error = error_of(setting, p, data.sharp, found.point)
+    hold = error_of(setting, p, data.sharp_hold_out, found.point)
+    values, deviations = figures(c, found)
+    return Trial(c, found, error, hold, found.cost + found.penalty, values, deviations)
+
+
+def figures(c: Candidate, found: Fit) -> tuple[dict[str, float], dict[str, float]]:
+    """The contract's parameters of a finding and their deviations (linearised, grown with the misfit)."""
+    setting, p = found.setting, found.p
+    A, _ = found.point.system().weighted()
+    scales = prior_scales(setting, 0 if c.channel is not None else c.extra)
+    H = A.T @ A + np.diag(1.0 / scales**2)
+    grow = max(1.0, found.cost / max(1, len(A) - len(p)))
+    spread = np.sqrt(np.maximum(np.diag(np.linalg.pinv(H)), 0.0) * grow)
+    n = len(setting.model.parameters)
+    values: dict[str, float] = {}
+    deviations: dict[str, float] = {}
+    for name, k, how in c.report:
+        at = len(p) - 1 if c.channel is not None else n - c.extra + k
+        x, dx = float(p[at]), float(spread[at])
+        if how == "gain":
+            values[name], deviations[name] = 1.0 + x, dx
+        elif how == "delay":
+            unit = setting.faults[0].unit
+            values[name], deviations[name] = x * unit, dx * unit
+        else:
+            q = setting.model.parameters[at]
+            if how == "factor":
+                values[name], deviations[name] = 1.0 + x, dx
+            elif how == "inverse":
+                compliance = c.offset + q.unit_size * x
+                values[name], deviations[name] = 1.0 / compliance, q.unit_size * dx / compliance**2
+            elif how == "kappa":
+                kappa = max((float(b.properties["kappa"][0]) for b in setting.model.blocks if "kappa" in b.properties), default=5.0 / 6.0)
+                values[name], deviations[name] = kappa / max(x, 1e-6), kappa * dx / max(x, 1e-6) ** 2
+            else:
+                values[name], deviations[name] = q.physical(x), abs(q.unit_size) * dx
+    return values, deviations
+
+
+def loose_groups(base: Fit) -> list[tuple[str, str, float, float]]:
+    """Ordinary parameters outside their credible band: (name, of, p, how many deviations)."""
+    out = []
+    for q, value in zip(base.setting.model.parameters, base.p, strict=False):
+        std = MASS_STD if q.of == "mass" else STIFFNESS_STD
+        if abs(value) > 3.5 * std:
+            out.append((q.name, q.of, float(value), abs(float(value)) / std))
+    return sorted(out, key=lambda item: -item[3])
+
+
+def level_dependence(data: Data) -> tuple[float, float] | None:
+    """How much the transfer function changes between drive levels: (relative change, the same in noise alone); None where no two levels compare.
+
+    A record that starts from rest gives H(s) = Y(s) / U(s) at every s without averaging, so two runs of one linear structure agree to noise.
+    """
+    best: tuple[float, float] | None = None
+    smooth = data.levels[1]
+    single = [s for s in smooth if s.U.shape[1] == 1 and s.level is not None]
+    for i, a in enumerate(single):
+        for b in single[i + 1 :]:
+            if a.level == b.level or a.inputs != b.inputs or a.sensors != b.sensors or a.s.shape != b.s.shape or not np.allclose(a.s, b.s, rtol=0.05):
+                continue
+            Ha, Hb = a.Y[:, :, 0] / a.U[:, 0], b.Y[:, :, 0] / b.U[:, 0]
+            noise = np.sqrt((a.std[:, :, 0] / np.abs(a.U[:, 0])) ** 2 + (b.std[:, :, 0] / np.abs(b.U[:, 0])) ** 2)
+            size = np.sqrt(np.mean(np.abs(Ha) ** 2))
+            change = (float(np.sqrt(np.mean(np.abs(Ha - Hb) ** 2)) / size), float(np.sqrt(np.mean(noise**2)) / size))
+            if best is None or change[0] > best[0]:
+                best = change
+    return best
+
+
+def held_dofs(model: Model, supports: Sequence[tuple[Sequence[int] | str, Sequence[str]]], active: Sequence[str]) -> list[tuple[int, str]]:
+    """(node, kind) of every held DOF of an active kind."""
+    out = []
+    for nodes, dofs in supports:
+        for node in (model.node_ids.tolist() if nodes == "all" else nodes):
+            out += [(int(node), d) for d in dofs if d in active]
+    return out
+
+
+_UNUSED = (KINDS, ResponsePoint, channel_errors, undamped, replace, Real)

@@ -1,0 +1,88 @@
+"""Fitting a model with or without an extra piece of physics, from smooth to sharp."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cvxupdate.convex import Bounds, SolverChoice, StepProblem, Tikhonov
+from cvxupdate.diagnose.forward import file_damping
+from cvxupdate.diagnose.residual import Fault, ResponsePoint, Setting, channel_errors
+from cvxupdate.diagnose.signals import Real, Signal
+from cvxupdate.fe.model import Model
+from cvxupdate.fe.modes import natural_modes
+from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.update.trust_region import Options, iterate
+
+STIFFNESS_STD, MASS_STD = 0.02, 0.012  # ordinary scatter of a group between drawing and laboratory
+COMMON_DAMPING_STD, MODE_DAMPING_STD = 1.0, 0.35  # of log ζ: all modes together, each mode by itself
+LEVELS = (0.15, 0.05, 0.016, 0.005)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted setting: unknowns ``p`` at the last level, weighted ``cost`` there (data) and ``penalty`` (priors), and the point."""
+
+    setting: Setting
+    p: Real
+    point: ResponsePoint
+    cost: float
+    penalty: float
+
+
+def setting_for(model: Model, original: Model, signals: Sequence[Signal], top: float, bottom: float, faults: Sequence[Fault] = ()) -> Setting:
+    """Give every mode in the band a damping ratio of its own, starting from the problem file's."""
+    m = model.matrices(model.zero())
+    rigid = rigid_body_modes(model, m.K, m.M)
+    count = min(model.size, 40)
+    while True:
+        modes = natural_modes(m.K, m.M, count, rigid).flexible()
+        if len(modes.frequencies) < count or modes.frequencies[-1] > 1.3 * top or count >= model.size:
+            break
+        count = min(2 * count, model.size)
+    band = int(np.sum(modes.frequencies < 1.25 * top))
+    return Setting(model, tuple(signals), file_damping(original, modes.frequencies[:band]), top, tuple(faults))
+
+
+def prior_scales(setting: Setting, extra: int) -> Real:
+    """Standard deviations of the unknowns before any recording: the physics under trial (last ``extra`` model parameters, faults) is free."""
+    out = []
+    n = len(setting.model.parameters)
+    for k, q in enumerate(setting.model.parameters):
+        out.append(1e4 if k >= n - extra else MASS_STD if q.of == "mass" else STIFFNESS_STD)
+    return np.array([*out, COMMON_DAMPING_STD, *[MODE_DAMPING_STD] * setting.damped, *[1e4] * len(setting.faults)])
+
+
+def bounds_of(setting: Setting) -> Bounds:
+    """The parameters' own bounds; wide ones for damping and faults."""
+    lower = [q.lower for q in setting.model.parameters] + [-4.0] * (1 + setting.damped) + [-4.0] * len(setting.faults)
+    upper = [q.upper for q in setting.model.parameters] + [4.0] * (1 + setting.damped) + [4.0] * len(setting.faults)
+    return Bounds(np.array(lower), np.array(upper))
+
+
+def fit(setting: Setting, start: Real, extra: int, tolerance: float = 3e-3, iterations: int = 12, radius: float = 0.5) -> Fit:
+    """Weighted output error plus Gaussian priors, minimised by the trust-region loop of convex steps.
+
+    Raises
+    ------
+    ModelError
+        When the model is no structure at ``start``.
+    """
+    scales = prior_scales(setting, extra)
+    problem = StepProblem(regularisers=(Tikhonov(1.0, 0.0, scales),), constraints=(bounds_of(setting),), columns=setting.columns)
+    loop = iterate(setting, problem, SolverChoice(), Options(tolerance, iterations, radius), start)
+    values, weights, _ = loop.point.differences
+    return Fit(setting, loop.point.p, loop.point, float(np.sum((weights * values) ** 2)), float(np.sum((loop.point.p / scales) ** 2)))
+
+
+def at_level(setting: Setting, signals: Sequence[Signal]) -> Setting:
+    """The same unknowns against other signals."""
+    return replace(setting, signals=tuple(signals))
+
+
+def error_of(setting: Setting, p: Real, signals: Sequence[Signal], reference: ResponsePoint | None = None) -> float:
+    """Normalised error of the responses at ``p`` on ``signals``; modes keep the damping of ``reference``."""
+    point = at_level(setting, signals).evaluate(p, reference)
+    return channel_errors(point.setting.signals, point.modelled())

@@ -1,0 +1,185 @@
+"""Output error of responses: model parameters, one damping ratio for each mode, sensor faults. A residual for the trust-region loop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from cvxupdate.diagnose.forward import Receptances, Response, basis, block_derivative, receptances, respond, sensor_rows
+from cvxupdate.diagnose.signals import Complex, Real, Signal
+from cvxupdate.fe.model import Matrices, Model
+from cvxupdate.fe.modes import Modes
+from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.system import LinearSystem
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A sensor fault under trial: ``how`` is "gain" (reading × (1 + p)) or "delay" (reading late by p · ``unit`` seconds)."""
+
+    channel: str
+    how: str
+    unit: float = 1.0
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What is fitted: model (undamped, its parameters: ordinary ones, then the physics), signals, file damping by mode, faults, band top (Hz).
+
+    The unknowns are, in order: the model's parameters; z₀, by which the logarithm of every damping ratio moves together; z_r, each mode's own;
+    the faults.
+    """
+
+    model: Model
+    signals: tuple[Signal, ...]
+    zeta: Real
+    top: float
+    faults: tuple[Fault, ...] = ()
+
+    @property
+    def damped(self) -> int:
+        """Number of modes with a damping ratio of their own."""
+        return len(self.zeta)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the unknowns."""
+        return (*(q.name for q in self.model.parameters), "damping", *(f"damping of mode {r + 1}" for r in range(self.damped)),
+                *(f"{f.how} of {f.channel}" for f in self.faults))
+
+    def evaluate(self, p: Real, before: ResponsePoint | None = None) -> ResponsePoint:
+        """The responses at ``p``; modes keep their damping ratio when they cross. ModelError where the model is no structure."""
+        n = len(self.model.parameters)
+        m = self.model.matrices(p[:n])
+        modes = basis(m.K, m.M, self.top, rigid_body_modes(self.model, m.K, m.M))
+        if before is None:
+            owner = np.arange(self.damped) + modes.rigid
+        else:
+            likeness = (before.modes.shapes[:, before.owner].T @ (m.M @ modes.shapes)) ** 2
+            rows, columns = linear_sum_assignment(likeness, maximize=True)
+            owner = columns[np.argsort(rows)]
+        return ResponsePoint(self, np.asarray(p, dtype=float), m, modes, np.asarray(owner, dtype=np.int64))
+
+
+@dataclass(frozen=True)
+class ResponsePoint:
+    """The responses at one vector of unknowns; ``owner`` (damped,) says which mode each damping ratio belongs to."""
+
+    setting: Setting
+    p: Real
+    matrices: Matrices
+    modes: Modes
+    owner: np.ndarray
+
+    @cached_property
+    def damping(self) -> Real:
+        """Damping ratio of every mode."""
+        n = len(self.setting.model.parameters)
+        z0, z = self.p[n], self.p[n + 1 : n + 1 + self.setting.damped]
+        typical = float(np.median(self.setting.zeta)) if self.setting.damped else 0.005
+        out = np.full(len(self.modes.eigenvalues), typical * np.exp(min(z0, 5.0)))
+        out[self.owner] = self.setting.zeta * np.exp(np.minimum(z0 + z, 6.0))
+        out[: self.modes.rigid] = 0.0
+        return out
+
+    @cached_property
+    def responses(self) -> tuple[Response, ...]:
+        """The model's answer to every signal, before sensor faults."""
+        C, D = self._further_damping()
+        out = []
+        for signal in self.setting.signals:
+            sensors, inputs = (sensor_rows(self.setting.model, labels) for labels in (signal.sensors, signal.inputs))
+            out.append(respond(signal, self.modes, sensors, inputs, self.damping, C, D))
+        return tuple(out)
+
+    @cached_property
+    def green(self) -> tuple[Receptances, ...]:
+        """Responses of every DOF, signal by signal."""
+        return tuple(receptances(r, self.modes) for r in self.responses)
+
+    def _further_damping(self) -> tuple[Real | None, Real | None]:
+        m = self.matrices
+        if not (np.any(m.C.data) or np.any(m.D.data)):
+            return None, None
+        low = max(8, int(np.sum(self.modes.frequencies < 2.5 * self.setting.top)))
+        phi = self.modes.shapes[:, :low]
+        return phi.T @ (m.C @ phi), phi.T @ (m.D @ phi)
+
+    def _fault(self, k: int, response: Response) -> Complex:
+        """Factor of every sensor at every point, (points, sensors)."""
+        s = response.signal.s
+        out = np.ones((len(s), len(response.signal.sensors)), dtype=complex)
+        for value, fault in zip(self.p[len(self.p) - len(self.setting.faults) :], self.setting.faults, strict=True):
+            for at, label in enumerate(response.signal.sensors):
+                if label == fault.channel:
+                    out[:, at] *= (1.0 + value) if fault.how == "gain" else np.exp(-2j * np.pi * (s.imag / (2 * np.pi)) * value * fault.unit)
+        return out
+
+    def modelled(self) -> tuple[Complex, ...]:
+        """Model rows (rows, sensors, cases) of every signal, sensor faults included."""
+        return tuple(r.rows(r.raw * self._fault(k, r)[:, :, None]) for k, r in enumerate(self.responses))
+
+    @cached_property
+    def differences(self) -> tuple[Real, Real, tuple[str, ...]]:
+        """(model − measured, weights, labels): real parts, then imaginary parts, signal by signal."""
+        values, weights = [], []
+        for signal, model in zip(self.setting.signals, self.modelled(), strict=True):
+            gap, weight = (model - signal.Y).reshape(-1), 1.0 / signal.scale().reshape(-1)
+            values += [gap.real, gap.imag]
+            weights += [weight, weight]
+        flat = np.concatenate(values)
+        return flat, np.concatenate(weights), ("",) * len(flat)
+
+    def jacobian(self) -> Real:
+        """Derivative of `differences` with respect to every unknown, (rows, unknowns)."""
+        model = self.setting.model
+        n = len(model.parameters)
+        blocks = [model.derivative(j, self.p[:n]) for j in range(n)]
+        omega = np.sqrt(np.maximum(self.modes.eigenvalues, 0.0))
+        parts = []
+        for k, r in enumerate(self.responses):
+            fault = self._fault(k, r)[:, :, None]
+            columns = [r.rows(block_derivative(r, self.green[k], b) * fault) for b in blocks]
+            shear = 2.0 * omega * self.damping  # ∂(2 ζ ω s)/∂ log ζ
+            each = [-(r.drive * r.signal.s * shear[i])[:, None, None] * r.a[:, :, i, None] * r.q[:, i, None, :] for i in self.owner]
+            zeros = [i for i in range(self.modes.rigid, r.a.shape[2]) if i not in set(self.owner.tolist())]
+            rest = -np.einsum("p,psi,i,pic->psc", r.drive * r.signal.s, r.a[:, :, zeros], shear[zeros], r.q[:, zeros], optimize=True)
+            columns.append(r.rows((sum(each) + rest) * fault))
+            columns += [r.rows(e * fault) for e in each]
+            for value, f in zip(self.p[len(self.p) - len(self.setting.faults) :], self.setting.faults, strict=True):
+                change = np.zeros(r.raw.shape, dtype=complex)
+                for at, label in enumerate(r.signal.sensors):
+                    if label == f.channel:
+                        own = 1.0 / (1.0 + value) if f.how == "gain" else -1j * r.signal.s.imag * f.unit
+                        change[:, at] = (own * np.ones(len(r.signal.s)))[:, None] * r.raw[:, at] * fault[:, at]
+                columns.append(r.rows(change))
+            stacked = np.stack([c.reshape(-1) for c in columns], axis=1)
+            parts += [stacked.real, stacked.imag]
+        return np.vstack(parts)
+
+    def system(self) -> LinearSystem:
+        """Linearised at this point."""
+        values, weights, labels = self.differences
+        A = self.jacobian()
+        return LinearSystem(A, A @ self.p - values, weights, self.setting.columns, labels)
+
+
+def channel_errors(signals: Sequence[Signal], modelled: Sequence[Complex]) -> float:
+    """Normalised error: ‖Y − Ŷ‖ / ‖Y‖ of each channel and recording, averaged (0 perfect, 1 as large as the signal)."""
+    errors = []
+    for signal, model in zip(signals, modelled, strict=True):
+        gap = np.sqrt(np.sum(np.abs(model - signal.Y) ** 2, axis=(0, 2)))
+        errors += (gap / np.sqrt(np.sum(np.abs(signal.Y) ** 2, axis=(0, 2)))).tolist()
+    return float(np.mean(errors)) if errors else float("nan")
+
+
+def noise_errors(signals: Sequence[Signal]) -> float:
+    """The same measure for noise alone: what a perfect model would be left with."""
+    errors = []
+    for signal in signals:
+        errors += (np.sqrt(np.sum(signal.std**2, axis=(0, 2))) / np.sqrt(np.sum(np.abs(signal.Y) ** 2, axis=(0, 2)))).tolist()
+    return float(np.mean(errors)) if errors else float("nan")

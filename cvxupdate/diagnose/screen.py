@@ -1,0 +1,116 @@
+"""The short list: how much of the residual each word at each place could explain, to first order, beside the ordinary parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cvxupdate.diagnose.fit import prior_scales
+from cvxupdate.diagnose.forward import block_derivative
+from cvxupdate.diagnose.residual import ResponsePoint
+from cvxupdate.diagnose.signals import Complex, Real
+from cvxupdate.physics.base import Candidate
+
+
+@dataclass(frozen=True)
+class Score:
+    """A candidate's share of the residual that it explains (0..1) and its first-order size ``p``, with the side it may take respected."""
+
+    candidate: Candidate
+    share: float
+    p: Real
+
+
+def screen(point: ResponsePoint, candidates: Sequence[Candidate]) -> list[Score]:
+    """Scores in the order of ``candidates``.
+
+    Residual and columns are weighted and freed of what the ordinary unknowns (with their priors) can take up; a candidate's share is the part of
+    the squared residual that its own best size removes.
+    """
+    system = point.system()
+    A, _ = system.weighted()
+    values, weights, _ = point.differences
+    r = -weights * values
+    scales = prior_scales(point.setting, 0)
+    G = np.vstack([A, np.diag(1.0 / scales)])
+    Q, _ = np.linalg.qr(G)
+    rows = len(r)
+    left = np.concatenate([r, -point.p / scales])
+    left = left - Q @ (Q.T @ left)
+    total = float(left @ left)
+    top = Q[:rows]
+    out = []
+    signals = point.setting.signals
+    flat = [1.0 / s.scale().reshape(-1) for s in signals]
+    for c in candidates:
+        columns = _columns(point, c)
+        if not columns:
+            out.append(Score(c, 0.0, np.zeros(c.extra)))
+            continue
+        J = np.stack([_stack(col, flat) for col in columns], axis=1)
+        Jp = np.vstack([J, np.zeros((len(scales), J.shape[1]))]) - Q @ (top.T @ J)
+        norms = np.linalg.norm(Jp, axis=0)
+        if np.any(norms <= 1e-12 * np.maximum(np.linalg.norm(J, axis=0), 1e-300)):
+            out.append(Score(c, 0.0, np.zeros(c.extra)))
+            continue
+        best, *_ = np.linalg.lstsq(Jp / norms, left, rcond=1e-8)
+        best = best / norms
+        if c.sign > 0 and best[0] < 0.0:
+            out.append(Score(c, 0.0, np.zeros(len(best))))
+            continue
+        rest = left - Jp @ best
+        out.append(Score(c, 1.0 - float(rest @ rest) / total, best))
+    return out
+
+
+def _stack(columns: Sequence[Complex], weights: Sequence[Real]) -> Real:
+    parts = []
+    for c, w in zip(columns, weights, strict=True):
+        flat = c.reshape(-1)
+        parts += [w * flat.real, w * flat.imag]
+    return np.concatenate(parts)
+
+
+def _columns(point: ResponsePoint, c: Candidate) -> list[list[Complex]]:
+    """For every column of the candidate: rows of every signal."""
+    if c.channel is not None:
+        return [_sensor_column(point, c)]
+    if c.tuned is not None:
+        return [_tuned_column(point, c.tuned)]
+    out = []
+    for blocks in c.tangent:
+        if not blocks:
+            return []
+        out.append([r.rows(block_derivative(r, g, blocks)) for r, g in zip(point.responses, point.green, strict=True)])
+    return out
+
+
+def _sensor_column(point: ResponsePoint, c: Candidate) -> list[Complex]:
+    out = []
+    for r in point.responses:
+        change = np.zeros(r.raw.shape, dtype=complex)
+        for at, label in enumerate(r.signal.sensors):
+            if label == c.channel:
+                factor = np.ones(len(r.signal.s)) if c.sensor == "gain" else -1j * r.signal.s.imag * delay_unit(point)
+                change[:, at] = factor[:, None] * r.raw[:, at]
+        out.append(r.rows(change))
+    return out
+
+
+def delay_unit(point: ResponsePoint) -> float:
+    """A delay that turns the phase by one radian at the top of the band, s."""
+    return 1.0 / (2.0 * np.pi * point.setting.top)
+
+
+def _tuned_column(point: ResponsePoint, tuned: tuple[int, float, float]) -> list[Complex]:
+    """A hidden oscillator of one gram-like unit of mass: dynamic mass s² (2ζωs + ω²) / (s² + 2ζωs + ω²) at its DOF."""
+    row, frequency, zeta = tuned
+    omega = 2.0 * np.pi * frequency
+    out = []
+    for r, g in zip(point.responses, point.green, strict=True):
+        s = r.signal.s
+        soft = 2.0 * zeta * omega * s + omega**2
+        out.append(r.rows(-(r.drive * s**2 * soft / (s**2 + soft))[:, None, None] * g.left[:, :, row, None] * g.right[:, row, None, :]))
+    return out

@@ -1,0 +1,154 @@
+"""Recordings as one kind of equation, Y(s) = sᵒ H(s) U(s), on points s of the right half-plane.
+
+Lightly damped resonances make an output error a field of narrow valleys: a model whose mode lies one bandwidth off learns nothing from its
+gradient. On a line s = δ + iω the same data are smooth over δ. Time histories that start from rest are transformed there directly
+(an exponential window, exact for zero initial conditions); FRFs are carried there by Poisson's kernel, applied to measured and modelled FRFs
+alike so that the ends of the band do no harm. δ = ε ω shrinks from level to level: far-reaching first, sharp at the end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
+FLOOR = 0.01  # of the local response: what the ordinary discretisation of a model may miss, besides noise
+SPACING = 0.7  # of points, in units of δ: the data hold no finer detail
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One recording at one level of smoothing.
+
+    ``s`` (points,) where the model is evaluated; ``mix`` (rows, points) carries model values to rows (None: rows are the points);
+    ``Y`` (rows, responses, cases) measured; ``U`` (points, references, cases) what drove it; ``std`` like ``Y``: noise; ``order`` of
+    differentiation; ``sensors`` and ``inputs`` DOF labels.
+    """
+
+    name: str
+    use: str
+    level: float | None
+    s: Complex
+    mix: Real | None
+    Y: Complex
+    U: Complex
+    std: Real
+    order: int
+    sensors: tuple[str, ...]
+    inputs: tuple[str, ...]
+
+    def scale(self) -> Real:
+        """Standard deviation of each row for weighting: noise, and `FLOOR` of the response around it."""
+        size = np.abs(self.Y)
+        around = np.sqrt(np.mean(size**2, axis=0, keepdims=True))
+        return np.sqrt(self.std**2 + (FLOOR * size) ** 2 + (0.1 * FLOOR * around) ** 2)
+
+
+def time_signal(history: TimeHistory, epsilon: float, band: tuple[float, float]) -> Signal:
+    """A time history that starts from rest, on s = δ + iω with δ = ε ω, never below 7 / T (what is cut off at the end then weighs e⁻⁷)."""
+    drives = [i for i, c in enumerate(history.channels) if c.quantity == "force"]
+    senses = [i for i, c in enumerate(history.channels) if c.quantity in ORDER]
+    rate, n = history.rate, len(history.data)
+    f = _points(band, epsilon, 7.0 * rate / n)
+    omega = 2.0 * np.pi * f
+    delta = np.maximum(epsilon * omega, 7.0 * rate / n)
+    s = delta + 1j * omega
+    t = np.arange(n) / rate
+    out = np.empty((len(s), history.data.shape[1]), dtype=complex)
+    weight = np.empty(len(s))
+    for start in range(0, len(s), 64):  # 64 points at a time keep the kernel in memory
+        part = slice(start, start + 64)
+        kernel = np.exp(-np.outer(s[part], t)) / rate
+        out[part] = kernel @ history.data
+        weight[part] = np.linalg.norm(kernel, axis=1)
+    noise = white_noise(history, senses)
+    Y, U = out[:, senses][:, :, None], out[:, drives][:, :, None]
+    std = weight[:, None, None] * noise[None, :, None]
+    channel = history.channels
+    return Signal(history.origin.name, history.origin.use, history.origin.level, s, None, Y, U, np.broadcast_to(std, Y.shape).copy(),
+                  ORDER[channel[senses[0]].quantity], tuple(channel[i].label for i in senses), tuple(channel[i].label for i in drives))
+
+
+def frf_signal(frf: FrequencyResponse, epsilon: float, band: tuple[float, float]) -> Signal:
+    """FRFs under Poisson's kernel of half-width ε ω; ``epsilon`` 0 leaves the lines as they are."""
+    keep = (frf.frequency >= band[0]) & (frf.frequency <= band[1]) & np.all(np.isfinite(frf.H), axis=(1, 2))
+    if epsilon > 0.0:  # the same lines are dropped from the model: smoothing needs no more of them
+        keep[np.flatnonzero(keep)[_stride_mask(int(keep.sum()), 800 if epsilon > 0.04 else 1600)]] = False
+    f, H = frf.frequency[keep], frf.H[keep]
+    variance = frf.variance[keep] if frf.variance is not None else np.full(H.shape, np.nan)
+    fallback = np.nanmedian(variance, axis=0, keepdims=True) if np.any(np.isfinite(variance)) else (0.01 * np.abs(H).mean(axis=0, keepdims=True)) ** 2
+    variance = np.where(np.isfinite(variance), variance, fallback)
+    references = len(frf.references)
+    U = np.broadcast_to(np.eye(references, dtype=complex), (len(f), references, references))
+    mix = None
+    if epsilon > 0.0:
+        step = float(np.median(np.diff(f)))
+        centres = _points((f[0], f[-1]), epsilon, step)
+        width = np.maximum(epsilon * centres, step)
+        kernel = width[:, None] / ((centres[:, None] - f[None, :]) ** 2 + width[:, None] ** 2)
+        mix = kernel / kernel.sum(axis=1, keepdims=True)
+        variance = np.einsum("kf,fsb->ksb", mix**2, variance)
+        H = np.einsum("kf,fsb->ksb", mix, H)
+    return Signal(frf.origin.name, frf.origin.use, frf.origin.level, 2j * np.pi * f, mix, H, U, np.sqrt(variance), ORDER[frf.quantity],
+                  tuple(c.label for c in frf.responses), tuple(c.label for c in frf.references))
+
+
+def _stride_mask(count: int, most: int) -> NDArray[np.bool_]:
+    """True for lines to drop, so that at most ``most`` evenly spread ones stay."""
+    stride = max(1, int(np.ceil(count / most)))
+    return np.arange(count) % stride != 0
+
+
+def signals(recordings: tuple[FrequencyResponse | TimeHistory, ...], epsilon: float) -> tuple[Signal, ...]:
+    """Every recording at one level."""
+    out = []
+    for r in recordings:
+        band = band_of(r)
+        out.append(time_signal(r, max(epsilon, 1e-4), band) if isinstance(r, TimeHistory) else frf_signal(r, epsilon, band))
+    return tuple(out)
+
+
+def band_of(recording: FrequencyResponse | TimeHistory) -> tuple[float, float]:
+    """The band (Hz) that the excitation reached: where the force's spectrum is above a tenth of its typical value; an FRF's own lines."""
+    if isinstance(recording, FrequencyResponse):
+        f = recording.frequency[recording.frequency > 0]
+        return float(f[0]), float(f[-1])
+    drives = [i for i, c in enumerate(recording.channels) if c.quantity == "force"]
+    n = len(recording.data)
+    f = np.fft.rfftfreq(n, 1.0 / recording.rate)
+    spectrum = np.sqrt(np.sum(np.abs(np.fft.rfft(recording.data[:, drives], axis=0)) ** 2, axis=1))
+    lines = max(5, n // 200)
+    smooth = np.sqrt(np.convolve(spectrum**2, np.ones(lines) / lines, mode="same"))
+    loud = np.flatnonzero(smooth > 0.1 * np.percentile(smooth, 90))
+    top = min(f[loud[-1]], 0.45 * recording.rate) if len(loud) else 0.4 * recording.rate
+    return max(float(f[loud[0]]) if len(loud) else 0.0, 8.0 * recording.rate / n), float(0.98 * top)
+
+
+def white_noise(history: TimeHistory, columns: list[int]) -> Real:
+    """Noise of each channel per sample: the spectrum above the band that the force reached, else what differencing leaves, (channels,)."""
+    n = len(history.data)
+    f = np.fft.rfftfreq(n, 1.0 / history.rate)
+    quiet = f > min(1.1 * band_of(history)[1], 0.49 * history.rate)
+    spectra = np.abs(np.fft.rfft(history.data[:, columns], axis=0)) ** 2 / n
+    if quiet.sum() >= 20:
+        return np.sqrt(np.median(spectra[quiet], axis=0) / np.log(2.0))
+    return 0.005 * np.std(history.data[:, columns], axis=0)
+
+
+def _points(band: tuple[float, float], epsilon: float, least: float) -> Real:
+    """Frequencies (Hz) spaced by `SPACING` δ: in proportion to frequency above ``least``; wider where there would be more than 1200."""
+    spacing = SPACING
+    while True:
+        out = [band[0]]
+        while out[-1] < band[1] and len(out) <= 1200:
+            out.append(out[-1] + spacing * max(epsilon * out[-1], least))
+        if out[-1] >= band[1]:
+            return np.array(out[:-1] if len(out) > 2 else out)
+        spacing *= 1.3

@@ -1,0 +1,142 @@
+"""What a physics word is: one more parameter (or a few) on the model, zero today, at a place where it can stand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from cvxupdate.fe.block import COMMON, Block
+from cvxupdate.fe.elements.base import Element, Term
+from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
+from cvxupdate.fe.parameters import Parameter
+from cvxupdate.fe.select import select_parameters
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A parameter to select on a model (see `cvxupdate.fe.select.Wanted`)."""
+
+    name: str
+    of: str
+    elements: tuple[int, ...]
+    group: str | None = None
+    lower: float | None = None
+    upper: float | None = None
+    scale: float | None = None
+
+
+@dataclass(frozen=True)
+class Place:
+    """A location in the contract's words."""
+
+    nodes: tuple[int, ...] = ()
+    elements: tuple[int, ...] = ()
+    groups: tuple[str, ...] = ()
+    dof: str | None = None
+
+    def to_json(self) -> dict[str, object]:
+        """The ``location`` of a finding."""
+        out: dict[str, object] = {"nodes": list(self.nodes), "elements": list(self.elements), "groups": list(self.groups)}
+        if self.dof is not None:
+            out["dof"] = self.dof
+        return out
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A word at a place.
+
+    ``model`` carries the extra parameters at the end of its list, ``extra`` of them; ``start`` (extra,) is where a refit begins (zero: the
+    model as it is). ``tangent`` gives, for each screening column, derivative blocks on the base model's DOFs; ``tuned`` (DOF place,
+    frequency in Hz, damping) a hidden oscillator's column instead; ``channel`` a sensor label (``sensor``: "gain" or "delay").
+    ``sign`` +1 where the first parameter cannot be negative. ``report`` names each reported figure: (name, index, how), see `values`.
+    """
+
+    physics: str
+    place: Place
+    model: Model | None
+    extra: int
+    start: Real
+    tangent: tuple[tuple[DerivativeBlock, ...], ...] = ()
+    tuned: tuple[int, float, float] | None = None
+    channel: str | None = None
+    sensor: str | None = None
+    sign: int = 0
+    report: tuple[tuple[str, int, str], ...] = ()
+    members: tuple[int, ...] = ()
+    offset: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """A short label, for tables."""
+        p = self.place
+        where = p.groups or (tuple(f"e{e}" for e in p.elements) if p.elements else ()) or tuple(f"n{n}" for n in p.nodes)
+        at = ", ".join(where[:4]) + (" …" if len(where) > 4 else "")
+        return f"{self.physics} at {at or (self.channel or 'the whole structure')}" + (f" ({p.dof})" if p.dof else "")
+
+
+@dataclass(frozen=True)
+class Context:
+    """The structure that words are placed on: the undamped model at p = 0, its matrices, the band's top (Hz), and which sensors there are;
+    ``release(node, kind)`` builds the model without one support."""
+
+    model: Model
+    K: sp.csc_array
+    M: sp.csc_array
+    top: float
+    bottom: float
+    sensors: tuple[str, ...]
+    supports: tuple[tuple[int, str], ...]
+    release: Callable[[int, str], Model]
+    zeta: float
+
+    def local(self, row: int) -> tuple[float, float]:
+        """Diagonal stiffness and mass at a free DOF: the scale of what a support or lump there would have to be."""
+        return float(self.K[row, row]), float(self.M[row, row])
+
+
+def new_ids(model: Model, count: int) -> NDArray[np.int64]:
+    """Element numbers that are not used yet."""
+    top = max((int(b.ids.max(initial=0)) for b in model.blocks), default=0)
+    return np.arange(top + 1, top + 1 + count, dtype=np.int64)
+
+
+def small_block(model: Model, kind: Element, dofs: NDArray[np.int64], directions: Sequence[int], term: str, pattern: Real,
+                properties: Mapping[str, float], group: str = "") -> Block:
+    """A block of a few new elements: ``dofs`` (e, d), one geometric term each."""
+    n = len(dofs)
+    values = {**{k: np.full(n, v) for k, v in COMMON.items()}, **{k: np.full(n, v) for k, v in properties.items()}}
+    terms = tuple(Term(term, name, pattern[None]) for name in kind.coefficients(values))
+    return Block(kind, new_ids(model, n), (group,) * n, dofs, np.array([directions]), terms, np.zeros(n, dtype=np.int64), values)
+
+
+def with_block(model: Model, block: Block, wanted: Sequence[Wanted]) -> Model:
+    """The model with a block added and parameters on it appended."""
+    return append_parameters(replace(model, blocks=(*model.blocks, block)), wanted)
+
+
+def append_parameters(model: Model, wanted: Sequence[Wanted]) -> Model:
+    """The model with parameters appended."""
+    added: tuple[Parameter, ...] = select_parameters(wanted, model)
+    return model.with_parameters((*model.parameters, *added))
+
+
+def tangents(model: Model, extra: int) -> tuple[tuple[DerivativeBlock, ...], ...]:
+    """Derivative blocks of the last ``extra`` parameters at p = 0."""
+    return tuple(model.derivative(len(model.parameters) - extra + k) for k in range(extra))
+
+
+def dof_rows(model: Model, kinds: Sequence[str]) -> list[tuple[int, int, str]]:
+    """(row, node id, kind) of the free DOFs of the given kinds."""
+    return [(i, int(model.node_ids[n]), KINDS[k]) for i, (n, k) in enumerate(zip(model.dof_node.tolist(), model.dof_kind.tolist(), strict=True))
+            if KINDS[k] in kinds and "@" not in model.labels[i]]
+
+
+TRANSLATIONS = ("x", "y", "z")
+ROTATIONS = ("rx", "ry", "rz")

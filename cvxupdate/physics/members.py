@@ -1,0 +1,75 @@
+"""Which sets of elements a change may cover: single ones, runs along a line, patches of a plate, whole groups."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cvxupdate.fe.model import Model
+from cvxupdate.fe.select import has_property
+
+LONGEST = 4  # elements in a run; a plate's patch has at most 3 x 3
+
+
+def member_sets(model: Model, of: str) -> list[tuple[tuple[int, ...], tuple[str, ...]]]:
+    """(element numbers, groups) of every set for a property: groups first (``groups`` filled where the set is one), then runs and patches."""
+    out: list[tuple[tuple[int, ...], tuple[str, ...]]] = []
+    seen: set[tuple[int, ...]] = set()
+    groups: dict[str, set[int]] = {}
+    singles: dict[int, str] = {}
+    lines: list[tuple[int, ...]] = []
+    for block in model.blocks:
+        if not has_property(block, of) or block.kind.name in ("matrix",):
+            continue
+        ids = block.ids.tolist()
+        for i, g in zip(ids, block.groups, strict=True):
+            groups.setdefault(g, set()).add(i)
+            singles[i] = g
+        lines += _runs(block.dofs, ids) if block.kind.nodes == 2 else []
+        if block.kind.name == "plate":
+            lines += _patches(model, block.dofs, ids)
+
+    def add(ids: tuple[int, ...], names: tuple[str, ...]) -> None:
+        key = tuple(sorted(ids))
+        if key and key not in seen:
+            seen.add(key)
+            out.append((key, names))
+
+    for name, ids_of in groups.items():
+        add(tuple(ids_of), (name,) if name else ())
+    for i in singles:
+        add((i,), ())
+    for run in lines:
+        add(run, ())
+    return out
+
+
+def _runs(dofs: np.ndarray, ids: list[int]) -> list[tuple[int, ...]]:
+    """Runs of two to `LONGEST` two-node elements that share nodes one after the other, as listed in the file."""
+    half = dofs.shape[1] // 2
+    out = []
+    for start in range(len(ids)):
+        run = [ids[start]]
+        for k in range(start + 1, min(start + LONGEST, len(ids))):
+            if not np.array_equal(dofs[k - 1, half:], dofs[k, :half]) or np.all(dofs[k, :half] < 0):
+                break
+            run.append(ids[k])
+            out.append(tuple(run))
+    return out
+
+
+def _patches(model: Model, dofs: np.ndarray, ids: list[int]) -> list[tuple[int, ...]]:
+    """Rectangular patches up to 3 x 3, full rows and columns, told by the elements' centres."""
+    xyz = np.array([model.xyz[model.dof_node[row[row >= 0]]].mean(axis=0) if np.any(row >= 0) else np.full(3, np.nan) for row in dofs])
+    ok = np.isfinite(xyz[:, 0])
+    xs, ys = (np.unique(np.round(xyz[ok, k], 6)) for k in (0, 1))
+    if len(xs) * len(ys) > 4 * len(ids) + 16:
+        return []
+    grid = {(int(np.argmin(np.abs(xs - p[0]))), int(np.argmin(np.abs(ys - p[1])))): i for p, i in zip(xyz, ids, strict=True) if np.isfinite(p[0])}
+    out = []
+    for w, h in ((2, 1), (1, 2), (2, 2), (3, 1), (1, 3), (3, 2), (2, 3), (3, 3), (len(xs), 1), (1, len(ys)), (len(xs), 2), (2, len(ys))):
+        for x in range(len(xs) - w + 1):
+            for y in range(len(ys) - h + 1):
+                cells = [(x + a, y + b) for a in range(w) for b in range(h)]
+                if all(c in grid for c in cells):
+                    out.append(tuple(grid[c] for c in cells))
+    return out
