@@ -50,8 +50,9 @@ def dominant_lines(x: Real, rate: float, count: int = 5, false_alarm: float = 1e
     window = np.hanning(size + 1)[:-1]
     power = np.mean([np.abs(np.fft.rfft((x[s : s + size] - np.mean(x)) * window)) ** 2 for s in starts], axis=0)
     blocks = len(starts)
-    # the running median of a Hann spectrum; neighbouring lines share power, so the window is wide
-    around = median_filter(power, size=min(101, 2 * (len(power) // 2) - 1), mode="nearest") * blocks / gamma.ppf(0.5, blocks)
+    # neighbouring lines of a Hann spectrum share power, so the window is wide; at 0 Hz and Nyquist the law is another, and they are left out
+    inside = np.concatenate([power[2:4], power[2:-1], power[-2:-1]])
+    around = median_filter(inside, size=min(201, 2 * (len(power) // 2) - 1), mode="reflect") * blocks / gamma.ppf(0.5, blocks)
     ratio = power / np.maximum(around, 1e-20 * power.max())
     threshold = gamma.isf(false_alarm / len(power), blocks) / blocks
     inner = np.arange(2, len(power) - 1)

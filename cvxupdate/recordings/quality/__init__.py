@@ -61,7 +61,7 @@ TIME: tuple[Callable[[TimeHistory], tuple[Finding, ...]], ...] = (_samples, betw
 """Checks of a time history."""
 
 FRF: tuple[Callable[[FrequencyResponse], tuple[Finding, ...]], ...] = (
-    frf.reciprocity, frf.drive_points, frf.delays, frf.coherence, frf.causality,
+    frf.reciprocity, frf.drive_points, frf.passivity, frf.delays, frf.coherence, frf.causality,
 )  # fmt: skip
 """Checks of FRFs."""
 

@@ -25,7 +25,7 @@ def coherences(data: Real) -> tuple[Real, int]:
 
 
 def dead(history: TimeHistory) -> tuple[Finding, ...]:
-    """Channels that never leave two converter steps, or one value."""
+    """Channels that never leave two converter steps, or have three values at most (a force may: it can be switched)."""
     found = []
     for column, channel in enumerate(history.channels):
         x = history.data[:, column]
@@ -34,7 +34,8 @@ def dead(history: TimeHistory) -> tuple[Finding, ...]:
             continue
         spread = float(np.ptp(x))
         quantum = step_of(x)
-        if spread == 0.0 or (quantum > 0.0 and spread < 2.5 * quantum):
+        few = len(np.unique(x)) <= 3 and channel.quantity != "force"  # a force may be switched, a motion cannot
+        if spread == 0.0 or few or (quantum > 0.0 and spread < 2.5 * quantum):
             found.append(Finding("dead channel", name(history, column),
                                  f"{name(history, column)} does not move: its {x.size} samples lie within {spread:.3g} of {np.mean(x):.4g} "
                                  f"({channel.quantity}). Check the cable and the range.", 0.0, 0.0, spread))  # fmt: skip

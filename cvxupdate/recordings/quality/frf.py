@@ -94,50 +94,76 @@ def drive_points(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding,
     return tuple(found)
 
 
-def delays(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
-    """A channel that lags behind the others of its reference.
+def passivity(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
+    """A drive point that gives power back at some lines only: force and response are not in time, or not quite at one place.
 
-    Real modes put all responses of one reference on one line through the origin (phases equal but for 180°) near resonances; a
-    delay τ turns a channel away by 2πfτ. The doubled phase against the others, weighted by |H|², is fitted by a line through its
-    intercept; the slope is tested by Student's t with a deviation from blocks of lines, and must turn by 0.2 rad over the band.
+    Re(mobility) below zero at three lines in a row, each by more than a normal quantile of its deviation (Bonferroni over the lines), and by more
+    than a tenth of the modulus.
     """
-    found: list[Finding] = []
-    lines, responses, _ = frf.H.shape
-    blocks = 12
-    if responses < 4 or lines < 10 * blocks:
+    if frf.variance is None or len(frf.frequency) < 8:
         return ()
-    width = lines // blocks
-    f = frf.frequency[: width * blocks]
-    for s, ref in enumerate(frf.references):
-        H = frf.H[: width * blocks, :, s]
-        square = H**2 / np.maximum(np.mean(np.abs(H) ** 2, axis=0), np.finfo(float).tiny)
-        slopes, errors = np.zeros(responses), np.full(responses, np.inf)
-        for r in range(responses):
-            others = np.sum(np.delete(square, r, axis=1), axis=1)
-            turn = (square[:, r] * np.conj(others)).reshape(blocks, width).sum(axis=1)
-            weight = np.abs(turn) / np.maximum(np.abs(turn).max(), np.finfo(float).tiny)
-            angle = 0.5 * np.angle(turn)
-            centre = f.reshape(blocks, width).mean(axis=1)
-            basis = np.stack([np.ones(blocks), centre], axis=1) * np.sqrt(weight)[:, None]
-            p, _, rank, _ = np.linalg.lstsq(basis, angle * np.sqrt(weight), rcond=None)
-            if rank < 2:
+    mob = mobility(frf)
+    scale = np.abs(mob) / np.maximum(np.abs(frf.H), np.finfo(float).tiny)
+    threshold = float(stats.norm.isf(alpha / len(frf.frequency)))
+    found = []
+    for i, r in enumerate(frf.responses):
+        for s, ref in enumerate(frf.references):
+            if place(r) != place(ref):
                 continue
-            left = angle * np.sqrt(weight) - basis @ p
-            freedom = max(float(np.sum(weight) ** 2 / np.sum(weight**2)) - 2.0, 1.0)
-            slopes[r] = p[1]
-            errors[r] = np.sqrt(np.linalg.inv(basis.T @ basis)[1, 1] * np.sum(left**2) / freedom)
-        for r in range(responses):
-            middle = float(np.median(np.delete(slopes, r)))
-            spread = 1.4826 * float(np.median(np.abs(np.delete(slopes, r) - middle)))
-            deviation = float(np.hypot(errors[r], spread)) + np.finfo(float).tiny
-            t = abs(slopes[r] - middle) / deviation
-            threshold = float(stats.t.isf(alpha / 2.0, responses - 2))
-            if t > threshold and abs(slopes[r] - middle) * (f[-1] - f[0]) > 0.2:
-                delay = -(slopes[r] - middle) / (2.0 * np.pi)
-                found.append(Finding("delay", f"{frf.responses[r].label}/{ref.label}",
-                                     f"{frf.responses[r].label} lags behind the other responses by "
-                                     f"{1e3 * delay:.3g} ms: another sampler, filter or charge amplifier. Correct the delay.",
-                                     t, threshold, delay))  # fmt: skip
+            y = np.real(mob[:, i, s])
+            if np.sum(y) < 0.0:
+                continue  # the wrong sign, which `drive_points` reports
+            deviation = np.sqrt(frf.variance[:, i, s] / 2.0) * scale[:, i, s]
+            z = -y / np.maximum(deviation, np.finfo(float).tiny)
+            bad = (z > threshold) & (-y > 0.1 * np.abs(mob[:, i, s]))
+            run = bad[:-2] & bad[1:-1] & bad[2:]
+            if np.any(run):
+                k = int(np.flatnonzero(run)[0]) + 1
+                turn = np.degrees(np.arcsin(min(float(-y[k] / np.abs(mob[k, i, s])), 1.0)))
+                found.append(Finding("passivity", f"{r.label}/{ref.label}",
+                                     f"the drive point {r.label} gives power back at {np.count_nonzero(bad)} lines, by "
+                                     f"{turn:.0f}° of phase at {frf.frequency[k]:.4g} Hz: a delay between force and response, or two places.",
+                                     float(z[k]), threshold, float(turn)))  # fmt: skip
+    return tuple(found)
+
+
+def delays(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
+    """Delay between the two members of a reciprocal pair: the slope of the phase of H_ij conj(H_ji) over frequency.
+
+    Weighted least squares with the phase's deviation from the variances (half of the lines independent); the slope over its deviation is
+    standard normal, and must turn the phase by 0.1 rad over the band. Phases across *different* DOFs are no measure: damping alone bends them.
+    """
+    if frf.variance is None:
+        return ()
+    found = []
+    for i, r in enumerate(frf.responses):
+        for s, ref in enumerate(frf.references):
+            mirror = [(k, m) for k, c in enumerate(frf.responses) for m, q in enumerate(frf.references)
+                      if place(c) == place(ref) and place(q) == place(r) and k > i]  # fmt: skip
+            if not mirror:
+                continue
+            k, m = mirror[0]
+            a, b = frf.H[:, i, s], frf.H[:, k, m]
+            tiny = np.finfo(float).tiny
+            noise = 0.5 * (frf.variance[:, i, s] / np.maximum(np.abs(a) ** 2, tiny) + frf.variance[:, k, m] / np.maximum(np.abs(b) ** 2, tiny))
+            use = noise < 0.02
+            if np.count_nonzero(use) < 24:
+                continue
+            f, product = frf.frequency[use], (a * np.conj(b))[use]
+            sign = np.sign(np.real(np.sum(product / np.abs(product))))  # a reversed channel is `reciprocity`'s to report
+            phase = np.angle(product * (sign if sign != 0.0 else 1.0))
+            weight = 1.0 / noise[use]
+            basis = 2.0 * np.pi * f
+            tau = -float(np.sum(weight * basis * phase) / np.sum(weight * basis**2))
+            deviation = float(np.sqrt(_CORRELATED / np.sum(weight * basis**2)))
+            threshold = float(stats.norm.isf(alpha / 2.0))
+            if abs(tau) / deviation > threshold and 2.0 * np.pi * abs(tau) * (f[-1] - f[0]) > 0.1:
+                first, second = (r, ref) if tau > 0.0 else (ref, r)
+                found.append(Finding("delay", f"{r.label}/{ref.label}",
+                                     f"{first.label}/{second.label} lags "
+                                     f"behind {second.label}/{first.label} by {1e3 * abs(tau):.3g} ms: "
+                                     f"the response at {first.label} is late, or that at {second.label} early (sampler, filter, "
+                                     "amplifier).", abs(tau) / deviation, threshold, abs(tau)))  # fmt: skip
     return tuple(found)
 
 
