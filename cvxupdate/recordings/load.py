@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +15,7 @@ from cvxupdate.recordings.read.to_time import TimeBlocks, gather, time_blocks
 from cvxupdate.recordings.read.wanted import Names, Wanted
 from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Origin, Recording
 from cvxupdate.spec import Spec
+from cvxupdate.spec.elements import MatrixBlock
 from cvxupdate.spec.recordings import ChannelRow, FrfRecording, ModeRow, ModesRecording, TimeRecording
 from cvxupdate.spec.recordings import Recording as Declared
 
@@ -37,31 +37,35 @@ def _origin(declared: Declared, number: int) -> Origin:
     return Origin(name, source, declared.use, declared.level)
 
 
-def _options(declared: Declared, only: Iterable[str] = ()) -> Options:
-    names = frozenset(only)
-    return Options(declared.delimiter, declared.decimal, declared.encoding, declared.skip_rows, declared.header_lines, names or None)
+Opened = dict[tuple[str, Options, str | None], Contents]
+"""The file that was read last: several recordings of one file read it once."""
 
 
-def _contents(declared: Declared) -> Contents:
+def _contents(declared: Declared, opened: Opened) -> Contents:
     if declared.file is None:
         raise RecordingError("a recording names no file.")
-    return read_file(declared.file, _options(declared), declared.format)
+    options = Options(declared.delimiter, declared.decimal, declared.encoding, declared.skip_rows, declared.header_lines)
+    key = (str(declared.file), options, declared.format)
+    if key not in opened:
+        opened.clear()  # one at a time: files are large
+        opened[key] = read_file(declared.file, options, declared.format)
+    return opened[key]
 
 
-def blocks_of(declared: TimeRecording, number: int = 0) -> TimeBlocks:
+def blocks_of(declared: TimeRecording, number: int = 0, opened: Opened | None = None) -> TimeBlocks:
     """A declared time history as blocks that stay on disk where the format allows (uncompressed NPZ, UFF 58b)."""
     return time_blocks(
-        _contents(declared), [_wanted(row) for row in declared.channels or ()], _origin(declared, number), rate=declared.rate,
+        _contents(declared, {} if opened is None else opened), [_wanted(row) for row in declared.channels or ()], _origin(declared, number), rate=declared.rate,
         time_column=declared.time_column, names=Names(declared.variables), start=declared.start or 0, stop=declared.stop,
     )  # fmt: skip
 
 
-def _frf(declared: FrfRecording, number: int) -> FrequencyResponse:
+def _frf(declared: FrfRecording, number: int, opened: Opened) -> FrequencyResponse:
     references = [Channel(row.node, row.dof, row.quantity) for row in declared.references or ()]
     if declared.references is not None and not references:
         references = [_SPECTRUM]
     frf = frequency_response(
-        _contents(declared), _origin(declared, number), quantity=declared.response, wanted=[_wanted(row) for row in declared.channels or ()],
+        _contents(declared, opened), _origin(declared, number), quantity=declared.response, wanted=[_wanted(row) for row in declared.channels or ()],
         references=references, frequency_column=declared.frequency_column, names=Names(declared.variables), averages=declared.averages,
     )  # fmt: skip
     return frf if declared.band is None else _cut(frf, *declared.band)
@@ -83,24 +87,25 @@ def _mode(row: ModeRow) -> ModeValues:
     return ModeValues(row.frequency, row.frequency_std, row.damping, row.damping_std, shape, row.shape_std, row.mode or 0)
 
 
-def _modes(declared: ModesRecording, number: int) -> ModeTable:
+def _modes(declared: ModesRecording, number: int, opened: Opened) -> ModeTable:
     origin = _origin(declared, number)
     wanted = [_wanted(row) for row in declared.channels or ()]
     if declared.rows:
         modes, channels = [_mode(row) for row in declared.rows], tuple[Channel, ...]()
     else:
-        modes, channels = modes_of_contents(_contents(declared), Names(declared.variables), wanted)
+        modes, channels = modes_of_contents(_contents(declared, opened), Names(declared.variables), wanted)
     return mode_table(modes, origin, wanted, frequency_std=declared.frequency_std, channels=channels if not wanted else (),
                       frequency_std_relative=declared.frequency_std_relative)  # fmt: skip
 
 
-def load_recording(declared: Declared, number: int = 0) -> Recording:
+def load_recording(declared: Declared, number: int = 0, opened: Opened | None = None) -> Recording:
     """One declared recording, read and in SI. Raises `RecordingError` naming file and channel."""
+    opened = {} if opened is None else opened
     if isinstance(declared, TimeRecording):
-        return gather(blocks_of(declared, number))
+        return gather(blocks_of(declared, number, opened))
     if isinstance(declared, FrfRecording):
-        return _frf(declared, number)
-    return _modes(declared, number)
+        return _frf(declared, number, opened)
+    return _modes(declared, number, opened)
 
 
 def _channels(recording: Recording) -> tuple[Channel, ...]:
@@ -109,8 +114,10 @@ def _channels(recording: Recording) -> tuple[Channel, ...]:
     return recording.channels
 
 
-def check_fit(recording: Recording, nodes: frozenset[int], dofs: tuple[str, ...]) -> None:
+def check_fit(recording: Recording, nodes: frozenset[int] | None, dofs: tuple[str, ...]) -> None:
     """Every channel sits at a node and an active DOF of the model, and every value is a number.
+
+    ``nodes`` is None where the text does not know them all (matrices of another program bring their own).
 
     Raises `RecordingError` naming the file, the channel and what the model has. Channels of quantity voltage or unknown need no place.
     """
@@ -118,7 +125,7 @@ def check_fit(recording: Recording, nodes: frozenset[int], dofs: tuple[str, ...]
     for channel in _channels(recording):
         if not channel.dof and channel.quantity in ("voltage", "unknown"):
             continue
-        if channel.node not in nodes:
+        if nodes is not None and channel.node not in nodes:
             raise RecordingError(f"{where}: channel {channel.label} ({channel.quantity}): the model has no node {channel.node}. Correct the "
                                  "channel, or add the node to the model.")
         if channel.dof not in dofs:
@@ -141,10 +148,12 @@ def load_recordings(spec: Spec) -> tuple[Recording, ...]:
     ``band`` cuts FRFs here; for time histories it is the residual's to use. Raises `RecordingError` with the first file and channel
     that cannot be read or does not fit the model.
     """
-    nodes = frozenset(node.id for node in spec.model.nodes)
+    given = any(isinstance(block, MatrixBlock) for block in spec.model.elements)
+    nodes = None if given else frozenset(node.id for node in spec.model.nodes)
     recordings = []
+    opened: Opened = {}
     for number, declared in enumerate(spec.recordings):
-        recording = load_recording(declared, number)
+        recording = load_recording(declared, number, opened)
         check_fit(recording, nodes, tuple(spec.model.dofs))
         recordings.append(recording)
     return tuple(recordings)
