@@ -11,7 +11,7 @@ from markupsafe import Markup
 from cvxupdate.report import figures
 from cvxupdate.report.numbers import NOTHING, count, decimals, fixed, number, power, prefix_of, seconds, short, signed, with_deviation
 from cvxupdate.report.page import command, render
-from cvxupdate.report.words import CERTIFICATE, METRICS, certificate_sentence, conflict_sentence, verdict
+from cvxupdate.report.words import CERTIFICATE, METRICS, certificate_sentence, conflict_sentence, definite_sentence, verdict
 
 if TYPE_CHECKING:
     from cvxupdate.update.result import ModeResult, ParameterResult, Updated
@@ -54,7 +54,7 @@ def run_page(updated: Updated) -> str:
                      "radius": number(h["radius"], 3), "accepted": "taken" if h["accepted"] else "refused"} for h in updated.history[:MOST_ROWS]],
         "certificate": [{"name": name, "value": _residual(updated.certificate[key]), "meaning": meaning}
                         for key, name, meaning in CERTIFICATE if key in updated.certificate],
-        "certificate_says": certificate_sentence(updated), "conflict_says": conflict_sentence(updated),
+        "certificate_says": certificate_sentence(updated), "definite_says": definite_sentence(updated), "conflict_says": conflict_sentence(updated),
         "undetermined": [{"says": c["says"], "deviation": number(c["standard_deviation"], 3),
                           "share": ", ".join(f"{signed(v)} {name}" for name, v in c["coefficients"].items())} for c in updated.undetermined[:MOST_OPEN]],
         "command": command("run", updated.path), "time": seconds(updated.time),

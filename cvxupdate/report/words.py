@@ -22,6 +22,9 @@ METRICS = {
 }
 """The contract's metrics in words, with their unit."""
 
+INDEFINITE = 1e-10
+"""Below minus this an eigenvalue of a matrix scaled to a unit diagonal is negative, and not only rounded."""
+
 BETTER_HIGH = ("mac_mean", "mac_min")
 
 CERTIFICATE = (
@@ -121,6 +124,18 @@ def certificate_sentence(updated: Updated) -> str:
         return (f"The last convex step is solved: no admissible parameters lower its objective by more than a relative {worst}. "
                 "The figures were recomputed from the solver's answer, not taken from it.")
     return f"The last convex step was not solved to the accuracy required: the largest relative residual is {worst}."
+
+
+def definite_sentence(updated: Updated) -> str:
+    """Whether the updated matrices still belong to a structure; empty where it was not computed or nothing was updated."""
+    found = [(name, updated.model.get(f"{name}_eigenvalue_min")) for name in ("mass", "stiffness")]
+    if updated.status == "infeasible" or any(value is None for _, value in found):
+        return ""
+    bad = [f"the {name} matrix ({power(value)})" for name, value in found if value < -INDEFINITE]
+    if bad:
+        return f"The updated model is no structure: {' and '.join(bad)} has a negative eigenvalue (scaled to a unit diagonal)."
+    rigid = "it lets the structure move rigidly" if found[1][1] < INDEFINITE else "it is positive definite"
+    return f"The updated matrices are those of a structure: no eigenvalue of mass or stiffness is negative; as to stiffness, {rigid}."
 
 
 def conflict_sentence(updated: Updated) -> str:

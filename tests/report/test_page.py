@@ -191,3 +191,14 @@ def test_solvers_page_and_summary(updated, infeasible, tmp_path):
     spec, rows, spread = solvers(infeasible.path)
     page = assert_self_contained(solvers_files(spec.name, spec.title, rows, spread)[0]["report.html"])
     assert "no solver can find a step" in page.text
+
+
+def test_indefinite_matrices_are_said(updated):
+    import dataclasses
+
+    assert "it is positive definite" in Page(page_of(updated)).text
+    for name in ("mass", "stiffness"):
+        bad = dataclasses.replace(updated, model={**updated.model, f"{name}_eigenvalue_min": -1e-3})
+        assert f"no structure: the {name} matrix" in Page(page_of(bad)).text
+    unknown = dataclasses.replace(updated, model={**updated.model, "mass_eigenvalue_min": None})
+    assert "The updated m" not in Page(page_of(unknown)).text
