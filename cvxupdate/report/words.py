@@ -128,13 +128,13 @@ def certificate_sentence(updated: Updated) -> str:
 
 def definite_sentence(updated: Updated) -> str:
     """Whether the updated matrices still belong to a structure; empty where it was not computed or nothing was updated."""
-    found = [(name, updated.model.get(f"{name}_eigenvalue_min")) for name in ("mass", "stiffness")]
-    if updated.status == "infeasible" or any(value is None for _, value in found):
+    mass, stiffness = (updated.model.get(f"{name}_eigenvalue_min") for name in ("mass", "stiffness"))
+    if updated.status == "infeasible" or mass is None or stiffness is None:
         return ""
-    bad = [f"the {name} matrix ({power(value)})" for name, value in found if value < -INDEFINITE]
+    bad = [f"the {name} matrix ({power(value)})" for name, value in (("mass", mass), ("stiffness", stiffness)) if value < -INDEFINITE]
     if bad:
         return f"The updated model is no structure: {' and '.join(bad)} has a negative eigenvalue (scaled to a unit diagonal)."
-    rigid = "it lets the structure move rigidly" if found[1][1] < INDEFINITE else "it is positive definite"
+    rigid = "it lets the structure move rigidly" if stiffness < INDEFINITE else "it is positive definite"
     return f"The updated matrices are those of a structure: no eigenvalue of mass or stiffness is negative; as to stiffness, {rigid}."
 
 
