@@ -24,10 +24,11 @@ class BestLinear:
     Attributes
     ----------
     frf : its FRF at the excited lines with the total variance (noise and non-linear distortion), or the noise variance
-    alone when there is one realisation.
+        alone when there is one realisation.
     noise : (lines, responses, references) variance by noise of the averaged FRF; NaN with one period.
     distortion : same shape, variance of the stochastic non-linear distortion of *one* realisation; NaN with one
-    realisation. realisations, periods : how many were used.
+        realisation.
+    realisations, periods : how many were used.
     """
 
     frf: FrequencyResponse

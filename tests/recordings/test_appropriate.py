@@ -59,12 +59,13 @@ def natural(M: NDArray, K: NDArray) -> NDArray:
 def test_normal_modes_at_light_damping(method: str, accelerance: bool) -> None:
     M, K, C, phi = system()
     f = natural(M, K)
-    lines = np.linspace(0.6 * f[0], 1.15 * f[-1], 3000)
+    # alpha is not normalised: with as many exciters as modes its minima are very narrow, and need fine lines
+    lines = np.linspace(0.6 * f[0], 1.15 * f[-1], 12_000 if method == "extended-asher" else 3000)
     H = receptance(lines, M, K, C)
     if accelerance:
         H = -((2 * np.pi * lines[:, None, None]) ** 2) * H
     found = appropriate(lines, H, method)
-    assert found.frequency == pytest.approx(f, rel=1e-4 if method == "extended-asher" else 1e-5)
+    assert found.frequency == pytest.approx(f, rel=1e-5)
     assert min(mac(a, b) for a, b in zip(found.shapes, phi, strict=True)) > 0.999
     assert np.all(found.purity > 0.999)
     # a pure mode is driven by the force pattern M phi

@@ -84,8 +84,8 @@ def extended_asher(H: Complex) -> tuple[Real, Real]:
     """Extended Asher: ``Re H^T Re H f = alpha f`` (2.41; Ibanez & Blakely 1984); minima of alpha, for any number of
     responses.
 
-    Assumes forces of equal worth: alpha has the unit of H² and falls between resonances too, where the structure hardly
-    moves.
+    Assumes forces of equal worth: alpha has the unit of H² and falls between resonances too, where the structure
+    hardly moves; with as many exciters as modes its minima are far narrower than the resonances and need fine lines.
     """
     _, s, Vt = np.linalg.svd(H.real, full_matrices=H.shape[1] < H.shape[2])
     alpha = np.zeros((H.shape[0], H.shape[2]))

@@ -12,11 +12,12 @@ from cvxupdate.recordings.types import Real
 
 @dataclass(frozen=True)
 class ExciterPlaces:
-    """``columns`` (count,) of the shapes, ascending; ``strength`` the smallest singular value of the chosen modal
-    forces, relative to
-    the largest that any single place gives; ``forces`` (modes, count) of unit length that drive each mode and, where
-    there are as many exciters as modes, no other of them; ``purity`` (modes,) share of the modal force that goes into
-    the wanted mode."""
+    """Chosen places and what they can do.
+
+    ``columns`` (count,) of the shapes, ascending; ``strength`` the smallest singular value of the chosen modal forces over
+    the largest that any single place gives; ``forces`` (modes, count) of unit length that drive each mode and, where there
+    are as many exciters as modes, no other of them; ``purity`` (modes,) share of the modal force in the wanted mode.
+    """
 
     columns: tuple[int, ...]
     strength: float

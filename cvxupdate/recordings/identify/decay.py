@@ -11,7 +11,7 @@ from cvxupdate.recordings.types import ModeTable, Real
 
 _HYPOTHESES = {
     -1.0: ("constant decay rate", "damping × frequency is nearly the same for all modes: one decay rate of {rate:.3g} ± {std:.2g} "
-           "1/s (half-amplitude spread {spread:.0%}), that is mass-proportional damping alpha = {alpha:.3g} ± {alpha_std:.2g} 1/s, "
+           "1/s (spread {spread:.0%}), that is mass-proportional damping alpha = {alpha:.3g} ± {alpha_std:.2g} 1/s, "
            "or an exponential window of that decay whose damping was not taken out"),
     0.0: ("constant ratio", "the damping ratio is nearly the same for all modes ({ratio:.3g}, spread {spread:.0%}): hysteretic "
           "(structural) damping of the material"),

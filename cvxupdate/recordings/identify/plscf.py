@@ -97,7 +97,7 @@ def plscf(
     *,
     orders: NDArray[np.int64],
     weights: Real | None = None,
-    margin: float = 0.1,
+    margin: float = 0.01,
 ) -> list[PoleSet]:
     """Stable poles in and near the band for every order of the right matrix-fraction model ``H = B(z) A(z)^-1``.
 

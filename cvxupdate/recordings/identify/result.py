@@ -16,18 +16,21 @@ class IdentifiedModes:
 
     Attributes
     ----------
-    frequency, frequency_std : (modes,) Hz. damping, damping_std : (modes,) fraction of critical (half the loss factor
-    when
-        hysteretic). poles : (modes,) rad/s, viscous poles of the same frequency and damping.
-    shapes : (modes, responses) complex, largest entry 1. shape_std : (modes, responses), of the complex entry;
-        shape_std_real, shape_std_imag : its parts.
+    frequency, frequency_std : (modes,) Hz.
+    damping, damping_std : (modes,) fraction of critical (half the loss factor when hysteretic).
+    poles : (modes,) rad/s, viscous poles of the same frequency and damping.
+    shapes : (modes, responses) complex, largest entry 1.
+    shape_std : (modes, responses), of the complex entry; shape_std_real, shape_std_imag : of its parts.
     participation : (modes, references), so that the receptance's residue is ``outer(shapes[r], participation[r])``.
     lower, upper : (terms, responses, references) residuals of the receptance over ``band`` (Hz), as in `model`; the first
         terms are the classic ``upper - lower / omega²``.
-    damping_model : viscous or hysteretic. quantity : of the FRFs they were identified from.
-    auxiliary : modes beyond the band's edges that were fitted along, (poles, shapes, participation), not reported as
-    modes. stabilisation : the diagram. chi_square : weighted misfit per degree of freedom (NaN when no variance was
-    known). line_correlation : lines per independent piece of noise. rest : ‖H - fit‖ / ‖H‖ in the band.
+    damping_model : viscous or hysteretic.
+    quantity : of the FRFs that the modes were identified from.
+    auxiliary : (poles, shapes, participation) of modes beyond the band's edges that were fitted along; not reported.
+    stabilisation : the diagram.
+    chi_square : weighted misfit per degree of freedom, NaN when no variance was known.
+    line_correlation : lines per independent piece of noise.
+    rest : ‖H - fit‖ / ‖H‖ in the band, in the quantity of the FRFs (noise of the data included).
     added_decay : 1/s, the exponential window's decay that was taken out of the poles.
     """
 
