@@ -13,7 +13,7 @@ from structure_a_mesh import node_at, write_problem
 
 import cvxupdate
 
-NX, NY = 14, 10
+NX, NY = 28, 20
 
 
 def places(nx=NX, ny=NY):

@@ -80,7 +80,7 @@ def test_table_9_1_is_paired_by_family(tmp_path):
     import csv
 
     mesh = load("structure_a_mesh")
-    path = mesh.write_problem(tmp_path, 14, 10, [], 1.0)
+    path = mesh.write_problem(tmp_path, 28, 20, [], 1.0)
     for name in ("modes_fit.csv", "modes_hold_out.csv"):
         mine, theirs = (list(csv.DictReader((folder / name).read_text(encoding="utf-8").splitlines())) for folder in (path.parent, mesh.PROBLEM))
         assert [r["mode"] for r in mine] == [r["mode"] for r in theirs]
