@@ -153,7 +153,8 @@ def whitener(m: Matrices, mode: AssignedMode, full: Array, reduce: bool) -> Arra
         std = np.zeros(len(full))
         std[mode.at] = mode.std
         missing = np.setdiff1d(np.arange(len(full)), mode.at)
-        std[missing] = max(float(mode.std.max()), 0.05 * float(np.abs(full[missing]).max(initial=0.0)))
+        # An expanded entry is known no better than its own size: the model that expanded it is the one in doubt.
+        std[missing] = max(float(mode.std.max()), float(np.abs(full[missing]).max(initial=0.0)))
     G = np.column_stack([Z * std[None, :], column])
     R = la.qr(np.column_stack([G, np.diag(FLOOR * np.linalg.norm(G, axis=1))]).conj().T, mode="r")[0][: len(G)]
     if np.any(np.abs(np.diag(R)) == 0.0):

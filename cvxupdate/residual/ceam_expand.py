@@ -17,6 +17,7 @@ from cvxupdate.reduction import Transformation, dynamic, guyan, gysin, hybrid_ta
 from cvxupdate.residual.ceam_modes import AssignedMode, impedance
 
 Index = NDArray[np.int64]
+FORCE_WEIGHT = 1e6  # of forces over displacements in (6.8), both made dimensionless: the motion with the least force, not the smallest one
 EXPANSIONS = ("dynamic", "null-space", "guyan", "irs", "gysin", "serep", "serepa", "tam", "hybrid")
 
 
@@ -31,14 +32,15 @@ def null_space_shape(Z: NDArray[Any], at: Index, shape: NDArray[Any], scale: Rea
     """The full shape φ = V e and the force Z̄ φ = V̄ e of the assigned mode, e = V_n† φ_n (6.8), each (N,).
 
     The pseudo-inverse takes the least ‖φ‖² + ‖Z φ‖²; displacements and forces are brought to one unit by ``scale`` (N,), the inverse root of
-    the diagonal of K (1 N/m and 1 rad would otherwise weigh alike), so that the choice does not depend on units. With all DOFs measured e = V⁻¹ φ.
+    the diagonal of K, and forces weigh ``FORCE_WEIGHT`` times as much, so that the choice does not depend on the units of the file (in SI units, as
+    the thesis has it, newtons outweigh metres by about as much). With all DOFs measured e = V⁻¹ φ.
     """
-    scaled = scale[:, None] * Z * scale[None, :]
+    scaled = FORCE_WEIGHT * scale[:, None] * Z * scale[None, :]
     V, force = null_space_basis(scaled)
     e = la.lstsq(V[at], shape / scale[at], lapack_driver="gelsy")[0]
     full = scale * (V @ e)
     full[at] = shape
-    return full, (force @ e) / scale
+    return full, (force @ e) / scale / FORCE_WEIGHT
 
 
 def expand(mode: AssignedMode, m: Matrices, expansion: str, modes: Modes | None = None) -> NDArray[Any]:

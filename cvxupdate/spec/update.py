@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
-from cvxupdate.spec.base import Count, Id, NonNegative, Part, Positive, Table, Text, one_of
+from cvxupdate.spec.base import Count, Id, NonNegative, Part, Positive, Table, Text, Vector, one_of
 
 Of = Literal[
     "stiffness", "mass", "damping", "E", "nu", "rho", "A", "I", "Iy", "Iz", "J", "Ixx", "Iyy", "Izz",
@@ -100,6 +100,65 @@ class TotalMass(Part):
     value: Positive | None = Field(default=None, description="weighed mass [kg]")
 
 
+class MassPositive(Part):
+    """The mass stays positive: of every element, of the assembled matrix (a linear matrix inequality), or both."""
+
+    elements: bool = Field(default=True, description="every mass p-value stays above -1")
+    matrix: bool = Field(default=False, description="the assembled mass matrix stays positive definite")
+    floor: NonNegative = Field(default=1e-3, description="smallest eigenvalue, of the matrix scaled to a unit diagonal; smallest 1 + p of an element")
+
+
+class StiffnessPositive(Part):
+    """The stiffness stays positive semidefinite, and rigid-body modes stay free."""
+
+    matrix: bool = Field(default=True, description="the assembled stiffness matrix stays positive semidefinite")
+    rigid_modes: bool = Field(default=True, description="what moved freely still does: K Phi_R = 0")
+    floor: NonNegative = Field(default=0.0, description="smallest eigenvalue beside rigid-body modes, of the matrix scaled to a unit diagonal")
+
+
+class Inertia(Part):
+    """Mass properties of the whole structure as a rigid body; what is not given is kept, or left free with `conserve = false`."""
+
+    conserve: bool = Field(default=True, description="keep what is not given below")
+    mass: Positive | None = Field(default=None, description="weighed mass [kg]")
+    centre: Vector | None = Field(default=None, description="centre of gravity [m]")
+    moments: Vector | None = Field(default=None, description="moments of inertia Ixx, Iyy, Izz about the centre of gravity [kg m^2]")
+
+
+class ModeClause(Part):
+    """A measured mode that the updated model must reproduce, shape included."""
+
+    mode: Count = Field(description="number of the row among the fitted modes (1 = first)")
+    within: Positive | None = Field(default=None, description="r.m.s. in its standard deviations; absent: exactly")
+
+
+class Mirror(Part):
+    """A plane of symmetry: parameters of elements that are mirror images share one value."""
+
+    plane: Literal["x", "y", "z"] = Field(description="the axis that the plane is normal to")
+    at: float = Field(default=0.0, description="where the plane cuts it [m]")
+
+
+class TiedGroups(Part):
+    """Element groups that share one value."""
+
+    groups: Names = Field(description="element groups")
+    of: Of = Field(description="the property of the parameters to be tied")
+
+
+class Budget(Part):
+    """A budget on the whole change."""
+
+    at_most: NonNegative = Field(description="largest norm of p")
+    norm: Literal["l1", "l2"] = Field(default="l2", description="l2: root of the sum of squares; l1: sum of absolute values")
+
+
+class Smoothness(Part):
+    """Parameters of elements that share a node differ little."""
+
+    at_most: NonNegative = Field(description="largest difference of neighbours")
+
+
 class TrustRegion(Part):
     """A limit on the step of one iteration."""
 
@@ -113,6 +172,14 @@ class Constraints(Part):
     tied: tuple[Tied, ...] = Field(default=(), description="tied parameters")
     linear: tuple[Linear, ...] = Field(default=(), description="linear clauses")
     total_mass: TotalMass | None = Field(default=None, description="total mass")
+    mass_positive: MassPositive | None = Field(default=None, description="mass positive definite")
+    stiffness_positive: StiffnessPositive | None = Field(default=None, description="stiffness positive semidefinite, rigid-body modes kept")
+    inertia: Inertia | None = Field(default=None, description="rigid-body mass properties")
+    modes: tuple[ModeClause, ...] = Field(default=(), description="modes to be reproduced")
+    mirror: tuple[Mirror, ...] = Field(default=(), description="planes of symmetry")
+    tied_groups: tuple[TiedGroups, ...] = Field(default=(), description="tied element groups")
+    budget: Budget | None = Field(default=None, description="budget on the change")
+    smoothness: Smoothness | None = Field(default=None, description="smoothness along neighbours")
     trust_region: TrustRegion | None = Field(default=None, description="trust region")
 
 

@@ -11,9 +11,9 @@ import scipy.linalg as la
 
 from cvxupdate.convex import Bounds, LeastSquares, LinearClause, SolverChoice, StepProblem
 from cvxupdate.convex.constraints.clauses import violation
-from cvxupdate.errors import InputError
+from cvxupdate.errors import InputError, ModelError
 from cvxupdate.fe.model import Model
-from cvxupdate.fe.modes import model_modes
+from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.recordings.types import ModeTable, Recording
 from cvxupdate.residual.ceam import CeamPoint, CeamResidual
 from cvxupdate.residual.ceam_modes import AssignedMode, assigned_modes, damping_kind, self_assigned, with_own_shapes
@@ -23,7 +23,7 @@ from cvxupdate.system import Array
 from cvxupdate.update.covariance import uncertainty
 from cvxupdate.update.modal import certificate_of, modal_metrics, modal_tables, mode_results, parameter_results, regularisation_of
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
-from cvxupdate.update.result import Updated
+from cvxupdate.update.result import Metrics, ModeResult, Updated
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterate, objective_at
 
 SETTLED = 1e-3
@@ -45,8 +45,9 @@ def residual_of(spec: Spec, model: Model, recordings: Sequence[Recording], at: A
     kind = damping_kind(model)
     measured = assigned_modes(model, fit, kind)
     own = spec.update.self_assign
-    count = max(len(measured) + own, model.size // 2 if spec.update.expansion in MODAL_EXPANSIONS else 0)
-    modes = model_modes(model, min(count + 6, model.size)) if own or spec.update.expansion in MODAL_EXPANSIONS else None
+    # SEREPa takes as many modes as masters by definition; more modes than were measured make the others ill-conditioned.
+    basis = max(len(mode.at) for mode in measured) if spec.update.expansion == "serepa" else len(measured) + 4
+    modes = model_modes(model, min(max(basis, len(measured) + own + 6), model.size)) if own or spec.update.expansion in MODAL_EXPANSIONS else None
     assigned = measured
     if own and modes is not None:
         first = 1 + max(_partners(spec, model, fit), default=0)
@@ -55,7 +56,8 @@ def residual_of(spec: Spec, model: Model, recordings: Sequence[Recording], at: A
             raise InputError(f"{spec.path}: update.self_assign = {own}, but above the measured modes the model has only {max(0, last - first)}. "
                              "Ask for fewer.")
         assigned += self_assigned(model, modes, range(first, first + own))
-    return CeamResidual(model, assigned, spec.update.expansion, model.zero() if at is None else at, modes)
+    few = None if modes is None else Modes(modes.eigenvalues[: modes.rigid + basis], modes.shapes[:, : modes.rigid + basis], modes.rigid)
+    return CeamResidual(model, assigned, spec.update.expansion, model.zero() if at is None else at, few)
 
 
 def _partners(spec: Spec, model: Model, fit: Sequence[ModeTable]) -> list[int]:
@@ -71,6 +73,8 @@ def assign(residual: CeamResidual, problem: StepProblem, choice: SolverChoice, o
 
     With complete shapes and a model linear in p each pass is one convex step, exact for its weights; exact data need one pass only.
     """
+    if any(not mode.full(residual.model.size) and not residual.reduces(mode) for mode in residual.assigned):
+        passes = 1  # expanded by the model as it was: whitening by a model fitted to such shapes would follow their bias
     everywhere = Options(options.tolerance, options.max_iterations, np.inf) if residual.exact else options
     loop = iterate(residual, problem, choice, everywhere, p0, progress)
     start, history = loop.start, list(loop.history)
@@ -150,8 +154,14 @@ def update_ceam(spec: Spec, model: Model, recordings: Sequence[Recording], progr
     known = uncertainty(end.system(), end.p, model.parameters, equality_rows(loop.problem, end.p), relative)
     scored = modal_residual(model, fit, hold_out, True, spec.update.pairing)
     before = scored.evaluate(model.zero())
-    after = scored.evaluate(end.p, before)
-    fitted = modal_metrics(before, after, None)
+    try:
+        after = scored.evaluate(end.p, before)
+    except ModelError as error:  # the modes are assigned all the same; the result says that this is no structure
+        notes.append(f"The updated matrices are no structure: {error} The clauses mass_positive and stiffness_positive keep them one.")
+        fitted: dict[str, Metrics] = {"fit": {}, "hold_out": {}}
+        modes: tuple[ModeResult, ...] = ()
+    else:
+        fitted, modes = modal_metrics(before, after, None), mode_results(before, after)
     if not any(isinstance(r.weight, str) for r in loop.problem.regularisers):
         fitted["fit"]["objective"] = {"before": objective_at(loop.problem, residual.evaluate(model.zero())),
                                       "after": objective_at(loop.problem, residual.evaluate(end.p))}
@@ -169,7 +179,7 @@ def update_ceam(spec: Spec, model: Model, recordings: Sequence[Recording], progr
         parameters=parameter_results(model, end.p, known, relative, len(loop.history) > 0), fit=fitted, certificate=certificate_of(loop),
         time=time.perf_counter() - begin, conflict=loop.step.conflict if infeasible else (),
         relaxation=tuple(r.says for r in loop.step.relaxation) if infeasible else (),
-        modes=mode_results(before, after), history=tuple(asdict(h) for h in loop.history),
+        modes=modes, history=tuple(asdict(h) for h in loop.history),
         undetermined=tuple({"coefficients": dict(c.coefficients), "standard_deviation": float(c.std) if np.isfinite(c.std) else None, "says": c.says}
                            for c in known.undetermined),
         noise=None if relative else known.noise, active=loop.step.active, regularisation=regularisation_of(loop),

@@ -22,6 +22,7 @@ from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
+from cvxupdate.update.clauses import physical_constraints
 from cvxupdate.update.trust_region import Options
 
 
@@ -47,6 +48,7 @@ def step_problem(spec: Spec, model: Model) -> StepProblem:
                                                 np.inf if row.at_most is None else row.at_most))
     if c.total_mass is not None:
         constraints.append(_total_mass(model, c.total_mass.value))
+    constraints += physical_constraints(spec, model)
     regularisers: list[object] = []
     for r in spec.regularisation:
         if r.kind == "tikhonov":
