@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,12 +14,15 @@ from cvxupdate.spec import Spec, load_problem
 
 if TYPE_CHECKING:
     from cvxupdate.convex import SolverRow
+    from cvxupdate.correlate.result import Compared
     from cvxupdate.fe.model import Model
+    from cvxupdate.recordings.inspect import Inspection
     from cvxupdate.recordings.types import Recording
     from cvxupdate.update.result import Updated
     from cvxupdate.update.trust_region import Iteration
 
-MODAL = ("frequencies", "sensitivity")
+MODES_IN_BAND = 30
+"""Modes computed for the sensors of frequency responses."""
 
 
 def open_problem(path: str | os.PathLike[str]) -> tuple[Spec, Model, tuple[Recording, ...]]:
@@ -55,13 +59,62 @@ def run(path: str | os.PathLike[str], progress: Callable[[Iteration], None] | No
         from cvxupdate.update.ceam import update_ceam
 
         updated = update_ceam(spec, model, recordings, progress)
-    elif spec.update.method in MODAL:
-        updated = update_modal(spec, model, recordings, progress)
+    elif spec.update.method == "rfm":
+        from cvxupdate.update.rfm import update_rfm
+
+        updated = update_rfm(spec, model, recordings, progress)
     else:
-        raise InputError(f"{path}: update.method {spec.update.method!r} is not built yet. Use one of {', '.join(MODAL)}.")
+        updated = update_modal(spec, model, recordings, progress)
     clauses = tuple(c.name for c in step_problem(spec, model).clauses if not c.name.startswith("bounds on "))
     eigenvalues = definiteness(model, [q.p for q in updated.parameters])
-    return replace(updated, model={**updated.model, "clauses": clauses, **eigenvalues})
+    return replace(updated, model={**updated.model, "clauses": clauses, **eigenvalues}, notes=(*updated.notes, *quality_notes(recordings)))
+
+
+def correlate(path: str | os.PathLike[str]) -> Compared:
+    """Compare the model of a problem file with its recordings: modes, shapes, frequency responses, sensors. Nothing is changed.
+
+    Raises
+    ------
+    InputError
+        For a fault of the input, or where there is no recording to compare with.
+    """
+    from cvxupdate.correlate.compare import compare
+    from cvxupdate.fe.modes import model_modes
+    from cvxupdate.recordings.types import ModeTable
+    from cvxupdate.residual.pairing import needed_modes, real_shapes, start_pairing
+
+    begin = time.perf_counter()
+    spec, model, recordings = open_problem(path)
+    if not recordings:
+        raise InputError(f"{path}: there is no recording, so there is nothing to compare the model with. Add a [[recordings]] table.")
+    which = [k for k, r in enumerate(recordings) if isinstance(r, ModeTable)]
+    tables = [r for r in recordings if isinstance(r, ModeTable)]
+    modes = model_modes(model, max(needed_modes(tables), 0 if len(tables) == len(recordings) else MODES_IN_BAND))
+    start = start_pairing(model, modes, tables, spec.update.pairing if spec.update is not None else "auto")
+    shapes = {k: None if t.shapes is None else real_shapes(t.shapes) for k, t in zip(which, tables, strict=True)}
+    compared = compare(spec, model, recordings, modes, dict(zip(which, start.places, strict=True)), shapes, quality_notes(recordings))
+    return replace(compared, time=time.perf_counter() - begin)
+
+
+def inspect(path: str | os.PathLike[str]) -> Inspection:
+    """What a file of recordings holds, and a [[recordings]] block to start from.
+
+    Raises
+    ------
+    RecordingError
+        When it cannot be read.
+    """
+    from cvxupdate.recordings.inspect import inspect_file
+
+    return inspect_file(Path(path))
+
+
+def quality_notes(recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """What the quality checks say of the recordings, one sentence each, with the recording's name."""
+    from cvxupdate.recordings.quality import check
+
+    found = [f"Quality of {r.origin.name}: {finding.says}" for r in recordings for finding in check(r)]
+    return tuple(dict.fromkeys(found))
 
 
 def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], float]:
@@ -81,10 +134,16 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
         from cvxupdate.update.ceam import residual_of as ceam_residual
 
         system = ceam_residual(spec, model, recordings).evaluate(model.zero()).system()
-    elif spec.update is not None and spec.update.method in MODAL:
+    elif spec.update is not None and spec.update.method == "rfm":
+        from cvxupdate.residual.frf import FrfResidual
+        from cvxupdate.update.rfm import prepare
+
+        kind = "flexibility" if spec.update.residual == "auto" else spec.update.residual
+        system = FrfResidual(model, prepare(spec, model, recordings).chosen, kind).evaluate(model.zero()).system()
+    elif spec.update is not None:
         system = residual_of(spec, model, recordings).evaluate(model.zero()).system()
     else:
-        raise InputError(f"{path}: solvers needs an [update] table with method ceam, {' or '.join(MODAL)}.")
+        raise InputError(f"{path}: solvers needs an [update] table with a method and parameters.")
     rows = compare_solvers(step_problem(spec, model), system, None, solver_choice(spec))
     return spec, rows, spread(rows) if any(r.status == "optimal" for r in rows) else float("nan")
 

@@ -6,6 +6,7 @@ a model by dense inversion, which shares nothing with the package's responses.
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +41,7 @@ def mesh(refine: int = 1) -> tuple[list[tuple[float, float, float]], list[tuple[
             points.append(tuple(p + (q - p) * t / refine for p, q in zip(points[u - 1], points[v - 1], strict=True)))
             chain.append(len(points))
         chain.append(v)
-        pairs += list(zip(chain[:-1], chain[1:], strict=True))
+        pairs += list(itertools.pairwise(chain))
     return points, pairs
 
 

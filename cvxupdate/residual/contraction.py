@@ -1,0 +1,100 @@
+"""∂Z/∂p between two sets of vectors, for all parameters at once: element blocks times the vectors' rows, never a full matrix."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.fe.block import Index
+from cvxupdate.fe.elements.base import Real
+from cvxupdate.fe.model import DerivativeBlock, Model
+
+Field = NDArray[Any]
+CHUNK = 4096  # elements at a time: the gathered rows stay in the cache
+
+
+@dataclass(frozen=True)
+class Part:
+    """Elements of one size: ``dofs`` (e, d), the size of the model where fixed; ``column`` (e,) rising; dK, dM, dC, dD (e, d, d) or None."""
+
+    dofs: Index
+    column: Index
+    K: Real | None
+    M: Real | None
+    C: Real | None
+    D: Real | None
+
+    @property
+    def damped(self) -> bool:
+        """Whether its derivative is complex."""
+        return self.C is not None or self.D is not None
+
+    def stiffness(self, omega: float, some: slice) -> Field:
+        """∂Z (e, d, d) of ``some`` elements at ω (rad/s)."""
+        out: Field = np.zeros((1, 1, 1))
+        if self.K is not None:
+            out = self.K[some]
+        if self.M is not None:
+            out = out - omega**2 * self.M[some]
+        if self.C is not None:
+            out = out + 1j * omega * self.C[some]
+        if self.D is not None:
+            out = out + 1j * self.D[some]
+        return out
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """∂Z/∂p_j for ``count`` parameters, as element blocks."""
+
+    parts: tuple[Part, ...]
+    count: int
+
+    @property
+    def damped(self) -> bool:
+        """Whether any derivative is complex."""
+        return any(part.damped for part in self.parts)
+
+    def between(self, omega: float, left: Field, right: Field) -> Field:
+        """leftᵀ (∂Z/∂p_j) right for left (N, n) and right (N, r): (n, r, parameters)."""
+        kind = np.result_type(left, right, complex if self.damped else float)
+        out = np.zeros((self.count, left.shape[1], right.shape[1]), dtype=kind)
+        left, right = (np.vstack([v, np.zeros((1, v.shape[1]), dtype=v.dtype)]) for v in (left, right))
+        for part in self.parts:
+            for first in range(0, len(part.column), CHUNK):
+                some = slice(first, first + CHUNK)
+                dofs, column = part.dofs[some], part.column[some]
+                push = part.stiffness(omega, some) @ right[dofs]
+                each = left[dofs].transpose(0, 2, 1) @ push
+                starts = np.flatnonzero(np.diff(column, prepend=-1))
+                out[column[starts]] += np.add.reduceat(each, starts, axis=0)
+        return np.moveaxis(out, 0, 2)
+
+
+def derivatives(model: Model, p: Real) -> Derivatives:
+    """The derivatives of ``model`` at ``p``, gathered by element size."""
+    properties = model.properties(p)
+    found: dict[tuple[Any, ...], list[tuple[int, DerivativeBlock]]] = {}
+    for j, parameter in enumerate(model.parameters):
+        for t in parameter.targets:
+            block = model.blocks[t.block]
+            d = block.derivative(properties[t.block], t.rows, t.properties, t.scales)
+            if d:
+                b = DerivativeBlock(block.dofs[t.rows], d.get("K"), d.get("M"), d.get("C"), d.get("D"))
+                key = (b.dofs.shape[1], *(getattr(b, m) is not None for m in "KMCD"))
+                found.setdefault(key, []).append((j, b))
+    return Derivatives(tuple(_part(members, model.size) for members in found.values()), len(model.parameters))
+
+
+def _part(members: Sequence[tuple[int, DerivativeBlock]], size: int) -> Part:
+    dofs = np.concatenate([b.dofs for _, b in members])
+    column = np.concatenate([np.full(len(b.dofs), j, dtype=np.int64) for j, b in members])
+
+    def joined(name: str) -> Real | None:
+        return np.concatenate([getattr(b, name) for _, b in members]) if getattr(members[0][1], name) is not None else None
+
+    return Part(np.where(dofs < 0, size, dofs), column, joined("K"), joined("M"), joined("C"), joined("D"))

@@ -1,0 +1,147 @@
+"""Frequency responses against the model: force balance, exactly reduced (3.13–3.26), weighted by the dynamic flexibility (3.34–3.37), or output error (3.30).
+
+With x the measured column of receptances, T = [I; −Z_ss⁻¹ Z_sn] and f the unit force carried to the measured DOFs,
+
+    force-balance   ε = f − Z_red x                     ∂ε = −Tᵀ ∂Z (T x)
+    flexibility     H_w (f − Z_red x)                   H_w = Z_red⁻¹ at the parameters ``at``, held fixed
+    receptance      H f − x                             ∂  = −(T H)ᵀ ∂Z (T H f)
+
+The noise δ of x enters ε as −Z_red δ. So the rows of the first have the deviation of that product, and those of the second, whose H_w takes Z_red out
+again, the deviation of x itself: at ``at`` they equal the output error, with the noise in A that H_X brings (it stands on both sides of 3.37). That
+noise biases p; the output error has none of it, and ends the work (`update.rfm`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.fe.elements.base import Real
+from cvxupdate.fe.model import Matrices, Model
+from cvxupdate.fe.responses import Condensed, condense, damped, matrices_with_damping
+from cvxupdate.residual.contraction import Derivatives, derivatives
+from cvxupdate.residual.frf_data import FrfData
+from cvxupdate.system import LinearSystem
+
+Field = NDArray[Any]
+KINDS = ("force-balance", "flexibility", "receptance")
+
+
+@dataclass(frozen=True)
+class FrfResidual:
+    """What is compared: a model, recordings at their lines, one of `KINDS`, and the parameters ``at`` which its weights are taken (None: 0)."""
+
+    model: Model
+    data: tuple[FrfData, ...]
+    kind: str
+    at: Real | None = None
+
+    def evaluate(self, p: Real, before: FrfPoint | None = None) -> FrfPoint:
+        """Rows and their derivatives at ``p`` (n,), one factorisation for each line.
+
+        Raises
+        ------
+        ModelError
+            Where a line meets a natural frequency (of the structure held at the measured DOFs).
+        """
+        m = matrices_with_damping(self.model, p)
+        d = derivatives(self.model, p)
+        values, rows = [], []
+        for data, weights in zip(self.data, self._weights, strict=True):
+            for k, f in enumerate(data.frequency.tolist()):
+                c = condense(m, f, data.responses, data.references)
+                v, A = self._line(c, d, 2.0 * np.pi * f, data.X[k], weights[k])
+                values.append(v.reshape(-1))
+                rows.append(A.reshape(-1, A.shape[2]))
+        v, A = parts(np.concatenate(values), self.real), parts(np.concatenate(rows), self.real)
+        return FrfPoint(self, np.asarray(p, dtype=float), v, A)
+
+    def _line(self, c: Condensed, d: Derivatives, omega: float, x: Field, flexibility: Field | None) -> tuple[Field, Field]:
+        if self.kind == "receptance":
+            H = np.linalg.inv(c.Z)
+            motion = H @ c.force
+            return motion - x, -d.between(omega, c.carried(H), c.field(motion))
+        epsilon = c.force - c.Z @ x
+        left = np.eye(len(x)) if flexibility is None or self.kind == "force-balance" else flexibility
+        return left @ epsilon, -d.between(omega, c.carried(left.T), c.field(x))
+
+    @cached_property
+    def real(self) -> bool:
+        """Whether every row is real: undamped model and data."""
+        m = matrices_with_damping(self.model)
+        return not damped(m) and all(data.real for data in self.data) and not derivatives(self.model, self.model.zero()).damped
+
+    @cached_property
+    def _weights(self) -> tuple[list[Field | None], ...]:
+        """H_w of every line (the reduced Z itself for force-balance), None where the kind needs none."""
+        if self.kind == "receptance":
+            return tuple([None] * len(data.frequency) for data in self.data)
+        m: Matrices = matrices_with_damping(self.model, self.model.zero() if self.at is None else self.at)
+        out: list[list[Field | None]] = []
+        for data in self.data:
+            reduced = [condense(m, f, data.responses, data.references).Z for f in data.frequency.tolist()]
+            out.append([Z if self.kind == "force-balance" else np.linalg.inv(Z) for Z in reduced])
+        return tuple(out)
+
+    @cached_property
+    def weights(self) -> Real:
+        """One over the deviation of every real row."""
+        found = []
+        for data, weights in zip(self.data, self._weights, strict=True):
+            for std, Z in zip(data.std, weights, strict=True):
+                spread = np.sqrt(np.abs(Z) ** 2 @ std**2) if self.kind == "force-balance" and Z is not None else std
+                found.append(spread.reshape(-1))
+        std = np.concatenate(found)
+        return 1.0 / std if self.real else np.sqrt(2.0) / np.concatenate([std, std])
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """What each real row is."""
+        names = self.model.labels
+        some = [f"{data.name}: {names[i]}/{names[j]} at {f:.6g} Hz" for data in self.data for f in data.frequency.tolist()
+                for i in data.responses.tolist() for j in data.references.tolist()]
+        return tuple(some) if self.real else (*(f"{s} (real)" for s in some), *(f"{s} (imaginary)" for s in some))
+
+
+@dataclass(frozen=True)
+class FrfPoint:
+    """The comparison at one parameter vector: ``values`` (rows,) model − measured, ``jacobian`` (rows, parameters)."""
+
+    residual: FrfResidual
+    p: Real
+    values: Real
+    jacobian: Real
+
+    @property
+    def differences(self) -> tuple[Real, Real, tuple[str, ...]]:
+        """(model − measured, weights, labels) of the rows."""
+        return self.values, self.residual.weights, self.residual.labels
+
+    def system(self) -> LinearSystem:
+        """Linearised at this point; exact everywhere where every DOF is measured, the weights are fixed and the model is linear in p (3.9)."""
+        columns = tuple(q.name for q in self.residual.model.parameters)
+        return LinearSystem(self.jacobian, self.jacobian @ self.p - self.values, self.residual.weights, columns, self.residual.labels)
+
+
+def parts(values: Field, real: bool) -> Real:
+    """Real rows, then imaginary ones where there are any."""
+    return np.asarray(values.real) if real else np.concatenate([values.real, values.imag])
+
+
+def responses_of(model: Model, data: Sequence[FrfData], p: Real) -> list[Field]:
+    """The model's receptances at the lines of each recording, (f, n, r)."""
+    from cvxupdate.fe.responses import receptance
+
+    return [receptance(model, d.frequency, d.responses, d.references, p) for d in data]
+
+
+def frf_error(X: Sequence[Field], data: Sequence[FrfData]) -> float:
+    """‖H − Hₓ‖ / ‖Hₓ‖ over all recordings, each channel in its own size: the lines count alike."""
+    num = sum(float(np.sum(np.abs(x - d.X) ** 2)) for x, d in zip(X, data, strict=True))
+    den = sum(float(np.sum(np.abs(d.X) ** 2)) for d in data)
+    return float(np.sqrt(num / den)) if den > 0.0 else float("nan")
