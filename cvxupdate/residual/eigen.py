@@ -1,18 +1,67 @@
-"""Derivatives of eigenvalues and mode shapes from element blocks."""
+"""Derivatives of eigenvalues and mode shapes from element blocks.
+
+Element matrices are sums of constant terms with scalar factors, so every derivative that a mode needs is a bilinear form of those terms, computed once
+for all parameters, times derivatives of factors. No element matrix is formed for any parameter, and none of size N × N.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
-from cvxupdate.fe.elements.base import Real
+from cvxupdate.fe.block import STEP, Block
+from cvxupdate.fe.elements.base import Real, Values
 from cvxupdate.fe.factor import factorise
-from cvxupdate.fe.model import DerivativeBlock, Matrices
+from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.residual.pairing import Index
 
-Derivatives = Sequence[Sequence[DerivativeBlock]]
+CHUNK = 2_000_000  # numbers held at once for the forms of one term
+
+
+@dataclass(frozen=True)
+class TermDerivative:
+    """One term of one block: d(factor)/dp_j = ``factors`` of the elements ``rows``, parameter after parameter as ``parameters`` (entries,) says."""
+
+    block: Block
+    matrix: str
+    term: int
+    rows: Index
+    parameters: Index
+    factors: Real
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """∂K/∂p and ∂M/∂p of a model at one point for all ``count`` parameters, as factors of the elements' constant terms."""
+
+    count: int
+    terms: tuple[TermDerivative, ...]
+
+
+def derivatives_of(model: Model, p: Real) -> Derivatives:
+    """Derivatives at ``p`` (n,), by complex step on the factors (exact to rounding); parameters that move the same property go together."""
+    properties = model.properties(p)
+    together: dict[tuple[int, tuple[str, ...]], list[tuple[int, Index, Real]]] = {}
+    for j, parameter in enumerate(model.parameters):
+        for t in parameter.targets:
+            together.setdefault((t.block, t.properties), []).append((j, t.rows, t.scales))
+    out = []
+    for (number, names), members in together.items():
+        block = model.blocks[number]
+        rows = np.concatenate([r for _, r, _ in members])
+        owner = np.concatenate([np.full(len(r), j, dtype=np.int64) for j, r, _ in members])
+        scales = np.concatenate([s for _, _, s in members], axis=1)
+        local: dict[str, Values] = {k: v[rows].astype(complex) for k, v in properties[number].items()}
+        for name, scale in zip(names, scales, strict=True):
+            local[name] = local[name] + 1j * STEP * scale
+        for matrix, i, factor in block.scalars(local):
+            change = np.imag(factor) / STEP
+            live = change != 0.0
+            if matrix in "KM" and np.any(live):
+                out.append(TermDerivative(block, matrix, i, rows[live], owner[live], change[live]))
+    return Derivatives(len(model.parameters), tuple(out))
 
 
 def padded(shapes: Real) -> Real:
@@ -20,53 +69,72 @@ def padded(shapes: Real) -> Real:
     return np.vstack([shapes, np.zeros((1, shapes.shape[1]))])
 
 
+def forms(left: Real, right: Real, derivatives: Derivatives) -> tuple[Real, Real]:
+    """l_cᵀ ∂K/∂p_j r_c and l_cᵀ ∂M/∂p_j r_c, each (columns, parameters), of the columns of ``left`` and ``right`` (N, columns) or (N, 1)."""
+    l, r = padded(left), padded(right)
+    columns = max(l.shape[1], r.shape[1])
+    out = {"K": np.zeros((derivatives.count, columns)), "M": np.zeros((derivatives.count, columns))}
+    for t in derivatives.terms:
+        values = t.block.terms[t.term].values
+        step = max(1, CHUNK // (values.shape[1] * columns))
+        for first in range(0, len(t.rows), step):
+            part = slice(first, first + step)
+            dofs = t.block.dofs[t.rows[part]]
+            matrix = values[0] if len(values) == 1 else values[t.block.geometry[t.rows[part]]]
+            energy = np.einsum("edc,edc->ec", np.broadcast_to(l[dofs], (*dofs.shape, columns)), np.broadcast_to(matrix @ r[dofs], (*dofs.shape, columns)))
+            np.add.at(out[t.matrix], t.parameters[part], t.factors[part, None] * energy)
+    return out["K"].T, out["M"].T
+
+
 def eigenvalue_derivatives(eigenvalues: Real, shapes: Real, derivatives: Derivatives) -> Real:
     """∂λ_r/∂p_j = φ_rᵀ (∂K/∂p_j − λ_r ∂M/∂p_j) φ_r (2.100; Fox and Kapoor 1968), (modes, parameters).
 
-    ``shapes`` (N, modes) mass-normalised; exact for simple eigenvalues.
+    ``shapes`` (N, modes) mass-normalised; exact for simple eigenvalues. For a repeated one it is that of the shapes given: see `splitting`.
     """
-    phi = padded(shapes)
-    out = np.zeros((len(eigenvalues), len(derivatives)))
-    for j, blocks in enumerate(derivatives):
-        for b in blocks:
-            local = phi[b.dofs]
-            if b.K is not None:
-                out[:, j] += np.einsum("eim,eij,ejm->m", local, b.K, local, optimize=True)
-            if b.M is not None:
-                out[:, j] -= eigenvalues * np.einsum("eim,eij,ejm->m", local, b.M, local, optimize=True)
-    return out
+    if not len(eigenvalues):
+        return np.zeros((0, derivatives.count))
+    dK, dM = forms(shapes, shapes, derivatives)
+    return np.asarray(dK - eigenvalues[:, None] * dM)
 
 
-def shape_derivatives(m: Matrices, eigenvalue: float, shape: Real, sensors: Index, derivatives: Derivatives) -> Real:
+def splitting(eigenvalue: float, shapes: Real, derivatives: Derivatives) -> Real:
+    """The rotation (r, r) of the shapes (N, r) of a repeated eigenvalue to those into which the parameters can split it furthest.
+
+    To first order the eigenvalue splits into the eigenvalues of Σ p_j G_j, G_j = Φᵀ (∂K_j − λ ∂M_j) Φ (Mills-Curran 1988; Friswell 1996), which no one
+    basis makes diagonal for all j. The basis here is that of the dominant direction of the G_j without their means; where nothing splits, it stays.
+    """
+    r = shapes.shape[1]
+    i, j = np.triu_indices(r)
+    dK, dM = forms(shapes[:, i], shapes[:, j], derivatives)
+    G = np.zeros((derivatives.count, r, r))
+    G[:, i, j] = G[:, j, i] = (dK - eigenvalue * dM).T
+    apart = G - np.trace(G, axis1=1, axis2=2)[:, None, None] * np.eye(r) / r
+    if np.abs(apart).max(initial=0.0) <= 1e-9 * np.abs(G).max(initial=0.0):
+        return np.eye(r)
+    dominant = np.linalg.svd(apart.reshape(len(apart), r * r), full_matrices=False)[2][0].reshape(r, r)
+    return np.asarray(np.linalg.eigh((dominant + dominant.T) / 2)[1])
+
+
+def shape_derivatives(m: Matrices, eigenvalue: float, shape: Real, sensors: Index, derivatives: Derivatives, others: Real | None = None) -> Real:
     """∂φ_s/∂p_j of one mass-normalised mode at the free DOFs ``sensors``, (sensors, parameters).
 
     Nelson's problem in bordered form, solved for the sensors instead of the parameters: with
     B = [K − λM, −Mφ; −φᵀM, 0] (regular for a simple eigenvalue), B [∂φ; ∂λ] = [−(∂K − λ∂M)φ; ½ φᵀ∂Mφ], and B is symmetric.
-    One sparse factorisation serves every sensor and parameter (Nelson 1976; Lee and Jung 1997).
+    One sparse factorisation serves every sensor and parameter (Nelson 1976; Lee and Jung 1997). ``others`` (N, k) are further shapes of the same
+    eigenvalue: they border B as well, and the derivative is then that part which does not turn the shapes among themselves.
 
     Raises
     ------
     ModelError
-        When the eigenvalue is repeated: its shapes are not determined one by one.
+        When the eigenvalue is repeated and its other shapes are not given: its shapes are not determined one by one.
     """
     N = len(shape)
-    border = sp.csc_array((-(m.M @ shape))[:, None])
+    same = shape[:, None] if others is None else np.column_stack([shape, others])
+    border = sp.csc_array(-(m.M @ same))
     bordered = sp.block_array([[m.K - eigenvalue * m.M, border], [border.T, None]], format="csc")
-    rhs = np.zeros((N + 1, len(sensors)))
+    rhs = np.zeros((N + same.shape[1], len(sensors)))
     rhs[sensors, np.arange(len(sensors))] = 1.0
     y = factorise(bordered, "the bordered matrix of a repeated eigenvalue", pivot=True).solve(rhs)
-    adjoint, share = padded(y[:N]), y[N]
-    phi = np.append(shape, 0.0)
-    out = np.zeros((len(sensors), len(derivatives)))
-    for j, blocks in enumerate(derivatives):
-        for b in blocks:
-            local = phi[b.dofs]
-            force = np.zeros(b.dofs.shape)
-            if b.K is not None:
-                force -= np.einsum("eij,ej->ei", b.K, local)
-            if b.M is not None:
-                pushed = np.einsum("eij,ej->ei", b.M, local)
-                force += eigenvalue * pushed
-                out[:, j] += 0.5 * share * np.sum(local * pushed)
-            out[:, j] += np.einsum("eis,ei->s", adjoint[b.dofs], force)
-    return out
+    dK, dM = forms(y[:N], shape[:, None], derivatives)
+    own = forms(shape[:, None], shape[:, None], derivatives)[1]
+    return np.asarray(eigenvalue * dM - dK + 0.5 * y[N][:, None] * own)

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
-from cvxupdate.errors import ModelError
+from cvxupdate.errors import InputError, ModelError
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.recordings.types import ModeTable
-from cvxupdate.residual.eigen import eigenvalue_derivatives, shape_derivatives
-from cvxupdate.residual.pairing import Index, Start, channel_rows, follow, needed_modes, real_shapes, start_pairing
+from cvxupdate.residual.eigen import derivatives_of, eigenvalue_derivatives, shape_derivatives, splitting
+from cvxupdate.residual.pairing import MARGIN, Index, Start, channel_rows, follow, pairing_modes, real_shapes, start_pairing
 from cvxupdate.system import LinearSystem
 
 REPEATED = 1e-6  # relative distance of eigenvalues below which a single shape means nothing
@@ -24,7 +25,8 @@ REPEATED = 1e-6  # relative distance of eigenvalues below which a single shape m
 class ModalResidual:
     """What is compared: a model, tables to fit and tables to score only, whether shapes count, and the initial pairing.
 
-    ``count`` modes are computed at every point; ``start`` pairs ``fit + hold_out`` in that order.
+    ``count`` flexible modes are computed at every point; ``start`` pairs ``fit + hold_out`` in that order. ``muted`` are the (table, mode) whose shape is
+    left out because its eigenvalue is repeated in the initial model.
     """
 
     model: Model
@@ -33,6 +35,7 @@ class ModalResidual:
     shapes: bool
     start: Start
     count: int
+    muted: frozenset[tuple[int, int]] = frozenset()
 
     @property
     def tables(self) -> tuple[ModeTable, ...]:
@@ -40,25 +43,59 @@ class ModalResidual:
         return self.fit + self.hold_out
 
     def evaluate(self, p: Real, before: ModalPoint | None = None) -> ModalPoint:
-        """The model's modes at ``p`` (n,), each measured mode followed from the point ``before`` (None: the initial model).
+        """The model's modes at ``p`` (n,), each measured mode followed from the point ``before`` (None: from ``start``).
+
+        The fitted modes are followed first, then those to score among what is left. Shapes of a repeated eigenvalue are turned to those before.
 
         Raises
         ------
         ModelError
             When the model at ``p`` is no structure (indefinite mass, a mechanism).
         """
+        p = np.asarray(p, dtype=float)
         m = self.model.matrices(p)
+        first, places = (self.start.modes, self.start.places) if before is None else (before.modes, before.places)
         modes = model_modes(self.model, self.count, p, m)
-        if before is None:
-            first = self.start.modes
-            shapes = first.shapes
-            places = list(self.start.places)
-        else:
-            first, shapes, places = before.modes, before.modes.shapes, list(before.places)
-        paired = np.unique(np.concatenate([q[q >= 0] for q in places])) if places else np.zeros(0, dtype=np.int64)
-        went = dict(zip(paired.tolist(), follow(shapes[:, paired], m.M, modes).tolist(), strict=True))
-        moved = tuple(np.array([went.get(int(i), -1) for i in q], dtype=np.int64) for q in places)
-        return ModalPoint(self, np.asarray(p, dtype=float), m, modes, moved)
+        fitted, scored = _used(places[:len(self.fit)]), _used(places[len(self.fit):])
+        modes = aligned(modes, m, first.shapes[:, np.concatenate([fitted, scored])])
+        went = {-1: -1}
+        for used in (fitted, scored):
+            found = follow(first.shapes[:, used], m.M, modes, np.array([v for v in went.values() if v >= 0], dtype=np.int64))
+            went |= dict(zip(used.tolist(), found.tolist(), strict=True))
+        moved = tuple(np.array([went[i] for i in q.tolist()], dtype=np.int64) for q in places)
+        return ModalPoint(self, p, m, modes, moved)
+
+
+def _used(places: Sequence[Index]) -> Index:
+    every = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *places]))
+    return every[every >= 0]
+
+
+def clusters(modes: Modes) -> list[Index]:
+    """Places of the flexible modes whose eigenvalues are repeated (closer than 1e-6), cluster by cluster."""
+    values = modes.eigenvalues[modes.rigid:]
+    together = np.diff(values) < REPEATED * np.abs(values[1:])
+    return [run + modes.rigid for run in np.split(np.arange(len(values)), np.flatnonzero(~together) + 1) if len(run) > 1]
+
+
+def turned(modes: Modes, at: Index, Q: Real) -> Modes:
+    """``modes`` with the shapes of one cluster turned by Q (r, r)."""
+    shapes = modes.shapes.copy()
+    shapes[:, at] = shapes[:, at] @ Q
+    return Modes(modes.eigenvalues, shapes, modes.rigid)
+
+
+def aligned(modes: Modes, m: Matrices, before: Real) -> Modes:
+    """Shapes of repeated eigenvalues turned as near as possible to those ``before`` (N, b) that became them (orthogonal Procrustes in M)."""
+    for at in clusters(modes):
+        overlap = modes.shapes[:, at].T @ (m.M @ before)
+        share = np.sum(overlap**2, axis=0)
+        mine = [b for b in np.argsort(-share)[:len(at)] if share[b] > 0.5]
+        if mine:
+            U, _, Vt = np.linalg.svd(overlap[:, mine])
+            k = len(mine)
+            modes = turned(modes, at, np.column_stack([U[:, :k] @ Vt, U[:, k:]]))
+    return modes
 
 
 @dataclass(frozen=True)
@@ -103,13 +140,14 @@ class ModalPoint:
     def system(self) -> LinearSystem:
         """Linearised at this point: A p − b ≈ model(p) − measured."""
         model = self.residual.model
-        derivatives = [model.derivative(j, self.p) for j in range(len(model.parameters))]
+        derivatives = derivatives_of(model, self.p)
         at = np.array([i for k in range(len(self.residual.fit)) for i in self.places[k].tolist() if i >= 0], dtype=np.int64)
         rows = [eigenvalue_derivatives(self.modes.eigenvalues[at], self.modes.shapes[:, at], derivatives)]
         if self.residual.shapes:
             for _, _, i, sensors, x, std in self._shape_rows():
                 phi = self.modes.shapes[:, i]
-                d = shape_derivatives(self.matrices, float(self.modes.eigenvalues[i]), phi, sensors, derivatives)
+                others = next((self.modes.shapes[:, at[at != i]] for at in clusters(self.modes) if i in at), None)
+                d = shape_derivatives(self.matrices, float(self.modes.eigenvalues[i]), phi, sensors, derivatives, others)
                 rows.append(_scaled_derivative(phi[sensors], d, x, std))
         A = np.vstack(rows)
         values, weights, labels = self.differences
@@ -124,7 +162,7 @@ class ModalPoint:
             rows, shapes = channel_rows(table, self.residual.model), real_shapes(table.shapes)
             deviations = np.full(shapes.shape, np.nan) if table.shape_std is None else np.broadcast_to(table.shape_std, shapes.shape)
             for i, at in enumerate(self.places[k].tolist()):
-                if at < 0 or _repeated(self.modes.eigenvalues, at):
+                if at < 0 or (k, i) in self.residual.muted:
                     continue
                 ok = (rows >= 0) & np.isfinite(shapes[i])
                 if ok.sum() < 2:
@@ -133,11 +171,6 @@ class ModalPoint:
                 std = np.where(np.isfinite(deviations[i]), deviations[i], unstated)
                 out.append((k, i, at, rows[ok], shapes[i][ok], std[ok]))
         return out
-
-
-def _repeated(eigenvalues: Real, at: int) -> bool:
-    gap = np.abs(np.delete(eigenvalues, at) - eigenvalues[at])
-    return bool(gap.size and gap.min() < REPEATED * eigenvalues[at])
 
 
 def _scaled(phi: Real, x: Real, std: Real) -> tuple[Real, float]:
@@ -155,8 +188,9 @@ def _scaled_derivative(phi: Real, d: Real, x: Real, std: Real) -> Real:
     return q * d + np.outer(phi, dq)
 
 
-def modal_residual(model: Model, fit: Sequence[ModeTable], hold_out: Sequence[ModeTable], shapes: bool, pairing: str = "auto") -> ModalResidual:
-    """Pair the measured modes with those of the initial model (p = 0).
+def modal_residual(model: Model, fit: Sequence[ModeTable], hold_out: Sequence[ModeTable], shapes: bool, pairing: str = "auto",
+                   given: Sequence[Index] | None = None) -> ModalResidual:
+    """Pair the measured modes with those of the initial model (p = 0); ``given`` are places of the fitted ones that are known already.
 
     Raises
     ------
@@ -164,10 +198,42 @@ def modal_residual(model: Model, fit: Sequence[ModeTable], hold_out: Sequence[Mo
         A model without modes, a pairing that cannot be made, a channel that is not on the model.
     """
     tables = (*fit, *hold_out)
-    wanted = needed_modes(tables)
-    modes = model_modes(model, wanted, model.zero())
+    modes = pairing_modes(model, tables, pairing)
     if not len(modes.eigenvalues):
         raise ModelError("the model has no natural modes: it carries no mass. Add density or lumped masses.")
-    start = start_pairing(model, modes, tables, pairing)
-    # A rigid-body mode may become a flexible one when a support stiffness grows from zero.
-    return ModalResidual(model, tuple(fit), tuple(hold_out), shapes, start, wanted + modes.rigid)
+    start = start_pairing(model, modes, tables, pairing, len(fit), given)
+    used = _used(start.places)
+    if not len(_used(start.places[:len(fit)])) and any(len(t.frequency) for t in fit):
+        raise InputError("no measured mode can be compared: the model has rigid-body modes only. Refine the model, or hold it.")
+    # Modes that are rigid today count too: a support stiffness that grows from zero makes them flexible.
+    count = int(used.max(initial=0)) + 1 + MARGIN
+    repeated = [at for at in clusters(modes) if np.isin(at, used).any()]
+    if repeated and model.parameters:
+        derivatives = derivatives_of(model, model.zero())
+        for at in repeated:
+            modes = turned(modes, at, splitting(float(modes.eigenvalues[at].mean()), modes.shapes[:, at], derivatives))
+    several = {int(i) for at in repeated for i in at}
+    muted = frozenset((k, i) for k, places in enumerate(start.places) for i, at in enumerate(places.tolist()) if at in several)
+    return ModalResidual(model, tuple(fit), tuple(hold_out), shapes, replace(start, modes=modes), count, muted)
+
+
+def another_pairing(point: ModalPoint) -> Start | None:
+    """Another pairing of those fitted modes that were paired by frequency alone, with the modes of the model as it is at ``point``.
+
+    The assignment of least weighted squared eigenvalue differences among the modes that no other measured mode has; None where that is the
+    pairing at hand.
+    """
+    fit, start = point.residual.fit, point.residual.start
+    loose = [(k, i) for k in range(len(fit)) for i in np.flatnonzero(start.loose[k]).tolist()] if start.loose else []
+    if not loose:
+        return None
+    held = {int(at) for k, places in enumerate(point.places) for i, at in enumerate(places.tolist()) if (k, i) not in loose}
+    free = np.array([i for i in range(point.modes.rigid, len(point.modes.eigenvalues)) if i not in held], dtype=np.int64)
+    f, std = (np.array([column[k][i] for k, i in loose]) for column in ([t.frequency for t in fit], [t.frequency_std for t in fit]))
+    cost = ((point.modes.frequencies[free][:, None] ** 2 - f**2) / (2.0 * f * std)) ** 2
+    places = [q.copy() for q in point.places]
+    for a, x in zip(*linear_sum_assignment(cost), strict=True):
+        places[loose[int(x)][0]][loose[int(x)][1]] = free[a]
+    if all(np.array_equal(new, old) for new, old in zip(places, point.places, strict=True)):
+        return None
+    return Start(point.modes, tuple(places), start.loose)

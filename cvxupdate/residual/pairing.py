@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.correlate import pair_frequencies, pair_modes
-from cvxupdate.errors import InputError, RecordingError
+from cvxupdate.errors import InputError, ModelError, RecordingError
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Model
-from cvxupdate.fe.modes import Modes
+from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.recordings.types import ModeTable
 
 Index = NDArray[np.int64]
@@ -48,10 +48,32 @@ def channel_rows(table: ModeTable, model: Model) -> Index:
 
 @dataclass(frozen=True)
 class Start:
-    """The initial pairing: ``modes`` of the initial model and, for each table, the place of every measured mode among all of them (−1: none)."""
+    """A pairing: ``modes`` of a model and, for each table, the place of every measured mode among all of them (−1: none).
+
+    ``loose`` says, table by table, which modes were paired by frequency alone, so that another pairing may be tried.
+    """
 
     modes: Modes
     places: tuple[Index, ...]
+    loose: tuple[NDArray[np.bool_], ...] = ()
+
+
+@dataclass(frozen=True)
+class _Book:
+    """The pairing in the making: ``places`` among the flexible modes, ``taken`` by what, ``loose`` as in `Start`."""
+
+    tables: Sequence[ModeTable]
+    flexible: Modes
+    places: list[Index]
+    loose: list[NDArray[np.bool_]]
+    taken: dict[int, str]
+
+    def free(self) -> Index:
+        return np.array([i for i in range(len(self.flexible.eigenvalues)) if i not in self.taken], dtype=np.int64)
+
+    def pair(self, k: int, i: int, mode: int, loose: bool = False) -> None:
+        self.places[k][i], self.loose[k][i] = mode, loose
+        self.taken[mode] = f"{self.tables[k].frequency[i]:.4g} Hz"
 
 
 def needed_modes(tables: Sequence[ModeTable]) -> int:
@@ -61,81 +83,127 @@ def needed_modes(tables: Sequence[ModeTable]) -> int:
     return max(fixed, count) + MARGIN
 
 
-def start_pairing(model: Model, modes: Modes, tables: Sequence[ModeTable], rule: str = "auto") -> Start:
+def pairing_modes(model: Model, tables: Sequence[ModeTable], rule: str) -> Modes:
+    """Modes of the initial model, enough to pair: a table may begin far above the model's lowest mode.
+
+    Raises
+    ------
+    ModelError
+        When the model is no structure.
+    """
+    count = needed_modes(tables)
+    searched = [t.frequency[(t.pairs <= 0) | (rule in ("mac", "frequency"))] for t in tables]
+    top = 1.2 * max((float(f.max(initial=0.0)) for f in searched), default=0.0)
+    while True:
+        modes = model_modes(model, count, model.zero())
+        found = len(modes.eigenvalues) - modes.rigid
+        if found < count or not found or modes.frequencies[-1] >= top:
+            return modes
+        count *= 2
+
+
+def start_pairing(model: Model, modes: Modes, tables: Sequence[ModeTable], rule: str = "auto", first: int | None = None,
+                  given: Sequence[Index] | None = None) -> Start:
     """Pair all measured modes at once, so that no model mode serves twice.
 
     A mode that the problem file pairs keeps its partner. The others go by MAC where they have shapes, else by frequency (the assignment of
-    least squared relative distance, whatever the order). ``rule`` "fixed", "mac" or "frequency" forbids the other ways.
+    least squared relative distance, whatever the order). ``rule`` "fixed", "mac" or "frequency" forbids the other ways. The ``first`` tables (those to
+    fit; None: all) choose before the others, so that what is only scored never changes what is fitted; ``given`` are places of theirs already found.
 
     Raises
     ------
     InputError
         When the rule cannot pair every mode: a fixed partner that is not there or is used twice, no shapes for "mac".
     """
-    flexible = modes.flexible()
-    places = [np.full(len(t.frequency), -1, dtype=np.int64) for t in tables]
-    taken: dict[int, str] = {}
+    book = _Book(tables, modes.flexible(), [np.full(len(t.frequency), -1, dtype=np.int64) for t in tables],
+                 [np.zeros(len(t.frequency), dtype=bool) for t in tables], {})
+    count = len(tables) if first is None else first
+    if given is None:
+        _pair(model, book, range(count), rule, True)
+    else:
+        for k, places in enumerate(given):
+            for i, place in enumerate(places.tolist()):
+                if place >= modes.rigid:
+                    book.pair(k, i, place - modes.rigid)
+    _pair(model, book, range(count, len(tables)), rule, given is None)
+    return Start(modes, tuple(np.where(p >= 0, p + modes.rigid, -1) for p in book.places), tuple(book.loose))
+
+
+def _pair(model: Model, book: _Book, numbers: Sequence[int], rule: str, strict: bool) -> None:
+    """Pair the tables ``numbers``; a partner that is taken is an error, or where not ``strict`` leaves the mode without one."""
     open_: list[tuple[int, int]] = []
-    for k, table in enumerate(tables):
+    for k in numbers:
+        table = book.tables[k]
         for i, pair in enumerate(table.pairs.tolist()):
-            if pair <= 0 or rule in ("mac", "frequency"):
-                if rule == "fixed":
-                    raise InputError(f"{table.origin.source}: pairing is fixed, but the mode at {table.frequency[i]:.4g} Hz names no `mode`. "
-                                     "Give one.")
+            if rule in ("mac", "frequency") or (pair <= 0 and rule != "fixed"):
                 open_.append((k, i))
-                continue
-            if pair > len(flexible.eigenvalues):
-                raise InputError(f"{table.origin.source}: mode = {pair}, but the model has only {len(flexible.eigenvalues)} flexible modes.")
-            if pair in taken:
-                raise InputError(f"{table.origin.source}: the measured modes {taken[pair]} and {table.frequency[i]:.4g} Hz are both paired with "
-                                 f"mode {pair} of the model. Give each its own.")
-            taken[pair] = f"{table.frequency[i]:.4g} Hz"
-            places[k][i] = pair - 1
-    open_ = _by_shape(model, flexible, tables, places, taken, open_, rule)
-    if open_ and rule == "mac":
-        raise InputError("pairing is by MAC, but a measured mode has no shape, or none of the model's resembles it. Use pairing = \"auto\".")
-    free = np.array([i for i in range(len(flexible.eigenvalues)) if i + 1 not in taken], dtype=np.int64)
-    if open_:
-        measured = np.array([tables[k].frequency[i] for k, i in open_])
-        found = pair_frequencies(flexible.frequencies[free], measured)
+            elif pair <= 0:
+                raise InputError(f"{table.origin.source}: pairing is fixed, but the mode at {table.frequency[i]:.4g} Hz names no `mode`. Give one.")
+            elif pair > len(book.flexible.eigenvalues):
+                raise InputError(f"{table.origin.source}: the mode at {table.frequency[i]:.4g} Hz has mode = {pair}, but the model has only "
+                                 f"{len(book.flexible.eigenvalues)} flexible modes. Correct `mode`, or refine the model.")
+            elif pair - 1 not in book.taken:
+                book.pair(k, i, pair - 1)
+            elif strict:
+                raise InputError(f"{table.origin.source}: the measured modes {book.taken[pair - 1]} and {table.frequency[i]:.4g} Hz are both paired with "
+                                 f"mode {pair} of the model. Give each its own `mode`.")
+    left = open_ if rule == "frequency" else _by_shape(model, book, open_)
+    if left and rule == "mac":
+        k, i = left[0]
+        why = "has no shape at two DOFs of the model" if len(_entries(model, book.tables[k], i)[0]) < 2 else "resembles none of the model's that is left"
+        raise InputError(f"{book.tables[k].origin.source}: pairing is by MAC, but the mode at {book.tables[k].frequency[i]:.4g} Hz {why}. "
+                         "Use pairing = \"auto\", or give its `mode`.")
+    free = book.free()
+    if left and len(free):
+        found = pair_frequencies(book.flexible.frequencies[free], np.array([book.tables[k].frequency[i] for k, i in left]))
         for a, x in zip(found.model, found.measured, strict=True):
-            k, i = open_[int(x)]
-            places[k][i] = free[a]
-    return Start(modes, tuple(np.where(p >= 0, p + modes.rigid, -1) for p in places))
+            book.pair(*left[int(x)], int(free[a]), loose=True)
 
 
-def _by_shape(model: Model, flexible: Modes, tables: Sequence[ModeTable], places: list[Index], taken: dict[int, str],
-              open_: list[tuple[int, int]], rule: str) -> list[tuple[int, int]]:
+def _entries(model: Model, table: ModeTable, i: int) -> tuple[Index, Real]:
+    """(free DOFs, values) of the entries of shape ``i`` that are known and that the model can move."""
+    if table.shapes is None:
+        return np.zeros(0, dtype=np.int64), np.zeros(0)
+    rows, shape = channel_rows(table, model), real_shapes(table.shapes[i:i + 1])[0]
+    ok = (rows >= 0) & np.isfinite(shape)
+    return rows[ok], shape[ok]
+
+
+def _by_shape(model: Model, book: _Book, open_: list[tuple[int, int]]) -> list[tuple[int, int]]:
     """Pair by MAC the open modes that have shapes; returns those still open."""
-    if rule == "frequency":
-        return open_
-    left = [(k, i) for k, i in open_ if tables[k].shapes is None]
-    for k, table in enumerate(tables):
+    left = []
+    for k in sorted({k for k, _ in open_}):
+        table = book.tables[k]
         mine = [i for kk, i in open_ if kk == k]
-        if table.shapes is None or not mine:
+        chosen = [i for i in mine if len(_entries(model, table, i)[0]) >= 2]
+        free = book.free()
+        if table.shapes is None or not chosen or not len(free):
+            left += [(k, i) for i in mine]
             continue
         rows = channel_rows(table, model)
         seen = rows >= 0
-        free = np.array([i for i in range(len(flexible.eigenvalues)) if i + 1 not in taken], dtype=np.int64)
-        shapes = real_shapes(table.shapes)[mine][:, seen].T
-        known = np.sum(np.isfinite(shapes), axis=0) >= 2
-        left += [(k, i) for i, ok in zip(mine, known, strict=True) if not ok]
-        chosen = [i for i, ok in zip(mine, known, strict=True) if ok]
-        if not chosen:
-            continue
-        found = pair_modes(flexible.shapes[rows[seen]][:, free], shapes[:, known], flexible.frequencies[free], table.frequency[chosen], threshold=0.3)
+        found = pair_modes(book.flexible.shapes[rows[seen]][:, free], real_shapes(table.shapes)[chosen][:, seen].T, book.flexible.frequencies[free],
+                           table.frequency[chosen], threshold=0.3)
         for a, x in zip(found.model, found.measured, strict=True):
-            places[k][chosen[int(x)]] = free[a]
-            taken[int(free[a]) + 1] = f"{table.frequency[chosen[int(x)]]:.4g} Hz"
-        left += [(k, chosen[int(x)]) for x in found.unpaired]
+            book.pair(k, chosen[int(x)], int(free[a]))
+        paired = {chosen[int(x)] for x in found.measured}
+        left += [(k, i) for i in mine if i not in paired]
     return left
 
 
-def follow(shapes: Real, M: sp.csc_array, modes: Modes) -> Index:
+def follow(shapes: Real, M: sp.csc_array, modes: Modes, taken: Index | None = None) -> Index:
     """Where earlier mass-normalised ``shapes`` (N, m) went among ``modes``: the assignment of largest Σ (φᵀ M φ')², (m,).
 
-    Modes that cross keep their identity, because the shapes of one structure stay orthogonal in its mass matrix.
+    Modes that cross keep their identity, because the shapes of one structure stay orthogonal in its mass matrix. Modes ``taken`` are left out.
+
+    Raises
+    ------
+    ModelError
+        When fewer modes are left than there are shapes (a mass has vanished).
     """
-    likeness = (shapes.T @ (M @ modes.shapes)) ** 2
+    free = np.setdiff1d(np.arange(len(modes.eigenvalues)), [] if taken is None else taken)
+    if len(free) < shapes.shape[1]:
+        raise ModelError(f"the model has only {len(free)} modes left for the {shapes.shape[1]} that are followed: a mass has vanished. Bound it from below.")
+    likeness = (shapes.T @ (M @ modes.shapes[:, free])) ** 2
     rows, columns = linear_sum_assignment(likeness, maximize=True)
-    return np.asarray(columns[np.argsort(rows)], dtype=np.int64)
+    return np.asarray(free[columns[np.argsort(rows)]], dtype=np.int64)

@@ -7,9 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as la
+from scipy.special import chdtri
 
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.system import Array, LinearSystem
+
+SURPRISE = 0.05  # a residual counts as too large for the stated deviations where chance makes one so large less often than this
 
 
 @dataclass(frozen=True)
@@ -35,9 +38,10 @@ class Uncertainty:
 def uncertainty(system: LinearSystem, p: Array, parameters: Sequence[Parameter], equalities: Array, relative_only: bool) -> Uncertainty:
     """Linearised covariance (WA)⁺ (WA)⁺ᵀ s² at the solution.
 
-    Where the residual is larger than the stated deviations allow, the deviations grow with it: s² = χ² / (m − rank), never below 1 unless the
-    deviations were only weights (``relative_only``). Parameters tied by ``equalities`` (rows, n) move together. Bounds are left out: the deviation is
-    that of the recordings alone. A combination counts as undetermined when its deviation exceeds half the width of its bounds (or 50 % where free).
+    Where the residual is larger than the stated deviations allow (χ² test at 5 %), the deviations grow with it: s² = χ² / (m − rank), which is always
+    taken where the deviations were only weights (``relative_only``); with no row to spare it cannot be told and is 1. Parameters tied by
+    ``equalities`` (rows, n) move together. Bounds are left out: the deviation is that of the recordings alone. A combination counts as undetermined
+    when its deviation exceeds half the width of its bounds (or 50 % where free).
 
     Source: Bard, *Nonlinear Parameter Estimation* (1974), ch. 7; Friswell and Mottershead (1995), 8.2.
     """
@@ -55,7 +59,8 @@ def uncertainty(system: LinearSystem, p: Array, parameters: Sequence[Parameter],
     freedom = len(system.rows) - rank
     chi2 = float(np.sum(system.residual(p) ** 2))
     ratio = chi2 / freedom if freedom > 0 else 1.0
-    s2 = ratio if relative_only else max(1.0, ratio)
+    surprising = freedom > 0 and chi2 > chdtri(freedom, SURPRISE)
+    s2 = ratio if relative_only or surprising else 1.0
     full = np.vstack([Vt, la.null_space(Vt).T]) if Vt.shape[0] < Vt.shape[1] else Vt
     inverse = np.concatenate([np.where(known, 1.0 / np.where(known, s, 1.0), np.inf), np.full(full.shape[0] - len(s), np.inf)])
     along = width[:, None] * (basis @ full.T)  # p moved by one unit of each singular direction

@@ -4,25 +4,27 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
 
+from cvxupdate.convex import SolverChoice, StepProblem
 from cvxupdate.correlate import mac
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import ModeTable, Recording
-from cvxupdate.residual.modal import ModalPoint, ModalResidual, modal_residual
-from cvxupdate.residual.pairing import channel_rows, real_shapes
+from cvxupdate.residual.modal import ModalPoint, ModalResidual, another_pairing, modal_residual
+from cvxupdate.residual.pairing import Index, channel_rows, real_shapes
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
 from cvxupdate.update.covariance import Uncertainty, uncertainty
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
 from cvxupdate.update.result import Metrics, ModeResult, ParameterResult, Updated
-from cvxupdate.update.trust_region import Iteration, LoopResult, iterate, objective_at
+from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterate, objective_at
 
 AT_BOUND = 1e-6  # of the distance between the bounds
+REPAIRINGS = 2  # how often the loop may go on with another pairing
 
 
 def modal_tables(recordings: Sequence[Recording]) -> tuple[tuple[ModeTable, ...], tuple[ModeTable, ...]]:
@@ -44,8 +46,12 @@ def residual_of(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Mo
     """The modal comparison that the [update] table asks for."""
     if spec.update is None:
         raise InputError(f"{spec.path}: there is no [update] table. Add one with a method and parameters.")
-    fit, hold_out = modal_tables(recordings)
-    return modal_residual(model, fit, hold_out, spec.update.method == "sensitivity", spec.update.pairing)
+    return _comparison(spec, model, *modal_tables(recordings))
+
+
+def _comparison(spec: Spec, model: Model, fit: Sequence[ModeTable], hold_out: Sequence[ModeTable], given: Sequence[Index] | None = None) -> ModalResidual:
+    shapes, pairing = (False, "auto") if spec.update is None else (spec.update.method == "sensitivity", spec.update.pairing)
+    return modal_residual(model, fit, hold_out, shapes, pairing, given)
 
 
 def update_modal(spec: Spec, model: Model, recordings: Sequence[Recording], progress: Callable[[Iteration], None] | None = None) -> Updated:
@@ -57,13 +63,13 @@ def update_modal(spec: Spec, model: Model, recordings: Sequence[Recording], prog
         What the problem names cannot be used.
     """
     begin = time.perf_counter()
-    residual = residual_of(spec, model, recordings)
-    problem = step_problem(spec, model)
-    choice = solver_choice(spec)
-    loop = iterate(residual, problem, choice, loop_options(spec), model.zero(), progress)
-    start, end = loop.start, loop.point
+    scored = residual_of(spec, model, recordings)
+    residual = scored if not scored.hold_out else _comparison(spec, model, scored.fit, ())  # what is only scored takes no part in the loop
+    problem, choice, options = step_problem(spec, model), solver_choice(spec), loop_options(spec)
+    loop, paired = with_pairing(residual, problem, choice, options, model.zero(), progress)
+    start, end = scored_ends(spec, model, scored, loop)
     relative = all(t.relative_only for t in residual.fit)
-    known = uncertainty(end.system(), end.p, model.parameters, equality_rows(loop.problem, end.p), relative)
+    known = uncertainty(loop.point.system(), end.p, model.parameters, equality_rows(loop.problem, end.p), relative)
     return Updated(
         problem=spec.name, title=spec.title, source=spec.source, path=str(spec.path), status=loop.status, reason=loop.reason,
         method=spec.update.method if spec.update is not None else "frequencies", solver=loop.step.solver,
@@ -71,12 +77,61 @@ def update_modal(spec: Spec, model: Model, recordings: Sequence[Recording], prog
         fit=modal_metrics(start, end, loop), certificate=certificate_of(loop), time=time.perf_counter() - begin,
         conflict=loop.step.conflict if loop.status == "infeasible" else (),
         relaxation=tuple(r.says for r in loop.step.relaxation) if loop.status == "infeasible" else (),
-        modes=mode_results(start, end), history=tuple(asdict(h) for h in loop.history),
+        modes=mode_results(start, end), history=tuple({**asdict(h), "ratio": _number(h.ratio)} for h in loop.history),
         undetermined=tuple({"coefficients": dict(c.coefficients), "standard_deviation": _number(c.std), "says": c.says} for c in known.undetermined),
         noise=None if relative else known.noise, active=loop.step.active, regularisation=regularisation_of(loop),
         model={"dofs": model.size, "elements": int(sum(len(set(b.ids.tolist())) for b in model.blocks)), "nodes": len(model.node_ids),
                "mass_before": model.total_mass(), "mass_after": model.total_mass(end.p)},
-        notes=_notes(residual, relative, known))
+        notes=(*_notes(start, relative, known), *paired))
+
+
+def with_pairing(residual: ModalResidual, problem: StepProblem, choice: SolverChoice, options: Options, p0: Array,
+                 progress: Callable[[Iteration], None] | None = None) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
+    """`iterate`, and again from its end where another pairing by frequency fits the updated model better: (one loop with the whole history, notes).
+
+    At most `REPAIRINGS` times, within the iterations that are left. The start is the initial model in the final pairing.
+    """
+    loop = iterate(residual, problem, choice, options, p0, progress)
+    notes: list[str] = []
+    while loop.status == "converged" and len(notes) < REPAIRINGS and len(loop.history) < options.max_iterations:
+        other = another_pairing(loop.point)
+        if other is None:
+            break
+        before, after = (objective_at(loop.problem, q) for q in (loop.point, replace(loop.point, places=other.places)))
+        if after >= before * (1.0 - 1e-3):
+            break
+        chain = loop.history
+        again = iterate(replace(residual, start=other), loop.problem, choice, replace(options, max_iterations=options.max_iterations - len(chain)),
+                        loop.point.p, progress)
+        back = again.start
+        for p in [*(h.p for h in reversed(chain) if h.accepted), loop.start.p]:
+            back = back.residual.evaluate(np.array(p), back)
+        notes.append(_repaired(loop.point, other.places, before, after))
+        history = (*chain, *(replace(h, number=len(chain) + 1 + i) for i, h in enumerate(again.history)))
+        loop = replace(again, start=back, history=history, weight=loop.weight)
+    return loop, tuple(notes)
+
+
+def _repaired(point: ModalPoint, places: Sequence[Index], before: float, after: float) -> str:
+    changed = [f"{table.frequency[i]:.5g} Hz" for table, old, new in zip(point.residual.fit, point.places, places, strict=False)
+               for i in np.flatnonzero(old != new)]
+    return (f"Modes without shapes were paired by frequency. After convergence another pairing of {', '.join(changed)} fitted the updated model better "
+            f"(objective {before:.4g} → {after:.4g}), so the loop went on with it.")
+
+
+def scored_ends(spec: Spec, model: Model, scored: ModalResidual, loop: LoopResult[ModalPoint]) -> tuple[ModalPoint, ModalPoint]:
+    """Start and end of the loop with the modes that are only scored beside the fitted ones, followed through the accepted points."""
+    if not scored.hold_out:
+        return loop.start, loop.point
+    again = _comparison(spec, model, scored.fit, scored.hold_out, loop.start.places)
+    point = first = again.evaluate(loop.start.p)
+    for h in loop.history:
+        if h.accepted:
+            point = again.evaluate(np.array(h.p), point)
+    if not np.array_equal(point.p, loop.point.p):  # the start was moved into the constraints
+        point = again.evaluate(loop.point.p, point)
+    n = len(scored.fit)
+    return (replace(first, places=(*loop.start.places, *first.places[n:])), replace(point, places=(*loop.point.places, *point.places[n:])))
 
 
 def parameter_results(model: Model, p: Array, known: Uncertainty, relative: bool, ran: bool) -> tuple[ParameterResult, ...]:
@@ -164,11 +219,16 @@ def regularisation_of(loop: LoopResult[Any]) -> tuple[dict[str, object], ...]:
     return tuple(out)
 
 
-def _notes(residual: ModalResidual, relative: bool, known: Uncertainty) -> tuple[str, ...]:
+def _notes(start: ModalPoint, relative: bool, known: Uncertainty) -> tuple[str, ...]:
     notes = []
-    unpaired = [f"{t.frequency[i]:.5g} Hz" for t, places in zip(residual.tables, residual.start.places, strict=True) for i in np.flatnonzero(places < 0)]
+    residual = start.residual
+    unpaired = [f"{t.frequency[i]:.5g} Hz" for t, places in zip(residual.tables, start.places, strict=True) for i in np.flatnonzero(places < 0)]
     if unpaired:
         notes.append(f"No mode of the model was left for the measured {', '.join(unpaired)}: not compared.")
+    muted = [f"{residual.fit[k].frequency[i]:.5g} Hz" for k, i in sorted(residual.muted) if k < len(residual.fit) and residual.fit[k].shapes is not None]
+    if residual.shapes and muted:
+        notes.append(f"The initial model repeats the eigenvalue of the measured {', '.join(muted)}, so single shapes mean nothing there: only the "
+                     "frequencies of these modes were fitted.")
     if relative:
         notes.append("The recordings state no deviations: their weights are relative, and the parameters' deviations come from the scatter of the residual.")
     elif known.noise > 2.0:

@@ -9,7 +9,8 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 
 from cvxupdate.convex import CompiledStep, SolverChoice, Step, StepProblem, WeightChoice, with_chosen_weight
-from cvxupdate.errors import ModelError
+from cvxupdate.convex.constraints.clauses import violation
+from cvxupdate.errors import InputError, ModelError
 from cvxupdate.system import Array, LinearSystem
 
 
@@ -29,6 +30,9 @@ class Point(Protocol):
 
 
 P = TypeVar("P", bound=Point)
+FEASIBLE = 1e-9  # a start that breaks no clause by more is taken as it is
+EXACT = 1e-10  # of the stated deviations: a residual below is rounding
+SHORTEST = 1e-10  # trust region below which a step is rounding
 
 
 class Residual(Protocol[P]):
@@ -95,20 +99,19 @@ def iterate(residual: Residual[P], problem: StepProblem, choice: SolverChoice, o
         When the model is no structure at the start.
     """
     initial = residual.evaluate(p0)
-    projector = CompiledStep(problem, 1, choice)
-    nearest = projector.nearest(p0)
-    if nearest.status == "infeasible":
-        return LoopResult(initial, initial, nearest, "infeasible", nearest.says, (), problem, None)
-    moved = np.max(np.abs(nearest.p - p0), initial=0.0) > 1e-7 if nearest.status == "optimal" else False
-    point = residual.evaluate(nearest.p, initial) if moved else initial
+    point, step = initial, None
+    if max((violation(c, p0) for c in problem.clauses), default=0.0) > FEASIBLE:
+        step = CompiledStep(problem, 1, choice).nearest(p0)
+        if step.status != "optimal":
+            return LoopResult(initial, initial, step, step.status, step.says, (), problem, None)
+        point = residual.evaluate(step.p, initial)
     system = point.system()
     problem, weight = with_chosen_weight(problem, system, choice)
     compiled = CompiledStep(problem, len(system.rows), choice)
     value = objective_at(problem, point)
-    floor = 1e-28 * max(value, float(len(system.rows)))
+    exact = EXACT**2 * len(system.rows)
     radius, history = options.radius, []
     status, reason = "stopped", f"the limit of {options.max_iterations} iterations was reached"
-    step = nearest
     for number in range(1, options.max_iterations + 1):
         if len(system.rows) > compiled.rows:
             compiled = CompiledStep(problem, len(system.rows), choice)
@@ -117,8 +120,11 @@ def iterate(residual: Residual[P], problem: StepProblem, choice: SolverChoice, o
             status, reason = step.status, step.says
             break
         predicted, size = value - step.objective, float(np.max(np.abs(step.p - point.p), initial=0.0))
-        if predicted <= options.tolerance * value or value <= floor:
-            status, reason = "converged", f"the step predicts a further decrease of only {max(predicted, 0.0) / max(value, floor):.1e} of the objective"
+        if value <= exact:
+            status, reason = "converged", f"the model meets the recordings to {EXACT:.0e} of their deviations"
+            break
+        if predicted <= options.tolerance * value:
+            status, reason = "converged", f"the step predicts a further decrease of only {max(predicted, 0.0) / value:.1e} of the objective"
             break
         try:
             trial = residual.evaluate(step.p, point)
@@ -127,7 +133,8 @@ def iterate(residual: Residual[P], problem: StepProblem, choice: SolverChoice, o
             trial, reached = point, np.inf  # no structure there: a shorter step
         ratio = (value - reached) / predicted
         accepted = bool(ratio > 1e-4)
-        history.append(Iteration(number, reached if accepted else value, float(ratio), radius, size, accepted, tuple((trial if accepted else point).p)))
+        here = trial if accepted else point
+        history.append(Iteration(number, reached if accepted else value, float(ratio), radius, size, accepted, tuple(here.p.tolist())))
         if progress is not None:
             progress(history[-1])
         if accepted:
@@ -137,7 +144,9 @@ def iterate(residual: Residual[P], problem: StepProblem, choice: SolverChoice, o
             radius = 0.25 * size
         elif ratio > 0.75 and size > 0.99 * radius:
             radius *= 2.0
-        if radius < 1e-10 * max(1.0, float(np.max(np.abs(point.p), initial=0.0))):
+        if radius < SHORTEST * max(1.0, float(np.max(np.abs(point.p), initial=0.0))):
             status, reason = "converged", "no shorter step decreases the objective: it is flat to rounding"
             break
+    if step is None:
+        raise InputError("the loop was given no iteration. Set max_iterations to 1 or more.")
     return LoopResult(initial, point, step, status, reason, tuple(history), problem, weight)

@@ -1,0 +1,24 @@
+"""One thread for linear algebra (set before numpy loads: two workers with two threads each are slower than with one), and the real recordings."""
+
+import os
+
+for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ[_name] = "1"
+
+import sys  # noqa: E402
+from pathlib import Path  # noqa: E402
+
+import pytest  # noqa: E402
+
+ROOT = Path(__file__).resolve().parents[1]
+if str(ROOT) not in sys.path:
+    sys.path.insert(0, str(ROOT))
+
+
+@pytest.fixture
+def data_folder() -> Path:
+    """The folder CVXUPDATE_DATA with the real recordings; a test that needs it is skipped by name where it is not there."""
+    folder = os.environ.get("CVXUPDATE_DATA", "")
+    if not folder or not Path(folder).is_dir():
+        pytest.skip("CVXUPDATE_DATA names no folder: the real recordings are not tested")
+    return Path(folder)
