@@ -19,9 +19,9 @@ class ElementBalance:
     """How much of the imbalance of all modes one element alone explains, (elements,), 0 to 1 (1: all of it).
 
     ``stiffness`` for a change of its stiffness, with ``stiffness_change`` the least-squares value of it (−0.3: 30 %
-    softer than modelled); ``mass`` and ``mass_change`` likewise, None without element mass matrices. ``imbalance`` is the
-    size of what is to be explained, over the elastic forces, r.m.s. over the modes: at rounding level nothing is wrong
-    and the shares mean nothing.
+    softer than modelled, never below −1: an element has no less than nothing); ``mass`` and ``mass_change`` likewise,
+    None without element mass matrices. ``imbalance`` is the size of what is to be explained, over the elastic forces,
+    r.m.s. over the modes: at rounding level nothing is wrong and the shares mean nothing.
     """
 
     imbalance: float
@@ -90,6 +90,25 @@ def element_balance(batches: Sequence[ElementBatch], K: Any, M: Any, phi_x: Shap
     InputError
         Shapes, frequencies or transformations do not agree.
     """
+    sums = [_mode_sums(batches, mode) for mode in mode_imbalances(K, M, phi_x, f_x, transformation)]
+    return explained(sums, any(b.M is None for b in batches))
+
+
+@dataclass(frozen=True)
+class ModeImbalance:
+    """One mode of `element_balance`: the complete shape ``phi`` (N,), ``force`` the condensed imbalance with every row times ``scale``
+    (over the size of the elastic forces), ``eigenvalue`` ω_X², ``T`` the transformation or None where the shape was measured complete."""
+
+    phi: Shapes
+    force: Shapes
+    scale: Real
+    eigenvalue: float
+    T: Transformation | None
+
+
+def mode_imbalances(K: Any, M: Any, phi_x: Shapes, f_x: Real,
+                    transformation: Transformation | Sequence[Transformation] | None = None) -> list[ModeImbalance]:
+    """What is to be explained, mode by mode; arguments and errors as `element_balance`."""
     columns = as_columns(phi_x, "phi_x")
     several = _per_mode(transformation, columns.shape[1])
     rows = columns.shape[0] if several is None else K.shape[0]
@@ -98,7 +117,7 @@ def element_balance(batches: Sequence[ElementBatch], K: Any, M: Any, phi_x: Shap
     phi, eigenvalue = _modes(full, f_x, rows)
     imbalance = force_balance(K, M, phi, f_x)
     elastic = np.asarray(K @ phi)
-    sums = []
+    out = []
     diagonal = np.abs(K.diagonal())
     for r in range(phi.shape[1]):
         T = None if several is None else several[r]
@@ -108,48 +127,55 @@ def element_balance(batches: Sequence[ElementBatch], K: Any, M: Any, phi_x: Shap
         scale = 1.0 / np.sqrt(np.where(stiff > 0.0, stiff, 1.0))
         size = float(np.linalg.norm(scale * e))
         if size > 0.0:
-            sums.append(_mode_sums(batches, phi[:, r], f, scale / size, float(eigenvalue[r]), T))
-    if not sums:
+            out.append(ModeImbalance(phi[:, r], scale / size * f, scale / size, float(eigenvalue[r]), T))
+    if not out:
         raise InputError("element_balance: no mode with elastic forces; rigid-body modes cannot be balanced")
+    return out
+
+
+def explained(sums: Sequence[tuple[Real, Real, Real, Real, float]], stiffness_only: bool = False) -> ElementBalance:
+    """Shares and changes from every mode's s·f and s·s for stiffness and mass signatures s, and f·f."""
     k_f, k_k, m_f, m_m = (np.sum(np.array([mode[i] for mode in sums]), axis=0) for i in range(4))
     total = float(sum(mode[4] for mode in sums))
-    stiffness, k_change = _share(k_f, k_k, total)
+    stiffness, k_change = _share(k_f, k_k, total, highest=1.0)
     level = float(np.sqrt(total / len(sums)))
-    if any(b.M is None for b in batches):
+    if stiffness_only:
         return ElementBalance(level, stiffness, -k_change)
-    mass, m_change = _share(m_f, m_m, total)
+    mass, m_change = _share(m_f, m_m, total, lowest=-1.0)
     return ElementBalance(level, stiffness, -k_change, mass, m_change)
 
 
-def _share(sf: Real, ss: Real, ff: float) -> tuple[Real, Real]:
-    """cos² of the angle between signature and imbalance, and the least-squares factor, from the sums over modes."""
-    factor = np.divide(sf, ss, out=np.zeros_like(sf), where=ss > 0.0)
-    return np.minimum(factor * sf / max(ff, np.finfo(float).tiny), 1.0), factor
+def _share(sf: Real, ss: Real, ff: float, lowest: float = -np.inf, highest: float = np.inf) -> tuple[Real, Real]:
+    """The factor c that leaves least of ‖f − c s‖², and the share 1 − ‖f − c s‖²/‖f‖² that it explains, from the sums over modes.
+
+    c is held within what keeps the element from having less than nothing: unbounded the share is cos² of the angle.
+    """
+    factor = np.clip(np.divide(sf, ss, out=np.zeros_like(sf), where=ss > 0.0), lowest, highest)
+    return np.clip(factor * (2.0 * sf - factor * ss) / max(ff, np.finfo(float).tiny), 0.0, 1.0), factor
 
 
-def _mode_sums(batches: Sequence[ElementBatch], phi: Shapes, f: Shapes, scale: Real, eigenvalue: float,
-               T: Transformation | None) -> tuple[Real, Real, Real, Real, float]:
+def _mode_sums(batches: Sequence[ElementBatch], mode: ModeImbalance) -> tuple[Real, Real, Real, Real, float]:
     """One mode's s·f and s·s of every element, for stiffness and mass signatures s, and f·f."""
-    scaled = scale * f
     out: list[list[Real]] = [[], [], [], []]
+    scale, T = mode.scale, mode.T
     for batch in batches:
-        u = batch.gather(phi[:, None])[:, :, 0]
+        u = batch.gather(mode.phi[:, None])[:, :, 0]
         held = (batch.dofs >= 0)
-        for k, (name, factor) in enumerate((("K", 1.0), ("M", eigenvalue))):
+        for k, (name, factor) in enumerate((("K", 1.0), ("M", mode.eigenvalue))):
             if name == "M" and batch.M is None:
                 force = np.zeros_like(u)
             else:
                 force = factor * np.einsum("edf,ef->ed", element_matrices(batch, name), u)
             force = np.where(held, force, 0.0)
             if T is None:
-                signature, against = force * np.where(held, scale[batch.dofs], 0.0), scaled[batch.dofs]
+                signature, against = force * np.where(held, scale[batch.dofs], 0.0), mode.force[batch.dofs]
             else:
                 signature = np.einsum("edn,ed->en", T.matrix[batch.dofs], force) * scale
-                against = np.broadcast_to(scaled, signature.shape)
+                against = np.broadcast_to(mode.force, signature.shape)
             out[2 * k].append(np.real(np.sum(signature.conj() * against, axis=1)))
             out[2 * k + 1].append(np.sum(np.abs(signature) ** 2, axis=1))
     k_f, k_k, m_f, m_m = (np.concatenate(part) for part in out)
-    return k_f, k_k, m_f, m_m, float(np.sum(np.abs(scaled) ** 2))
+    return k_f, k_k, m_f, m_m, float(np.sum(np.abs(mode.force) ** 2))
 
 
 def _per_mode(transformation: Transformation | Sequence[Transformation] | None,

@@ -15,6 +15,8 @@ from cvxupdate.reduction.split import Array, Index, Real, master_rows
 HARDLY_MOVES = 0.1
 # Two modes that look more alike than this to the sensors will be taken for one another.
 LOOK_ALIKE = 0.5
+# Pairs of modes named one by one.
+MOST_SAID = 8
 
 
 @dataclass(frozen=True)
@@ -40,12 +42,15 @@ class Visibility:
     def says(self) -> tuple[str, ...]:
         """The report in plain words, modes counted from 1."""
         modes = self.peak.size
-        lines = [f"{self.sensors.size} sensors, {modes} modes: rank {self.rank}, "
-                 f"condition number {self.condition:.3g}."]
+        counted = f"{self.sensors.size} sensor{'' if self.sensors.size == 1 else 's'}, {modes} mode{'' if modes == 1 else 's'}"
+        lines = [f"{counted}: rank {self.rank}, condition number {self.condition:.3g}."]
         lines += [f"Mode {r + 1} hardly moves at the sensors ({100 * self.peak[r]:.1f} % of its peak)."
                   for r in self.hidden]
-        lines += [f"Modes {i + 1} and {j + 1} look alike to these sensors (MAC {self.alike[i, j]:.2f})."
-                  for i, j in self.confused]
+        if self.sensors.size == 1:
+            return (*lines, "One sensor sees no shapes: modes can be told apart by their frequencies alone.")
+        alike = [f"Modes {i + 1} and {j + 1} look alike to these sensors (MAC {self.alike[i, j]:.2f})."
+                 for i, j in self.confused]
+        lines += alike[:MOST_SAID] + ([f"And {len(alike) - MOST_SAID} more pairs look alike."] if len(alike) > MOST_SAID else [])
         weak = [r for r in range(modes) if self.independence[r] < 0.3]
         lines += [f"Mode {r + 1} is nearly a mixture of the others at these sensors (independence "
                   f"{self.independence[r]:.2f}: noise grows {1 / max(self.independence[r], 1e-16):.1f} times)."
