@@ -13,6 +13,7 @@ from cvxupdate.errors import InputError
 from cvxupdate.spec import Spec, load_problem
 
 if TYPE_CHECKING:
+    from cvxupdate.diagnose.finding import Diagnosis
     from cvxupdate.convex import SolverRow
     from cvxupdate.correlate.result import Compared
     from cvxupdate.fe.model import Model
@@ -162,3 +163,17 @@ def check(path: str | os.PathLike[str]) -> dict[str, object]:
     model_modes(model, 1)  # a mechanism or an indefinite mass shows here
     return {"nodes": len(model.node_ids), "elements": len({int(i) for b in model.blocks for i in b.ids}), "free DOFs": model.size,
             "recordings": len(recordings), "parameters": len(model.parameters)}
+
+
+def diagnose(path: str | os.PathLike[str], progress: Callable[[str], None] | None = None) -> Diagnosis:
+    """Locate the mismatch of a problem, name the physics left out, model it, and show the fit improve on what was not fitted.
+
+    Raises
+    ------
+    InputError
+        For a fault of the input, or when there is no recording to fit.
+    """
+    from cvxupdate.diagnose import diagnose_problem
+
+    spec, model, recordings = open_problem(path)
+    return diagnose_problem(spec, model, recordings, progress)

@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from cvxupdate.diagnose.fit import LEVELS, STIFFNESS_STD, MASS_STD, Fit, at_level, error_of, fit, prior_scales, setting_for
-from cvxupdate.diagnose.forward import undamped
-from cvxupdate.diagnose.residual import Fault, ResponsePoint, channel_errors, noise_errors
+from cvxupdate.diagnose.fit import LEVELS, MASS_STD, STIFFNESS_STD, Fit, at_level, error_of, fit, prior_scales, setting_for
+from cvxupdate.diagnose.residual import Fault, noise_errors
 from cvxupdate.diagnose.screen import Score, delay_unit, screen
-from cvxupdate.diagnose.signals import Real, Signal, band_of, signals
+from cvxupdate.diagnose.signals import Signal, band_of, lines_of, smooth
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.model import KINDS, Model
+from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import has_property, select_parameters
 from cvxupdate.physics import CATALOGUE
 from cvxupdate.physics.attached_resonator import attach
 from cvxupdate.physics.base import Candidate, Context, Wanted
 from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
 
-PER_WORD, SHORT, FINAL = 3, 12, 5  # candidates kept: of a word at a level, refitted coarsely, refitted to the end
+PER_WORD, SHORT, RIVALS, FINAL = 3, 12, 4, 4  # kept: of a word at a level; refitted coarsely; after one that explains all; refitted to the end
+DAMPING_WORDS = ("viscous_damper", "structural_damping", "mass_proportional_damping")
+DAMPING_GAIN = 12.0  # drop of the damping ratios' squares that chance gives one parameter once in two thousand times (chi-square, one freedom)
+BEHIND = 10.0  # times the best cost at a level: no use going on
+EXPLAINED = 1.0  # weighted squares per row: a residual within noise and the allowance for discretisation (`signals.FLOOR`)
 ORDINARY_LIMIT = 0.3
 
 
@@ -55,7 +58,9 @@ def prepare(recordings: Sequence[FrequencyResponse | TimeHistory]) -> Data:
     fit_ = tuple(r for r in recordings if r.origin.use == "fit")
     hold = tuple(r for r in recordings if r.origin.use != "fit")
     bands = [band_of(r) for r in fit_]
-    return Data(fit_, hold, tuple(signals(fit_, e) for e in LEVELS), signals(fit_, 0.0), signals(hold, 0.0),
+    lines, held = lines_of(fit_), lines_of(hold)
+    return Data(fit_, hold, tuple(tuple(smooth(x, e) for x in lines) for e in LEVELS), tuple(smooth(x, 0.0) for x in lines),
+                tuple(smooth(x, 0.0) for x in held),
                 max(b[1] for b in bands), min(b[0] for b in bands))
 
 
@@ -82,50 +87,51 @@ class Outcome:
     base: Fit
     screened: tuple[Score, ...]
     trials: tuple[Trial, ...]
-    levels: tuple[float, ...]
 
 
 def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[int, str]], release: Callable[[int, str], Model],
-            words: Sequence[str] | None, progress: Callable[[str], None] | None = None) -> Outcome:
+            words: Sequence[str] | None, progress: Callable[[str], None] | None = None, earlier: Fit | None = None) -> Outcome:
     """Fit the ordinary model, screen every word at every place at each level, refit the short list.
 
     ``model`` is undamped and carries its ordinary (and earlier) parameters; ``original`` the model of the file, for its damping.
     """
     tell = progress or (lambda text: None)
     tell("fitting the ordinary parameters")
-    setting = setting_for(model, original, data.levels[0], data.top, data.bottom)
-    p = np.zeros(len(setting.columns))
+    setting = setting_for(model, original, data.levels[0], data.top, data.bottom, () if earlier is None else earlier.setting.faults)
+    p = np.zeros(len(setting.columns)) if earlier is None else earlier.p
     nominal = (error_of(setting, p, data.sharp), error_of(setting, p, data.sharp_hold_out))
     m = model.matrices(model.zero())
     sensors = tuple(dict.fromkeys(label for s in data.sharp for label in s.sensors))
     context = Context(model, m.K, m.M, data.top, data.bottom, sensors, tuple(supports), release, float(np.median(setting.zeta)) if setting.damped else 0.005)
-    candidates = [c for word, make in CATALOGUE.items() if words is None or word in words for c in make(context)]
-    scores: dict[int, Score] = {}
-    first: Fit | None = None
-    base: Fit | None = None
-    chosen: list[Score] = []
+    points: list[Fit] = []
     for level in data.levels:
-        base = fit(at_level(setting, level), p, 0)
-        p = base.p
-        first = first or base
-        if level is data.levels[-1]:
-            break
-        tell(f"screening {len(candidates)} candidates")
-        ranked = screen(base.point, candidates)
-        for k, s in enumerate(ranked):
-            if k not in scores or s.share > scores[k].share:
-                scores[k] = s
-        chosen += shortlist(ranked)
-    if base is None or first is None:
-        raise ModelError("there is no recording to fit")
-    ordinary_errors = (error_of(setting, p, data.sharp, base.point), error_of(setting, p, data.sharp_hold_out, base.point))
+        points.append(fit(at_level(setting, level), p))
+        p = points[-1].p
+        if len(points) == len(data.levels) - 1 and points[-1].misfit > 10.0 * EXPLAINED:
+            break  # nothing to sharpen: the ordinary model is far off
+    base = points[-1]
+    errors = (error_of(setting, p, data.sharp, base.point), error_of(setting, p, data.sharp_hold_out, base.point))
     noise = (noise_errors(data.sharp), noise_errors(data.sharp_hold_out))
-    unique: dict[str, Score] = {}
-    for s in chosen:
-        if s.candidate.name not in unique or s.share > unique[s.candidate.name].share:
-            unique[s.candidate.name] = s
-    trials = refit(sorted(unique.values(), key=lambda s: -s.share), original, data, first, tell)
-    return Outcome(nominal, ordinary_errors, noise, base, tuple(sorted(scores.values(), key=lambda s: -s.share)[:40]), tuple(trials), LEVELS)
+    if base.misfit <= EXPLAINED:
+        words = [w for w in DAMPING_WORDS if words is None or w in words] if base.damping_strain > DAMPING_GAIN else []
+    if words is not None and not words:
+        return Outcome(nominal, errors, noise, base, (), ())
+    candidates = [c for word, make in CATALOGUE.items() if words is None or word in words for c in make(context)]
+    best: dict[int, Score] = {}
+    chosen: dict[str, Score] = {}
+    for point in points[: len(data.levels) - 1]:
+        tell(f"screening {len(candidates)} candidates")
+        ranked = screen(point.point, candidates)
+        for k, s in enumerate(ranked):
+            if k not in best or s.share > best[k].share:
+                best[k] = s
+        for s in shortlist(ranked):
+            if s.candidate.name not in chosen or s.share > chosen[s.candidate.name].share:
+                chosen[s.candidate.name] = s
+    pattern = base.misfit <= EXPLAINED  # then it is the pattern of damping that is at stake
+    trials = refit(sorted(chosen.values(), key=lambda s: -s.share), original, data, points[0], tell)
+    return Outcome(nominal, errors, noise, base, tuple(sorted(best.values(), key=lambda s: -s.share)[:40]),
+                   tuple(sorted(trials, key=lambda t: t.fit.damping_strain) if pattern else trials))
 
 
 def shortlist(ranked: Sequence[Score]) -> list[Score]:
@@ -148,36 +154,48 @@ def shortlist(ranked: Sequence[Score]) -> list[Score]:
 
 
 def refit(chosen: Sequence[Score], original: Model, data: Data, first: Fit, tell: Callable[[str], None]) -> list[Trial]:
-    """Refit for real: coarse levels for all, then the best to the end; best hold-out (else fit) first."""
+    """Refit for real: coarse levels for the short list (few more once one explains the recordings), then the best to the end; best first."""
     coarse: list[tuple[float, Score, Fit]] = []
-    for number, s in enumerate(chosen[: 2 * SHORT]):
-        tell(f"refitting {number + 1} of {min(len(chosen), 2 * SHORT)}: {s.candidate.name}")
+    more = len(chosen)
+    bar: list[float] = []  # the best cost so far at each level: who is far behind at a level need not go on
+    for number, s in enumerate(chosen[:SHORT]):
+        if more <= 0:
+            break
+        tell(f"refitting {number + 1} of {min(len(chosen), SHORT)}: {s.candidate.name}")
         try:
-            found = _fit_candidate(s, original, data, first, data.levels[:3])
+            found = _fit_candidate(s, original, data, first, data.levels[:3], bar)
         except ModelError:
             continue
+        more -= 1
+        if found is None:
+            continue
         coarse.append((found.cost + found.penalty, s, found))
+        if found.misfit <= 4.0 * EXPLAINED:
+            more = min(more, RIVALS)
     coarse.sort(key=lambda item: item[0])
     out = []
-    for _, s, found in coarse[:FINAL]:
+    for cost, s, found in coarse[:FINAL]:
+        if cost > 30.0 * coarse[0][0]:
+            break
         tell(f"sharpening {s.candidate.name}")
-        extra = s.candidate.extra
         last = found
         for level in data.levels[3:]:
             try:
-                last = fit(at_level(last.setting, level), last.p, extra if s.candidate.channel is None else 0, tolerance=1e-3)
+                last = fit(at_level(last.setting, level), last.p, tolerance=1e-3)
             except ModelError:
                 break
         out.append(_trial(s.candidate, last, data))
-    return sorted(out, key=lambda t: t.hold_out if np.isfinite(t.hold_out) else t.error)
+    return sorted(out, key=lambda t: t.cost)
 
 
-def _fit_candidate(s: Score, original: Model, data: Data, first: Fit, levels: Sequence[tuple[Signal, ...]]) -> Fit:
+def _fit_candidate(s: Score, original: Model, data: Data, first: Fit, levels: Sequence[tuple[Signal, ...]], bar: list[float]) -> Fit | None:
+    """The candidate fitted level by level; None when it fell far behind ``bar``, the best cost at each level so far."""
     c = s.candidate
     base = first.setting.model
-    faults: tuple[Fault, ...] = ()
+    faults = first.setting.faults
+    fresh = c.channel is not None and c.sensor is not None
     if c.channel is not None and c.sensor is not None:
-        model, faults, guess = base, (Fault(c.channel, c.sensor, delay_unit(first.point)),), s.p
+        model, faults, guess = base, (*faults, Fault(c.channel, c.sensor, delay_unit(first.point))), s.p
     elif c.tuned is not None:
         row, frequency, zeta = c.tuned
         light = 1e-4 * max(base.total_mass(), 1e-9)
@@ -192,16 +210,23 @@ def _fit_candidate(s: Score, original: Model, data: Data, first: Fit, levels: Se
     start[:n] = first.p[:n]
     lower = np.array([q.lower for q in model.parameters[n:]])
     upper = np.array([q.upper for q in model.parameters[n:]])
-    if faults:
+    if first.setting.faults:
+        known = len(first.setting.faults)
+        at = len(start) - len(faults)
+        start[at : at + known] = first.p[-known:]
+    if fresh:
         start[-1] = guess[0]
     elif len(guess) == len(lower):
         start[n : n + len(guess)] = np.clip(guess, np.maximum(lower, -0.5), np.minimum(upper, 5.0))
-    extra = 0 if faults else c.extra
     found: Fit | None = None
-    for level in levels:
-        found = fit(at_level(setting, level), start if found is None else found.p, extra, tolerance=1e-2, iterations=8)
-    if found is None:
-        raise ModelError("there is no level to fit")
+    for k, level in enumerate(levels):
+        found = fit(at_level(setting, level), start if found is None else found.p, tolerance=1e-2, iterations=8)
+        total = found.cost + found.penalty
+        if len(bar) <= k:
+            bar.append(total)
+        elif k > 0 and total > BEHIND * bar[k]:
+            return None
+        bar[k] = min(bar[k], total)
     return found
 
 
@@ -217,7 +242,7 @@ def figures(c: Candidate, found: Fit) -> tuple[dict[str, float], dict[str, float
     """The contract's parameters of a finding and their deviations (linearised, grown with the misfit)."""
     setting, p = found.setting, found.p
     A, _ = found.point.system().weighted()
-    scales = prior_scales(setting, 0 if c.channel is not None else c.extra)
+    scales = prior_scales(setting)
     H = A.T @ A + np.diag(1.0 / scales**2)
     grow = max(1.0, found.cost / max(1, len(A) - len(p)))
     spread = np.sqrt(np.maximum(np.diag(np.linalg.pinv(H)), 0.0) * grow)
@@ -230,7 +255,7 @@ def figures(c: Candidate, found: Fit) -> tuple[dict[str, float], dict[str, float
         if how == "gain":
             values[name], deviations[name] = 1.0 + x, dx
         elif how == "delay":
-            unit = setting.faults[0].unit
+            unit = setting.faults[-1].unit
             values[name], deviations[name] = x * unit, dx * unit
         else:
             q = setting.model.parameters[at]
@@ -263,19 +288,30 @@ def level_dependence(data: Data) -> tuple[float, float] | None:
     A record that starts from rest gives H(s) = Y(s) / U(s) at every s without averaging, so two runs of one linear structure agree to noise.
     """
     best: tuple[float, float] | None = None
-    smooth = data.levels[1]
-    single = [s for s in smooth if s.U.shape[1] == 1 and s.level is not None]
+    single = [s for s in data.sharp if s.U.shape[1] == 1 and s.U.shape[2] == 1 and s.level is not None]
     for i, a in enumerate(single):
         for b in single[i + 1 :]:
-            if a.level == b.level or a.inputs != b.inputs or a.sensors != b.sensors or a.s.shape != b.s.shape or not np.allclose(a.s, b.s, rtol=0.05):
+            if a.level == b.level or a.inputs != b.inputs or a.sensors != b.sensors:
                 continue
-            Ha, Hb = a.Y[:, :, 0] / a.U[:, 0], b.Y[:, :, 0] / b.U[:, 0]
-            noise = np.sqrt((a.std[:, :, 0] / np.abs(a.U[:, 0])) ** 2 + (b.std[:, :, 0] / np.abs(b.U[:, 0])) ** 2)
-            size = np.sqrt(np.mean(np.abs(Ha) ** 2))
-            change = (float(np.sqrt(np.mean(np.abs(Ha - Hb) ** 2)) / size), float(np.sqrt(np.mean(noise**2)) / size))
+            n = min(len(a.s), len(b.s))
+            x, y = _transfer(a, n), _transfer(b, n)
+            if x is None or y is None:
+                continue
+            size = np.sqrt(np.mean(np.abs(x[0]) ** 2))
+            change = (float(np.sqrt(np.mean(np.abs(x[0] - y[0]) ** 2)) / size), float(np.sqrt(np.mean(x[1] ** 2 + y[1] ** 2)) / size))
             if best is None or change[0] > best[0]:
                 best = change
     return best
+
+
+def _transfer(signal: Signal, n: int) -> tuple[np.ndarray, np.ndarray] | None:
+    """H1 under a kernel of a twentieth of the frequency, and its noise: (points, sensors) each."""
+    f = signal.s.imag[:n] / (2 * np.pi)
+    centres = np.geomspace(f[0] * 1.1, f[-1] / 1.1, 60)
+    kernel = (0.05 * centres[:, None]) / ((centres[:, None] - f) ** 2 + (0.05 * centres[:, None]) ** 2)
+    drive = signal.U[:n, 0, 0]
+    mix = kernel * np.conj(drive) / (kernel @ np.abs(drive) ** 2)[:, None]
+    return mix @ signal.Y[:n, :, 0], np.sqrt(np.abs(mix) ** 2 @ signal.std[:n, :, 0] ** 2)
 
 
 def held_dofs(model: Model, supports: Sequence[tuple[Sequence[int] | str, Sequence[str]]], active: Sequence[str]) -> list[tuple[int, str]]:
@@ -285,6 +321,3 @@ def held_dofs(model: Model, supports: Sequence[tuple[Sequence[int] | str, Sequen
         for node in (model.node_ids.tolist() if nodes == "all" else nodes):
             out += [(int(node), d) for d in dofs if d in active]
     return out
-
-
-_UNUSED = (KINDS, ResponsePoint, channel_errors, undamped, replace, Real)

@@ -18,6 +18,7 @@ from cvxupdate.update.trust_region import Options, iterate
 
 STIFFNESS_STD, MASS_STD = 0.02, 0.012  # ordinary scatter of a group between drawing and laboratory
 COMMON_DAMPING_STD, MODE_DAMPING_STD = 1.0, 0.35  # of log ζ: all modes together, each mode by itself
+FREE = 1e4  # no prior
 LEVELS = (0.15, 0.05, 0.016, 0.005)
 
 
@@ -30,6 +31,17 @@ class Fit:
     point: ResponsePoint
     cost: float
     penalty: float
+
+    @property
+    def misfit(self) -> float:
+        """Weighted squares per row, priors included: 1 when what is left is noise and the allowance for discretisation."""
+        return (self.cost + self.penalty) / max(1, len(self.point.differences[0]))
+
+    @property
+    def damping_strain(self) -> float:
+        """Squares of the modes' own log damping ratios in units of their ordinary scatter: about one for each mode when all is ordinary."""
+        n = len(self.setting.model.parameters)
+        return float(np.sum((self.p[n + 1 : n + 1 + self.setting.damped] / MODE_DAMPING_STD) ** 2))
 
 
 def setting_for(model: Model, original: Model, signals: Sequence[Signal], top: float, bottom: float, faults: Sequence[Fault] = ()) -> Setting:
@@ -46,13 +58,12 @@ def setting_for(model: Model, original: Model, signals: Sequence[Signal], top: f
     return Setting(model, tuple(signals), file_damping(original, modes.frequencies[:band]), top, tuple(faults))
 
 
-def prior_scales(setting: Setting, extra: int) -> Real:
-    """Standard deviations of the unknowns before any recording: the physics under trial (last ``extra`` model parameters, faults) is free."""
+def prior_scales(setting: Setting) -> Real:
+    """Standard deviations of the unknowns before any recording: group p-values scatter ordinarily; physics under trial and faults are free."""
     out = []
-    n = len(setting.model.parameters)
-    for k, q in enumerate(setting.model.parameters):
-        out.append(1e4 if k >= n - extra else MASS_STD if q.of == "mass" else STIFFNESS_STD)
-    return np.array([*out, COMMON_DAMPING_STD, *[MODE_DAMPING_STD] * setting.damped, *[1e4] * len(setting.faults)])
+    for q in setting.model.parameters:
+        out.append(FREE if q.group is None else MASS_STD if q.of == "mass" else STIFFNESS_STD)
+    return np.array([*out, COMMON_DAMPING_STD, *[MODE_DAMPING_STD] * setting.damped, *[FREE] * len(setting.faults)])
 
 
 def bounds_of(setting: Setting) -> Bounds:
@@ -62,7 +73,7 @@ def bounds_of(setting: Setting) -> Bounds:
     return Bounds(np.array(lower), np.array(upper))
 
 
-def fit(setting: Setting, start: Real, extra: int, tolerance: float = 3e-3, iterations: int = 12, radius: float = 0.5) -> Fit:
+def fit(setting: Setting, start: Real, tolerance: float = 3e-3, iterations: int = 12, radius: float = 0.5) -> Fit:
     """Weighted output error plus Gaussian priors, minimised by the trust-region loop of convex steps.
 
     Raises
@@ -70,7 +81,7 @@ def fit(setting: Setting, start: Real, extra: int, tolerance: float = 3e-3, iter
     ModelError
         When the model is no structure at ``start``.
     """
-    scales = prior_scales(setting, extra)
+    scales = prior_scales(setting)
     problem = StepProblem(regularisers=(Tikhonov(1.0, 0.0, scales),), constraints=(bounds_of(setting),), columns=setting.columns)
     loop = iterate(setting, problem, SolverChoice(), Options(tolerance, iterations, radius), start)
     values, weights, _ = loop.point.differences

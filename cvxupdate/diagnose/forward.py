@@ -46,7 +46,8 @@ class Response:
 
     def rows(self, values: Complex) -> Complex:
         """From points to rows: the smoothing that the measurement went through."""
-        return values if self.signal.mix is None else np.einsum("kf,fsc->ksc", self.signal.mix, values)
+        mix = self.signal.mix
+        return values if mix is None else (mix @ values.reshape(len(values), -1)).reshape(len(mix), *values.shape[1:])
 
 
 def sensor_rows(model: Model, labels: Sequence[str]) -> Index:
@@ -88,7 +89,7 @@ def respond(signal: Signal, modes: Modes, sensors: Index, inputs: Index, zeta: R
     ps, pb = phi[sensors], phi[inputs]
     lam = np.maximum(modes.eigenvalues, 0.0)
     d = s[:, None] ** 2 + 2.0 * zeta * np.sqrt(lam) * s[:, None] + lam
-    force = np.einsum("bm,pbc->pmc", pb, signal.U)
+    force = pb.T @ signal.U
     q = force / d[:, :, None]
     a = ps[None] / d[:, None, :]
     low = 0 if C is None else len(C)
@@ -99,7 +100,7 @@ def respond(signal: Signal, modes: Modes, sensors: Index, inputs: Index, zeta: R
         rhs = np.broadcast_to(ps[:, :low].T, (len(s), low, len(ps)))
         a[:, :, :low] = np.swapaxes(np.linalg.solve(np.swapaxes(Z, 1, 2), rhs), 1, 2)
     drive = s**signal.order
-    raw = drive[:, None, None] * np.einsum("sm,pmc->psc", ps, q)
+    raw = drive[:, None, None] * (ps @ q)
     return Response(signal, q, a, raw, drive)
 
 

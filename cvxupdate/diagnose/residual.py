@@ -147,7 +147,7 @@ class ResponsePoint:
             shear = 2.0 * omega * self.damping  # ∂(2 ζ ω s)/∂ log ζ
             each = [-(r.drive * r.signal.s * shear[i])[:, None, None] * r.a[:, :, i, None] * r.q[:, i, None, :] for i in self.owner]
             zeros = [i for i in range(self.modes.rigid, r.a.shape[2]) if i not in set(self.owner.tolist())]
-            rest = -np.einsum("p,psi,i,pic->psc", r.drive * r.signal.s, r.a[:, :, zeros], shear[zeros], r.q[:, zeros], optimize=True)
+            rest = -(r.drive * r.signal.s)[:, None, None] * ((r.a[:, :, zeros] * shear[zeros]) @ r.q[:, zeros])
             columns.append(r.rows((sum(each) + rest) * fault))
             columns += [r.rows(e * fault) for e in each]
             for value, f in zip(self.p[len(self.p) - len(self.setting.faults) :], self.setting.faults, strict=True):
@@ -169,11 +169,11 @@ class ResponsePoint:
 
 
 def channel_errors(signals: Sequence[Signal], modelled: Sequence[Complex]) -> float:
-    """Normalised error: ‖Y − Ŷ‖ / ‖Y‖ of each channel and recording, averaged (0 perfect, 1 as large as the signal)."""
+    """Normalised error: ‖Y − Ŷ‖ / ‖Y‖ of each channel that responds, averaged (0 perfect, 1 as large as the signal)."""
     errors = []
     for signal, model in zip(signals, modelled, strict=True):
         gap = np.sqrt(np.sum(np.abs(model - signal.Y) ** 2, axis=(0, 2)))
-        errors += (gap / np.sqrt(np.sum(np.abs(signal.Y) ** 2, axis=(0, 2)))).tolist()
+        errors += (gap / np.sqrt(np.sum(np.abs(signal.Y) ** 2, axis=(0, 2))))[signal.audible()].tolist()
     return float(np.mean(errors)) if errors else float("nan")
 
 
@@ -181,5 +181,5 @@ def noise_errors(signals: Sequence[Signal]) -> float:
     """The same measure for noise alone: what a perfect model would be left with."""
     errors = []
     for signal in signals:
-        errors += (np.sqrt(np.sum(signal.std**2, axis=(0, 2))) / np.sqrt(np.sum(np.abs(signal.Y) ** 2, axis=(0, 2)))).tolist()
+        errors += (np.sqrt(np.sum(signal.std**2, axis=(0, 2))) / np.sqrt(np.sum(np.abs(signal.Y) ** 2, axis=(0, 2))))[signal.audible()].tolist()
     return float(np.mean(errors)) if errors else float("nan")

@@ -33,7 +33,7 @@ def screen(point: ResponsePoint, candidates: Sequence[Candidate]) -> list[Score]
     A, _ = system.weighted()
     values, weights, _ = point.differences
     r = -weights * values
-    scales = prior_scales(point.setting, 0)
+    scales = prior_scales(point.setting)
     G = np.vstack([A, np.diag(1.0 / scales)])
     Q, _ = np.linalg.qr(G)
     rows = len(r)

@@ -8,7 +8,9 @@ alike so that the ends of the band do no harm. δ = ε ω shrinks from level to 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +22,8 @@ Complex = NDArray[np.complex128]
 
 ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
 FLOOR = 0.01  # of the local response: what the ordinary discretisation of a model may miss, besides noise
+SILENT = 1e-6  # of the recording's strongest response: rounding of single-precision files
+MOST_LINES = 4000
 SPACING = 0.7  # of points, in units of δ: the data hold no finer detail
 
 
@@ -36,7 +40,7 @@ class Signal:
     use: str
     level: float | None
     s: Complex
-    mix: Real | None
+    mix: Complex | Real | None
     Y: Complex
     U: Complex
     std: Real
@@ -48,71 +52,108 @@ class Signal:
         """Standard deviation of each row for weighting: noise, and `FLOOR` of the response around it."""
         size = np.abs(self.Y)
         around = np.sqrt(np.mean(size**2, axis=0, keepdims=True))
-        return np.sqrt(self.std**2 + (FLOOR * size) ** 2 + (0.1 * FLOOR * around) ** 2)
+        silent = SILENT * np.sqrt(np.mean(size**2))  # a channel that hardly moves says nothing finer than this
+        return np.sqrt(self.std**2 + (FLOOR * size) ** 2 + (0.1 * FLOOR * around) ** 2 + silent**2)
+
+    def audible(self) -> NDArray[np.bool_]:
+        """(responses,): channels whose signal stands above their noise and above rounding of the recording."""
+        power, noise = (np.sqrt(np.mean(np.abs(v) ** 2, axis=(0, 2))) for v in (self.Y, self.std))
+        return np.asarray((power > 3.0 * noise) & (power > 10.0 * SILENT * power.max()))
 
 
-def time_signal(history: TimeHistory, epsilon: float, band: tuple[float, float]) -> Signal:
-    """A time history that starts from rest, on s = δ + iω with δ = ε ω, never below 7 / T (what is cut off at the end then weighs e⁻⁷)."""
+@dataclass(frozen=True)
+class Lines:
+    """One recording as it is: ``s`` (lines,), ``Y`` and ``std`` (lines, responses, cases), ``U`` (lines, references, cases)."""
+
+    name: str
+    use: str
+    level: float | None
+    s: Complex
+    Y: Complex
+    U: Complex
+    std: Real
+    order: int
+    sensors: tuple[str, ...]
+    inputs: tuple[str, ...]
+
+
+def time_lines(history: TimeHistory) -> Lines:
+    """A time history that starts from rest, on s = δ + iω with δ = 7 / T: what is cut off at the end weighs e⁻⁷."""
     drives = [i for i, c in enumerate(history.channels) if c.quantity == "force"]
     senses = [i for i, c in enumerate(history.channels) if c.quantity in ORDER]
     rate, n = history.rate, len(history.data)
-    f = _points(band, epsilon, 7.0 * rate / n)
-    omega = 2.0 * np.pi * f
-    delta = np.maximum(epsilon * omega, 7.0 * rate / n)
-    s = delta + 1j * omega
+    delta = 7.0 * rate / n
+    band = band_of(history)
+    f = np.arange(band[0], band[1], max(SPACING * delta / (2.0 * np.pi), (band[1] - band[0]) / MOST_LINES))
+    s = delta + 2j * np.pi * f
     t = np.arange(n) / rate
     out = np.empty((len(s), history.data.shape[1]), dtype=complex)
-    weight = np.empty(len(s))
-    for start in range(0, len(s), 64):  # 64 points at a time keep the kernel in memory
-        part = slice(start, start + 64)
-        kernel = np.exp(-np.outer(s[part], t)) / rate
-        out[part] = kernel @ history.data
-        weight[part] = np.linalg.norm(kernel, axis=1)
-    noise = white_noise(history, senses)
+    damped = np.exp(-delta * t)[:, None] * history.data / rate
+    for start in range(0, len(s), 128):  # 128 lines at a time keep the kernel in memory
+        part = slice(start, start + 128)
+        out[part] = np.exp(-2j * np.pi * np.outer(f[part], t)) @ damped
+    noise = white_noise(history, senses) * np.linalg.norm(np.exp(-delta * t)) / rate
     Y, U = out[:, senses][:, :, None], out[:, drives][:, :, None]
-    std = weight[:, None, None] * noise[None, :, None]
-    channel = history.channels
-    return Signal(history.origin.name, history.origin.use, history.origin.level, s, None, Y, U, np.broadcast_to(std, Y.shape).copy(),
-                  ORDER[channel[senses[0]].quantity], tuple(channel[i].label for i in senses), tuple(channel[i].label for i in drives))
+    std = np.broadcast_to(noise[None, :, None], Y.shape).copy()
+    c = history.channels
+    return Lines(history.origin.name, history.origin.use, history.origin.level, s, Y, U, std, ORDER[c[senses[0]].quantity],
+                 tuple(c[i].label for i in senses), tuple(c[i].label for i in drives))
 
 
-def frf_signal(frf: FrequencyResponse, epsilon: float, band: tuple[float, float]) -> Signal:
-    """FRFs under Poisson's kernel of half-width ε ω; ``epsilon`` 0 leaves the lines as they are."""
+def frf_lines(frf: FrequencyResponse) -> Lines:
+    """FRFs on their own lines; variances that were not recorded are taken from those that were."""
+    band = band_of(frf)
     keep = (frf.frequency >= band[0]) & (frf.frequency <= band[1]) & np.all(np.isfinite(frf.H), axis=(1, 2))
-    if epsilon > 0.0:  # the same lines are dropped from the model: smoothing needs no more of them
-        keep[np.flatnonzero(keep)[_stride_mask(int(keep.sum()), 800 if epsilon > 0.04 else 1600)]] = False
     f, H = frf.frequency[keep], frf.H[keep]
     variance = frf.variance[keep] if frf.variance is not None else np.full(H.shape, np.nan)
     fallback = np.nanmedian(variance, axis=0, keepdims=True) if np.any(np.isfinite(variance)) else (0.01 * np.abs(H).mean(axis=0, keepdims=True)) ** 2
     variance = np.where(np.isfinite(variance), variance, fallback)
     references = len(frf.references)
     U = np.broadcast_to(np.eye(references, dtype=complex), (len(f), references, references))
-    mix = None
-    if epsilon > 0.0:
-        step = float(np.median(np.diff(f)))
-        centres = _points((f[0], f[-1]), epsilon, step)
-        width = np.maximum(epsilon * centres, step)
-        kernel = width[:, None] / ((centres[:, None] - f[None, :]) ** 2 + width[:, None] ** 2)
-        mix = kernel / kernel.sum(axis=1, keepdims=True)
-        variance = np.einsum("kf,fsb->ksb", mix**2, variance)
-        H = np.einsum("kf,fsb->ksb", mix, H)
-    return Signal(frf.origin.name, frf.origin.use, frf.origin.level, 2j * np.pi * f, mix, H, U, np.sqrt(variance), ORDER[frf.quantity],
-                  tuple(c.label for c in frf.responses), tuple(c.label for c in frf.references))
+    return Lines(frf.origin.name, frf.origin.use, frf.origin.level, 2j * np.pi * f, H, U, np.sqrt(variance), ORDER[frf.quantity],
+                 tuple(c.label for c in frf.responses), tuple(c.label for c in frf.references))
+
+
+def smooth(lines: Lines, epsilon: float) -> Signal:
+    """Lines under Poisson's kernel of half-width ε f; with several lines of drive, as the ratio of smoothed cross to smoothed auto spectrum (H1).
+
+    The operation is linear in the responses, and the model's go through the same: ``epsilon`` 0 leaves the lines as they are.
+    """
+    if epsilon <= 0.0:
+        return Signal(lines.name, lines.use, lines.level, lines.s, None, lines.Y, lines.U, lines.std, lines.order, lines.sensors, lines.inputs)
+    keep = ~_stride_mask(len(lines.s), 600 if epsilon > 0.04 else 1200)  # the same lines are dropped from the model: smoothing needs no more of them
+    s, Y, U, std = lines.s[keep], lines.Y[keep], lines.U[keep], lines.std[keep]
+    f = s.imag / (2.0 * np.pi)
+    step = float(np.median(np.diff(f)))
+    centres = _points((float(f[0]), float(f[-1])), epsilon, step)
+    width = np.maximum(epsilon * centres, step)
+    kernel = width[:, None] / ((centres[:, None] - f[None, :]) ** 2 + width[:, None] ** 2)
+    if U.shape[2] > 1 or np.allclose(U, 1.0):
+        mix = [kernel / kernel.sum(axis=1, keepdims=True)]
+    else:
+        mix = []
+        for drive in U[:, :, 0].T:
+            weighted = kernel * np.conj(drive)
+            mix.append(weighted / (kernel @ np.abs(drive) ** 2)[:, None])
+    whole = np.vstack(mix)
+    noise = np.sqrt(_mixed(np.abs(whole) ** 2, std**2))
+    return Signal(lines.name, lines.use, lines.level, s, whole, _mixed(whole, Y), U, noise, lines.order, lines.sensors, lines.inputs)
+
+
+def _mixed(mix: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:
+    """(rows, lines) times (lines, sensors, cases)."""
+    return np.asarray((mix @ values.reshape(len(values), -1)).reshape(len(mix), *values.shape[1:]))
+
+
+def lines_of(recordings: Sequence[FrequencyResponse | TimeHistory]) -> tuple[Lines, ...]:
+    """Every recording on its lines."""
+    return tuple(time_lines(r) if isinstance(r, TimeHistory) else frf_lines(r) for r in recordings)
 
 
 def _stride_mask(count: int, most: int) -> NDArray[np.bool_]:
     """True for lines to drop, so that at most ``most`` evenly spread ones stay."""
     stride = max(1, int(np.ceil(count / most)))
     return np.arange(count) % stride != 0
-
-
-def signals(recordings: tuple[FrequencyResponse | TimeHistory, ...], epsilon: float) -> tuple[Signal, ...]:
-    """Every recording at one level."""
-    out = []
-    for r in recordings:
-        band = band_of(r)
-        out.append(time_signal(r, max(epsilon, 1e-4), band) if isinstance(r, TimeHistory) else frf_signal(r, epsilon, band))
-    return tuple(out)
 
 
 def band_of(recording: FrequencyResponse | TimeHistory) -> tuple[float, float]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cvxupdate.fe.elements import Mass, Term
 from cvxupdate.fe.block import COMMON, Block
+from cvxupdate.fe.elements import Mass, Term
 from cvxupdate.fe.model import KINDS
 from cvxupdate.physics.base import TRANSLATIONS, Candidate, Context, Place, Wanted, dof_rows, new_ids, tangents, with_block
 

@@ -122,8 +122,10 @@ def with_block(model: Model, block: Block, wanted: Sequence[Wanted]) -> Model:
 
 
 def append_parameters(model: Model, wanted: Sequence[Wanted]) -> Model:
-    """The model with parameters appended."""
-    added: tuple[Parameter, ...] = select_parameters(wanted, model)
+    """The model with parameters appended; a name that is taken gets a number."""
+    taken = {q.name for q in model.parameters}
+    fresh = [replace(w, name=w.name if w.name not in taken else f"{w.name} ({len(taken)})") for w in wanted]
+    added: tuple[Parameter, ...] = select_parameters(fresh, model)
     return model.with_parameters((*model.parameters, *added))
 
 
