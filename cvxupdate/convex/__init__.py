@@ -27,10 +27,10 @@ from .constraints import (
     TotalMass,
     entry_name,
 )
-from .losses import LOSSES, AbsoluteLoss, Huber, LeastSquares, Loss, loss_named
+from .losses import LOSSES, AbsoluteLoss, Huber, LeastSquares, Loss, Norm, loss_named
 from .matrix_form import ConeProgram, Cones
 from .problem import StepProblem
-from .regularisers import L1, REGULARISERS, RULES, GroupL1, Regulariser, Tikhonov, groups_by_carrier
+from .regularisers import L1, REGULARISERS, RULES, Entropy, GroupL1, Regulariser, Robust, Tikhonov, TotalVariation, groups_by_carrier
 from .solvers import SolverChoice, available_solvers
 from .step import CompiledStep, Step, solve_step
 from .weight import WeightChoice, choose_weight, with_chosen_weight
@@ -54,6 +54,7 @@ __all__ = [
     "Connectivity",
     "Constraint",
     "ElementMass",
+    "Entropy",
     "Equations",
     "Farkas",
     "GroupL1",
@@ -64,9 +65,11 @@ __all__ = [
     "LinearInequality",
     "Loss",
     "MatrixInequality",
+    "Norm",
     "NormAtMost",
     "Regulariser",
     "Relaxation",
+    "Robust",
     "Smooth",
     "SolverChoice",
     "SolverRow",
@@ -76,6 +79,7 @@ __all__ = [
     "Tied",
     "Tikhonov",
     "TotalMass",
+    "TotalVariation",
     "WeightChoice",
     "available_solvers",
     "certify",

@@ -71,6 +71,35 @@ class AbsoluteLoss:
 
 
 @dataclass(frozen=True)
+class Norm:
+    """‖W (A p − b)‖, not squared: what worst-case least squares needs beside the regulariser `Robust`."""
+
+    name: ClassVar[str] = "norm"
+
+    def data_rows(self, rows: int, n: int) -> int:
+        """min(rows, n + 1): the last keeps what p cannot reach, which a norm may not leave out."""
+        return min(rows, n + 1)
+
+    def reduce(self, WA: Array, Wb: Array) -> tuple[Array, Array, float]:
+        """The triangle of [WA Wb]: the norm of its residual is that of all rows."""
+        m, n = WA.shape
+        if m <= n + 1:
+            return WA, Wb, 0.0
+        T: Array = np.asarray(np.linalg.qr(np.column_stack([WA, Wb]), mode="r"))
+        return np.ascontiguousarray(T[:, :n]), np.ascontiguousarray(T[:, n]), 0.0
+
+    def expression(self, r: Any) -> Any:
+        """The loss as a cvxpy expression."""
+        import cvxpy as cp
+
+        return cp.norm(r, 2)
+
+    def value(self, r: Array) -> float:
+        """The loss of a residual (m,)."""
+        return float(np.linalg.norm(r))
+
+
+@dataclass(frozen=True)
 class Huber:
     """Σ r² for |r| ≤ threshold, 2·threshold·|r| − threshold² beyond; in standard deviations (Huber 1964)."""
 
@@ -101,15 +130,15 @@ class Huber:
         return float(np.where(a <= t, a**2, 2 * t * a - t**2).sum())
 
 
-Loss = LeastSquares | AbsoluteLoss | Huber
-LOSSES: tuple[type[LeastSquares] | type[AbsoluteLoss] | type[Huber], ...] = (LeastSquares, AbsoluteLoss, Huber)
+Loss = LeastSquares | AbsoluteLoss | Huber | Norm
+LOSSES: tuple[type[Loss], ...] = (LeastSquares, AbsoluteLoss, Huber, Norm)
 
 
 def loss_named(name: str, threshold: float = 1.345) -> Loss:
-    """The loss of a problem file's name: "least-squares", "l1" or "huber"."""
+    """The loss of a problem file's name: "least-squares", "l1", "huber" or "norm"."""
     if name == Huber.name:
         return Huber(threshold)
-    for kind in (LeastSquares, AbsoluteLoss):
+    for kind in (LeastSquares, AbsoluteLoss, Norm):
         if kind.name == name:
             return kind()
     raise InputError(

@@ -56,7 +56,9 @@ class Update(Part):
 
     method: Literal["frequencies", "sensitivity", "rfm", "ceam"] = Field(description="the method")
     parameters: Annotated[tuple[ParameterRow, ...], Table()] = Field(min_length=1, description="the parameters")
-    loss: Literal["least-squares", "l1", "huber"] = Field(default="least-squares", description="measure of the residual")
+    loss: Literal["least-squares", "l1", "huber", "norm"] = Field(
+        default="least-squares", description="measure of the residual; norm (not squared) beside the penalty robust is worst-case least squares"
+    )
     max_iterations: Count = Field(default=30, description="iterations of the loop at most")
     tolerance: Positive = Field(default=1e-6, description="relative decrease of the objective at which the loop ends")
     pairing: Literal["auto", "mac", "frequency", "fixed"] = Field(
@@ -78,7 +80,7 @@ class Update(Part):
     points: Count | None = Field(default=None, description="rfm: how many lines of each recording; absent: enough for the modes and parameters")
     noise: Positive | None = Field(default=None, description="rfm: relative standard deviation of the FRFs; absent: what the recordings say")
     expansion: Literal["dynamic", "null-space", "guyan", "irs", "gysin", "serep", "serepa", "tam", "hybrid"] = Field(
-        default="dynamic", description="ceam: how DOFs that were not measured are found; dynamic: condensed out exactly at every step"
+        default="null-space", description="ceam: how DOFs that were not measured are found; null-space, dynamic and gysin are repeated as the model improves"
     )
     self_assign: NonNegativeCount = Field(default=0, description="ceam: number of the model's own modes above the measured ones to be kept as well")
     stages: Literal[1, 2] = Field(default=1, description="ceam: 2 assigns the eigenvalues with the model's own shapes first")
@@ -199,7 +201,7 @@ class Constraints(Part):
 class Regulariser(Part):
     """A penalty on p."""
 
-    kind: Literal["none", "tikhonov", "l1", "group-l1"] = Field(description="the penalty")
+    kind: Literal["none", "tikhonov", "l1", "group-l1", "total-variation", "entropy", "robust"] = Field(description="the penalty")
     weight: Annotated[
         NonNegative | Literal["l-curve", "gcv", "discrepancy"],
         one_of('a number ≥ 0, or one of "l-curve", "gcv", "discrepancy"'),

@@ -7,15 +7,18 @@ import numpy as np
 from cvxupdate.convex import (
     L1,
     Bounds,
+    Entropy,
     GroupL1,
     LinearClause,
     LinearEquality,
     LinearInequality,
+    Robust,
     SolverChoice,
     StepProblem,
     Tied,
     Tikhonov,
     TotalMass,
+    TotalVariation,
     loss_named,
 )
 from cvxupdate.errors import InputError
@@ -57,8 +60,31 @@ def step_problem(spec: Spec, model: Model) -> StepProblem:
             regularisers.append(L1(r.weight))
         elif r.kind == "group-l1":
             regularisers.append(GroupL1(r.weight, r.groups))
+        elif r.kind == "total-variation":
+            regularisers.append(TotalVariation(r.weight, neighbours(model)))
+        elif r.kind == "entropy":
+            regularisers.append(Entropy(r.weight))
+        elif r.kind == "robust":
+            regularisers.append(Robust(r.weight))
     loss = loss_named(spec.update.loss if spec.update is not None else "least-squares")
     return StepProblem(loss, tuple(regularisers), tuple(constraints), columns)  # type: ignore[arg-type]
+
+
+def neighbours(model: Model) -> tuple[tuple[str, str], ...]:
+    """Pairs of parameters of the same property whose elements share a node."""
+    places: dict[str, list[tuple[str, frozenset[int]]]] = {}
+    for q in model.parameters:
+        dofs = np.concatenate([model.blocks[t.block].dofs[t.rows].reshape(-1) for t in q.targets])
+        places.setdefault(q.of, []).append((q.name, frozenset(model.dof_node[dofs[dofs >= 0]].tolist())))
+    out = []
+    for members in places.values():
+        at: dict[int, list[int]] = {}
+        for i, (_, nodes) in enumerate(members):
+            for node in nodes:
+                at.setdefault(node, []).append(i)
+        pairs = {(i, j) for touching in at.values() for a, i in enumerate(touching) for j in touching[a + 1:]}
+        out += [(members[i][0], members[j][0]) for i, j in sorted(pairs)]
+    return tuple(out)
 
 
 def _total_mass(model: Model, value: float | None) -> TotalMass:
