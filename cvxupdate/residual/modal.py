@@ -15,10 +15,11 @@ from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.eigen import derivatives_of, eigenvalue_derivatives, shape_derivatives, splitting
-from cvxupdate.residual.pairing import MARGIN, Index, Start, channel_rows, follow, pairing_modes, real_shapes, start_pairing
+from cvxupdate.residual.pairing import MARGIN, Index, Start, channel_rows, follow, pairing_modes, real_shapes, shape_entries, start_pairing
 from cvxupdate.system import LinearSystem
 
 REPEATED = 1e-6  # relative distance of eigenvalues below which a single shape means nothing
+IN_SPAN = 0.8  # share of a measured shape that must lie in the span of repeated ones to turn them
 
 
 @dataclass(frozen=True)
@@ -201,6 +202,7 @@ def modal_residual(model: Model, fit: Sequence[ModeTable], hold_out: Sequence[Mo
     modes = pairing_modes(model, tables, pairing)
     if not len(modes.eigenvalues):
         raise ModelError("the model has no natural modes: it carries no mass. Add density or lumped masses.")
+    modes, known = oriented(modes, model, fit)
     start = start_pairing(model, modes, tables, pairing, len(fit), given)
     used = _used(start.places)
     if not len(_used(start.places[:len(fit)])) and any(len(t.frequency) for t in fit):
@@ -211,29 +213,64 @@ def modal_residual(model: Model, fit: Sequence[ModeTable], hold_out: Sequence[Mo
     if repeated and model.parameters:
         derivatives = derivatives_of(model, model.zero())
         for at in repeated:
+            if int(at[0]) in known:
+                continue
             modes = turned(modes, at, splitting(float(modes.eigenvalues[at].mean()), modes.shapes[:, at], derivatives))
     several = {int(i) for at in repeated for i in at}
     muted = frozenset((k, i) for k, places in enumerate(start.places) for i, at in enumerate(places.tolist()) if at in several)
     return ModalResidual(model, tuple(fit), tuple(hold_out), shapes, replace(start, modes=modes), count, muted)
 
 
-def another_pairing(point: ModalPoint) -> Start | None:
-    """Another pairing of those fitted modes that were paired by frequency alone, with the modes of the model as it is at ``point``.
+def oriented(modes: Modes, model: Model, tables: Sequence[ModeTable]) -> tuple[Modes, frozenset[int]]:
+    """Shapes of repeated eigenvalues turned to the measured shapes that lie in their span: (modes, first place of each cluster turned).
 
-    The assignment of least weighted squared eigenvalue differences among the modes that no other measured mode has; None where that is the
-    pairing at hand.
+    Any rotation of such shapes is as good as another for the model; the recordings say which one the structure has.
+    """
+    done = set()
+    for at in clusters(modes):
+        found = []
+        for k, table in enumerate(tables):
+            for i in range(len(table.frequency)):
+                rows, x = shape_entries(model, table, i)
+                if len(rows) > len(at):
+                    B = modes.shapes[np.ix_(rows, at)]
+                    q = np.linalg.lstsq(B, x, rcond=None)[0]
+                    found.append((float(np.sum((x - B @ q) ** 2) / np.sum(x**2)), k, i, q / (np.linalg.norm(q) or 1.0)))
+        chosen: list[tuple[float, int, int, Real]] = []
+        for one in sorted(found, key=lambda item: item[:3]):
+            if one[0] < 1.0 - IN_SPAN and len(chosen) < len(at) and all(abs(one[3] @ other[3]) < 0.7 for other in chosen):
+                chosen.append(one)
+        if chosen:
+            U, _, Vt = np.linalg.svd(np.column_stack([one[3] for one in sorted(chosen, key=lambda item: item[1:3])]))
+            k = len(chosen)
+            modes = turned(modes, at, np.column_stack([U[:, :k] @ Vt, U[:, k:]]))
+            done.add(int(at[0]))
+    return modes, frozenset(done)
+
+
+def another_pairing(point: ModalPoint) -> Start | None:
+    """Another pairing of those fitted modes whose partner was a guess, with the modes of the model as it is at ``point``.
+
+    Modes paired by frequency alone may go to any mode that no other measured mode has; modes that shared a repeated eigenvalue at the start may change
+    places among themselves (which was which meant nothing there). The assignment of least weighted squared eigenvalue differences; None where that is
+    the pairing at hand.
     """
     fit, start = point.residual.fit, point.residual.start
-    loose = [(k, i) for k in range(len(fit)) for i in np.flatnonzero(start.loose[k]).tolist()] if start.loose else []
-    if not loose:
-        return None
-    held = {int(at) for k, places in enumerate(point.places) for i, at in enumerate(places.tolist()) if (k, i) not in loose}
-    free = np.array([i for i in range(point.modes.rigid, len(point.modes.eigenvalues)) if i not in held], dtype=np.int64)
-    f, std = (np.array([column[k][i] for k, i in loose]) for column in ([t.frequency for t in fit], [t.frequency_std for t in fit]))
-    cost = ((point.modes.frequencies[free][:, None] ** 2 - f**2) / (2.0 * f * std)) ** 2
+    every = [(k, i) for k, places in enumerate(point.places[:len(fit)]) for i in np.flatnonzero(places >= 0).tolist()]
+    loose = [(k, i) for k, i in every if start.loose and start.loose[k][i]]
+    held = {int(point.places[k][i]) for k, i in every if (k, i) not in loose}
+    free = [i for i in range(point.modes.rigid, len(point.modes.eigenvalues)) if i not in held]
+    groups = [(loose, free)]
+    for at in clusters(start.modes):
+        mine = [(k, i) for k, i in every if start.places[k][i] in at and (k, i) not in loose]
+        groups.append((mine, [int(point.places[k][i]) for k, i in mine]))
     places = [q.copy() for q in point.places]
-    for a, x in zip(*linear_sum_assignment(cost), strict=True):
-        places[loose[int(x)][0]][loose[int(x)][1]] = free[a]
+    for who, where in groups:
+        f = np.array([fit[k].frequency[i] for k, i in who])
+        std = np.array([fit[k].frequency_std[i] for k, i in who])
+        cost = ((point.modes.frequencies[where][:, None] ** 2 - f**2) / (2.0 * f * std)) ** 2
+        for a, x in zip(*linear_sum_assignment(cost), strict=True):
+            places[who[int(x)][0]][who[int(x)][1]] = where[int(a)]
     if all(np.array_equal(new, old) for new, old in zip(places, point.places, strict=True)):
         return None
     return Start(point.modes, tuple(places), start.loose)

@@ -150,7 +150,7 @@ def _pair(model: Model, book: _Book, numbers: Sequence[int], rule: str, strict: 
     left = open_ if rule == "frequency" else _by_shape(model, book, open_)
     if left and rule == "mac":
         k, i = left[0]
-        why = "has no shape at two DOFs of the model" if len(_entries(model, book.tables[k], i)[0]) < 2 else "resembles none of the model's that is left"
+        why = "has no shape at two DOFs of the model" if len(shape_entries(model, book.tables[k], i)[0]) < 2 else "resembles none of the model's that is left"
         raise InputError(f"{book.tables[k].origin.source}: pairing is by MAC, but the mode at {book.tables[k].frequency[i]:.4g} Hz {why}. "
                          "Use pairing = \"auto\", or give its `mode`.")
     free = book.free()
@@ -160,7 +160,7 @@ def _pair(model: Model, book: _Book, numbers: Sequence[int], rule: str, strict: 
             book.pair(*left[int(x)], int(free[a]), loose=True)
 
 
-def _entries(model: Model, table: ModeTable, i: int) -> tuple[Index, Real]:
+def shape_entries(model: Model, table: ModeTable, i: int) -> tuple[Index, Real]:
     """(free DOFs, values) of the entries of shape ``i`` that are known and that the model can move."""
     if table.shapes is None:
         return np.zeros(0, dtype=np.int64), np.zeros(0)
@@ -175,7 +175,7 @@ def _by_shape(model: Model, book: _Book, open_: list[tuple[int, int]]) -> list[t
     for k in sorted({k for k, _ in open_}):
         table = book.tables[k]
         mine = [i for kk, i in open_ if kk == k]
-        chosen = [i for i in mine if len(_entries(model, table, i)[0]) >= 2]
+        chosen = [i for i in mine if len(shape_entries(model, table, i)[0]) >= 2]
         free = book.free()
         if table.shapes is None or not chosen or not len(free):
             left += [(k, i) for i in mine]

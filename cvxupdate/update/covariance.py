@@ -82,7 +82,8 @@ def _scaled_basis(Z: Array, width: Array) -> Array:
 
 def _combination(direction: Array, std: float, parameters: Sequence[Parameter]) -> Combination:
     direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
-    large = [k for k in np.argsort(-np.abs(direction)) if abs(direction[k]) > 0.3][:4]
+    order = np.argsort(-np.abs(direction))[:4]
+    large = [k for k in order if abs(direction[k]) > 0.3] or list(order)  # many small shares: the largest stand for all
     up = [parameters[k].name for k in large if direction[k] > 0]
     down = [parameters[k].name for k in large if direction[k] < 0]
     if len(large) == 1:

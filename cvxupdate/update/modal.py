@@ -24,7 +24,7 @@ from cvxupdate.update.result import Metrics, ModeResult, ParameterResult, Update
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterate, objective_at
 
 AT_BOUND = 1e-6  # of the distance between the bounds
-REPAIRINGS = 2  # how often the loop may go on with another pairing
+REPAIRINGS = 5  # how often the loop may go on with another pairing
 
 
 def modal_tables(recordings: Sequence[Recording]) -> tuple[tuple[ModeTable, ...], tuple[ModeTable, ...]]:
@@ -115,7 +115,7 @@ def with_pairing(residual: ModalResidual, problem: StepProblem, choice: SolverCh
 def _repaired(point: ModalPoint, places: Sequence[Index], before: float, after: float) -> str:
     changed = [f"{table.frequency[i]:.5g} Hz" for table, old, new in zip(point.residual.fit, point.places, places, strict=False)
                for i in np.flatnonzero(old != new)]
-    return (f"Modes without shapes were paired by frequency. After convergence another pairing of {', '.join(changed)} fitted the updated model better "
+    return (f"After convergence another pairing of {', '.join(changed)} fitted the updated model better "
             f"(objective {before:.4g} → {after:.4g}), so the loop went on with it.")
 
 
