@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cvxupdate.diagnose.fit import LEVELS, MASS_STD, STIFFNESS_STD, Fit, at_level, error_of, fit, prior_scales, setting_for
+from cvxupdate.diagnose.mesh import NONE, MeshError
 from cvxupdate.diagnose.residual import Fault, noise_errors
 from cvxupdate.diagnose.screen import Score, delay_unit, screen
 from cvxupdate.diagnose.signals import Signal, band_of, lines_of, smooth
@@ -22,6 +23,7 @@ from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
 PER_WORD, SHORT, RIVALS, FINAL = 3, 12, 4, 4  # kept: of a word at a level; refitted coarsely; after one that explains all; refitted to the end
 DAMPING_WORDS = ("viscous_damper", "structural_damping", "mass_proportional_damping")
 DAMPING_GAIN = 12.0  # drop of the damping ratios' squares that chance gives one parameter once in two thousand times (chi-square, one freedom)
+CHARGE = 0.1  # relative decrease of the misfit that a further parameter must bring
 BEHIND = 10.0  # times the best cost at a level: no use going on
 EXPLAINED = 1.0  # weighted squares per row: a residual within noise and the allowance for discretisation (`signals.FLOOR`)
 ORDINARY_LIMIT = 0.3
@@ -51,6 +53,7 @@ class Data:
     sharp_hold_out: tuple[Signal, ...]
     top: float
     bottom: float
+    mesh: MeshError = NONE
 
 
 def prepare(recordings: Sequence[FrequencyResponse | TimeHistory]) -> Data:
@@ -97,7 +100,7 @@ def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[
     """
     tell = progress or (lambda text: None)
     tell("fitting the ordinary parameters")
-    setting = setting_for(model, original, data.levels[0], data.top, data.bottom, () if earlier is None else earlier.setting.faults)
+    setting = setting_for(model, original, data.levels[0], data.top, data.bottom, () if earlier is None else earlier.setting.faults, data.mesh)
     p = np.zeros(len(setting.columns)) if earlier is None else earlier.p
     nominal = (error_of(setting, p, data.sharp), error_of(setting, p, data.sharp_hold_out))
     m = model.matrices(model.zero())
@@ -167,7 +170,7 @@ def refit(chosen: Sequence[Score], original: Model, data: Data, first: Fit, tell
         except ModelError:
             continue
         more -= 1
-        if found is None:
+        if found is None or _outside(s.candidate, found, data):
             continue
         coarse.append((found.cost + found.penalty, s, found))
         if found.misfit <= 4.0 * EXPLAINED:
@@ -185,7 +188,7 @@ def refit(chosen: Sequence[Score], original: Model, data: Data, first: Fit, tell
             except ModelError:
                 break
         out.append(_trial(s.candidate, last, data))
-    return sorted(out, key=lambda t: t.cost)
+    return sorted(out, key=charged)
 
 
 def _fit_candidate(s: Score, original: Model, data: Data, first: Fit, levels: Sequence[tuple[Signal, ...]], bar: list[float]) -> Fit | None:
@@ -204,7 +207,7 @@ def _fit_candidate(s: Score, original: Model, data: Data, first: Fit, levels: Se
         model, guess = c.model, s.p
     else:
         raise ModelError("the candidate brings no model")
-    setting = setting_for(model, original, levels[0], data.top, data.bottom, faults)
+    setting = setting_for(model, original, levels[0], data.top, data.bottom, faults, data.mesh)
     n = len(base.parameters)
     start = np.zeros(len(setting.columns))
     start[:n] = first.p[:n]
@@ -228,6 +231,20 @@ def _fit_candidate(s: Score, original: Model, data: Data, first: Fit, levels: Se
             return None
         bar[k] = min(bar[k], total)
     return found
+
+
+def _outside(c: Candidate, found: Fit, data: Data) -> bool:
+    """A hidden oscillator tuned beyond the recordings is a mass or a spring, which are words of their own."""
+    if c.tuned is None:
+        return False
+    values, _ = figures(c, found)
+    tuned = np.sqrt(max(values["k"], 0.0) / max(values["m"], 1e-12)) / (2.0 * np.pi)
+    return not 0.8 * data.bottom <= tuned <= 1.1 * data.top
+
+
+def charged(t: Trial) -> float:
+    """Misfit with a charge for each parameter beyond the first: what it takes to be believed."""
+    return t.fit.misfit * (1.0 + CHARGE * (t.candidate.extra - 1))
 
 
 def _trial(c: Candidate, found: Fit, data: Data) -> Trial:

@@ -80,10 +80,13 @@ def sentence(physics: str, place: Place, v: Mapping[str, float]) -> str:
     if physics in ("stiffness_change", "mass_change", "thickness_change"):
         thing = {"stiffness_change": "stiff", "mass_change": "heavy", "thickness_change": "thick"}[physics]
         change = 100.0 * (v["factor"] - 1.0)
-        more = {"stiff": "stiffer", "heavy": "heavier", "thick": "thicker"}[thing] if change > 0 else {"stiff": "softer", "heavy": "lighter", "thick": "thinner"}[thing]
+        words = {"stiff": ("stiffer", "softer"), "heavy": ("heavier", "lighter"), "thick": ("thicker", "thinner")}
+        more = words[thing][0 if change > 0 else 1]
         return f"In {at} the real structure is {abs(change):.3g} % {more} than modelled."
     if physics == "added_mass":
-        return f"The real structure carries {g('m')} kg more than the model at {at}." if v["m"] > 0 else f"At {at} the real structure is {abs(v['m']):.3g} kg lighter than the model."
+        if v["m"] < 0:
+            return f"At {at} the real structure is {abs(v['m']):.3g} kg lighter than the model."
+        return f"The real structure carries {g('m')} kg more than the model at {at}."
     if physics == "grounding_spring":
         turns = place.dof in ("rx", "ry", "rz")
         unit = "N·m/rad" if turns else "N/m"

@@ -9,6 +9,7 @@ import numpy as np
 
 from cvxupdate.convex import Bounds, SolverChoice, StepProblem, Tikhonov
 from cvxupdate.diagnose.forward import file_damping
+from cvxupdate.diagnose.mesh import NONE, MeshError
 from cvxupdate.diagnose.residual import Fault, ResponsePoint, Setting, channel_errors
 from cvxupdate.diagnose.signals import Real, Signal
 from cvxupdate.fe.model import Model
@@ -44,7 +45,8 @@ class Fit:
         return float(np.sum((self.p[n + 1 : n + 1 + self.setting.damped] / MODE_DAMPING_STD) ** 2))
 
 
-def setting_for(model: Model, original: Model, signals: Sequence[Signal], top: float, bottom: float, faults: Sequence[Fault] = ()) -> Setting:
+def setting_for(model: Model, original: Model, signals: Sequence[Signal], top: float, bottom: float, faults: Sequence[Fault] = (),
+                mesh: MeshError = NONE) -> Setting:
     """Give every mode in the band a damping ratio of its own, starting from the problem file's."""
     m = model.matrices(model.zero())
     rigid = rigid_body_modes(model, m.K, m.M)
@@ -55,7 +57,8 @@ def setting_for(model: Model, original: Model, signals: Sequence[Signal], top: f
             break
         count = min(2 * count, model.size)
     band = int(np.sum(modes.frequencies < 1.25 * top))
-    return Setting(model, tuple(signals), file_damping(original, modes.frequencies[:band]), top, tuple(faults))
+    f = modes.frequencies[:band]
+    return Setting(model, tuple(signals), file_damping(original, f), top, tuple(faults), mesh.at(f))
 
 
 def prior_scales(setting: Setting) -> Real:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from cvxupdate.diagnose.signals import Complex, Real, Signal
@@ -65,14 +66,14 @@ def sensor_rows(model: Model, labels: Sequence[str]) -> Index:
     return np.array([model.place.get(label, -1) for label in labels], dtype=np.int64)
 
 
-def basis(K: object, M: object, top: float, rigid: Real) -> Modes:
+def basis(K: sp.csc_array, M: sp.csc_array, top: float, rigid: Real) -> Modes:
     """Modes for synthesis: all of them for small models, else up to three times the band (``top`` in Hz)."""
-    N = K.shape[0]  # type: ignore[attr-defined]
+    N = K.shape[0]
     if N <= 320:
-        return natural_modes(K, M, N, rigid)  # type: ignore[arg-type]
+        return natural_modes(K, M, N, rigid)
     count = 60
     while True:
-        modes = natural_modes(K, M, count, rigid)  # type: ignore[arg-type]
+        modes = natural_modes(K, M, count, rigid)
         if count >= N or modes.frequencies[-1] > 3.0 * top:
             return modes
         count *= 2
@@ -127,19 +128,37 @@ def _times(z: Complex, x: Real) -> Complex:
     return np.asarray(z.real @ x + 1j * (z.imag @ x))
 
 
-def block_derivative(response: Response, green: Receptances, blocks: Sequence[DerivativeBlock]) -> Complex:
-    """∂Y/∂p (points, sensors, cases) = −sᵒ aᵀ ∂Z q, from element blocks: Z = K + s² M + s C + i D."""
+MANY = 40  # DOFs of a derivative above which it goes through the band's modes instead of every DOF
+
+
+def block_derivative(response: Response, modes: Modes, blocks: Sequence[DerivativeBlock], low: int, green: Receptances | None = None) -> Complex:
+    """∂Y/∂p (points, sensors, cases) = −sᵒ aᵀ ∂Z q, from element blocks: Z = K + s² M + s C + i D.
+
+    A change of a few DOFs is taken exactly, through the receptances at those DOFs (``green`` where they are at hand already); one of many DOFs (a whole
+    group) through the lowest ``low`` modes, which carry it.
+    """
     s = response.signal.s
     out = np.zeros(response.raw.shape, dtype=complex)
+    phi = np.vstack([modes.shapes, np.zeros((1, modes.shapes.shape[1]))])
     for b in blocks:
         used, inverse = np.unique(b.dofs, return_inverse=True)
         inverse = inverse.reshape(b.dofs.shape)
         n = len(used)
-        left, right = green.left[:, :, used], green.right[:, used]
+        many = n > MANY and low < n
+        if many:
+            left, right = response.a[:, :, :low], response.q[:, :low]
+        elif green is not None:
+            left, right = green.left[:, :, used], green.right[:, used]
+        else:
+            points, sensors, m = response.a.shape
+            left = _times(response.a.reshape(points * sensors, m), phi[used].T).reshape(points, sensors, n)
+            right = phi[used] @ response.q
         for part, factor in ((b.K, np.ones_like(s)), (b.M, s**2), (b.C, s), (b.D, np.full_like(s, 1j))):
             if part is None:
                 continue
             small = np.zeros((n, n))
             np.add.at(small, (inverse[:, :, None], inverse[:, None, :]), part)
+            if many:
+                small = phi[used, :low].T @ small @ phi[used, :low]
             out -= (factor * response.drive)[:, None, None] * (left @ (small @ right))
     return out

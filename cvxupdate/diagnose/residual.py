@@ -28,7 +28,8 @@ class Fault:
 
 @dataclass(frozen=True)
 class Setting:
-    """What is fitted: model (undamped, its parameters: ordinary ones, then the physics), signals, file damping by mode, faults, band top (Hz).
+    """What is fitted: model (undamped, its parameters: ordinary ones, then the physics), signals, file damping by mode, faults, band top (Hz),
+    ``mesh`` the relative mesh error of each damped mode's frequency.
 
     The unknowns are, in order: the model's parameters; z₀, by which the logarithm of every damping ratio moves together; z_r, each mode's own;
     the faults.
@@ -39,6 +40,7 @@ class Setting:
     zeta: Real
     top: float
     faults: tuple[Fault, ...] = ()
+    mesh: Real | None = None
 
     @property
     def damped(self) -> int:
@@ -62,6 +64,10 @@ class Setting:
             likeness = (before.modes.shapes[:, before.owner].T @ (m.M @ modes.shapes)) ** 2
             rows, columns = linear_sum_assignment(likeness, maximize=True)
             owner = columns[np.argsort(rows)]
+        if self.mesh is not None:
+            moved = modes.eigenvalues.copy()
+            moved[owner] *= (1.0 + self.mesh) ** 2
+            modes = Modes(moved, modes.shapes, modes.rigid)
         return ResponsePoint(self, np.asarray(p, dtype=float), m, modes, np.asarray(owner, dtype=np.int64))
 
 
@@ -101,12 +107,16 @@ class ResponsePoint:
         """Responses of every DOF, signal by signal."""
         return tuple(receptances(r, self.modes) for r in self.responses)
 
+    @property
+    def low(self) -> int:
+        """Number of modes that carry what happens in the band."""
+        return max(8, int(np.sum(self.modes.frequencies < 2.5 * self.setting.top)))
+
     def _further_damping(self) -> tuple[Real | None, Real | None]:
         m = self.matrices
         if not (np.any(m.C.data) or np.any(m.D.data)):
             return None, None
-        low = max(8, int(np.sum(self.modes.frequencies < 2.5 * self.setting.top)))
-        phi = self.modes.shapes[:, :low]
+        phi = self.modes.shapes[:, : self.low]
         return phi.T @ (m.C @ phi), phi.T @ (m.D @ phi)
 
     def _fault(self, k: int, response: Response) -> Complex:
@@ -143,7 +153,7 @@ class ResponsePoint:
         parts = []
         for k, r in enumerate(self.responses):
             fault = self._fault(k, r)[:, :, None]
-            columns = [r.rows(block_derivative(r, self.green[k], b) * fault) for b in blocks]
+            columns = [r.rows(block_derivative(r, self.modes, b, self.low) * fault) for b in blocks]
             shear = 2.0 * omega * self.damping  # ∂(2 ζ ω s)/∂ log ζ
             each = [-(r.drive * r.signal.s * shear[i])[:, None, None] * r.a[:, :, i, None] * r.q[:, i, None, :] for i in self.owner]
             zeros = [i for i in range(self.modes.rigid, r.a.shape[2]) if i not in set(self.owner.tolist())]

@@ -44,8 +44,15 @@ def screen(point: ResponsePoint, candidates: Sequence[Candidate]) -> list[Score]
     out = []
     signals = point.setting.signals
     flat = [1.0 / s.scale().reshape(-1) for s in signals]
+    single: dict[tuple[str, int], list[Complex]] = {}
     for c in candidates:
-        columns = _columns(point, c)
+        parts = [single[(c.physics, e)] for e in c.members if (c.physics, e) in single] if len(c.members) > 1 and c.additive else []
+        if parts and len(parts) == len(c.members):  # a set of elements moves as the sum of its members
+            columns = [[np.sum(pieces, axis=0) for pieces in zip(*parts, strict=True)]]
+        else:
+            columns = _columns(point, c)
+        if len(c.members) == 1 and c.additive and columns:
+            single[(c.physics, c.members[0])] = columns[0]
         if not columns:
             out.append(Score(c, 0.0, np.zeros(c.extra)))
             continue
@@ -83,7 +90,7 @@ def _columns(point: ResponsePoint, c: Candidate) -> list[list[Complex]]:
     for blocks in c.tangent:
         if not blocks:
             return []
-        out.append([r.rows(block_derivative(r, g, blocks)) for r, g in zip(point.responses, point.green, strict=True)])
+        out.append([r.rows(block_derivative(r, point.modes, blocks, point.low, g)) for r, g in zip(point.responses, point.green, strict=True)])
     return out
 
 

@@ -85,7 +85,7 @@ def time_lines(history: TimeHistory) -> Lines:
     delta = 7.0 * rate / n
     band = band_of(history)
     f = np.arange(band[0], band[1], max(SPACING * delta / (2.0 * np.pi), (band[1] - band[0]) / MOST_LINES))
-    s = delta + 2j * np.pi * f
+    s: Complex = np.asarray(delta + 2j * np.pi * f, dtype=np.complex128)
     t = np.arange(n) / rate
     out = np.empty((len(s), history.data.shape[1]), dtype=complex)
     damped = np.exp(-delta * t)[:, None] * history.data / rate
@@ -159,8 +159,8 @@ def _stride_mask(count: int, most: int) -> NDArray[np.bool_]:
 def band_of(recording: FrequencyResponse | TimeHistory) -> tuple[float, float]:
     """The band (Hz) that the excitation reached: where the force's spectrum is above a tenth of its typical value; an FRF's own lines."""
     if isinstance(recording, FrequencyResponse):
-        f = recording.frequency[recording.frequency > 0]
-        return float(f[0]), float(f[-1])
+        positive = recording.frequency[recording.frequency > 0]
+        return float(positive[0]), float(positive[-1])
     drives = [i for i, c in enumerate(recording.channels) if c.quantity == "force"]
     n = len(recording.data)
     f = np.fft.rfftfreq(n, 1.0 / recording.rate)

@@ -12,6 +12,7 @@ import numpy as np
 from cvxupdate.diagnose.engine import DAMPING_GAIN, EXPLAINED, Data, Outcome, Trial, explain, held_dofs, level_dependence, loose_groups, ordinary, prepare
 from cvxupdate.diagnose.finding import Diagnosis, Finding, sentence, where
 from cvxupdate.diagnose.forward import undamped
+from cvxupdate.diagnose.mesh import mesh_error
 from cvxupdate.errors import InputError
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
@@ -25,6 +26,7 @@ DAMPING = ("viscous_damper", "structural_damping", "mass_proportional_damping")
 RIVAL = 2.0  # misfit within this factor of the best: the recordings do not separate the two
 OPEN = 25.0  # misfit per row above which even the best model leaves the recordings unexplained
 EFFECTS = 2
+SURE = 0.4  # confidence below which a further effect is not claimed
 
 
 def release_from(spec: Spec) -> Callable[[int, str], Model]:
@@ -57,6 +59,7 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
     if not any(r.origin.use == "fit" for r in usable):
         raise InputError(f"{spec.path}: diagnose needs a recording with use = \"fit\". Add one.")
     data = prepare(usable)
+    data = replace(data, mesh=mesh_error(spec, model, data.top))
     words = spec.diagnose.physics
     supports = held_dofs(model, [(s.nodes, s.dofs) for s in spec.model.supports], spec.model.dofs)
     start = ordinary(undamped(model))
@@ -72,6 +75,8 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
                 "explain these recordings.")
         return _diagnosis(spec, "undetermined", says, (), outcome, (), data, evidence, begin)
     outcome = explain(start, model, data, supports, release_from(spec), words, progress)
+    if len(data.mesh.shift) and np.abs(data.mesh.shift).max() > 1e-3:
+        evidence.append(f"The mesh alone shifts natural frequencies by up to {100 * np.abs(data.mesh.shift).max():.2g} %; this was taken out.")
     evidence += _ordinary_evidence(outcome)
     accepted: list[Trial] = []
     current = outcome
@@ -83,7 +88,7 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
         if best.fit.misfit <= 4.0 * EXPLAINED or len(accepted) == EFFECTS:
             break
         following = explain(best.fit.setting.model, model, data, supports, release_from(spec), words, progress, best.fit)
-        if not following.trials or not _halves(following.trials[0], following):
+        if not following.trials or not _halves(following.trials[0], following) or _confidence(following.trials[0], following) < SURE:
             break
         current = following
     final = accepted[-1] if accepted else None
@@ -124,14 +129,23 @@ def _rivals(best: Trial, outcome: Outcome) -> list[Trial]:
             and (not np.isfinite(t.hold_out) or t.hold_out <= RIVAL * best.hold_out)]
 
 
+def overlapping(a: Place, b: Place) -> bool:
+    """Whether two places share most of their elements, or a node."""
+    if a.elements and b.elements:
+        common = len(set(a.elements) & set(b.elements))
+        return common >= 0.5 * len(set(a.elements) | set(b.elements))
+    return bool(set(a.nodes) & set(b.nodes)) and a.dof == b.dof
+
+
 def _confidence(best: Trial, outcome: Outcome) -> float:
-    """How far ahead of the next thing that is something else: 1 − (misfit ratio), within 0.5 and 0.99."""
+    """How far ahead of the next thing that is something else: 1 − (misfit ratio), within 0.3 and 0.99, shared among rivals elsewhere."""
     if outcome.base.misfit <= EXPLAINED:
         return float(np.clip(1.0 - best.fit.damping_strain / outcome.base.damping_strain, 0.3, 0.95)) / (1.0 + 0.5 * len(_rivals(best, outcome)))
     others = [t for t in outcome.trials if t is not best and t not in _rivals(best, outcome)]
     reference = min([t.fit.misfit for t in others] + [outcome.base.misfit])
     share = 1.0 - best.fit.misfit / max(reference, 1e-12)
-    return float(np.clip(share, 0.3, 0.99)) / (1.0 + 0.5 * len(_rivals(best, outcome)))
+    elsewhere = [r for r in _rivals(best, outcome) if not overlapping(r.candidate.place, best.candidate.place)]
+    return float(np.clip(share, 0.3, 0.99)) / (1.0 + 0.5 * len(elsewhere))
 
 
 def _finding(t: Trial, outcome: Outcome, final: Trial) -> Finding:

@@ -55,7 +55,8 @@ class Candidate:
     ``model`` carries the extra parameters at the end of its list, ``extra`` of them; ``start`` (extra,) is where a refit begins (zero: the
     model as it is). ``tangent`` gives, for each screening column, derivative blocks on the base model's DOFs; ``tuned`` (DOF place,
     frequency in Hz, damping) a hidden oscillator's column instead; ``channel`` a sensor label (``sensor``: "gain" or "delay").
-    ``sign`` +1 where the first parameter cannot be negative. ``report`` names each reported figure: (name, index, how), see `values`.
+    ``sign`` +1 where the first parameter cannot be negative. ``report`` names each reported figure: (name, index, how). ``members`` are the elements
+    of a set; ``additive``: the set's column is the sum of its members' columns.
     """
 
     physics: str
@@ -71,6 +72,7 @@ class Candidate:
     report: tuple[tuple[str, int, str], ...] = ()
     members: tuple[int, ...] = ()
     offset: float = 0.0
+    additive: bool = False
 
     @property
     def name(self) -> str:

@@ -13,11 +13,15 @@ from cvxupdate.physics.base import Candidate, Context, Place, Wanted, append_par
 from cvxupdate.physics.members import member_sets
 
 
-def _factor(context: Context, word: str, of: str, sets: Sequence[tuple[tuple[int, ...], tuple[str, ...]]], lower: float, upper: float) -> list[Candidate]:
-    out = []
+Sets = Sequence[tuple[tuple[int, ...], tuple[str, ...]]]
+
+
+def _factor(context: Context, word: str, of: str, sets: Sets, lower: float, upper: float) -> list[Candidate]:
+    out: list[Candidate] = []
     for ids, groups in sets:
         grown = append_parameters(context.model, [Wanted(f"{word}@{len(out)}", of, ids, lower=lower, upper=upper)])
-        out.append(Candidate(word, Place(elements=ids, groups=groups), grown, 1, np.zeros(1), tangents(grown, 1), report=(("factor", 0, "factor"),), members=ids))
+        out.append(Candidate(word, Place(elements=ids, groups=groups), grown, 1, np.zeros(1), tangents(grown, 1), report=(("factor", 0, "factor"),),
+                             members=ids, additive=True))
     return out
 
 
@@ -38,7 +42,7 @@ def thickness_change(context: Context) -> list[Candidate]:
 
 def structural_damping(context: Context) -> list[Candidate]:
     """Hysteretic loss in a group, D = η K (3.45); tell-tale: damping follows the share of strain energy in the group."""
-    out = []
+    out: list[Candidate] = []
     for ids, groups in member_sets(context.model, "eta"):
         if not groups:
             continue
@@ -56,7 +60,7 @@ def mass_proportional_damping(context: Context) -> list[Candidate]:
 
 def axial_preload(context: Context) -> list[Candidate]:
     """Geometric stiffness of a tension or compression in a group of beams (Przemieniecki 1968, 15.2); tell-tale: low modes shift most."""
-    out = []
+    out: list[Candidate] = []
     for ids, groups in member_sets(context.model, "N"):
         if not groups:
             continue
@@ -84,7 +88,7 @@ def _euler(model: Model, ids: Sequence[int]) -> float:
 
 def shear_deformation(context: Context) -> list[Candidate]:
     """Timoshenko shear where the model is Euler–Bernoulli; tell-tale: high modes fall, the more the higher. Φ = 12 E I / (κ G A L²)."""
-    out = []
+    out: list[Candidate] = []
     for ids, groups in member_sets(context.model, "shear"):
         if not groups:
             continue
@@ -96,7 +100,7 @@ def shear_deformation(context: Context) -> list[Candidate]:
 
 def orthotropy(context: Context) -> list[Candidate]:
     """Direction-dependent rigidities of a plate group (8.4): Dx, Dy, D1, Dxy as factors on the isotropic ones."""
-    out = []
+    out: list[Candidate] = []
     for ids, groups in member_sets(context.model, "Dx"):
         if not groups:
             continue

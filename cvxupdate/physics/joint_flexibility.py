@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from cvxupdate.fe.elements import Spring
 from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
 from cvxupdate.physics.base import Candidate, Context, Place, Wanted, append_parameters, small_block
 from cvxupdate.physics.grounding_spring import RIGID, Compliance
@@ -71,11 +70,9 @@ def _joint(context: Context, number: int, e: int, columns: list[int], k: np.ndar
         grown = replace(grown, blocks=(*grown.blocks, spring))
     grown = append_parameters(grown, [Wanted(f"joint@e{element}n{node}", "a", tuple(ids), lower=0.0, upper=1e4, scale=unit)])
     free_columns = np.flatnonzero(block.dofs[e] >= 0)
-    bend = sum(np.outer(k[free_columns, c], k[c, free_columns]) for c in columns)
+    bend = np.sum([np.outer(k[free_columns, c], k[c, free_columns]) for c in columns], axis=0)
     tangent = DerivativeBlock(block.dofs[e][free_columns][None], (-bend * unit)[None], None, None, None)
     dof = KINDS[int(kinds[0])]
     return Candidate("joint_flexibility", Place(nodes=(node,), elements=(element,), dof=dof), grown, 1, np.zeros(1), ((tangent,),), sign=1,
                      report=(("k", 0, "inverse"),), offset=unit / RIGID)
 
-
-_SPRING = Spring

@@ -11,7 +11,8 @@ LONGEST = 4  # elements in a run; a plate's patch has at most 3 x 3
 
 
 def member_sets(model: Model, of: str) -> list[tuple[tuple[int, ...], tuple[str, ...]]]:
-    """(element numbers, groups) of every set for a property: groups first (``groups`` filled where the set is one), then runs and patches."""
+    """(element numbers, groups) of every set for a property: single elements first, then groups, runs and patches; ``groups`` is filled where the
+    set is one."""
     out: list[tuple[tuple[int, ...], tuple[str, ...]]] = []
     seen: set[tuple[int, ...]] = set()
     groups: dict[str, set[int]] = {}
@@ -34,10 +35,10 @@ def member_sets(model: Model, of: str) -> list[tuple[tuple[int, ...], tuple[str,
             seen.add(key)
             out.append((key, names))
 
+    for i, name in singles.items():
+        add((i,), (name,) if name and len(groups[name]) == 1 else ())
     for name, ids_of in groups.items():
         add(tuple(ids_of), (name,) if name else ())
-    for i in singles:
-        add((i,), ())
     for run in lines:
         add(run, ())
     return out
@@ -72,4 +73,8 @@ def _patches(model: Model, dofs: np.ndarray, ids: list[int]) -> list[tuple[int, 
                 cells = [(x + a, y + b) for a in range(w) for b in range(h)]
                 if all(c in grid for c in cells):
                     out.append(tuple(grid[c] for c in cells))
+    strips = [[{(x + a, y) for a in range(w) for y in range(len(ys))} for x in range(len(xs) - w + 1)] for w in (1, 2)]
+    bands = [[{(x, y + b) for x in range(len(xs)) for b in range(h)} for y in range(len(ys) - h + 1)] for h in (1, 2)]
+    for strip, band in zip(strips, bands, strict=True):  # crossing stiffeners: a strip across and one along, equally wide in elements
+        out += [tuple(grid[c] for c in sorted(across | along)) for across in strip for along in band if (across | along) <= set(grid)]
     return out

@@ -1,0 +1,122 @@
+"""What the mesh costs: the relative error of each natural frequency, from the same model on a mesh twice as fine.
+
+A diagnosis must not mistake the discretisation of the analyst's model for missing physics. The correction is found once, mode by mode, by Richardson
+extrapolation, and every later set of natural frequencies is moved by it; shapes and parameters stay those of the analyst's mesh.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from cvxupdate.correlate import pair_modes
+from cvxupdate.diagnose.signals import Real
+from cvxupdate.errors import CvxupdateError
+from cvxupdate.fe.build import build_model
+from cvxupdate.fe.model import Model
+from cvxupdate.fe.modes import model_modes
+from cvxupdate.spec import Spec
+from cvxupdate.spec import elements as se
+from cvxupdate.spec import model as sm
+
+ORDER = {"plate": 2, "rod": 2, "beam2d": 4, "beam3d": 4}  # of convergence of the frequencies with the mesh (tests/fe/test_closed_forms.py)
+
+
+@dataclass(frozen=True)
+class MeshError:
+    """``frequencies`` (modes,) Hz of the analyst's mesh and ``shift`` (modes,): converged frequency over this one, less 1."""
+
+    frequencies: Real
+    shift: Real
+
+    def at(self, frequencies: Real) -> Real:
+        """The shift of modes at other frequencies nearby: that of the nearest mode; zero beyond those that were compared."""
+        if not len(self.frequencies):
+            return np.zeros(len(frequencies))
+        nearest = np.argmin(np.abs(np.asarray(frequencies)[:, None] - self.frequencies), axis=1)
+        return np.where(np.asarray(frequencies) <= 1.1 * self.frequencies[-1], self.shift[nearest], 0.0)
+
+
+NONE = MeshError(np.zeros(0), np.zeros(0))
+
+
+def mesh_error(spec: Spec, model: Model, top: float) -> MeshError:
+    """The mesh error of the flexible modes up to ``top`` Hz; none where the model has no elements that can be divided."""
+    kinds = {b.kind.name for b in model.blocks} & set(ORDER)
+    if not kinds or model.size > 5000:
+        return NONE
+    order = min(ORDER[k] for k in kinds)
+    try:
+        fine = build_model(replace(spec, model=refined(spec.model), update=None))
+        count = 16
+        while True:
+            coarse = model_modes(model, count).flexible()
+            if coarse.frequencies[-1] > top or count >= model.size - 6:
+                break
+            count *= 2
+        sharp = model_modes(fine, min(int(1.3 * len(coarse.eigenvalues)) + 4, fine.size - 6)).flexible()
+    except CvxupdateError:
+        return NONE
+    shared = [(i, fine.place[label]) for i, label in enumerate(model.labels) if label in fine.place]
+    mine, theirs = (np.array(x) for x in zip(*shared, strict=True))
+    found = pair_modes(sharp.shapes[theirs], coarse.shapes[mine], sharp.frequencies, coarse.frequencies, threshold=0.6)
+    f, g = coarse.frequencies[found.measured], sharp.frequencies[found.model]
+    limit = g + (g - f) / (2.0**order - 1.0)
+    return MeshError(f, limit / f - 1.0)
+
+
+def refined(model: sm.Model) -> sm.Model:
+    """Every line element halved, every plate element quartered; ids, groups and sections stay, mid-edge nodes are held where both ends are."""
+    xyz = {n.id: np.array([n.x, n.y, n.z]) for n in model.nodes}
+    nodes = list(model.nodes)
+    held: dict[int, set[str]] = {}
+    for s in model.supports:
+        for n in [n.id for n in model.nodes] if s.nodes == "all" else s.nodes:
+            held.setdefault(n, set()).update(s.dofs)
+    middle: dict[frozenset[int], int] = {}
+    supports = list(model.supports)
+    edges = _edges(model)
+
+    def between(*ids: int) -> int:
+        key = frozenset(ids)
+        if key not in middle:
+            number = max(xyz) + 1
+            x = np.mean([xyz[i] for i in ids], axis=0)
+            xyz[number] = x
+            nodes.append(sm.Node(id=number, x=float(x[0]), y=float(x[1]), z=float(x[2])))
+            middle[key] = number
+            both = set.intersection(*(held.get(i, set()) for i in ids))
+            if both and len(ids) == 2 and edges.get(key, 0) == 1:
+                supports.append(sm.Support(nodes=(number,), dofs=tuple(sorted(both))))  # type: ignore[arg-type]
+        return middle[key]
+
+    blocks: list[Any] = []
+    for block in model.elements:
+        rows: list[Any] = []
+        for row in block.rows:
+            if isinstance(row, se.LineRow):
+                a, b = row.nodes
+                m = between(a, b)
+                rows += [row.model_copy(update={"nodes": pair}) for pair in ((a, m), (m, b))]
+            elif isinstance(row, se.PlateRow):
+                a, b, c, d = row.nodes
+                ab, bc, cd, da, o = between(a, b), between(b, c), between(c, d), between(d, a), between(a, b, c, d)
+                rows += [row.model_copy(update={"nodes": quad}) for quad in ((a, ab, o, da), (ab, b, bc, o), (o, bc, c, cd), (da, o, cd, d))]
+            else:
+                rows.append(row)
+        blocks.append(block.model_copy(update={"rows": tuple(rows)}))
+    return model.model_copy(update={"nodes": tuple(nodes), "elements": tuple(blocks), "supports": tuple(supports)})
+
+
+def _edges(model: sm.Model) -> dict[frozenset[int], int]:
+    """How many plate elements share an edge: 1 on the rim."""
+    out: dict[frozenset[int], int] = {}
+    for block in model.elements:
+        for row in block.rows:
+            if isinstance(row, se.PlateRow):
+                for i in range(4):
+                    key = frozenset((row.nodes[i], row.nodes[(i + 1) % 4]))
+                    out[key] = out.get(key, 0) + 1
+    return out
