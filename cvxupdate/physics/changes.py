@@ -12,7 +12,6 @@ from cvxupdate.fe.select import has_property
 from cvxupdate.physics.base import Candidate, Context, Place, Wanted, append_parameters, tangents
 from cvxupdate.physics.members import member_sets
 
-
 Sets = Sequence[tuple[tuple[int, ...], tuple[str, ...]]]
 
 
