@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False,
                   help="Update structural dynamics models by convex programs, and say what physics they leave out.")
 Problem = Annotated[Path, typer.Argument(metavar="PROBLEM", help="a problem file (TOML)", show_default=False)]
+Recorded = Annotated[Path, typer.Argument(metavar="FILE", help="a file of recordings (UFF, MAT, HDF5, NPZ, CSV or text)", show_default=False)]
 Out = Annotated[Path | None, typer.Option("--out", help="folder for results; default out/<name of the problem>", show_default=False)]
 Json = Annotated[bool, typer.Option("--json", help="print the JSON on standard output and nothing else there")]
 
@@ -43,6 +44,20 @@ def run(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     _say(payload, as_json, lambda: run_summary(updated, folder))
     if updated.status not in ("converged", "optimal"):
         raise typer.Exit(NOT_DONE)
+
+
+@app.command()
+def correlate(problem: Problem, out: Out = None, as_json: Json = False) -> None:
+    """Compare model and recordings; change nothing."""
+    from cvxupdate.report import correlate_files, correlate_summary
+    from cvxupdate.study import correlate as do
+
+    _must_be_writable(out)
+    compared = do(problem)
+    files, payload = correlate_files(compared)
+    folder = _folder(out, compared.problem)
+    _write(folder, files)
+    _say(payload, as_json, lambda: correlate_summary(compared, folder))
 
 
 @app.command()
@@ -83,6 +98,16 @@ def check(problem: Problem, as_json: Json = False) -> None:
         print(f"{problem}: in order. " + ", ".join(f"{v} {k}" for k, v in summary.items()) + ".")
     if faults:
         raise typer.Exit(BAD_INPUT)
+
+
+@app.command()
+def inspect(file: Recorded, as_json: Json = False) -> None:
+    """Say what a file of recordings holds: channels, levels, faults, spectral lines, and a [[recordings]] block to start from."""
+    from cvxupdate.report import inspect_json
+    from cvxupdate.study import inspect as do
+
+    found = do(file)
+    print(inspect_json(found) if as_json else found.text(), end="" if as_json else "\n")
 
 
 @app.command()

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from cvxupdate.correlate._shapes import Real
 from cvxupdate.correlate.frf import frf_correlation
-from cvxupdate.correlate.modes import compare_shapes, mode_pairs, shape_macs
+from cvxupdate.correlate.modes import compare_shapes, mode_pairs, node_translations, shape_macs
 from cvxupdate.correlate.response import POWERS, model_frf
 from cvxupdate.correlate.result import Compared, Drawing, FrfComparison, ModePair, Part, SensorReport, ShapeComparison
 from cvxupdate.errors import InputError, ModelError, RecordingError
@@ -25,6 +25,8 @@ from cvxupdate.spec.elements import MatrixBlock
 Index = NDArray[np.int64]
 FDAC_LINES = 120
 """Lines of the FDAC map."""
+NOMINAL = 24
+"""Modes paired without shapes whose own shapes are kept, at most."""
 SEEN_MODES = 24
 """Modes in a sensor report at most."""
 
@@ -177,10 +179,12 @@ def compare(spec: Spec, model: Model, recordings: Sequence[Recording], modes: Mo
     if not pairs and not frfs:
         raise InputError(f"{spec.path}: none of the recordings can be compared with the model. " + " ".join(said))
     reports = [sensor_report(model, flexible, tuple(names), np.array(rows), top) for rows, (names, top) in seen.items()]
-    sizes = {"nodes": len(model.node_ids), "elements": int(sum(len(set(b.ids.tolist())) for b in model.blocks)), "dofs": model.size,
-             "mass": model.total_mass(), "rigid": modes.rigid, "damped": _damped(model)}
+    given = any(b.kind.name == "matrix" for b in model.blocks)
+    sizes = {"nodes": len(model.node_ids), "elements": len({int(i) for b in model.blocks for i in b.ids}), "dofs": model.size,
+             "mass": None if given else model.total_mass(), "given": given, "rigid": modes.rigid, "damped": _damped(model)}
+    nominal = {} if drawing is None else {m.mode: node_translations(model, flexible.shapes[:, m.mode - 1]) for m in pairs[:NOMINAL] if m.mac is None}
     return Compared(spec.name, spec.title, spec.source, str(spec.path), 0.0, tuple(pairs), tuple(compared), tuple(frfs),
-                    tuple(r for r in reports if r is not None), metrics(pairs, frfs), drawing, sizes, tuple(dict.fromkeys(said)))
+                    tuple(r for r in reports if r is not None), metrics(pairs, frfs), drawing, sizes, nominal, tuple(dict.fromkeys(said)))
 
 
 def _named(recordings: Sequence[Recording]) -> tuple[Recording, ...]:

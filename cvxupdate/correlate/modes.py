@@ -83,6 +83,8 @@ def compare_shapes(model: Model, matrices: Matrices, flexible: Modes, table: Mod
     transformation, said = expansion(matrices, flexible, sensors, partner, top)
     notes += [f"{name}: {line}" for line in said]
     several, said = balanced(matrices, flexible, sensors, x[:, measured], fx) if transformation is not None else (None, ())
+    balance_by = "" if not several else "dynamic expansion at each measured frequency" if several[0].frequency is not None else (
+        f"{several[0].method} on {smooth_modes(flexible, sensors)} modes of the model, which smooths the shapes")
     notes += [f"{name}: {line}" for line in said]
     batches, ids = element_batches(model) if drawing is not None and several is not None else ((), np.zeros(0, dtype=np.int64))
     if sum(b.dofs.size for b in batches) * len(sensors) > LARGEST:
@@ -99,7 +101,7 @@ def compare_shapes(model: Model, matrices: Matrices, flexible: Modes, table: Mod
     rank = ranks(table.frequency)
     return ShapeComparison(
         name, table.origin.use, labels, model.dof_node[sensors], model.dof_kind[sensors], rank[order], places[order] + 1, fa, fx, found,
-        transformation.method if transformation is not None else "", ids, names, groups,
+        transformation.method if transformation is not None else "", ids, balance_by, names, groups,
         None if drawing is None else _translations(model, flexible.shapes[:, partner], a[:, partner])), (*notes, *(f"{name}: {n}" for n in found.notes))
 
 
@@ -169,10 +171,15 @@ def _groups(model: Model, m: Matrices, complete: Sequence[int], columns: Index, 
     return group_balance(groups, m.K, m.M, x[:, which], fx[which], [several[k] for k in which]), tuple(g.name for g in groups)
 
 
+def node_translations(model: Model, shape: Real) -> Real:
+    """Translations (nodes, 3) of a shape (N,); zero where held."""
+    out = np.zeros((len(model.node_ids), 3))
+    rows = np.flatnonzero(model.dof_kind < 3)
+    out[model.dof_node[rows], model.dof_kind[rows]] = shape[rows]
+    return out
+
+
 def _translations(model: Model, shapes: Real, at_sensors: Real) -> Real:
     """(nodes, 3, P) translations of mode shapes at every node, with the largest entry at the sensors at 1."""
     peak = at_sensors[np.nanargmax(np.abs(at_sensors), axis=0), np.arange(at_sensors.shape[1])]
-    out = np.zeros((len(model.node_ids), 3, shapes.shape[1]))
-    rows = np.flatnonzero(model.dof_kind < 3)
-    out[model.dof_node[rows], model.dof_kind[rows]] = shapes[rows] / peak
-    return out
+    return np.stack([node_translations(model, shape) for shape in (shapes / peak).T], axis=2)

@@ -80,9 +80,10 @@ class ShapeComparison:
     """Measured against model shapes of one recording at the sensors ``labels`` (``nodes`` as rows of `Drawing.xyz`, ``kinds`` 0..5 = x..rz).
 
     ``measured_number`` and ``model_number`` (P,) count modes from 1, in the order of the pairs of ``correlation``; ``model_frequency`` and
-    ``measured_frequency`` in Hz go with the rows and columns of its ``mac``. ``expansion`` names the transformation; ``element_ids`` go with
-    ``correlation.element_balance`` and ``element_energy``; ``group_names`` with ``groups``. ``model_shapes`` (nodes, 3, P) are the translations
-    of the paired model shapes at every node, on the scale of ``correlation.shapes_model``; None where the model is not drawn.
+    ``measured_frequency`` in Hz go with the rows and columns of its ``mac``. ``expansion`` names the transformation, ``balance_by`` that of the
+    force balance; ``element_ids`` go with ``correlation.element_balance`` and ``element_energy``; ``group_names`` with ``groups``.
+    ``model_shapes`` (nodes, 3, P) are the translations of the paired model shapes at every node, on the scale of ``correlation.shapes_model``;
+    None where the model is not drawn.
     """
 
     recording: str
@@ -97,6 +98,7 @@ class ShapeComparison:
     correlation: Correlation
     expansion: str
     element_ids: Index
+    balance_by: str = ""
     group_names: tuple[str, ...] = ()
     groups: ElementBalance | None = None
     model_shapes: Real | None = None
@@ -124,7 +126,8 @@ class FrfComparison:
 class Compared:
     """Model against recordings, nothing changed.
 
-    ``fit`` holds the contract's metrics, each with the same value under before and after; ``drawing`` is None for a model without coordinates.
+    ``fit`` holds the contract's metrics, each with the same value under before and after; ``drawing`` is None for a model without coordinates;
+    ``nominal`` holds the translations (nodes, 3) of the model's modes, by their number, that were paired without shapes.
     """
 
     problem: str
@@ -139,5 +142,6 @@ class Compared:
     fit: dict[str, dict[str, dict[str, float]]]
     drawing: Drawing | None = None
     model: dict[str, Any] = field(default_factory=dict)
+    nominal: dict[int, Real] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     status: str = "converged"

@@ -147,7 +147,7 @@ def _with_matrices(base: Correlation, pa: Shapes, px: Shapes, all_a: Shapes, K: 
     try:
         made["pseudo_orthogonality"] = np.abs(reduced_pseudo_orthogonality(all_a, x / base.scale_factor[keep]))
     except (InputError, ModelError) as error:
-        notes.append(f"{error}")
+        notes.append(f"The pseudo-orthogonality check was left out ({error}).")
     if elements:
         made["element_energy"] = energy_map(elements, full_a, full_x)
         own = T if expansions is None else [expansions[int(base.pairing.measured[k])] for k in keep]

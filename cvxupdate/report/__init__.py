@@ -10,9 +10,36 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from cvxupdate.convex import SolverRow
+    from cvxupdate.correlate.result import Compared
+    from cvxupdate.recordings.inspect import Inspection
     from cvxupdate.update.result import Updated
 
-__all__ = ["run_files", "run_summary", "solvers_files", "solvers_summary"]
+__all__ = ["correlate_files", "correlate_summary", "inspect_json", "run_files", "run_summary", "solvers_files", "solvers_summary"]
+
+
+def correlate_files(compared: Compared) -> tuple[dict[str, str], str]:
+    """The files of `correlate`, {"result.json": text, "report.html": text}, and the JSON text by itself."""
+    from cvxupdate.report.as_json import correlate_data, dumps
+    from cvxupdate.report.correlate_page import correlate_page
+
+    text = dumps(correlate_data(compared))
+    return {"result.json": text, "report.html": correlate_page(compared)}, text
+
+
+def correlate_summary(compared: Compared, folder: Path) -> RenderableType:
+    """What `correlate` prints on a terminal: the verdict, the pairs, and where the files lie."""
+    from cvxupdate.report.summary import correlate_text
+
+    return correlate_text(compared, folder)
+
+
+def inspect_json(found: Inspection) -> str:
+    """What `inspect` found in a file, as JSON text."""
+    from dataclasses import asdict
+
+    from cvxupdate.report.as_json import dumps, plain
+
+    return dumps(plain(asdict(found)))
 
 
 def run_files(updated: Updated) -> tuple[dict[str, str], str]:

@@ -14,6 +14,7 @@ from cvxupdate.errors import CvxupdateError
 
 if TYPE_CHECKING:
     from cvxupdate.convex import SolverRow
+    from cvxupdate.correlate.result import Compared
     from cvxupdate.update.result import Updated
 
 FIRST = ("problem", "status", "reason", "method", "solver", "iterations", "parameters", "fit", "certificate", "time")
@@ -28,6 +29,23 @@ def run_data(updated: Updated) -> dict[str, Any]:
     keys = FIRST + tuple(key for key in raw if key not in FIRST)
     out: dict[str, Any] = plain({key: raw[key] for key in keys})
     return out
+
+
+def correlate_data(compared: Compared) -> dict[str, Any]:
+    """`Compared` as plain data: the keys that ``run`` has, and all measures under ``correlation``.
+
+    The curves of frequency responses are left out (they are those of the recordings and of the model), and FDAC has four decimals.
+    """
+    shapes = [{**asdict(s), "correlation": {**asdict(s.correlation), "pairing": asdict(s.correlation.pairing)}} for s in compared.shapes]
+    frfs = [{**{k: v for k, v in asdict(f).items() if k not in ("frequency", "measured", "model", "variance")},
+             "correlation": {**asdict(f.correlation), "fdac": np.round(f.correlation.fdac, 4)}} for f in compared.frfs]
+    return dict(plain({
+        "problem": compared.problem, "status": compared.status, "reason": "the model was compared with the recordings; nothing was changed",
+        "method": "correlate", "solver": None, "iterations": 0, "parameters": [], "fit": compared.fit, "certificate": {}, "time": compared.time,
+        "title": compared.title, "source": compared.source, "path": compared.path, "model": compared.model,
+        "correlation": {"modes": [asdict(m) for m in compared.modes], "shapes": shapes, "frfs": frfs, "sensors": [asdict(s) for s in compared.sensors]},
+        "notes": compared.notes,
+    }))  # fmt: skip
 
 
 def solvers_data(name: str, title: str, rows: Sequence[SolverRow], spread: float) -> dict[str, Any]:

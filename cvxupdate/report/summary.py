@@ -11,16 +11,19 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from cvxupdate.report.correlate_words import compared_verdict
 from cvxupdate.report.figures import strongest
-from cvxupdate.report.numbers import NOTHING, count, fixed, number, power, prefix_of, seconds, with_deviation
+from cvxupdate.report.numbers import NOTHING, count, fixed, number, power, prefix_of, seconds, signed, with_deviation
 from cvxupdate.report.words import METRICS, conflict_sentence, verdict
 
 if TYPE_CHECKING:
     from cvxupdate.convex import SolverRow
+    from cvxupdate.correlate.result import Compared
     from cvxupdate.update.result import ParameterResult, Updated
 
 TONES = {"good": "bold green", "fair": "bold yellow", "bad": "bold red"}
 MOST = 12
+MOST_PAIRS = 40
 
 
 def run_text(updated: Updated, folder: Path) -> RenderableType:
@@ -35,6 +38,29 @@ def run_text(updated: Updated, folder: Path) -> RenderableType:
         parts += [_fit(updated), _parameters(updated)]
     parts.append(Text(f"{updated.status}, {count(updated.iterations, 'iteration')}, {updated.solver}, {seconds(updated.time)}", style="dim"))
     parts.append(_where(folder))
+    return Group(*parts)
+
+
+def correlate_text(compared: Compared, folder: Path) -> RenderableType:
+    """Verdict, pairs of modes, responses, notes, files."""
+    says = compared_verdict(compared)
+    parts: list[RenderableType] = [Text(compared.title or compared.problem, style="bold"), Text(says.headline, style=TONES[says.tone])]
+    parts += [Text(line) for line in says.sentences]
+    if compared.modes:
+        table = _table("", "measured", "mode of the model", "model", "error", "MAC")
+        for m in compared.modes[:MOST_PAIRS]:
+            table.add_row(f"{m.measured:.5g} Hz{'' if m.use == 'fit' else ', held out'}", str(m.mode), f"{m.model:.5g} Hz", f"{signed(m.error_percent)} %",
+                          fixed(m.mac, 3))
+        parts.append(table)
+    if compared.frfs:
+        table = _table("", "frequency responses", "error", "lowest FRAC")
+        for f in compared.frfs[:MOST_PAIRS]:
+            finite = f.correlation.frac[f.correlation.frac == f.correlation.frac]
+            least = float(finite.min()) if finite.size else None
+            table.add_row(f.recording + ("" if f.use == "fit" else ", held out"), number(f.correlation.total, 3), fixed(least))
+        parts.append(table)
+    parts += [Text(f"Note: {line}") for line in compared.notes[:MOST]]
+    parts += [Text(f"nothing was changed, {seconds(compared.time)}", style="dim"), _where(folder)]
     return Group(*parts)
 
 
@@ -86,7 +112,7 @@ def _row(q: ParameterResult) -> tuple[str, ...]:
 def _table(title: str, *columns: str) -> Table:
     table = Table(title=title or None, box=box.SIMPLE_HEAD, title_justify="left", pad_edge=False)
     for k, column in enumerate(columns):
-        numeric = column in ("before", "after", "objective", "residual", "time") or column.startswith("after")
+        numeric = column in ("before", "after", "objective", "residual", "time", "model", "error", "MAC", "lowest FRAC") or column.startswith("after")
         table.add_column(column, justify="right" if numeric else "left", no_wrap=numeric or k == 0)
     return table
 

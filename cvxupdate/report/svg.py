@@ -9,8 +9,8 @@ from collections.abc import Callable
 from typing import Any
 
 # Matplotlib wants colours; these stand for the page's own and are replaced by CSS variables below.
-INK, QUIET, GRID, BEFORE, AFTER, HELD, BAND = "#010a01", "#020a02", "#030a03", "#040a04", "#050a05", "#060a06", "#070a07"
-VARIABLES = {INK: "ink", QUIET: "quiet", GRID: "line", BEFORE: "before", AFTER: "after", HELD: "held", BAND: "band"}
+INK, QUIET, GRID, BEFORE, AFTER, HELD, BAND, PAPER = "#010a01", "#020a02", "#030a03", "#040a04", "#050a05", "#060a06", "#070a07", "#080a08"
+VARIABLES = {INK: "ink", QUIET: "quiet", GRID: "line", BEFORE: "before", AFTER: "after", HELD: "held", BAND: "band", PAPER: "paper"}
 
 RC = {
     "svg.fonttype": "none", "svg.hashsalt": "cvxupdate", "font.family": "sans-serif", "font.size": 10.0, "axes.titlesize": 10.0, "axes.labelsize": 10.0,
@@ -27,12 +27,17 @@ def draw(name: str, says: str, width: float, height: float, paint: Callable[[Any
 
     ``name`` makes the ids in it unique on the page, ``says`` is read out to those who cannot see it.
     """
+    return draw_panels(name, says, width, height, 1, 1, lambda axes: paint(axes[0]))
+
+
+def draw_panels(name: str, says: str, width: float, height: float, rows: int, columns: int, paint: Callable[[list[Any]], None]) -> str:
+    """As `draw`, with ``rows`` × ``columns`` panels: ``paint(axes)`` gets their list, row by row."""
     import matplotlib
     from matplotlib.figure import Figure
 
     with matplotlib.rc_context(RC):
         figure = Figure(figsize=(width, height), layout="constrained")
-        paint(figure.add_subplot())
+        paint(list(figure.subplots(rows, columns, squeeze=False).flat))
         buffer = io.StringIO()
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     return inline(buffer.getvalue(), name, says)
