@@ -26,6 +26,7 @@ DAMPING = ("viscous_damper", "structural_damping", "mass_proportional_damping")
 RIVAL = 2.0  # misfit within this factor of the best: the recordings do not separate the two
 OPEN = 25.0  # misfit per row above which even the best model leaves the recordings unexplained
 EFFECTS = 2
+MESH_SHARE = 0.25  # of the mesh's shift that Richardson extrapolation on two meshes may miss
 SURE = 0.4  # confidence below which a further effect is not claimed
 
 
@@ -97,7 +98,7 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
         if outcome.base.misfit <= 4.0 * EXPLAINED and loose:
             found = tuple(_group_finding(item, outcome) for item in loose[:3])
             return _diagnosis(spec, "parameter_error", found[0].says, found, outcome, (), data, evidence, begin)
-        if outcome.base.misfit <= 4.0 * EXPLAINED:
+        if outcome.base.misfit <= 4.0 * EXPLAINED or max(e for e in outcome.ordinary if np.isfinite(e)) <= mesh_allowance(outcome, data):
             says = "Nothing is missing: the model explains the recordings within noise and ordinary scatter of its parameters."
             return _diagnosis(spec, "consistent", says, (), outcome, (), data, evidence, begin)
         says = ("Something differs that none of the known kinds of physics explains at any single place; "
@@ -127,6 +128,13 @@ def _rivals(best: Trial, outcome: Outcome) -> list[Trial]:
         return [t for t in outcome.trials if t is not best and t.fit.damping_strain <= best.fit.damping_strain + DAMPING_GAIN / 2]
     return [t for t in outcome.trials if t is not best and t.fit.misfit <= RIVAL * best.fit.misfit
             and (not np.isfinite(t.hold_out) or t.hold_out <= RIVAL * best.hold_out)]
+
+
+def mesh_allowance(outcome: Outcome, data: Data) -> float:
+    """Response error that the mesh may leave although its shift was taken out: a quarter of the shift, in half-power bandwidths (2 ζ f)."""
+    if not len(data.mesh.shift) or not outcome.base.setting.damped:
+        return 0.0
+    return float(min(0.3, MESH_SHARE * np.abs(data.mesh.shift).max() / np.median(outcome.base.point.damping[outcome.base.point.owner])))
 
 
 def overlapping(a: Place, b: Place) -> bool:
