@@ -5,6 +5,7 @@ Undamped models stay real. Modal damping (Model.modal_damping) is carried by the
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,9 +66,7 @@ def damped(m: Matrices) -> bool:
 
 def dynamic_stiffness(m: Matrices, omega: float) -> sp.csc_array:
     """Z(ω), real where the model is undamped; ``omega`` in rad/s."""
-    if not damped(m):
-        return sp.csc_array(m.K - omega**2 * m.M)
-    return sp.csc_array(m.K - omega**2 * m.M + 1j * (m.D + omega * m.C))
+    return combined(m, omega, damped(m))
 
 
 def factor_at(m: Matrices, frequency: float) -> Factor:
@@ -106,44 +105,86 @@ def receptance(model: Model, frequency: ArrayLike, responses: Index, references:
     return np.array(out).reshape(-1, len(responses), len(references))
 
 
-def condense(m: Matrices, frequency: float, measured: Index, references: Index) -> Condensed:
-    """The model condensed to ``measured`` (n,) at ``frequency`` (Hz), with unit forces at ``references`` (r,).
+@dataclass(frozen=True)
+class Condenser:
+    """What `condense` needs of one model, sensors and forces at every frequency: the blocks of K, M, C, D, cut once.
 
-    One factorisation, of Z_ss: the structure with its measured DOFs held.
-
-    Raises
-    ------
-    ModelError
-        Where Z_ss is singular: a natural frequency of the held structure (thesis 3.5.1).
+    ``measured`` (n,) and ``references`` (r,) are places among the free DOFs; ``blocks`` the (K, M, C, D) of the unmeasured DOFs ("ss"), between them and
+    the measured ("sn"), and of the measured ("nn"); ``rest`` the unmeasured places.
     """
-    Z = dynamic_stiffness(m, 2.0 * np.pi * frequency)
-    size, n, r = Z.shape[0], len(measured), len(references)
-    at = np.full(size, -1, dtype=np.int64)
-    at[measured] = np.arange(n)
-    force = np.zeros((n, r), dtype=Z.dtype)
-    seen = at[references] >= 0
-    force[at[references[seen]], np.flatnonzero(seen)] = 1.0
-    if n == size:
-        order = np.asarray(measured)
-        return Condensed(_ordered(order, size), np.asarray(Z[order][:, order].toarray()), force, None)
-    rest = np.flatnonzero(at < 0)
-    columns = sp.csc_array(Z[:, measured])
-    unseen = np.flatnonzero(~seen)
-    load = np.zeros((len(rest), n + len(unseen)), dtype=Z.dtype)
-    load[:, :n] = -columns[rest].toarray()
-    load[np.searchsorted(rest, references[unseen]), n + np.arange(len(unseen))] = 1.0
-    moved = factorise_at(sp.csc_array(Z[rest][:, rest]), frequency, "a natural frequency of the structure held at the measured DOFs").solve(load)
-    T = np.zeros((size, n), dtype=Z.dtype)
-    T[measured, np.arange(n)] = 1.0
-    T[rest] = moved[:, :n]
-    Zn = sp.csr_array(columns[measured])
-    reduced = Zn.toarray() + columns[rest].T @ moved[:, :n]
-    hidden = None
-    if len(unseen):
-        hidden = np.zeros((size, r), dtype=Z.dtype)
-        hidden[np.ix_(rest, unseen)] = moved[:, n:]
-        force[:, unseen] = -(columns[rest].T @ moved[:, n:])
-    return Condensed(T, (reduced + reduced.T) / 2.0, force, hidden)
+
+    size: int
+    measured: Index
+    references: Index
+    rest: Index
+    blocks: Mapping[str, Matrices]
+    complex: bool
+
+    def at(self, frequency: float) -> Condensed:
+        """The model condensed at ``frequency`` (Hz): one factorisation, of Z_ss, the structure with its measured DOFs held.
+
+        Raises
+        ------
+        ModelError
+            Where Z_ss is singular: a natural frequency of the held structure (thesis 3.5.1).
+        """
+        omega = 2.0 * np.pi * frequency
+        n, r = len(self.measured), len(self.references)
+        kind = complex if self.complex else float
+        place = np.full(self.size, -1, dtype=np.int64)
+        place[self.measured] = np.arange(n)
+        seen = place[self.references] >= 0
+        force = np.zeros((n, r), dtype=kind)
+        force[place[self.references[seen]], np.flatnonzero(seen)] = 1.0
+        Zn = combined(self.blocks["nn"], omega, self.complex).toarray()
+        if not len(self.rest):
+            return Condensed(_ordered(self.measured, self.size), Zn, force, None)
+        unseen = np.flatnonzero(~seen)
+        columns = combined(self.blocks["sn"], omega, self.complex)
+        load = np.zeros((len(self.rest), n + len(unseen)), dtype=kind)
+        load[:, :n] = -columns.toarray()
+        load[np.searchsorted(self.rest, self.references[unseen]), n + np.arange(len(unseen))] = 1.0
+        Zs = combined(self.blocks["ss"], omega, self.complex)
+        moved = factorise_at(Zs, frequency, "a natural frequency of the structure held at the measured DOFs").solve(load)
+        T = np.zeros((self.size, n), dtype=kind)
+        T[self.measured, np.arange(n)] = 1.0
+        T[self.rest] = moved[:, :n]
+        carried = columns.T @ moved
+        reduced = Zn + carried[:, :n]
+        hidden = None
+        if len(unseen):
+            hidden = np.zeros((self.size, r), dtype=kind)
+            hidden[np.ix_(self.rest, unseen)] = moved[:, n:]
+            force[:, unseen] = -carried[:, n:]
+        return Condensed(T, (reduced + reduced.T) / 2.0, force, hidden)
+
+
+def condenser(m: Matrices, measured: Index, references: Index) -> Condenser:
+    """Cut K, M, C, D at the measured DOFs."""
+    rest = np.setdiff1d(np.arange(m.K.shape[0]), measured)
+
+    def cut(rows: Index, columns: Index) -> Matrices:
+        return Matrices(*(sp.csc_array(getattr(m, name)[:, columns][rows]) for name in "KMCD"))
+
+    blocks = {"ss": cut(rest, rest), "sn": cut(rest, measured), "nn": cut(measured, measured)}
+    return Condenser(m.K.shape[0], np.asarray(measured), np.asarray(references), rest, blocks, damped(m))
+
+
+def condense(m: Matrices, frequency: float, measured: Index, references: Index) -> Condensed:
+    """`Condenser.at` for one frequency."""
+    return condenser(m, measured, references).at(frequency)
+
+
+def combined(m: Matrices, omega: float, as_complex: bool) -> sp.csc_array:
+    """K − ω²M, + i(D + ωC) where ``as_complex``; the entries alone where all share one pattern."""
+    K, M = m.K, m.M
+    if not all(np.array_equal(K.indices, x.indices) and np.array_equal(K.indptr, x.indptr) for x in (M, m.C, m.D)):
+        Z = K - omega**2 * M
+        return sp.csc_array(Z + 1j * (m.D + omega * m.C) if as_complex else Z)
+    data = K.data - omega**2 * M.data
+    if as_complex:
+        data = data + 1j * (m.D.data + omega * m.C.data)
+    return sp.csc_array((data, K.indices, K.indptr), shape=K.shape)
 
 
 def _ordered(order: Index, size: int) -> Real | None:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Matrices, Model
-from cvxupdate.fe.responses import Condensed, condense, damped, matrices_with_damping
+from cvxupdate.fe.responses import Condensed, condenser, damped, matrices_with_damping
 from cvxupdate.residual.contraction import Derivatives, derivatives
 from cvxupdate.residual.frf_data import FrfData
 from cvxupdate.system import LinearSystem
@@ -53,11 +53,12 @@ class FrfResidual:
         d = derivatives(self.model, p)
         values, rows = [], []
         for data, weights in zip(self.data, self._weights, strict=True):
+            cut = condenser(m, data.responses, data.references)
             for k, f in enumerate(data.frequency.tolist()):
-                c = condense(m, f, data.responses, data.references)
+                c = cut.at(f)
                 v, A = self._line(c, d, 2.0 * np.pi * f, data.X[k], weights[k])
-                values.append(v.reshape(-1))
-                rows.append(A.reshape(-1, A.shape[2]))
+                values.append(v[data.used])
+                rows.append(A[data.used])
         v, A = parts(np.concatenate(values), self.real), parts(np.concatenate(rows), self.real)
         return FrfPoint(self, np.asarray(p, dtype=float), v, A)
 
@@ -84,7 +85,8 @@ class FrfResidual:
         m: Matrices = matrices_with_damping(self.model, self.model.zero() if self.at is None else self.at)
         out: list[list[Field | None]] = []
         for data in self.data:
-            reduced = [condense(m, f, data.responses, data.references).Z for f in data.frequency.tolist()]
+            cut = condenser(m, data.responses, data.references)
+            reduced = [cut.at(f).Z for f in data.frequency.tolist()]
             out.append([Z if self.kind == "force-balance" else np.linalg.inv(Z) for Z in reduced])
         return tuple(out)
 
@@ -95,7 +97,7 @@ class FrfResidual:
         for data, weights in zip(self.data, self._weights, strict=True):
             for std, Z in zip(data.std, weights, strict=True):
                 spread = np.sqrt(np.abs(Z) ** 2 @ std**2) if self.kind == "force-balance" and Z is not None else std
-                found.append(spread.reshape(-1))
+                found.append(spread[data.used])
         std = np.concatenate(found)
         return 1.0 / std if self.real else np.sqrt(2.0) / np.concatenate([std, std])
 
@@ -104,7 +106,7 @@ class FrfResidual:
         """What each real row is."""
         names = self.model.labels
         some = [f"{data.name}: {names[i]}/{names[j]} at {f:.6g} Hz" for data in self.data for f in data.frequency.tolist()
-                for i in data.responses.tolist() for j in data.references.tolist()]
+                for k, i in enumerate(data.responses.tolist()) for m, j in enumerate(data.references.tolist()) if data.used[k, m]]
         return tuple(some) if self.real else (*(f"{s} (real)" for s in some), *(f"{s} (imaginary)" for s in some))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Model
-from cvxupdate.fe.responses import condense, damped, matrices_with_damping
+from cvxupdate.fe.responses import condenser, damped, matrices_with_damping
 from cvxupdate.residual.contraction import derivatives
 
 
@@ -54,11 +54,12 @@ def accuracy(model: Model, frequency: Real, measured: Index, noise: float, chang
     rng = np.random.default_rng(0)
     known = np.ndim(change) > 0
     moved = matrices_with_damping(model, np.asarray(change)) if known else base
+    here, there = (condenser(x, measured, measured[:1]) for x in (base, moved))
     rows = []
     for f in np.asarray(frequency, dtype=float).tolist():
-        c = condense(base, f, measured, measured[:1])
+        c = here.at(f)
         if known:
-            Z = condense(moved, f, measured, measured[:1]).Z
+            Z = there.at(f).Z
             delta = float(np.linalg.norm(Z - c.Z))
         else:
             Z = c.Z

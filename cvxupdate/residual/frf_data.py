@@ -25,7 +25,8 @@ class FrfData:
     """Receptances of one recording.
 
     ``frequency`` (f,) Hz; ``X`` (f, n, r) in m/N (real where it has no imaginary part); ``std`` the deviation √E|δ|² of each, same shape;
-    ``responses`` (n,), ``references`` (r,) places among the free DOFs; ``relative_only``: the deviations are only weights.
+    ``responses`` (n,), ``references`` (r,) places among the free DOFs; ``relative_only``: the deviations are only weights; ``used`` (n, r) which
+    functions count: one that is zero throughout is a decoupled direction of a simulation and says nothing.
     """
 
     name: str
@@ -37,6 +38,7 @@ class FrfData:
     references: Index
     coherence: Real | None
     relative_only: bool
+    used: NDArray[np.bool_]
 
     @property
     def real(self) -> bool:
@@ -100,4 +102,5 @@ def frf_data(recording: FrequencyResponse, model: Model, noise: float | None = N
     tiny = np.finfo(float).tiny ** 0.25
     std = np.maximum(std, max(1e-9 * float(size.max(initial=0.0)), tiny))
     coherence = None if recording.coherence is None else recording.coherence[np.ix_(lines, keep)]
-    return FrfData(recording.origin.name, recording.origin.use, frequency, X, std, rows[keep], columns[forced], coherence, noise is None and stated is None)
+    return FrfData(recording.origin.name, recording.origin.use, frequency, X, std, rows[keep], columns[forced], coherence, noise is None and stated is None,
+                   np.any(X != 0.0, axis=0))

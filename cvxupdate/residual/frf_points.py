@@ -88,14 +88,15 @@ def choose_points(model: Model, data: FrfData, rule: str | Sequence[float], coun
 
 
 def selection_rank(data: FrfData, lines: Index, modes: int) -> tuple[int, float]:
-    """Rank of [H(ω₁) H(ω₂) …] above the noise of its entries, and σ₁/σ_modes (3.48)."""
-    X = data.X[lines].transpose(1, 0, 2).reshape(data.X.shape[1], -1) if data.X.shape[2] == 1 else data.X[lines].reshape(len(lines), -1)
+    """Rank of [H(ω₁) H(ω₂) …] above the noise of its entries, and σ₁/σ_modes (3.48); all references stand below one another."""
+    X = data.X[lines][:, data.used].T
     norm = np.linalg.norm(X, axis=0)
-    s = np.linalg.svd(X / np.where(norm > 0, norm, 1.0), compute_uv=False)
-    noise = float(np.median(data.std[lines] / np.maximum(np.abs(data.X[lines]), np.finfo(float).tiny))) * np.sqrt(max(X.shape))
-    rank = int(np.sum(s > max(1e-10 * s[0], noise if not data.relative_only else 0.0)))
-    limit = min(modes, len(s))
-    return min(rank, len(s)) if modes <= len(s) else modes if rank == len(s) else rank, float(s[0] / s[limit - 1]) if limit and s[limit - 1] > 0 else np.inf
+    norm = np.where(norm > 0, norm, 1.0)
+    s = np.linalg.svd(X / norm, compute_uv=False)
+    relative = float(np.median(np.linalg.norm(data.std[lines][:, data.used].T, axis=0) / norm))
+    noise = 0.0 if data.relative_only else relative * (1.0 + np.sqrt(X.shape[1] / X.shape[0]))
+    rank = int(np.sum(s > max(1e-10 * s[0], noise)))
+    return rank, float(s[0] / s[modes - 1]) if 0 < modes <= len(s) and s[modes - 1] > 0 else np.inf
 
 
 def _frequencies(model: Model, data: FrfData) -> tuple[Real, Real]:
