@@ -1,8 +1,9 @@
 """Eigenstructure assignment as linear equations in the parameters (6.22, 6.23), each mode's rows whitened by its own deviations.
 
 For a mode (s, φ) of the real structure, Z(s, p) φ = 0 with Z = s² M + s C + K + i D. Where K, M, C, D are linear in p and φ is known at every
-DOF this is *exactly* linear in p: one convex step is the whole method. Where some DOFs were not measured they are condensed out exactly,
-Z_r(p) = Tᵀ Z T with T_s = −Z_ss⁻¹ Z_sn; that is linear in p only locally, ∂Z_r/∂p = Tᵀ ∂Z T, and the step is repeated.
+DOF this is *exactly* linear in p: one convex step is the whole method. Where some DOFs were not measured they are expanded by the model at ``at``
+and given deviations as large as they are, so that whitening all but projects them out; with the shapes expanded anew at each solution this is the
+variable projection of Golub and Pereyra (1973) in Kaufman's form (1975), which converges like Gauss–Newton.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from cvxupdate.errors import ConvergenceError
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import DerivativeBlock, Matrices, Model
 from cvxupdate.fe.modes import Modes
-from cvxupdate.residual.ceam_expand import condensed, expand
+from cvxupdate.residual.ceam_expand import expand
 from cvxupdate.residual.ceam_modes import AssignedMode, impedance
 from cvxupdate.system import LinearSystem
 
@@ -31,7 +32,7 @@ FLOOR = 1e-6  # of each row's own deviation: what whitening leaves where the dev
 @dataclass(frozen=True)
 class CeamResidual:
     """What is assigned: ``assigned`` modes of ``model``, ``expansion`` for incomplete ones, and the parameter values ``at`` at which the rows
-    are whitened (and, but for "dynamic", the shapes expanded)."""
+    are whitened and the shapes expanded; ``modes`` of the model for the modal expansions."""
 
     model: Model
     assigned: tuple[AssignedMode, ...]
@@ -49,16 +50,12 @@ class CeamResidual:
     def whiteners(self) -> tuple[Array, ...]:
         """Upper triangular R of each mode with Rᴴ R the covariance of its rows."""
         m = self.model.matrices(self.at)
-        return tuple(whitener(m, mode, full, self.reduces(mode)) for mode, full in zip(self.assigned, self.expanded, strict=True))
-
-    def reduces(self, mode: AssignedMode) -> bool:
-        """Whether the mode's unmeasured DOFs are condensed out at every point."""
-        return self.expansion == "dynamic" and not mode.full(self.model.size)
+        return tuple(whitener(m, mode, full) for mode, full in zip(self.assigned, self.expanded, strict=True))
 
     @property
     def exact(self) -> bool:
-        """Whether the equations are linear in p with no approximation: complete (or expanded once) shapes; the model must be linear too."""
-        return not any(self.reduces(mode) for mode in self.assigned)
+        """Whether the equations hold for every p and not near ``at`` only: every shape is complete (the model must be linear in p too)."""
+        return all(mode.full(self.model.size) for mode in self.assigned)
 
     def evaluate(self, p: Real, before: CeamPoint | None = None) -> CeamPoint:
         """The equations at ``p``."""
@@ -75,24 +72,11 @@ class CeamPoint:
     matrices: Matrices
 
     @cached_property
-    def _modes(self) -> tuple[tuple[Array, Array | None], ...]:
-        """(full shape, T or None) of every mode here."""
-        out: list[tuple[Array, Array | None]] = []
-        for mode, full in zip(self.residual.assigned, self.residual.expanded, strict=True):
-            if self.residual.reduces(mode):
-                T = condensed(np.asarray(impedance(self.matrices, mode).toarray()), mode.at)
-                out.append((T @ mode.shape, T))
-            else:
-                out.append((full, None))
-        return tuple(out)
-
-    @cached_property
     def differences(self) -> tuple[Real, Real, tuple[str, ...]]:
         """(whitened Z(p) φ, ones, labels): real parts, then imaginary parts, mode by mode."""
         values = []
-        for mode, R, (full, T) in zip(self.residual.assigned, self.residual.whiteners, self._modes, strict=True):
-            force = impedance(self.matrices, mode) @ full
-            values.append(parts(white(R, force if T is None else force[mode.at]), mode.real))
+        for mode, R, full in zip(self.residual.assigned, self.residual.whiteners, self.residual.expanded, strict=True):
+            values.append(parts(white(R, impedance(self.matrices, mode) @ full), mode.real))
         flat = np.concatenate(values)
         return flat, np.ones(len(flat)), self.labels
 
@@ -109,9 +93,8 @@ class CeamPoint:
         model = self.residual.model
         derivatives = [model.derivative(j, self.p) for j in range(len(model.parameters))]
         rows = []
-        for mode, R, (full, T) in zip(self.residual.assigned, self.residual.whiteners, self._modes, strict=True):
-            force = forces(derivatives, mode, full)
-            rows.append(parts(white(R, force if T is None else T.T @ force), mode.real))
+        for mode, R, full in zip(self.residual.assigned, self.residual.whiteners, self.residual.expanded, strict=True):
+            rows.append(parts(white(R, forces(derivatives, mode, full)), mode.real))
         A = np.vstack(rows)
         values, weights, labels = self.differences
         return LinearSystem(A, A @ self.p - values, weights, tuple(q.name for q in model.parameters), labels)
@@ -136,7 +119,7 @@ def forces(derivatives: Sequence[Sequence[DerivativeBlock]], mode: AssignedMode,
     return out
 
 
-def whitener(m: Matrices, mode: AssignedMode, full: Array, reduce: bool) -> Array:
+def whitener(m: Matrices, mode: AssignedMode, full: Array) -> Array:
     """Upper triangular R with Rᴴ R = covariance of Z φ, from the deviations of shape and rate to first order (Pintelon and Schoukens 2012, ch. 9).
 
     The factors are put side by side, G = [Z S^½, (∂Z/∂s φ) s σ, floor], and R comes from the QR of Gᴴ: the product G Gᴴ, whose condition is
@@ -145,16 +128,11 @@ def whitener(m: Matrices, mode: AssignedMode, full: Array, reduce: bool) -> Arra
     Z = np.asarray(impedance(m, mode).toarray())
     moved = (2.0 * mode.s * (m.M @ full) + m.C @ full) * mode.s * mode.rate_std
     column = np.real(2.0 * mode.s**2 * (m.M @ full)) * mode.rate_std if mode.real else moved
-    if reduce:
-        T = condensed(Z, mode.at)
-        Z, column = (Z @ T)[mode.at], T.T @ column
-        std = mode.std
-    else:
-        std = np.zeros(len(full))
-        std[mode.at] = mode.std
-        missing = np.setdiff1d(np.arange(len(full)), mode.at)
-        # An expanded entry is known no better than its own size: the model that expanded it is the one in doubt.
-        std[missing] = max(float(mode.std.max()), float(np.abs(full[missing]).max(initial=0.0)))
+    std = np.zeros(len(full))
+    std[mode.at] = mode.std
+    missing = np.setdiff1d(np.arange(len(full)), mode.at)
+    # An expanded entry is known no better than its own size: the model that expanded it is the one in doubt.
+    std[missing] = max(float(mode.std.max()), float(np.abs(full[missing]).max(initial=0.0)))
     G = np.column_stack([Z * std[None, :], column])
     R = la.qr(np.column_stack([G, np.diag(FLOOR * np.linalg.norm(G, axis=1))]).conj().T, mode="r")[0][: len(G)]
     if np.any(np.abs(np.diag(R)) == 0.0):

@@ -19,6 +19,7 @@ from cvxupdate.residual.pairing import Index, channel_rows, real_shapes
 SHAPE_STD = 0.01  # of the largest translation (rotation), where no deviation was given
 FREQUENCY_STD = 1e-3  # of the frequency, where none was given
 DAMPING_STD = 0.05  # of the damping, where none was given
+OWN_FREQUENCY_STD, OWN_SHAPE_STD = 0.05, 0.1  # of the model's own modes: how far a model that is to be corrected may be off
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,8 @@ def assigned_modes(model: Model, tables: Sequence[ModeTable], kind: str | None =
             at, shape = rows[ok], values[ok]
             size = float(np.linalg.norm(shape))
             std = np.where(np.isfinite(given[ok]), given[ok], unstated(model, at, shape)) / size
-            rates = [float(table.frequency_std[r]) / f if np.isfinite(table.frequency_std[r]) else FREQUENCY_STD]
+            stated = not table.relative_only and np.isfinite(table.frequency_std[r])
+            rates = [float(table.frequency_std[r]) / f if stated else FREQUENCY_STD]
             if damped:
                 own = float(table.damping_std[r])
                 rates.append(own if np.isfinite(own) else DAMPING_STD * zeta)
@@ -114,8 +116,9 @@ def unstated(model: Model, at: Index, shape: NDArray[Any]) -> Real:
     return out
 
 
-def self_assigned(model: Model, modes: Modes, wanted: Sequence[int], std: float = SHAPE_STD, label: str = "model") -> tuple[AssignedMode, ...]:
-    """Modes of the model itself (flexible mode numbers from 0) to be kept as they are, with the relative deviation ``std``."""
+def self_assigned(model: Model, modes: Modes, wanted: Sequence[int], frequency_std: float = OWN_FREQUENCY_STD, shape_std: float = OWN_SHAPE_STD,
+                  label: str = "model") -> tuple[AssignedMode, ...]:
+    """Modes of the model itself (flexible mode numbers from 0) to be kept, within deviations relative to their frequency and largest entry."""
     at = np.arange(model.size, dtype=np.int64)
     out = []
     for i in wanted:
@@ -123,7 +126,7 @@ def self_assigned(model: Model, modes: Modes, wanted: Sequence[int], std: float 
         shape = shape / np.linalg.norm(shape)
         f = float(modes.frequencies[modes.rigid + i])
         out.append(AssignedMode(f"{label}: own mode {i + 1}, {f:.5g} Hz", rate(f, 0.0, "none"), at, shape,
-                                unstated(model, at, shape) * std / SHAPE_STD, FREQUENCY_STD * std / SHAPE_STD, True))
+                                unstated(model, at, shape) * shape_std / SHAPE_STD, frequency_std, True))
     return tuple(out)
 
 
@@ -139,7 +142,8 @@ def with_own_shapes(model: Model, modes: Modes, assigned: Sequence[AssignedMode]
             continue
         shape = modes.shapes[:, i] / np.linalg.norm(modes.shapes[:, i])
         s = mode.s if mode.real or kind != "none" else complex(1j * abs(mode.s))
-        out.append(AssignedMode(f"{mode.label}, the model's shape", complex(1j * abs(s)), at, shape, unstated(model, at, shape), mode.rate_std, True))
+        std = unstated(model, at, shape) * OWN_SHAPE_STD / SHAPE_STD
+        out.append(AssignedMode(f"{mode.label}, the model's shape", complex(1j * abs(s)), at, shape, std, mode.rate_std, True))
     return tuple(out)
 
 

@@ -24,11 +24,14 @@ from cvxupdate.update.covariance import uncertainty
 from cvxupdate.update.modal import certificate_of, modal_metrics, modal_tables, mode_results, parameter_results, regularisation_of
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
 from cvxupdate.update.result import Metrics, ModeResult, Updated
+from cvxupdate.update.score import frf_metrics
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterate, objective_at
 
-SETTLED = 1e-3
-"""Change of p, in its own deviations, below which whitening once more changes nothing that the recordings can tell."""
+SETTLED = 1e-6
+"""Change of p below which whitening and expanding once more is left out."""
 MODAL_EXPANSIONS = ("serep", "serepa", "tam", "hybrid")
+REPEATED = ("null-space", "dynamic", "gysin")
+"""Expansions that become exact as the model does, so that they are made anew at every solution."""
 
 
 def residual_of(spec: Spec, model: Model, recordings: Sequence[Recording], at: Array | None = None) -> CeamResidual:
@@ -68,25 +71,43 @@ def _partners(spec: Spec, model: Model, fit: Sequence[ModeTable]) -> list[int]:
 
 
 def assign(residual: CeamResidual, problem: StepProblem, choice: SolverChoice, options: Options, p0: Array,
-           progress: Callable[[Iteration], None] | None = None, passes: int = 5) -> tuple[LoopResult[CeamPoint], int]:
+           progress: Callable[[Iteration], None] | None = None, passes: int = 8) -> tuple[LoopResult[CeamPoint], int]:
     """Solve, whiten the rows at the solution, solve again, until p settles: (last loop, number of passes).
 
-    With complete shapes and a model linear in p each pass is one convex step, exact for its weights; exact data need one pass only.
+    With complete shapes and a model linear in p each pass is one convex step, exact for its weights; exact data need one pass only. Incomplete
+    shapes are expanded anew in each pass, but only by the expansions that become exact as the model does: the others keep their bias.
     """
-    if any(not mode.full(residual.model.size) and not residual.reduces(mode) for mode in residual.assigned):
-        passes = 1  # expanded by the model as it was: whitening by a model fitted to such shapes would follow their bias
-    everywhere = Options(options.tolerance, options.max_iterations, np.inf) if residual.exact else options
+    if not residual.exact:
+        passes = options.max_iterations if residual.expansion in REPEATED else 1
+    everywhere = Options(options.tolerance, options.max_iterations, np.inf)
     loop = iterate(residual, problem, choice, everywhere, p0, progress)
     start, history = loop.start, list(loop.history)
     done = 1
     while loop.status == "converged" and done < passes and not _exactly(loop):
-        again = iterate(replace(residual, at=loop.point.p), loop.problem, choice, everywhere, loop.point.p, progress)
+        residual = replace(residual, at=loop.point.p, assigned=doubted(loop.point))
+        again = iterate(residual, loop.problem, choice, everywhere, loop.point.p, progress)
         history += [replace(h, number=len(history) + 1 + i) for i, h in enumerate(again.history)]
         moved = float(np.max(np.abs(again.point.p - loop.point.p), initial=0.0))
         loop, done = replace(again, weight=loop.weight), done + 1
         if moved <= SETTLED:
             break
     return refined(replace(loop, start=start, history=tuple(history))), done
+
+
+def doubted(point: CeamPoint) -> tuple[AssignedMode, ...]:
+    """The modes with shape deviations enlarged to the misfit that was left, where it exceeds them.
+
+    A shape that no admissible model has would otherwise be fitted by making the model soft: the forces of its misfit are proportional to the
+    stiffness. The rates keep their deviations, so that the frequencies decide.
+    """
+    values, _, _ = point.differences
+    out, at = [], 0
+    for mode, R in zip(point.residual.assigned, point.residual.whiteners, strict=True):
+        rows = len(R) * (1 if mode.real else 2)
+        misfit = float(np.sqrt(np.mean(values[at: at + rows] ** 2)))
+        out.append(replace(mode, std=mode.std * max(1.0, misfit)))
+        at += rows
+    return tuple(out)
 
 
 def refined(loop: LoopResult[CeamPoint]) -> LoopResult[CeamPoint]:
@@ -165,10 +186,12 @@ def update_ceam(spec: Spec, model: Model, recordings: Sequence[Recording], progr
     if not any(isinstance(r.weight, str) for r in loop.problem.regularisers):
         fitted["fit"]["objective"] = {"before": objective_at(loop.problem, residual.evaluate(model.zero())),
                                       "after": objective_at(loop.problem, residual.evaluate(end.p))}
+    fitted["hold_out"] |= frf_metrics(model, end.p, recordings)
     if passes > 1:
-        notes.append(f"The rows were whitened anew at the solution, {passes} passes in all.")
+        notes.append(f"The rows were whitened{'' if residual.exact else ' and the shapes expanded'} anew at the solution, {passes} passes in all.")
     if not residual.exact:
-        notes.append("Some DOFs were not measured: the equations are linear in the parameters only locally, and so is what the step proves.")
+        notes.append(f"Some DOFs were not measured and were expanded ({residual.expansion}): the equations are linear in the parameters only locally, "
+                     "and so is what the step proves.")
     if relative:
         notes.append("The recordings state no deviations: their weights are relative, and the parameters' deviations come from the scatter of the residual.")
     del start

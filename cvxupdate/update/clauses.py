@@ -185,7 +185,7 @@ def first_moments(J: Array) -> Array:
 
 
 def modes_reproduced(spec: Spec, model: Model) -> list[Constraint]:
-    """Chosen measured modes exactly, or within their deviations (a second-order cone). Shapes must be complete, or expanded once."""
+    """Chosen measured modes exactly, or within their deviations (a second-order cone). Shapes must be complete."""
     tables = [r for r in load_recordings(spec) if isinstance(r, ModeTable) and r.origin.use == "fit"]
     rows = [(t, i) for t in tables for i in range(len(t.frequency))]
     out: list[Constraint] = []
@@ -198,10 +198,10 @@ def modes_reproduced(spec: Spec, model: Model) -> list[Constraint]:
         one = replace(table, frequency=table.frequency[i: i + 1], frequency_std=table.frequency_std[i: i + 1], damping=table.damping[i: i + 1],
                       damping_std=table.damping_std[i: i + 1], shapes=table.shapes[i: i + 1], pairs=table.pairs[i: i + 1],
                       shape_std=None if table.shape_std is None else np.broadcast_to(table.shape_std, np.shape(table.shapes))[i: i + 1])
-        residual = CeamResidual(model, assigned_modes(model, [one]), spec.update.expansion if spec.update is not None else "dynamic", model.zero())
+        residual = CeamResidual(model, assigned_modes(model, [one]), "null-space", model.zero())
         if not residual.exact:
             raise InputError(f"constraints.modes: mode {asked.mode} was not measured at every DOF, so its equation is linear in the parameters only "
-                             "locally. Give update.expansion (e.g. \"null-space\"), or leave the clause out.")
+                             "locally. Leave the clause out, or measure the other DOFs.")
         system = residual.evaluate(model.zero()).system()
         name = f"mode {asked.mode} ({table.frequency[i]:.5g} Hz)"
         if asked.within is None:
