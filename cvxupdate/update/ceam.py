@@ -141,7 +141,7 @@ def refined(loop: LoopResult[CeamPoint]) -> LoopResult[CeamPoint]:
 def _exactly(loop: LoopResult[CeamPoint]) -> bool:
     """Whether the equations hold so far below their deviations that weights no longer matter."""
     values, _, _ = loop.point.differences
-    return bool(np.sqrt(np.mean(values**2)) < 1e-4)
+    return loop.point.residual.exact and bool(np.sqrt(np.mean(values**2)) < 1e-4)
 
 
 def update_ceam(spec: Spec, model: Model, recordings: Sequence[Recording], progress: Callable[[Iteration], None] | None = None) -> Updated:
