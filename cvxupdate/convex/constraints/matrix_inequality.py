@@ -15,7 +15,7 @@ from ...system import Array
 from ..chordal import cliques
 from .clauses import Clause, ConicClause
 
-DECOMPOSED = 40  # rows from which the inequality is split along its sparsity (measured in tests/benchmarks/test_ceam.py)
+DECOMPOSED = 250  # rows from which the inequality is split along its sparsity; below, the whole one is faster (tests/benchmarks/test_ceam.py)
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class MatrixInequality:
     base : (N, N) symmetric, sparse, at p = 0; derivatives : n of them, zero ones may be empty.
     floor : a pure number; 1e-3 keeps every motion at least a thousandth of its own mass (or stiffness), 0 asks for semidefinite.
     label : the clause in words; basis : (N, k) columns to which the inequality is confined (rigid-body modes taken out), None for all.
-    decompose : split along the sparsity; None: when N is 40 or more and ``basis`` is None.
+    decompose : split along the sparsity; None: when N is 250 or more and ``basis`` is None.
     """
 
     base: Any

@@ -1,0 +1,70 @@
+"""Figures 6.1 to 6.8 and 6.11 of the thesis and the CEAM column of Table 6.2, from the problem files ceam_case1 … ceam_case6.
+
+Run: python examples/ceam_cases.py [folder]
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from cvxupdate import study
+from cvxupdate.update.score import receptances
+
+PROBLEMS = Path(__file__).resolve().parents[1] / "problems"
+FIGURES = {1: ("6.1", "6.2"), 2: ("6.3", ""), 3: ("6.4", "6.5"), 4: ("6.12", "6.6"), 5: ("6.7", "6.8"), 6: ("", "6.11")}
+
+
+def case(number, name="problem.toml"):
+    """(updated, model, held-out FRF, p) of a case."""
+    path = PROBLEMS / f"ceam_case{number}" / name
+    updated = study.run(path)
+    _, model, recordings = study.open_problem(path)
+    held = next(r for r in recordings if r.origin.use == "hold-out")
+    return updated, model, held, np.array([q.p for q in updated.parameters])
+
+
+def draw(number, found, folder):
+    """p-values beside the element numbers, and accelerances at n1.z of target, initial and updated model."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    updated, model, held, p = found
+    figure, (bars, curves) = plt.subplots(2, 1, figsize=(7, 6.5), layout="constrained")
+    kinds = [of for of in ("stiffness", "mass", "damping") if any(q.of == of for q in updated.parameters)]
+    for k, of in enumerate(kinds):
+        values = [q.p for q in updated.parameters if q.of == of]
+        bars.bar(np.arange(1, 21) + 0.27 * (k - (len(kinds) - 1) / 2), values, 0.25, label=of)
+    bars.set(xlabel="element", ylabel="p", title=f"Case {number}, figure {FIGURES[number][0] or '(not printed)'}")
+    bars.legend()
+    i, j = (next(k for k, c in enumerate(channels) if c.label == "n1.z") for channels in (held.responses, held.references))
+    start, end = receptances(model, model.zero(), held), receptances(model, p, held)
+    for label, H, style in (("target", held.H, "k-"), ("initial", start, "C1:"), ("updated", end, "C0--")):
+        curves.semilogy(held.frequency, np.abs(H[:, i, j]), style, label=label)
+    curves.set(xlabel="frequency [Hz]", ylabel="accelerance n1.z [m/(s² N)]", title=f"Figure {FIGURES[number][1] or '(not printed)'}")
+    curves.legend()
+    figure.savefig(folder / f"ceam_case{number}.png", dpi=110)
+    plt.close(figure)
+
+
+def main(folder="out/examples/ceam_cases"):
+    """Run the six cases; returns the rows (case, status, iterations, seconds, FRF error before and after)."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for number in range(1, 7):
+        found = case(number)
+        draw(number, found, folder)
+        u, error = found[0], found[0].fit["hold_out"]["frf_error"]
+        rows.append((number, u.status, u.iterations, u.time, error["before"], error["after"]))
+    first = rows[0][3]
+    print("case  status      iterations  time/case 1  FRF error before  after")
+    for number, status, iterations, seconds, before, after in rows:
+        print(f"{number:4d}  {status:10s}  {iterations:10d}  {seconds / first:11.2f}  {before:16.3g}  {after:.3g}")
+    return rows
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
