@@ -156,7 +156,7 @@ def bays() -> None:
     every = ["n1.x", "n1.y", *(f"n{i}.z" for i in range(1, 20))]
     band = np.arange(20.0, 350.5, 1.0)
     write("bay_accuracy", "Bay structure: how accurate the recordings must be", "Thesis 5.5", bay.model_toml("FE1"),
-          f'{BOTH}\nfrequency_points = "best"\npoints = 10\nnoise = 0.00289\ntrust_radius = 0.1\n{BOUNDS}',
+          f'{BOTH}\nfrequency_points = "log-function"\npoints = 10\nnoise = 0.00289\ntrust_radius = 0.1\n{BOUNDS}',
           band, bay.noisy(bay.receptance(real, band, every, ["n1.z"]), 0.005, seed=55), every, ["n1.z"],
           BAY.format(section="5.5", what="Model FE1; z at all nodes, x and y at node 1 (21 coordinates) under a force at node 1 along z; every entry times "
                      "1 + 0.005 u, u uniform in [−1, 1], seed 55; the ten lines with the lowest characteristic log function (5.32). " + TRUE_FE1, but=""))

@@ -82,10 +82,16 @@ def factor_at(m: Matrices, frequency: float) -> Factor:
 
 def factorise_at(Z: sp.csc_array, frequency: float, why: str) -> Factor:
     """`factorise`, with a message that names the frequency."""
+    words = f"{WHAT.format(frequency)} is singular: {why}. Move the frequency, or give the model damping."
     try:
-        return factorise(Z, WHAT.format(frequency))
+        factor = factorise(Z, WHAT.format(frequency))
     except ModelError as error:
-        raise ModelError(f"{WHAT.format(frequency)} is singular: {why}. Move the frequency, or give the model damping.") from error
+        raise ModelError(words) from error
+    if frequency == 0.0 and Z.shape[0]:  # a free structure: rounding may leave a pivot where theory has none
+        pivots, size = np.abs(factor.lu.U.diagonal()), np.abs(Z.diagonal())
+        if np.any(pivots < 1e-12 * size[np.argsort(factor.lu.perm_c)]):
+            raise ModelError(words)
+    return factor
 
 
 def receptance(model: Model, frequency: ArrayLike, responses: Index, references: Index, p: ArrayLike | None = None) -> Field:

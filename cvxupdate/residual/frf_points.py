@@ -1,5 +1,5 @@
 """Which lines to fit: between resonances, away from anti-resonances, from the gap between the two models' resonances and from the frequencies of the
-structure held at its sensors, where coherence is good (thesis 3.5.1, 3.5.5); or those where the data may be least accurate (5.32)."""
+structure held at its sensors, where coherence is good (thesis 3.5.1, 3.5.5); those where the data may be least accurate (5.32); or those that tell most."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.fe.responses import held_frequencies
-from cvxupdate.residual.frf_accuracy import Accuracy
+from cvxupdate.residual.frf import FrfResidual
+from cvxupdate.residual.frf_accuracy import accuracy
 from cvxupdate.residual.frf_data import FrfData
 
 NEAR = 0.015  # relative distance from a resonance, the model's or the measured, that is avoided
@@ -51,8 +52,9 @@ def resonances(data: FrfData) -> Real:
     return np.array(found)
 
 
-def choose_points(model: Model, data: FrfData, rule: str | Sequence[float], count: int | None, accuracy: Accuracy | None = None) -> Points:
-    """Lines by ``rule``: "all", "between", "best" (needs ``accuracy`` at the lines), or a list of frequencies in Hz (the nearest lines).
+def choose_points(model: Model, data: FrfData, rule: str | Sequence[float], count: int | None) -> Points:
+    """Lines by ``rule``: "all"; "between" resonances, evenly; "log-function", its lowest values (5.32); "best", one after another those that leave the least
+    total variance of the parameters; or a list of frequencies in Hz (the nearest lines).
 
     Raises
     ------
@@ -69,8 +71,11 @@ def choose_points(model: Model, data: FrfData, rule: str | Sequence[float], coun
     else:
         number = min(count or _enough(model, data, own), len(data.frequency))
         allowed = _allowed(data, measured, own, held)
-        if rule == "best" and accuracy is not None:
-            lines = _lowest(accuracy.log_function, allowed, number)
+        if rule == "best":
+            lines = most_informative(sensitivities(model, data), allowed, number)
+        elif rule == "log-function":
+            noise = float(np.median(data.std[:, data.used] / np.maximum(np.abs(data.X[:, data.used]), np.finfo(float).tiny)))
+            lines = _lowest(accuracy(model, data.frequency, data.responses, noise, rounds=0).log_function, allowed, number)
         else:
             lines = _spread(data.frequency, allowed, np.concatenate([measured, own]), number)
     band = (data.frequency[lines].min(), data.frequency[lines].max())
@@ -162,6 +167,31 @@ def _spread(f: Real, allowed: np.ndarray[tuple[int], np.dtype[np.bool_]], edges:
             break
         keep.add(int(line))
     return np.array(sorted(keep), dtype=np.int64)
+
+
+def sensitivities(model: Model, data: FrfData) -> Real:
+    """∂(receptance)/∂p of the model as it stands in standard deviations, line by line, (f, rows, parameters)."""
+    point = FrfResidual(model, (data,), "receptance").evaluate(model.zero())
+    J = point.residual.weights[:, None] * point.jacobian
+    halves = J.reshape(-1, len(data.frequency), int(np.sum(data.used)), J.shape[1])  # real rows first, then imaginary ones
+    return np.concatenate(list(halves), axis=1)
+
+
+def most_informative(J: Real, allowed: np.ndarray[tuple[int], np.dtype[np.bool_]], number: int, prior: float = 0.05) -> Index:
+    """Greedy A-optimal lines (Fedorov 1972): each next one lowers trace (I/prior² + Σ JᵀJ)⁻¹ most; ``prior`` the deviation every p may have."""
+    P = prior**2 * np.eye(J.shape[2])
+    free = [int(i) for i in np.flatnonzero(allowed)]
+    chosen: list[int] = []
+    while free and len(chosen) < number:
+        some = J[free]
+        JP = some @ P
+        inner = np.eye(J.shape[1]) + JP @ some.transpose(0, 2, 1)
+        gain = np.einsum("fij,fij->f", JP, np.linalg.solve(inner, JP))
+        best = int(np.argmax(gain))
+        P = P - JP[best].T @ np.linalg.solve(inner[best], JP[best])
+        P = (P + P.T) / 2.0
+        chosen.append(free.pop(best))
+    return np.array(sorted(chosen), dtype=np.int64)
 
 
 def _lowest(log_function: Real, allowed: np.ndarray[tuple[int], np.dtype[np.bool_]], number: int) -> Index:

@@ -71,11 +71,12 @@ class Update(Part):
         description="rfm: force balance (3.9, 3.16), weighted by the dynamic flexibility (3.37), or output error (3.30); auto: flexibility, then output error",
     )
     frequency_points: Annotated[
-        Literal["between", "best", "all"] | Annotated[tuple[Positive, ...], Field(min_length=1)],
-        one_of('"between", "best", "all", or a list of frequencies [Hz]'),
+        Literal["between", "best", "log-function", "all"] | Annotated[tuple[Positive, ...], Field(min_length=1)],
+        one_of('"between", "best", "log-function", "all", or a list of frequencies [Hz]'),
     ] = Field(
         default="between",
-        description="rfm: lines that are fitted: between resonances (3.5.5), where the data may be least accurate (5.32), all, or those nearest to a list",
+        description="rfm: lines that are fitted: between resonances (3.5.5); best, those that tell most of the parameters; log-function, where the data may "
+        "be least accurate (5.32); all; or those nearest to a list",
     )
     points: Count | None = Field(default=None, description="rfm: how many lines of each recording; absent: enough for the modes and parameters")
     noise: Positive | None = Field(default=None, description="rfm: relative standard deviation of the FRFs; absent: what the recordings say")

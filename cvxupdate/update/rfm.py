@@ -13,7 +13,6 @@ from cvxupdate.errors import InputError, ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import FrequencyResponse, Recording
 from cvxupdate.residual.frf import FrfPoint, FrfResidual, frf_error, responses_of
-from cvxupdate.residual.frf_accuracy import Accuracy, accuracy
 from cvxupdate.residual.frf_data import FrfData, frf_data
 from cvxupdate.residual.frf_points import Points, choose_points
 from cvxupdate.spec import Spec
@@ -31,8 +30,6 @@ SETTLED = 1e-3
 PASSES = 3
 NEAR_RADIUS = 0.1
 """First trust region of the output error: it is far from linear where a resonance crosses a line."""
-FINE = 400
-"""Lines of the accuracy curve at most."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +40,6 @@ class Prepared:
     hold_out: tuple[FrfData, ...]
     chosen: tuple[FrfData, ...]
     points: tuple[Points, ...]
-    accuracy: tuple[Accuracy | None, ...]
 
 
 def prepare(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Prepared:
@@ -61,15 +57,9 @@ def prepare(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Prepar
     fit = tuple(d for d in data if d.use == "fit")
     if not fit:
         raise InputError("method rfm needs a recording of kind \"frf\" with use = \"fit\". Add one, or make FRFs from the time histories first.")
-    curves = tuple(_curve(model, d, u.noise) if u.frequency_points == "best" else None for d in fit)
-    points = tuple(choose_points(model, d, u.frequency_points, u.points, c) for d, c in zip(fit, curves, strict=True))
+    points = tuple(choose_points(model, d, u.frequency_points, u.points) for d in fit)
     chosen = tuple(d.at(q.lines) for d, q in zip(fit, points, strict=True))
-    return Prepared(fit, tuple(d for d in data if d.use != "fit"), chosen, points, curves)
-
-
-def _curve(model: Model, data: FrfData, noise: float | None) -> Accuracy:
-    level = noise or float(np.median(data.std / np.maximum(np.abs(data.X), np.finfo(float).tiny)))
-    return accuracy(model, data.frequency, data.responses, level, rounds=0)
+    return Prepared(fit, tuple(d for d in data if d.use != "fit"), chosen, points)
 
 
 def fit_responses(model: Model, data: Sequence[FrfData], problem: StepProblem, choice: SolverChoice, options: Options, kind: str = "auto",

@@ -1,0 +1,285 @@
+"""Residuals on frequency responses: derivatives by differences, linearity where it must be, noise weights, points, accuracy."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "problems"))
+import make_rfm  # noqa: E402
+
+from cvxupdate.errors import InputError, RecordingError  # noqa: E402
+from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin  # noqa: E402
+from cvxupdate.residual.contraction import derivatives  # noqa: E402
+from cvxupdate.residual.frf import KINDS, FrfResidual, frf_error, responses_of  # noqa: E402
+from cvxupdate.residual.frf_accuracy import accuracy  # noqa: E402
+from cvxupdate.residual.frf_data import frf_data  # noqa: E402
+from cvxupdate.residual.frf_points import choose_points, most_informative, resonances, sensitivities  # noqa: E402
+from cvxupdate.study import open_problem  # noqa: E402
+
+bay = make_rfm.bay
+SENSORS = tuple(f"n{i}.z" for i in (1, 8, 23, 31, 44, 60))
+
+
+def channel(label, quantity):
+    node, dof = label[1:].split(".")
+    return Channel(int(node), dof, quantity)
+
+
+def recording(frequency, H, responses, references, quantity="displacement", **more):
+    return FrequencyResponse(Origin("test", "test.npz"), np.asarray(frequency, dtype=float), H, quantity,
+                             tuple(channel(q, quantity) for q in responses), tuple(channel(q, "force") for q in references), **more)
+
+
+@pytest.fixture(scope="module")
+def plate():
+    """A damped plate with 135 parameters of stiffness, mass and damping, and receptances of the true one at six sensors, two forces (one unmeasured)."""
+    model = open_problem(ROOT / "problems" / "plate_complex_0pct" / "problem.toml")[1]
+    real = make_rfm.build(make_rfm.plate_toml(False))
+    f = [13.0, 41.0, 77.0]
+    return model, recording(f, bay.receptance(real, f, SENSORS, ("n1.z", "n17.z")), SENSORS, ("n1.z", "n17.z"))
+
+
+@pytest.fixture(scope="module")
+def frame():
+    model = open_problem(ROOT / "problems" / "bay_fe1_x1_complete" / "problem.toml")[1]
+    return model, bay.build("X1")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_derivatives_of_every_kind_of_parameter(plate, kind):
+    model, frf = plate
+    residual = FrfResidual(model, (frf_data(frf, model),), kind)
+    p = np.random.default_rng(0).uniform(-0.05, 0.05, 135)
+    point = residual.evaluate(p)
+    h = 2e-4
+    for j in (3, 20, 47, 70, 95, 130):
+        e = np.zeros(135)
+        e[j] = h
+        numerical = (residual.evaluate(p + e).values - residual.evaluate(p - e).values) / (2 * h)
+        assert numerical == pytest.approx(point.jacobian[:, j], abs=1e-4 * np.abs(point.jacobian[:, j]).max())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_truth_is_a_root_and_the_system_holds_there(plate, kind):
+    model, frf = plate
+    residual = FrfResidual(model, (frf_data(frf, model),), kind)
+    truth = np.zeros(135)
+    for k, of in enumerate(("stiffness", "mass", "damping")):
+        truth[[45 * k + i - 1 for i in make_rfm.PLATE_HIGH[of]]] = 1 / 1.1 - 1
+    point = residual.evaluate(truth)
+    start = np.abs(residual.evaluate(model.zero()).values * residual.weights).max()
+    assert np.abs(point.values * residual.weights).max() < 1e-6 * start
+    system = point.system()
+    assert system.residual(truth) == pytest.approx(point.values * residual.weights, abs=1e-6)
+    assert len(system.rows) == len(set(system.rows)) == 3 * 6 * 2 * 2
+
+
+def test_contraction_is_the_full_matrix_product(plate):
+    model, _ = plate
+    p = np.linspace(-0.1, 0.1, 135)
+    d = derivatives(model, p)
+    rng = np.random.default_rng(1)
+    left, right = (rng.standard_normal((model.size, k)) + 1j * rng.standard_normal((model.size, k)) for k in (3, 2))
+    got = d.between(50.0, left, right)
+    for j in (0, 60, 120):
+        Z = np.zeros((model.size, model.size), dtype=complex)
+        for b in model.derivative(j, p):
+            for e, dofs in enumerate(b.dofs):
+                full = sum(f * m[e] for f, m in ((1, b.K), (1j, b.D), (50j, b.C), (-2500, b.M)) if m is not None)
+                Z[np.ix_(dofs, dofs)] += full
+        assert got[:, :, j] == pytest.approx(left.T @ Z @ right, rel=1e-9)
+
+
+def test_complete_coordinates_are_linear_everywhere(frame):
+    """(3.9): with every DOF measured and the weights held, A p − b is exact at any p, and one least-squares solution is the truth."""
+    model, real = frame
+    f = [30.0, 120.0, 240.0, 330.0]
+    data = frf_data(recording(f, bay.receptance(real, f, real.labels, ("n1.z", "n1.x")), real.labels, ("n1.z", "n1.x")), model)
+    for kind in ("force-balance", "flexibility"):
+        residual = FrfResidual(model, (data,), kind)
+        system = residual.evaluate(model.zero()).system()
+        p = np.random.default_rng(2).uniform(-0.3, 0.3, 40)
+        there = residual.evaluate(p)
+        assert system.residual(p) == pytest.approx(there.values * residual.weights, abs=1e-7 * np.abs(there.values * residual.weights).max())
+        A, b = system.weighted()
+        truth = np.zeros(40)
+        truth[[i - 1 for i in bay.STIFF]] = 1 / 1.08 - 1
+        assert np.linalg.lstsq(A, b, rcond=None)[0] == pytest.approx(truth, abs=1e-8)
+
+
+def test_flexibility_weights_make_the_output_error(frame):
+    """(3.35): at the parameters of its weights the weighted force balance equals the receptance difference."""
+    model, real = frame
+    f = [30.0, 75.0]
+    data = frf_data(recording(f, bay.receptance(real, f, bay.TEN, ("n1.z",)), bay.TEN, ("n1.z",)), model)
+    p = np.linspace(-0.1, 0.1, 40)
+    weighted = FrfResidual(model, (data,), "flexibility", p).evaluate(p)
+    output = FrfResidual(model, (data,), "receptance").evaluate(p)
+    assert weighted.values == pytest.approx(output.values, rel=1e-6, abs=1e-9 * np.abs(output.values).max())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_rows_at_the_truth_have_unit_variance(frame, kind):
+    """The noise of H_X is carried into the rows: chi-squared per row is 1 for the true parameters, to its own scatter."""
+    model, real = frame
+    truth = np.zeros(40)
+    truth[[i - 1 for i in bay.STIFF]] = 1 / 1.08 - 1
+    f = [30.0, 75.0, 117.0, 145.0]
+    exact = bay.receptance(real, f, bay.TEN, ("n1.x", "n1.z"))
+    total, count = 0.0, 0
+    rng = np.random.default_rng(3)
+    for _ in range(15):
+        clean = frf_data(recording(f, exact, bay.TEN, ("n1.x", "n1.z")), model, 1e-3)
+        noisy = exact + clean.std * rng.standard_normal(exact.shape)
+        noisy[:, ~clean.used] = 0.0
+        data = frf_data(recording(f, noisy, bay.TEN, ("n1.x", "n1.z")), model, 1e-3)
+        residual = FrfResidual(model, (data,), kind, truth)
+        total += float(np.sum((residual.evaluate(truth).values * residual.weights) ** 2))
+        count += len(residual.weights)
+    assert total / count == pytest.approx(1.0, abs=5 * np.sqrt(2 / count) + 0.05)
+
+
+def test_quantities_are_brought_to_receptance(plate):
+    model, frf = plate
+    w = 2j * np.pi * frf.frequency[:, None, None]
+    for quantity, power in (("velocity", 1), ("acceleration", 2)):
+        other = recording(frf.frequency, frf.H * w**power, SENSORS, ("n1.z", "n17.z"), quantity)
+        assert pytest.approx(frf.H, rel=1e-12) == frf_data(other, model).X
+    variance = np.full(frf.H.shape, 1e-20)
+    stated = frf_data(recording(frf.frequency, frf.H * w**2, SENSORS, ("n1.z", "n17.z"), "acceleration", variance=variance * np.abs(w) ** 4), model)
+    assert not stated.relative_only and stated.std.min() >= 1e-10 * (1 - 1e-12)
+
+
+def test_decoupled_functions_do_not_count(frame):
+    model, real = frame
+    f = [30.0, 75.0]
+    data = frf_data(recording(f, bay.receptance(real, f, bay.TEN, ("n1.x", "n1.z")), bay.TEN, ("n1.x", "n1.z")), model)
+    assert data.used.sum() == 2 + 8  # in-plane motion under x, out-of-plane under z
+    assert len(FrfResidual(model, (data,), "receptance").weights) == 2 * 10
+
+
+def test_messages(plate):
+    model, frf = plate
+    with pytest.raises(InputError, match="displacement, velocity or acceleration"):
+        frf_data(recording(frf.frequency, frf.H, SENSORS, ("n1.z", "n17.z"), "strain"), model)
+    lost = recording(frf.frequency, frf.H[:, :1], ("n99.z",), ("n1.z", "n17.z"))
+    with pytest.raises(RecordingError, match="node 99"):
+        frf_data(lost, model)
+    with pytest.raises(InputError, match="there is no line near 500 Hz"):
+        choose_points(model, frf_data(frf, model), (13.0, 500.0), None)
+
+
+# ── points ───────────────────────────────────────────────────────────────────────────────────────────────────────
+
+
+@pytest.fixture(scope="module")
+def fine(frame):
+    model, real = frame
+    f = np.arange(10.0, 400.5, 1.0)
+    return model, frf_data(recording(f, bay.noisy(bay.receptance(real, f, bay.TEN, ("n1.x", "n1.z")), 0.005, 1), bay.TEN, ("n1.x", "n1.z")), model, 0.003)
+
+
+def test_resonances_are_the_peaks(fine):
+    _, data = fine
+    found = resonances(data)
+    for f in (42.2, 50.8, 102.2, 133.4, 155.3, 218.0, 265.8, 289.3):
+        assert np.min(np.abs(found - f)) <= 1.0
+
+
+@pytest.mark.parametrize("rule", ["between", "best", "log-function"])
+def test_points_stay_away_from_resonances_and_gaps(fine, rule):
+    model, data = fine
+    points = choose_points(model, data, rule, 20)
+    f = data.frequency[points.lines]
+    assert len(f) == 20 and points.rank >= min(points.modes, 10) > 0 and np.isfinite(points.ratio)
+    for real, own in ((133.4, 136.1), (217.98, 223.1), (265.8, 269.9)):
+        assert not np.any((f > real - 1) & (f < own + 1)), rule
+    for bad in np.concatenate([points.model, points.held]):
+        assert np.all(np.abs(f - bad) > 0.015 * bad)
+
+
+def test_between_visits_every_interval(fine):
+    model, data = fine
+    f = data.frequency[choose_points(model, data, "between", 12).lines]
+    # between 42/51 nothing is allowed (1.5 % and the gap to 43/52); the wide ones all have a line
+    for low, high in ((53.0, 100.0), (106.0, 131.0), (161.0, 214.0), (227.0, 262.0), (274.0, 287.0), (320.0, 352.0)):
+        assert np.any((f > low) & (f < high)), (low, high)
+
+
+def test_few_points_are_reported(fine):
+    model, data = fine
+    few = choose_points(model, data, (60.0, 350.0), None)
+    assert any("rank" in w and "Choose more points" in w for w in few.warnings)
+
+
+def test_informative_lines_beat_every_exchange_of_one(fine):
+    """Greedy A-optimal: the trace of the covariance rises for nearly every single exchange, and random sets are worse."""
+    model, data = fine
+    J = sensitivities(model, data)
+    allowed = np.ones(len(J), dtype=bool)
+    chosen = most_informative(J, allowed, 6)
+
+    def spread(lines):
+        A = J[lines].reshape(-1, J.shape[2])
+        return np.trace(np.linalg.inv(np.eye(J.shape[2]) / 0.05**2 + A.T @ A))
+
+    rng = np.random.default_rng(0)
+    best = spread(chosen)
+    assert all(spread(rng.choice(len(J), 6, replace=False)) > best for _ in range(50))
+    other = chosen.copy()
+    worse = 0
+    for k in range(6):
+        for line in rng.choice(len(J), 10, replace=False):
+            other[:] = chosen
+            other[k] = line
+            worse += spread(other) > best
+    assert worse >= 55
+
+
+# ── accuracy (chapter 5) ─────────────────────────────────────────────────────────────────────────────────────────
+
+
+def test_accuracy_is_its_definition(frame):
+    model, real = frame
+    at = np.array([model.place[q] for q in bay.TEN])
+    truth = np.zeros(40)
+    truth[[i - 1 for i in bay.STIFF]] = 1 / 1.08 - 1
+    f = np.array([30.0, 75.0])
+    a = accuracy(model, f, at, 1e-3, truth, rounds=40)
+    for k, x in enumerate(f):
+        HX, HA = (bay.receptance(m, [x], bay.TEN, bay.TEN)[0].real for m in (real, model))
+        ZX, ZA = np.linalg.inv(HX), np.linalg.inv(HA)
+        delta = np.linalg.norm(ZX - ZA)
+        assert a.system[k] == pytest.approx(np.log10(delta / np.linalg.norm(ZX) ** 2), abs=1e-5)
+        assert a.error[k] == pytest.approx(np.log10(1e-3 * np.linalg.norm(HX)), abs=1e-6)
+        assert a.relative_model[k] == pytest.approx(delta / np.linalg.norm(ZX), rel=1e-4)
+    # (5.32) is linear in the noise: it is 0 at the bearable noise, and the radius scales with it
+    again = accuracy(model, f[:1], at, float(a.bearable[0]), truth, rounds=40)
+    assert again.log_function[0] == pytest.approx(0.0, abs=1e-9)
+    assert again.radius[0] / a.radius[0] == pytest.approx(a.bearable[0] / 1e-3, rel=1e-9)
+
+
+def test_expected_change_is_the_mean_square_over_draws(frame):
+    model, _ = frame
+    at = np.array([model.place[q] for q in bay.TEN])
+    f = np.array([60.0])
+    guess = accuracy(model, f, at, 1e-3, 1e-3, rounds=0)
+    rng = np.random.default_rng(0)
+    drawn = [accuracy(model, f, at, 1e-3, 1e-3 * rng.standard_normal(40), rounds=0) for _ in range(60)]
+    mean = np.sqrt(np.mean([10 ** (2 * d.system[0]) for d in drawn]))
+    assert 10 ** guess.system[0] == pytest.approx(mean, rel=0.3)
+
+
+def test_error_metric(frame):
+    model, real = frame
+    f = [30.0, 75.0]
+    data = frf_data(recording(f, bay.receptance(model, f, bay.TEN, ("n1.z",)), bay.TEN, ("n1.z",)), model)
+    X = responses_of(model, (data,), model.zero())
+    assert frf_error(X, (data,)) < 1e-7
+    assert frf_error([1.1 * x for x in X], (data,)) == pytest.approx(0.1, rel=1e-5)
+    assert real.size == 114
