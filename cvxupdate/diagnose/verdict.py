@@ -24,7 +24,7 @@ HALVED = 0.5  # a finding must halve what was left, on what was fitted and on wh
 LEVEL_CHANGE, LEVEL_NOISE = 0.05, 5.0  # relative change between drive levels, and how many times the noise, that make a structure nonlinear
 DAMPING = ("viscous_damper", "structural_damping", "mass_proportional_damping")
 RIVAL = 2.0  # misfit within this factor of the best: the recordings do not separate the two
-OPEN = 25.0  # misfit per row above which even the best model leaves the recordings unexplained
+OPEN, UNEXPLAINED = 4.0, 0.1  # misfit per row, and response error, above which even the best model leaves the recordings unexplained
 EFFECTS = 2
 MESH_SHARE = 0.25  # of the mesh's shift that Richardson extrapolation on two meshes may miss
 SURE = 0.4  # confidence below which a further effect is not claimed
@@ -104,8 +104,9 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
         says = ("Something differs that none of the known kinds of physics explains at any single place; "
                 f"what remains is {100 * outcome.ordinary[0]:.3g} % of the response.")
         return _diagnosis(spec, "undetermined", says, (), outcome, (), data, evidence, begin)
-    if final.fit.misfit > OPEN and final.hold_out > 0.25:
-        says = f"{final.candidate.name} comes nearest, but leaves {100 * final.hold_out:.3g} % of the held-out response unexplained."
+    if final.fit.misfit > OPEN * EXPLAINED and np.nanmax([final.hold_out, final.error]) > max(UNEXPLAINED, mesh_allowance(outcome, data)):
+        left = float(np.nanmax([final.hold_out, final.error]))
+        says = f"No single effect explains the recordings: {final.candidate.name} comes nearest, but leaves {100 * left:.3g} % of the response."
         return _diagnosis(spec, "undetermined", says, (), outcome, tuple(accepted), data, evidence, begin)
     findings = tuple(_finding(t, current if k == len(accepted) - 1 else outcome, final) for k, t in enumerate(accepted))
     evidence += _finding_evidence(outcome, accepted)
