@@ -15,7 +15,7 @@ from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import FrequencyResponse
 
 Field = NDArray[Any]
-ASSUMED = 0.01  # relative deviation of an FRF whose recording says nothing
+ASSUMED = 0.05  # relative deviation of an FRF whose recording says nothing: weights only
 FLOOR = 0.1  # share of the line's r.m.s. below which an entry is not believed to a given percentage: anti-resonances (thesis 3.5.5)
 POWER = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
@@ -54,7 +54,7 @@ class FrfData:
 def frf_data(recording: FrequencyResponse, model: Model, noise: float | None = None) -> FrfData:
     """A recording as receptances on the DOFs of ``model``; 0 Hz and channels at held DOFs are left out.
 
-    ``noise``: relative standard deviation of every entry, instead of what the recording states. Where neither says anything 1 % is taken, as weights
+    ``noise``: relative standard deviation of every entry, instead of what the recording states. Where neither says anything 5 % is taken, as weights
     only. An entry below a tenth of its line's r.m.s. (over translations or rotations of that reference) has the deviation of that tenth.
 
     Raises
