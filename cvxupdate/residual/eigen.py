@@ -9,8 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg as la
 import scipy.sparse as sp
 
+from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import STEP, Block
 from cvxupdate.fe.elements.base import Real, Values
 from cvxupdate.fe.factor import factorise
@@ -118,10 +120,10 @@ def splitting(eigenvalue: float, shapes: Real, derivatives: Derivatives) -> Real
 def shape_derivatives(m: Matrices, eigenvalue: float, shape: Real, sensors: Index, derivatives: Derivatives, others: Real | None = None) -> Real:
     """∂φ_s/∂p_j of one mass-normalised mode at the free DOFs ``sensors``, (sensors, parameters).
 
-    Nelson's problem in bordered form, solved for the sensors instead of the parameters: with
-    B = [K − λM, −Mφ; −φᵀM, 0] (regular for a simple eigenvalue), B [∂φ; ∂λ] = [−(∂K − λ∂M)φ; ½ φᵀ∂Mφ], and B is symmetric.
-    One sparse factorisation serves every sensor and parameter (Nelson 1976; Lee and Jung 1997). ``others`` (N, k) are further shapes of the same
-    eigenvalue: they border B as well, and the derivative is then that part which does not turn the shapes among themselves.
+    Nelson's method (1976) turned round: solved for the sensors instead of the parameters, so one sparse factorisation serves all of both. With
+    A = K − λM, A y_s = e_s − φ_s Mφ and φᵀM y_s = 0, ∂φ_s = −y_sᵀ (∂K − λ∂M) φ − ½ φ_s φᵀ∂Mφ. A is singular, and its one free value is settled by
+    holding y at the DOF where φ moves most (a border, though shorter to write, fills the factors). ``others`` (N, k) are further shapes of the same
+    eigenvalue: y is then orthogonal to them too, and the derivative is that part which does not turn the shapes among themselves.
 
     Raises
     ------
@@ -130,11 +132,38 @@ def shape_derivatives(m: Matrices, eigenvalue: float, shape: Real, sensors: Inde
     """
     N = len(shape)
     same = shape[:, None] if others is None else np.column_stack([shape, others])
-    border = sp.csc_array(-(m.M @ same))
-    bordered = sp.block_array([[m.K - eigenvalue * m.M, border], [border.T, None]], format="csc")
-    rhs = np.zeros((N + same.shape[1], len(sensors)))
-    rhs[sensors, np.arange(len(sensors))] = 1.0
-    y = factorise(bordered, "the bordered matrix of a repeated eigenvalue", pivot=True).solve(rhs)
-    dK, dM = forms(y[:N], shape[:, None], derivatives)
+    A = sp.csc_array(m.K - eigenvalue * m.M)
+    carried = m.M @ same
+    load = -carried @ same[sensors].T
+    load[sensors, np.arange(len(sensors))] += 1.0
+    _, _, order = la.qr((np.sqrt(np.abs(m.K.diagonal()))[:, None] * same).T, mode="economic", pivoting=True)
+    free = np.setdiff1d(np.arange(N), order[:same.shape[1]])
+    y = np.zeros((N, len(sensors)))
+    y[free] = _solved(sp.csc_array(A[free][:, free]), load[free])
+    y -= same @ (carried.T @ y)
+    dK, dM = forms(y, shape[:, None], derivatives)
     own = forms(shape[:, None], shape[:, None], derivatives)[1]
-    return np.asarray(eigenvalue * dM - dK + 0.5 * y[N][:, None] * own)
+    return np.asarray(eigenvalue * dM - dK - 0.5 * shape[sensors][:, None] * own)
+
+
+def _solved(A: sp.csc_array, b: Real) -> Real:
+    """A⁻¹ b of a symmetric indefinite A: pivots on the diagonal (least fill) and one refinement; with pivoting where that is not enough.
+
+    Raises
+    ------
+    ModelError
+        When A is singular.
+    """
+    size = np.abs(b).max(initial=0.0) or 1.0
+    what = "K − λM, held where the mode moves most, of a repeated eigenvalue"
+    for pivot in (False, True):
+        try:
+            factor = factorise(A, what, pivot)
+        except ModelError:
+            continue
+        x = factor.solve(b)
+        x = x + factor.solve(b - A @ x)
+        rounding = 1e-13 * abs(A).max() * np.abs(x).max(initial=0.0)
+        if np.all(np.isfinite(x)) and np.abs(A @ x - b).max(initial=0.0) <= 1e-8 * size + rounding:
+            return np.asarray(x)
+    raise ModelError(f"{what}, is singular: its shapes are not determined one by one. Compare frequencies only, or break the symmetry of the model.")
