@@ -15,11 +15,9 @@ from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.eigen import derivatives_of, eigenvalue_derivatives, shape_derivatives, splitting
-from cvxupdate.residual.pairing import MARGIN, Index, Start, channel_rows, follow, pairing_modes, real_shapes, shape_entries, start_pairing
+from cvxupdate.residual.pairing import MARGIN, Index, Start, channel_rows, follow, pairing_modes, real_shapes, start_pairing
+from cvxupdate.residual.repeated import aligned, clusters, oriented, turned
 from cvxupdate.system import LinearSystem
-
-REPEATED = 1e-6  # relative distance of eigenvalues below which a single shape means nothing
-IN_SPAN = 0.8  # share of a measured shape that must lie in the span of repeated ones to turn them
 
 
 @dataclass(frozen=True)
@@ -70,33 +68,6 @@ class ModalResidual:
 def _used(places: Sequence[Index]) -> Index:
     every = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *places]))
     return every[every >= 0]
-
-
-def clusters(modes: Modes) -> list[Index]:
-    """Places of the flexible modes whose eigenvalues are repeated (closer than 1e-6), cluster by cluster."""
-    values = modes.eigenvalues[modes.rigid:]
-    together = np.diff(values) < REPEATED * np.abs(values[1:])
-    return [run + modes.rigid for run in np.split(np.arange(len(values)), np.flatnonzero(~together) + 1) if len(run) > 1]
-
-
-def turned(modes: Modes, at: Index, Q: Real) -> Modes:
-    """``modes`` with the shapes of one cluster turned by Q (r, r)."""
-    shapes = modes.shapes.copy()
-    shapes[:, at] = shapes[:, at] @ Q
-    return Modes(modes.eigenvalues, shapes, modes.rigid)
-
-
-def aligned(modes: Modes, m: Matrices, before: Real) -> Modes:
-    """Shapes of repeated eigenvalues turned as near as possible to those ``before`` (N, b) that became them (orthogonal Procrustes in M)."""
-    for at in clusters(modes):
-        overlap = modes.shapes[:, at].T @ (m.M @ before)
-        share = np.sum(overlap**2, axis=0)
-        mine = [b for b in np.argsort(-share)[:len(at)] if share[b] > 0.5]
-        if mine:
-            U, _, Vt = np.linalg.svd(overlap[:, mine])
-            k = len(mine)
-            modes = turned(modes, at, np.column_stack([U[:, :k] @ Vt, U[:, k:]]))
-    return modes
 
 
 @dataclass(frozen=True)
@@ -219,33 +190,6 @@ def modal_residual(model: Model, fit: Sequence[ModeTable], hold_out: Sequence[Mo
     several = {int(i) for at in repeated for i in at}
     muted = frozenset((k, i) for k, places in enumerate(start.places) for i, at in enumerate(places.tolist()) if at in several)
     return ModalResidual(model, tuple(fit), tuple(hold_out), shapes, replace(start, modes=modes), count, muted)
-
-
-def oriented(modes: Modes, model: Model, tables: Sequence[ModeTable]) -> tuple[Modes, frozenset[int]]:
-    """Shapes of repeated eigenvalues turned to the measured shapes that lie in their span: (modes, first place of each cluster turned).
-
-    Any rotation of such shapes is as good as another for the model; the recordings say which one the structure has.
-    """
-    done = set()
-    for at in clusters(modes):
-        found = []
-        for k, table in enumerate(tables):
-            for i in range(len(table.frequency)):
-                rows, x = shape_entries(model, table, i)
-                if len(rows) > len(at):
-                    B = modes.shapes[np.ix_(rows, at)]
-                    q = np.linalg.lstsq(B, x, rcond=None)[0]
-                    found.append((float(np.sum((x - B @ q) ** 2) / np.sum(x**2)), k, i, q / (np.linalg.norm(q) or 1.0)))
-        chosen: list[tuple[float, int, int, Real]] = []
-        for one in sorted(found, key=lambda item: item[:3]):
-            if one[0] < 1.0 - IN_SPAN and len(chosen) < len(at) and all(abs(one[3] @ other[3]) < 0.7 for other in chosen):
-                chosen.append(one)
-        if chosen:
-            U, _, Vt = np.linalg.svd(np.column_stack([one[3] for one in sorted(chosen, key=lambda item: item[1:3])]))
-            k = len(chosen)
-            modes = turned(modes, at, np.column_stack([U[:, :k] @ Vt, U[:, k:]]))
-            done.add(int(at[0]))
-    return modes, frozenset(done)
 
 
 def another_pairing(point: ModalPoint) -> Start | None:

@@ -7,7 +7,8 @@ import pytest
 
 from cvxupdate.errors import InputError, ModelError
 from cvxupdate.fe.modes import model_modes
-from cvxupdate.residual.modal import ModalResidual, aligned, clusters, modal_residual, turned
+from cvxupdate.residual.modal import ModalResidual, modal_residual
+from cvxupdate.residual.repeated import aligned, clusters, turned
 from tests.cases.structures import PORTAL, TRUTH, crossing, free_chain, measured, portal, square, structure
 
 CHANNELS = ("n2.x", "n3.x", "n4.y", "n5.y", "n6.x", "n6.y")
