@@ -255,7 +255,8 @@ def test_control_c_in_the_middle_of_a_run(here):
     script = ("import cvxupdate.study as s, cvxupdate.cli as c, sys, time\n"
               "def run(*_):\n    print('started', flush=True)\n    time.sleep(60)\n"
               "s.run = run\nsys.argv = ['cvxupdate', 'run', 'chain/problem.toml']\nc.main()\n")
-    process = subprocess.Popen([sys.executable, "-c", script], cwd=here, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen([sys.executable, "-c", script], cwd=here, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                               preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))  # a background job inherits "ignored"
     assert process.stdout.readline() == "started\n"
     time.sleep(0.2)
     process.send_signal(signal.SIGINT)
