@@ -88,4 +88,5 @@ def _basis(K: sp.csc_array, M: sp.csc_array, modes: Modes, wanted: Index) -> Rea
 
 
 def _project(U: Real, A: sp.csc_array) -> Real:
-    return np.asarray(U.T @ (A @ U))
+    B = np.asarray(U.T @ (A @ U))
+    return (B + B.T) / 2.0  # symmetric to the last digit, so that responses are reciprocal
