@@ -13,9 +13,9 @@ from cvxupdate.errors import InputError
 from cvxupdate.spec import Spec, load_problem
 
 if TYPE_CHECKING:
-    from cvxupdate.diagnose.finding import Diagnosis
     from cvxupdate.convex import SolverRow
     from cvxupdate.correlate.result import Compared
+    from cvxupdate.diagnose.finding import Diagnosis
     from cvxupdate.fe.model import Model
     from cvxupdate.recordings.inspect import Inspection
     from cvxupdate.recordings.types import Recording
