@@ -1,3 +1,4 @@
+# ruff: noqa: E501 - the notes are prose for source.md
 """Writes the problems of thesis chapters 3 and 5: chain10_*, bay_* and plate_complex_*. Run it again to get the same files (seeds are fixed)."""
 
 from __future__ import annotations

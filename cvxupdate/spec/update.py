@@ -79,6 +79,9 @@ class Update(Part):
         "be least accurate (5.32); all; or those nearest to a list",
     )
     points: Count | None = Field(default=None, description="rfm: how many lines of each recording; absent: enough for the modes and parameters")
+    basis: Literal["full", "reduced"] = Field(
+        default="full", description="rfm: reduced fits the output error on modes and static residual vectors, for large models"
+    )
     noise: Positive | None = Field(default=None, description="rfm: relative standard deviation of the FRFs; absent: what the recordings say")
     expansion: Literal["dynamic", "null-space", "guyan", "irs", "gysin", "serep", "serepa", "tam", "hybrid"] = Field(
         default="null-space", description="ceam: how DOFs that were not measured are found; null-space, dynamic and gysin are repeated as the model improves"

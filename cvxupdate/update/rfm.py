@@ -16,6 +16,7 @@ from cvxupdate.residual.frf import FrfPoint, FrfResidual, frf_error, responses_o
 from cvxupdate.residual.frf_accuracy import accuracy
 from cvxupdate.residual.frf_data import FrfData, frf_data
 from cvxupdate.residual.frf_points import Points, choose_points
+from cvxupdate.residual.frf_reduced import ReducedResidual, make_basis
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
 from cvxupdate.update.covariance import uncertainty
@@ -29,6 +30,11 @@ EXACT = 1e-3
 SETTLED = 1e-3
 """Change of p below which taking the weights anew changes nothing."""
 PASSES = 3
+REFRESHES = 15
+ROUND = 4
+"""Steps on one basis."""
+MOVED = 1e-4
+"""Change of p since the basis was made below which it serves."""
 NEAR_RADIUS = 0.1
 """First trust region of the output error: it is far from linear where a resonance crosses a line."""
 
@@ -100,6 +106,49 @@ def fit_responses(model: Model, data: Sequence[FrfData], problem: StepProblem, c
     return replace(last, start=first, history=tuple(history))
 
 
+def fit_reduced(model: Model, data: Sequence[FrfData], problem: StepProblem, choice: SolverChoice, options: Options, p0: Array | None = None,
+                progress: Callable[[Iteration], None] | None = None) -> LoopResult[FrfPoint]:
+    """The output error on a reduced basis of modes and residual vectors, made anew whenever p has moved; every basis is judged by the full model.
+
+    A round is a few steps on one basis. It is kept when the full objective falls, else tried again with a quarter of the trust region. The end is where a
+    round converges with p moved by less than ``MOVED``.
+
+    Raises
+    ------
+    ModelError
+        When the model is no structure, or has too many modes in the band.
+    """
+    start = model.zero() if p0 is None else p0
+    output = FrfResidual(model, tuple(data), "receptance")
+    first = point = output.evaluate(start)
+    lines = np.concatenate([d.frequency for d in data])
+    places = np.unique(np.concatenate([np.concatenate([d.responses, d.references]) for d in data]))
+    shifts = (0.9 * float(lines.min()), float(np.mean(lines)), 1.05 * float(lines.max()))
+    history: list[Iteration] = []
+    radius, basis = min(options.radius, NEAR_RADIUS), None
+    status, reason = "stopped", f"the parameters still moved after {REFRESHES} bases"
+    for _ in range(REFRESHES):
+        basis = make_basis(model, point.p, float(lines.max()), places, shifts) if basis is None else basis
+        loop = iterate(ReducedResidual(output, basis), problem, choice, replace(options, radius=radius, max_iterations=ROUND), point.p, progress)
+        history += _renumbered(loop.history, len(history))
+        if loop.status == "infeasible":
+            status, reason = loop.status, loop.reason
+            break
+        reached = output.evaluate(loop.point.p)
+        moved = float(np.max(np.abs(reached.p - point.p), initial=0.0))
+        if objective_at(loop.problem, reached) <= objective_at(loop.problem, point):
+            point, basis = reached, None
+            if moved <= MOVED and loop.status == "converged":
+                status, reason = loop.status, loop.reason
+                break
+        elif moved <= MOVED:
+            status, reason = "converged", "what is left to gain is below the accuracy of the reduced basis"
+            break
+        else:
+            radius = 0.25 * min(moved, radius)
+    return LoopResult(first, point, loop.step, status, reason, tuple(history), loop.problem, loop.weight)
+
+
 def _better(output: FrfResidual, problem: StepProblem, first: FrfPoint, best: Array, p: Array) -> Array:
     """``p`` where the output error there is below that at ``best``."""
     try:
@@ -131,7 +180,11 @@ def update_rfm(spec: Spec, model: Model, recordings: Sequence[Recording], progre
     prepared = prepare(spec, model, recordings)
     problem, choice = step_problem(spec, model), solver_choice(spec)
     kind = spec.update.residual if spec.update is not None else "auto"
-    loop = fit_responses(model, prepared.chosen, problem, choice, loop_options(spec), kind, None, progress)
+    reduced = spec.update is not None and spec.update.basis == "reduced"
+    if reduced:
+        loop = fit_reduced(model, prepared.chosen, problem, choice, loop_options(spec), None, progress)
+    else:
+        loop = fit_responses(model, prepared.chosen, problem, choice, loop_options(spec), kind, None, progress)
     end = loop.point
     relative = all(d.relative_only for d in prepared.chosen)
     known = uncertainty(end.system(), end.p, model.parameters, equality_rows(loop.problem, end.p), relative)

@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "problems"))
 import make_rfm  # noqa: E402
 
+from cvxupdate.convex import Bounds, LeastSquares, SolverChoice, StepProblem  # noqa: E402
 from cvxupdate.errors import InputError, RecordingError  # noqa: E402
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin  # noqa: E402
 from cvxupdate.residual.contraction import derivatives  # noqa: E402
@@ -19,7 +20,10 @@ from cvxupdate.residual.frf import KINDS, FrfResidual, frf_error, responses_of  
 from cvxupdate.residual.frf_accuracy import accuracy  # noqa: E402
 from cvxupdate.residual.frf_data import frf_data  # noqa: E402
 from cvxupdate.residual.frf_points import choose_points, most_informative, resonances, sensitivities  # noqa: E402
+from cvxupdate.residual.frf_reduced import ReducedResidual, make_basis  # noqa: E402
 from cvxupdate.study import open_problem  # noqa: E402
+from cvxupdate.update.rfm import fit_reduced  # noqa: E402
+from cvxupdate.update.trust_region import Options  # noqa: E402
 
 bay = make_rfm.bay
 SENSORS = tuple(f"n{i}.z" for i in (1, 8, 23, 31, 44, 60))
@@ -283,3 +287,34 @@ def test_error_metric(frame):
     assert frf_error(X, (data,)) < 1e-7
     assert frf_error([1.1 * x for x in X], (data,)) == pytest.approx(0.1, rel=1e-5)
     assert real.size == 114
+
+
+# ── reduced basis ────────────────────────────────────────────────────────────────────────────────────────────────
+
+
+def test_reduced_basis_agrees_with_the_full_model(plate):
+    """Rows and derivatives of a damped model, at the basis's parameters and a little away."""
+    model, frf = plate
+    full = FrfResidual(model, (frf_data(frf, model),), "receptance")
+    at = np.array([model.place[q] for q in (*SENSORS, "n17.z")])
+    basis = make_basis(model, model.zero(), 77.0, at, (12.0, 45.0, 80.0))
+    assert basis.V.shape[1] < 45 < model.size
+    reduced = ReducedResidual(full, basis)
+    for size, close in ((0.0, 1e-5), (1e-4, 1e-3)):
+        p = size * np.random.default_rng(0).standard_normal(135)
+        a, b = full.evaluate(p), reduced.evaluate(p)
+        assert b.values == pytest.approx(a.values, abs=close * np.abs(a.values).max())
+        assert b.jacobian == pytest.approx(a.jacobian, abs=10 * close * np.abs(a.jacobian).max())
+    assert reduced.evaluate(model.zero()).system().rows == full.evaluate(model.zero()).system().rows
+
+
+def test_loop_on_a_reduced_basis_reaches_the_full_answer(frame):
+    model, real = frame
+    f = [20.0, 30, 43.5, 66, 75, 90, 117, 124, 145, 160]
+    three = ("n1.x", "n1.y", "n1.z")
+    data = frf_data(recording(f, bay.receptance(real, f, bay.TEN, three), bay.TEN, three), model)
+    problem = StepProblem(LeastSquares(), (), (Bounds(np.full(40, -0.5), np.full(40, 0.5)),), tuple(q.name for q in model.parameters))
+    loop = fit_reduced(model, (data,), problem, SolverChoice(), Options(1e-8, 60, 0.1))
+    truth = np.zeros(40)
+    truth[[i - 1 for i in bay.STIFF]] = 1 / 1.08 - 1
+    assert loop.status == "converged" and loop.point.p == pytest.approx(truth, abs=1e-6)
