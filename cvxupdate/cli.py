@@ -61,6 +61,22 @@ def correlate(problem: Problem, out: Out = None, as_json: Json = False) -> None:
 
 
 @app.command()
+def diagnose(problem: Problem, out: Out = None, as_json: Json = False) -> None:
+    """Locate the mismatch, name the physics left out, model it, and show the fit improve."""
+    from cvxupdate.report.diagnosis import diagnosis_files, diagnosis_summary
+    from cvxupdate.spec import load_problem
+    from cvxupdate.study import diagnose as do
+
+    _must_be_writable(out)
+    with _saying(as_json) as tell:
+        found = do(problem, tell)
+    files, payload = diagnosis_files(found, load_problem(problem))
+    folder = _folder(out, found.problem)
+    _write(folder, files)
+    _say(payload, as_json, lambda: diagnosis_summary(found, folder))
+
+
+@app.command()
 def solvers(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     """Solve the same step with every installed solver and compare."""
     from cvxupdate.report import solvers_files, solvers_summary
@@ -168,6 +184,18 @@ def _progress(quiet: bool) -> Iterator[Callable[[Iteration], None] | None]:
 
     with Console(stderr=True).status("setting up the model") as status:
         yield lambda h: status.update(f"iteration {h.number}: objective {h.objective:.6g}, step {h.step:.2g}")
+
+
+@contextlib.contextmanager
+def _saying(quiet: bool) -> Iterator[Callable[[str], None] | None]:
+    """As `_progress`, for work that says in words what it is at."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("reading the recordings") as status:
+        yield status.update
 
 
 def main() -> None:

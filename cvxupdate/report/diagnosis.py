@@ -1,0 +1,30 @@
+"""The files and the summary of ``diagnose``; plotting and templates load on first use."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from cvxupdate.diagnose.finding import Diagnosis
+    from cvxupdate.spec import Spec
+
+__all__ = ["diagnosis_files", "diagnosis_summary"]
+
+
+def diagnosis_files(found: Diagnosis, spec: Spec) -> tuple[dict[str, str], str]:
+    """{"diagnosis.json": text, "report.html": text}, and the JSON text by itself; ``spec`` is drawn."""
+    from cvxupdate.report.as_json import dumps, plain
+    from cvxupdate.report.diagnosis_page import diagnosis_page
+
+    text = dumps(plain(found.to_json()))
+    return {"diagnosis.json": text, "report.html": diagnosis_page(found, spec)}, text
+
+
+def diagnosis_summary(found: Diagnosis, folder: Path) -> RenderableType:
+    """What ``diagnose`` prints on a terminal: verdict sentence, findings, fit before and after, where the files lie."""
+    from cvxupdate.report.diagnosis_text import diagnosis_text
+
+    return diagnosis_text(found, folder)

@@ -1,0 +1,60 @@
+"""The page of ``diagnose``: what is missing and where, the proof, and what the recordings cannot tell."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from markupsafe import Markup
+
+from cvxupdate.report.diagnosis_figures import fit_bars, place_picture
+from cvxupdate.report.diagnosis_words import VERDICTS, equivalents, fit_rows, physics_words, place_words, values_words
+from cvxupdate.report.numbers import fixed, number, seconds
+from cvxupdate.report.page import command, render
+from cvxupdate.report.words import METRICS
+
+if TYPE_CHECKING:
+    from cvxupdate.diagnose.finding import Diagnosis
+    from cvxupdate.spec import Spec
+
+MOST_ROWS = 40
+"""Candidates shown at most; diagnosis.json holds them all."""
+
+
+def diagnosis_page(found: Diagnosis, spec: Spec) -> str:
+    """The HTML text of a report on ``diagnose``."""
+    tone, meaning = VERDICTS[found.verdict]
+    return render("diagnosis.html", {
+        "d": found, "tone": tone, "meaning": meaning, "place": _svg(place_picture(found, spec)), "bars": _svg(fit_bars(found)), "fit": fit_rows(found),
+        "findings": [finding_part(f) for f in found.findings], "candidates": candidate_rows(found), "more": max(0, len(found.candidates) - MOST_ROWS),
+        "metrics": metric_rows(found), "source": spec.source, "command": command("diagnose", found.path), "time": seconds(found.time),
+    })  # fmt: skip
+
+
+def finding_part(f: Any) -> dict[str, Any]:
+    """One finding for the page: words, figures with deviations, what is equivalent."""
+    return {"physics": physics_words(f.physics), "word": f.physics, "where": place_words(f.place.to_json()), "says": f.says,
+            "confidence": f"{100 * f.confidence:.0f} %",
+            "values": values_words(f.parameters, f.deviations, f.physics, f.place.dof), "equivalent": equivalents(f.equivalent)}
+
+
+def candidate_rows(found: Diagnosis) -> list[dict[str, str]]:
+    """Every word at every place that was tried, best first."""
+    return [{"physics": physics_words(c["physics"]), "where": place_words(c["location"]), "score": number(c.get("score"), 3),
+             "hold_out": number(c.get("hold_out_score"), 3), "share": "" if c.get("share") is None else f"{100 * float(c['share']):.0f} %"}
+            for c in found.candidates[:MOST_ROWS]]
+
+
+def metric_rows(found: Diagnosis) -> list[dict[str, str]]:
+    """The contract's metrics, fitted first."""
+    out = []
+    for key, what in (("fit", "fitted"), ("hold_out", "held out")):
+        for metric, pair in found.metrics.get(key, {}).items():
+            name, unit = METRICS.get(metric, (metric, ""))
+            values = {k: f"{fixed(pair.get(k))} %" if unit == "%" and pair.get(k) is not None else number(pair.get(k), 3) for k in ("before", "after")}
+            if pair.get("before") is not None:
+                out.append({"name": name, "what": what, **values})
+    return out
+
+
+def _svg(text: str | None) -> Markup | None:
+    return None if text is None else Markup(text)

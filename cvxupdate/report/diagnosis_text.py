@@ -1,0 +1,42 @@
+"""What ``diagnose`` prints on a terminal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich import box
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from cvxupdate.report.diagnosis_words import VERDICTS, equivalents, fit_rows, physics_words, place_words, values_words
+from cvxupdate.report.numbers import seconds
+
+if TYPE_CHECKING:
+    from cvxupdate.diagnose.finding import Diagnosis
+
+TONES = {"good": "bold green", "fair": "bold yellow", "bad": "bold red"}
+
+
+def diagnosis_text(found: Diagnosis, folder: Path) -> RenderableType:
+    """Verdict sentence, findings with figures, fit before and after, files."""
+    tone, meaning = VERDICTS[found.verdict]
+    parts: list[RenderableType] = [Text(found.title or found.problem, style="bold"), Text(found.says, style=TONES[tone])]
+    for f in found.findings:
+        values = ", ".join(f"{name} = {value}" for name, value in values_words(f.parameters, f.deviations, f.physics, f.place.dof))
+        parts.append(Text(f"  {physics_words(f.physics)}, {place_words(f.place.to_json())}: {values}; confidence {100 * f.confidence:.0f} %"))
+        parts += [Text(f"    cannot be told from: {line}", style="dim") for line in equivalents(f.equivalent)[:4]]
+    rows = fit_rows(found)
+    if rows:
+        table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+        table.add_column("error of the model", no_wrap=True)
+        table.add_column("before", justify="right", no_wrap=True)
+        table.add_column("after", justify="right", no_wrap=True)
+        for row in rows:
+            table.add_row(*row)
+        parts.append(table)
+    parts.append(Text(f"{meaning} ({found.verdict}), {seconds(found.time)}", style="dim"))
+    where = f"Report: {folder / 'report.html'}\nData:   {folder / 'diagnosis.json'}"
+    parts.append(Text(where, style="dim", no_wrap=True, overflow="ignore"))
+    return Group(*parts)
