@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 
-.PHONY: demo test lint bench clean
+.PHONY: demo test lint bench proof clean
 
 demo: $(VENV)/.base
 	$(BIN)/cvxupdate run problems/structure_a/problem.toml --out out/structure_a
@@ -18,6 +18,9 @@ lint: $(VENV)/.test
 
 bench: $(VENV)/.test
 	$(BIN)/python -m pytest tests/benchmarks --override-ini=addopts= -q --import-mode=importlib -s
+
+proof: $(VENV)/.test
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python problems/proof.py
 
 $(VENV)/bin/python:
 	$(PYTHON) -c "import sys; sys.exit('cvxupdate needs Python 3.11 or newer; run make PYTHON=python3.11') if sys.version_info < (3, 11) else None"
