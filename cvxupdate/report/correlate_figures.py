@@ -97,7 +97,7 @@ def matrix(name: str, says: str, values: Real, rows: Sequence[str], columns: Seq
             for i in range(n):
                 for j in range(m):
                     ax.text(j, i, fixed(float(v[i, j]), 2), ha="center", va="center", fontsize=8.5 if max(n, m) < 9 else 7,
-                            color=PAPER if v[i, j] > 0.55 else INK, zorder=4)
+                            color=PAPER if v[i, j] > 0.55 else INK, zorder=4).set_in_layout(False)
         ax.set_xticks(range(m), list(columns)[:m], rotation=90 if m > 6 else 0)
         ax.set_yticks(range(n), list(rows)[:n])
         ax.set(xlim=(-0.5, m - 0.5), ylim=(n - 0.5, -0.5), ylabel=labels[0], xlabel=labels[1])

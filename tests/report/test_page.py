@@ -1,7 +1,6 @@
 """report.html: one self-contained page that says what the result says, with nothing from outside let through."""
 
 import re
-from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
@@ -10,44 +9,9 @@ from rich.console import Console
 from cvxupdate.report import figures, run_files, run_summary, solvers_files, solvers_summary
 from cvxupdate.report.svg import VARIABLES
 from cvxupdate.study import run, solvers
+from tests.cases.pages import Page, assert_self_contained
 
-VOID = {"meta", "br", "link", "img", "hr", "input"}
 PLATE = Path(__file__).resolve().parents[2] / "problems" / "structure_a" / "problem.toml"
-
-
-class Page(HTMLParser):
-    """Checks that tags are nested, and keeps ids, tags, links and text."""
-
-    def __init__(self, html):
-        super().__init__()
-        self.open, self.ids, self.tags, self.links, self.words = [], [], [], [], []
-        self.feed(html)
-        self.close()
-
-    def handle_starttag(self, tag, attrs):
-        given = dict(attrs)
-        self.tags.append(tag)
-        self.ids += [given["id"]] if "id" in given else []
-        self.links += [given[k] for k in ("src", "href", "xlink:href", "data") if k in given]
-        assert not [k for k in given if k.startswith("on")]
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag, attrs):
-        self.handle_starttag(tag, attrs)
-        if tag not in VOID:
-            self.open.pop()
-
-    def handle_endtag(self, tag):
-        assert self.open and self.open.pop() == tag, f"</{tag}>"
-
-    def handle_data(self, data):
-        if self.open and self.open[-1] not in ("style",):
-            self.words.append(data)
-
-    @property
-    def text(self):
-        return re.sub(r"\s+", " ", " ".join(self.words))
 
 
 def page_of(updated):
@@ -62,18 +26,6 @@ def html(updated):
 @pytest.fixture(scope="module")
 def plate():
     return run(PLATE)
-
-
-def assert_self_contained(html):
-    page = Page(html)
-    assert not page.open, page.open
-    assert not {"script", "iframe", "link", "object", "img"} & set(page.tags)
-    assert all(link.startswith("#") for link in page.links), "something is fetched from outside"
-    assert "@import" not in html and not re.search(r"url\((?!#)", html)
-    assert len(page.ids) == len(set(page.ids)), "two parts of the page have the same id"
-    for target in re.findall(r'(?:href="|url\()#([^")]+)', html):
-        assert target in page.ids, target
-    return page
 
 
 def test_one_file_with_nothing_from_outside(html):
