@@ -122,7 +122,7 @@ def test_check_and_schema(call, here):
 def test_help_names_every_command(call):
     code, out, err = call("--help")
     assert (code, err) == (0, "")
-    assert all(word in out for word in ("run", "solvers", "check", "schema"))
+    assert all(word in out for word in ("run", "correlate", "inspect", "solvers", "check", "schema"))
     code, out, _ = call("run", "--help")
     assert code == 0 and "--out" in out and "--json" in out and "PROBLEM" in out
 
@@ -130,7 +130,7 @@ def test_help_names_every_command(call):
 # ── bad input: 2, nothing written ────────────────────────────────────────────────────────────────────────────────
 
 
-@pytest.mark.parametrize("verb", ["run", "solvers", "check"])
+@pytest.mark.parametrize("verb", ["run", "correlate", "solvers", "check"])
 @pytest.mark.parametrize(("change", "words"), [
     (("dofs", "dof_s"), "model.dof_s: unknown key"),
     (("k = 4.0e5", "k = nan"), "not a finite number"),

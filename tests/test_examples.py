@@ -86,6 +86,19 @@ def test_table_9_1_is_paired_by_family(tmp_path):
         assert [r["mode"] for r in mine] == [r["mode"] for r in theirs]
 
 
+def test_tables_of_structure_a_are_the_printed_ones():
+    """Frequencies and damping of the recordings are those of Table 9.1; its printed errors follow from its printed frequencies."""
+    import csv
+
+    folder = ROOT / "problems" / "structure_a"
+    printed, fit, held = ([{k: float(v) for k, v in row.items()} for row in csv.DictReader((folder / name).read_text(encoding="utf-8").splitlines())]
+                          for name in ("table_9_1.csv", "modes_fit.csv", "modes_hold_out.csv"))
+    assert [r["frequency"] for r in fit + held] == [r["measured"] for r in printed]
+    for mine, row in zip(fit + held, printed, strict=True):
+        assert mine["damping"] == pytest.approx(row["damping_percent"] / 200)  # a loss factor in per cent
+        assert row["relative_error_percent"] == pytest.approx(100 * abs(row["model"] / row["measured"] - 1), abs=0.06)  # as it is rounded
+
+
 # ── what the documents claim ─────────────────────────────────────────────────────────────────────────────────────
 
 
