@@ -8,7 +8,7 @@ every parameter; the thesis used the true ΔZ, which is shown beside it. Then 20
 from __future__ import annotations
 
 import numpy as np
-from rfm_common import CORNER, NINETEEN, TRUTH, bay, data_of, error, fe1, fit, out_folder
+from shared.bay_case import CORNER, NINETEEN, TRUTH, bay, data_of, error, fe1, fit, out_folder
 
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.residual.frf import FrfResidual
@@ -27,7 +27,7 @@ BAND = np.arange(20.0, 350.5, 1.0)
 def curves(model):
     """(Accuracy from the model alone, Accuracy with the true change) at 0.5 % over 20 to 600 Hz."""
     at = np.array([model.place[q] for q in NINETEEN])
-    return accuracy(model, LINES, at, NOISE / np.sqrt(3)), accuracy(model, LINES, at, NOISE / np.sqrt(3), TRUTH)
+    return accuracy(model, LINES, at, NOISE / np.sqrt(3), rounds=0), accuracy(model, LINES, at, NOISE / np.sqrt(3), TRUTH, rounds=0)
 
 
 def compare(model, count, draws):
@@ -94,7 +94,7 @@ def main():
           f"at {guess.frequency[below][np.argmax(guess.bearable[below])]:g} Hz; with the true change median {100 * np.median(known.bearable[below]):.2g} %")
     print(f"the same lines are best: rank correlation of the two curves {rank_correlation(guess.log_function[below], known.log_function[below]):.2f}")
     for count in (10, 30):
-        found = compare(model, count, draws or 2)
+        found = compare(model, count, draws or 1)
         for how in ("plain", "auto"):
             errors = {rule: np.array(found[rule][how]) for rule in RULES}
             print(f"{count} lines, {how}: median error of p " + ", ".join(

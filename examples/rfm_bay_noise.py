@@ -11,7 +11,7 @@ import sys
 import time
 
 import numpy as np
-from rfm_common import CORNER, bay, data_of, error, fe1, fit, out_folder, ranked
+from shared.bay_case import CORNER, bay, data_of, error, fe1, fit, out_folder, ranked
 
 from cvxupdate.convex import L1, Entropy, GroupL1, Tikhonov
 from cvxupdate.residual.frf import FrfResidual
@@ -58,7 +58,7 @@ def main():
     folder, draws = out_folder("rfm_bay_noise")
     begin = time.perf_counter()
     names = tuple(PENALTIES) if "all" in sys.argv else ("none", "tikhonov (5 % prior)", "l1 (gcv)")
-    found = study(draws or 1, names=names)
+    found = study(draws, names=names) if draws else study(1, (0.005, 0.05), names)
     rows = ["plain SVD", *names]
     print(f"{draws or 1} draws a level, {time.perf_counter() - begin:.0f} s.")
     print("‖p − p_true‖/‖p_true‖: mean (worst); converged; ranked right; not worse than the start")

@@ -8,7 +8,7 @@ hindsight, as the thesis chose its n_t and epsilon, and the one that Picard's co
 from __future__ import annotations
 
 import numpy as np
-from rfm_common import NINETEEN, bay, data_of, fe1, out_folder, step
+from shared.bay_case import NINETEEN, bay, data_of, fe1, out_folder, step
 
 from cvxupdate.convex import L1, Norm, Robust, Tikhonov, solve_step
 from cvxupdate.residual.frf import FrfResidual
@@ -77,9 +77,9 @@ def main():
     import matplotlib.pyplot as plt
 
     folder, draws = out_folder("rfm_regularisation")
-    found, rows = study(draws or 3)
+    found, rows = study(draws or 1)
     names = list(next(iter(found.values())))
-    print(f"{rows} equations, 40 unknowns, {draws or 3} draws. Mean relative error of p (%) against the noise variance:")
+    print(f"{rows} equations, 40 unknowns, {draws or 1} draws. Mean relative error of p (%) against the noise variance:")
     print(f"{'variance':>20s}" + "".join(f"{v:>10.0e}" for v in found))
     for name in names:
         print(f"{name:>20s}" + "".join(f"{np.mean(e[name]):>10.3g}" for e in found.values()))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-PROBLEMS = Path(__file__).resolve().parents[1] / "problems"
+PROBLEMS = Path(__file__).resolve().parents[2] / "problems"
 sys.path.insert(0, str(PROBLEMS))
 import make_rfm  # noqa: E402
 
