@@ -121,7 +121,7 @@ def smooth(lines: Lines, epsilon: float) -> Signal:
     """
     if epsilon <= 0.0:
         return Signal(lines.name, lines.use, lines.level, lines.s, None, lines.Y, lines.U, lines.std, lines.order, lines.sensors, lines.inputs)
-    keep = ~_stride_mask(len(lines.s), 600 if epsilon > 0.04 else 1200)  # the same lines are dropped from the model: smoothing needs no more of them
+    keep = ~_stride_mask(len(lines.s), 450 if epsilon > 0.04 else 900)  # the same lines are dropped from the model: smoothing needs no more of them
     s, Y, U, std = lines.s[keep], lines.Y[keep], lines.U[keep], lines.std[keep]
     f = s.imag / (2.0 * np.pi)
     step = float(np.median(np.diff(f)))
