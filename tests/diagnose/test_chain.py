@@ -1,0 +1,98 @@
+"""Chains made here, with seeded noise and scatter: what is concealed is found and sized, and nothing is found where nothing is."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from cvxupdate.diagnose import diagnose_problem
+from cvxupdate.errors import InputError
+
+
+def diagnose(chain, *recordings):
+    spec, model = chain
+    return diagnose_problem(spec, model, recordings)
+
+
+def measured(measure, lab, **keywords):
+    return measure(lab, 4, seed=11, **keywords), measure(lab, 1, "hold-out", seed=12, **keywords)
+
+
+def halved(found):
+    return all(found.fit[k]["after"] <= 0.5 * found.fit[k]["before"] for k in ("fit", "hold_out"))
+
+
+def test_added_mass_is_found_and_sized(chain, lab, measure):
+    found = diagnose(chain, *measured(measure, lab(m=(0, 0.25, 0, 0))))
+    first = found.findings[0]
+    assert found.verdict in ("missing_physics", "parameter_error") and halved(found)
+    assert first.physics == "added_mass" and first.place.nodes == (2,)
+    assert first.parameters["m"] == pytest.approx(0.25, rel=0.15)
+    assert 0.0 < first.deviations["m"] < 0.1
+
+
+def test_dashpot_is_found_and_sized(chain, lab, measure):
+    found = diagnose(chain, *measured(measure, lab(c=(0, 0, 9.0, 0))))
+    assert found.verdict == "missing_physics" and found.findings[0].physics == "viscous_damper" and found.findings[0].place.nodes == (2, 3)
+    assert found.findings[0].parameters["c"] == pytest.approx(9.0, rel=0.15)
+    assert halved(found)
+
+
+@pytest.mark.parametrize("seed", [21, 31])
+def test_nothing_is_found_where_nothing_is(chain, lab, measure, seed):
+    found = diagnose(chain, measure(lab(), 4, seed=seed), measure(lab(), 1, "hold-out", seed=seed + 1))
+    assert found.verdict == "consistent" and found.findings == ()
+
+
+def test_a_soft_group_is_a_parameter_error(chain, lab, measure):
+    found = diagnose(chain, *measured(measure, lab(k=(1, 1, 0.88, 1))))
+    first = found.findings[0]
+    assert found.verdict == "parameter_error" and first.physics == "stiffness_change" and first.place.groups == ("spring 3",)
+    assert first.parameters["factor"] == pytest.approx(0.88, abs=0.03)
+
+
+def test_a_channel_with_the_wrong_sign_is_the_measurement(chain, lab, measure):
+    found = diagnose(chain, *measured(measure, lab(), gain=(1, 1, -1, 1)))
+    first = found.findings[0]
+    assert first.physics == "sensor_fault" and first.place.nodes == (3,) and first.place.dof == "x"
+    assert first.parameters["gain"] == pytest.approx(-1.0, abs=0.05)
+    assert "measurement" in first.says and halved(found)
+
+
+def test_responses_that_depend_on_the_level_get_no_linear_sentence(chain, lab, measure):
+    loud = measure(lab(k=(1, 1, 1, 1.08)), 4, level=5.0, seed=14)
+    found = diagnose(chain, measure(lab(), 4, level=1.0, seed=13), loud)
+    assert found.verdict == "undetermined" and found.findings == ()
+    assert any("level" in line for line in found.evidence)
+
+
+def test_two_linear_runs_at_two_levels_are_linear(chain, lab, measure):
+    found = diagnose(chain, measure(lab(), 4, level=1.0, seed=13), measure(lab(), 4, level=5.0, seed=14))
+    assert found.verdict == "consistent"
+
+
+def test_only_the_words_that_the_problem_allows(chain, lab, measure):
+    spec, model = chain
+    only = replace(spec, diagnose=spec.diagnose.model_copy(update={"physics": ("viscous_damper",)}))
+    found = diagnose_problem(only, model, measured(measure, lab(m=(0, 0.25, 0, 0))))
+    assert {c["physics"] for c in found.candidates} <= {"viscous_damper"}
+
+
+def test_nothing_to_fit_is_bad_input(chain, lab, measure):
+    with pytest.raises(InputError):
+        diagnose(chain, measure(lab(), 1, "hold-out"))
+
+
+def test_files_hold_no_nan_and_the_contract_s_keys(chain, lab, measure):
+    from cvxupdate.report.diagnosis import diagnosis_files
+
+    found = diagnose(chain, *measured(measure, lab(m=(0, 0.25, 0, 0))))
+    files, payload = diagnosis_files(found, chain[0])
+    data = json.loads(payload, parse_constant=lambda name: pytest.fail(name))
+    assert set(data) >= {"verdict", "findings", "candidates", "fit", "metrics", "evidence"}
+    assert set(data["findings"][0]) == {"physics", "location", "parameters", "standard_deviation", "confidence", "equivalent", "says"}
+    assert files["diagnosis.json"] == payload
+    page = files["report.html"]
+    assert found.says.split(".")[0] in page and page.count("<svg") == 2 and "<script" not in page and "http" not in page.replace("http://www.w3.org", "")
