@@ -96,7 +96,7 @@ def test_tables_of_structure_a_are_the_printed_ones():
     assert [r["frequency"] for r in fit + held] == [r["measured"] for r in printed]
     for mine, row in zip(fit + held, printed, strict=True):
         assert mine["damping"] == pytest.approx(row["damping_percent"] / 200)  # a loss factor in per cent
-        assert row["relative_error_percent"] == pytest.approx(100 * abs(row["model"] / row["measured"] - 1), abs=0.06)  # as it is rounded
+        assert row["relative_error_percent"] == pytest.approx(100 * abs(row["model"] / row["measured"] - 1), abs=0.1)  # one decimal, rounded or cut (259.1 Hz)
 
 
 # ── what the documents claim ─────────────────────────────────────────────────────────────────────────────────────

@@ -34,11 +34,12 @@ def run_data(updated: Updated) -> dict[str, Any]:
 def correlate_data(compared: Compared) -> dict[str, Any]:
     """`Compared` as plain data: the keys that ``run`` has, and all measures under ``correlation``.
 
-    The curves of frequency responses are left out (they are those of the recordings and of the model), and FDAC has four decimals.
+    The curves of frequency responses are left out (they are those of the recordings and of the model), and FDAC has four decimals
+    (null with one response, where it is 1 everywhere).
     """
     shapes = [{**asdict(s), "correlation": {**asdict(s.correlation), "pairing": asdict(s.correlation.pairing)}} for s in compared.shapes]
     frfs = [{**{k: v for k, v in asdict(f).items() if k not in ("frequency", "measured", "model", "variance")},
-             "correlation": {**asdict(f.correlation), "fdac": np.round(f.correlation.fdac, 4)}} for f in compared.frfs]
+             "correlation": {**asdict(f.correlation), "fdac": np.round(f.correlation.fdac, 4) if len(f.responses) > 1 else None}} for f in compared.frfs]
     return dict(plain({
         "problem": compared.problem, "status": compared.status, "reason": "the model was compared with the recordings; nothing was changed",
         "method": "correlate", "solver": None, "iterations": 0, "parameters": [], "fit": compared.fit, "certificate": {}, "time": compared.time,
