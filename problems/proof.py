@@ -76,7 +76,7 @@ def named(found: Mapping[str, Any], truth: Mapping[str, Any]) -> tuple[bool, boo
         return True, place, False
     for other in truth.get("equivalent", ()):
         if found["physics"] == other["physics"]:
-            return True, right_place(found["location"], other["location"], accept) or place, True
+            return True, right_place(found["location"], other["location"], {}), True
     return False, place, False
 
 
@@ -126,8 +126,8 @@ def judge(said: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
         size = size and bool(mine) and all(r["right"] for r in mine if r["required"])
     if not effects:
         physics = place = size = said["verdict"] != "missing_physics"
-    spurious = verdict and len(findings) > max(1, len(effects)) and bool(effects)
-    right = verdict and physics and place and halved is not False
+    spurious = bool(effects) and len(findings) > len(effects)  # one sentence too many is a wrong sentence
+    right = verdict and physics and place and halved is not False and not spurious
     return {**common, "right_verdict": verdict, "physics": physics, "place": place, "sizes": rows, "size": size, "equivalent": equivalent,
             "spurious": spurious, "right": right}
 
