@@ -280,6 +280,7 @@ def test_footbridge(data_folder):
     assert "mean frequency error 8.06 %" in page.text and "measured at 4.063 Hz and 4.550 Hz are swapped" in page.text and "58 sensors" in page.text
     assert np.min(np.diag(compared.shapes[0].correlation.cross_orthogonality)) > 0.97
     assert compared.shapes[0].groups is not None and "noise" in " ".join(compared.notes)
+    assert "locate nothing" in page.text
 
 
 # ── the commands ─────────────────────────────────────────────────────────────────────────────────────────────────

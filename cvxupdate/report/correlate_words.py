@@ -19,6 +19,8 @@ GOOD_MAC, POOR_MAC = 0.9, 0.6
 """Lowest MAC, likewise."""
 GOOD_FRF, POOR_FRF = 0.2, 0.7
 """Error of the frequency responses, likewise."""
+TOO_MUCH = 0.5
+"""Imbalance above which nothing can be located."""
 NO_MOVE = 1e-3
 """Imbalance below which nothing is wrong with the force balance."""
 
@@ -90,6 +92,8 @@ def balance_sentence(found: ShapeComparison) -> str:
     best = int(np.argmax(share))
     level = fixed(100 * b.imbalance, 0 if b.imbalance > 0.1 else 2)
     text = f"{level} % of the elastic forces of the measured shapes is out of balance (r.m.s. over the modes). "
+    if b.imbalance > TOO_MUCH:
+        return text + "With so much out of balance the shares below locate nothing: noise in the shapes, their expansion and many faults at once look like this."
     if share[best] < 0.3:
         return text + f"No single {who} explains more than {fixed(100 * float(share[best]), 0)} % of that: the cause is spread, or it is noise."
     delta = f"{100 * float(change[best]):+.0f} %".replace("-", "−")
