@@ -1,0 +1,73 @@
+"""The iterations of the literature on the noise-free problems of chapter 3: additive (3.49), multiplicative (3.50), each with a line search or
+second-order terms, none with bounds; beside the convex loop with its trust region. Is the multiplicative form more stable and faster, as 3.5.6 says?
+
+Where the equations have full rank the two forms take the same step: relative changes are the same unknowns in other units.
+
+Run: python examples/rfm_iterations.py [folder] [all]
+"""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+from shared.bay_case import PROBLEMS, out_folder
+
+import cvxupdate
+from cvxupdate.residual.frf import FrfResidual
+from cvxupdate.study import open_problem
+from cvxupdate.update.classic_loop import classic_loop
+from cvxupdate.update.rfm import prepare
+
+FORMS = {"additive": {}, "line search": {"line_search": True}, "second order": {"second_order": True}, "both": {"line_search": True, "second_order": True}}
+
+
+CHAIN, BAY = ("chain10_complete", "chain10_incomplete"), ("bay_fe1_x1_complete", "bay_fe1_x1_incomplete")
+
+
+def study(names=CHAIN + BAY):
+    """{problem: {variant: (iterations, converged, ‖p − p of the convex loop‖)}}."""
+    out = {}
+    for name in names:
+        path = PROBLEMS / name / "problem.toml"
+        spec, model, recordings = open_problem(path)
+        loop = cvxupdate.run(path)
+        truth = np.array([q.p for q in loop.parameters])
+        found = {"convex loop": (loop.iterations, loop.status == "converged", 0.0)}
+        data = prepare(spec, model, recordings).chosen
+        for kind in ("force-balance", "flexibility", "receptance"):
+            residual = FrfResidual(model, data, kind)
+            for form in ("additive", "multiplicative"):
+                for words, extra in FORMS.items():
+                    r = classic_loop(residual.evaluate, model.zero(), form, tolerance=1e-6, max_iterations=60, **extra)
+                    found[f"{kind}, {form}" + ("" if words == "additive" else f", {words}")] = (r.iterations, r.converged, float(np.linalg.norm(r.p - truth)))
+        out[name] = found
+    return out
+
+
+def main():
+    import matplotlib.pyplot as plt
+
+    every = "all" in sys.argv
+    if every:
+        sys.argv.remove("all")
+    folder, _ = out_folder("rfm_iterations")
+    found = study(CHAIN + BAY if every else CHAIN)
+    names, variants = list(found), list(next(iter(found.values())))
+    print(f"{'iterations to a step below 1e-6 (— wrong or not at all)':60s}" + "".join(f"{n:>24s}" for n in names))
+    right = {n: [(i if ok and e < 1e-3 else None) for i, ok, e in found[n].values()] for n in names}
+    for k, variant in enumerate(variants):
+        print(f"{variant:60s}" + "".join(f"{right[n][k] if right[n][k] is not None else '—':>24}" for n in names))
+    figure, ax = plt.subplots(figsize=(7, 7))
+    for j, n in enumerate(names):
+        ax.barh(np.arange(len(variants)) + 0.2 * j, [v or 0 for v in right[n]], 0.2, label=n)
+    ax.set_yticks(np.arange(len(variants)) + 0.3, variants, fontsize=7)
+    ax.invert_yaxis()
+    ax.set_xlabel("iterations (no bar: diverged)")
+    ax.legend(fontsize=7)
+    figure.tight_layout()
+    figure.savefig(folder / "rfm_iterations.png", dpi=120)
+
+
+if __name__ == "__main__":
+    main()
