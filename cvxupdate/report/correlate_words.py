@@ -93,7 +93,7 @@ def balance_sentence(found: ShapeComparison) -> str:
     level = fixed(100 * b.imbalance, 0 if b.imbalance > 0.1 else 2)
     text = f"{level} % of the elastic forces of the measured shapes is out of balance (r.m.s. over the modes). "
     if b.imbalance > TOO_MUCH:
-        return text + "With so much out of balance the shares below locate nothing: noise in the shapes, their expansion and many faults at once look like this."
+        return text + "With so much out of balance the shares below locate nothing: noise in the shapes, or many faults at once, look like this."
     if share[best] < 0.3:
         return text + f"No single {who} explains more than {fixed(100 * float(share[best]), 0)} % of that: the cause is spread, or it is noise."
     delta = f"{100 * float(change[best]):+.0f} %".replace("-", "−")
