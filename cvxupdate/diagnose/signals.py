@@ -23,6 +23,7 @@ Complex = NDArray[np.complex128]
 ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
 FLOOR = 0.01  # of the local response: what the ordinary discretisation of a model may miss, besides noise
 SILENT = 1e-6  # of the recording's strongest response: rounding of single-precision files
+UNSTATED = 0.01  # relative deviation of an FRF whose file gives no variance at all
 MOST_LINES = 4000
 SPACING = 0.7  # of points, in units of δ: the data hold no finer detail
 
@@ -106,8 +107,11 @@ def frf_lines(frf: FrequencyResponse) -> Lines:
     keep = (frf.frequency >= band[0]) & (frf.frequency <= band[1]) & np.all(np.isfinite(frf.H), axis=(1, 2))
     f, H = frf.frequency[keep], frf.H[keep]
     variance = frf.variance[keep] if frf.variance is not None else np.full(H.shape, np.nan)
-    fallback = np.nanmedian(variance, axis=0, keepdims=True) if np.any(np.isfinite(variance)) else (0.01 * np.abs(H).mean(axis=0, keepdims=True)) ** 2
-    variance = np.where(np.isfinite(variance), variance, fallback)
+    power = np.mean(np.abs(H) ** 2, axis=0, keepdims=True)
+    relative = variance / np.maximum(power, np.finfo(float).tiny)
+    typical = float(np.median(relative[np.isfinite(relative)])) if np.any(np.isfinite(relative)) else UNSTATED**2
+    own = np.array([[np.median(v[np.isfinite(v)]) if np.any(np.isfinite(v)) else np.nan for v in row.T] for row in np.swapaxes(variance, 0, 1)])[None]
+    variance = np.where(np.isfinite(variance), variance, np.where(np.isfinite(own), own, typical * power))
     references = len(frf.references)
     U = np.broadcast_to(np.eye(references, dtype=complex), (len(f), references, references))
     return Lines(frf.origin.name, frf.origin.use, frf.origin.level, 2j * np.pi * f, H, U, np.sqrt(variance), ORDER[frf.quantity],

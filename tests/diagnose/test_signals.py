@@ -101,7 +101,6 @@ def test_noise_of_lines_is_that_of_their_samples():
     assert np.mean(gaps) == pytest.approx(1.0, rel=0.25)
 
 
-@pytest.mark.xfail(strict=True, reason="a channel without any variance keeps NaN (frf_lines: median over its own lines only); diagnose then stops with a ValueError")
 def test_a_channel_without_variance_takes_that_of_the_others(lab, measure):
     frf = measure(lab(), 2)
     variance = frf.variance.copy()
