@@ -38,6 +38,10 @@ class MeshError:
         nearest = np.argmin(np.abs(np.asarray(frequencies)[:, None] - self.frequencies), axis=1)
         return np.where(np.asarray(frequencies) <= 1.1 * self.frequencies[-1], self.shift[nearest], 0.0)
 
+    def worst(self, top: float) -> float:
+        """Largest shift of a mode up to ``top`` Hz; 0 where none was compared."""
+        return float(np.abs(self.shift[self.frequencies <= top]).max(initial=0.0))
+
 
 NONE = MeshError(np.zeros(0), np.zeros(0))
 

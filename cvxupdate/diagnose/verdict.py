@@ -76,8 +76,8 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
                 "explain these recordings.")
         return _diagnosis(spec, "undetermined", says, (), outcome, (), data, evidence, begin)
     outcome = explain(start, model, data, supports, release_from(spec), words, progress)
-    if len(data.mesh.shift) and np.abs(data.mesh.shift).max() > 1e-3:
-        evidence.append(f"The mesh alone shifts natural frequencies by up to {100 * np.abs(data.mesh.shift).max():.2g} %; this was taken out.")
+    if data.mesh.worst(data.top) > 1e-3:
+        evidence.append(f"The mesh alone shifts natural frequencies by up to {100 * data.mesh.worst(data.top):.2g} %; this was taken out.")
     evidence += _ordinary_evidence(outcome)
     accepted: list[Trial] = []
     current = outcome
@@ -133,9 +133,9 @@ def _rivals(best: Trial, outcome: Outcome) -> list[Trial]:
 
 def mesh_allowance(outcome: Outcome, data: Data) -> float:
     """Response error that the mesh may leave although its shift was taken out: a quarter of the shift, in half-power bandwidths (2 ζ f)."""
-    if not len(data.mesh.shift) or not outcome.base.setting.damped:
+    if not outcome.base.setting.damped:
         return 0.0
-    return float(min(0.3, MESH_SHARE * np.abs(data.mesh.shift).max() / np.median(outcome.base.point.damping[outcome.base.point.owner])))
+    return float(min(0.3, MESH_SHARE * data.mesh.worst(data.top) / np.median(outcome.base.point.damping[outcome.base.point.owner])))
 
 
 def overlapping(a: Place, b: Place) -> bool:
