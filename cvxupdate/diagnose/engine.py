@@ -17,7 +17,7 @@ from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import has_property, select_parameters
 from cvxupdate.physics import CATALOGUE
 from cvxupdate.physics.attached_resonator import attach
-from cvxupdate.physics.base import Candidate, Context, Wanted
+from cvxupdate.physics.base import Candidate, Context, Wanted, reported
 from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
 
 PER_WORD, SHORT, RIVALS, FINAL = 3, 12, 4, 4  # kept: of a word at a level; refitted coarsely; after one that explains all; refitted to the end
@@ -275,17 +275,7 @@ def figures(c: Candidate, found: Fit) -> tuple[dict[str, float], dict[str, float
             unit = setting.faults[-1].unit
             values[name], deviations[name] = x * unit, dx * unit
         else:
-            q = setting.model.parameters[at]
-            if how == "factor":
-                values[name], deviations[name] = 1.0 + x, dx
-            elif how == "inverse":
-                compliance = c.offset + q.unit_size * x
-                values[name], deviations[name] = 1.0 / compliance, q.unit_size * dx / compliance**2
-            elif how == "kappa":
-                kappa = max((float(b.properties["kappa"][0]) for b in setting.model.blocks if "kappa" in b.properties), default=5.0 / 6.0)
-                values[name], deviations[name] = kappa / max(x, 1e-6), kappa * dx / max(x, 1e-6) ** 2
-            else:
-                values[name], deviations[name] = q.physical(x), abs(q.unit_size) * dx
+            values[name], deviations[name] = reported(setting.model, setting.model.parameters[at], how, x, dx, c.offset)
     return values, deviations
 
 

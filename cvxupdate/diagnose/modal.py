@@ -21,7 +21,7 @@ from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import natural_modes
 from cvxupdate.fe.rigid import rigid_body_modes
 from cvxupdate.physics import CATALOGUE
-from cvxupdate.physics.base import Candidate, Context, Place
+from cvxupdate.physics.base import Candidate, Context, Place, reported
 from cvxupdate.recordings.types import ModeTable, Recording
 from cvxupdate.residual.modal import ModalPoint, ModalResidual, modal_residual
 from cvxupdate.spec import Spec
@@ -308,17 +308,7 @@ def _finding(t: ModalTrial, stage: Sequence[ModalTrial]) -> Finding:
     for name, k, how in c.report:
         at = n - c.extra + k
         x, dx = float(t.fit.point.p[at]), float(t.fit.std[at])
-        q = t.fit.model.parameters[at]
-        if how == "factor":
-            values[name], deviations[name] = 1.0 + x, dx
-        elif how == "inverse":
-            compliance = c.offset + q.unit_size * x
-            values[name], deviations[name] = 1.0 / compliance, q.unit_size * dx / compliance**2
-        elif how == "kappa":
-            kappa = max((float(b.properties["kappa"][0]) for b in t.fit.model.blocks if "kappa" in b.properties), default=5.0 / 6.0)
-            values[name], deviations[name] = kappa / max(x, 1e-6), kappa * dx / max(x, 1e-6) ** 2
-        else:
-            values[name], deviations[name] = q.physical(x), abs(q.unit_size) * dx
+        values[name], deviations[name] = reported(t.fit.model, t.fit.model.parameters[at], how, x, dx, c.offset)
     rivals = [r for r in stage if r is not t and r.fit.misfit <= 2.0 * t.fit.misfit]
     others = [r.fit.misfit for r in stage if r is not t and r not in rivals]
     confidence = float(np.clip(1.0 - t.fit.misfit / min(others, default=10.0 * t.fit.misfit), 0.3, 0.99))

@@ -144,3 +144,16 @@ def dof_rows(model: Model, kinds: Sequence[str]) -> list[tuple[int, int, str]]:
 
 TRANSLATIONS = ("x", "y", "z")
 ROTATIONS = ("rx", "ry", "rz")
+
+
+def reported(model: Model, parameter: Parameter, how: str, x: float, dx: float, offset: float) -> tuple[float, float]:
+    """A parameter's value ``x`` and deviation ``dx``, in units of p, as the contract reports it: ``how`` is "factor", "inverse", "kappa" or "value"."""
+    if how == "factor":
+        return 1.0 + x, dx
+    if how == "inverse":
+        compliance = offset + parameter.unit_size * x
+        return 1.0 / compliance, parameter.unit_size * dx / compliance**2
+    if how == "kappa":
+        kappa = max((float(b.properties["kappa"][0]) for b in model.blocks if "kappa" in b.properties), default=5.0 / 6.0)
+        return kappa / max(x, 1e-6), kappa * dx / max(x, 1e-6) ** 2
+    return parameter.physical(x), abs(parameter.unit_size) * dx

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from cvxupdate.fe.model import Model
-from cvxupdate.fe.select import has_property
 from cvxupdate.physics.base import Candidate, Context, Place, Wanted, append_parameters, tangents
 from cvxupdate.physics.members import member_sets
 
@@ -108,8 +107,3 @@ def orthotropy(context: Context) -> list[Candidate]:
         out.append(Candidate("orthotropy", Place(elements=ids, groups=groups), grown, 4, np.zeros(4), tangents(grown, 4),
                              report=tuple((n, k, "factor") for k, n in enumerate(names)), members=ids))
     return out
-
-
-def has(model: Model, of: str) -> bool:
-    """Whether any element has the property."""
-    return any(has_property(b, of) for b in model.blocks)
