@@ -157,7 +157,7 @@ def update_ceam(spec: Spec, model: Model, recordings: Sequence[Recording], progr
         raise InputError(f"{spec.path}: there is no [update] table. Add one with a method and parameters.")
     fit, hold_out = modal_tables(recordings)
     residual = residual_of(spec, model, recordings)
-    problem, choice, options = step_problem(spec, model), solver_choice(spec), loop_options(spec)
+    problem, choice, options = step_problem(spec, model), solver_choice(spec), loop_options(spec, model)
     notes: list[str] = []
     p0 = model.zero()
     history: tuple[Iteration, ...] = ()

@@ -65,7 +65,7 @@ def update_modal(spec: Spec, model: Model, recordings: Sequence[Recording], prog
     begin = time.perf_counter()
     scored = residual_of(spec, model, recordings)
     residual = scored if not scored.hold_out else _comparison(spec, model, scored.fit, ())  # what is only scored takes no part in the loop
-    problem, choice, options = step_problem(spec, model), solver_choice(spec), loop_options(spec)
+    problem, choice, options = step_problem(spec, model), solver_choice(spec), loop_options(spec, model)
     loop, paired = with_pairing(residual, problem, choice, options, model.zero(), progress)
     start, end = scored_ends(spec, model, scored, loop)
     relative = all(t.relative_only for t in residual.fit)

@@ -23,6 +23,7 @@ from cvxupdate.convex import (
 )
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
+from cvxupdate.fe.parameters import P_VALUES
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
 from cvxupdate.update.clauses import physical_constraints
@@ -105,13 +106,17 @@ def solver_choice(spec: Spec) -> SolverChoice:
     return SolverChoice(spec.solver.name, tolerance, spec.solver.max_iterations)
 
 
-def loop_options(spec: Spec) -> Options:
-    """Tolerance, iterations and first trust region of [update] and [constraints]."""
+def loop_options(spec: Spec, model: Model) -> Options:
+    """Tolerance, iterations, first trust region and form of the iteration, of [update] and [constraints].
+
+    In the multiplicative form every parameter of ``model`` that is a factor counts: those whose property is 0 today are no factors.
+    """
     if spec.update is None:
         return Options()
     region = spec.constraints.trust_region
     radius = spec.update.trust_radius or (region.radius if region is not None else Options.radius)
-    return Options(spec.update.tolerance, spec.update.max_iterations, radius)
+    factors = tuple(q.of in P_VALUES or q.nominal != 0.0 for q in model.parameters) if spec.update.form == "multiplicative" else ()
+    return Options(spec.update.tolerance, spec.update.max_iterations, radius, factors, spec.update.line_search, spec.update.second_order)
 
 
 def equality_rows(problem: StepProblem, p: Array) -> Array:

@@ -182,9 +182,9 @@ def update_rfm(spec: Spec, model: Model, recordings: Sequence[Recording], progre
     kind = spec.update.residual if spec.update is not None else "auto"
     reduced = spec.update is not None and spec.update.basis == "reduced"
     if reduced:
-        loop = fit_reduced(model, prepared.chosen, problem, choice, loop_options(spec), None, progress)
+        loop = fit_reduced(model, prepared.chosen, problem, choice, loop_options(spec, model), None, progress)
     else:
-        loop = fit_responses(model, prepared.chosen, problem, choice, loop_options(spec), kind, None, progress)
+        loop = fit_responses(model, prepared.chosen, problem, choice, loop_options(spec, model), kind, None, progress)
     end = loop.point
     relative = all(d.relative_only for d in prepared.chosen)
     known = uncertainty(end.system(), end.p, model.parameters, equality_rows(loop.problem, end.p), relative)

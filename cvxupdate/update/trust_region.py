@@ -4,56 +4,48 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from functools import partial
+from typing import Generic
 
 import numpy as np
 
 from cvxupdate.convex import CompiledStep, SolverChoice, Step, StepProblem, WeightChoice, with_chosen_weight
 from cvxupdate.convex.constraints.clauses import violation
-from cvxupdate.errors import InputError, ModelError
-from cvxupdate.system import Array, LinearSystem
+from cvxupdate.errors import InputError
+from cvxupdate.system import Array
+from cvxupdate.update.trial import ENOUGH, GOOD, POOR, P, Residual, Trial, along_line, objective_at, slope_along, tried, with_second_order
 
+__all__ = ["Iteration", "LoopResult", "Options", "Residual", "iterate", "objective_at"]
 
-class Point(Protocol):
-    """A comparison at one parameter vector: what a residual gives to the loop."""
-
-    @property
-    def p(self) -> Array:
-        """Parameter values (n,)."""
-
-    @property
-    def differences(self) -> tuple[Array, Array, tuple[str, ...]]:
-        """(model − measured, weights, labels) of the rows."""
-
-    def system(self) -> LinearSystem:
-        """The rows linearised at ``p``."""
-
-
-P = TypeVar("P", bound=Point)
 FEASIBLE = 1e-9  # a start that breaks no clause by more is taken as it is
 EXACT = 1e-10  # of the stated deviations: a residual below is rounding
 SHORTEST = 1e-10  # trust region below which a step is rounding
-
-
-class Residual(Protocol[P]):
-    """Anything that can be evaluated at ``p``, given the point before (to follow modes)."""
-
-    def evaluate(self, p: Array, before: P | None = None) -> P:
-        """The comparison at ``p``; ModelError where the model is no structure."""
+WIDEST = 0.9  # relative trust region at most: no factor 1 + p may change its sign
 
 
 @dataclass(frozen=True)
 class Options:
-    """``tolerance``: relative decrease of the objective below which the loop ends; ``radius``: first trust region, in units of p."""
+    """``tolerance``: relative decrease of the objective below which the loop ends; ``radius``: first trust region, in units of p.
+
+    ``relative`` (one for each parameter, empty: none): those whose trust region is in shares of their present factor 1 + p, the multiplicative form of
+    (3.50). ``line_search`` along each step (3.52); ``second_order`` terms along it.
+    """
 
     tolerance: float = 1e-6
     max_iterations: int = 30
     radius: float = 0.3
+    relative: tuple[bool, ...] = ()
+    line_search: bool = False
+    second_order: bool = False
+
+    def unit(self, p: Array) -> Array:
+        """What one unit of the trust region is at ``p`` (n,)."""
+        return np.where(self.relative, np.abs(1.0 + p), 1.0) if self.relative else np.ones(len(p))
 
 
 @dataclass(frozen=True)
 class Iteration:
-    """One line of the history; ``ratio`` is actual over predicted decrease."""
+    """One line of the history; ``ratio`` is actual over predicted decrease, ``step`` its largest component in units of the trust region."""
 
     number: int
     objective: float
@@ -76,13 +68,6 @@ class LoopResult(Generic[P]):
     history: tuple[Iteration, ...]
     problem: StepProblem
     weight: WeightChoice | None
-
-
-def objective_at(problem: StepProblem, point: Point) -> float:
-    """The true (not linearised) objective at a point."""
-    values, weights, _ = point.differences
-    penalty = sum(w * r.value(point.p, problem.columns) for w, r in zip(problem.weights, problem.regularisers, strict=True))
-    return problem.loss.value(weights * values) + penalty
 
 
 def iterate(residual: Residual[P], problem: StepProblem, choice: SolverChoice, options: Options, p0: Array,
@@ -115,34 +100,41 @@ def iterate(residual: Residual[P], problem: StepProblem, choice: SolverChoice, o
     for number in range(1, options.max_iterations + 1):
         if len(system.rows) > compiled.rows:
             compiled = CompiledStep(problem, len(system.rows), choice)
-        step = compiled.solve(system, centre=point.p, radius=radius)
+        radius = min(radius, WIDEST) if options.relative else radius
+        unit = options.unit(point.p)
+        step = compiled.solve(system, centre=point.p, radius=radius * unit)
         if step.status != "optimal":
             status, reason = step.status, step.says
             break
-        predicted, size = value - step.objective, float(np.max(np.abs(step.p - point.p), initial=0.0))
+        predicted, size = value - step.objective, float(np.max(np.abs(step.p - point.p) / unit, initial=0.0))
         if value <= exact:
             status, reason = "converged", f"the model meets the recordings to {EXACT:.0e} of their deviations"
             break
         if predicted <= options.tolerance * value:
             status, reason = "converged", f"the step predicts a further decrease of only {max(predicted, 0.0) / value:.1e} of the objective"
             break
-        try:
-            trial = residual.evaluate(step.p, point)
-            reached = objective_at(problem, trial)
-        except ModelError:
-            trial, reached = point, np.inf  # no structure there: a shorter step
-        ratio = (value - reached) / predicted
-        accepted = bool(ratio > 1e-4)
-        here = trial if accepted else point
-        history.append(Iteration(number, reached if accepted else value, float(ratio), radius, size, accepted, tuple(here.p.tolist())))
+        trial: Trial[P] = Trial(None, np.inf)
+        if options.second_order:
+            trial = with_second_order(residual, compiled, point, system, step.p, radius * unit)
+        if value - trial.objective < GOOD * predicted:
+            trial = min(tried(residual, problem, point, step.p), trial, key=lambda t: t.objective)
+        if options.line_search and value - trial.objective < POOR * predicted:
+            end = step.p if trial.point is None else trial.point.p
+            slope = slope_along(problem, system, point.p, end)
+            trial = along_line(partial(tried, residual, problem, point), point.p, end, value, slope, trial)
+        ratio = (value - trial.objective) / predicted
+        accepted = bool(ratio > ENOUGH) and trial.point is not None
+        here = trial.point if accepted and trial.point is not None else point
+        taken = float(np.max(np.abs(here.p - point.p) / unit, initial=0.0)) if accepted else size
+        history.append(Iteration(number, trial.objective if accepted else value, float(ratio), radius, taken, accepted, tuple(here.p.tolist())))
         if progress is not None:
             progress(history[-1])
         if accepted:
-            point, value = trial, reached
+            point, value = here, trial.objective
             system = point.system()
-        if ratio < 0.25:
+        if ratio < POOR:
             radius = 0.25 * size
-        elif ratio > 0.75 and size > 0.99 * radius:
+        elif ratio > GOOD and taken > 0.99 * radius:
             radius *= 2.0
         if radius < SHORTEST * max(1.0, float(np.max(np.abs(point.p), initial=0.0))):
             status, reason = "converged", "no shorter step decreases the objective: it is flat to rounding"

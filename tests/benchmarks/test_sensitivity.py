@@ -67,7 +67,7 @@ def five() -> Case:
     spec, model, recordings = open_problem(PROBLEM)
     fit, _ = modal_tables(recordings)
     start = np.where([q.lower == 0.0 for q in model.parameters], 0.05, 0.0)
-    return Case("5 parameters, 1827 DOFs", modal_residual(model, fit, (), True), step_problem(spec, model), loop_options(spec), start, 0.0)
+    return Case("5 parameters, 1827 DOFs", modal_residual(model, fit, (), True), step_problem(spec, model), loop_options(spec, model), start, 0.0)
 
 
 def many(sigma: float) -> Case:
@@ -77,7 +77,7 @@ def many(sigma: float) -> Case:
     wanted = [{"elements": "all", "of": of, "each": "element"} for of in ("E", "thickness", "rho", "nu")]
     spec, model = structure(sheet, wanted, constraints={"bounds": {"lower": -0.5, "upper": 0.5}}, update={"method": "sensitivity"})
     problem = replace(step_problem(spec, model), regularisers=(Tikhonov(1.0 / sigma**2),))
-    return Case(f"140 parameters, prior {sigma:.0%}", modal_residual(model, fit, (), True), problem, loop_options(spec), model.zero(), 1.0 / sigma**2)
+    return Case(f"140 parameters, prior {sigma:.0%}", modal_residual(model, fit, (), True), problem, loop_options(spec, model), model.zero(), 1.0 / sigma**2)
 
 
 def share(residual: ModalResidual, point: ModalPoint) -> float:

@@ -93,3 +93,17 @@ def test_solvers_agree_on_the_first_step():
     _, rows, spread = cvxupdate.solvers(PROBLEMS / "bay_fe1_x1_complete" / "problem.toml")
     good = [r for r in rows if r.status == "optimal"]
     assert len(good) >= 3 and spread < 1e-5
+
+
+@pytest.mark.parametrize(("name", "truth"), [("bay_fe1_x1_incomplete", BAY), ("bay_fe2_x1", FE2)])
+@pytest.mark.parametrize("keys", ["second_order = true", "second_order = true\nline_search = true", 'form = "multiplicative"'])
+def test_forms_of_the_iteration(name, truth, keys, tmp_path):
+    """Second-order terms save iterations on incomplete coordinates; every form ends at the truth."""
+    plain, _ = run(name)
+    text = (PROBLEMS / name / "problem.toml").read_text().replace('method = "rfm"', f'method = "rfm"\n{keys}')
+    (tmp_path / "problem.toml").write_text(text)
+    (tmp_path / "frf.npz").write_bytes((PROBLEMS / name / "frf.npz").read_bytes())
+    updated = cvxupdate.run(tmp_path / "problem.toml")
+    assert updated.status == "converged"
+    assert np.array([q.p for q in updated.parameters]) == pytest.approx(truth, abs=1e-6)
+    assert updated.iterations < plain.iterations if "second_order" in keys else updated.iterations <= plain.iterations

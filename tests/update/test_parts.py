@@ -70,8 +70,10 @@ def test_regularisers_solver_and_options() -> None:
     kinds = [type(r) for r in step_problem(spec, model).regularisers]
     assert kinds == [L1, GroupL1]
     assert solver_choice(spec) == SolverChoice("OSQP", 1e-9, 77)
-    assert loop_options(spec) == Options(1e-4, 9, Options.radius)
+    assert loop_options(spec, model) == Options(1e-4, 9, Options.radius)
     plain, model = structure(portal(), PORTAL)
     assert solver_choice(plain) == SolverChoice("CLARABEL", SolverChoice.tolerance, None)
-    assert loop_options(structure(portal(), PORTAL, constraints={"trust_region": {"radius": 0.07}})[0]).radius == 0.07
-    assert loop_options(structure(portal(), PORTAL, update={"trust_radius": 0.02}, constraints={"trust_region": {"radius": 0.07}})[0]).radius == 0.02
+    assert loop_options(*structure(portal(), PORTAL, constraints={"trust_region": {"radius": 0.07}})).radius == 0.07
+    assert loop_options(*structure(portal(), PORTAL, update={"trust_radius": 0.02}, constraints={"trust_region": {"radius": 0.07}})).radius == 0.02
+    every = loop_options(*structure(portal(), PORTAL, update={"form": "multiplicative", "line_search": True, "second_order": True}))
+    assert every.relative == (True,) * 7 and every.line_search and every.second_order
