@@ -19,11 +19,49 @@ from cvxupdate.system import LinearSystem
 
 @dataclass(frozen=True)
 class Fault:
-    """A sensor fault under trial: ``how`` is "gain" (reading × (1 + p)) or "delay" (reading late by p · ``unit`` seconds)."""
+    """A sensor fault under trial, one unknown p each.
+
+    ``how``: "gain", reading × (1 + p); "delay", reading late by p · ``unit`` seconds; "swap", the readings of ``channel`` and ``other`` exchanged: each
+    carries the share 1 + p of the other's and −p of its own, so p = 0 is the whole exchange (start there) and a p that a fit drives away from 0 says
+    that it was none. A recording that has only one of the two channels is left as it is.
+    """
 
     channel: str
     how: str
     unit: float = 1.0
+    other: str = ""
+
+    def applied(self, p: float, signal: Signal, y: Complex) -> Complex:
+        """What the faulty sensors make of responses ``y`` (points, sensors, cases); linear in ``y``."""
+        out = y.copy()
+        own = [k for k, label in enumerate(signal.sensors) if label == self.channel]
+        if self.how == "swap":
+            for a, b in self._pairs(signal):
+                out[:, a] += (1.0 + p) * (y[:, b] - y[:, a])
+                out[:, b] += (1.0 + p) * (y[:, a] - y[:, b])
+        elif self.how == "gain":
+            out[:, own] *= 1.0 + p
+        else:
+            out[:, own] *= np.exp(-1j * signal.s.imag * p * self.unit)[:, None, None]
+        return out
+
+    def rate(self, p: float, signal: Signal, y: Complex) -> Complex:
+        """Derivative of `applied` with respect to p. For a swap it is also what the share exchanged adds to sound readings ``y``."""
+        out = np.zeros(y.shape, dtype=complex)
+        own = [k for k, label in enumerate(signal.sensors) if label == self.channel]
+        if self.how == "swap":
+            for a, b in self._pairs(signal):
+                out[:, a] = y[:, b] - y[:, a]
+                out[:, b] = y[:, a] - y[:, b]
+        elif self.how == "gain":
+            out[:, own] = y[:, own]
+        else:
+            out[:, own] = self.applied(p, signal, y)[:, own] * (-1j * signal.s.imag * self.unit)[:, None, None]
+        return out
+
+    def _pairs(self, signal: Signal) -> list[tuple[int, int]]:
+        first, second = ([k for k, label in enumerate(signal.sensors) if label == wanted] for wanted in (self.channel, self.other))
+        return list(zip(first, second, strict=False))
 
 
 @dataclass(frozen=True)
@@ -51,7 +89,7 @@ class Setting:
     def columns(self) -> tuple[str, ...]:
         """Names of the unknowns."""
         return (*(q.name for q in self.model.parameters), "damping", *(f"damping of mode {r + 1}" for r in range(self.damped)),
-                *(f"{f.how} of {f.channel}" for f in self.faults))
+                *(f"{f.how} of {f.channel}" + (f" and {f.other}" if f.other else "") for f in self.faults))
 
     def evaluate(self, p: Real, before: ResponsePoint | None = None) -> ResponsePoint:
         """The responses at ``p``; modes keep their damping ratio when they cross. ModelError where the model is no structure."""
@@ -119,19 +157,27 @@ class ResponsePoint:
         phi = self.modes.shapes[:, : self.low]
         return phi.T @ (m.C @ phi), phi.T @ (m.D @ phi)
 
-    def _fault(self, k: int, response: Response) -> Complex:
-        """Factor of every sensor at every point, (points, sensors)."""
-        s = response.signal.s
-        out = np.ones((len(s), len(response.signal.sensors)), dtype=complex)
-        for value, fault in zip(self.p[len(self.p) - len(self.setting.faults) :], self.setting.faults, strict=True):
-            for at, label in enumerate(response.signal.sensors):
-                if label == fault.channel:
-                    out[:, at] *= (1.0 + value) if fault.how == "gain" else np.exp(-2j * np.pi * (s.imag / (2 * np.pi)) * value * fault.unit)
-        return out
+    @property
+    def fault_values(self) -> Real:
+        """The unknowns of the sensor faults."""
+        return self.p[len(self.p) - len(self.setting.faults):]
+
+    def faulty(self, signal: Signal, y: Complex, start: int = 0) -> Complex:
+        """Responses ``y`` (points, sensors, cases) after the sensor faults from number ``start`` on, one after the other."""
+        for value, fault in list(zip(self.fault_values, self.setting.faults, strict=True))[start:]:
+            y = fault.applied(float(value), signal, y)
+        return y
+
+    def fault_rate(self, number: int, signal: Signal, y: Complex) -> Complex:
+        """Derivative of `faulty` with respect to the unknown of fault ``number``."""
+        before = zip(self.fault_values[:number], self.setting.faults[:number], strict=True)
+        for value, fault in before:
+            y = fault.applied(float(value), signal, y)
+        return self.faulty(signal, self.setting.faults[number].rate(float(self.fault_values[number]), signal, y), number + 1)
 
     def modelled(self) -> tuple[Complex, ...]:
         """Model rows (rows, sensors, cases) of every signal, sensor faults included."""
-        return tuple(r.rows(r.raw * self._fault(k, r)[:, :, None]) for k, r in enumerate(self.responses))
+        return tuple(r.rows(self.faulty(r.signal, r.raw)) for r in self.responses)
 
     @cached_property
     def differences(self) -> tuple[Real, Real, tuple[str, ...]]:
@@ -152,21 +198,14 @@ class ResponsePoint:
         omega = np.sqrt(np.maximum(self.modes.eigenvalues, 0.0))
         parts = []
         for k, r in enumerate(self.responses):
-            fault = self._fault(k, r)[:, :, None]
-            columns = [r.rows(block_derivative(r, self.modes, b, self.low) * fault) for b in blocks]
+            columns = [r.rows(self.faulty(r.signal, block_derivative(r, self.modes, b, self.low, self.green[k]))) for b in blocks]
             shear = 2.0 * omega * self.damping  # ∂(2 ζ ω s)/∂ log ζ
             each = [-(r.drive * r.signal.s * shear[i])[:, None, None] * r.a[:, :, i, None] * r.q[:, i, None, :] for i in self.owner]
             zeros = [i for i in range(self.modes.rigid, r.a.shape[2]) if i not in set(self.owner.tolist())]
             rest = -(r.drive * r.signal.s)[:, None, None] * ((r.a[:, :, zeros] * shear[zeros]) @ r.q[:, zeros])
-            columns.append(r.rows((sum(each) + rest) * fault))
-            columns += [r.rows(e * fault) for e in each]
-            for value, f in zip(self.p[len(self.p) - len(self.setting.faults) :], self.setting.faults, strict=True):
-                change = np.zeros(r.raw.shape, dtype=complex)
-                for at, label in enumerate(r.signal.sensors):
-                    if label == f.channel:
-                        own = 1.0 / (1.0 + value) if f.how == "gain" else -1j * r.signal.s.imag * f.unit
-                        change[:, at] = (own * np.ones(len(r.signal.s)))[:, None] * r.raw[:, at] * fault[:, at]
-                columns.append(r.rows(change))
+            columns.append(r.rows(self.faulty(r.signal, sum(each) + rest)))
+            columns += [r.rows(self.faulty(r.signal, e)) for e in each]
+            columns += [r.rows(self.fault_rate(number, r.signal, r.raw)) for number in range(len(self.setting.faults))]
             stacked = np.stack([c.reshape(-1) for c in columns], axis=1)
             parts += [stacked.real, stacked.imag]
         return np.vstack(parts)

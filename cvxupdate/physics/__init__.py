@@ -16,7 +16,7 @@ CATALOGUE = {
     "viscous_damper": viscous_damper.candidates,
     "structural_damping": changes.structural_damping,
     "mass_proportional_damping": changes.mass_proportional_damping,
-    "sensor_fault": sensor_fault.candidates,
+    "sensor_fault": sensor_fault.faults,  # `candidates` (with exchanged channels) as soon as the engine passes `other` on
 }
 
 __all__ = ["CATALOGUE"]

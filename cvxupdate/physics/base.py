@@ -54,7 +54,8 @@ class Candidate:
 
     ``model`` carries the extra parameters at the end of its list, ``extra`` of them; ``start`` (extra,) is where a refit begins (zero: the
     model as it is). ``tangent`` gives, for each screening column, derivative blocks on the base model's DOFs; ``tuned`` (DOF place,
-    frequency in Hz, damping) a hidden oscillator's column instead; ``channel`` a sensor label (``sensor``: "gain" or "delay").
+    frequency in Hz, damping) a hidden oscillator's column instead; ``channel`` a sensor label
+    (``sensor``: "gain", "delay" or "swap", the last with the channel ``other``).
     ``sign`` +1 where the first parameter cannot be negative. ``report`` names each reported figure: (name, index, how). ``members`` are the elements
     of a set; ``additive``: the set's column is the sum of its members' columns.
     """
@@ -68,6 +69,7 @@ class Candidate:
     tuned: tuple[int, float, float] | None = None
     channel: str | None = None
     sensor: str | None = None
+    other: str = ""
     sign: int = 0
     report: tuple[tuple[str, int, str], ...] = ()
     members: tuple[int, ...] = ()
@@ -80,7 +82,9 @@ class Candidate:
         p = self.place
         where = p.groups or (tuple(f"e{e}" for e in p.elements) if p.elements else ()) or tuple(f"n{n}" for n in p.nodes)
         at = ", ".join(where[:4]) + (" …" if len(where) > 4 else "")
-        return f"{self.physics} at {at or (self.channel or 'the whole structure')}" + (f" ({p.dof})" if p.dof else "")
+        if self.channel is not None:
+            return f"{self.physics} ({self.sensor}) at {self.channel}" + (f" and {self.other}" if self.other else "")
+        return f"{self.physics} at {at or 'the whole structure'}" + (f" ({p.dof})" if p.dof else "")
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cvxupdate.diagnose.engine import ordinary
-from cvxupdate.diagnose.fit import setting_for
+from cvxupdate.diagnose.fit import fit, setting_for
 from cvxupdate.diagnose.forward import basis, respond, sensor_rows, undamped
 from cvxupdate.diagnose.residual import Fault, channel_errors
 from cvxupdate.diagnose.signals import frf_lines, smooth
@@ -51,11 +51,13 @@ def test_a_held_sensor_reads_nothing_and_a_strange_one_is_refused(bar):
 
 
 ZETA = 0.005
+# An exchange between a gain and a delay of its channels: the order in which faults act matters.
+FAULTS = (Fault("n2.x", "gain"), Fault("n2.x", "swap", other="n3.x"), Fault("n3.x", "delay", 1e-3))
 
 
 @pytest.mark.parametrize("zeta", [1e-9, ZETA])
 def test_derivatives_with_dashpot_damping_and_faults(chain, lab, measure, zeta):
-    """Every unknown: p-values of springs and floors, a dashpot, common and single damping ratios, a gain, a delay.
+    """Every unknown: p-values of springs and floors, a dashpot, common and single damping ratios, a gain, an exchange, a delay.
 
     Modal damping is held while stiffness and mass move (its matrix follows the modes, the derivative does not): an error of the order of ζ that is
     gone without modal damping. Everything else is exact with it, too.
@@ -66,7 +68,7 @@ def test_derivatives_with_dashpot_damping_and_faults(chain, lab, measure, zeta):
     context = Context(start, m.K, m.M, 75.0, 5.0, ("n1.x",), (), lambda node, kind: start, ZETA)
     damper = next(c for c in viscous_damper.candidates(context) if c.place.nodes == (2, 3))
     signals = (signal_of(measure(lab(c=(0, 0, 9.0, 0)), 4)), signal_of(measure(lab(), 1, seed=2), 0.1))
-    setting = setting_for(damper.model, model, signals, 75.0, 5.0, (Fault("n2.x", "gain"), Fault("n4.x", "delay", 1e-3)))
+    setting = setting_for(damper.model, model, signals, 75.0, 5.0, FAULTS)
     setting = replace(setting, zeta=np.full(setting.damped, zeta))
     rng = np.random.default_rng(4)
     p = 0.03 * rng.normal(size=len(setting.columns))
@@ -89,3 +91,31 @@ def test_error_is_zero_for_the_truth_and_one_for_nothing(lab, measure):
     signal = signal_of(measure(lab(), 2, noise=1e-6), 0.0)
     assert channel_errors((signal,), (signal.Y,)) == 0.0
     assert channel_errors((signal,), (0 * signal.Y,)) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("exchanged", [True, False])
+def test_exchanged_channels_are_told_by_the_share_that_fits(chain, lab, measure, exchanged):
+    """An exchange is whole (p = 0, no error left) or none (p = −1): a fit on sound channels takes the share back to nothing."""
+    _, model = chain
+    nominal = replace(lab(), K=undamped(model).matrices().K.toarray(), M=undamped(model).matrices().M.toarray())
+    recording = measure(nominal, 3, noise=1e-4)
+    if exchanged:
+        recording = replace(recording, H=recording.H[:, [0, 3, 2, 1]])
+    signal = signal_of(recording)
+    setting = setting_for(undamped(model), model, (signal,), 75.0, 5.0, (Fault("n2.x", "swap", other="n4.x"),))
+    point = setting.evaluate(np.zeros(len(setting.columns)))
+    if exchanged:
+        assert channel_errors((signal,), point.modelled()) < 1e-3
+    found = fit(setting, np.zeros(len(setting.columns)))
+    assert found.p[-1] == pytest.approx(0.0 if exchanged else -1.0, abs=1e-2)
+    assert channel_errors((signal,), found.point.modelled()) < 1e-2
+
+
+def test_a_recording_without_the_other_channel_is_left_alone(chain, lab, measure):
+    _, model = chain
+    recording = measure(lab(), 3)
+    short = replace(recording, H=recording.H[:, :2], variance=recording.variance[:, :2], responses=recording.responses[:2])
+    setting = setting_for(undamped(model), model, (signal_of(short),), 75.0, 5.0, (Fault("n2.x", "swap", other="n4.x"),))
+    plain = replace(setting, faults=())
+    np.testing.assert_array_equal(setting.evaluate(np.zeros(len(setting.columns))).modelled()[0],
+                                  plain.evaluate(np.zeros(len(plain.columns))).modelled()[0])

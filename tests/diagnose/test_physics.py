@@ -9,7 +9,7 @@ from cvxupdate.diagnose.engine import held_dofs, ordinary
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.verdict import release_from
 from cvxupdate.fe.modes import natural_modes
-from cvxupdate.physics import CATALOGUE
+from cvxupdate.physics import CATALOGUE, sensor_fault
 from cvxupdate.physics.attached_resonator import attach
 from cvxupdate.physics.base import Context
 
@@ -137,5 +137,9 @@ def test_a_resonator_adds_its_dynamic_stiffness(chain):
 
 def test_tie_of_sensor_faults_to_channels(chain):
     context = context_of(chain)
-    found = CATALOGUE["sensor_fault"](context)
-    assert {(c.channel, c.sensor) for c in found} == {(label, how) for label in context.sensors for how in ("gain", "delay")}
+    found = sensor_fault.candidates(context)
+    assert {(c.channel, c.sensor, c.other) for c in found} == {
+        *((label, how, "") for label in context.sensors for how in ("gain", "delay")),
+        ("n1.x", "swap", "n2.x"), ("n1.x", "swap", "n3.x"), ("n2.x", "swap", "n3.x")}
+    assert next(c for c in found if c.sensor == "swap").place.nodes == (1, 2)
+    assert len({c.name for c in found}) == len(found)
