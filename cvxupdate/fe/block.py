@@ -24,7 +24,7 @@ class Block:
 
     ``ids`` (n,), ``groups`` n names, ``dofs`` (n, d) places among the free DOFs (−1: fixed), ``direction`` the DOF kind of each
     column (0..5 = x..rz), (1, d) where all elements agree, else (n, d), ``terms`` geometric factors (g, d, d), ``geometry`` (n,) which
-    of the g factors an element uses, ``properties`` one value per element.
+    of the g factors an element uses, ``properties`` one value per element, ``nodes`` (n, k) places among the model's nodes (None: not from drawn nodes).
     """
 
     kind: Element
@@ -35,6 +35,7 @@ class Block:
     terms: tuple[Term, ...]
     geometry: Index
     properties: Mapping[str, Real]
+    nodes: Index | None = None
 
     def scalars(self, properties: Mapping[str, Values]) -> list[tuple[str, int, Values]]:
         """(matrix, term, factor (elements,)) for K, M, C and D.

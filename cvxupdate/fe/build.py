@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import COMMON, Block, Index
-from cvxupdate.fe.elements import Beam2D, Beam3D, Dashpot, Entries, Mass, Plate, Rod, Spring, Term
+from cvxupdate.fe.elements import Beam2D, Beam3D, Dashpot, Entries, Gyroscopic, Mass, Plate, Rod, Spring, Term
 from cvxupdate.fe.elements.base import Element, Real
 from cvxupdate.fe.elements.matrix import read_matrix, split
 from cvxupdate.fe.model import KINDS, Model
@@ -85,7 +85,7 @@ def _batches(text: sm.Model, active: tuple[str, ...]) -> Iterable[_Batch]:
                 batch.ids.append(row.id)
                 batch.groups.append(row.group or "")
                 batch.nodes.append(row.nodes)
-                batch.orientation.append(getattr(row, "orientation", None) or (0.0, 0.0, 0.0))
+                batch.orientation.append(getattr(row, "axis", None) or getattr(row, "orientation", None) or (0.0, 0.0, 0.0))
                 for name, value in _properties(row, kind, text).items():
                     batch.properties.setdefault(name, []).append(value)
     return found.values()
@@ -98,6 +98,8 @@ def _kinds(block: Any, row: Any, text: sm.Model, active: tuple[str, ...]) -> lis
         return [Dashpot(d, len(row.nodes)) for d in row.directions]
     if isinstance(row, se.MassRow):
         return [Mass()]
+    if isinstance(row, se.GyroscopicRow):
+        return [Gyroscopic(len(row.nodes))]
     if isinstance(row, se.PlateRow):
         return [Plate(block.mass)]
     section = _section(text.sections[row.section])
@@ -130,6 +132,8 @@ def _properties(row: Any, kind: Element, text: sm.Model) -> dict[str, float]:
         return {**out, "c": row.c}
     if isinstance(row, se.MassRow):
         return {**out, "m": row.m, "Ixx": row.Ixx, "Iyy": row.Iyy, "Izz": row.Izz}
+    if isinstance(row, se.GyroscopicRow):
+        return {**out, "Ip": row.Ip, "omega": row.omega}
     material, section = text.materials[row.material], text.sections[row.section]
     if material.eta is not None:
         out["eta"] = material.eta
@@ -236,7 +240,8 @@ def _number(text: sm.Model, position: dict[int, int], xyz: Real, active: tuple[s
             touched |= {(position[n], k) for k, amount in zip(kinds, amounts, strict=True)
                         for (n,), value in zip(batch.nodes, amount, strict=True) if value != 0.0}
             continue
-        touched |= {(position[n], k) for nodes in batch.nodes for n in nodes for k in kinds}
+        if not isinstance(batch.kind, Gyroscopic):  # it acts on what beams and masses have
+            touched |= {(position[n], k) for nodes in batch.nodes for n in nodes for k in kinds}
     held = {(position[n], KINDS.index(d)) for s in text.supports for n in (node_ids if s.nodes == "all" else s.nodes) for d in s.dofs}
     labels = sorted(touched - held)
     return {label: i for i, label in enumerate(labels)}, np.array(node_ids, dtype=np.int64), xyz, labels
@@ -261,7 +266,7 @@ def _block(batch: _Batch, text: sm.Model, position: dict[int, int], xyz: Real, a
     properties = {k: np.array(v, dtype=float) for k, v in batch.properties.items()}
     if kind.nodes == 2:
         properties["length"] = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
-    return Block(kind, np.array(batch.ids, dtype=np.int64), tuple(batch.groups), dofs, np.tile(kinds, kind.nodes)[None], kept, geometry, properties)
+    return Block(kind, np.array(batch.ids, dtype=np.int64), tuple(batch.groups), dofs, np.tile(kinds, kind.nodes)[None], kept, geometry, properties, nodes)
 
 
 def _distinct(points: Real, orientation: Real) -> tuple[Index, Index]:

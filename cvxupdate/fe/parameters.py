@@ -16,7 +16,8 @@ from cvxupdate.fe.elements.base import Real
 P_VALUES = ("stiffness", "mass", "damping")
 UNITS = {"E": "Pa", "nu": "1", "rho": "kg/m^3", "A": "m^2", "I": "m^4", "Iy": "m^4", "Iz": "m^4", "J": "m^4", "thickness": "m", "height": "m",
          "width": "m", "diameter": "m", "wall": "m", "k": "N/m", "m": "kg", "c": "N*s/m", "Ixx": "kg*m^2", "Iyy": "kg*m^2", "Izz": "kg*m^2",
-         "eta": "1", "alpha": "1/s", "beta": "s", "Dx": "1", "Dy": "1", "D1": "1", "Dxy": "1", "N": "N", "shear": "1", "kappa": "1"}
+         "eta": "1", "alpha": "1/s", "beta": "s", "Dx": "1", "Dy": "1", "D1": "1", "Dxy": "1", "N": "N", "shear": "1", "kappa": "1", "Ip": "kg*m^2",
+         "omega": "rad/s"}
 
 
 @dataclass(frozen=True)

@@ -166,7 +166,16 @@ class Condenser:
 
 
 def condenser(m: Matrices, measured: Index, references: Index) -> Condenser:
-    """Cut K, M, C, D at the measured DOFs."""
+    """Cut K, M, C, D at the measured DOFs.
+
+    Raises
+    ------
+    ModelError
+        For a model with something that spins: what is reduced here and differentiated is symmetric.
+    """
+    if m.C.nnz and abs(m.C - m.C.T).max() > 1e-12 * abs(m.C).max():
+        raise ModelError("the model has gyroscopic elements: its frequency responses are not symmetric, which updating by force balance or receptance "
+                         "needs. Take them out for `run`, or use `diagnose` or `correlate`.")
     rest = np.setdiff1d(np.arange(m.K.shape[0]), measured)
 
     def cut(rows: Index, columns: Index) -> Matrices:

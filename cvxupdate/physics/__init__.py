@@ -1,6 +1,6 @@
 """The catalogue: what the model gains by each physics word, where it can stand, its signs and its tell-tale. One list."""
 
-from cvxupdate.physics import added_mass, attached_resonator, changes, grounding_spring, joint_flexibility, sensor_fault, viscous_damper
+from cvxupdate.physics import added_mass, attached_resonator, changes, grounding_spring, gyroscopic, joint_flexibility, sensor_fault, viscous_damper
 
 CATALOGUE = {
     "stiffness_change": changes.stiffness_change,
@@ -12,6 +12,7 @@ CATALOGUE = {
     "joint_flexibility": joint_flexibility.candidates,
     "shear_deformation": changes.shear_deformation,
     "axial_preload": changes.axial_preload,
+    "gyroscopic": gyroscopic.candidates,
     "attached_resonator": attached_resonator.candidates,
     "viscous_damper": viscous_damper.candidates,
     "structural_damping": changes.structural_damping,

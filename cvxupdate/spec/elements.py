@@ -70,6 +70,17 @@ class MassRow(Part):
     group: Group = None
 
 
+class GyroscopicRow(Part):
+    """The gyroscopic moment of what spins, beside the mass or beam that carries the inertia."""
+
+    id: ElementId
+    nodes: OneOrTwoNodes = Field(description="[i] is a disc, [i, j] a piece of shaft")
+    Ip: NonNegative = Field(description="polar moment of inertia: of a disc [kg·m²], of a shaft for each metre [kg·m] (density times Iy + Iz)")
+    omega: float = Field(description="spin [rad/s], right-handed about the axis; a shaft's axis runs from i to j")
+    axis: Vector | None = Field(default=None, description="axis of a disc [x, y, z]")
+    group: Group = None
+
+
 class LineRow(Part):
     """A rod or beam between two nodes."""
 
@@ -143,6 +154,17 @@ class MassBlock(Part):
     group: Group = None
 
 
+class GyroscopicBlock(Part):
+    """What spins: a skew-symmetric velocity term."""
+
+    type: Literal["gyroscopic"]
+    rows: Annotated[tuple[GyroscopicRow, ...], Table()] = Field(min_length=1, description="the elements")
+    Ip: NonNegative | None = Field(default=None, description="for every row without its own")
+    omega: float | None = Field(default=None, description="for every row without its own")
+    axis: Vector | None = Field(default=None, description="for every row without its own")
+    group: Group = None
+
+
 class LineBlock(Part):
     """Rods and beams: ``rod`` axial only, ``beam2d`` in a plane, ``beam3d`` in space (Euler–Bernoulli)."""
 
@@ -178,13 +200,14 @@ class MatrixBlock(Part):
     group: Group = None
 
 
-Block = SpringBlock | DashpotBlock | MassBlock | LineBlock | PlateBlock | MatrixBlock
-Row = SpringRow | DashpotRow | MassRow | LineRow | PlateRow | MatrixRow
+Block = SpringBlock | DashpotBlock | MassBlock | GyroscopicBlock | LineBlock | PlateBlock | MatrixBlock
+Row = SpringRow | DashpotRow | MassRow | GyroscopicRow | LineRow | PlateRow | MatrixRow
 
 INHERITED: dict[str, tuple[str, ...]] = {
     "spring": ("k", "dof", "dofs", "group"),
     "dashpot": ("c", "dof", "dofs", "group"),
     "mass": ("m", "Ixx", "Iyy", "Izz", "group"),
+    "gyroscopic": ("Ip", "omega", "axis", "group"),
     "rod": ("material", "section", "orientation", "group"),
     "beam2d": ("material", "section", "orientation", "group"),
     "beam3d": ("material", "section", "orientation", "group"),
@@ -208,6 +231,7 @@ OF_BY_TYPE: dict[str, tuple[str, ...]] = {
     "spring": ("stiffness", "k", "damping", "eta", "beta"),
     "dashpot": ("damping", "c"),
     "mass": ("mass", "m", "Ixx", "Iyy", "Izz", "damping", "alpha"),
+    "gyroscopic": ("Ip", "omega"),
     "rod": (*ELASTIC, *INERTIAL, *SIZES),
     "beam2d": (*ELASTIC, *INERTIAL, "nu", *SIZES, "I", "Iy", "Iz", "J"),
     "beam3d": (*ELASTIC, *INERTIAL, "nu", *SIZES, "I", "Iy", "Iz", "J"),

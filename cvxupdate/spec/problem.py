@@ -47,7 +47,7 @@ def schema() -> dict[str, Any]:
     out = ProblemFile.model_json_schema()
     out = {"$schema": "https://json-schema.org/draft/2020-12/schema", **out, "title": "cvxupdate problem file"}
     # A row may leave out what its block gives.
-    rows = {"spring": "SpringRow", "dashpot": "DashpotRow", "mass": "MassRow", "rod": "LineRow", "plate": "PlateRow"}
+    rows = {"spring": "SpringRow", "dashpot": "DashpotRow", "mass": "MassRow", "gyroscopic": "GyroscopicRow", "rod": "LineRow", "plate": "PlateRow"}
     for kind, name in rows.items():
         part = out["$defs"][name]
         part["required"] = [key for key in part.get("required", []) if key not in INHERITED[kind]]

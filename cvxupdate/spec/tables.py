@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-LISTS = frozenset({"nodes", "shape", "orientation", "elements", "groups", "dofs", "labels", "index"})
+LISTS = frozenset({"nodes", "shape", "orientation", "axis", "elements", "groups", "dofs", "labels", "index"})
 """Columns whose cell holds a list, separated by blanks or ``;``."""
 TEXTS = frozenset(
     {

@@ -149,12 +149,17 @@ def _line(kind: str, **value: tuple[float, ...]) -> dict[str, Any]:
 _MASS = {"type": "mass", "rows": [{"id": 90 + i, "nodes": [i + 1], "m": m, "Ixx": 0.1 * m, "Iyy": 0.2 * m, "Izz": 0.3 * m}
                                   for i, m in enumerate((2.5, 1.5, 0.7))]}
 
+_SHAFT = {"type": "gyroscopic", "omega": 300.0, "rows": [{"id": 70, "nodes": [1, 2], "Ip": 2.6e-4}, {"id": 71, "nodes": [3, 2], "Ip": 1.4e-4}]}
+_DISC = {"type": "gyroscopic", "omega": -210.0, "axis": [0.3, -0.9, 0.4], "rows": [{"id": 70, "nodes": [1], "Ip": 0.06}, {"id": 71, "nodes": [3], "Ip": 0.02}]}
+
 CASES: tuple[Case, ...] = (
     Case("spring", _points([_line("spring", k=(3e5, 5e5)), _MASS]), 1, 0),
     Case("spring to ground", _points([{"type": "spring", "dofs": ["x", "rz"], "rows": _each(k=(3e5, 1e5, 7e4))}, _MASS], ["x", "rz"]), 0, 0),
     Case("mass", _points([_MASS, {"type": "spring", "dofs": SPACE, "rows": _each(k=(3e5, 1e5, 7e4))}], SPACE), 6, 6),
     Case("dashpot", _points([_line("dashpot", c=(30.0, 7.0)), _MASS]), 2, 0),
     Case("dashpot to ground", _points([{"type": "dashpot", "dofs": ["x", "ry"], "rows": _each(c=(3.0, 0.1, 0.7))}, _MASS], ["x", "ry"]), 1, 0),
+    Case("gyroscopic shaft", joined(lines("beam3d", POINTS, chain(3), SPACE, "round"), _points([_SHAFT], SPACE)), 6, 0),
+    Case("gyroscopic disc", _points([_DISC, _MASS, {"type": "spring", "dofs": SPACE, "rows": _each(k=(3e5, 1e5, 7e4))}], SPACE), 3, 0),
     Case("rod consistent", lines("rod", POINTS, [*chain(3), (1, 3)], "xyz", "round"), 5, 6),
     Case("rod lumped", lines("rod", POINTS, [*chain(3), (1, 3)], "xyz", "bar", mass="lumped"), 5, 6),
     Case("rod general", lines("rod", POINTS, chain(3), "xyz", "general", ALLOY), 5, 6),

@@ -70,6 +70,8 @@ SPOILT = [
     one("no rows", "rows = [{ id = 31, nodes = [4], m = 0.35, Ixx = 1e-4 }]", "rows = []", "model.elements[3].rows", "is empty"),
     one("unknown DOF kind", 'dofs = ["y", "z"]', 'dofs = ["y", "w"]', "model.elements[4].rows[0].dofs[1]", "'w'", "Allowed: x, y, z"),
     one("zero frequency", "frequency = 14.2", "frequency = 0.0", "recordings[0].rows[0].frequency", "0.0 is out of range", "greater than 0"),
+    one("disc without an axis", '[[model.supports]]', '[[model.elements]]\ntype = "gyroscopic"\nrows = [{ id = 91, nodes = [2], Ip = 0.1, omega = 3.0 }]\n\n[[model.supports]]', "model.elements[5].rows[0].axis", "has no axis", "spins about"),
+    one("shaft with an axis", '[[model.supports]]', '[[model.elements]]\ntype = "gyroscopic"\nrows = [{ id = 91, nodes = [2, 3], Ip = 0.1, omega = 3.0, axis = [1.0, 0.0, 0.0] }]\n\n[[model.supports]]', "model.elements[5].rows[0].axis", "is a shaft", "Leave `axis` out"),
     # names and numbers
     one("duplicate node", "id = 5, x = 0.31", "id = 4, x = 0.31", "", "node 4 is there twice"),
     one("duplicate element across blocks", "id = 31", "id = 2", "model.elements[3].rows[0].id", "element 2 is there twice"),

@@ -4,12 +4,13 @@ from cvxupdate.fe.elements.base import Element, Term
 from cvxupdate.fe.elements.beam2d import Beam2D
 from cvxupdate.fe.elements.beam3d import Beam3D
 from cvxupdate.fe.elements.dashpot import Dashpot
+from cvxupdate.fe.elements.gyroscopic import Gyroscopic
 from cvxupdate.fe.elements.mass import Mass
 from cvxupdate.fe.elements.matrix import Entries
 from cvxupdate.fe.elements.plate import Plate
 from cvxupdate.fe.elements.rod import Rod
 from cvxupdate.fe.elements.spring import Spring
 
-ELEMENTS = (Spring, Mass, Dashpot, Rod, Beam2D, Beam3D, Plate, Entries)
+ELEMENTS = (Spring, Mass, Dashpot, Gyroscopic, Rod, Beam2D, Beam3D, Plate, Entries)
 
-__all__ = ["ELEMENTS", "Beam2D", "Beam3D", "Dashpot", "Element", "Entries", "Mass", "Plate", "Rod", "Spring", "Term"]
+__all__ = ["ELEMENTS", "Beam2D", "Beam3D", "Dashpot", "Element", "Entries", "Gyroscopic", "Mass", "Plate", "Rod", "Spring", "Term"]

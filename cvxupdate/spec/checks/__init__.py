@@ -14,7 +14,7 @@ from cvxupdate.spec.checks.case import Case
 from cvxupdate.spec.checks.constraints import BoundsCrossed, ConstraintNames, LinearSides, OneMass, RegulariserGroups
 from cvxupdate.spec.checks.dofs import ActiveDofs, Directions, TypeDofs
 from cvxupdate.spec.checks.files import Datasets, MatrixSources, MissingFiles
-from cvxupdate.spec.checks.geometry import Orientation, PlateShape, ZeroLength
+from cvxupdate.spec.checks.geometry import Orientation, PlateShape, SpinAxis, ZeroLength
 from cvxupdate.spec.checks.names import (
     DuplicateIds,
     ElementNodes,
@@ -68,6 +68,7 @@ CHECKS: tuple[Check, ...] = (
     TypeDofs(),
     ZeroLength(),
     Orientation(),
+    SpinAxis(),
     PlateShape(),
     LooseNodes(),
     UnheldMasses(),

@@ -91,6 +91,8 @@ class TypeDofs:
                 active_now = ", ".join(case.spec.model.dofs)
                 problem = f"{block.type} elements need translations and rotations; active are {active_now}."
                 remedy = 'Add to model.dofs, e.g. ["z", "ry"] for bending in the x–z plane; a rod has translations only.'
+            elif block.type == "gyroscopic" and len(active & {"rx", "ry", "rz"}) < 2:
+                problem, remedy = "a gyroscopic moment couples two rotations.", "Add both rotations square to the axis to model.dofs."
             else:
                 continue
             yield Complaint(("model", "elements", i, "type"), problem, remedy)

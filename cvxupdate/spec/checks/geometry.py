@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cvxupdate.spec.checks.case import Case
-from cvxupdate.spec.elements import LineRow, PlateRow
+from cvxupdate.spec.elements import GyroscopicRow, LineRow, PlateRow
 from cvxupdate.spec.model import Node
 from cvxupdate.spec.prepare import Complaint
 
@@ -33,7 +33,7 @@ class ZeroLength:
                     f"{block.type} {row.id} names a node twice: {list(nodes)}.",
                     "Name each node once; a spring to ground has one node only.",
                 )
-            elif isinstance(row, LineRow) and all(n in case.nodes for n in nodes):
+            elif isinstance(row, LineRow | GyroscopicRow) and len(nodes) == 2 and all(n in case.nodes for n in nodes):
                 a, b = (case.nodes[n] for n in nodes)
                 if (a.x, a.y, a.z) == (b.x, b.y, b.z):
                     yield Complaint(
@@ -64,6 +64,24 @@ class Orientation:
                     f"{block.type} {row.id}: {list(row.orientation)} is zero or parallel to the axis of the element.",
                     "Give a vector in the local x–z plane that leaves the axis.",
                 )
+
+
+@dataclass(frozen=True)
+class SpinAxis:
+    """A disc that spins says about which axis; a shaft has it from its nodes."""
+
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Discs without an axis, shafts with one."""
+        for loc, _, row in case.rows():
+            if not isinstance(row, GyroscopicRow):
+                continue
+            if len(row.nodes) == 2 and row.axis is not None:
+                yield Complaint((*loc, "axis"), f"gyroscopic {row.id} is a shaft: its axis runs from its first node to its second.", "Leave `axis` out.")
+            elif len(row.nodes) == 1 and (row.axis is None or _unit(row.axis) is None):
+                problem = f"gyroscopic {row.id} is a disc and " + ("has no axis." if row.axis is None else "its axis has no length.")
+                yield Complaint((*loc, "axis"), problem, "Give the axis it spins about, e.g. [1.0, 0.0, 0.0].")
 
 
 @dataclass(frozen=True)

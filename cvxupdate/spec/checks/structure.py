@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cvxupdate.spec.checks.case import Case
-from cvxupdate.spec.elements import MassRow, MatrixBlock
+from cvxupdate.spec.elements import GyroscopicRow, MassRow, MatrixBlock
 from cvxupdate.spec.prepare import Complaint
 
 
@@ -42,7 +42,7 @@ class UnheldMasses:
         """Every lump that only floats."""
         if any(isinstance(block, MatrixBlock) for block in case.spec.model.elements):
             return
-        joined = {node for _, _, row in case.rows() if not isinstance(row, MassRow) for node in getattr(row, "nodes", ())}
+        joined = {node for _, _, row in case.rows() if not isinstance(row, MassRow | GyroscopicRow) for node in getattr(row, "nodes", ())}
         held = _held(case)
         for loc, _, row in case.rows():
             if isinstance(row, MassRow) and row.nodes[0] not in joined and row.nodes[0] not in held:
