@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from cvxupdate.report import figures
+from cvxupdate.report.accuracy import accuracy_sections
 from cvxupdate.report.numbers import NOTHING, count, decimals, fixed, number, power, prefix_of, seconds, short, signed, with_deviation
 from cvxupdate.report.page import command, render
 from cvxupdate.report.words import CERTIFICATE, METRICS, certificate_sentence, conflict_sentence, definite_sentence, verdict
@@ -57,6 +58,7 @@ def run_page(updated: Updated) -> str:
         "certificate_says": certificate_sentence(updated), "definite_says": definite_sentence(updated), "conflict_says": conflict_sentence(updated),
         "undetermined": [{"says": c["says"], "deviation": number(c["standard_deviation"], 3),
                           "share": ", ".join(f"{signed(v)} {name}" for name, v in c["coefficients"].items())} for c in updated.undetermined[:MOST_OPEN]],
+        "accuracy": accuracy_sections(updated),
         "command": command("run", updated.path), "time": seconds(updated.time),
     })  # fmt: skip
 

@@ -194,6 +194,11 @@ def most_informative(J: Real, allowed: np.ndarray[tuple[int], np.dtype[np.bool_]
     return np.array(sorted(chosen), dtype=np.int64)
 
 
+def best_lines(data: FrfData, points: Points, log_function: Real, number: int) -> Index:
+    """The lines of ``data`` with the lowest log function (5.32) among those that `choose_points` would allow; ``points`` of the same recording."""
+    return _lowest(log_function, _allowed(data, points.measured, points.model, points.held), number)
+
+
 def _lowest(log_function: Real, allowed: np.ndarray[tuple[int], np.dtype[np.bool_]], number: int) -> Index:
     """Lines with the lowest log function, kept apart by a third of an even spacing."""
     apart = max(1, len(log_function) // (3 * number))

@@ -52,12 +52,38 @@ class ModeResult:
 
 
 @dataclass(frozen=True)
+class AccuracyResult:
+    """How accurate one recording of frequency responses must be (thesis chapter 5), from the model before the update, line by line.
+
+    ``noise`` the relative r.m.s. deviation of its entries, ``stated`` whether the recording says so; ``change`` the deviation of every parameter that is
+    sought. Per line: ``error`` and ``system`` component of the characteristic log function (5.32), log10; ``bearable`` the relative noise at which the two
+    are equal (5.12); ``radius`` of (5.6), None where it was not computed; ``relative_model`` the modelling error of (5.15). ``fitted`` and ``best`` lines
+    in Hz. ``spread`` is the median deviation of p that the fitted lines leave at this noise, ``borne`` the noise at which it would equal ``change``.
+    """
+
+    recording: str
+    noise: float
+    stated: bool
+    change: float
+    frequency: tuple[float, ...]
+    error: tuple[float, ...]
+    system: tuple[float, ...]
+    bearable: tuple[float, ...]
+    radius: tuple[float | None, ...]
+    relative_model: tuple[float, ...]
+    fitted: tuple[float, ...]
+    best: tuple[float, ...]
+    spread: float | None
+    borne: float | None
+
+
+@dataclass(frozen=True)
 class Updated:
     """The outcome of updating one problem.
 
     ``status`` is converged, optimal, infeasible or stopped, with the ``reason`` in words; ``fit`` holds the contract's metrics,
     {"fit": {metric: {"before", "after"}}, "hold_out": {…}}; ``certificate`` that of the last convex step; ``conflict`` and ``relaxation``
-    say why a step is infeasible; ``noise`` is by how much the residual exceeds the stated deviations.
+    say why a step is infeasible; ``noise`` is by how much the residual exceeds the stated deviations; ``accuracy`` is of method rfm alone.
     """
 
     problem: str
@@ -83,3 +109,4 @@ class Updated:
     regularisation: tuple[dict[str, Any], ...] = ()
     model: dict[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    accuracy: tuple[AccuracyResult, ...] = ()

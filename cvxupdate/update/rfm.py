@@ -13,7 +13,6 @@ from cvxupdate.errors import InputError, ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import FrequencyResponse, Recording
 from cvxupdate.residual.frf import FrfPoint, FrfResidual, frf_error, responses_of
-from cvxupdate.residual.frf_accuracy import accuracy
 from cvxupdate.residual.frf_data import FrfData, frf_data
 from cvxupdate.residual.frf_points import Points, choose_points
 from cvxupdate.residual.frf_reduced import ReducedResidual, make_basis
@@ -23,6 +22,7 @@ from cvxupdate.update.covariance import uncertainty
 from cvxupdate.update.modal import certificate_of, parameter_results, regularisation_of
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
 from cvxupdate.update.result import Metrics, Updated
+from cvxupdate.update.rfm_accuracy import accuracy_results, says
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterate, objective_at
 
 EXACT = 1e-3
@@ -191,8 +191,9 @@ def update_rfm(spec: Spec, model: Model, recordings: Sequence[Recording], progre
     infeasible = loop.status == "infeasible"
     notes = [w for q in prepared.points for w in q.warnings]
     notes += [_chosen(d, q) for d, q in zip(prepared.chosen, prepared.points, strict=True)]
+    accurate = accuracy_results(model, prepared.fit, prepared.points)
     if spec.update is not None and spec.update.frequency_points == "log-function":
-        notes += [_borne(model, d) for d in prepared.chosen]
+        notes += [says(a) for a in accurate]
     if relative:
         notes.append("The recordings state no deviations: their weights are relative, and the parameters' deviations come from the scatter of the residual.")
     elif known.noise > 2.0:
@@ -209,7 +210,7 @@ def update_rfm(spec: Spec, model: Model, recordings: Sequence[Recording], progre
         noise=None if relative else known.noise, active=loop.step.active, regularisation=regularisation_of(loop),
         model={"dofs": model.size, "elements": int(sum(len(set(b.ids.tolist())) for b in model.blocks)), "nodes": len(model.node_ids),
                "mass_before": model.total_mass(), "mass_after": model.total_mass(end.p)},
-        notes=tuple(notes))
+        notes=tuple(notes), accuracy=accurate)
 
 
 def metrics(model: Model, prepared: Prepared, loop: LoopResult[FrfPoint]) -> dict[str, Metrics]:
@@ -229,15 +230,6 @@ def _error(model: Model, data: Sequence[FrfData], p: Array) -> float:
         return frf_error(responses_of(model, data, p), data)
     except ModelError:
         return float("inf")  # a line on an undamped natural frequency: the response has no bound there
-
-
-def _borne(model: Model, data: FrfData) -> str:
-    """The characteristic log function at the chosen lines, in words."""
-    level = float(np.median(data.std[:, data.used] / np.maximum(np.abs(data.X[:, data.used]), np.finfo(float).tiny)))
-    a = accuracy(model, data.frequency, data.responses, level, rounds=0)
-    return (f"{data.name}: by the characteristic log function (5.32), with 5 % on every parameter, the chosen lines bear {100 * a.bearable.min():.2g} to "
-            f"{100 * a.bearable.max():.2g} % noise (r.m.s.); the recording has {100 * level:.2g} %. It is a sufficient condition on norms, far stricter than "
-            "what weighted steps need.")
 
 
 def _chosen(data: FrfData, points: Points) -> str:
