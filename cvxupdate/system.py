@@ -21,6 +21,7 @@ class LinearSystem:
     weights : (m,) real array, one over the standard deviation of each row; ``weights * (A @ p - b)`` is dimensionless.
     columns : n parameter names, e.g. ``"e12.stiffness"`` or ``"plate.E"``.
     rows : m row labels, e.g. ``"mode 3 frequency"``.
+    equations : number of independent differences, where rows were combined orthogonally to fewer (None: m).
 
     Raises
     ------
@@ -33,6 +34,12 @@ class LinearSystem:
     weights: Array
     columns: tuple[str, ...]
     rows: tuple[str, ...]
+    equations: int | None = None
+
+    @property
+    def count(self) -> int:
+        """Number of independent differences that the rows stand for."""
+        return len(self.rows) if self.equations is None else self.equations
 
     def __post_init__(self) -> None:
         m, n = self.A.shape

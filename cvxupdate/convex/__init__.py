@@ -31,6 +31,7 @@ from .losses import LOSSES, AbsoluteLoss, Huber, LeastSquares, Loss, Norm, loss_
 from .matrix_form import ConeProgram, Cones
 from .problem import StepProblem
 from .regularisers import L1, REGULARISERS, RULES, Entropy, GroupL1, Regulariser, Robust, Tikhonov, TotalVariation, groups_by_carrier
+from .smallest import smallest_eigenvalue
 from .solvers import SolverChoice, available_solvers
 from .step import CompiledStep, Step, solve_step
 from .weight import WeightChoice, choose_weight, with_chosen_weight
@@ -90,6 +91,7 @@ __all__ = [
     "find_conflict",
     "groups_by_carrier",
     "loss_named",
+    "smallest_eigenvalue",
     "solve_step",
     "spread",
     "with_chosen_weight",

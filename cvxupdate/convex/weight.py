@@ -120,8 +120,8 @@ def choose_weight(
                 for w, x in zip(grid, points, strict=True)
             ]
         )
-        return _least_gcv(grid, loss, penalty, freedom, len(system.rows))
-    return _discrepancy(sweep, grid, loss, penalty, len(system.rows))
+        return _least_gcv(grid, loss, penalty, freedom, system.count)
+    return _discrepancy(sweep, grid, loss, penalty, system.count)
 
 
 def with_chosen_weight(

@@ -45,7 +45,8 @@ class Model:
     """A structure.
 
     ``labels`` N names of the free DOFs ("n6.y"); ``node_ids``, ``xyz`` (nodes, 3) and ``dof_node``, ``dof_kind`` (N,) place them;
-    ``modal_damping`` fractions of critical per mode (empty: none), used instead of C where given.
+    ``modal_damping`` fractions of critical per mode (empty: none), used beside C where given; ``ties`` further names of free DOFs: ("n9.z", "n6.z") says
+    that node 9 moves along z as node 6 does.
     """
 
     labels: tuple[str, ...]
@@ -56,6 +57,7 @@ class Model:
     blocks: tuple[Block, ...]
     parameters: tuple[Parameter, ...] = ()
     modal_damping: tuple[float, ...] = ()
+    ties: tuple[tuple[str, str], ...] = ()
 
     @property
     def size(self) -> int:
@@ -64,8 +66,9 @@ class Model:
 
     @cached_property
     def place(self) -> Mapping[str, int]:
-        """Label → place among the free DOFs."""
-        return {label: i for i, label in enumerate(self.labels)}
+        """Label → place among the free DOFs; tied DOFs too."""
+        own = {label: i for i, label in enumerate(self.labels)}
+        return own | {tied: own[label] for tied, label in self.ties if label in own}
 
     def with_parameters(self, parameters: Sequence[Parameter]) -> Model:
         """The same structure with other parameters."""
@@ -100,7 +103,14 @@ class Model:
 
     def derivative(self, j: int, p: ArrayLike | None = None) -> tuple[DerivativeBlock, ...]:
         """Element blocks of ∂K, ∂M, ∂C, ∂D with respect to parameter ``j`` at ``p``."""
+        return self._derivative(j, self.properties(p))
+
+    def derivatives(self, p: ArrayLike | None = None) -> tuple[tuple[DerivativeBlock, ...], ...]:
+        """`derivative` for every parameter, the properties at ``p`` formed once."""
         props = self.properties(p)
+        return tuple(self._derivative(j, props) for j in range(len(self.parameters)))
+
+    def _derivative(self, j: int, props: list[dict[str, Values]]) -> tuple[DerivativeBlock, ...]:
         out = []
         for t in self.parameters[j].targets:
             block = self.blocks[t.block]

@@ -14,31 +14,33 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import scipy.linalg as la
 from numpy.typing import NDArray
 
-from cvxupdate.errors import ConvergenceError
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import DerivativeBlock, Matrices, Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.residual.ceam_expand import expand
 from cvxupdate.residual.ceam_modes import AssignedMode, impedance
+from cvxupdate.residual.ceam_whiten import Whitener, chunks, parts, whitener
 from cvxupdate.system import LinearSystem
 
 Array = NDArray[Any]
-FLOOR = 1e-6  # of each row's own deviation: what whitening leaves where the deviations alone would be singular
+LARGE = 20_000_000
+"""Entries of A (modes × equations × parameters) above which the rows of each mode are combined, where the loss allows it."""
 
 
 @dataclass(frozen=True)
 class CeamResidual:
     """What is assigned: ``assigned`` modes of ``model``, ``expansion`` for incomplete ones, and the parameter values ``at`` at which the rows
-    are whitened and the shapes expanded; ``modes`` of the model for the modal expansions."""
+    are whitened and the shapes expanded; ``modes`` of the model for the modal expansions. ``combine``: rows of a large system may be combined
+    orthogonally, mode by mode, for a loss that sees only their norm."""
 
     model: Model
     assigned: tuple[AssignedMode, ...]
     expansion: str
     at: Real
     modes: Modes | None = None
+    combine: bool = False
 
     @cached_property
     def expanded(self) -> tuple[Array, ...]:
@@ -47,8 +49,8 @@ class CeamResidual:
         return tuple(expand(mode, m, self.expansion, self.modes) for mode in self.assigned)
 
     @cached_property
-    def whiteners(self) -> tuple[Array, ...]:
-        """Upper triangular R of each mode with Rᴴ R the covariance of its rows."""
+    def whiteners(self) -> tuple[Whitener, ...]:
+        """What makes the rows of each mode independent with unit variance."""
         m = self.model.matrices(self.at)
         return tuple(whitener(m, mode, full) for mode, full in zip(self.assigned, self.expanded, strict=True))
 
@@ -75,8 +77,8 @@ class CeamPoint:
     def differences(self) -> tuple[Real, Real, tuple[str, ...]]:
         """(whitened Z(p) φ, ones, labels): real parts, then imaginary parts, mode by mode."""
         values = []
-        for mode, R, full in zip(self.residual.assigned, self.residual.whiteners, self.residual.expanded, strict=True):
-            values.append(parts(white(R, impedance(self.matrices, mode) @ full), mode.real))
+        for mode, W, full in zip(self.residual.assigned, self.residual.whiteners, self.residual.expanded, strict=True):
+            values.append(parts(W(impedance(self.matrices, mode) @ full), mode.real))
         flat = np.concatenate(values)
         return flat, np.ones(len(flat)), self.labels
 
@@ -84,20 +86,38 @@ class CeamPoint:
     def labels(self) -> tuple[str, ...]:
         """Row labels."""
         out = []
-        for mode, R in zip(self.residual.assigned, self.residual.whiteners, strict=True):
-            out += [f"{mode.label}: equation {i + 1}{part}" for part in ([""] if mode.real else [" (real)", " (imaginary)"]) for i in range(len(R))]
+        for mode, W in zip(self.residual.assigned, self.residual.whiteners, strict=True):
+            out += [f"{mode.label}: equation {i + 1}{part}" for part in ([""] if mode.real else [" (real)", " (imaginary)"]) for i in range(W.size)]
         return tuple(out)
 
     def system(self) -> LinearSystem:
-        """A p − b = whitened Z(p) φ at this point and, where the model is linear and the shapes are complete, everywhere."""
+        """A p − b = whitened Z(p) φ at this point and, where the model is linear and the shapes are complete, everywhere.
+
+        A large system (`LARGE`) has the rows of each mode combined to as many as there are parameters and one: the triangle of a QR factorisation, which
+        leaves ‖A p − b‖ what it was for every p, so that N × parameters numbers are held for one mode at a time only.
+        """
         model = self.residual.model
-        derivatives = [model.derivative(j, self.p) for j in range(len(model.parameters))]
-        rows = []
-        for mode, R, full in zip(self.residual.assigned, self.residual.whiteners, self.residual.expanded, strict=True):
-            rows.append(parts(white(R, forces(derivatives, mode, full)), mode.real))
-        A = np.vstack(rows)
-        values, weights, labels = self.differences
-        return LinearSystem(A, A @ self.p - values, weights, tuple(q.name for q in model.parameters), labels)
+        values, _, labels = self.differences
+        derivatives = model.derivatives(self.p)
+        n, m = len(derivatives), len(values)
+        small = self.residual.combine and m * n > LARGE
+        A, found, rows, at = [], [], [], 0
+        for mode, W, full in zip(self.residual.assigned, self.residual.whiteners, self.residual.expanded, strict=True):
+            k = W.size * (1 if mode.real else 2)
+            mine = np.empty((k, n + 1), order="F")
+            for some in chunks(n):
+                mine[:, some] = parts(W(forces(derivatives[some], mode, full)), mode.real)
+            mine[:, n] = values[at: at + k]
+            if small and k > n + 1:
+                mine = np.asarray(np.linalg.qr(mine, mode="r"))
+                rows += [f"{mode.label}: combination {i + 1}" for i in range(n + 1)]
+            else:
+                rows += labels[at: at + k]
+            A.append(mine[:, :n])
+            found.append(mine[:, n])
+            at += k
+        joined, right = np.vstack(A), np.concatenate(found)
+        return LinearSystem(joined, joined @ self.p - right, np.ones(len(right)), tuple(q.name for q in model.parameters), tuple(rows), m)
 
 
 def forces(derivatives: Sequence[Sequence[DerivativeBlock]], mode: AssignedMode, full: Array) -> Array:
@@ -117,36 +137,3 @@ def forces(derivatives: Sequence[Sequence[DerivativeBlock]], mode: AssignedMode,
                 keep = b.dofs >= 0
                 np.add.at(out[:, j], b.dofs[keep], push[keep])
     return out
-
-
-def whitener(m: Matrices, mode: AssignedMode, full: Array) -> Array:
-    """Upper triangular R with Rᴴ R = covariance of Z φ, from the deviations of shape and rate to first order (Pintelon and Schoukens 2012, ch. 9).
-
-    The factors are put side by side, G = [Z S^½, (∂Z/∂s φ) s σ, floor], and R comes from the QR of Gᴴ: the product G Gᴴ, whose condition is
-    the square of Z's, is never formed. Raises `ConvergenceError` when rounding leaves it singular.
-    """
-    Z = np.asarray(impedance(m, mode).toarray())
-    moved = (2.0 * mode.s * (m.M @ full) + m.C @ full) * mode.s * mode.rate_std
-    column = np.real(2.0 * mode.s**2 * (m.M @ full)) * mode.rate_std if mode.real else moved
-    std = np.zeros(len(full))
-    std[mode.at] = mode.std
-    missing = np.setdiff1d(np.arange(len(full)), mode.at)
-    # An expanded entry is known no better than its own size: the model that expanded it is the one in doubt.
-    std[missing] = max(float(mode.std.max()), float(np.abs(full[missing]).max(initial=0.0)))
-    G = np.column_stack([Z * std[None, :], column])
-    R = la.qr(np.column_stack([G, np.diag(FLOOR * np.linalg.norm(G, axis=1))]).conj().T, mode="r")[0][: len(G)]
-    if np.any(np.abs(np.diag(R)) == 0.0):
-        raise ConvergenceError(f"{mode.label}: the covariance of its equations is singular; give its shape a deviation above 0.")
-    return np.asarray(R)
-
-
-def white(R: Array, force: Array) -> Array:
-    """R⁻ᴴ force."""
-    return np.asarray(la.solve_triangular(R, force, trans="C"))
-
-
-def parts(values: Array, real: bool) -> Real:
-    """Real rows of an undamped mode; real rows, then imaginary ones (each with half the variance) of a complex one."""
-    if real:
-        return np.asarray(values.real)
-    return np.asarray(np.sqrt(2.0) * np.concatenate([values.real, values.imag]))

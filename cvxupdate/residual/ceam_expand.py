@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import scipy.linalg as la
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from cvxupdate.errors import InputError
 from cvxupdate.fe.elements.base import Real
+from cvxupdate.fe.factor import factorise
 from cvxupdate.fe.model import Matrices
 from cvxupdate.fe.modes import Modes
 from cvxupdate.reduction import Transformation, dynamic, guyan, gysin, hybrid_tam, irs, partition, serep, serepa, tam
@@ -18,6 +19,8 @@ from cvxupdate.residual.ceam_modes import AssignedMode, impedance
 
 Index = NDArray[np.int64]
 FORCE_WEIGHT = 1e6  # of forces over displacements in (6.8), both made dimensionless: the motion with the least force, not the smallest one
+REFINED = 3
+DENSE = 300  # DOFs up to which the null-space basis itself is formed
 EXPANSIONS = ("dynamic", "null-space", "guyan", "irs", "gysin", "serep", "serepa", "tam", "hybrid")
 
 
@@ -43,7 +46,27 @@ def null_space_shape(Z: NDArray[Any], at: Index, shape: NDArray[Any], scale: Rea
     return full, (force @ e) / scale / FORCE_WEIGHT
 
 
-def expand(mode: AssignedMode, m: Matrices, expansion: str, modes: Modes | None = None) -> NDArray[Any]:
+def null_space_shape_sparse(Z: sp.csc_array, at: Index, shape: NDArray[Any], scale: Real) -> NDArray[Any]:
+    """The full shape of `null_space_shape` (N,) without a dense basis: min ‖φ‖² + ‖Z φ‖² over the unmeasured entries in the same scaled coordinates,
+    by its augmented system, whose condition is Z's and not its square (Björck 1996, 2.5.3)."""
+    N = Z.shape[0]
+    rest = np.setdiff1d(np.arange(N), at)
+    scaled = sp.csc_array(sp.diags_array(scale) @ Z @ sp.diags_array(scale))
+    small = 1.0 / FORCE_WEIGHT
+    moving = sp.csc_array(scaled[:, rest])
+    kind = np.result_type(scaled.dtype, shape.dtype)
+    augmented = sp.csc_array(sp.block_array([[small * sp.eye_array(N, dtype=kind), moving], [moving.conj().T, -small * sp.eye_array(len(rest), dtype=kind)]]))
+    right = np.concatenate([-(scaled[:, at] @ (shape / scale[at])), np.zeros(len(rest))]).astype(kind)
+    factor = factorise(augmented, "the augmented system of the expansion")  # quasi-definite: no pivoting is needed to exist,
+    x = factor.solve(right)
+    for _ in range(REFINED):  # and refinement makes up for what it costs in accuracy
+        x = x + factor.solve(right - augmented @ x)
+    full = np.zeros(N, dtype=kind)
+    full[at], full[rest] = shape, scale[rest] * x[N:]
+    return full
+
+
+def expand(mode: AssignedMode, m: Matrices, expansion: str, modes: Modes | None) -> NDArray[Any]:
     """The shape at all N DOFs.
 
     Raises
@@ -59,21 +82,23 @@ def expand(mode: AssignedMode, m: Matrices, expansion: str, modes: Modes | None 
     if expansion == "null-space":
         diagonal = m.K.diagonal()
         scale = 1.0 / np.sqrt(np.where(diagonal > 0, diagonal, diagonal.max()))
-        return null_space_shape(np.asarray(impedance(m, mode).toarray()), mode.at, mode.shape, scale)[0]
+        Z = sp.csc_array(impedance(m, mode))
+        return null_space_shape(Z.toarray(), mode.at, mode.shape, scale)[0] if N <= DENSE else null_space_shape_sparse(Z, mode.at, mode.shape, scale)
     if expansion == "dynamic":
-        return condensed(np.asarray(impedance(m, mode).toarray()), mode.at) @ mode.shape
+        return condensed_shape(sp.csc_array(impedance(m, mode)), mode.at, mode.shape)
     return transformation(expansion, m, mode.at, abs(mode.s) / (2.0 * np.pi), modes).expand(mode.shape)
 
 
-def condensed(Z: NDArray[Any], at: Index) -> NDArray[Any]:
-    """T (N, n) with x = T x_n where no force acts on the other DOFs: T_s = −Z_ss⁻¹ Z_sn (exact dynamic condensation, 3.17)."""
-    N = len(Z)
+def condensed_shape(Z: sp.csc_array, at: Index, shape: NDArray[Any]) -> NDArray[Any]:
+    """The motion (N,) under which no force acts on the unmeasured DOFs: φ_s = −Z_ss⁻¹ Z_sn φ_n (exact dynamic condensation, 3.17)."""
+    N = Z.shape[0]
     rest = np.setdiff1d(np.arange(N), at)
-    T = np.zeros((N, len(at)), dtype=Z.dtype)
-    T[at, np.arange(len(at))] = 1.0
+    full = np.zeros(N, dtype=np.result_type(Z.dtype, shape.dtype))
+    full[at] = shape
     if len(rest):
-        T[rest] = -la.solve(Z[np.ix_(rest, rest)], Z[np.ix_(rest, at)])
-    return T
+        held = factorise(sp.csc_array(Z[:, rest][rest]), "the dynamic stiffness of the structure held at the measured DOFs")
+        full[rest] = -held.solve(np.asarray(sp.csr_array(Z)[rest][:, at] @ shape).astype(Z.dtype))
+    return full
 
 
 def transformation(expansion: str, m: Matrices, at: Index, frequency: float, modes: Modes | None) -> Transformation:
@@ -95,8 +120,3 @@ def _shapes(modes: Modes | None, most: int) -> Real:
     if modes is None:
         raise InputError("a modal expansion (serep, serepa, tam, hybrid) needs the model's modes; give them, or take expansion = \"dynamic\".")
     return modes.shapes[:, : min(most, modes.shapes.shape[1])]
-
-
-def expand_all(assigned: Sequence[AssignedMode], m: Matrices, expansion: str, modes: Modes | None) -> tuple[NDArray[Any], ...]:
-    """Every mode at all DOFs."""
-    return tuple(expand(mode, m, expansion, modes) for mode in assigned)

@@ -60,7 +60,8 @@ def residual_of(spec: Spec, model: Model, recordings: Sequence[Recording], at: A
                              "Ask for fewer.")
         assigned += self_assigned(model, modes, range(first, first + own))
     few = None if modes is None else Modes(modes.eigenvalues[: modes.rigid + basis], modes.shapes[:, : modes.rigid + basis], modes.rigid)
-    return CeamResidual(model, assigned, spec.update.expansion, model.zero() if at is None else at, few)
+    by_norm = spec.update.loss in ("least-squares", "norm")
+    return CeamResidual(model, assigned, spec.update.expansion, model.zero() if at is None else at, few, by_norm)
 
 
 def _partners(spec: Spec, model: Model, fit: Sequence[ModeTable]) -> list[int]:
@@ -102,8 +103,8 @@ def doubted(point: CeamPoint) -> tuple[AssignedMode, ...]:
     """
     values, _, _ = point.differences
     out, at = [], 0
-    for mode, R in zip(point.residual.assigned, point.residual.whiteners, strict=True):
-        rows = len(R) * (1 if mode.real else 2)
+    for mode, W in zip(point.residual.assigned, point.residual.whiteners, strict=True):
+        rows = W.size * (1 if mode.real else 2)
         misfit = float(np.sqrt(np.mean(values[at: at + rows] ** 2)))
         out.append(replace(mode, std=mode.std * max(1.0, misfit)))
         at += rows

@@ -56,7 +56,7 @@ def uncertainty(system: LinearSystem, p: Array, parameters: Sequence[Parameter],
     del U
     known = s > 1e-10 * s.max(initial=0.0)
     rank = int(known.sum())
-    freedom = len(system.rows) - rank
+    freedom = system.count - rank
     chi2 = float(np.sum(system.residual(p) ** 2))
     ratio = chi2 / freedom if freedom > 0 else 1.0
     surprising = freedom > 0 and chi2 > chdtri(freedom, SURPRISE)

@@ -7,18 +7,16 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import ArpackError, eigsh
 
+from cvxupdate.convex import smallest_eigenvalue
 from cvxupdate.fe.model import Model
-
-DENSE = 1500  # DOFs up to which all eigenvalues are computed
 
 
 def definiteness(model: Model, p: Sequence[float]) -> dict[str, float | None]:
-    """Smallest eigenvalues of M and K at ``p``, each matrix scaled to a unit diagonal: D^-½ M D^-½, D = |diag|; NaN parameters give None.
+    """Smallest eigenvalues of M and K at ``p``, each matrix scaled to a unit diagonal: D^-½ M D^-½, D = |diag|; None for parameters that are NaN.
 
     A value far below rounding (−1e-10) means an indefinite matrix; 0 for K is a rigid-body motion, for M a massless one. The scaling changes no
-    sign (Sylvester) and makes kg and kg·m² comparable. None beyond ``DENSE`` DOFs where Lanczos does not settle.
+    sign (Sylvester) and makes kg and kg·m² comparable.
     """
     values = np.asarray(p, dtype=float)
     if not np.all(np.isfinite(values)):
@@ -27,7 +25,7 @@ def definiteness(model: Model, p: Sequence[float]) -> dict[str, float | None]:
     return {"mass_eigenvalue_min": smallest(m.M), "stiffness_eigenvalue_min": smallest(m.K)}
 
 
-def smallest(matrix: Any) -> float | None:
+def smallest(matrix: Any) -> float:
     """Smallest eigenvalue of a symmetric sparse matrix scaled to a unit diagonal (a DOF with neither diagonal nor row is left out)."""
     sparse = sp.csc_array(matrix)
     live = np.flatnonzero(abs(sparse).sum(axis=0) > 0.0)
@@ -36,10 +34,4 @@ def smallest(matrix: Any) -> float | None:
     sparse = sparse[live][:, live]
     diagonal = np.abs(sparse.diagonal())
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-    scaled = sp.csc_array(sp.diags_array(scale) @ sparse @ sp.diags_array(scale))
-    if live.size <= DENSE:
-        return float(np.linalg.eigvalsh(scaled.toarray())[0])
-    try:
-        return float(eigsh(scaled, 1, which="SA", tol=1e-6, maxiter=5000, v0=np.ones(live.size), return_eigenvectors=False)[0])
-    except ArpackError:
-        return None
+    return smallest_eigenvalue(sp.csc_array(sp.diags_array(scale) @ sparse @ sp.diags_array(scale)))

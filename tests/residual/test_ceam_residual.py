@@ -5,13 +5,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.linalg as la
+import scipy.sparse as sp
 
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.recordings.load import load_recordings
 from cvxupdate.residual.ceam import CeamResidual, forces
-from cvxupdate.residual.ceam_expand import EXPANSIONS, FORCE_WEIGHT, condensed, expand, null_space_basis, null_space_shape
-from cvxupdate.residual.ceam_modes import assigned_modes, damping_kind, impedance, rate, self_assigned
+from cvxupdate.residual.ceam_expand import (
+    EXPANSIONS,
+    FORCE_WEIGHT,
+    condensed_shape,
+    expand,
+    null_space_basis,
+    null_space_shape,
+    null_space_shape_sparse,
+)
+from cvxupdate.residual.ceam_modes import AssignedMode, assigned_modes, damping_kind, impedance, rate, self_assigned
+from cvxupdate.residual.ceam_whiten import whitener
 from cvxupdate.spec import load_problem
 from tests.cases.ceam_frame import built, measure, model_text, recording, update_text
 
@@ -118,8 +128,19 @@ def test_every_expansion_of_the_true_structure_gives_its_own_shape_where_it_can(
         assert error < (0.15 if limit is None else limit), (expansion, mode.label)
 
 
-def test_condensation_without_slaves_is_the_identity():
-    assert np.array_equal(condensed(np.diag([2.0, 3.0]), np.array([0, 1])), np.eye(2))
+def test_condensation_without_slaves_changes_nothing():
+    assert np.array_equal(condensed_shape(sp.csc_array(np.diag([2.0, 3.0])), np.array([1, 0]), np.array([5.0, 7.0])), [7.0, 5.0])
+
+
+@pytest.mark.parametrize("damping", ["", "hysteretic"])
+def test_the_sparse_null_space_shape_is_the_dense_one(tmp_path, damping):
+    model, assigned, _ = problem(tmp_path, damping, ("x", "y", "z"))
+    m = model.matrices()
+    scale = 1 / np.sqrt(m.K.diagonal())
+    for mode in assigned:
+        Z = sp.csc_array(impedance(m, mode))
+        dense = null_space_shape(Z.toarray(), mode.at, mode.shape, scale)[0]
+        assert np.allclose(null_space_shape_sparse(Z, mode.at, mode.shape, scale), dense, atol=1e-9 * np.abs(dense).max())
 
 
 @pytest.mark.parametrize("kind", ["hysteretic", "viscous"])
@@ -166,3 +187,59 @@ def test_whitened_rows_have_unit_variance(tmp_path):
     values = np.array(rows)
     assert np.mean(values**2) == pytest.approx(1.0, abs=0.06)
     assert np.all(np.abs(np.mean(values**2, axis=0) - 1.0) < 6 * np.sqrt(2 / 60))
+
+
+@pytest.mark.parametrize("dofs", [("x", "y", "z", "rx", "ry", "rz"), ("x", "y", "z")])
+@pytest.mark.parametrize("damping", ["", "hysteretic"])
+@pytest.mark.parametrize("there", [False, True])
+def test_whitening_by_sparse_factors_is_the_least_norm_of_the_errors(tmp_path, damping, dofs, there):
+    """Against a dense minimum-norm solution of [Z S, c, F] y = r, also where Z is singular because the model has the mode already."""
+    model, assigned, truth = problem(tmp_path, damping, dofs)
+    m = model.matrices(truth if there else model.zero())
+    mode = assigned[1]
+    full = expand(mode, m, "dynamic", None)
+    W = whitener(m, mode, full)
+    Z = impedance(m, mode).toarray()
+    moved = (2 * mode.s * (m.M @ full) + m.C @ full) * mode.s
+    c = (moved.real if mode.real else moved) * mode.rate_std
+    F = np.zeros((model.size, len(W.held)))
+    F[W.held, np.arange(len(W.held))] = W.floor
+    rng = np.random.default_rng(2)
+    r = forces(model.derivatives(), mode, full) @ rng.normal(size=(len(truth), 3))
+    least = la.lstsq(np.column_stack([Z * W.std, c, F]), r, lapack_driver="gelsd", cond=1e-15)[0]
+    assert np.linalg.norm(W(r), axis=0) == pytest.approx(np.linalg.norm(least, axis=0), rel=1e-5)
+    assert W(r).shape == r.shape
+    assert np.allclose(W(r[:, 0]), W(r)[:, 0])
+
+
+def test_repeated_modes_are_weighed_too(tmp_path):
+    """Two equal, unconnected halves: every mode is double, so that Z is singular twice."""
+    nodes = ", ".join(f"{{ id = {i}, x = {i}.0, y = 0.0, z = 0.0 }}" for i in range(1, 13))
+    springs = ", ".join(f"{{ id = {i}, nodes = [{i}, {i + 1}] }}" for i in (1, 2, 3, 4, 5, 7, 8, 9, 10, 11))
+    masses = ", ".join(f"{{ id = {20 + i}, nodes = [{i}], m = 1.0 }}" for i in range(1, 13))
+    text = (f'title = "two"\n[model]\ndofs = ["x"]\nnodes = [{nodes}]\n[[model.elements]]\ntype = "spring"\ndof = "x"\nk = 1.0e4\n'
+            f'rows = [{springs}, {{ id = 6, nodes = [1] }}, {{ id = 12, nodes = [7] }}]\n[[model.elements]]\ntype = "mass"\nrows = [{masses}]\n')
+    model = built(text, tmp_path)
+    m = model.matrices()
+    values, shapes = la.eigh(m.K.toarray(), m.M.toarray())
+    shape = shapes[:, 0] + 0.3 * shapes[:, 1]
+    mode = AssignedMode("double", complex(1j * np.sqrt(values[0])), np.arange(12), shape, np.full(12, 0.01), 1e-3, True)
+    W = whitener(m, mode, shape)
+    r = np.random.default_rng(0).normal(size=(12, 4))
+    F = np.zeros((12, len(W.held)))
+    F[W.held, np.arange(len(W.held))] = W.floor
+    G = np.column_stack([impedance(m, mode).toarray() * W.std, 2 * mode.s.imag**2 * -1.0 * (m.M @ shape) * mode.rate_std, F])
+    least = la.lstsq(G, r, lapack_driver="gelsd", cond=1e-15)[0]
+    assert np.linalg.norm(W(r), axis=0) == pytest.approx(np.linalg.norm(least, axis=0), rel=1e-4)
+
+
+def test_combined_rows_have_the_same_norm_for_every_p(tmp_path, monkeypatch):
+    model, assigned, _ = problem(tmp_path, "hysteretic")
+    plain = CeamResidual(model, assigned, "dynamic", model.zero()).evaluate(model.zero()).system()
+    monkeypatch.setattr("cvxupdate.residual.ceam.LARGE", 0)
+    combined = CeamResidual(model, assigned, "dynamic", model.zero(), None, True).evaluate(model.zero()).system()
+    assert len(combined.rows) == len(assigned) * (len(model.parameters) + 1)
+    assert combined.count == plain.count == len(plain.rows)
+    for seed in range(3):
+        p = np.random.default_rng(seed).uniform(-0.5, 0.5, len(model.parameters))
+        assert np.linalg.norm(combined.residual(p)) == pytest.approx(np.linalg.norm(plain.residual(p)), rel=1e-10)

@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from ...errors import InputError
 from ...system import Array
 from ..chordal import cliques
+from ..smallest import smallest_eigenvalue
 from .clauses import Clause, ConicClause
 
 DECOMPOSED = 250  # rows from which the inequality is split along its sparsity; below, the whole one is faster (tests/benchmarks/test_ceam.py)
@@ -58,10 +59,10 @@ class MatrixInequality:
         return (sp.csc_array(Q.T @ (cut(base) @ Q)), tuple(sp.csc_array(Q.T @ (cut(d) @ Q)) for d in parts))
 
     def margin(self, p: Array) -> float:
-        """Smallest eigenvalue of the scaled matrix at p, less ``floor``: by LAPACK, whatever a solver says."""
+        """Smallest eigenvalue of the scaled matrix at p, less ``floor``: from the matrix, whatever a solver says."""
         base, parts = self.scaled
         S = base + sum((float(v) * d for v, d in zip(p, parts, strict=True) if v != 0.0), sp.csc_array(base.shape))
-        return float(np.linalg.eigvalsh(S.toarray())[0]) - self.floor
+        return smallest_eigenvalue(S) - self.floor
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
         """One semidefinite clause; none when no parameter moves the matrix and it holds already."""
