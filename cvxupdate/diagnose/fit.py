@@ -25,18 +25,19 @@ LEVELS = (0.15, 0.05, 0.016, 0.005)
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted setting: unknowns ``p`` at the last level, weighted ``cost`` there (data) and ``penalty`` (priors), and the point."""
+    """A fitted setting: unknowns ``p`` at the last level, weighted ``cost`` there (data) and ``penalty`` (priors), ``rows``, and the point."""
 
     setting: Setting
     p: Real
     point: ResponsePoint
     cost: float
     penalty: float
+    rows: int
 
     @property
     def misfit(self) -> float:
         """Weighted squares per row, priors included: 1 when what is left is noise and the allowance for discretisation."""
-        return (self.cost + self.penalty) / max(1, len(self.point.differences[0]))
+        return (self.cost + self.penalty) / max(1, self.rows)
 
     @property
     def damping_strain(self) -> float:
@@ -87,8 +88,14 @@ def fit(setting: Setting, start: Real, tolerance: float = 3e-3, iterations: int 
     scales = prior_scales(setting)
     problem = StepProblem(regularisers=(Tikhonov(1.0, 0.0, scales),), constraints=(bounds_of(setting),), columns=setting.columns)
     loop = iterate(setting, problem, SolverChoice(), Options(tolerance, iterations, radius), start)
-    values, weights, _ = loop.point.differences
-    return Fit(setting, loop.point.p, loop.point, float(np.sum((weights * values) ** 2)), float(np.sum((loop.point.p / scales) ** 2)))
+    return fitted_at(setting, loop.point)
+
+
+def fitted_at(setting: Setting, point: ResponsePoint) -> Fit:
+    """A point taken as a fit; what the point has computed on the way is let go, it may be large."""
+    values, weights, _ = point.differences
+    cost, penalty = float(np.sum((weights * values) ** 2)), float(np.sum((point.p / prior_scales(setting)) ** 2))
+    return Fit(setting, point.p, replace(point), cost, penalty, len(values))
 
 
 def at_level(setting: Setting, signals: Sequence[Signal]) -> Setting:

@@ -9,7 +9,7 @@ import numpy as np
 
 from cvxupdate.diagnose.fit import prior_scales
 from cvxupdate.diagnose.forward import block_derivative
-from cvxupdate.diagnose.residual import ResponsePoint
+from cvxupdate.diagnose.residual import Fault, ResponsePoint
 from cvxupdate.diagnose.signals import Complex, Real
 from cvxupdate.physics.base import Candidate
 
@@ -95,15 +95,8 @@ def _columns(point: ResponsePoint, c: Candidate) -> list[list[Complex]]:
 
 
 def _sensor_column(point: ResponsePoint, c: Candidate) -> list[Complex]:
-    out = []
-    for r in point.responses:
-        change = np.zeros(r.raw.shape, dtype=complex)
-        for at, label in enumerate(r.signal.sensors):
-            if label == c.channel:
-                factor = np.ones(len(r.signal.s)) if c.sensor == "gain" else -1j * r.signal.s.imag * delay_unit(point)
-                change[:, at] = factor[:, None] * r.raw[:, at]
-        out.append(r.rows(change))
-    return out
+    fault = Fault(c.channel or "", c.sensor or "", delay_unit(point), c.other)
+    return [r.rows(fault.rate(0.0, r.signal, point.faulty(r.signal, r.raw))) for r in point.responses]
 
 
 def delay_unit(point: ResponsePoint) -> float:

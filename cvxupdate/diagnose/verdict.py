@@ -9,42 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from cvxupdate.diagnose.engine import DAMPING_GAIN, EXPLAINED, Data, Outcome, Trial, explain, held_dofs, level_dependence, loose_groups, ordinary, prepare
+from cvxupdate.diagnose.data import Data, held_dofs, level_dependence, ordinary, prepare, release_from
+from cvxupdate.diagnose.effects import Effect, figures, without
+from cvxupdate.diagnose.engine import EXPLAINED, OPEN, Outcome, explain, loose_groups
 from cvxupdate.diagnose.finding import Diagnosis, Finding, sentence, where
 from cvxupdate.diagnose.forward import undamped
+from cvxupdate.diagnose.judge import Judged, confidence, credible, doubles, equivalents, halves, judged, mesh_allowance, rivals
 from cvxupdate.diagnose.mesh import mesh_error
 from cvxupdate.errors import InputError
-from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.base import Place
 from cvxupdate.recordings.types import FrequencyResponse, Recording, TimeHistory
 from cvxupdate.spec import Spec
 
-HALVED = 0.5  # a finding must halve what was left, on what was fitted and on what was not
 LEVEL_CHANGE, LEVEL_NOISE = 0.05, 5.0  # relative change between drive levels, and how many times the noise, that make a structure nonlinear
-DAMPING = ("viscous_damper", "structural_damping", "mass_proportional_damping")
-RIVAL = 2.0  # misfit within this factor of the best: the recordings do not separate the two
-OPEN, UNEXPLAINED = 4.0, 0.1  # misfit per row, and response error, above which even the best model leaves the recordings unexplained
-EFFECTS = 2
-MESH_SHARE = 0.25  # of the mesh's shift that Richardson extrapolation on two meshes may miss
-SURE = 0.4  # confidence below which a further effect is not claimed
-
-
-def release_from(spec: Spec) -> Callable[[int, str], Model]:
-    """Builds the ordinary undamped model without one support DOF."""
-
-    def release(node: int, kind: str) -> Model:
-        supports = []
-        for s in spec.model.supports:
-            nodes = [n.id for n in spec.model.nodes] if s.nodes == "all" else list(s.nodes)
-            for n in nodes:
-                kept = tuple(k for k in s.dofs if (n, k) != (node, kind))
-                if kept:
-                    supports.append(s.model_copy(update={"nodes": (n,), "dofs": kept}))
-        freed = replace(spec, model=spec.model.model_copy(update={"supports": tuple(supports)}), update=None)
-        return ordinary(undamped(build_model(freed)))
-
-    return release
 
 
 def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording], progress: Callable[[str], None] | None = None) -> Diagnosis:
@@ -61,106 +39,63 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
         raise InputError(f"{spec.path}: diagnose needs a recording with use = \"fit\". Add one.")
     data = prepare(usable)
     data = replace(data, mesh=mesh_error(spec, model, data.top))
-    words = spec.diagnose.physics
-    supports = held_dofs(model, [(s.nodes, s.dofs) for s in spec.model.supports], spec.model.dofs)
-    start = ordinary(undamped(model))
-    evidence: list[str] = []
     change = level_dependence(data)
     nonlinear = change is not None and change[0] > LEVEL_CHANGE and change[0] > LEVEL_NOISE * change[1]
-    if change is not None:
-        evidence.append(f"Between drive levels the transfer functions change by {100 * change[0]:.2g} % (noise alone: {100 * change[1]:.2g} %): "
-                        + ("the response depends on the level, so the structure is not linear." if nonlinear else "the structure is linear to that accuracy."))
+    supports = held_dofs(model, [(s.nodes, s.dofs) for s in spec.model.supports], spec.model.dofs)
+    outcome = explain(ordinary(undamped(model)), model, data, supports, release_from(spec), [] if nonlinear else spec.diagnose.physics, progress)
+    singles, doublets = judged(outcome, outcome.trials), judged(outcome, outcome.pairs)
+    evidence = [*_level_evidence(change, nonlinear), *_mesh_evidence(data), *([] if nonlinear else _ordinary_evidence(outcome))]
+    single = next(iter(s for s in singles[:1] if halves(s, outcome)), None)
+    final, field = single, singles
+    if (single is None or single.misfit > EXPLAINED) and doublets and doubles(doublets[0], single, outcome):
+        final, field = doublets[0], doublets
+    verdict, says, findings = _verdict(outcome, final, field, singles + doublets, nonlinear)
+    if findings:
+        evidence += _finding_evidence(final, single, field) if final is not None else []
+    return _diagnosis(spec, verdict, says, findings, outcome, final if findings and final is not None else None, singles, doublets, evidence, begin)
+
+
+def _verdict(outcome: Outcome, final: Judged | None, field: Sequence[Judged], everything: Sequence[Judged],
+             nonlinear: bool) -> tuple[str, str, tuple[Finding, ...]]:
     if nonlinear:
-        outcome = explain(start, model, data, supports, release_from(spec), [], progress)
-        says = ("Something in the structure depends on the vibration level (contact, friction, a stiffening spring): no linear change of the model can "
-                "explain these recordings.")
-        return _diagnosis(spec, "undetermined", says, (), outcome, (), data, evidence, begin)
-    outcome = explain(start, model, data, supports, release_from(spec), words, progress)
-    if data.mesh.worst(data.top) > 1e-3:
-        evidence.append(f"The mesh alone shifts natural frequencies by up to {100 * data.mesh.worst(data.top):.2g} %; this was taken out.")
-    evidence += _ordinary_evidence(outcome)
-    accepted: list[Trial] = []
-    current = outcome
-    while current.trials and len(accepted) < EFFECTS:
-        best = current.trials[0]
-        if not _halves(best, current):
-            break
-        accepted.append(best)
-        if best.fit.misfit <= 4.0 * EXPLAINED or len(accepted) == EFFECTS:
-            break
-        following = explain(best.fit.setting.model, model, data, supports, release_from(spec), words, progress, best.fit)
-        if not following.trials or not _halves(following.trials[0], following) or _confidence(following.trials[0], following) < SURE:
-            break
-        current = following
-    final = accepted[-1] if accepted else None
+        return "undetermined", ("Something in the structure depends on the vibration level (contact, friction, a stiffening spring): no linear change of "
+                                "the model can explain these recordings."), ()
+    if final is not None and not credible(final, outcome):
+        best = min(everything, key=lambda t: t.misfit)
+        left = float(np.nanmax([best.hold_out, best.error]))
+        return "undetermined", (f"No one or two effects explain the recordings: {best.trial.name} comes nearest, but leaves {100 * left:.3g} % of the "
+                                "response."), ()
+    if final is not None:
+        findings = _findings(outcome, final, field)
+        whole = all(f.physics in ("stiffness_change", "mass_change") and f.place.groups for f in findings)
+        return "parameter_error" if whole else "missing_physics", " ".join(f.says for f in findings), findings
     loose = loose_groups(outcome.base)
-    if final is None:
-        if outcome.base.misfit <= 4.0 * EXPLAINED and loose:
-            found = tuple(_group_finding(item, outcome) for item in loose[:3])
-            return _diagnosis(spec, "parameter_error", found[0].says, found, outcome, (), data, evidence, begin)
-        if outcome.base.misfit <= 4.0 * EXPLAINED or max(e for e in outcome.ordinary if np.isfinite(e)) <= mesh_allowance(outcome, data):
-            says = "Nothing is missing: the model explains the recordings within noise and ordinary scatter of its parameters."
-            return _diagnosis(spec, "consistent", says, (), outcome, (), data, evidence, begin)
-        says = ("Something differs that none of the known kinds of physics explains at any single place; "
-                f"what remains is {100 * outcome.ordinary[0]:.3g} % of the response.")
-        return _diagnosis(spec, "undetermined", says, (), outcome, (), data, evidence, begin)
-    if final.fit.misfit > OPEN * EXPLAINED and np.nanmax([final.hold_out, final.error]) > max(UNEXPLAINED, mesh_allowance(outcome, data)):
-        left = float(np.nanmax([final.hold_out, final.error]))
-        says = f"No single effect explains the recordings: {final.candidate.name} comes nearest, but leaves {100 * left:.3g} % of the response."
-        return _diagnosis(spec, "undetermined", says, (), outcome, tuple(accepted), data, evidence, begin)
-    findings = tuple(_finding(t, current if k == len(accepted) - 1 else outcome, final) for k, t in enumerate(accepted))
-    evidence += _finding_evidence(outcome, accepted)
-    whole_group = all(f.physics in ("stiffness_change", "mass_change") and f.place.groups for f in findings)
-    verdict = "parameter_error" if whole_group else "missing_physics"
-    return _diagnosis(spec, verdict, " ".join(f.says for f in findings), findings, outcome, tuple(accepted), data, evidence, begin)
+    near = outcome.base.misfit <= OPEN * EXPLAINED
+    if near and loose:
+        found = tuple(_group_finding(item, outcome) for item in loose[:3])
+        return "parameter_error", found[0].says, found
+    if near or max(e for e in outcome.ordinary if np.isfinite(e)) <= mesh_allowance(outcome):
+        return "consistent", "Nothing is missing: the model explains the recordings within noise and ordinary scatter of its parameters.", ()
+    return "undetermined", ("Something differs that none of the known kinds of physics explains at any one or two places; "
+                            f"what remains is {100 * outcome.ordinary[0]:.3g} % of the response."), ()
 
 
-def _halves(t: Trial, before: Outcome) -> bool:
-    if t.candidate.physics in DAMPING and before.base.misfit <= EXPLAINED:  # the pattern of damping, not the misfit, is at stake
-        drop = before.base.damping_strain - t.fit.damping_strain
-        return drop > max(DAMPING_GAIN, HALVED * before.base.damping_strain) and t.fit.misfit <= 1.05 * before.base.misfit
-    hold = not np.isfinite(t.hold_out) or t.hold_out <= HALVED * before.ordinary[1]
-    return bool(t.fit.misfit <= HALVED * before.base.misfit and hold)
+def _findings(outcome: Outcome, final: Judged, field: Sequence[Judged]) -> tuple[Finding, ...]:
+    near, sure = rivals(final, field, outcome), confidence(final, field, outcome)
+    out = []
+    for _, effect, (values, deviations) in sorted(zip(_needed(outcome, final), final.trial.effects, figures(final.trial), strict=True), key=lambda x: -x[0]):
+        c = effect.candidate
+        same = tuple((o.candidate.physics, o.candidate.place) for o in equivalents(effect, final, near))
+        out.append(Finding(c.physics, c.place, values, deviations, sure, same, sentence(c.physics, c.place, values)))
+    return tuple(out)
 
 
-def _rivals(best: Trial, outcome: Outcome) -> list[Trial]:
-    """Other trials that the recordings do not separate from the best."""
-    if outcome.base.misfit <= EXPLAINED:
-        return [t for t in outcome.trials if t is not best and t.fit.damping_strain <= best.fit.damping_strain + DAMPING_GAIN / 2]
-    return [t for t in outcome.trials if t is not best and t.fit.misfit <= RIVAL * best.fit.misfit
-            and (not np.isfinite(t.hold_out) or t.hold_out <= RIVAL * best.hold_out)]
-
-
-def mesh_allowance(outcome: Outcome, data: Data) -> float:
-    """Response error that the mesh may leave although its shift was taken out: a quarter of the shift, in half-power bandwidths (2 ζ f)."""
-    if not outcome.base.setting.damped:
-        return 0.0
-    return float(min(0.3, MESH_SHARE * data.mesh.worst(data.top) / np.median(outcome.base.point.damping[outcome.base.point.owner])))
-
-
-def overlapping(a: Place, b: Place) -> bool:
-    """Whether two places share most of their elements, or a node."""
-    if a.elements and b.elements:
-        common = len(set(a.elements) & set(b.elements))
-        return common >= 0.5 * len(set(a.elements) | set(b.elements))
-    return bool(set(a.nodes) & set(b.nodes)) and a.dof == b.dof
-
-
-def _confidence(best: Trial, outcome: Outcome) -> float:
-    """How far ahead of the next thing that is something else: 1 − (misfit ratio), within 0.3 and 0.99, shared among rivals elsewhere."""
-    if outcome.base.misfit <= EXPLAINED:
-        return float(np.clip(1.0 - best.fit.damping_strain / outcome.base.damping_strain, 0.3, 0.95)) / (1.0 + 0.5 * len(_rivals(best, outcome)))
-    others = [t for t in outcome.trials if t is not best and t not in _rivals(best, outcome)]
-    reference = min([t.fit.misfit for t in others] + [outcome.base.misfit])
-    share = 1.0 - best.fit.misfit / max(reference, 1e-12)
-    elsewhere = [r for r in _rivals(best, outcome) if not overlapping(r.candidate.place, best.candidate.place)]
-    return float(np.clip(share, 0.3, 0.99)) / (1.0 + 0.5 * len(elsewhere))
-
-
-def _finding(t: Trial, outcome: Outcome, final: Trial) -> Finding:
-    rivals = _rivals(t, outcome) if t in outcome.trials else []
-    return Finding(t.candidate.physics, t.candidate.place, t.values, t.deviations, _confidence(t, outcome) if t in outcome.trials else 0.9,
-                   tuple((r.candidate.physics, r.candidate.place) for r in rivals), sentence(t.candidate.physics, t.candidate.place, t.values))
+def _needed(outcome: Outcome, final: Judged) -> list[float]:
+    """How large the misfit becomes when each effect is taken out and the rest stays."""
+    if len(final.trial.effects) == 1:
+        return [1.0]
+    rests = [without(outcome.bench, final.trial, k) for k in range(len(final.trial.effects))]
+    return [np.inf if rest is None else rest.fit.misfit for rest in rests]
 
 
 def _group_finding(item: tuple[str, str, float, float], outcome: Outcome) -> Finding:
@@ -170,6 +105,18 @@ def _group_finding(item: tuple[str, str, float, float], outcome: Outcome) -> Fin
     word = "stiffness_change" if of == "stiffness" else "mass_change"
     values = {"factor": 1.0 + p}
     return Finding(word, place, values, {"factor": abs(p) / sigmas}, float(np.clip(1.0 - 3.0 / sigmas**2, 0.5, 0.99)), (), sentence(word, place, values))
+
+
+def _level_evidence(change: tuple[float, float] | None, nonlinear: bool) -> list[str]:
+    if change is None:
+        return []
+    return [f"Between drive levels the transfer functions change by {100 * change[0]:.2g} % (noise alone: {100 * change[1]:.2g} %): "
+            + ("the response depends on the level, so the structure is not linear." if nonlinear else "the structure is linear to that accuracy.")]
+
+
+def _mesh_evidence(data: Data) -> list[str]:
+    worst = data.mesh.worst(data.top)
+    return [f"The mesh alone shifts natural frequencies by up to {100 * worst:.2g} %; this was taken out."] if worst > 1e-3 else []
 
 
 def _ordinary_evidence(o: Outcome) -> list[str]:
@@ -184,32 +131,49 @@ def _ordinary_evidence(o: Outcome) -> list[str]:
     return out
 
 
-def _finding_evidence(o: Outcome, accepted: Sequence[Trial]) -> list[str]:
+def _named(t: Judged) -> str:
+    return " with ".join(f"{e.candidate.physics} at {where(e.candidate.place)}" for e in t.trial.effects)
+
+
+def _finding_evidence(final: Judged, single: Judged | None, field: Sequence[Judged]) -> list[str]:
     out = []
-    for t in accepted:
-        out.append(f"{t.candidate.physics} at {where(t.candidate.place)} brings the error to {t.error:.3g} (fitted) and {t.hold_out:.3g} (held out).")
-    for t in o.trials[1:4]:
-        out.append(f"The same procedure with {t.candidate.physics} at {where(t.candidate.place)} leaves {t.error:.3g} and {t.hold_out:.3g}.")
+    if single is not None and final is not single:
+        out.append(f"One effect alone, {_named(single)}, leaves {single.error:.3g} (fitted) and {single.hold_out:.3g} (held out): not enough.")
+    out.append(f"{_named(final)} brings the error to {final.error:.3g} (fitted) and {final.hold_out:.3g} (held out).")
+    others = [t for t in field if t is not final]
+    out += [f"The same procedure with {_named(t)} leaves {t.error:.3g} and {t.hold_out:.3g}." for t in others[:3]]
     return out
 
 
-def _diagnosis(spec: Spec, verdict: str, says: str, findings: tuple[Finding, ...], o: Outcome, accepted: Sequence[Trial], data: Data,
-               evidence: Sequence[str], begin: float) -> Diagnosis:
-    after = (accepted[-1].error, accepted[-1].hold_out) if accepted else o.ordinary
+def _diagnosis(spec: Spec, verdict: str, says: str, findings: tuple[Finding, ...], o: Outcome, final: Judged | None, singles: Sequence[Judged],
+               doublets: Sequence[Judged], evidence: Sequence[str], begin: float) -> Diagnosis:
+    after = (final.error, final.hold_out) if final is not None else o.ordinary
     fit: dict[str, dict[str, float | None]] = {}
     for key, k in (("fit", 0), ("hold_out", 1)):
         fit[key] = {"before": _number(o.nominal[k]), "ordinary": _number(o.ordinary[k]), "after": _number(after[k]), "noise": _number(o.noise[k])}
-    candidates: list[dict[str, Any]] = [{"physics": t.candidate.physics, "location": t.candidate.place.to_json(), "score": _number(t.error),
-                                         "hold_out_score": _number(t.hold_out), "misfit": _number(t.fit.misfit), "parameters": t.values} for t in o.trials]
-    shown = {t.candidate.name for t in o.trials}
-    candidates += [{"physics": s.candidate.physics, "location": s.candidate.place.to_json(), "score": None, "hold_out_score": None, "share": s.share}
-                   for s in o.screened if s.candidate.name not in shown]
-    metrics = {key: {"response_error" if any(isinstance(r, TimeHistory) for r in data.fit) else "frf_error": {"before": v["before"], "after": v["after"]}}
-               for key, v in fit.items()}
-    details = {"method": "smoothed output error, trust-region convex steps", "misfit": {"ordinary": o.base.misfit,
-               "after": accepted[-1].fit.misfit if accepted else o.base.misfit}}
-    return Diagnosis(spec.name, spec.title, str(spec.path), verdict, says, tuple(findings), tuple(candidates), fit, metrics, tuple(evidence),
+    metrics = {key: {"response_error" if any(isinstance(r, TimeHistory) for r in o.bench.data.fit) else "frf_error": {"before": v["before"],
+               "after": v["after"]}} for key, v in fit.items()}
+    details = {"method": "smoothed output error, trust-region convex steps",
+               "misfit": {"ordinary": o.base.misfit, "after": final.misfit if final is not None else o.base.misfit}}
+    return Diagnosis(spec.name, spec.title, str(spec.path), verdict, says, findings, tuple(_candidates(o, singles, doublets)), fit, metrics, tuple(evidence),
                      time.perf_counter() - begin, details)
+
+
+def _candidates(o: Outcome, singles: Sequence[Judged], doublets: Sequence[Judged]) -> list[dict[str, Any]]:
+    """Refitted ones with their errors (pairs after single ones, each effect naming its partner), then what was only screened."""
+    out: list[dict[str, Any]] = []
+    for t in (*singles, *doublets):
+        effects = list(zip(t.trial.effects, figures(t.trial), strict=True))
+        for k, (effect, (values, _)) in enumerate(effects):
+            row = {"physics": effect.candidate.physics, "location": effect.candidate.place.to_json(), "score": _number(t.error),
+                   "hold_out_score": _number(t.hold_out), "misfit": _number(t.misfit), "parameters": values}
+            if len(effects) > 1:
+                row["beside"] = ", ".join(other.candidate.name for i, (other, _) in enumerate(effects) if i != k)
+            out.append(row)
+    shown = {e.key for t in singles for e in t.trial.effects}
+    out += [{"physics": s.candidate.physics, "location": s.candidate.place.to_json(), "score": None, "hold_out_score": None, "share": s.share}
+            for s in o.screened[:40] if Effect(s.candidate).key not in shown]
+    return out
 
 
 def _number(x: float) -> float | None:

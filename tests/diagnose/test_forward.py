@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.engine import ordinary
+from cvxupdate.diagnose.data import ordinary
 from cvxupdate.diagnose.fit import fit, setting_for
 from cvxupdate.diagnose.forward import basis, respond, sensor_rows, undamped
 from cvxupdate.diagnose.residual import Fault, channel_errors

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.engine import held_dofs, ordinary
+from cvxupdate.diagnose.data import held_dofs, ordinary, release_from
 from cvxupdate.diagnose.forward import undamped
-from cvxupdate.diagnose.verdict import release_from
 from cvxupdate.fe.modes import natural_modes
 from cvxupdate.physics import CATALOGUE, sensor_fault
 from cvxupdate.physics.attached_resonator import attach

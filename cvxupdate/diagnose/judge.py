@@ -1,0 +1,131 @@
+"""Judgement on trials: is the mismatch explained, what do the recordings fail to separate, how sure is a finding."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cvxupdate.diagnose.effects import Effect, Trial
+from cvxupdate.diagnose.engine import DAMPING_GAIN, DAMPING_WORDS, EXPLAINED, OPEN, Outcome
+from cvxupdate.physics.base import Place
+
+HALVED = 0.5  # a finding must halve what was left, on what was fitted and on what was not
+RIVAL = 2.0  # misfit within this factor of the best: the recordings do not separate the two
+UNEXPLAINED = 0.1  # response error above which even the best model leaves the recordings unexplained
+SURE = 0.4  # confidence below which a further effect is not claimed
+MESH_SHARE = 0.25  # of the mesh's shift that Richardson extrapolation on two meshes may miss
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A trial with its response errors on what was fitted and on what was held out (NaN: nothing was)."""
+
+    trial: Trial
+    error: float
+    hold_out: float
+
+    @property
+    def misfit(self) -> float:
+        """Weighted squares per row."""
+        return self.trial.fit.misfit
+
+
+def judged(outcome: Outcome, trials: Sequence[Trial]) -> list[Judged]:
+    """Errors of every trial, in order."""
+    return [Judged(t, *outcome.errors(t)) for t in trials]
+
+
+def pattern(outcome: Outcome) -> bool:
+    """Whether only the pattern of damping is at stake: ordinary parameters explain the rest."""
+    return outcome.base.misfit <= EXPLAINED
+
+
+def beyond(error: float, noise: float) -> float:
+    """The part of a response error that is not noise."""
+    return float(np.sqrt(max(error**2 - noise**2, 0.0)))
+
+
+def halves(t: Judged, outcome: Outcome) -> bool:
+    """Whether a single effect halves what ordinary parameters leave, on what was fitted and on what was held out."""
+    fit = t.trial.fit
+    if pattern(outcome):
+        drop = outcome.base.damping_strain - fit.damping_strain
+        word = t.trial.effects[0].candidate.physics
+        return word in DAMPING_WORDS and drop > max(DAMPING_GAIN, HALVED * outcome.base.damping_strain) and fit.misfit <= 1.05 * outcome.base.misfit
+    return fit.misfit <= HALVED * outcome.base.misfit and lower(t.hold_out, min(outcome.ordinary[1], outcome.nominal[1]), outcome.noise[1])
+
+
+def lower(after: float, before: float, noise: float) -> bool:
+    """Whether a held-out error fell to half, noise apart; true where nothing was held out."""
+    return bool(not np.isfinite(after) or after <= HALVED * before or beyond(after, noise) <= HALVED * beyond(before, noise))
+
+
+def doubles(pair: Judged, single: Judged | None, outcome: Outcome) -> bool:
+    """Whether two effects are needed: they explain, and leave at most half of what the best one leaves."""
+    misfit, error = (outcome.base.misfit, min(outcome.ordinary[1], outcome.nominal[1])) if single is None else (single.misfit, single.hold_out)
+    return explained(pair, outcome) and pair.misfit <= HALVED * misfit and lower(pair.hold_out, error, outcome.noise[1])
+
+
+def explained(t: Judged, outcome: Outcome) -> bool:
+    """Whether what a trial leaves is within noise and the allowances for discretisation."""
+    left = np.nanmax([t.hold_out, t.error])
+    return bool(t.misfit <= OPEN * EXPLAINED or left <= mesh_allowance(outcome))
+
+
+def credible(t: Judged, outcome: Outcome) -> bool:
+    """The same with a tenth of the response allowed: one clear effect may stand although the model is not exact."""
+    return explained(t, outcome) or bool(np.nanmax([t.hold_out, t.error]) <= UNEXPLAINED)
+
+
+def mesh_allowance(outcome: Outcome) -> float:
+    """Response error that the mesh may leave although its shift was taken out: a quarter of the shift, in half-power bandwidths (2 ζ f)."""
+    if not outcome.base.setting.damped:
+        return 0.0
+    data = outcome.bench.data
+    return float(min(0.3, MESH_SHARE * data.mesh.worst(data.top) / np.median(outcome.base.point.damping[outcome.base.point.owner])))
+
+
+def rivals(best: Judged, others: Sequence[Judged], outcome: Outcome) -> list[Judged]:
+    """Other trials that the recordings do not separate from the best."""
+    if pattern(outcome):
+        return [t for t in others if t is not best and t.trial.fit.damping_strain <= best.trial.fit.damping_strain + DAMPING_GAIN / 2]
+    return [t for t in others if t is not best and t.misfit <= RIVAL * best.misfit and (not np.isfinite(t.hold_out) or t.hold_out <= RIVAL * best.hold_out)]
+
+
+def equivalents(effect: Effect, best: Judged, near: Sequence[Judged]) -> list[Effect]:
+    """What may stand for ``effect``: the odd one out of each rival that shares all other effects with the best."""
+    rest = best.trial.keys - {effect.key}
+    out: dict[object, Effect] = {}
+    for rival in near:
+        if rest <= rival.trial.keys:
+            for other in rival.trial.effects:
+                if other.key not in best.trial.keys:
+                    out.setdefault(other.key, other)
+    return list(out.values())
+
+
+def overlapping(a: Place, b: Place) -> bool:
+    """Whether two places share most of their elements, or a node."""
+    if a.elements and b.elements:
+        common = len(set(a.elements) & set(b.elements))
+        return common >= 0.5 * len(set(a.elements) | set(b.elements))
+    return bool(set(a.nodes) & set(b.nodes)) and a.dof == b.dof
+
+
+def same_places(a: Trial, b: Trial) -> bool:
+    """Whether every effect of ``a`` stands where one of ``b`` does."""
+    return all(any(overlapping(x.candidate.place, y.candidate.place) for y in b.effects) for x in a.effects)
+
+
+def confidence(best: Judged, others: Sequence[Judged], outcome: Outcome) -> float:
+    """How far ahead of the next thing that is something else: 1 − (misfit ratio), within 0.3 and 0.99, shared among rivals elsewhere."""
+    near = rivals(best, others, outcome)
+    if pattern(outcome):
+        gain = 1.0 - best.trial.fit.damping_strain / outcome.base.damping_strain
+        return float(np.clip(gain, 0.3, 0.95)) / (1.0 + 0.5 * len(near))
+    reference = min([t.misfit for t in others if t is not best and t not in near] + [outcome.base.misfit])
+    elsewhere = [r for r in near if not same_places(r.trial, best.trial)]
+    return float(np.clip(1.0 - best.misfit / max(reference, 1e-12), 0.3, 0.99)) / (1.0 + 0.5 * len(elsewhere))
+

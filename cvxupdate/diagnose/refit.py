@@ -1,0 +1,67 @@
+"""Refits for real: hypotheses race from smooth recordings to sharp ones, and who falls far behind does not go on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from cvxupdate.diagnose.effects import Bench, Hypothesis, Trial, figures
+from cvxupdate.diagnose.fit import at_level, fit
+from cvxupdate.errors import ModelError
+from cvxupdate.physics.sensor_fault import EXCHANGED
+
+CHARGE = 0.1  # relative decrease of the misfit that a further parameter must bring
+BEHIND = 10.0  # times the best cost at a level: no use going on
+NEAR = 3.0  # times the best: always goes on, up to twice the number that otherwise may
+Tell = Callable[[str], None]
+
+
+def charged(t: Trial) -> float:
+    """Misfit with a charge for each parameter beyond the first of each effect: what it takes to be believed."""
+    return t.fit.misfit * (1.0 + CHARGE * (t.extra - len(t.effects)))
+
+
+def entered(bench: Bench, hypothesis: Hypothesis, tell: Tell) -> Trial | None:
+    """The first fit of a hypothesis, at the level its setting has; None where it leads to no structure."""
+    tell(f"refitting {hypothesis.name}")
+    try:
+        return kept(bench, Trial(hypothesis.effects, fit(hypothesis.setting, hypothesis.start, tolerance=1e-2, iterations=8)))
+    except ModelError:
+        return None
+
+
+def raced(bench: Bench, trials: Sequence[Trial], levels: Sequence[int], places: Sequence[int], tell: Tell) -> list[Trial]:
+    """Fitted trials carried on through ``levels``; at most ``places[k]`` (or twice that of near equals) enter the k-th. Best first."""
+    last = len(bench.data.levels) - 1
+    runners = sorted(trials, key=charged)
+    for level, most in zip(levels, places, strict=True):
+        if not runners:
+            break
+        best = charged(runners[0])
+        field = [t for k, t in enumerate(runners) if charged(t) <= BEHIND * best and (k < most or (k < 2 * most and charged(t) <= NEAR * best))]
+        arrived = []
+        for number, t in enumerate(field):
+            tell(f"sharpening {number + 1} of {len(field)}: {t.name}")
+            try:
+                found = fit(at_level(t.fit.setting, bench.data.levels[level]), t.fit.p, tolerance=1e-3 if level == last else 1e-2, iterations=12)
+            except ModelError:
+                continue
+            trial = kept(bench, Trial(t.effects, found))
+            if trial is not None:
+                arrived.append(trial)
+        runners = sorted(arrived, key=charged)
+    return runners
+
+
+def kept(bench: Bench, trial: Trial) -> Trial | None:
+    """None for what another word says better: a hidden oscillator tuned beyond the recordings (a mass or a spring), an exchange of channels in part."""
+    if any(e.mass or e.candidate.sensor == "swap" for e in trial.effects):
+        for effect, (values, _) in zip(trial.effects, figures(trial), strict=True):
+            if effect.mass:
+                tuned = np.sqrt(max(values["k"], 0.0) / max(values["m"], 1e-12)) / (2.0 * np.pi)
+                if not 0.8 * bench.data.bottom <= tuned <= 1.1 * bench.data.top:
+                    return None
+            elif effect.candidate.sensor == "swap" and abs(values["gain"] - 1.0) > EXCHANGED:
+                return None
+    return trial

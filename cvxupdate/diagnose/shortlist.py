@@ -1,0 +1,39 @@
+"""Which candidates are worth a refit: the largest shares of the residual, level by level, of every word."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from cvxupdate.diagnose.effects import Effect, Key
+from cvxupdate.diagnose.screen import Score
+
+PER_WORD, SHORT = 3, 12  # kept: of a word, and in all
+NEAR = 0.25  # of the largest share
+
+
+def shortlist(ranked: Sequence[Score], most: int = SHORT, each: int = PER_WORD) -> list[Score]:
+    """The best of every word that comes near the best of all, at most ``each`` of a word and ``most`` in all."""
+    order = sorted((s for s in ranked if s.share > 0.0), key=lambda s: -s.share)
+    out: list[Score] = []
+    count: dict[str, int] = {}
+    seen: set[Key] = set()
+    for s in order:
+        word, key = s.candidate.physics, Effect(s.candidate).key
+        if s.share < NEAR * order[0].share or len(out) >= most:
+            break
+        if count.get(word, 0) < each and key not in seen:
+            count[word] = count.get(word, 0) + 1
+            seen.add(key)
+            out.append(s)
+    return out
+
+
+def best_of(lists: Sequence[Sequence[Score]]) -> list[Score]:
+    """Lists merged: of the same hypothesis the score with the largest share; best first."""
+    best: dict[Key, Score] = {}
+    for scores in lists:
+        for s in scores:
+            key = Effect(s.candidate).key
+            if key not in best or s.share > best[key].share:
+                best[key] = s
+    return sorted(best.values(), key=lambda s: -s.share)
