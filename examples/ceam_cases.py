@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from cvxupdate import study
-from cvxupdate.update.score import receptances
+from cvxupdate.update.score import responses_like
 
 PROBLEMS = Path(__file__).resolve().parents[1] / "problems"
 FIGURES = {1: ("6.1", "6.2"), 2: ("6.3", ""), 3: ("6.4", "6.5"), 4: ("6.12", "6.6"), 5: ("6.7", "6.8"), 6: ("", "6.11")}
@@ -40,7 +40,7 @@ def draw(number, found, folder):
     bars.set(xlabel="element", ylabel="p", title=f"Case {number}, figure {FIGURES[number][0] or '(not printed)'}")
     bars.legend()
     i, j = (next(k for k, c in enumerate(channels) if c.label == "n1.z") for channels in (held.responses, held.references))
-    start, end = receptances(model, model.zero(), held), receptances(model, p, held)
+    start, end = responses_like(model, model.zero(), held), responses_like(model, p, held)
     for label, H, style in (("target", held.H, "k-"), ("initial", start, "C1:"), ("updated", end, "C0--")):
         curves.semilogy(held.frequency, np.abs(H[:, i, j]), style, label=label)
     curves.set(xlabel="frequency [Hz]", ylabel="accelerance n1.z [m/(s² N)]", title=f"Figure {FIGURES[number][1] or '(not printed)'}")

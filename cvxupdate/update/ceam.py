@@ -187,7 +187,8 @@ def update_ceam(spec: Spec, model: Model, recordings: Sequence[Recording], progr
     if not any(isinstance(r.weight, str) for r in loop.problem.regularisers):
         fitted["fit"]["objective"] = {"before": objective_at(loop.problem, residual.evaluate(model.zero())),
                                       "after": objective_at(loop.problem, residual.evaluate(end.p))}
-    fitted["hold_out"] |= frf_metrics(model, end.p, recordings)
+    if modes:
+        fitted["hold_out"] |= frf_metrics(model, end.p, recordings)
     if passes > 1:
         notes.append(f"The rows were whitened{'' if residual.exact else ' and the shapes expanded'} anew at the solution, {passes} passes in all.")
     if not residual.exact:
