@@ -29,6 +29,7 @@ HERE = Path(__file__).resolve().parent
 EVALUATION = 1000  # first seed of the evaluation; below it are the seeds for development
 OUT = HERE.parent / "out" / "calibrate"
 BINS = (0.0, 0.5, 0.7, 0.85, 0.95, 1.0001)
+STRENGTHS = ((0.0, 1.0), (1.0, 3.0), (3.0, 10.0), (10.0, math.inf))  # of what ordinary parameters leave of an effect (generated/visible.py)
 SURE = 0.8  # a wrong sentence with at least this confidence is listed
 OUTCOMES = ("right", "part", "wrong", "missed", "undetermined", "silent", "doubt", "false alarm", "failed")
 
@@ -43,7 +44,7 @@ def fingerprint() -> str:
 
     root = Path(str(cvxupdate.__file__)).parent
     digest = hashlib.sha256()
-    for path in [*sorted(root.rglob("*.py")), *(HERE / f"{name}.py" for name in ("generate", "laboratory", "proof", "calibrate"))]:
+    for path in [*sorted(root.rglob("*.py")), *sorted((HERE / "generated").glob("*.py")), HERE / "proof.py", HERE / "calibrate.py"]:
         digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()[:12]
 
@@ -88,7 +89,7 @@ def diagnose(problem: Path) -> dict[str, Any]:
 
 def failed(why: str) -> dict[str, Any]:
     """A case without a verdict."""
-    return {"outcome": "failed", "why": why, "family": "", "recording": "", "words": [], "visible": [], "noise": None, "truth": "", "verdict": "",
+    return {"outcome": "failed", "why": why, "family": "", "recording": "", "words": [], "visible": [], "left": [], "noise": None, "truth": "", "verdict": "",
             "right_verdict": False, "says": "", "findings": [], "fit": {}}
 
 
@@ -135,7 +136,7 @@ def judged(said: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
         outcome = "wrong" if wrong else "right" if len(found) == len(effects) else "part"
     laboratory = truth["laboratory"]
     return {"outcome": outcome, "family": truth["family"], "recording": truth["recording"], "words": [str(e["physics"]) for e in effects],
-            "visible": laboratory["visible"], "noise": laboratory["noise"],
+            "visible": laboratory["visible"], "left": laboratory["left"], "noise": laboratory["noise"],
             "truth": "; ".join(map(described, effects)) or "nothing",
             "verdict": said["verdict"], "right_verdict": said["verdict"] in truth["accept"], "says": said["says"], "findings": findings,
             "fit": said.get("fit", {})}
@@ -168,7 +169,7 @@ def reliability(findings: Sequence[Mapping[str, Any]], key: str = "right") -> li
 def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """All totals of finished cases."""
     nulls = [r for r in rows if not r["words"] and r["outcome"] != "failed"]
-    effects = [r for r in rows if r["words"]]
+    effects = [r for r in rows if r["words"] and r["outcome"] != "failed"]
     findings = [{**f, "seed": r["seed"], "truth": r["truth"]} for r in rows for f in r["findings"]]
     alarms = sum(r["outcome"] == "false alarm" for r in nulls)
     claimed = [r for r in effects if r["findings"]]
@@ -181,6 +182,8 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "claimed": len(claimed), "claims_right": right, "claims_right_interval": wilson(right, len(claimed)),
         "outcomes": {o: sum(r["outcome"] == o for r in rows) for o in OUTCOMES},
         "by_word": {w: {o: sum(r["outcome"] == o for r in effects if w in r["words"]) for o in OUTCOMES[:5]} for w in words},
+        "by_strength": {f"{a:g} to {b:g}" if b < math.inf else f"above {a:g}": {o: sum(r["outcome"] == o for r in effects if a <= max(r["left"]) < b)
+                                                                               for o in OUTCOMES[:5]} for a, b in STRENGTHS},
         "by_family": _by(rows, "family"), "by_recording": _by(rows, "recording"),
         "findings": len(findings), "findings_right": sum(f["right"] for f in findings), "findings_right_or_named": sum(f["among"] for f in findings),
         "sizes_right": sum(f["size"] is True for f in findings), "sizes_judged": sum(f["size"] is not None for f in findings),
@@ -208,6 +211,9 @@ def say(s: Mapping[str, Any]) -> Iterable[str]:
     yield f"{'':<28}" + "".join(f"{o:>14}" for o in OUTCOMES[:5])
     for word, counts in s["by_word"].items():
         yield f"{word:<28}" + "".join(f"{counts[o]:>14}" for o in OUTCOMES[:5])
+    yield f"{'what ordinary scatter leaves':<28}" + "".join(f"{o:>14}" for o in OUTCOMES[:5])
+    for strength, counts in s["by_strength"].items():
+        yield f"{strength:<28}" + "".join(f"{counts[o]:>14}" for o in OUTCOMES[:5])
     for kind in ("by_family", "by_recording"):
         yield f"{kind[3:]:<12}" + "".join(f"{o:>13}" for o in OUTCOMES)
         for name, counts in s[kind].items():
@@ -325,7 +331,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     rows, complete = run(chosen(options.seed, options.count, options.only), options.out, options.jobs, options.limit, options.keep)
     if options.cases:
         for r in rows:
-            print(f"{r['seed']:>5} {r['outcome']:<12} {r['family']:<6} {r['recording']:<6} {r['truth']} [seen {', '.join(short(v) for v in r['visible'])}] -> "
+            print(f"{r['seed']:>5} {r['outcome']:<12} {r['family']:<6} {r['recording']:<6} {r['truth']} [left {', '.join(map(short, r['left']))}] -> "
                   + (r.get("why") or "; ".join(f"{f['physics']} at {f['place']} ({f['confidence']:.2f})" for f in r["findings"]) or r["verdict"])
                   + f"  {r['seconds']:.0f} s")
     for line in say(write_page(rows, options.out)):

@@ -293,20 +293,26 @@ class Modal:
         mine = self.shapes @ (self.shapes[list(drives)].T / self.omega[:, None] ** 2)
         return np.asarray((whole - mine)[list(sensors)])
 
-    def accelerance(self, f: Real, sensors: Sequence[int], drives: Sequence[int]) -> Complex:
-        """(m/s²)/N at frequencies ``f`` in Hz, (lines, sensors, drives)."""
-        w = 2.0 * np.pi * f
-        d = -(w[:, None] ** 2) + 2j * self.zeta * self.omega * w[:, None] + self.omega**2
-        force = self.shapes[list(drives)].T
-        if np.any(self.C) or np.any(self.D):
-            Z = 1j * w[:, None, None] * self.C + 1j * self.D
-            index = np.arange(len(self.omega))
-            Z[:, index, index] += d
-            q = np.linalg.solve(Z, np.broadcast_to(force, (len(f), *force.shape)))
-        else:
-            q = force[None] / d[:, :, None]
-        flexible = np.einsum("sm,fmd->fsd", self.shapes[list(sensors)], q) + self.residual(sensors, drives)
-        return np.asarray(-(w[:, None, None] ** 2) * flexible)
+    def inverse(self, s: Complex) -> Complex:
+        """Modal receptances Z⁻¹ at points ``s``, (points, m, m)."""
+        index = np.arange(len(self.omega))
+        d = s[:, None] ** 2 + 2.0 * self.zeta * self.omega * s[:, None] + self.omega**2
+        if not (np.any(self.C) or np.any(self.D)):
+            out = np.zeros((len(s), len(index), len(index)), dtype=complex)
+            out[:, index, index] = 1.0 / d
+            return out
+        Z = s[:, None, None] * self.C + 1j * self.D
+        Z[:, index, index] += d
+        return np.asarray(np.linalg.inv(Z))
+
+    def accelerance(self, s: Complex, sensors: Sequence[int], drives: Sequence[int]) -> Complex:
+        """(m/s²)/N at points ``s`` (2πi f for an FRF), (points, sensors, drives)."""
+        force, read, still = self.shapes[list(drives)].T, self.shapes[list(sensors)], self.residual(sensors, drives)
+        out = np.empty((len(s), len(sensors), len(drives)), dtype=complex)
+        for start in range(0, len(s), 500):  # a few hundred at a time keep the inverses in memory
+            part = slice(start, start + 500)
+            out[part] = s[part, None, None] ** 2 * (read @ (self.inverse(s[part]) @ force) + still)
+        return out
 
     def run(self, force: Real, rate: float, sensors: Sequence[int], drive: int) -> Real:
         """Accelerations (samples, sensors) from rest under a band-limited ``force`` (samples,), which is zero at both ends.

@@ -1,0 +1,1 @@
+"""Problems made from seeds, with a laboratory of their own."""
