@@ -7,6 +7,7 @@ penalty and with each of several; the p-error of each against the truth.
 
 from __future__ import annotations
 
+import csv
 import sys
 
 import numpy as np
@@ -51,15 +52,22 @@ def study(draws, level, names=tuple(PENALTIES)):
     return [draw(model, exact, level, round(1e5 * level) * 1000 + k, names) for k in range(draws)]
 
 
-def say(level, some, rows):
+COLUMNS = ("noise", "method", "draws", "mean error", "median error", "worst error", "converged", "ranked", "not worse than the start", "mean iterations")
+
+
+def summary(level, some, name):
+    """A row of `COLUMNS`."""
+    e = np.array([d[name][0] for d in some])
+    better = "" if name == "plain SVD" else sum(bool(d[name][3]) for d in some)
+    return (level, name, len(some), f"{e.mean():.4g}", f"{np.median(e):.4g}", f"{e.max():.4g}", sum(d[name][2] == "converged" for d in some),
+            sum(d[name][1] for d in some), better, f"{np.mean([d[name][4] for d in some]):.1f}")
+
+
+def say(rows):
     """The table of one level."""
-    print(f"\n{100 * level:g} % noise, {len(some)} draws: ‖p − p_true‖/‖p_true‖ mean (worst); converged; ranked right; not worse than the start")
-    for name in rows:
-        e = np.array([d[name][0] for d in some])
-        converged = sum(d[name][2] == "converged" for d in some)
-        better = "-" if name == "plain SVD" else str(sum(bool(d[name][3]) for d in some))
-        print(f"  {name:22s} {e.mean():9.3g} ({e.max():9.3g})   {converged:3d}   {sum(d[name][1] for d in some):3d}   {better:>3s}   "
-              f"{np.mean([d[name][4] for d in some]):.0f} iterations", flush=True)
+    print(f"\n{100 * rows[0][0]:g} % noise, {rows[0][2]} draws: ‖p − p_true‖/‖p_true‖ mean (worst); converged; ranked right; not worse than the start")
+    for _, name, _, mean, _, worst, converged, right, better, iterations in rows:
+        print(f"  {name:22s} {mean:>9s} ({worst:>9s})   {converged:3d}   {right:3d}   {better!s:>3s}   {iterations} iterations", flush=True)
 
 
 def main():
@@ -70,13 +78,20 @@ def main():
     names = tuple(PENALTIES) if "all" in sys.argv else ("none", "tikhonov (5 % prior)", "l1 (gcv)") if draws is None else ("none", "l1 (gcv)")
     rows, found = ["plain SVD", *names], {}
     for level in chosen if draws else (0.005, 0.05):
-        found[level] = study(draws or 1, level, names)
-        say(level, found[level], rows)
+        some = study(draws or 1, level, names)
+        found[level] = [summary(level, some, name) for name in rows]
+        say(found[level])
+    with (folder / "rfm_bay_noise.csv").open("w", newline="") as file:
+        csv.writer(file).writerows([COLUMNS, *(row for table in found.values() for row in table)])
     figure, ax = plt.subplots(figsize=(6.5, 4.2))
-    for name in rows:
-        ax.loglog([100 * v for v in found], [np.median([d[name][0] for d in s]) for s in found.values()], "o-", label=name)
+    percent = [100 * v for v in found]
+    for k, name in enumerate(rows):
+        ax.loglog(percent, [float(table[k][4]) for table in found.values()], "o-", color=f"C{k}", label=name)
+        ax.loglog(percent, [float(table[k][5]) for table in found.values()], ":", color=f"C{k}", lw=0.9)
     ax.axhline(1.0, color="0.6", lw=0.8)
-    ax.set(xlabel="noise (%)", ylabel="relative error of p (median)", ylim=(None, 1e2), title="Bay, ten coordinates: FE1 against X1")
+    ax.set(xlabel="noise (%)", ylabel="relative error of p: median, dotted the worst", ylim=(None, 20), title="Bay, ten coordinates: FE1 against X1")
+    ax.set_xticks(percent, [f"{v:g}" for v in percent])
+    ax.minorticks_off()
     ax.legend(fontsize=8)
     figure.tight_layout()
     figure.savefig(folder / "rfm_bay_noise.png", dpi=130)

@@ -70,13 +70,14 @@ class Update(Part):
         default="additive",
         description="multiplicative: the trust region is a share of each parameter's present factor 1 + p (3.50), so that none changes its sign",
     )
-    line_search: bool = Field(default=False, description="search along a step that gains less than three quarters of what it promised (3.52)")
+    line_search: bool = Field(default=False, description="search along a step that gains less than a quarter of what it promised (3.52)")
     second_order: bool = Field(
         default=False, description="second-order terms along each step: fewer iterations, each with a second convex step and evaluation"
     )
     residual: Literal["auto", "force-balance", "flexibility", "receptance"] = Field(
         default="auto",
-        description="rfm: force balance (3.9, 3.16), weighted by the dynamic flexibility (3.37), or output error (3.30); auto: flexibility, then output error",
+        description="rfm: force balance (3.9, 3.16), weighted by the dynamic flexibility (3.37), both with weights taken anew at the solution, or output "
+        "error (3.30); auto: flexibility, then output error",
     )
     frequency_points: Annotated[
         Literal["between", "best", "log-function", "all"] | Annotated[tuple[Positive, ...], Field(min_length=1)],

@@ -30,6 +30,8 @@ EXACT = 1e-3
 SETTLED = 1e-3
 """Change of p below which taking the weights anew changes nothing."""
 PASSES = 3
+REWEIGHTED = 12
+"""Times that the weights of a force balance alone are taken anew."""
 REFRESHES = 15
 ROUND = 4
 """Steps on one basis."""
@@ -73,6 +75,9 @@ def fit_responses(model: Model, data: Sequence[FrfData], problem: StepProblem, c
                   p0: Array | None = None, progress: Callable[[Iteration], None] | None = None) -> LoopResult[FrfPoint]:
     """The loop over FRFs: ``kind`` one of `residual.frf.KINDS`, or "auto".
 
+    A force balance by itself is iteratively re-weighted: the noise of the recordings enters its rows through Z(p), so their covariance is taken anew at
+    each solution, until p settles.
+
     "auto": force balance weighted by the dynamic flexibility (exactly linear where every DOF is measured), the weights taken anew at its solution, then
     the output error from the best point so far; what its first part gains is kept only where the output error agrees, so the end is never worse than the
     start in the recordings' own deviations.
@@ -83,8 +88,10 @@ def fit_responses(model: Model, data: Sequence[FrfData], problem: StepProblem, c
         When a line meets a natural frequency of the model as it stands.
     """
     start = model.zero() if p0 is None else p0
+    if kind == "receptance":
+        return iterate(FrfResidual(model, tuple(data), kind), problem, choice, options, start, progress)
     if kind != "auto":
-        return iterate(FrfResidual(model, tuple(data), kind, start), problem, choice, options, start, progress)
+        return _reweighted(model, tuple(data), problem, choice, options, kind, start, progress)
     output = FrfResidual(model, tuple(data), "receptance")
     first = output.evaluate(start)
     history: list[Iteration] = []
@@ -104,6 +111,24 @@ def fit_responses(model: Model, data: Sequence[FrfData], problem: StepProblem, c
     last = iterate(output, problem, choice, replace(options, radius=min(options.radius, NEAR_RADIUS)), best, progress)
     history += _renumbered(last.history, len(history))
     return replace(last, start=first, history=tuple(history))
+
+
+def _reweighted(model: Model, data: tuple[FrfData, ...], problem: StepProblem, choice: SolverChoice, options: Options, kind: str, start: Array,
+                progress: Callable[[Iteration], None] | None) -> LoopResult[FrfPoint]:
+    """One loop after another, each with the covariance of the rows at the last one's end; start and end are compared in the last weights."""
+    history: list[Iteration] = []
+    p = start
+    for _ in range(REWEIGHTED):
+        residual = FrfResidual(model, data, kind, p)
+        loop = iterate(residual, problem, choice, options, p, progress)
+        history += _renumbered(loop.history, len(history))
+        moved = float(np.max(np.abs(loop.point.p - p), initial=0.0))
+        p = loop.point.p
+        if loop.status != "converged" or _holds(loop.point) or moved <= SETTLED:
+            break
+    else:
+        loop = replace(loop, status="stopped", reason=f"the weights still changed after they were taken anew {REWEIGHTED} times")
+    return replace(loop, start=residual.evaluate(start), history=tuple(history))
 
 
 def fit_reduced(model: Model, data: Sequence[FrfData], problem: StepProblem, choice: SolverChoice, options: Options, p0: Array | None = None,
