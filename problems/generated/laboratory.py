@@ -26,7 +26,7 @@ Effect = Mapping[str, Any]
 FINE = 3  # parts of an element of a bar in bending
 SUBROD = 6  # of a rod, whose linear elements converge slower
 STOCKY = 10  # of a bar with shear
-REACH = 4.0  # modes up to this many times the band are dynamic, the rest a static residual
+REACH = 6.0  # modes up to this many times the band are dynamic, the rest a static residual
 KAPPA = 5.0 / 6.0
 OVERSAMPLED = 8  # inner steps of a sample
 
@@ -285,12 +285,19 @@ class Modal:
         return [self.structure.place[p] for p in places]
 
     def residual(self, sensors: Sequence[int], drives: Sequence[int]) -> Real:
-        """Static flexibility of all other modes, (sensors, drives)."""
+        """Flexibility of all other modes, (sensors, drives), as it is at a frequency σ in the band.
+
+        σ lies midway between two natural frequencies, where (K − σ²M)⁻¹ is well conditioned: at rest a structure on soft cords is so compliant that nothing
+        is left of the digits of the other modes.
+        """
+        below = self.omega[self.omega < 0.7 * self.omega[-1] / REACH] if len(self.omega) > 1 else self.omega[:0]
+        k = max(len(below), 1)
+        square = (0.25 * self.omega[0] ** 2) if len(self.omega) < 2 else 0.5 * (self.omega[k - 1] ** 2 + self.omega[k] ** 2)
         n = len(self.structure.K)
         load = np.zeros((n, len(drives)))
         load[list(drives), range(len(drives))] = 1.0
-        whole = np.linalg.solve(self.structure.K, load)
-        mine = self.shapes @ (self.shapes[list(drives)].T / self.omega[:, None] ** 2)
+        whole = np.linalg.solve(self.structure.K - square * self.structure.M, load)
+        mine = self.shapes @ (self.shapes[list(drives)].T / (self.omega**2 - square)[:, None])
         return np.asarray((whole - mine)[list(sensors)])
 
     def inverse(self, s: Complex) -> Complex:
