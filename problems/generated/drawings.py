@@ -35,7 +35,7 @@ def pick(rng: Generator, items: Sequence[Any]) -> Any:
 
 def design_of(rng: Generator, family: str, word: str) -> Design:
     """A drawing of the given family on which ``word`` can stand."""
-    return {"chain": _chain, "bar": _bar, "rod": _rod, "frame": _frame, "plate": _plate}[family](rng, word)
+    return {"chain": _chain, "bar": _bar, "rod": _rod, "frame": _frame, "plate": _plate, "rotor": _rotor}[family](rng, word)
 
 
 def _chain(rng: Generator, word: str) -> Design:
@@ -148,6 +148,25 @@ def _plate(rng: Generator, word: str) -> Design:
                   figures(between(rng, 6e-3, 3e-2), 2))
 
 
+def _rotor(rng: Generator, word: str) -> Design:
+    """A round shaft with a disc off the middle, on two bearings that are unequal in y and z; at rest in the drawing."""
+    E, nu, rho = STEEL
+    n = int(rng.integers(10, 17))
+    length = figures(rng.uniform(0.4, 1.0), 3)
+    d = figures(length / rng.uniform(30.0, 60.0), 3)
+    elements = [Element(i + 1, "shaft", (i + 1, i + 2), "shaft") for i in range(n)]
+    at = int(rng.integers(2, n // 2)) + (1 if rng.random() < 0.5 else n // 2)
+    radius, m = rng.uniform(2.0, 5.0) * d, between(rng, 0.3, 2.0) * length * np.pi * d**2 / 4.0 * rho
+    disc = (figures(m * radius**2 / 2.0), figures(m * radius**2 / 4.0), figures(m * radius**2 / 4.0))
+    elements.append(Element(201, "mass", (at,), "disc", figures(m), inertia=disc))
+    soft = 48.0 * E * np.pi * d**4 / 64.0 / length**3
+    for k, (node, dof) in enumerate((1, y) for y in ("y", "z")):
+        elements.append(Element(301 + k, "spring", (node,), f"bearing A {dof}", figures(soft * between(rng, 3.0, 30.0), 3), dof))
+    for k, dof in enumerate(("y", "z")):
+        elements.append(Element(303 + k, "spring", (n + 1,), f"bearing B {dof}", figures(soft * between(rng, 3.0, 30.0), 3), dof))
+    return Design("rotor", ("y", "z", "ry", "rz"), _line(rng, length, n), tuple(elements), (), E, nu, rho, (d,), figures(between(rng, 6e-3, 2.5e-2), 2))
+
+
 def mass_of(design: Design) -> float:
     """Total mass of the drawing, kg."""
     total = 0.0
@@ -157,6 +176,8 @@ def mass_of(design: Design) -> float:
         elif e.kind == "plate":
             x = np.array([design.nodes[n] for n in e.nodes])
             total += float(np.ptp(x[:, 0]) * np.ptp(x[:, 1])) * design.section[0] * design.rho
+        elif e.kind == "shaft":
+            total += float(np.linalg.norm(np.subtract(*(design.nodes[n] for n in e.nodes)))) * np.pi * design.section[0] ** 2 / 4.0 * design.rho
         elif e.kind in ("bar", "rod"):
             total += float(np.linalg.norm(np.subtract(*(design.nodes[n] for n in e.nodes)))) * design.section[0] * design.section[1] * design.rho
     return total
@@ -164,7 +185,7 @@ def mass_of(design: Design) -> float:
 
 def cords(design: Design) -> tuple[Effect, ...]:
     """Soft cords of a free structure: rigid modes near a sixtieth of the first flexible frequency."""
-    if design.held or design.family == "chain":
+    if design.grounded:
         return ()
     dof = design.dofs[0]
     flexible = first_flexible(design)
@@ -181,9 +202,9 @@ def _rim(design: Design, k: int) -> tuple[float, float]:
 
 def first_flexible(design: Design) -> float:
     """First flexible natural frequency of the drawing, Hz."""
-    s = build(design, {}, [] if design.held or design.family == "chain" else _ballast(design))
+    s = build(design, {}, [] if design.grounded else _ballast(design))
     f = natural(s, 0.0, 6)[0] / (2.0 * np.pi)
-    rigid = 0 if design.held or design.family == "chain" else {"bar": 2, "rod": 1, "plate": 3}[design.family]
+    rigid = 0 if design.grounded else {"bar": 2, "rod": 1, "plate": 3}[design.family]
     return float(f[rigid])
 
 
@@ -197,13 +218,13 @@ def _ballast(design: Design) -> list[Effect]:
 def frequencies(design: Design, coarse: bool = False) -> np.ndarray:
     """Flexible natural frequencies of the drawing, Hz."""
     f = natural(build(design, {}, cords(design), coarse), 0.0, 24)[0] / (2.0 * np.pi)
-    return f if design.held or design.family == "chain" else f[f > 0.5 * first_flexible(design)]
+    return f if design.grounded else f[f > 0.5 * first_flexible(design)]
 
 
 def band(rng: Generator, design: Design, f: np.ndarray) -> float:
     """Top of the band, Hz: so many modes as the mesh carries and as records of a sensible length resolve."""
     elements = len(design.elements)
-    most = {"chain": 12, "bar": 10, "rod": elements // 6, "frame": 10, "plate": 7}[design.family]
+    most = {"chain": 12, "bar": 10, "rod": elements // 6, "frame": 10, "plate": 7, "rotor": 10}[design.family]
     if design.family in ("bar", "frame"):
         own = frequencies(design, coarse=True)[: len(f)]
         most = int(np.argmax(np.append(np.abs(own / f[: len(own)] - 1.0) > MESH, True)))

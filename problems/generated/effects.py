@@ -28,7 +28,7 @@ WORDS: dict[str, tuple[str, ...]] = {  # which families of structure can show a 
     "mass_proportional_damping": ("chain", "bar", "rod", "frame", "plate"),
     "sensor_fault": ("chain", "bar", "rod", "frame", "plate"),
 }
-NOT_IN_TABLES = ("attached_resonator", "viscous_damper", "structural_damping", "sensor_fault")  # a table of modes does not tell
+NOT_IN_TABLES = ("attached_resonator", "viscous_damper", "structural_damping", "sensor_fault", "gyroscopic")  # a table of modes does not tell
 SECOND = ("added_mass", "stiffness_change", "grounding_spring", "attached_resonator", "mass_proportional_damping", "sensor_fault")
 
 
@@ -266,6 +266,10 @@ def _fault(rng: Generator, scene: Scene, word: str) -> Finding:
     if how < 0.35:
         delay = figures(between(rng, 0.01, 0.3) / scene.top)
         return Finding({"physics": word, "node": node, "dof": dof, "delay": delay}, place([node], dof=dof), (("delay", delay, 0.25),), {})
+    if how > 0.85 and len(scene.sensors) > 2:
+        other = pick(rng, [x for x in scene.sensors if x != (node, dof)])
+        effect = {"physics": word, "node": node, "dof": dof, "other": other}
+        return Finding(effect, place(sorted({node, other[0]}), dof=dof if dof == other[1] else None), (), {})
     gain = figures(-rng.uniform(0.7, 1.3)) if how < 0.6 else _change(rng, 0.03, 0.6, 0.4)
     return Finding({"physics": word, "node": node, "dof": dof, "gain": gain}, place([node], dof=dof), (("gain", gain, 0.1),), {})
 
@@ -281,8 +285,15 @@ def _orthotropy(rng: Generator, scene: Scene, word: str) -> Finding:
     return Finding(effect, place((), ids, groups), (("Dx", Dx, 0.15), ("Dy", Dy, 0.15)), {"groups": groups})
 
 
+def _spin(rng: Generator, scene: Scene, word: str) -> Finding:
+    d = scene.design
+    omega = figures(between(rng, 0.05, 3.0) * 2.0 * np.pi * scene.f[0] * (1.0 if rng.random() < 0.5 else -1.0))
+    shaft, disc = ([e.id for e in d.elements if e.kind == kind] for kind in ("shaft", "mass"))
+    return Finding({"physics": word, "elements": shaft + disc, "omega": omega}, place((), shaft, ["shaft"]), (("omega", omega, 0.2),), {"groups": ["shaft"]})
+
+
 MAKERS: dict[str, Callable[[Generator, Scene, str], Finding]] = {
     "stiffness_change": _factor, "mass_change": _factor, "thickness_change": _factor, "orthotropy": _orthotropy, "added_mass": _added_mass,
     "grounding_spring": _grounding, "soft_support": _soft_support, "joint_flexibility": _joint, "shear_deformation": _shear, "axial_preload": _preload,
     "attached_resonator": _resonator, "viscous_damper": _damper, "structural_damping": _structural, "mass_proportional_damping": _proportional,
-    "sensor_fault": _fault}  # fmt: skip
+    "sensor_fault": _fault, "gyroscopic": _spin}  # fmt: skip

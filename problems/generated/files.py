@@ -9,11 +9,11 @@ import numpy as np
 
 from generated.cases import Case
 from generated.drawings import Generator, figures
-from generated.laboratory import Design, Modal, build, modal
+from generated.laboratory import Design, Element, Modal, build, modal
 from generated.recordings import frf, history, table
 from generated.visible import visibility
 
-UNITS = {"m": "kg", "k": "N/m", "c": "N*s/m", "N": "N", "alpha": "1/s", "delay": "s"}
+UNITS = {"m": "kg", "k": "N/m", "c": "N*s/m", "N": "N", "alpha": "1/s", "delay": "s", "omega": "rad/s"}
 
 
 def toml(value: Any) -> str:
@@ -35,16 +35,16 @@ def model_text(design: Design) -> list[str]:
     out += [f"  {toml({'id': n, 'x': x, 'y': y, 'z': z})}," for n, (x, y, z) in design.nodes.items()] + ["]", ""]
     if design.family != "chain":
         out += ["[model.materials.metal]", f"E = {toml(design.E)}", f"nu = {toml(design.nu)}", f"rho = {toml(design.rho)}", "", "[model.sections.main]"]
-        out += ['shape = "plate"', f"thickness = {toml(design.section[0])}", ""] if design.family == "plate" else \
-               ['shape = "rectangle"', f"width = {toml(design.section[0])}", f"height = {toml(design.section[1])}", ""]
-    words = {"bar": "beam2d" if design.family == "frame" else "beam3d", "rod": "rod", "plate": "plate", "spring": "spring", "mass": "mass"}
+        out += {1: {"plate": ['shape = "plate"', f"thickness = {toml(design.section[0])}", ""],
+                    "rotor": ['shape = "circle"', f"diameter = {toml(design.section[0])}", ""]}.get(design.family, []),
+                2: ['shape = "rectangle"', f"width = {toml(design.section[0])}", f"height = {toml(design.section[-1])}", ""]}[len(design.section)]
+    words = {"shaft": "beam3d", "bar": "beam2d" if design.family == "frame" else "beam3d", "rod": "rod", "plate": "plate", "spring": "spring", "mass": "mass"}
     for kind in dict.fromkeys(e.kind for e in design.elements):
         out += ["[[model.elements]]", f'type = "{words[kind]}"']
-        if kind in ("bar", "rod", "plate"):
+        if kind in ("bar", "shaft", "rod", "plate"):
             out += ['mass = "consistent"', 'material = "metal"', 'section = "main"']
-        out += ['dof = "x"'] if kind == "spring" else []
-        value = {"spring": "k", "mass": "m"}.get(kind)
-        rows = [{"id": e.id, "nodes": list(e.nodes), **({value: e.value} if value else {}), "group": e.group} for e in design.elements if e.kind == kind]
+        out += ['dof = "x"'] if kind == "spring" and design.family == "chain" else []
+        rows = [_row(e, design.family) for e in design.elements if e.kind == kind]
         out += ["rows = [", *(f"  {toml(r)}," for r in rows), "]", ""]
     supports: dict[tuple[str, ...], list[int]] = {}
     for node in dict.fromkeys(n for n, _ in design.held):
@@ -52,6 +52,15 @@ def model_text(design: Design) -> list[str]:
     for dofs, nodes in supports.items():
         out += ["[[model.supports]]", f"nodes = {toml(nodes)}", f"dofs = {toml(dofs)}", ""]
     return [*out, "[model.damping]", 'kind = "structural"', f"eta = {toml(design.eta)}", ""]
+
+
+def _row(e: Element, family: str) -> dict[str, Any]:
+    own: dict[str, Any] = {}
+    if e.kind == "spring":
+        own = {"k": e.value} if family == "chain" else {"k": e.value, "dof": e.dof}
+    elif e.kind == "mass":
+        own = {"m": e.value, **dict(zip(("Ixx", "Iyy", "Izz"), e.inertia or (), strict=False))}
+    return {"id": e.id, "nodes": list(e.nodes), **own, "group": e.group}
 
 
 def write(case: Case, folder: Path) -> None:

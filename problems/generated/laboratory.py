@@ -33,18 +33,22 @@ OVERSAMPLED = 8  # inner steps of a sample
 
 @dataclass(frozen=True)
 class Element:
-    """An element of the analyst's model: ``kind`` spring (``value`` k), mass (``value`` m), bar, rod or plate."""
+    """An element of the analyst's model: ``kind`` spring (``value`` k along ``dof``), mass (``value`` m, ``inertia`` about x, y, z), bar, shaft, rod or
+    plate."""
 
     id: int
     kind: str
     nodes: tuple[int, ...]
     group: str
     value: float = 0.0
+    dof: str = "x"
+    inertia: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)
 class Design:
-    """The drawing: what the problem file says. ``section`` is (width, height) of a bar, (thickness,) of a plate; ``held`` the (node, dof) of supports."""
+    """The drawing: what the problem file says. ``section`` is (width, height) of a bar, (diameter,) of a shaft, (thickness,) of a plate; ``held`` the
+    (node, dof) of supports."""
 
     family: str
     dofs: tuple[str, ...]
@@ -56,6 +60,11 @@ class Design:
     rho: float
     section: tuple[float, ...]
     eta: float
+
+    @property
+    def grounded(self) -> bool:
+        """Whether it stands on something; what does not hangs on soft cords."""
+        return bool(self.held) or any(e.kind == "spring" for e in self.elements)
 
 
 @dataclass(frozen=True)
@@ -144,7 +153,7 @@ def _edges(design: Design, held: set[tuple[int, str]], place: Mapping[tuple[Any,
 
 def _element(bench: _Bench, design: Design, element: Element, scatter: tuple[float, float], effects: Sequence[Effect], coarse: bool) -> None:
     fk, fm = scatter
-    thick, N, shear, eta, rigidity = 1.0, 0.0, False, 0.0, (1.0, 1.0, 1.0, 1.0)
+    thick, N, shear, eta, spin, rigidity = 1.0, 0.0, False, 0.0, 0.0, (1.0, 1.0, 1.0, 1.0)
     joints: dict[int, float] = {}
     for e in effects:
         if element.id not in e.get("elements", ()):
@@ -155,18 +164,25 @@ def _element(bench: _Bench, design: Design, element: Element, scatter: tuple[flo
         thick *= e["factor"] if kind == "thickness_change" else 1.0
         N += e["N"] if kind == "axial_preload" else 0.0
         eta += e["eta"] if kind == "structural_damping" else 0.0
+        spin += e["omega"] if kind == "gyroscopic" else 0.0
         shear = shear or kind == "shear_deformation"
         if kind == "orthotropy":
             rigidity = tuple(e[n] for n in ("Dx", "Dy", "D1", "Dxy"))
         if kind == "joint_flexibility":
             joints[e["node"]] = e["k"]
     if element.kind == "spring":
-        rows = [bench.row(n, design.dofs[0]) for n in element.nodes]
+        rows = [bench.row(n, element.dof) for n in element.nodes]
         bench.spring("K", rows, fk * element.value)
         bench.spring("D", rows, eta * fk * element.value)
     elif element.kind == "mass":
+        turning = dict(zip(("rx", "ry", "rz"), element.inertia or (0.0, 0.0, 0.0), strict=True))
         for dof in design.dofs:
-            bench.add("M", [bench.row(element.nodes[0], dof)], fm * element.value)
+            bench.add("M", [bench.row(element.nodes[0], dof)], fm * turning.get(dof, element.value))
+        if spin and element.inertia:  # about y: I_p Ω times the rate about z, and the reverse with the other sign
+            rows = [bench.row(element.nodes[0], d) for d in ("ry", "rz")]
+            bench.add("C", rows, fm * spin * element.inertia[0] * np.array([[0.0, 1.0], [-1.0, 0.0]]))
+    elif element.kind == "shaft":
+        _shaft(bench, design, element, fk, fm, spin)
     elif element.kind == "plate":
         _plate(bench, design, element, fk, fm, thick, eta, rigidity)
     else:
@@ -224,6 +240,30 @@ def _bar(bench: _Bench, design: Design, element: Element, fk: float, fm: float, 
         bench.add("M", rows, M[cut])
         if eta:
             bench.add("D", rows, eta * K[cut])
+
+
+def _shaft(bench: _Bench, design: Design, element: Element, fk: float, fm: float, spin: float) -> None:
+    """A round shaft along x in both planes; what spins turns with ``spin`` rad/s about +x (Friswell, Penny, Garvey and Lees 2010, 5.4)."""
+    x = [design.nodes[n][0] for n in element.nodes]
+    L = (x[1] - x[0]) / FINE
+    area, inertia = np.pi * design.section[0] ** 2 / 4.0, np.pi * design.section[0] ** 4 / 64.0
+    K, M = beam_matrices(0.0, fk * design.E * inertia, fm * design.rho * area, fm * design.rho * inertia, L, 0.0, 0.0)
+    turning = beam_matrices(0.0, 0.0, 0.0, 1.0, L, 0.0, 0.0)[1]  # ∫ w'w'
+    keep = np.ix_([1, 2, 4, 5], [1, 2, 4, 5])
+    K, M, turning = K[keep], M[keep], 2.0 * fm * design.rho * inertia * spin * turning[keep]
+    sign = np.array([1.0, -1.0, 1.0, -1.0])  # in the x–z plane ry = −dw/dx, in the x–y plane rz = +dv/dx
+    chain = [element.nodes[0], *((element.id, "part", k) for k in range(1, FINE)), element.nodes[1]]
+    for k in range(FINE):
+        flat = [bench.row(chain[k + i], d) for i in (0, 1) for d in ("y", "rz")]
+        upright = [bench.row(chain[k + i], d) for i in (0, 1) for d in ("z", "ry")]
+        for rows, s in ((flat, np.ones(4)), (upright, sign)):
+            bench.add("K", rows, s[:, None] * K * s)
+            bench.add("M", rows, s[:, None] * M * s)
+        if spin:
+            cross = np.zeros((8, 8))
+            cross[4:, :4] = -sign[:, None] * turning
+            cross[:4, 4:] = turning * sign
+            bench.add("C", flat + upright, cross)
 
 
 _HERMITE = (np.array([1.0, 0, -3, 2]), np.array([0, 1.0, -2, 1]), np.array([0, 0, 3.0, -2]), np.array([0, 0, -1.0, 1]))

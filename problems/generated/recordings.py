@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from generated.cases import Case, faults, lowest
+from generated.cases import Case, exchanged, faults, lowest
 from generated.drawings import Generator, between, figures
 from generated.laboratory import Modal
 
@@ -19,7 +19,7 @@ def frf(rng: Generator, m: Modal, case: Case, drive: tuple[int, str]) -> dict[st
     zeta = float(np.min(m.damped()[1]))
     step = max(2.0 * zeta * low, case.top / 6000.0)  # low is 0.4 of the first frequency: 1.25 half-power bandwidths hold one line at worst
     f = np.arange(max(low, step), case.top, step).astype(np.float32).astype(float)
-    H = m.accelerance(2j * np.pi * f, m.rows(case.sensors), m.rows([drive]))[:, :, 0] * faults(case, 2j * np.pi * f)
+    H = m.accelerance(2j * np.pi * f, m.rows(case.sensors), m.rows([drive]))[:, :, 0][:, exchanged(case)] * faults(case, 2j * np.pi * f)
     averages = int(rng.integers(10, 60))
     noise = case.noise * np.sqrt(np.mean(np.abs(H) ** 2)) * np.sqrt(averages)
     shape = (averages, len(f))
@@ -47,7 +47,7 @@ def history(rng: Generator, m: Modal, case: Case, drive: tuple[int, str]) -> tup
     ramp = np.minimum(1.0, np.minimum(np.arange(n), np.arange(n)[::-1]) / (0.02 * n))
     force *= np.sin(0.5 * np.pi * ramp) ** 2
     force *= between(rng, 1.0, 20.0) / np.std(force)
-    a = m.run(force, rate, m.rows(case.sensors), m.rows([drive])[0])
+    a = m.run(force, rate, m.rows(case.sensors), m.rows([drive])[0])[:, exchanged(case)]
     late = np.fft.irfft(np.fft.rfft(a, axis=0) * faults(case, 2j * np.pi * f), n, axis=0)
     data = np.column_stack([force, late])
     level = case.noise * np.sqrt(np.mean(a**2))

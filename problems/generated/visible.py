@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from generated.cases import Case, faults, lowest
+from generated.cases import Case, exchanged, faults, lowest
 from generated.laboratory import Modal, build, modal
 
 PRIOR = {"stiffness": 0.02, "mass": 0.012, "damping": 1.0, "mode": 0.35}  # what drawing and laboratory ordinarily differ by; damping as its logarithm
@@ -23,7 +23,7 @@ def visibility(case: Case, index: int, m: Modal) -> tuple[float, float]:
     f = np.linspace(0.3 * lowest(m, case), case.top, 400)
     s = 2.0 * np.pi * f * (0.01 + 1j)
     drives = [case.drives[0]]
-    H, G = (x.accelerance(s, x.rows(case.sensors), x.rows(drives))[:, :, 0] * faults(c, s) for x, c in ((m, case), (without, rest)))
+    H, G = (x.accelerance(s, x.rows(case.sensors), x.rows(drives))[:, :, 0][:, exchanged(c)] * faults(c, s) for x, c in ((m, case), (without, rest)))
     scale = np.sqrt((FLOOR * np.abs(G)) ** 2 + (0.1 * FLOOR) ** 2 * np.mean(np.abs(G) ** 2, axis=0) + case.noise**2 * np.mean(np.abs(G) ** 2))
     columns, priors = _ordinary_columns(rest, without, s, drives[0])
     A = np.array([np.concatenate([(c / scale).real.ravel(), (c / scale).imag.ravel()]) for c in columns]).T

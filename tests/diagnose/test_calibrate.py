@@ -6,10 +6,12 @@ import importlib
 import sys
 import time
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 from cvxupdate.study import open_problem
 
@@ -19,7 +21,7 @@ PROBLEMS = Path(__file__).resolve().parents[2] / "problems"
 sys.path.insert(0, str(PROBLEMS))  # scripts beside one another, not a package that is installed
 
 calibrate, generate = importlib.import_module("calibrate"), importlib.import_module("generate")
-laboratory, cases, effects = (importlib.import_module(f"generated.{name}") for name in ("laboratory", "cases", "effects"))
+laboratory, cases, effects, files = (importlib.import_module(f"generated.{name}") for name in ("laboratory", "cases", "effects", "files"))
 
 
 def test_a_seed_gives_the_same_files(tmp_path):
@@ -44,12 +46,15 @@ def test_generated_problems_can_be_read(tmp_path, seed):
 
 
 def test_every_word_and_family_comes_up():
-    drawn = [cases.draw(s) for s in range(160)]
-    assert {f.effect["physics"] for c in drawn for f in c.findings} == (set(effects.WORDS) - {"soft_support"})
-    assert {c.design.family for c in drawn} == set(cases.FAMILIES)
+    drawn = [cases.draw(s) for s in range(100)]
+    assert {f.effect["physics"] for c in drawn for f in c.findings} == (set(effects.MAKERS) - {"soft_support"})
+    assert {c.design.family for c in drawn} == {*cases.FAMILIES, "rotor"}
+    scene = effects.Scene(drawn[2].design, np.array([10.0]), 100.0, "frf", drawn[2].sensors)
+    faults = [effects.MAKERS["sensor_fault"](np.random.default_rng(k), scene, "sensor_fault").effect for k in range(40)]
+    assert {k for e in faults for k in ("gain", "delay", "other") if k in e} == {"gain", "delay", "other"}
     assert {c.kind for c in drawn} == {"frf", "time", "modes"}
     assert any(len(c.findings) == 2 for c in drawn)
-    assert sum(not c.findings for c in drawn) == len(range(0, 160, 3))
+    assert sum(not c.findings for c in drawn) == len(range(0, 100, 3))
 
 
 # ---------------------------------------------------------------------------------------------------------------------------------- the laboratory's laws
@@ -73,6 +78,24 @@ def test_bar_has_the_frequencies_of_closed_forms():
     a, b = d.rho**2 * inertia / G, d.rho * area + d.rho * inertia * k**2 + d.rho * area * d.E * inertia / (G * area) * k**2
     exact = np.sqrt((b - np.sqrt(b**2 - 4.0 * a * d.E * inertia * k**4)) / (2.0 * a))
     assert shear == pytest.approx(exact, rel=2e-4)
+
+
+def test_spinning_shaft_whirls_as_rayleigh_says():
+    """(ρA + ρI k²) ω² ∓ 2 ρI k² Ω ω = E I k⁴ for a pinned round shaft, forward and backward."""
+    nodes, spin, d = {i + 1: (i / 12, 0.0, 0.0) for i in range(13)}, 2e4, 0.1
+    shafts = tuple(laboratory.Element(i + 1, "shaft", (i + 1, i + 2), "shaft") for i in range(12))
+    held = tuple((n, k) for n in (1, 13) for k in ("y", "z"))
+    design = laboratory.Design("rotor", ("y", "z", "ry", "rz"), nodes, shafts, held, 207e9, 0.3, 7850.0, (d,), 0.01)
+    s = laboratory.build(design, {}, [{"physics": "gyroscopic", "elements": range(1, 13), "omega": spin}])
+    assert np.array_equal(s.C, -s.C.T) and np.any(s.C)
+    n = len(s.K)
+    omega = np.sort(np.abs(scipy.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(s.M, s.K), -np.linalg.solve(s.M, s.C)]])).imag))[::2]
+    area, inertia = np.pi * d**2 / 4.0, np.pi * d**4 / 64.0
+    exact = []
+    for k in np.pi * np.arange(1, 4):
+        m, g, stiff = 7850.0 * (area + inertia * k**2), 2.0 * 7850.0 * inertia * k**2 * spin, 207e9 * inertia * k**4
+        exact += [(sign * g + np.sqrt(g**2 + 4.0 * m * stiff)) / (2.0 * m) for sign in (-1.0, 1.0)]
+    assert omega[:4] == pytest.approx(np.sort(exact)[:4], rel=1e-4)
 
 
 def test_plate_has_the_frequencies_of_closed_forms():
@@ -102,6 +125,18 @@ def test_runs_agree_with_the_frequency_response():
     H = (np.fft.rfft(a, axis=0) / np.fft.rfft(force)[:, None])[keep]
     exact = m.accelerance(2j * np.pi * f[keep], places, places[:1])[:, :, 0]
     assert np.linalg.norm(H - exact) < 2e-3 * np.linalg.norm(exact)
+
+
+def test_exchanged_cables_exchange_columns_and_nothing_else(tmp_path):
+    case = next(c for c in map(cases.draw, range(1, 60, 3)) if c.kind == "frf" and len(c.sensors) > 3)
+    a, b = case.sensors[0], case.sensors[2]
+    swap = effects.Finding({"physics": "sensor_fault", "node": a[0], "dof": a[1], "other": b}, effects.place([a[0], b[0]], dof=a[1]), (), {})
+    H = []
+    for k, found in enumerate(((), (swap,))):
+        files.write(replace(case, findings=found, noise=1e-9), tmp_path / str(k))
+        H.append(np.load(tmp_path / str(k) / "frf1.npz")["H"])
+    order = [2, 1, 0, *range(3, len(case.sensors))]
+    assert np.allclose(H[1], H[0][:, order], rtol=1e-4, atol=1e-6 * np.abs(H[0]).max())
 
 
 # --------------------------------------------------------------------------------------------------------------------------------------- judge and resume
