@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cvxupdate.diagnose.fit import LEVELS
+from cvxupdate.diagnose.fit import CREDIBLE, LEVELS, MASS_STD, STIFFNESS_STD
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.mesh import NONE, MeshError
 from cvxupdate.diagnose.signals import Signal, band_of, lines_of, smooth
@@ -18,7 +18,7 @@ from cvxupdate.physics.base import Wanted
 from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
 from cvxupdate.spec import Spec
 
-ORDINARY_LIMIT = 0.3  # of a group's p-value: further off is a finding
+WIDE = 0.3  # of a group's p-value: how far a parameter error is followed
 
 
 @dataclass(frozen=True)
@@ -46,16 +46,17 @@ def prepare(recordings: Sequence[FrequencyResponse | TimeHistory]) -> Data:
                 max(b[1] for b in bands), min(b[0] for b in bands))
 
 
-def ordinary(model: Model) -> Model:
-    """A stiffness and a mass p-value for every group: what drawing and laboratory always differ by."""
+def ordinary(model: Model, wide: bool = False) -> Model:
+    """A stiffness and a mass p-value for every group: what drawing and laboratory always differ by, within credible bounds (``wide``: far beyond)."""
     wanted: list[Wanted] = []
-    for of in ("stiffness", "mass"):
+    for of, std in (("stiffness", STIFFNESS_STD), ("mass", MASS_STD)):
+        limit = WIDE if wide else CREDIBLE * std
         groups: dict[str, list[int]] = {}
         for block in model.blocks:
             if has_property(block, of):
                 for element, group in zip(block.ids.tolist(), block.groups, strict=True):
                     groups.setdefault(group or block.kind.name, []).append(element)
-        wanted += [Wanted(f"{g}.{of}", of, tuple(dict.fromkeys(ids)), g, -ORDINARY_LIMIT, ORDINARY_LIMIT) for g, ids in groups.items()]
+        wanted += [Wanted(f"{g}.{of}", of, tuple(dict.fromkeys(ids)), g, -limit, limit) for g, ids in groups.items()]
     return model.with_parameters(select_parameters(wanted, model))
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cvxupdate.diagnose.data import Data
+from cvxupdate.diagnose.data import WIDE, Data
 from cvxupdate.diagnose.effects import Bench, Trial, planted
-from cvxupdate.diagnose.fit import MASS_STD, STIFFNESS_STD, Fit, at_level, error_of, fit, setting_for
+from cvxupdate.diagnose.fit import CREDIBLE, MASS_STD, STIFFNESS_STD, Fit, at_level, error_of, fit, setting_for
 from cvxupdate.diagnose.pairs import pairs
 from cvxupdate.diagnose.refit import charged, entered, raced
 from cvxupdate.diagnose.residual import noise_errors
@@ -96,11 +96,23 @@ def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[
     return Outcome(bench, nominal, errors, outcome.noise, base, screened, tuple(singles), tuple(double))
 
 
+def followed(outcome: Outcome) -> Fit:
+    """The ordinary model with its parameters let go far beyond their usual scatter: is it a matter of wrong numbers in many groups?"""
+    bench = outcome.bench
+    model = bench.ordinary.with_parameters([replace(q, lower=-WIDE, upper=WIDE) for q in bench.ordinary.parameters])
+    setting = bench.setting(model, bench.data.levels[0], ())
+    p = np.zeros(len(setting.columns))
+    for level in bench.data.levels:
+        found = fit(at_level(setting, level), p)
+        p = found.p
+    return found
+
+
 def loose_groups(base: Fit) -> list[tuple[str, str, float, float]]:
     """Ordinary parameters outside their credible band: (name, of, p, how many deviations)."""
     out = []
     for q, value in zip(base.setting.model.parameters, base.p, strict=False):
         std = MASS_STD if q.of == "mass" else STIFFNESS_STD
-        if abs(value) > 3.5 * std:
+        if abs(value) > CREDIBLE * std:
             out.append((q.name, q.of, float(value), abs(float(value)) / std))
     return sorted(out, key=lambda item: -item[3])

@@ -18,6 +18,7 @@ from cvxupdate.fe.rigid import rigid_body_modes
 from cvxupdate.update.trust_region import Options, iterate
 
 STIFFNESS_STD, MASS_STD = 0.02, 0.012  # ordinary scatter of a group between drawing and laboratory
+CREDIBLE = 3.5  # deviations: an ordinary parameter further off is a finding
 COMMON_DAMPING_STD, MODE_DAMPING_STD = 1.0, 0.35  # of log ζ: all modes together, each mode by itself
 FREE = 1e4  # no prior
 LEVELS = (0.15, 0.05, 0.016, 0.005)

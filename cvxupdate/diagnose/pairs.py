@@ -15,6 +15,7 @@ from cvxupdate.diagnose.shortlist import shortlist
 from cvxupdate.errors import ModelError
 
 PARENTS, PARTNERS, ROUNDS = 5, 5, 6  # firsts tried, seconds refitted beside each, halves exchanged at most
+CLOSE = 4.0  # times the best single effect's misfit: further behind, none is tried as a first
 COARSE, FINE = 1, (2, 3)  # levels of the search, and of the race of the best
 FINAL = (4, 3)
 
@@ -23,7 +24,7 @@ def pairs(bench: Bench, singles: Sequence[Trial], tell: Tell) -> list[Trial]:
     """The best pairs of effects, sharpened, best first; ``singles`` are fitted trials of one effect, best first."""
     pool: dict[frozenset[Key], Trial] = {}
     halves: set[frozenset[Key]] = set()
-    for parent in singles[:PARENTS]:
+    for parent in [t for t in singles if charged(t) <= CLOSE * charged(singles[0])][:PARENTS]:
         _expand(bench, parent, pool, tell)
     for _ in range(ROUNDS):
         half = _half_to_try(bench, pool, halves)

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cvxupdate.diagnose.fit import prior_scales
+from cvxupdate.diagnose.fit import bounds_of, prior_scales
 from cvxupdate.diagnose.forward import block_derivative
 from cvxupdate.diagnose.residual import Fault, ResponsePoint
 from cvxupdate.diagnose.signals import Complex, Real
 from cvxupdate.physics.base import Candidate
+
+AT_BOUND = 1e-3  # of a bound: that near counts as on it
 
 
 @dataclass(frozen=True)
@@ -27,17 +29,19 @@ def screen(point: ResponsePoint, candidates: Sequence[Candidate]) -> list[Score]
     """Scores in the order of ``candidates``.
 
     Residual and columns are weighted and freed of what the ordinary unknowns (with their priors) can take up; a candidate's share is the part of
-    the squared residual that its own best size removes.
+    the squared residual that its own best size removes. Ordinary unknowns that have reached a bound take up nothing.
     """
     system = point.system()
     A, _ = system.weighted()
     values, weights, _ = point.differences
     r = -weights * values
-    scales = prior_scales(point.setting)
-    G = np.vstack([A, np.diag(1.0 / scales)])
+    bounds = bounds_of(point.setting)
+    free = (point.p > bounds.lower + AT_BOUND * np.abs(bounds.lower)) & (point.p < bounds.upper - AT_BOUND * np.abs(bounds.upper))
+    scales = prior_scales(point.setting)[free]
+    G = np.vstack([A[:, free], np.diag(1.0 / scales)])
     Q, _ = np.linalg.qr(G)
     rows = len(r)
-    left = np.concatenate([r, -point.p / scales])
+    left = np.concatenate([r, -point.p[free] / scales])
     left = left - Q @ (Q.T @ left)
     total = float(left @ left)
     top = Q[:rows]

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from cvxupdate.diagnose.data import Data, held_dofs, level_dependence, ordinary, prepare, release_from
-from cvxupdate.diagnose.effects import Effect, figures, without
-from cvxupdate.diagnose.engine import EXPLAINED, OPEN, Outcome, explain, loose_groups
+from cvxupdate.diagnose.effects import Effect, Trial, figures, without
+from cvxupdate.diagnose.engine import EXPLAINED, Outcome, explain, followed, loose_groups
 from cvxupdate.diagnose.finding import Diagnosis, Finding, sentence, where
 from cvxupdate.diagnose.forward import undamped
-from cvxupdate.diagnose.judge import Judged, confidence, credible, doubles, equivalents, halves, judged, mesh_allowance, rivals
+from cvxupdate.diagnose.judge import Judged, confidence, credible, doubles, equivalents, explained, halves, judged, rivals
 from cvxupdate.diagnose.mesh import mesh_error
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
@@ -49,10 +49,18 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
     final, field = single, singles
     if (single is None or single.misfit > EXPLAINED) and doublets and doubles(doublets[0], single, outcome):
         final, field = doublets[0], doublets
+    if not nonlinear and (final is None or not credible(final, outcome)) and not explained(_base(outcome), outcome):
+        wide = judged(outcome, [Trial((), followed(outcome))])[0]
+        if loose_groups(wide.trial.fit) and explained(wide, outcome) and doubles(wide, None, outcome):
+            final, field = wide, [wide]
     verdict, says, findings = _verdict(outcome, final, field, singles + doublets, nonlinear)
-    if findings:
-        evidence += _finding_evidence(final, single, field) if final is not None else []
-    return _diagnosis(spec, verdict, says, findings, outcome, final if findings and final is not None else None, singles, doublets, evidence, begin)
+    if findings and final is not None:
+        evidence += _finding_evidence(final, single, field)
+    return _diagnosis(spec, verdict, says, findings, outcome, final if findings else None, singles, doublets, evidence, begin)
+
+
+def _base(outcome: Outcome) -> Judged:
+    return Judged(Trial((), outcome.base), *outcome.ordinary)
 
 
 def _verdict(outcome: Outcome, final: Judged | None, field: Sequence[Judged], everything: Sequence[Judged],
@@ -60,22 +68,20 @@ def _verdict(outcome: Outcome, final: Judged | None, field: Sequence[Judged], ev
     if nonlinear:
         return "undetermined", ("Something in the structure depends on the vibration level (contact, friction, a stiffening spring): no linear change of "
                                 "the model can explain these recordings."), ()
-    if final is not None and not credible(final, outcome):
+    if final is not None and not final.trial.effects:
+        findings = tuple(_group_finding(item, final) for item in loose_groups(final.trial.fit)[:3])
+        return "parameter_error", " ".join(f.says for f in findings), findings
+    if final is not None and credible(final, outcome):
+        findings = _findings(outcome, final, field)
+        whole = all(f.physics in ("stiffness_change", "mass_change") and f.place.groups for f in findings)
+        return "parameter_error" if whole else "missing_physics", " ".join(f.says for f in findings), findings
+    if explained(_base(outcome), outcome):
+        return "consistent", "Nothing is missing: the model explains the recordings within noise and ordinary scatter of its parameters.", ()
+    if final is not None:
         best = min(everything, key=lambda t: t.misfit)
         left = float(np.nanmax([best.hold_out, best.error]))
         return "undetermined", (f"No one or two effects explain the recordings: {best.trial.name} comes nearest, but leaves {100 * left:.3g} % of the "
                                 "response."), ()
-    if final is not None:
-        findings = _findings(outcome, final, field)
-        whole = all(f.physics in ("stiffness_change", "mass_change") and f.place.groups for f in findings)
-        return "parameter_error" if whole else "missing_physics", " ".join(f.says for f in findings), findings
-    loose = loose_groups(outcome.base)
-    near = outcome.base.misfit <= OPEN * EXPLAINED
-    if near and loose:
-        found = tuple(_group_finding(item, outcome) for item in loose[:3])
-        return "parameter_error", found[0].says, found
-    if near or max(e for e in outcome.ordinary if np.isfinite(e)) <= mesh_allowance(outcome):
-        return "consistent", "Nothing is missing: the model explains the recordings within noise and ordinary scatter of its parameters.", ()
     return "undetermined", ("Something differs that none of the known kinds of physics explains at any one or two places; "
                             f"what remains is {100 * outcome.ordinary[0]:.3g} % of the response."), ()
 
@@ -98,9 +104,9 @@ def _needed(outcome: Outcome, final: Judged) -> list[float]:
     return [np.inf if rest is None else rest.fit.misfit for rest in rests]
 
 
-def _group_finding(item: tuple[str, str, float, float], outcome: Outcome) -> Finding:
+def _group_finding(item: tuple[str, str, float, float], wide: Judged) -> Finding:
     name, of, p, sigmas = item
-    q = next(q for q in outcome.base.setting.model.parameters if q.name == name)
+    q = next(q for q in wide.trial.fit.setting.model.parameters if q.name == name)
     place = Place(elements=q.elements, groups=(q.group or name.rpartition(".")[0],))
     word = "stiffness_change" if of == "stiffness" else "mass_change"
     values = {"factor": 1.0 + p}
@@ -124,15 +130,11 @@ def _ordinary_evidence(o: Outcome) -> list[str]:
            f"(noise alone: {o.noise[0]:.2g}).",
            f"With ordinary scatter of group stiffness, group mass and damping it is {o.ordinary[0]:.3g} and {o.ordinary[1]:.3g}; "
            f"weighted misfit {o.base.misfit:.3g} per row (1: noise and discretisation)."]
-    loose = loose_groups(o.base)
-    if loose:
-        out.append("To get there the ordinary parameters would have to leave their usual scatter: "
-                   + ", ".join(f"{n} {100 * p:+.1f} %" for n, _, p, _ in loose[:4]) + ".")
     return out
 
 
 def _named(t: Judged) -> str:
-    return " with ".join(f"{e.candidate.physics} at {where(e.candidate.place)}" for e in t.trial.effects)
+    return " with ".join(f"{e.candidate.physics} at {where(e.candidate.place)}" for e in t.trial.effects) or "Letting the groups' parameters go far"
 
 
 def _finding_evidence(final: Judged, single: Judged | None, field: Sequence[Judged]) -> list[str]:

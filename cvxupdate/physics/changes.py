@@ -9,7 +9,7 @@ import numpy as np
 
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.base import Candidate, Context, Place, Wanted, append_parameters, tangents
-from cvxupdate.physics.members import member_sets
+from cvxupdate.physics.members import member_sets, straight
 
 Sets = Sequence[tuple[tuple[int, ...], tuple[str, ...]]]
 
@@ -41,9 +41,11 @@ def thickness_change(context: Context) -> list[Candidate]:
 def structural_damping(context: Context) -> list[Candidate]:
     """Hysteretic loss in a group, D = η K (3.45); tell-tale: damping follows the share of strain energy in the group."""
     out: list[Candidate] = []
-    for ids, groups in member_sets(context.model, "eta"):
-        if not groups:
-            continue
+    sets = member_sets(context.model, "eta")
+    whole = max((len(ids) for ids, _ in sets), default=0)
+    for ids, groups in sets:
+        if not groups or (len(groups) > 1 and len(ids) == whole):
+            continue  # the loss of everything alike is what every mode's damping may be anyway
         grown = append_parameters(context.model, [Wanted(f"structural_damping@{len(out)}", "eta", ids, lower=0.0, upper=50.0, scale=0.02)])
         out.append(Candidate("structural_damping", Place(elements=ids, groups=groups), grown, 1, np.zeros(1), tangents(grown, 1), sign=1,
                              report=(("eta", 0, "value"),), members=ids))
@@ -57,10 +59,11 @@ def mass_proportional_damping(context: Context) -> list[Candidate]:
 
 
 def axial_preload(context: Context) -> list[Candidate]:
-    """Geometric stiffness of a tension or compression in a group of beams (Przemieniecki 1968, 15.2); tell-tale: low modes shift most."""
+    """Geometric stiffness of a tension or compression in a group or a straight member (Przemieniecki 1968, 15.2); tell-tale: low modes shift most."""
     out: list[Candidate] = []
+    members = {tuple(sorted(m)) for m in straight(context.model, "N")}
     for ids, groups in member_sets(context.model, "N"):
-        if not groups:
+        if not groups and ids not in members:
             continue
         unit = _euler(context.model, ids)
         grown = append_parameters(context.model, [Wanted(f"axial_preload@{len(out)}", "N", ids, lower=-5.0, upper=50.0, scale=unit)])

@@ -7,6 +7,7 @@ import numpy as np
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import has_property
 
+STRAIGHT = 0.999  # cosine of the angle within which two elements go straight on
 LONGEST = 4  # elements in a run; a plate's patch has at most 3 x 3
 
 
@@ -39,9 +40,52 @@ def member_sets(model: Model, of: str) -> list[tuple[tuple[int, ...], tuple[str,
         add((i,), (name,) if name and len(groups[name]) == 1 else ())
     for name, ids_of in groups.items():
         add(tuple(ids_of), (name,) if name else ())
+    if len(groups) > 1:
+        add(tuple(singles), tuple(name for name in groups if name))
+    for member in straight(model, of):
+        inside = {name: members for name, members in groups.items() if members <= set(member)}
+        add(member, tuple(name for name in inside if name) if set().union(*inside.values()) == set(member) else ())
     for run in lines:
         add(run, ())
     return out
+
+
+def straight(model: Model, of: str) -> list[tuple[int, ...]]:
+    """Whole members: line elements that follow each other straight on, whatever their groups; where several meet, each goes on along its own line.
+
+    An element with an end that is wholly held counts as straight where only two meet.
+    """
+    ends: dict[int, list[tuple[int, np.ndarray]]] = {}
+    found: list[int] = []
+    for block in model.blocks:
+        if block.kind.nodes != 2 or not has_property(block, of) or "length" not in block.properties:
+            continue
+        half = block.dofs.shape[1] // 2
+        for i, row in zip(block.ids.tolist(), block.dofs, strict=True):
+            nodes = [int(model.dof_node[part[part >= 0][0]]) if np.any(part >= 0) else -1 for part in (row[:half], row[half:])]
+            found.append(i)
+            a, b = nodes
+            away = model.xyz[b] - model.xyz[a] if min(nodes) >= 0 else np.full(3, np.nan)  # an end that is held has no place here
+            for node, side in ((a, 1.0), (b, -1.0)):
+                if node >= 0:
+                    ends.setdefault(node, []).append((i, side * away / max(float(np.linalg.norm(away)), 1e-300)))
+    leader = {i: i for i in found}
+
+    def lead(i: int) -> int:
+        while leader[i] != i:
+            i = leader[i]
+        return i
+
+    for meeting in ends.values():
+        for k, (i, away) in enumerate(meeting):
+            for j, other in meeting[k + 1 :]:
+                turn = float(away @ other)
+                if turn < -STRAIGHT or (np.isnan(turn) and len(meeting) == 2):
+                    leader[lead(j)] = lead(i)
+    members: dict[int, list[int]] = {}
+    for i in found:
+        members.setdefault(lead(i), []).append(i)
+    return [tuple(m) for m in members.values() if len(m) > 1]
 
 
 def _runs(dofs: np.ndarray, ids: list[int]) -> list[tuple[int, ...]]:
