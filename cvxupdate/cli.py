@@ -73,6 +73,8 @@ def diagnose(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     files, payload = diagnosis_files(found, load_problem(problem))
     folder = _folder(out, found.problem)
     _write(folder, files)
+    if found.updated is None:
+        (folder / "updated" / "problem.toml").unlink(missing_ok=True)  # of an earlier diagnosis
     _say(payload, as_json, lambda: diagnosis_summary(found, folder))
 
 
@@ -154,8 +156,10 @@ def _write(folder: Path, files: dict[str, str]) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         staged = []
         for name, text in files.items():
-            temporary = folder / f".{name}.{os.getpid()}.part"
-            staged.append((temporary, folder / name))
+            final = folder / name
+            final.parent.mkdir(exist_ok=True)
+            temporary = final.with_name(f".{final.name}.{os.getpid()}.part")
+            staged.append((temporary, final))
             temporary.write_text(text, encoding="utf-8")
         for temporary, final in staged:
             os.replace(temporary, final)

@@ -15,6 +15,7 @@ from cvxupdate.correlate.pairing import Pairing
 from cvxupdate.correlate.result import Drawing, ModePair, ShapeComparison
 from cvxupdate.correlate.summary import correlation
 from cvxupdate.errors import ModelError
+from cvxupdate.fe.build import parse_label
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.recordings.types import ModeTable
@@ -176,6 +177,10 @@ def node_translations(model: Model, shape: Real) -> Real:
     out = np.zeros((len(model.node_ids), 3))
     rows = np.flatnonzero(model.dof_kind < 3)
     out[model.dof_node[rows], model.dof_kind[rows]] = shape[rows]
+    for tied, _ in model.ties:
+        node, kind = parse_label(tied)
+        if kind < 3:
+            out[model.node_ids == node, kind] = shape[model.place[tied]]
     return out
 
 

@@ -47,6 +47,7 @@ class Diagnosis:
     evidence: tuple[str, ...]
     time: float
     details: dict[str, Any]
+    updated: str | None = None  # the diagnosed model as a problem file (`cvxupdate.diagnose.export`)
 
     def to_json(self) -> dict[str, Any]:
         """The whole of ``diagnosis.json``."""

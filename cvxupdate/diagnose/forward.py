@@ -18,8 +18,9 @@ Index = NDArray[np.int64]
 
 
 def undamped(model: Model) -> Model:
-    """The model without its file damping (loss factor, Rayleigh): the diagnosis gives every mode its own; dashpots stay."""
-    zero = {"eta", "alpha", "beta"}
+    """The model without its file damping (loss factor, Rayleigh): the diagnosis gives every mode its own; dashpots stay, and what stands beside modal
+    damping in the file (a loss factor of some elements, a common decay rate)."""
+    zero = set() if model.modal_damping else {"eta", "alpha", "beta"}
     blocks = tuple(replace(b, properties={k: np.zeros_like(v) if k in zero else v for k, v in b.properties.items()}) for b in model.blocks)
     return replace(model, blocks=blocks, modal_damping=())
 

@@ -59,7 +59,9 @@ def build_model(spec: Spec) -> Model:
     zeta: tuple[float, ...] = ()
     if isinstance(damping, sm.ModalDamping):
         zeta = damping.zeta if isinstance(damping.zeta, tuple) else (damping.zeta,)
-    model = Model(names, node_ids, xyz, dof_node, dof_kind, tuple(blocks), (), zeta)
+    free = {label: name for label, name in zip(labels, names, strict=True)}
+    ties = tuple((f"n{node_ids[n]}.{KINDS[k]}", free[to]) for (n, k), to in _first_of_ties(text, position).items() if to in free)
+    model = Model(names, node_ids, xyz, dof_node, dof_kind, tuple(blocks), (), zeta, ties)
     return model.with_parameters(parameters_of(spec, model))
 
 
@@ -121,32 +123,41 @@ def _loss(text: sm.Model) -> dict[str, float]:
         return {"eta": damping.eta}
     if isinstance(damping, sm.RayleighDamping):
         return {"alpha": damping.alpha, "beta": damping.beta}
-    return {}
+    return {"alpha": damping.alpha} if isinstance(damping, sm.ModalDamping) else {}
 
 
 def _properties(row: Any, kind: Element, text: sm.Model) -> dict[str, float]:
-    out = {**COMMON, **_loss(text)}
+    out = {**COMMON, **_loss(text), **_own(row, text)}
     if isinstance(row, se.SpringRow):
         return {**out, "k": row.k}
     if isinstance(row, se.DashpotRow):
         return {**out, "c": row.c}
     if isinstance(row, se.MassRow):
-        return {**out, "m": row.m, "Ixx": row.Ixx, "Iyy": row.Iyy, "Izz": row.Izz}
+        sign = -1.0 if row.taken_off else 1.0
+        return {**out, "m": sign * row.m, "Ixx": sign * row.Ixx, "Iyy": sign * row.Iyy, "Izz": sign * row.Izz}
     if isinstance(row, se.GyroscopicRow):
         return {**out, "Ip": row.Ip, "omega": row.omega}
     material, section = text.materials[row.material], text.sections[row.section]
-    if material.eta is not None:
-        out["eta"] = material.eta
     nu = material.nu if material.G is None else material.E / (2.0 * material.G) - 1.0
     out |= {"E": material.E, "nu": nu, "rho": material.rho}
     if isinstance(section, sm.PlateSection):
         return {**out, "thickness": section.thickness, "Dx": section.Dx, "Dy": section.Dy, "D1": section.D1, "Dxy": section.Dxy}
-    out |= {"A": 1.0, "Iy": 1.0, "Iz": 1.0, "J": 1.0, "N": 0.0, "shear": 0.0, "kappa": shear_coefficient(section, nu)}
+    shear = {"shear": 0.0, "kappa": shear_coefficient(section, nu)} if section.kappa is None else {"shear": 1.0, "kappa": section.kappa}
+    out |= {"A": 1.0, "Iy": 1.0, "Iz": 1.0, "J": 1.0, "N": row.N, **shear}
     if isinstance(section, sm.Rectangle):
         return {**out, "width": section.width, "height": section.height}
     if isinstance(section, sm.Circle):
         return {**out, "diameter": section.diameter, "wall": section.wall or 0.0}
     return {**out, "A": section.A, "Iy": section.Iy or 0.0, "Iz": section.Iz or 0.0, "J": section.J or 0.0}
+
+
+def _own(row: Any, text: sm.Model) -> dict[str, float]:
+    """What an element says of itself: factors on its matrices, its loss factor (else that of its material)."""
+    out = {word: getattr(row, f"{word}_factor", 1.0) for word in ("stiffness", "mass")}
+    material = text.materials.get(getattr(row, "material", ""))
+    eta = getattr(row, "eta", None)
+    eta = eta if eta is not None or material is None else material.eta
+    return out if eta is None else {**out, "eta": eta}
 
 
 def shear_coefficient(section: Any, nu: float) -> float:
@@ -167,6 +178,7 @@ class _Given:
     group: str
     labels: tuple[tuple[int, int], ...]
     values: sp.csr_array
+    own: dict[str, float]
 
 
 def _given(text: sm.Model, spec: Spec) -> Iterable[_Given]:
@@ -182,7 +194,7 @@ def _given(text: sm.Model, spec: Spec) -> Iterable[_Given]:
                 if path is None:
                     raise ModelError(f"matrix row {row.id}: {name!r} names a variable, but no file is given. Add `file`.")
                 values = read_matrix(path, None if own else name)
-                yield _Given(matrix, row.id, row.group or "", _labels(row, path, values.shape[0]), values)
+                yield _Given(matrix, row.id, row.group or "", _labels(row, path, values.shape[0]), values, _own(row, text))
 
 
 def _labels(row: se.MatrixRow, path: Any, size: int) -> tuple[tuple[int, int], ...]:
@@ -243,8 +255,24 @@ def _number(text: sm.Model, position: dict[int, int], xyz: Real, active: tuple[s
         if not isinstance(batch.kind, Gyroscopic):  # it acts on what beams and masses have
             touched |= {(position[n], k) for nodes in batch.nodes for n in nodes for k in kinds}
     held = {(position[n], KINDS.index(d)) for s in text.supports for n in (node_ids if s.nodes == "all" else s.nodes) for d in s.dofs}
-    labels = sorted(touched - held)
-    return {label: i for i, label in enumerate(labels)}, np.array(node_ids, dtype=np.int64), xyz, labels
+    first = _first_of_ties(text, position)
+    labels = sorted({first.get(t, t) for t in touched} - {first.get(h, h) for h in held})
+    place = {label: i for i, label in enumerate(labels)}
+    place |= {tied: place[to] for tied, to in first.items() if to in place}
+    return place, np.array(node_ids, dtype=np.int64), xyz, labels
+
+
+def _first_of_ties(text: sm.Model, position: dict[int, int]) -> dict[tuple[int, int], tuple[int, int]]:
+    """DOF of a tied node → the DOF it is the same as."""
+    first: dict[tuple[int, int], tuple[int, int]] = {}
+    for tie in text.ties:
+        for kind in (KINDS.index(d) for d in tie.dofs):
+            ends = [(position[n], kind) for n in tie.nodes]
+            ends = [first.get(e, e) for e in ends]
+            for e in ends[1:]:
+                if e != ends[0]:
+                    first |= {**{a: ends[0] for a, b in first.items() if b == e}, e: ends[0]}
+    return first
 
 
 def _block(batch: _Batch, text: sm.Model, position: dict[int, int], xyz: Real, active: tuple[str, ...], place: Place) -> Block:
@@ -293,7 +321,8 @@ def _given_blocks(given: list[_Given], position: dict[int, int], place: Place, l
     for (matrix, size), members in parts.items():
         ids = np.concatenate([np.full(len(dofs), g.id, dtype=np.int64) for g, dofs, _, _ in members])
         groups = tuple(g.group for g, dofs, _, _ in members for _ in range(len(dofs)))
-        properties = {k: np.full(len(ids), v) for k, v in {**COMMON, **loss}.items()}
+        own = [({**COMMON, **loss, **g.own}, len(dofs)) for g, dofs, _, _ in members]
+        properties = {k: np.concatenate([np.full(n, v[k]) for v, n in own]) for k in COMMON}
         dofs, kinds = np.vstack([m[1] for m in members]), np.vstack([m[2] for m in members])
         values = np.vstack([m[3] for m in members])
         blocks.append(Block(Entries(matrix, size), ids, groups, dofs, kinds, (Term(matrix, "one", values),), np.arange(len(ids)), properties))

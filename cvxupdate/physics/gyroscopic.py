@@ -22,16 +22,19 @@ ROUND = 1e-6  # relative difference of two moments of inertia of what is round
 SPEED = 0.1  # of the band's top: the unit of spin
 
 
+Piece = tuple[tuple[int, ...], tuple[int, ...], float]
+
+
 @dataclass(frozen=True)
 class Rotor:
-    """What spins together: node places, pieces of shaft (ends (2, 3), DOFs (12,), kg·m), discs (DOFs (3,), kg·m²), and the axis."""
+    """What spins together: node places, the axis, pieces of shaft (node places, DOFs (12,), kg·m) and discs (node place, DOFs (3,), kg·m²)."""
 
     group: str
     elements: tuple[int, ...]
     nodes: tuple[int, ...]
     axis: Real
-    shaft: tuple[tuple[Real, tuple[int, ...], float], ...]
-    discs: tuple[tuple[tuple[int, ...], float], ...]
+    shaft: tuple[Piece, ...]
+    discs: tuple[Piece, ...]
 
 
 def candidates(context: Context) -> list[Candidate]:
@@ -85,18 +88,18 @@ def _shafts(model: Model) -> Iterator[Rotor]:
                 order = [0, 1] if same else [1, 0]
                 dofs = {(n, int(k)): int(d) for n, half in enumerate(np.split(block.dofs[e], 2))
                         for k, d in zip(block.direction[0, : len(half)], half, strict=True)}
-                shaft.append((model.xyz[block.nodes[e]][order], tuple(dofs.get((n, k), -1) for n in order for k in range(6)),
+                shaft.append((tuple(block.nodes[e][order].tolist()), tuple(dofs.get((n, k), -1) for n in order for k in range(6)),
                               float(rho[e] * (Iy[e] + Iz[e]))))
             nodes = tuple(dict.fromkeys(block.nodes[rows].reshape(-1).tolist()))
             yield Rotor(group, tuple(int(block.ids[e]) for e in rows), nodes, axes[0], tuple(shaft), tuple(_discs(model, nodes, axes[0])))
 
 
-def _discs(model: Model, nodes: tuple[int, ...], axis: Real) -> Iterator[tuple[tuple[int, ...], float]]:
-    """Lumped inertias at the nodes of a shaft: DOFs and polar moment about its axis."""
+def _discs(model: Model, nodes: tuple[int, ...], axis: Real) -> Iterator[Piece]:
+    """Lumped inertias at the nodes of a shaft: their polar moments about its axis."""
     for node, inertia in _inertias(model):
         polar = float(axis**2 @ inertia)
         if node in nodes and polar > 0.0:
-            yield _rotations(model, node), polar
+            yield (node,), _rotations(model, node), polar
 
 
 def _single_discs(model: Model) -> Iterator[Rotor]:
@@ -106,7 +109,7 @@ def _single_discs(model: Model) -> Iterator[Rotor]:
         for i in range(3):
             polar, j, k = inertia[i], inertia[(i + 1) % 3], inertia[(i + 2) % 3]
             if node not in taken and polar > 0.0 and j > 0.0 and abs(j - k) <= ROUND * j < abs(polar - j):
-                yield Rotor("", (), (node,), np.eye(3)[i], (), ((_rotations(model, node), float(polar)),))
+                yield Rotor("", (), (node,), np.eye(3)[i], (), (((node,), _rotations(model, node), float(polar)),))
 
 
 def _inertias(model: Model) -> Iterator[tuple[int, Real]]:
@@ -126,14 +129,16 @@ def _blocks(model: Model, rotor: Rotor) -> list[Block]:
     """Gyroscopic elements at no spin."""
     first = int(new_ids(model, 1)[0])
     out = []
-    for nodes, pieces in ((2, [(x, d, i) for x, d, i in rotor.shaft]), (1, [(np.zeros((1, 3)), d, i) for d, i in rotor.discs])):
+    for nodes, pieces in ((2, rotor.shaft), (1, rotor.discs)):
         if not pieces:
             continue
         kind, n = Gyroscopic(nodes), len(pieces)
-        terms: tuple[Term, ...] = kind.terms(np.array([x for x, _, _ in pieces]), np.tile(rotor.axis, (n, 1)))
+        at = np.array([x for x, _, _ in pieces], dtype=np.int64)
+        terms: tuple[Term, ...] = kind.terms(model.xyz[at], np.tile(rotor.axis, (n, 1)))
         properties = {**{k: np.full(n, v) for k, v in COMMON.items()}, "Ip": np.array([i for _, _, i in pieces]), "omega": np.zeros(n)}
         direction = np.array([[3, 4, 5] if nodes == 1 else [0, 1, 2, 3, 4, 5] * 2])
         ids = np.arange(first, first + n, dtype=np.int64)
         first += n
-        out.append(Block(kind, ids, ("",) * n, np.array([d for _, d, _ in pieces], dtype=np.int64), direction, terms, np.arange(n), properties))
+        out.append(Block(kind, ids, ("",) * n, np.array([d for _, d, _ in pieces], dtype=np.int64), direction, terms, np.arange(n), properties,
+                         at))
     return out

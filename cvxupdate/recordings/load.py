@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from cvxupdate.errors import RecordingError
+from cvxupdate.recordings.corrections import corrected
 from cvxupdate.recordings.read import read_file
 from cvxupdate.recordings.read.contents import Contents, Options
 from cvxupdate.recordings.read.to_frf import frequency_response
@@ -153,7 +154,7 @@ def load_recordings(spec: Spec) -> tuple[Recording, ...]:
     recordings = []
     opened: Opened = {}
     for number, declared in enumerate(spec.recordings):
-        recording = load_recording(declared, number, opened)
+        recording = corrected(load_recording(declared, number, opened), declared.corrections)
         check_fit(recording, nodes, tuple(spec.model.dofs))
         recordings.append(recording)
     return tuple(recordings)

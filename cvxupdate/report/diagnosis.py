@@ -15,12 +15,16 @@ __all__ = ["diagnosis_files", "diagnosis_summary"]
 
 
 def diagnosis_files(found: Diagnosis, spec: Spec) -> tuple[dict[str, str], str]:
-    """{"diagnosis.json": text, "report.html": text}, and the JSON text by itself; ``spec`` is drawn."""
+    """{"diagnosis.json": text, "report.html": text, "updated/problem.toml": text} (the last where a model was found), and the JSON text by itself.
+
+    ``spec`` is drawn.
+    """
     from cvxupdate.report.as_json import dumps, plain
     from cvxupdate.report.diagnosis_page import diagnosis_page
 
     text = dumps(plain(found.to_json()))
-    return {"diagnosis.json": text, "report.html": diagnosis_page(found, spec)}, text
+    files = {"diagnosis.json": text, "report.html": diagnosis_page(found, spec)}
+    return files if found.updated is None else {**files, "updated/problem.toml": found.updated}, text
 
 
 def diagnosis_summary(found: Diagnosis, folder: Path) -> RenderableType:

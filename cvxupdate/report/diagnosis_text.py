@@ -38,5 +38,7 @@ def diagnosis_text(found: Diagnosis, folder: Path) -> RenderableType:
         parts.append(table)
     parts.append(Text(f"{meaning} ({found.verdict}), {seconds(found.time)}", style="dim"))
     where = f"Report: {folder / 'report.html'}\nData:   {folder / 'diagnosis.json'}"
+    if found.updated is not None:
+        where += f"\nModel:  {folder / 'updated' / 'problem.toml'}"
     parts.append(Text(where, style="dim", no_wrap=True, overflow="ignore"))
     return Group(*parts)

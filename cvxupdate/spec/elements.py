@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from cvxupdate.spec.base import DofKind, Dofs, Id, NonNegative, Part, Table, Text, Vector, one_of
+from cvxupdate.spec.base import DofKind, Dofs, Id, NonNegative, Part, Positive, Table, Text, Vector, one_of
 
 Group = Annotated[Text | None, Field(description="name of the group the element belongs to")]
 OneNode = Annotated[tuple[Id, ...], Field(min_length=1, max_length=1)]
@@ -19,6 +19,9 @@ OneOrTwoNodes = Annotated[tuple[Id, ...], Field(min_length=1, max_length=2)]
 TwoNodes = Annotated[tuple[Id, ...], Field(min_length=2, max_length=2)]
 FourNodes = Annotated[tuple[Id, ...], Field(min_length=4, max_length=4)]
 MassKind = Annotated[Literal["consistent", "lumped"], Field(description="mass matrix")]
+StiffnessFactor = Annotated[Positive, Field(description="factor on the stiffness matrix (structural damping is not scaled by it)")]
+MassFactor = Annotated[Positive, Field(description="factor on the mass matrix")]
+Loss = Annotated[NonNegative | None, Field(description="loss factor; absent: that of the material, else of [model.damping]")]
 ElementId = Annotated[Id, Field(description="element number, unique in the model")]
 Labels = Annotated[
     Literal["auto"] | Text | tuple[Text, ...],
@@ -34,6 +37,8 @@ class SpringRow(Part):
     k: NonNegative = Field(description="stiffness [N/m or N·m/rad]")
     dof: DofKind | None = Field(default=None, description="DOF along which it acts")
     dofs: Dofs | None = Field(default=None, description="several DOFs instead of `dof`, each with the same value")
+    stiffness_factor: StiffnessFactor = 1.0
+    eta: Loss = None
     group: Group = None
 
     @property
@@ -67,6 +72,8 @@ class MassRow(Part):
     Ixx: NonNegative = Field(default=0.0, description="inertia about x through the node [kg·m²]")
     Iyy: NonNegative = Field(default=0.0, description="inertia about y [kg·m²]")
     Izz: NonNegative = Field(default=0.0, description="inertia about z [kg·m²]")
+    taken_off: bool = Field(default=False, description="the lump is taken off what the other elements have: it counts negative")
+    mass_factor: MassFactor = 1.0
     group: Group = None
 
 
@@ -90,6 +97,10 @@ class LineRow(Part):
     section: Text = Field(description="name of a section")
     group: Group = None
     orientation: Vector | None = Field(default=None, description="vector [x, y, z] in the local x–z plane [m]")
+    N: float = Field(default=0.0, description="axial preload of a beam, tension positive [N]")
+    stiffness_factor: StiffnessFactor = 1.0
+    mass_factor: MassFactor = 1.0
+    eta: Loss = None
 
 
 class PlateRow(Part):
@@ -99,6 +110,9 @@ class PlateRow(Part):
     nodes: FourNodes = Field(description="four corners, counter-clockwise seen from +z; local x runs from first to second")
     material: Text = Field(description="name of a material")
     section: Text = Field(description="name of a section of shape plate")
+    stiffness_factor: StiffnessFactor = 1.0
+    mass_factor: MassFactor = 1.0
+    eta: Loss = None
     group: Group = None
 
 
@@ -117,6 +131,9 @@ class MatrixRow(Part):
     file: Path | None = Field(default=None, description=".mat or .npz file with the variables")
     dataset: Text | None = Field(default=None, description="data set under CVXUPDATE_DATA that holds the file")
     labels: Labels = Field(default="auto", description='DOF labels of the rows of the matrix; "auto": row i is n<i>.x')
+    stiffness_factor: StiffnessFactor = 1.0
+    mass_factor: MassFactor = 1.0
+    eta: Loss = None
     group: Group = None
 
 
@@ -166,7 +183,7 @@ class GyroscopicBlock(Part):
 
 
 class LineBlock(Part):
-    """Rods and beams: ``rod`` axial only, ``beam2d`` in a plane, ``beam3d`` in space (Euler–Bernoulli)."""
+    """Rods and beams: ``rod`` axial only, ``beam2d`` in a plane, ``beam3d`` in space (Euler–Bernoulli; Timoshenko where the section has `kappa`)."""
 
     type: Literal["rod", "beam2d", "beam3d"]
     rows: Annotated[tuple[LineRow, ...], Table()] = Field(min_length=1, description="the elements")
@@ -233,8 +250,8 @@ OF_BY_TYPE: dict[str, tuple[str, ...]] = {
     "mass": ("mass", "m", "Ixx", "Iyy", "Izz", "damping", "alpha"),
     "gyroscopic": ("Ip", "omega"),
     "rod": (*ELASTIC, *INERTIAL, *SIZES),
-    "beam2d": (*ELASTIC, *INERTIAL, "nu", *SIZES, "I", "Iy", "Iz", "J"),
-    "beam3d": (*ELASTIC, *INERTIAL, "nu", *SIZES, "I", "Iy", "Iz", "J"),
+    "beam2d": (*ELASTIC, *INERTIAL, "nu", *SIZES, "I", "Iy", "Iz", "J", "N", "kappa"),
+    "beam3d": (*ELASTIC, *INERTIAL, "nu", *SIZES, "I", "Iy", "Iz", "J", "N", "kappa"),
     "plate": (*ELASTIC, *INERTIAL, "nu", "thickness", "Dx", "Dy", "D1", "Dxy"),
     "matrix": ("stiffness", "mass", "damping", "eta", "alpha", "beta"),
 }

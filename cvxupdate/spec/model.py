@@ -29,12 +29,16 @@ class Material(Part):
     eta: NonNegative | None = Field(default=None, description="loss factor; absent: that of [model.damping]")
 
 
+Kappa = Annotated[Positive | None, Field(description="shear coefficient; given, beams deform in shear too (Timoshenko); absent: Euler–Bernoulli")]
+
+
 class Rectangle(Part):
     """A solid rectangle."""
 
     shape: Literal["rectangle"]
     width: Positive = Field(description="along local y [m]")
     height: Positive = Field(description="along local z [m]")
+    kappa: Kappa = None
 
 
 class Circle(Part):
@@ -43,6 +47,7 @@ class Circle(Part):
     shape: Literal["circle"]
     diameter: Positive = Field(description="outer diameter [m]")
     wall: Positive | None = Field(default=None, description="wall thickness [m]; absent: solid")
+    kappa: Kappa = None
 
 
 class PlateSection(Part):
@@ -64,6 +69,7 @@ class General(Part):
     Iy: Positive | None = Field(default=None, description="second moment about local y (bending in local z) [m⁴]")
     Iz: Positive | None = Field(default=None, description="second moment about local z (bending in local y) [m⁴]")
     J: Positive | None = Field(default=None, description="torsion constant [m⁴]")
+    kappa: Kappa = None
 
 
 Section = Annotated[Rectangle | Circle | PlateSection | General, Field(discriminator="shape")]
@@ -76,6 +82,13 @@ class Support(Part):
         description='node numbers, or "all"'
     )
     dofs: Dofs = Field(description="DOF kinds held")
+
+
+class Tie(Part):
+    """Nodes at one point that share some of their DOFs, as where a joint gives way: the others are joined by springs."""
+
+    nodes: Annotated[tuple[Id, ...], Field(min_length=2)] = Field(description="the DOFs are those of the first node")
+    dofs: Dofs = Field(description="DOF kinds shared")
 
 
 class StructuralDamping(Part):
@@ -101,6 +114,7 @@ class ModalDamping(Part):
         NonNegative | Annotated[tuple[NonNegative, ...], Field(min_length=1)],
         one_of("a number ≥ 0, or a list of them from the lowest flexible mode on (the last counts for the rest)"),
     ] = Field(description="fraction of critical: one for all, or a list from the lowest flexible mode on")
+    alpha: NonNegative = Field(default=0.0, description="beside it, a factor on the mass matrix: the same decay rate alpha / 2 for every mode [1/s]")
 
 
 Damping = Annotated[StructuralDamping | RayleighDamping | ModalDamping, Field(discriminator="kind")]
@@ -115,4 +129,5 @@ class Model(Part):
     sections: dict[str, Section] = Field(default={}, description="by name")
     elements: tuple[Annotated[Block, Field(discriminator="type")], ...] = Field(min_length=1, description="the blocks")
     supports: tuple[Support, ...] = Field(default=(), description="absent: free")
+    ties: tuple[Tie, ...] = Field(default=(), description="nodes that share DOFs")
     damping: Damping | None = Field(default=None, description="absent: undamped")

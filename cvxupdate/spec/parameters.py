@@ -86,6 +86,9 @@ def has_property(model: Model, block: Block, row: Row, of: str) -> bool:
 
 def lossy(model: Model, row: Row) -> str | None:
     """Where an element without a damper of its own has its damping from; None when it has none."""
+    own = getattr(row, "eta", None)
+    if own is not None:
+        return "row" if own > 0.0 else None
     material = model.materials.get(getattr(row, "material", ""))
     if material is not None and material.eta is not None:
         return "material" if material.eta > 0.0 else None

@@ -56,6 +56,23 @@ class ReferenceRow(Part):
     quantity: Quantity = Field(default="force", description="what it reads")
 
 
+class ChannelName(Part):
+    """A channel by what its label says."""
+
+    node: Id = Field(description="node of the model")
+    dof: DofKind = Field(description="DOF kind")
+
+
+class CorrectionRow(Part):
+    """A fault of a response channel that is taken out of the recording, e.g. one that `diagnose` found; faults are taken out in the order given."""
+
+    node: Id = Field(description="node that the channel is labelled with")
+    dof: DofKind = Field(description="DOF kind that it is labelled with")
+    gain: float | None = Field(default=None, description="it reads this many times what it should (-1: wrong sign)")
+    delay: float | None = Field(default=None, description="it lags by this [s]")
+    exchanged_with: ChannelName | None = Field(default=None, description="the channel whose cable or place it has, and which has its own")
+
+
 class ModeRow(Part):
     """One measured mode."""
 
@@ -82,6 +99,7 @@ class Reading(Part):
     response: Motion | None = Field(default=None, description="quantity of the responses")
     channels: Annotated[tuple[ChannelRow, ...], Table()] | None = Field(default=None, description="the channels")
     band: tuple[NonNegative, Positive] | None = Field(default=None, description="[lowest, highest] frequency used [Hz]")
+    corrections: tuple[CorrectionRow, ...] = Field(default=(), description="faults of channels to be taken out")
     format: Text | None = Field(default=None, description="file format, where the file's ending does not say it")
     variables: dict[str, str] = Field(default={}, description="names of the arrays inside the file, where they differ")
     delimiter: Text | None = Field(default=None, description="text files: what separates the columns")

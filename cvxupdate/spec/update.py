@@ -11,7 +11,7 @@ from cvxupdate.spec.base import Count, Id, NonNegative, Part, Positive, Table, T
 Of = Literal[
     "stiffness", "mass", "damping", "E", "nu", "rho", "A", "I", "Iy", "Iz", "J", "Ixx", "Iyy", "Izz",
     "thickness", "height", "width", "diameter", "wall",
-    "Dx", "Dy", "D1", "Dxy", "k", "m", "c", "eta", "alpha", "beta", "Ip", "omega",
+    "Dx", "Dy", "D1", "Dxy", "k", "m", "c", "eta", "alpha", "beta", "Ip", "omega", "N", "kappa",
 ]  # fmt: skip
 NonNegativeCount = Annotated[int, Field(ge=0)]
 Names = Annotated[tuple[Text, ...], Field(min_length=1)]

@@ -35,13 +35,14 @@ from cvxupdate.spec.checks.recordings import (
     Bands,
     ChannelColumns,
     ChannelPlaces,
+    Corrections,
     EmptyRecordings,
     FitRecording,
     MethodRecording,
     References,
     Shapes,
 )
-from cvxupdate.spec.checks.structure import LooseNodes, UnheldMasses
+from cvxupdate.spec.checks.structure import LooseNodes, Preloads, Ties, UnheldMasses
 from cvxupdate.spec.prepare import Complaint
 
 
@@ -72,6 +73,8 @@ CHECKS: tuple[Check, ...] = (
     PlateShape(),
     LooseNodes(),
     UnheldMasses(),
+    Ties(),
+    Preloads(),
     SupportNodes(),
     Datasets(),
     MatrixSources(),
@@ -79,6 +82,7 @@ CHECKS: tuple[Check, ...] = (
     EmptyRecordings(),
     ChannelColumns(),
     ChannelPlaces(),
+    Corrections(),
     References(),
     Shapes(),
     Bands(),

@@ -92,6 +92,28 @@ class ChannelPlaces:
 
 
 @dataclass(frozen=True)
+class Corrections:
+    """A correction says one fault that can be taken out."""
+
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Corrections that say nothing or too much, a gain of zero, a channel exchanged with itself."""
+        for i, recording in enumerate(case.spec.recordings):
+            for j, row in enumerate(recording.corrections):
+                at = ("recordings", i, "corrections", j)
+                said = [key for key in ("gain", "delay", "exchanged_with") if getattr(row, key) is not None]
+                if len(said) != 1:
+                    yield Complaint(at, f"says {' and '.join(said) or 'no fault'}.", "Give one of gain, delay and exchanged_with; another row takes another.")
+                elif row.gain == 0.0:
+                    yield Complaint((*at, "gain"), "is 0: nothing of the signal is left.", "Leave the channel out of the recording instead.")
+                elif row.delay is not None and recording.kind == "modes":
+                    yield Complaint((*at, "delay"), "means nothing in a table of modes.", "Take it out.")
+                elif row.exchanged_with is not None and (row.exchanged_with.node, row.exchanged_with.dof) == (row.node, row.dof):
+                    yield Complaint((*at, "exchanged_with"), "is the channel itself.", "Name the other channel.")
+
+
+@dataclass(frozen=True)
 class References:
     """An FRF in columns was excited at places of the model, and its channels name one of them."""
 

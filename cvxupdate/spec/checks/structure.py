@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cvxupdate.spec.checks.case import Case
-from cvxupdate.spec.elements import GyroscopicRow, MassRow, MatrixBlock
+from cvxupdate.spec.elements import GyroscopicRow, LineRow, MassRow, MatrixBlock
 from cvxupdate.spec.prepare import Complaint
 
 
@@ -51,6 +51,39 @@ class UnheldMasses:
                     f"mass {row.id} at node {row.nodes[0]} is joined to nothing: the model is a mechanism.",
                     "Join the node by a spring, rod or beam.",
                 )
+
+
+@dataclass(frozen=True)
+class Ties:
+    """Tied nodes exist, are different, and lie at one point."""
+
+    needs: ClassVar[tuple[str, ...]] = ("nodes",)
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every tie that is none."""
+        for i, tie in enumerate(case.spec.model.ties):
+            at = ("model", "ties", i, "nodes")
+            if len(set(tie.nodes)) < len(tie.nodes):
+                yield Complaint(at, f"names a node twice: {list(tie.nodes)}.", "Name each node once.")
+            unknown = [n for n in tie.nodes if n not in case.nodes]
+            for node in unknown:
+                yield Complaint(at, f"node {node} is tied, but does not exist.", "Add the node to model.nodes, or correct the number.")
+            points = {(n.x, n.y, n.z) for n in (case.nodes[k] for k in tie.nodes if k in case.nodes)}
+            if not unknown and len(points) > 1:
+                yield Complaint(at, f"nodes {list(tie.nodes)} do not lie at one point.", "Give them the same coordinates, or join them by an element.")
+
+
+@dataclass(frozen=True)
+class Preloads:
+    """An axial preload stands on a beam."""
+
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every rod with one: it would hang on it like a string, which a rod element does not know."""
+        for loc, block, row in case.rows():
+            if isinstance(row, LineRow) and row.N != 0.0 and block.type == "rod":
+                yield Complaint((*loc, "N"), f"rod {row.id} has a preload, which only beams can carry.", "Make it a beam2d or beam3d.")
 
 
 def _held(case: Case) -> set[int]:

@@ -1,0 +1,264 @@
+"""A problem file in the making: what a diagnosis changed on the elements of the file, and the elements that it added."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from cvxupdate.errors import ModelError
+from cvxupdate.fe.block import Block
+from cvxupdate.fe.model import KINDS, Model
+from cvxupdate.fe.sections import section_constants
+from cvxupdate.spec import Spec
+from cvxupdate.spec.write import tables_of
+
+OWN = ("k", "c", "m", "Ixx", "Iyy", "Izz", "Ip", "omega", "N")  # properties that are keys of a row
+DRAWN = ("width", "height", "diameter", "wall", "thickness", "Dx", "Dy", "D1", "Dxy")  # of a section
+CONSTANTS = ("A", "Iy", "Iz", "J")
+MADE_OF = ("E", "nu", "rho")
+
+
+@dataclass
+class Draft:
+    """The file in the making: its tables, rows and blocks by element number, fresh numbers, (element, property) of the model → (element, key) here."""
+
+    tables: dict[str, Any]
+    rows: dict[int, dict[str, Any]]
+    blocks: dict[int, dict[str, Any]]
+    node: int
+    element: int
+    known: dict[tuple[int, str], tuple[int, str]] = field(default_factory=dict)
+    split: dict[tuple[int, int], int] = field(default_factory=dict)
+
+    @property
+    def model(self) -> dict[str, Any]:
+        """[model]."""
+        part: dict[str, Any] = self.tables["model"]
+        return part
+
+    def fresh_node(self, like: int) -> int:
+        """A further node where node ``like`` is."""
+        self.node += 1
+        at = next((n for n in self.model.get("nodes", ()) if n["id"] == like), None)
+        self.model.setdefault("nodes", []).append({**(at or {"x": 0.0}), "id": self.node})
+        return self.node
+
+    def fresh_element(self) -> int:
+        """A further element number."""
+        self.element += 1
+        return self.element
+
+    def put(self, kind: str, row: dict[str, Any]) -> None:
+        """A further element."""
+        self.model["elements"].append({"type": kind, "rows": [row]})
+
+    def hold(self, node: int, dofs: Sequence[str]) -> None:
+        """A further support."""
+        if dofs:
+            self.model.setdefault("supports", []).append({"nodes": [node], "dofs": list(dofs)})
+
+
+def draft_of(spec: Spec, model: Model) -> Draft:
+    """The file as it was read; fresh numbers begin above those of ``model`` too."""
+    tables = tables_of(spec)
+    rows = {row["id"]: row for block in tables["model"]["elements"] for row in block["rows"]}
+    blocks = {row["id"]: block for block in tables["model"]["elements"] for row in block["rows"]}
+    top = max([int(b.ids.max(initial=0)) for b in model.blocks] + list(rows))
+    return Draft(tables, rows, blocks, max(int(model.node_ids.max()), 0), top)
+
+
+def _node(model: Model, dof: int) -> int:
+    return int(model.node_ids[model.dof_node[dof]])
+
+
+def _kind(model: Model, dof: int) -> str:
+    return KINDS[int(model.dof_kind[dof])]
+
+
+def change(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float], damped: bool) -> None:
+    """What moved on an element of the file."""
+    number = int(block.ids[e])
+    row = draft.rows[number]
+    was = {k: float(v[e]) for k, v in block.properties.items()}
+    moved = {k for k, v in now.items() if v != was[k]}
+    matrices = {t.matrix for t in block.terms}
+    for word, matrix in (("stiffness", "K"), ("mass", "M")):
+        if matrix in matrices and word in moved:
+            row[f"{word}_factor"] = now[word]
+    if "K" in matrices and (damped or "eta" in moved):
+        row.pop("eta", None)
+        if now["eta"] != 0.0:
+            row["eta"] = now["eta"]
+    if row.get("taken_off") or now.get("m", 0.0) < 0.0:
+        moved |= {k for k in ("m", "Ixx", "Iyy", "Izz") if k in now}
+        now = {**now, **{k: -now[k] for k in ("m", "Ixx", "Iyy", "Izz") if k in now}}
+        row["taken_off"] = True
+    for key in OWN:
+        if key in moved:
+            row[key] = _not_negative(number, key, now[key])
+    if moved & set(MADE_OF):
+        material = {k: v for k, v in draft.model["materials"][row["material"]].items() if k != "G"}
+        row["material"] = _variant(draft, "materials", row["material"], {**material, **{k: now[k] for k in MADE_OF}})
+    if moved & {*DRAWN, *CONSTANTS, "shear", "kappa"}:
+        row["section"] = _variant(draft, "sections", row["section"], _section(draft.model["sections"][row["section"]], block, e, now, moved))
+    for node in dict.fromkeys(_node(model, d) for d in block.dofs[e].tolist() if d >= 0 and f"@e{number}." in model.labels[d]):
+        _open_joint(draft, number, node, {_kind(model, d) for d in block.dofs[e].tolist() if d >= 0 and model.labels[d].startswith(f"n{node}@e{number}.")})
+
+
+def _open_joint(draft: Draft, number: int, node: int, turning: set[str]) -> None:
+    """The end of an element gets a node of its own, tied to the old one in all but the DOFs that turn on a spring."""
+    if (node, number) not in draft.split:
+        draft.split[node, number] = draft.fresh_node(node)
+    fresh = draft.split[node, number]
+    draft.rows[number]["nodes"] = [fresh if n == node else n for n in draft.rows[number]["nodes"]]
+    tied = [k for k in draft.model["dofs"] if k not in turning]
+    if tied:
+        draft.model.setdefault("ties", []).append({"nodes": [node, fresh], "dofs": tied})
+
+
+def _not_negative(number: int, key: str, value: float) -> float:
+    if value < 0.0 and key not in ("omega", "N"):
+        raise ModelError(f"element {number}: {key} = {value:.4g} is below zero, which a problem file cannot say. Give it a lower bound.")
+    return value
+
+
+def _section(section: Mapping[str, Any], block: Block, e: int, now: Mapping[str, float], moved: set[str]) -> dict[str, Any]:
+    out = {**section, **{k: now[k] for k in DRAWN if k in moved}}
+    if moved & {"shear", "kappa"}:
+        out.pop("kappa", None)
+        if now["shear"] > 0.0:
+            out["kappa"] = now["kappa"] / now["shear"]  # only their ratio acts
+    if moved & set(CONSTANTS) and out["shape"] != "plate":
+        shape = getattr(block.kind, "section", None)
+        if shape is None:
+            raise ModelError(f"element {int(block.ids[e])}: its section has no constants.")
+        constants = section_constants(shape, {k: np.array([v]) for k, v in now.items()})
+        out = {"shape": "general", **{k: float(constants[k][0]) for k in CONSTANTS if constants[k][0] > 0.0}, **{k: v for k, v in out.items() if k == "kappa"}}
+    return out
+
+
+def _variant(draft: Draft, what: str, name: str, wanted: dict[str, Any]) -> str:
+    """The name of a material or section that is as ``wanted``, made where there is none."""
+    known = draft.model[what]
+    for other, table in known.items():
+        if table == wanted:
+            return str(other)
+    number = 2
+    while f"{name}-{number}" in known:
+        number += 1
+    known[f"{name}-{number}"] = wanted
+    return f"{name}-{number}"
+
+
+def add(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
+    """An element that the file does not have.
+
+    Raises
+    ------
+    ModelError
+        For one that the grammar has no word for.
+    """
+    kind = block.kind.name
+    if kind not in _WRITERS:
+        raise ModelError(f"the diagnosis added a {kind} element, which a problem file has no word for.")
+    _WRITERS[kind](draft, model, block, e, now)
+
+
+def _end(draft: Draft, model: Model, dof: int) -> int:
+    """The node of a DOF here: that of the opened end of an element for its own DOFs."""
+    node, name = _node(model, dof), model.labels[dof].split(".")[0]
+    return draft.split[node, int(name.split("@e")[1])] if "@e" in name else node
+
+
+def _name(draft: Draft, what: str, node: int) -> str:
+    """A group of its own."""
+    used = {row.get("group") for block in draft.model["elements"] for row in block["rows"]}
+    name, number = f"{what} at node {node}", 2
+    while name in used:
+        name, number = f"{what} at node {node} ({number})", number + 1
+    return name
+
+
+def _mass(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
+    node, number = _end(draft, model, int(block.dofs[e, 0])), int(block.ids[e])
+    row = {"id": number, "nodes": [node], "m": abs(now["m"]) * now["mass"], **({"taken_off": True} if now["m"] < 0.0 else {})}
+    draft.put("mass", {**row, "group": _name(draft, "mass taken off" if now["m"] < 0.0 else "added mass", node)})
+    here = {_kind(model, d) for d in block.dofs[e].tolist()}
+    draft.hold(node, [k for k in draft.model["dofs"] if k in KINDS[:3] and k not in here and f"n{node}.{k}" not in model.place and not _held(draft, node, k)])
+    draft.known[number, "m"] = (number, "m")
+
+
+def _held(draft: Draft, node: int, kind: str) -> bool:
+    return any(kind in s["dofs"] and (s["nodes"] == "all" or node in s["nodes"]) for s in draft.model.get("supports", ()))
+
+
+def _spring(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
+    """A spring by its stiffness or (a soft support, an opened joint) by its compliance."""
+    k, of = (now["k"], "k") if block.kind.name == "spring" else (1.0 / (now["a0"] + now["a"]), "a")
+    ends, number = block.dofs[e].tolist(), int(block.ids[e])
+    nodes, dof = [_end(draft, model, d) for d in ends], _kind(model, ends[0])
+    if _held(draft, nodes[0], dof):
+        _release(draft, nodes[0], dof)
+    what = "joint" if len(nodes) == 2 else "spring to ground" if of == "k" else "soft support"
+    stiffness = _not_negative(number, "k", k * now["stiffness"])
+    draft.put("spring", {"id": number, "nodes": nodes, "dof": dof, "k": stiffness, "group": _name(draft, what, nodes[0])})
+    draft.known[number, of] = (number, "k")
+
+
+def _release(draft: Draft, node: int, dof: str) -> None:
+    """A support without one DOF of one node."""
+    out: list[dict[str, Any]] = []
+    for support in draft.model["supports"]:
+        nodes = [n["id"] for n in draft.model["nodes"]] if support["nodes"] == "all" else support["nodes"]
+        if node not in nodes or dof not in support["dofs"]:
+            out.append(support)
+            continue
+        others, kept = [n for n in nodes if n != node], [k for k in support["dofs"] if k != dof]
+        out += [{"nodes": others, "dofs": support["dofs"]}] if others else []
+        out += [{"nodes": [node], "dofs": kept}] if kept else []
+    draft.model["supports"] = out
+    if not out:
+        del draft.model["supports"]
+
+
+def _dashpot(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
+    ends, number = block.dofs[e].tolist(), int(block.ids[e])
+    nodes = [_end(draft, model, d) for d in ends]
+    draft.put("dashpot", {"id": number, "nodes": nodes, "dof": _kind(model, ends[0]), "c": _not_negative(number, "c", now["c"] * now["damping"]),
+                          "group": _name(draft, "damper", nodes[0])})
+    draft.known[number, "c"] = (number, "c")
+
+
+def _oscillator(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
+    """A node of its own that moves along one DOF only: mass, spring and dashpot."""
+    host, number = int(block.dofs[e, 0]), int(block.ids[e])
+    node, dof = _end(draft, model, host), _kind(model, host)
+    fresh, group = draft.fresh_node(node), _name(draft, "resonator", node)
+    draft.hold(fresh, [k for k in draft.model["dofs"] if k != dof])
+    rows = {"m": ("mass", {"nodes": [fresh], "m": now["m"]}), "k": ("spring", {"nodes": [node, fresh], "dof": dof, "k": now["k"]}),
+            "c": ("dashpot", {"nodes": [node, fresh], "dof": dof, "c": now["c"]})}
+    for key, (kind, row) in rows.items():
+        own = number if key == "m" else draft.fresh_element()
+        _not_negative(own, key, now[key])
+        draft.put(kind, {"id": own, **row, "group": group})
+        draft.known[number, key] = (own, key)
+
+
+def _gyroscopic(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
+    if block.nodes is None:
+        raise ModelError(f"gyroscopic element {int(block.ids[e])} does not say its nodes.")
+    nodes, number = [int(n) for n in model.node_ids[block.nodes[e]]], int(block.ids[e])
+    row: dict[str, Any] = {"id": number, "nodes": nodes, "Ip": now["Ip"], "omega": now["omega"]}
+    if len(nodes) == 1:
+        unit = block.terms[0].values[block.geometry[e]]
+        row["axis"] = [float(unit[1, 2]), float(unit[2, 0]), float(unit[0, 1])]
+    draft.put("gyroscopic", {**row, "group": "spin"})
+    draft.known[number, "omega"] = (number, "omega")
+
+
+Writer = Callable[[Draft, Model, Block, int, Mapping[str, float]], None]
+_WRITERS: dict[str, Writer] = {"mass": _mass, "spring": _spring, "compliance": _spring, "dashpot": _dashpot, "oscillator": _oscillator,
+                               "gyroscopic": _gyroscopic}
