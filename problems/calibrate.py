@@ -107,24 +107,33 @@ def described(effect: Mapping[str, Any]) -> str:
     return f"{effect['physics']} at {place_text(effect['location'])}" + (f" ({sizes_of})" if sizes_of else "")
 
 
+def fresh(finding: Mapping[str, Any], effect: Mapping[str, Any], told: set[int] | None) -> bool:
+    """Whether a finding says something of an effect that was not said before: nothing was (``told`` None), or it names another part of it (the elements
+    named before are ``told``). A second sentence in other words about the same thing is one too many."""
+    elements = set(finding["location"].get("elements", ()))
+    return told is None or (finding["physics"] == effect["physics"] and bool(elements) and not elements & told)
+
+
 def judged(said: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
     """A diagnosis beside its truth.
 
-    Each finding is right when it names word and place of a true effect, or what truth lists as equivalent to it; ``among`` when the truth is at least among the
-    finding's own equivalents. The case is ``right`` when all effects are found and nothing else is said, ``part`` when one of two is, ``wrong`` when any
-    finding is wrong, ``missed`` when nothing is found to be missing, ``undetermined`` when only that something is; without an effect ``silent``, ``doubt``
-    or ``false alarm``.
+    Each finding is right when it names word and place of a true effect, or what truth lists as equivalent to it (once: see `fresh`); ``among`` when the
+    truth is at least among the finding's own equivalents. The case is ``right`` when all effects are found and nothing else is said, ``part`` when one of
+    two is, ``wrong`` when any finding is wrong, ``missed`` when nothing is found to be missing, ``undetermined`` when only that something is; without an
+    effect ``silent``, ``doubt`` or ``false alarm``.
     """
     effects = list(truth.get("findings", ()))
     claimed = list(said["findings"]) if said["verdict"] in ("missing_physics", "parameter_error") else []
-    findings, found = [], set()
+    findings: list[dict[str, Any]] = []
+    found: dict[int, set[int]] = {}
     for f in claimed:
-        hits = [i for i, e in enumerate(effects) if all(named(f, e)[:2])]
-        among = [i for i, e in enumerate(effects) for q in f.get("equivalent", ()) if all(named(q, e)[:2])]
-        found |= set(hits[:1])
-        mine = sizes(f, effects[hits[0]]) if hits and f["physics"] == effects[hits[0]]["physics"] else []
+        among = any(all(named(q, e)[:2]) for e in effects for q in (f, *f.get("equivalent", ())))
+        hit = next((i for i, e in enumerate(effects) if all(named(f, e)[:2]) and fresh(f, e, found.get(i))), None)
+        if hit is not None:
+            found.setdefault(hit, set()).update(f["location"].get("elements", ()))
+        mine = sizes(f, effects[hit]) if hit is not None and f["physics"] == effects[hit]["physics"] else []
         findings.append({"physics": f["physics"], "place": place_text(f["location"]), "location": f["location"], "parameters": f["parameters"],
-                         "confidence": f["confidence"], "right": bool(hits), "among": bool(hits or among), "says": f["says"],
+                         "confidence": f["confidence"], "right": hit is not None, "among": among, "says": f["says"],
                          "size": all(s["right"] for s in mine if s["required"]) if mine else None,
                          "equivalent": [{"physics": q["physics"], "place": place_text(q["location"])} for q in f.get("equivalent", ())]})
     wrong = any(not f["right"] for f in findings)
