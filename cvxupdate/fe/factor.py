@@ -30,8 +30,10 @@ class Factor:
         return int(np.sum(self.lu.U.diagonal() < 0.0))
 
 
-def factorise(A: sp.sparray, what: str = "the matrix", pivot: bool = False) -> Factor:
+def factorise(A: sp.sparray, what: str = "the matrix", pivot: bool = False, ordered: bool = False) -> Factor:
     """LU factors with a fill-reducing symmetric ordering; pivots stay on the diagonal unless ``pivot`` (for saddle-point matrices).
+
+    ``ordered``: A has its fill-reducing order already (the argsort of ``perm_c`` of a matrix of the same pattern).
 
     Raises
     ------
@@ -39,7 +41,8 @@ def factorise(A: sp.sparray, what: str = "the matrix", pivot: bool = False) -> F
         When A is singular; the message says ``what`` it was.
     """
     try:
-        lu = splu(sp.csc_array(A), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.1 if pivot else 0.0, options={"SymmetricMode": not pivot})
+        order = "NATURAL" if ordered else "MMD_AT_PLUS_A"
+        lu = splu(sp.csc_array(A), permc_spec=order, diag_pivot_thresh=0.1 if pivot else 0.0, options={"SymmetricMode": not pivot})
     except RuntimeError as error:
         raise ModelError(f"{what} is singular. The model is a mechanism, or a DOF has neither stiffness nor mass: "
                          "add the missing element or support.") from error

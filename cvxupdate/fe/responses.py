@@ -80,11 +80,11 @@ def factor_at(m: Matrices, frequency: float) -> Factor:
     return factorise_at(dynamic_stiffness(m, 2.0 * np.pi * frequency), frequency, "a natural frequency of the model")
 
 
-def factorise_at(Z: sp.csc_array, frequency: float, why: str) -> Factor:
+def factorise_at(Z: sp.csc_array, frequency: float, why: str, ordered: bool = False) -> Factor:
     """`factorise`, with a message that names the frequency."""
     words = f"{WHAT.format(frequency)} is singular: {why}. Move the frequency, or give the model damping."
     try:
-        factor = factorise(Z, WHAT.format(frequency))
+        factor = factorise(Z, WHAT.format(frequency), ordered=ordered)
     except ModelError as error:
         raise ModelError(words) from error
     if frequency == 0.0 and Z.shape[0]:  # a free structure: rounding may leave a pivot where theory has none

@@ -12,9 +12,12 @@ from numpy.typing import NDArray
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import DerivativeBlock, Model
+from cvxupdate.fe.parameters import P_VALUES
 
 Field = NDArray[Any]
 CHUNK = 4096  # elements at a time: the gathered rows stay in the cache
+MANY = 4  # elements of a parameter from which it is worth a product of its own
+ENTRIES = 400_000  # gathered entries of several lines at a time, for the same reason
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,64 @@ class Derivatives:
                 starts = np.flatnonzero(np.diff(column, prepend=-1))
                 out[column[starts]] += np.add.reduceat(each, starts, axis=0)
         return np.moveaxis(out, 0, 2)
+
+
+    def over_lines(self, omega: Real, X: Field, left: Index, right: Index) -> Field:
+        """X[:, k, left]ᵀ (∂Z/∂p_j) X[:, k, right] at every line k: (f, n, r, parameters).
+
+        ``omega`` (f,) rad/s; ``X`` (N + 1, f, k) with a last row of zeros, ``left`` (n,) and ``right`` (r,) among its k columns. The matrices of each
+        element meet the fields of all lines in one product.
+        """
+        lines, n, r = len(omega), len(left), len(right)
+        kind = np.result_type(X, complex if self.damped else float)
+        out = np.zeros((self.count, lines, n, r), dtype=kind)
+        square = (omega**2)[:, None]
+        for part in self.parts:
+            step = max(1, ENTRIES // (part.dofs.shape[1] * lines * X.shape[2]))
+            for first in range(0, len(part.column), step):
+                some = slice(first, first + step)
+                local = X[part.dofs[some]]  # (e, d, f, k)
+                driven = local[..., right]
+                flat = driven.reshape(*driven.shape[:2], lines * r)
+                push: Field = np.zeros((1, 1, 1, 1))
+                if part.K is not None:
+                    push = _times(part.K[some], flat).reshape(driven.shape)
+                if part.M is not None:
+                    push = push - square * _times(part.M[some], flat).reshape(driven.shape)
+                if part.C is not None:
+                    push = push + 1j * omega[:, None] * _times(part.C[some], flat).reshape(driven.shape)
+                if part.D is not None:
+                    push = push + 1j * _times(part.D[some], flat).reshape(driven.shape)
+                _add(out, part.column[some], local[..., left], push)
+        return np.moveaxis(out, 0, 3)
+
+
+def _add(out: Field, column: Index, left: Field, push: Field) -> None:
+    """out[j] += Σ leftᵀ push over the elements of parameter j, line by line; ``left`` (e, d, f, n), ``push`` (e, d, f, r), ``column`` (e,) rising.
+
+    Parameters of many elements take one product each, those of few are summed after a product for every element.
+    """
+    starts = np.flatnonzero(np.diff(column, prepend=-1))
+    if len(column) < MANY * len(starts):
+        each = left.transpose(0, 2, 3, 1) @ push.transpose(0, 2, 1, 3)
+        out[column[starts]] += np.add.reduceat(each, starts, axis=0)
+        return
+    for first, last in zip(starts.tolist(), [*starts[1:].tolist(), len(column)], strict=True):
+        a, b = (x[first:last].reshape(-1, *x.shape[2:]) for x in (left, push))
+        out[column[first]] += a.transpose(1, 2, 0) @ b.transpose(1, 0, 2)
+
+
+def _times(matrices: Real, fields: Field) -> Field:
+    """Real (e, d, d) @ (e, d, k); complex fields as twice as many real columns."""
+    if np.iscomplexobj(fields):
+        pairs = np.ascontiguousarray(fields).view(float)
+        return np.ascontiguousarray(matrices @ pairs).view(complex)
+    return np.asarray(matrices @ fields)
+
+
+def constant(model: Model) -> bool:
+    """Whether the derivatives are the same at every p: nothing but p-values, each a factor on one matrix of its elements."""
+    return all(q.of in P_VALUES for q in model.parameters)
 
 
 def derivatives(model: Model, p: Real) -> Derivatives:

@@ -26,8 +26,9 @@ from numpy.typing import NDArray
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.responses import Condensed, condenser, damped, matrices_with_damping
-from cvxupdate.residual.contraction import Derivatives, derivatives
+from cvxupdate.residual.contraction import Derivatives, constant, derivatives
 from cvxupdate.residual.frf_data import FrfData
+from cvxupdate.residual.frf_output import output_rows
 from cvxupdate.system import LinearSystem
 
 Field = NDArray[Any]
@@ -52,9 +53,14 @@ class FrfResidual:
             Where a line meets a natural frequency (of the structure held at the measured DOFs).
         """
         m = matrices_with_damping(self.model, p)
-        d = derivatives(self.model, p)
+        d = self._same if self._same is not None else derivatives(self.model, p)
         values, rows = [], []
         for data, weights in zip(self.data, self._weights, strict=True):
+            if self.kind == "receptance":
+                for differences, change in output_rows(m, d, data):
+                    values.append(differences[:, data.used].reshape(-1))
+                    rows.append(change[:, data.used].reshape(-1, d.count))
+                continue
             cut = condenser(m, data.responses, data.references)
             for k, f in enumerate(data.frequency.tolist()):
                 c = cut.at(f)
@@ -65,13 +71,14 @@ class FrfResidual:
         return FrfPoint(self, np.asarray(p, dtype=float), v, A)
 
     def _line(self, c: Condensed, d: Derivatives, omega: float, x: Field, flexibility: Field | None) -> tuple[Field, Field]:
-        if self.kind == "receptance":
-            H = np.linalg.inv(c.Z)
-            motion = H @ c.force
-            return motion - x, -d.between(omega, c.carried(H), c.field(motion))
         epsilon = c.force - c.Z @ x
         left = np.eye(len(x)) if flexibility is None or self.kind == "force-balance" else flexibility
         return left @ epsilon, -d.between(omega, c.carried(left.T), c.field(x))
+
+    @cached_property
+    def _same(self) -> Derivatives | None:
+        """∂Z/∂p where it does not depend on p."""
+        return derivatives(self.model, self.model.zero()) if constant(self.model) else None
 
     @cached_property
     def real(self) -> bool:

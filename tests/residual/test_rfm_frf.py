@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "problems"))
 import make_rfm  # noqa: E402
 
 from cvxupdate.convex import Bounds, LeastSquares, SolverChoice, StepProblem  # noqa: E402
-from cvxupdate.errors import InputError, RecordingError  # noqa: E402
+from cvxupdate.errors import InputError, ModelError, RecordingError  # noqa: E402
+from cvxupdate.fe.model import Matrices  # noqa: E402
+from cvxupdate.fe.responses import matrices_with_damping, receptance  # noqa: E402
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin  # noqa: E402
-from cvxupdate.residual.contraction import derivatives  # noqa: E402
+from cvxupdate.residual.contraction import constant, derivatives  # noqa: E402
 from cvxupdate.residual.frf import KINDS, FrfResidual, frf_error, responses_of  # noqa: E402
 from cvxupdate.residual.frf_accuracy import accuracy  # noqa: E402
 from cvxupdate.residual.frf_data import frf_data  # noqa: E402
+from cvxupdate.residual.frf_output import Lines, ordered  # noqa: E402
 from cvxupdate.residual.frf_points import choose_points, most_informative, resonances, sensitivities  # noqa: E402
 from cvxupdate.residual.frf_reduced import ReducedResidual, make_basis  # noqa: E402
 from cvxupdate.study import open_problem  # noqa: E402
@@ -97,6 +102,62 @@ def test_contraction_is_the_full_matrix_product(plate):
                 full = sum(f * m[e] for f, m in ((1, b.K), (1j, b.D), (50j, b.C), (-2500, b.M)) if m is not None)
                 Z[np.ix_(dofs, dofs)] += full
         assert got[:, :, j] == pytest.approx(left.T @ Z @ right, rel=1e-9)
+
+
+def test_contraction_of_many_lines_is_that_of_each(plate, frame):
+    """Stiffness, mass and damping; an element a parameter, and parameters of many elements (summed another way)."""
+    rng = np.random.default_rng(2)
+    model = plate[0]
+    patches = [replace(q, targets=(replace(q.targets[0], rows=np.arange(k, 45, 4), scales=np.ones((1, len(range(k, 45, 4))))),))
+               for k, q in ((0, model.parameters[0]), (1, model.parameters[1]), (2, model.parameters[50]), (3, model.parameters[100]))]
+    for some in (model, replace(model, parameters=tuple(patches)), frame[0]):
+        d = derivatives(some, some.zero())
+        omega = np.array([20.0, 150.0, 900.0])
+        X = rng.standard_normal((some.size + 1, 3, 5)) + 1j * rng.standard_normal((some.size + 1, 3, 5))
+        X[-1] = 0.0
+        got = d.over_lines(omega, X, np.array([0, 1, 4]), np.array([2, 1]))
+        assert got.shape == (3, 3, 2, d.count)
+        for k, w in enumerate(omega):
+            one = d.between(w, X[:-1, k, [0, 1, 4]], X[:-1, k, [2, 1]])
+            assert got[k] == pytest.approx(one, abs=1e-11 * np.abs(one).max())
+
+
+def test_derivatives_of_p_values_do_not_depend_on_p(plate, frame):
+    for model in (plate[0], frame[0]):
+        assert constant(model)
+        here, there = (derivatives(model, p) for p in (model.zero(), np.linspace(-0.3, 0.4, len(model.parameters))))
+        for a, b in zip(here.parts, there.parts, strict=True):
+            for name in "KMCD":
+                x, y = getattr(a, name), getattr(b, name)
+                assert (x is None) == (y is None) and (x is None or y == pytest.approx(x, rel=1e-12, abs=1e-12 * np.abs(x).max()))
+    assert not constant(open_problem(ROOT / "problems" / "bay_fe2_x1" / "problem.toml")[1])
+
+
+def test_lines_in_one_order_are_the_receptances(plate, frame, monkeypatch):
+    """A fill-reducing order found once, few lines held at a time, and matrices whose patterns differ: all the same numbers."""
+    for model, f in ((plate[0], np.array([13.0, 40.0, 77.0])), (frame[0], np.array([30.0, 75.0, 160.0]))):
+        places = np.array([3, 10, 40])
+        m = matrices_with_damping(model)
+        wanted = receptance(model, f, np.arange(model.size), places)
+        X = Lines(m, places).at(f)
+        assert X.shape == (model.size + 1, 3, 3) and not np.any(X[-1])
+        assert X[:-1].transpose(1, 0, 2) == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
+        other = Matrices(m.K, m.M, sp.csc_array(m.C.shape), sp.csc_array(np.diag(m.D.diagonal())))
+        assert ordered(other, np.arange(model.size)) is None
+        assert Lines(other, places).at(f)[:, 0] == pytest.approx(Lines(other, places).at(f[:1])[:, 0])
+    residual = FrfResidual(plate[0], (frf_data(plate[1], plate[0]),), "receptance")
+    together = residual.evaluate(plate[0].zero())
+    monkeypatch.setattr("cvxupdate.residual.frf_output.HELD", 1)
+    alone = residual.evaluate(plate[0].zero())
+    assert alone.values == pytest.approx(together.values, rel=1e-9, abs=1e-12 * np.abs(together.values).max())
+    assert alone.jacobian == pytest.approx(together.jacobian, abs=1e-9 * np.abs(together.jacobian).max())
+
+
+def test_output_error_says_which_line_is_singular(plate):
+    """A free plate at 0 Hz, or an undamped one at its own frequency, has no response."""
+    m = plate[0].matrices()
+    with pytest.raises(ModelError, match="the dynamic stiffness at 0 Hz is singular"):
+        Lines(Matrices(m.K, m.M, 0.0 * m.C, 0.0 * m.D), np.array([0])).at(np.array([30.0, 0.0]))
 
 
 def test_complete_coordinates_are_linear_everywhere(frame):
