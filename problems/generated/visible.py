@@ -15,7 +15,7 @@ FLOOR = 0.01  # of the response around: discretisation, which a model's user doe
 
 def visibility(case: Case, index: int, m: Modal) -> tuple[float, float]:
     """How far an effect changes the recordings, the others being there: relative to the response (for tables: in deviations); and what ordinary parameters
-    leave of that, r.m.s. in units of noise and `FLOOR` together (to first order): where this is below one, nobody can be blamed for not seeing it."""
+    leave of that, r.m.s. in units of noise and `FLOOR` together (to first order): well below one it drowns in them, line by line."""
     rest = replace(case, findings=tuple(f for i, f in enumerate(case.findings) if i != index))
     without = modal(build(rest.design, rest.scatter, rest.effects), case.top, case.zeta)
     if case.kind == "modes":
