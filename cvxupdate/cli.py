@@ -1,4 +1,4 @@
-"""The command line. Exit status: 0 done, 2 bad input, 3 infeasible or not converged, 130 interrupted."""
+"""The command line. Exit status: 0 done, 1 an error of cvxupdate itself, 2 bad input, 3 infeasible or not converged, 130 interrupted."""
 
 from __future__ import annotations
 
@@ -25,7 +25,9 @@ Recorded = Annotated[Path, typer.Argument(metavar="FILE", help="a file of record
 Out = Annotated[Path | None, typer.Option("--out", help="folder for results; default out/<name of the problem>", show_default=False)]
 Json = Annotated[bool, typer.Option("--json", help="print the JSON on standard output and nothing else there")]
 
-BAD_INPUT, NOT_DONE, INTERRUPTED = 2, 3, 130
+OWN_FAULT, BAD_INPUT, NOT_DONE, INTERRUPTED = 1, 2, 3, 130
+DEBUG = "CVXUPDATE_DEBUG"
+"""Environment variable that lets the traceback of an error inside cvxupdate through."""
 STOPPED = "interrupted; what was finished is kept."
 
 
@@ -223,13 +225,27 @@ def main() -> None:
         if type(error).__module__.startswith(("click", "typer")) and hasattr(error, "format_message"):
             said = error.format_message()  # empty when the help was printed because nothing was asked
             code = _fail(f"{said} Try 'cvxupdate --help'.", BAD_INPUT) if said else BAD_INPUT
-        else:
+        elif os.environ.get(DEBUG):
             raise
+        else:
+            code = _fail(_own_fault(error), OWN_FAULT)
     else:
         code = given if isinstance(given, int) else 0
         if code == INTERRUPTED:  # typer turns Ctrl-C into this number without a word
             _fail(STOPPED, code)
     sys.exit(code)
+
+
+def _own_fault(error: Exception) -> str:
+    """One line for an error that should not have happened: what, where in the package, what to do."""
+    place, step = "", error.__traceback__
+    while step is not None:
+        file = Path(step.tb_frame.f_code.co_filename)
+        if file.is_relative_to(Path(__file__).parent):
+            place = f" ({file.relative_to(Path(__file__).parents[1])}, line {step.tb_lineno})"
+        step = step.tb_next
+    what = " ".join(f"{type(error).__name__}: {error}".split())
+    return f"an error of cvxupdate itself, not of your files: {what}{place}. Nothing was written. Please report it; with {DEBUG}=1 it says more."
 
 
 def _fail(message: str, code: int) -> int:

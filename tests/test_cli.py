@@ -82,6 +82,28 @@ def one_line(text):
     return text
 
 
+# ── an error of its own: 1 ───────────────────────────────────────────────────────────────────────────────────────
+
+
+@pytest.mark.parametrize("verb", ["run", "diagnose", "correlate"])
+def test_an_error_of_its_own_is_one_line_without_a_traceback(call, here, monkeypatch, verb):
+    """It says what and where, writes nothing, and lets the whole traceback through where that is asked for."""
+    import cvxupdate.study
+
+    def stumble(*args, **keywords):
+        return [][3]
+
+    monkeypatch.setattr(cvxupdate.study, "open_problem", stumble)
+    code, out, err = call(verb, "chain/problem.toml")
+    assert code == 1 and out == "" and files(here / "out") == []
+    said = one_line(err)
+    assert "IndexError: list index out of range (cvxupdate/study.py, line " in said and "not of your files" in said
+    monkeypatch.setenv("CVXUPDATE_DEBUG", "1")
+    monkeypatch.setattr(sys, "argv", ["cvxupdate", verb, "chain/problem.toml"])
+    with pytest.raises(IndexError):
+        cli.main()
+
+
 # ── done: 0 ──────────────────────────────────────────────────────────────────────────────────────────────────────
 
 
