@@ -8,14 +8,16 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cvxupdate.convex import Bounds, SolverChoice, StepProblem, Tikhonov
-from cvxupdate.diagnose.engine import held_dofs, ordinary
+from cvxupdate.diagnose.data import held_dofs, ordinary, release_from
 from cvxupdate.diagnose.finding import Diagnosis, Finding, sentence, where
 from cvxupdate.diagnose.fit import FREE, MASS_STD, STIFFNESS_STD
 from cvxupdate.diagnose.forward import undamped
+from cvxupdate.diagnose.judge import SURE, overlapping
+from cvxupdate.diagnose.modal_scan import BASIS, SIZES, scan, scene
 from cvxupdate.diagnose.signals import Real
-from cvxupdate.diagnose.verdict import SURE, overlapping, release_from
 from cvxupdate.errors import CvxupdateError, InputError, ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import natural_modes
@@ -29,9 +31,20 @@ from cvxupdate.update.trust_region import Options, iterate
 
 FREQUENCY_FLOOR, SHAPE_FLOOR = 0.003, 0.02  # what the ordinary discretisation of a model may miss of a frequency (relative) and of a shape's entry
 UNSTATED = 0.005  # relative deviation of a frequency where the table gives none: half a line in a hundred
-SILENT = ("attached_resonator", "viscous_damper", "structural_damping", "mass_proportional_damping", "sensor_fault")  # words that frequencies cannot tell
+# Words that frequencies and real shapes cannot tell (spin splits pairs of complex modes).
+SILENT = ("gyroscopic", "attached_resonator", "viscous_damper", "structural_damping", "mass_proportional_damping", "sensor_fault")
 SHORT, EFFECTS = 14, 2
+CHANCE = 0.99
 EVIDENCE = 6.0  # drop of Bayes' information criterion that counts as strong (Kass and Raftery 1995)
+
+
+@dataclass(frozen=True)
+class Tables:
+    """Tables to fit; held-out ones with modes of their own; and held-out repeats of fitted modes: (table, mode, frequency measured again)."""
+
+    fit: tuple[ModeTable, ...]
+    hold: tuple[ModeTable, ...]
+    again: tuple[tuple[int, int, float], ...]
 
 
 @dataclass(frozen=True)
@@ -43,6 +56,13 @@ class ModalFit:
     misfit: float
     rows: int
     std: Real
+
+    @property
+    def enough(self) -> bool:
+        """Whether noise, the allowance for discretisation and the priors alone would leave as much once in a hundred times (chi-square)."""
+        from scipy.stats import chi2
+
+        return bool(self.misfit * self.rows <= chi2.ppf(CHANCE, self.rows))
 
 
 @dataclass(frozen=True)
@@ -66,22 +86,23 @@ def diagnose_modes(spec: Spec, model: Model, recordings: Sequence[Recording], pr
     begin = time.perf_counter()
     tell = progress or (lambda text: None)
     tables = [_widened(r) for r in recordings if isinstance(r, ModeTable)]
-    fit, hold = tuple(t for t in tables if t.origin.use == "fit"), tuple(t for t in tables if t.origin.use != "fit")
+    fit = tuple(t for t in tables if t.origin.use == "fit")
     if not fit:
         raise InputError(f"{spec.path}: diagnose needs a recording with use = \"fit\". Add one.")
+    data = Tables(fit, *_repeated(fit, [t for t in tables if t.origin.use != "fit"]))
     words = [w for w in CATALOGUE if w not in SILENT and (spec.diagnose.physics is None or w in spec.diagnose.physics)]
     supports = held_dofs(model, [(s.nodes, s.dofs) for s in spec.model.supports], spec.model.dofs)
-    start = ordinary(undamped(model))
-    nominal = modal_residual(start, fit, hold, False).evaluate(start.zero())
+    start = ordinary(undamped(model), wide=True)
+    nominal = modal_residual(start, fit, data.hold, False).evaluate(start.zero())
     tell("fitting the ordinary parameters")
-    base = first = _fit(start, fit, hold, start.zero())
+    base = first = _fit(start, data, start.zero())
     evidence: list[str] = []
     accepted: list[ModalTrial] = []
     stages: list[list[ModalTrial]] = []
     while len(accepted) < EFFECTS and base.misfit > 1.0:
-        trials = _trials(base, fit, hold, words, supports, release_from(spec), tell)
+        trials = _trials(base, data, words, supports, release_from(spec), tell)
         stages.append(trials)
-        if not trials or not _better(trials[0], base, not accepted, _error(base.point, False)):
+        if not trials or not _better(trials[0], base, not accepted, _error(base.point, data, False)):
             break
         if accepted and _finding(trials[0], trials).confidence < SURE:
             evidence.append(f"A further improvement to {100 * trials[0].error:.3g} % (e.g. {trials[0].candidate.physics} at "
@@ -90,9 +111,10 @@ def diagnose_modes(spec: Spec, model: Model, recordings: Sequence[Recording], pr
         accepted.append(trials[0])
         base = trials[0].fit
     later = evidence
-    evidence = [f"As modelled, the frequencies are off by {100 * _error(nominal, True):.3g} % r.m.s. (fitted)"
-                + (f" and {100 * _error(nominal, False):.3g} % (held out)." if hold else "."),
-                f"With ordinary scatter of group stiffness and mass: {100 * _error(first.point, True):.3g} %; weighted misfit {first.misfit:.3g} per row."]
+    (off, aside), left = (_error(nominal, data, fitted) for fitted in (True, False)), _error(first.point, data, True)
+    evidence = [f"As modelled, the frequencies are off by {100 * off:.3g} % r.m.s. (fitted)"
+                + (f" and {100 * aside:.3g} % (held out)." if np.isfinite(aside) else "."),
+                f"With ordinary scatter of group stiffness and mass: {100 * left:.3g} %; weighted misfit {first.misfit:.3g} per row."]
     for t in accepted:
         evidence.append(f"{t.candidate.physics} at {where(t.candidate.place)} brings it to {100 * t.error:.3g} % (fitted)"
                         + (f" and {100 * t.hold_out:.3g} % (held out)." if np.isfinite(t.hold_out) else "."))
@@ -104,17 +126,17 @@ def diagnose_modes(spec: Spec, model: Model, recordings: Sequence[Recording], pr
     if findings:
         groups_only = all(f.physics in ("stiffness_change", "mass_change") and f.place.groups for f in findings)
         verdict, says = ("parameter_error" if groups_only else "missing_physics"), " ".join(f.says for f in findings)
-    elif first.misfit <= 1.0 and not loose:
+    elif first.enough and not loose:
         verdict, says = "consistent", "Nothing is missing: the model explains the measured modes within their deviations and ordinary scatter."
-    elif first.misfit <= 1.0:
+    elif first.enough:
         verdict, says = "parameter_error", "Ordinary parameters explain the modes, outside their usual scatter: " + ", ".join(q.name for q in loose[:4]) + "."
     else:
         verdict = "undetermined"
         says = "The modes differ from the model in a way that no single known kind of physics explains; shapes at more points, or FRFs, would tell more."
     last = accepted[-1].fit.point if accepted else first.point
-    metrics = {"fit": _metrics(nominal, last, True), "hold_out": _metrics(nominal, last, False)}
-    numbers = {"fit": {"before": _number(_error(nominal, True)), "ordinary": _number(_error(first.point, True)), "after": _number(_error(last, True))},
-               "hold_out": {"before": _number(_error(nominal, False)), "ordinary": _number(_error(first.point, False)), "after": _number(_error(last, False))}}
+    metrics = {"fit": _metrics(nominal, last, data, True), "hold_out": _metrics(nominal, last, data, False)}
+    numbers = {key: {name: _number(_error(point, data, fitted)) for name, point in (("before", nominal), ("ordinary", first.point), ("after", last))}
+               for key, fitted in (("fit", True), ("hold_out", False))}
     candidates: list[dict[str, Any]] = [
         {"physics": t.candidate.physics, "location": t.candidate.place.to_json(), "score": _number(t.error), "hold_out_score": _number(t.hold_out),
          "misfit": t.fit.misfit, "effect": k + 1} for k, stage in enumerate(stages) for t in stage]
@@ -138,8 +160,29 @@ def _scales(model: Model) -> Real:
     return np.array([FREE if q.group is None else MASS_STD if q.of == "mass" else STIFFNESS_STD for q in model.parameters])
 
 
-def _fit(model: Model, fit: Sequence[ModeTable], hold: Sequence[ModeTable], start: Real) -> ModalFit:
-    residual: ModalResidual = modal_residual(model, fit, hold, any(t.shapes is not None for t in fit))
+def _repeated(fit: Sequence[ModeTable], hold: Sequence[ModeTable]) -> tuple[tuple[ModeTable, ...], tuple[tuple[int, int, float], ...]]:
+    """Held-out modes that the fit does not have, as tables; and repeats of fitted ones (same ``mode``): (table, mode, frequency measured again)."""
+    known = {int(pair): (k, i) for k, t in enumerate(fit) for i, pair in enumerate(t.pairs) if pair > 0}
+    others: list[ModeTable] = []
+    again: list[tuple[int, int, float]] = []
+    for t in hold:
+        repeat = np.array([int(pair) in known for pair in t.pairs], dtype=bool)
+        again += [(*known[int(pair)], float(f)) for pair, f in zip(t.pairs[repeat], t.frequency[repeat], strict=True)]
+        if not repeat.all():
+            others.append(_part(t, ~repeat))
+    return tuple(others), tuple(again)
+
+
+def _part(t: ModeTable, keep: NDArray[np.bool_]) -> ModeTable:
+    """Some modes of a table."""
+    return replace(t, frequency=t.frequency[keep], frequency_std=t.frequency_std[keep], damping=t.damping[keep], damping_std=t.damping_std[keep],
+                   pairs=t.pairs[keep], shapes=None if t.shapes is None else t.shapes[keep],
+                   shape_std=None if t.shape_std is None else np.broadcast_to(t.shape_std, (len(keep), t.shape_std.shape[-1]))[keep])
+
+
+def _fit(model: Model, data: Tables, start: Real, far: bool = False) -> ModalFit:
+    residual: ModalResidual = modal_residual(model, data.fit, data.hold, any(t.shapes is not None for t in data.fit))
+    residual = _walked(residual, start) if far else residual
     scales = _scales(model)
     bounds = Bounds(np.array([q.lower for q in model.parameters]), np.array([q.upper for q in model.parameters]))
     problem = StepProblem(regularisers=(Tikhonov(1.0, 0.0, scales),), constraints=(bounds,), columns=tuple(q.name for q in model.parameters))
@@ -153,15 +196,33 @@ def _fit(model: Model, fit: Sequence[ModeTable], hold: Sequence[ModeTable], star
     return ModalFit(model, loop.point, cost / max(1, len(values)), len(values), spread)
 
 
-def _trials(base: ModalFit, fit: Sequence[ModeTable], hold: Sequence[ModeTable], words: Sequence[str], supports: Sequence[tuple[int, str]],
+def _walked(residual: ModalResidual, start: Real) -> ModalResidual:
+    """Pairs modes at ``start``, where a fit begins far off, by following them there step by step: one large step may mistake them."""
+    point: ModalPoint | None = None
+    for size in np.geomspace(1e-4, 1.0, SIZES):
+        point = residual.evaluate(size * start, point)
+    return residual if point is None else replace(residual, start=replace(residual.start, modes=point.modes, places=point.places))
+
+
+def _trials(base: ModalFit, data: Tables, words: Sequence[str], supports: Sequence[tuple[int, str]],
             release: Callable[[int, str], Model], tell: Callable[[str], None]) -> list[ModalTrial]:
-    model = base.model
+    model, fit = base.model, data.fit
     m = model.matrices(base.point.p)
     top = max(float(t.frequency.max()) for t in fit)
     context = Context(model, m.K, m.M, top, min(float(t.frequency.min()) for t in fit), (), tuple(supports), release, 0.005)
     candidates = [c for w in words for c in CATALOGUE[w](context)]
     tell(f"screening {len(candidates)} candidates")
-    ranked = sorted(zip(_shares(base, candidates), range(len(candidates)), strict=True), key=lambda item: -item[0][0])
+    shares = _shares(base, candidates)
+    usual = np.where([q.group is not None for q in model.parameters], 0.0, base.point.p)  # ordinary parameters that gave way for want of a word come back
+    origin = base.point.residual.evaluate(usual, base.point)
+    at = origin.matrices
+    many = natural_modes(at.K, at.M, min(model.size, max(BASIS, len(origin.modes.eigenvalues))), rigid_body_modes(model, at.K, at.M))
+    around = scene(origin, _scales(model), many)
+    large: dict[int, float] = {}
+    for k, (left, best) in scan(around, candidates).items():  # a derivative says little of a word that is large: its best size decides
+        shares[k] = (1.0 - left / around.total if around.total > 0 else 0.0, np.array([best]))
+        large[k] = best
+    ranked = sorted(zip(shares, range(len(candidates)), strict=True), key=lambda item: -item[0][0])
     out: list[ModalTrial] = []
     count: dict[str, int] = {}
     tried = 0
@@ -176,14 +237,14 @@ def _trials(base: ModalFit, fit: Sequence[ModeTable], hold: Sequence[ModeTable],
         tell(f"refitting {c.name}")
         n = len(model.parameters)
         guess = np.zeros(len(c.model.parameters))
-        guess[:n] = base.point.p
+        guess[:n] = usual if k in large else base.point.p
         low, high = (np.array([getattr(q, side) for q in c.model.parameters[n:]]) for side in ("lower", "upper"))
-        guess[n:] = np.clip(size if len(size) == c.extra else 0.0, np.maximum(low, -0.3), np.minimum(high, 1.0))
+        guess[n:] = large[k] if k in large else np.clip(size if len(size) == c.extra else 0.0, np.maximum(low, -0.3), np.minimum(high, 1.0))
         try:
-            found = _fit(c.model, fit, hold, guess)
+            found = _fit(c.model, data, guess, k in large)
         except CvxupdateError:
             continue
-        out.append(ModalTrial(c, found, _error(found.point, True), _error(found.point, False)))
+        out.append(ModalTrial(c, found, _error(found.point, data, True), _error(found.point, data, False)))
     return sorted(out, key=lambda t: t.fit.misfit * (1.0 + 0.1 * (t.candidate.extra - 1)))
 
 
@@ -276,29 +337,37 @@ def _better(t: ModalTrial, base: ModalFit, first: bool, hold_before: float) -> b
     return bool(gain < -EVIDENCE and t.fit.misfit <= (0.5 if first else 0.7) * base.misfit and hold)
 
 
-def _error(point: ModalPoint, fitted: bool) -> float:
-    """R.m.s. relative error of the frequencies of the fitted or the held-out tables; NaN where there are none."""
+def _errors(point: ModalPoint, data: Tables, fitted: bool) -> list[float]:
+    """Relative errors of the frequencies of the fitted or the held-out modes."""
     residual = point.residual
-    errors = []
+    errors: list[float] = []
     for k, table in enumerate(residual.tables):
         if (k < len(residual.fit)) == fitted:
             f = point.frequencies(k)
             errors += ((f - table.frequency) / table.frequency)[np.isfinite(f)].tolist()
+    if not fitted:
+        errors += [float(point.frequencies(k)[i] / measured - 1.0) for k, i, measured in data.again]
+    return errors
+
+
+def _error(point: ModalPoint, data: Tables, fitted: bool) -> float:
+    """R.m.s. relative error of the frequencies of the fitted or the held-out modes; NaN where there are none."""
+    errors = _errors(point, data, fitted)
     return float(np.sqrt(np.mean(np.square(errors)))) if errors else float("nan")
 
 
-def _metrics(before: ModalPoint, after: ModalPoint, fitted: bool) -> dict[str, Any]:
-    out: dict[str, Any] = {}
-    pairs: list[list[float]] = [[], []]
-    for which, point in enumerate((before, after)):
-        for k, table in enumerate(point.residual.tables):
-            if (k < len(point.residual.fit)) == fitted:
-                f = point.frequencies(k)
-                pairs[which] += (100 * np.abs(f - table.frequency) / table.frequency)[np.isfinite(f)].tolist()
-    if pairs[0] and pairs[1]:
-        out["frequency_error_percent_mean"] = {"before": float(np.mean(pairs[0])), "after": float(np.mean(pairs[1]))}
-        out["frequency_error_percent_max"] = {"before": float(np.max(pairs[0])), "after": float(np.max(pairs[1]))}
-    return out
+def _metrics(before: ModalPoint, after: ModalPoint, data: Tables, fitted: bool) -> dict[str, Any]:
+    pairs = [100.0 * np.abs(_errors(point, data, fitted)) for point in (before, after)]
+    if not len(pairs[0]) or not len(pairs[1]):
+        return {}
+    return {"frequency_error_percent_mean": {"before": float(np.mean(pairs[0])), "after": float(np.mean(pairs[1]))},
+            "frequency_error_percent_max": {"before": float(np.max(pairs[0])), "after": float(np.max(pairs[1]))}}
+
+
+def _as_good(r: ModalTrial, t: ModalTrial) -> bool:
+    """Whether the recordings do not separate ``r`` from ``t``: twice the misfit, or an information criterion that is not strongly against it."""
+    worse = t.fit.rows * (r.fit.misfit - t.fit.misfit) + (r.candidate.extra - t.candidate.extra) * np.log(t.fit.rows)
+    return bool(r.fit.misfit <= 2.0 * t.fit.misfit or worse <= EVIDENCE)
 
 
 def _finding(t: ModalTrial, stage: Sequence[ModalTrial]) -> Finding:
@@ -309,7 +378,7 @@ def _finding(t: ModalTrial, stage: Sequence[ModalTrial]) -> Finding:
         at = n - c.extra + k
         x, dx = float(t.fit.point.p[at]), float(t.fit.std[at])
         values[name], deviations[name] = reported(t.fit.model, t.fit.model.parameters[at], how, x, dx, c.offset)
-    rivals = [r for r in stage if r is not t and r.fit.misfit <= 2.0 * t.fit.misfit]
+    rivals = [r for r in stage if r is not t and _as_good(r, t)]
     others = [r.fit.misfit for r in stage if r is not t and r not in rivals]
     confidence = float(np.clip(1.0 - t.fit.misfit / min(others, default=10.0 * t.fit.misfit), 0.3, 0.99))
     confidence /= 1.0 + 0.5 * sum(not overlapping(r.candidate.place, c.place) for r in rivals)
