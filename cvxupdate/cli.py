@@ -16,6 +16,7 @@ import typer
 from cvxupdate.errors import CvxupdateError, InfeasibleError, InputError
 
 if TYPE_CHECKING:
+    from cvxupdate.report.terminal import Display
     from cvxupdate.update.trust_region import Iteration
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False,
@@ -38,8 +39,9 @@ def run(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     from cvxupdate.study import run as do
 
     _must_be_writable(out)
-    with _progress(as_json) as tell:
-        updated = do(problem, tell)
+    with _display(as_json) as show:
+        told = None if show is None else show.read
+        updated = do(problem, None if show is None else lambda h: show.say(_iteration(h)), told)
     files, payload = run_files(updated)
     folder = _folder(out, updated.problem)
     _write(folder, files)
@@ -55,7 +57,8 @@ def correlate(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     from cvxupdate.study import correlate as do
 
     _must_be_writable(out)
-    compared = do(problem)
+    with _display(as_json) as show:
+        compared = do(problem, None if show is None else show.read)
     files, payload = correlate_files(compared)
     folder = _folder(out, compared.problem)
     _write(folder, files)
@@ -70,8 +73,8 @@ def diagnose(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     from cvxupdate.study import diagnose as do
 
     _must_be_writable(out)
-    with _saying(as_json) as tell:
-        found = do(problem, tell)
+    with _display(as_json) as show:
+        found = do(problem, *((None, None) if show is None else (show.say, show.read)))
     files, payload = diagnosis_files(found, load_problem(problem))
     folder = _folder(out, found.problem)
     _write(folder, files)
@@ -126,7 +129,8 @@ def inspect(file: Recorded, as_json: Json = False) -> None:
     from cvxupdate.report import inspect_json
     from cvxupdate.study import inspect as do
 
-    found = do(file)
+    with _display(as_json, "") as show:
+        found = do(file, None if show is None else show.read)
     print(inspect_json(found) if as_json else found.text(), end="" if as_json else "\n")
 
 
@@ -181,27 +185,26 @@ def _say(payload: str, as_json: bool, summary: Callable[[], Any]) -> None:
 
 
 @contextlib.contextmanager
-def _progress(quiet: bool) -> Iterator[Callable[[Iteration], None] | None]:
-    """A line on standard error that follows the iteration; none with --json or without a terminal."""
+def _display(quiet: bool, first: str = "reading the recordings") -> Iterator[Display | None]:
+    """Bar and line on standard error, so that standard output stays the result; none with --json or without a terminal."""
     if quiet or not sys.stderr.isatty():
         yield None
         return
     from rich.console import Console
 
-    with Console(stderr=True).status("setting up the model") as status:
-        yield lambda h: status.update(f"iteration {h.number}: objective {h.objective:.6g}, step {h.step:.2g}")
+    from cvxupdate.report.terminal import Display
+
+    shown = Display(Console(stderr=True))
+    if first:
+        shown.say(first)
+    try:
+        yield shown
+    finally:
+        shown.close()
 
 
-@contextlib.contextmanager
-def _saying(quiet: bool) -> Iterator[Callable[[str], None] | None]:
-    """As `_progress`, for work that says in words what it is at."""
-    if quiet or not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status("reading the recordings") as status:
-        yield status.update
+def _iteration(h: Iteration) -> str:
+    return f"iteration {h.number}: objective {h.objective:.6g}, step {h.step:.2g}"
 
 
 def main() -> None:

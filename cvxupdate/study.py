@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from cvxupdate.diagnose.finding import Diagnosis
     from cvxupdate.fe.model import Model
     from cvxupdate.recordings.inspect import Inspection
+    from cvxupdate.recordings.read.contents import Told
     from cvxupdate.recordings.types import Recording
     from cvxupdate.update.result import Updated
     from cvxupdate.update.trust_region import Iteration
@@ -26,8 +27,8 @@ MODES_IN_BAND = 30
 """Modes computed for the sensors of frequency responses."""
 
 
-def open_problem(path: str | os.PathLike[str]) -> tuple[Spec, Model, tuple[Recording, ...]]:
-    """A problem file with its model and recordings.
+def open_problem(path: str | os.PathLike[str], told: Told | None = None) -> tuple[Spec, Model, tuple[Recording, ...]]:
+    """A problem file with its model and recordings; ``told`` hears how far the reading of large files is (what, done, of how many).
 
     Raises
     ------
@@ -38,10 +39,10 @@ def open_problem(path: str | os.PathLike[str]) -> tuple[Spec, Model, tuple[Recor
     from cvxupdate.recordings.load import load_recordings
 
     spec = load_problem(Path(path))
-    return spec, build_model(spec), load_recordings(spec)
+    return spec, build_model(spec), load_recordings(spec, told)
 
 
-def run(path: str | os.PathLike[str], progress: Callable[[Iteration], None] | None = None) -> Updated:
+def run(path: str | os.PathLike[str], progress: Callable[[Iteration], None] | None = None, told: Told | None = None) -> Updated:
     """Update the model of a problem file as its [update] table says.
 
     Raises
@@ -53,7 +54,7 @@ def run(path: str | os.PathLike[str], progress: Callable[[Iteration], None] | No
     from cvxupdate.update.modal import update_modal
     from cvxupdate.update.parts import step_problem
 
-    spec, model, recordings = open_problem(path)
+    spec, model, recordings = open_problem(path, told)
     if spec.update is None:
         raise InputError(f"{path}: there is no [update] table, so there is nothing to run. Add one with a method and parameters.")
     if spec.update.method == "ceam":
@@ -71,7 +72,7 @@ def run(path: str | os.PathLike[str], progress: Callable[[Iteration], None] | No
     return replace(updated, model={**updated.model, "clauses": clauses, **eigenvalues}, notes=(*updated.notes, *quality_notes(recordings)))
 
 
-def correlate(path: str | os.PathLike[str]) -> Compared:
+def correlate(path: str | os.PathLike[str], told: Told | None = None) -> Compared:
     """Compare the model of a problem file with its recordings: modes, shapes, frequency responses, sensors. Nothing is changed.
 
     Raises
@@ -85,7 +86,7 @@ def correlate(path: str | os.PathLike[str]) -> Compared:
     from cvxupdate.residual.pairing import needed_modes, real_shapes, start_pairing
 
     begin = time.perf_counter()
-    spec, model, recordings = open_problem(path)
+    spec, model, recordings = open_problem(path, told)
     if not recordings:
         raise InputError(f"{path}: there is no recording, so there is nothing to compare the model with. Add a [[recordings]] table.")
     which = [k for k, r in enumerate(recordings) if isinstance(r, ModeTable)]
@@ -97,7 +98,7 @@ def correlate(path: str | os.PathLike[str]) -> Compared:
     return replace(compared, time=time.perf_counter() - begin)
 
 
-def inspect(path: str | os.PathLike[str]) -> Inspection:
+def inspect(path: str | os.PathLike[str], told: Told | None = None) -> Inspection:
     """What a file of recordings holds, and a [[recordings]] block to start from.
 
     Raises
@@ -107,7 +108,7 @@ def inspect(path: str | os.PathLike[str]) -> Inspection:
     """
     from cvxupdate.recordings.inspect import inspect_file
 
-    return inspect_file(Path(path))
+    return inspect_file(Path(path), told=told)
 
 
 def quality_notes(recordings: Sequence[Recording]) -> tuple[str, ...]:
@@ -165,7 +166,7 @@ def check(path: str | os.PathLike[str]) -> dict[str, object]:
             "recordings": len(recordings), "parameters": len(model.parameters)}
 
 
-def diagnose(path: str | os.PathLike[str], progress: Callable[[str], None] | None = None) -> Diagnosis:
+def diagnose(path: str | os.PathLike[str], progress: Callable[[str], None] | None = None, told: Told | None = None) -> Diagnosis:
     """Locate the mismatch of a problem, name the physics left out, model it, and show the fit improve on what was not fitted.
 
     Raises
@@ -175,5 +176,5 @@ def diagnose(path: str | os.PathLike[str], progress: Callable[[str], None] | Non
     """
     from cvxupdate.diagnose import diagnose_problem
 
-    spec, model, recordings = open_problem(path)
+    spec, model, recordings = open_problem(path, told)
     return diagnose_problem(spec, model, recordings, progress)

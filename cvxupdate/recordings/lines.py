@@ -8,7 +8,8 @@ import numpy as np
 
 from cvxupdate.recordings.types import Complex, Real
 
-_BLOCK = 2**15
+BLOCK = 2**15
+"""Samples of a block of `dominant_lines`."""
 
 
 @dataclass(frozen=True)
@@ -38,18 +39,27 @@ def dominant_lines(x: Real, rate: float, count: int = 5, false_alarm: float = 1e
     A peak counts when its power exceeds the running median around it by more than white noise would let any line of the record
     exceed it, but for a probability ``false_alarm``: one line's power averaged over n blocks is a gamma variable of shape n.
     """
-    from scipy.ndimage import median_filter
-    from scipy.stats import gamma
-
     x = np.asarray(x, dtype=float)
     x = x[np.isfinite(x)]
     if x.size < 32 or np.ptp(x) == 0.0:
         return ()
-    size = min(x.size, _BLOCK)
-    starts = range(0, x.size - size + 1, size)
+    size = min(x.size, BLOCK)
+    blocks = x.size // size
+    return lines_of_power(block_power(x - np.mean(x), size) / blocks, blocks, size, rate, count=count, false_alarm=false_alarm)
+
+
+def block_power(x: Real, size: int) -> Real:
+    """Sum over the blocks of ``size`` samples of ``|FFT|²`` under a Hann window, (size // 2 + 1,)."""
     window = np.hanning(size + 1)[:-1]
-    power = np.mean([np.abs(np.fft.rfft((x[s : s + size] - np.mean(x)) * window)) ** 2 for s in starts], axis=0)
-    blocks = len(starts)
+    return np.asarray(sum(np.abs(np.fft.rfft(x[s : s + size] * window)) ** 2 for s in range(0, x.size - size + 1, size)))
+
+
+def lines_of_power(power: Real, blocks: int, size: int, rate: float, *, count: int = 5, false_alarm: float = 1e-3) -> tuple[Line, ...]:
+    """`dominant_lines` from the mean of `block_power` over ``blocks`` blocks."""
+    from scipy.ndimage import median_filter
+    from scipy.stats import gamma
+
+    window = np.hanning(size + 1)[:-1]
     # neighbouring lines of a Hann spectrum share power, so the window is wide; at 0 Hz and Nyquist the law is another, and they are left out
     inside = np.concatenate([power[2:4], power[2:-1], power[-2:-1]])
     around = median_filter(inside, size=min(201, 2 * (len(power) // 2) - 1), mode="reflect") * blocks / gamma.ppf(0.5, blocks)

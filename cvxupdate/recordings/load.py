@@ -9,7 +9,7 @@ import numpy as np
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.corrections import corrected
 from cvxupdate.recordings.read import read_file
-from cvxupdate.recordings.read.contents import Contents, Options
+from cvxupdate.recordings.read.contents import Contents, Options, Told
 from cvxupdate.recordings.read.to_frf import frequency_response
 from cvxupdate.recordings.read.to_modes import ModeValues, mode_table, modes_of_contents
 from cvxupdate.recordings.read.to_time import TimeBlocks, gather, time_blocks
@@ -42,10 +42,10 @@ Opened = dict[tuple[str, Options, str | None], Contents]
 """The file that was read last: several recordings of one file read it once."""
 
 
-def _contents(declared: Declared, opened: Opened) -> Contents:
+def _contents(declared: Declared, opened: Opened, told: Told | None = None) -> Contents:
     if declared.file is None:
         raise RecordingError("a recording names no file.")
-    options = Options(declared.delimiter, declared.decimal, declared.encoding, declared.skip_rows, declared.header_lines)
+    options = Options(declared.delimiter, declared.decimal, declared.encoding, declared.skip_rows, declared.header_lines, told=told)
     key = (str(declared.file), options, declared.format)
     if key not in opened:
         opened.clear()  # one at a time: files are large
@@ -53,20 +53,20 @@ def _contents(declared: Declared, opened: Opened) -> Contents:
     return opened[key]
 
 
-def blocks_of(declared: TimeRecording, number: int = 0, opened: Opened | None = None) -> TimeBlocks:
-    """A declared time history as blocks that stay on disk where the format allows (uncompressed NPZ, UFF 58b)."""
+def blocks_of(declared: TimeRecording, number: int = 0, opened: Opened | None = None, told: Told | None = None) -> TimeBlocks:
+    """A declared time history as blocks that stay on disk: as they lie where the format allows, else in a temporary file once they are large."""
     return time_blocks(
-        _contents(declared, {} if opened is None else opened), [_wanted(row) for row in declared.channels or ()], _origin(declared, number), rate=declared.rate,
-        time_column=declared.time_column, names=Names(declared.variables), start=declared.start or 0, stop=declared.stop,
+        _contents(declared, {} if opened is None else opened, told), [_wanted(row) for row in declared.channels or ()], _origin(declared, number),
+        rate=declared.rate, time_column=declared.time_column, names=Names(declared.variables), start=declared.start or 0, stop=declared.stop,
     )  # fmt: skip
 
 
-def _frf(declared: FrfRecording, number: int, opened: Opened) -> FrequencyResponse:
+def _frf(declared: FrfRecording, number: int, opened: Opened, told: Told | None) -> FrequencyResponse:
     references = [Channel(row.node, row.dof, row.quantity) for row in declared.references or ()]
     if declared.references is not None and not references:
         references = [_SPECTRUM]
     frf = frequency_response(
-        _contents(declared, opened), _origin(declared, number), quantity=declared.response, wanted=[_wanted(row) for row in declared.channels or ()],
+        _contents(declared, opened, told), _origin(declared, number), quantity=declared.response, wanted=[_wanted(row) for row in declared.channels or ()],
         references=references, frequency_column=declared.frequency_column, names=Names(declared.variables), averages=declared.averages,
     )  # fmt: skip
     return frf if declared.band is None else _cut(frf, *declared.band)
@@ -99,13 +99,13 @@ def _modes(declared: ModesRecording, number: int, opened: Opened) -> ModeTable:
                       frequency_std_relative=declared.frequency_std_relative)  # fmt: skip
 
 
-def load_recording(declared: Declared, number: int = 0, opened: Opened | None = None) -> Recording:
+def load_recording(declared: Declared, number: int = 0, opened: Opened | None = None, told: Told | None = None) -> Recording:
     """One declared recording, read and in SI. Raises `RecordingError` naming file and channel."""
     opened = {} if opened is None else opened
     if isinstance(declared, TimeRecording):
-        return gather(blocks_of(declared, number, opened))
+        return gather(blocks_of(declared, number, opened, told), told)
     if isinstance(declared, FrfRecording):
-        return _frf(declared, number, opened)
+        return _frf(declared, number, opened, told)
     return _modes(declared, number, opened)
 
 
@@ -143,7 +143,7 @@ def check_fit(recording: Recording, nodes: frozenset[int] | None, dofs: tuple[st
                                  "before or after them (start, stop, band), or leave the channel out; `cvxupdate inspect` shows where they are.")
 
 
-def load_recordings(spec: Spec) -> tuple[Recording, ...]:
+def load_recordings(spec: Spec, told: Told | None = None) -> tuple[Recording, ...]:
     """Every recording of a problem file: labelled channels, SI values, FRFs with their variance.
 
     ``band`` cuts FRFs here; for time histories it is the residual's to use. Raises `RecordingError` with the first file and channel
@@ -154,7 +154,7 @@ def load_recordings(spec: Spec) -> tuple[Recording, ...]:
     recordings = []
     opened: Opened = {}
     for number, declared in enumerate(spec.recordings):
-        recording = corrected(load_recording(declared, number, opened), declared.corrections)
+        recording = corrected(load_recording(declared, number, opened, told), declared.corrections)
         check_fit(recording, nodes, tuple(spec.model.dofs))
         recordings.append(recording)
     return tuple(recordings)

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.convert import derivatives
+from cvxupdate.recordings.identify.coarse import refine_coarsely
+from cvxupdate.recordings.identify.criterion import parameters, worth
 from cvxupdate.recordings.identify.lsfd import LinearFit, Setting
 from cvxupdate.recordings.identify.model import (
     Roots,
@@ -18,8 +20,8 @@ from cvxupdate.recordings.identify.model import (
     pole_from_value,
     value_from_pole,
 )
-from cvxupdate.recordings.identify.outside import parameters, with_outside_modes, worth
 from cvxupdate.recordings.identify.plscf import plscf
+from cvxupdate.recordings.identify.pursuit import with_missed_modes
 from cvxupdate.recordings.identify.refine import refine
 from cvxupdate.recordings.identify.result import IdentifiedModes
 from cvxupdate.recordings.identify.selection import select
@@ -62,8 +64,6 @@ def _reweighted(s: Setting, fit: LinearFit) -> Setting:
 
 
 
-
-
 def _pruned(s: Setting, roots: Roots, fit: LinearFit, iterations: int) -> tuple[Roots, LinearFit]:
     """Drop modes one by one, weakest first, while Bayes' information criterion gets better without them.
 
@@ -75,7 +75,7 @@ def _pruned(s: Setting, roots: Roots, fit: LinearFit, iterations: int) -> tuple[
         weakest = int(np.argmin(fit.gain))
         if worth(s, fit, float(fit.gain[weakest]) / scale, one):
             break
-        roots, fit = refine(s, part_of(roots, np.delete(np.arange(roots.value.size), weakest)), iterations=iterations)
+        roots, fit = refine_coarsely(s, part_of(roots, np.delete(np.arange(roots.value.size), weakest)), iterations=iterations)
     return roots, fit
 
 
@@ -98,8 +98,9 @@ def identify_modes(
     """Modes of a set of FRFs, all references at once, with their standard deviations.
 
     pLSCF for all orders up to ``max_order`` → stabilisation diagram → clusters (`selection`) → shapes by LSFD →
-    maximum-likelihood refinement weighted by the variance (`refine`) → modes that do not pay for their parameters
-    dropped (Bayes' information criterion) → covariance (`uncertainty`).
+    maximum-likelihood refinement weighted by the variance (`refine`) → modes that the diagram missed, found in the misfit
+    or that lie just beyond the edges (`pursuit`) → modes that do not pay for their parameters dropped (Bayes'
+    information criterion) → covariance (`uncertainty`).
 
     Parameters
     ----------
@@ -140,9 +141,12 @@ def identify_modes(
     if variance is None:
         s = _reweighted(s, fit)
     roots, fit = _pruned(s, *refine(s, roots, iterations=0), iterations=0)
-    roots, fit = _pruned(s, *refine(s, roots, iterations=iterations), iterations=iterations)
     if iterations:
-        roots, fit = with_outside_modes(s, roots, fit, iterations=iterations)
+        roots, fit = refine_coarsely(s, roots, iterations=iterations)
+        # before all modes are there, what is missing passes for noise, and good modes were dropped: they come back here
+        roots, fit = with_missed_modes(s, roots, fit, c, iterations=iterations)
+    roots, fit = _pruned(s, roots, fit, iterations)
+    roots, fit = refine(s, roots, iterations=iterations)
     if variance is None and iterations:
         s = _reweighted(s, fit)
         roots, fit = refine(s, roots, iterations=iterations)

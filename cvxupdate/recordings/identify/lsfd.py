@@ -5,7 +5,6 @@ Source: P. Guillaume et al., IMAC XXI (2003); Ewins, *Modal Testing* (2000), sec
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +12,7 @@ import numpy as np
 from cvxupdate.recordings.identify.model import Roots, linear_basis, real_imag
 from cvxupdate.recordings.types import Complex, Real
 
-_BATCH_BYTES = 64_000_000
+_ROWS = 2048
 
 
 @dataclass(frozen=True)
@@ -54,28 +53,27 @@ class LinearFit:
     gain: Real
 
 
-def batches(s: Setting, columns: int) -> Iterator[slice]:
-    """Runs of outputs whose weighted design matrices fit in memory together."""
-    several = max(1, _BATCH_BYTES // (16 * s.frequency.size * s.H.shape[2] * max(columns, 1)))
-    for start in range(0, s.H.shape[1], several):
-        yield slice(start, min(start + several, s.H.shape[1]))
+def weights_of(s: Setting, output: int) -> Real:
+    """Weights of one output in the order of `real_imag`, (2 lines inputs,)."""
+    w = s.weights[:, output].reshape(-1)
+    return np.concatenate([w, w])
 
 
-def weight_rows(s: Setting, part: slice) -> Real:
-    """Weights of some outputs in the order of `real_imag`, (outputs, 2 lines inputs, 1)."""
-    w = s.weights[:, part].transpose(1, 0, 2).reshape(part.stop - part.start, -1)
-    return np.concatenate([w, w], axis=1)[:, :, None]
+def gram(D: Real, w: Real) -> Real:
+    """``D^T diag(w²) D`` in runs of rows that stay in the cache, (columns, columns)."""
+    total = np.zeros((D.shape[1], D.shape[1]))
+    for at in range(0, D.shape[0], _ROWS):
+        part = w[at : at + _ROWS, None] * D[at : at + _ROWS]
+        total += part.T @ part
+    return total
 
 
-def solve_scaled(A: Real, b: Real) -> tuple[Real, Real]:
-    """Least squares by normal equations of unit columns, stacked: x (..., c, k) and ``(A^T A)^-1`` (..., c, c)."""
-    scale = np.linalg.norm(A, axis=-2)
+def inverse_of(G: Real) -> Real:
+    """Inverse of a Gram matrix, scaled to a unit diagonal on the way; columns of zeros give zeros."""
+    scale = np.sqrt(np.diag(G))
     scale = np.where(scale > 0.0, scale, 1.0)
-    At = A.swapaxes(-1, -2)
-    outer = scale[..., :, None] * scale[..., None, :]
-    gram = (At @ A) / outer
-    inverse = np.linalg.inv(gram + 1e-15 * np.eye(gram.shape[-1])) / outer
-    return inverse @ (At @ b), inverse
+    outer = scale[:, None] * scale
+    return np.asarray(np.linalg.inv(G / outer + 1e-15 * np.eye(scale.size)) / outer)
 
 
 def lsfd(s: Setting, roots: Roots) -> LinearFit:
@@ -88,17 +86,17 @@ def lsfd(s: Setting, roots: Roots) -> LinearFit:
     x = np.zeros((outputs, count))
     gain = np.zeros(modes)
     pair = np.arange(modes)[:, None] + np.array([0, modes])
-    for part in batches(s, count):
-        w = weight_rows(s, part)
-        A, b = w * basis, w * target.T[part, :, None]
-        solution, inverse = solve_scaled(A, b)
+    for o in range(outputs):
+        w, h = weights_of(s, o), target[:, o]
+        squared = w**2
+        inverse = inverse_of(gram(basis, w))
+        x[o] = inverse @ (basis.T @ (squared * h))
         # one step of refinement gives back the digits that the normal equations lose
-        solution = solution + inverse @ (A.swapaxes(1, 2) @ (b - A @ solution))
-        x[part] = solution[:, :, 0]
+        x[o] += inverse @ (basis.T @ (squared * (h - basis @ x[o])))
         if modes:
-            own = inverse[:, pair[:, :, None], pair[:, None, :]]
-            ab = x[part][:, pair]
-            gain += np.einsum("omi,omi->m", ab, np.linalg.solve(own, ab[..., None])[..., 0])
+            own = inverse[pair[:, :, None], pair[:, None, :]]
+            ab = x[o, pair]
+            gain += np.einsum("mi,mi->m", ab, np.linalg.solve(own, ab[..., None])[..., 0])
     rest = (target - basis @ x.T).reshape(2, lines, inputs, outputs).transpose(0, 1, 3, 2)
     misfit = np.asarray(rest[0] + 1j * rest[1])
     residual = x[:, 2 * modes :].reshape(outputs, -1, inputs).transpose(1, 0, 2)

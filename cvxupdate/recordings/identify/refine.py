@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.recordings.identify.lsfd import LinearFit, Setting, batches, lsfd, solve_scaled, weight_rows
+from cvxupdate.recordings.identify.lsfd import LinearFit, Setting, gram, inverse_of, lsfd, weights_of
 from cvxupdate.recordings.identify.model import Roots, linear_basis, pinned, real_imag, root_dictionary
 from cvxupdate.recordings.types import Real
 
@@ -41,21 +41,28 @@ def normal_matrices(s: Setting, roots: Roots, fit: LinearFit, free: NDArray[np.b
     # columns: Re roots, Im roots, Re participations, Im participations
     sort = np.concatenate([np.arange(modes), count + np.arange(modes), np.arange(modes, count),
                            count + np.arange(modes, count)])
+    every = np.concatenate([basis, X, Y], axis=1)
+    split = basis.shape[1]
     matrix, gradient = np.zeros((2 * count, 2 * count)), np.zeros(2 * count)
     inverses, couplings = [], []
-    rest = real_imag(fit.misfit.transpose(0, 2, 1)).T
-    for part in batches(s, basis.shape[1] + 3 * count):
-        w = weight_rows(s, part)
-        re, im = fit.shapes.real[mode][:, part].T[:, None, :], fit.shapes.imag[mode][:, part].T[:, None, :]
-        B = w * np.concatenate([re * X + im * Y, re * Y - im * X], axis=2)[:, :, sort]
-        A = w * basis
-        P, inverse = solve_scaled(A, B)
-        B = B - A @ P
-        matrix += np.sum(B.swapaxes(1, 2) @ B, axis=0)
-        gradient += np.sum(B * (w * rest[part, :, None]), axis=(0, 1))
+    rest = real_imag(fit.misfit.transpose(0, 2, 1))
+    for o in range(s.H.shape[1]):
+        w = weights_of(s, o)
+        G = gram(every, w)
+        re, im = np.diag(fit.shapes.real[mode, o]), np.diag(fit.shapes.imag[mode, o])
+        # the derivatives are X, Y times the shapes: their products come from those of X, Y
+        T = np.block([[re, -im], [im, re]])[:, sort]
+        inverse = inverse_of(G[:split, :split])
+        AB = G[:split, split:] @ T
+        P = inverse @ AB
+        P += inverse @ (AB - G[:split, :split] @ P)
+        matrix += T.T @ G[split:, split:] @ T - AB.T @ P
+        slope = every.T @ (w**2 * rest[:, o])
+        gradient += T.T @ slope[split:] - P.T @ slope[:split]
         inverses.append(inverse)
         couplings.append(P)
-    return Normal(matrix, gradient, np.concatenate(inverses), np.concatenate(couplings))
+    matrix = 0.5 * (matrix + matrix.T)
+    return Normal(matrix, gradient, np.array(inverses), np.array(couplings))
 
 
 def _moved(roots: Roots, free: NDArray[np.bool_], delta: Real) -> Roots:

@@ -26,9 +26,10 @@ def clusters(diagram: Stabilisation, c: Criteria) -> list[list[int]]:
     for order in np.unique(diagram.order)[::-1]:
         here = np.flatnonzero(diagram.order == order)
         if groups:
-            # a cluster is known by its last five poles: high orders first, so late, coarse poles do not drag it
+            # a cluster's place is that of its five highest orders, so that late, coarse poles do not drag it; its participation
+            # is that of its last pole: of two modes at nearly one frequency any mixture will do, and it turns from order to order
             centre = np.array([_centre(g[:5], diagram.pole) for g in groups])
-            shape = diagram.participation[[g[0] for g in groups]]
+            shape = diagram.participation[[g[-1] for g in groups]]
             fits = same(diagram.pole[here], diagram.participation[here], centre, shape, c)
             distance = np.where(fits, np.abs(diagram.pole[here][:, None] - centre), np.inf)
         else:

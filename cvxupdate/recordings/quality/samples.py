@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 
 from cvxupdate.recordings.quality.finding import ALPHA
@@ -28,12 +29,16 @@ class Test:
 
 def step_of(x: Real) -> float:
     """The step of an analogue-to-digital converter, 0 when the values do not repeat enough to show one."""
-    levels, counts = np.unique(x, return_counts=True)
-    if len(levels) < 3 or x.size < 1.05 * len(levels):
+    return step_between(np.unique(x), x.size)
+
+
+def step_between(levels: Real, size: int) -> float:
+    """`step_of` from the distinct values, in rising order, of ``size`` samples."""
+    if len(levels) < 3 or size < 1.05 * len(levels):
         return 0.0
     gaps = np.diff(levels)
     gaps = gaps[gaps > 1e-9 * (levels[-1] - levels[0])]
-    return float(np.quantile(gaps, 0.05)) if gaps.size and counts.size else 0.0
+    return float(np.quantile(gaps, 0.05)) if gaps.size else 0.0
 
 
 def missing(x: Real) -> int:
@@ -52,9 +57,18 @@ def clipping(x: Real, alpha: float = ALPHA) -> Test:
     levels, counts = np.unique(x, return_counts=True)
     if len(levels) < 16:
         return Test(0.0, 1.0, 0.0)
+    return clipping_of((counts[:5], float(levels[0])), (counts[::-1][:5], float(levels[-1])), repeats(counts), alpha)
+
+
+def repeats(counts: NDArray[np.int64]) -> float:
+    """How often a value occurs, on the average over the levels that are not outermost (at least one level)."""
+    return float(np.mean(counts[5:-5]) if len(counts) > 20 else np.mean(counts))
+
+
+def clipping_of(low: tuple[NDArray[np.int64], float], high: tuple[NDArray[np.int64], float], middle: float, alpha: float = ALPHA) -> Test:
+    """`clipping` from what is needed of a record: for either end the counts of its five outermost levels, outermost first, and the extreme."""
     worst, value = 0.0, 0
-    middle = np.mean(counts[5:-5]) if len(counts) > 20 else np.mean(counts)
-    for outer, edge in ((counts[:5], levels[0]), (counts[::-1][:5], levels[-1])):
+    for outer, edge in (low, high):
         if edge == 0.0 or outer[0] < 3:
             continue
         if middle < 1.01:  # values do not repeat
@@ -79,7 +93,7 @@ def dropouts(x: Real, alpha: float = ALPHA) -> Test:
     n = len(x)
     if n < 16 or len(np.unique(x[: 1 << 16])) < 16:  # a switched signal, or a dead channel, has no slopes
         return Test(0.0, 1.0, 0.0)
-    threshold = max(4.0, float(np.ceil(np.log(alpha / n) / np.log(0.08))))
+    threshold = dropout_threshold(n, alpha)
     quantum = step_of(x)
     same = np.concatenate([[0], (np.diff(x) == 0.0).astype(np.int8), [0]])
     edges = np.flatnonzero(np.diff(same)).reshape(-1, 2)
@@ -95,6 +109,11 @@ def dropouts(x: Real, alpha: float = ALPHA) -> Test:
             if length > longest:
                 longest, where = float(length), int(a)
     return Test(longest, threshold, float(total), where)
+
+
+def dropout_threshold(samples: int, alpha: float) -> float:
+    """Length of a run of equal values that no chance makes in a record of so many samples."""
+    return max(4.0, float(np.ceil(np.log(alpha / max(samples, 1)) / np.log(0.08))))
 
 
 def drift(x: Real, alpha: float = ALPHA) -> Test:

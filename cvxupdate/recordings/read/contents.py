@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 AnyArray = NDArray[Any]
+Told = Callable[[str, int, int], None]
+"""How far a long work is: ``(what, done, of how many)``."""
 
 
 @dataclass(frozen=True)
@@ -18,7 +20,7 @@ class Options:
 
     ``delimiter``, ``decimal`` (``"."`` or ``","``), ``encoding``, ``skip_rows`` (lines left out on top) and ``header_lines``
     (lines of header after those) are for text files. ``only`` names the arrays that are wanted, so that a container with
-    hundreds of megabytes of others need not be read.
+    hundreds of megabytes of others need not be read. ``told`` is called while a large file is read; it does not say how to read it.
     """
 
     delimiter: str | None = None
@@ -27,6 +29,7 @@ class Options:
     skip_rows: int | None = None
     header_lines: int | None = None
     only: frozenset[str] | None = None
+    told: Told | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)

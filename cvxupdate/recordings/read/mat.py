@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.read.contents import AnyArray, Contents, Options
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Options, Told
+from cvxupdate.recordings.read.disk import PIECE, Spool, release
 
 _KINDS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 _CLASSES = {6: "f8", 7: "f4", 8: "i1", 9: "u1", 10: "i2", 11: "u2", 12: "i4", 13: "u4", 14: "i8", 15: "u8"}
@@ -125,6 +126,26 @@ def _name_of(body: memoryview, order: str, where: str) -> str:
     return bytes(part[2].body).decode("latin-1") if len(part) == 3 else ""
 
 
+def _unpacked(body: memoryview, where: str, told: Told | None) -> memoryview:
+    """A compressed element; what is large goes to disk. `zlib.error` where the checksum, or anything else, is wrong."""
+    if len(body) < PIECE // 16:
+        return memoryview(zlib.decompress(body))
+    unpacker, spool, at = zlib.decompressobj(), Spool(where), 0
+    while at < len(body) or unpacker.unconsumed_tail:
+        packed = unpacker.unconsumed_tail or body[at : at + PIECE]
+        at += 0 if unpacker.unconsumed_tail else len(packed)
+        piece = unpacker.decompress(packed, PIECE)
+        spool.add(piece)
+        release(body)
+        if not piece and unpacker.eof:
+            break
+        if told is not None:
+            told(f"unpacking {Path(where).name}", at - len(unpacker.unconsumed_tail), len(body))
+    if not unpacker.eof:
+        raise RecordingError(f"{where}: a variable of it ends before its time. The file is cut short or damaged: copy or save it again.")
+    return spool.view()
+
+
 def read_mat(path: Path, options: Options) -> Contents:
     """Every numeric variable of a MATLAB 5 file, 2-D as MATLAB has it; ``struct.field`` for a 1 x 1 struct. Damage raises `RecordingError`.
 
@@ -142,7 +163,7 @@ def read_mat(path: Path, options: Options) -> Contents:
     for element in _elements(view[128:], order, str(path)):
         body = element.body
         if element.kind == _COMPRESSED:
-            inner = memoryview(zlib.decompress(body))
+            inner = _unpacked(body, str(path), options.told)
             found = next(_elements(inner, order, str(path)), None)
             if found is None or found.kind != _MATRIX:
                 continue

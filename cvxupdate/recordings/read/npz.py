@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 import mmap
 import struct
@@ -13,9 +14,11 @@ from typing import IO
 import numpy as np
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.read.contents import AnyArray, Contents, Options
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Options, Told
+from cvxupdate.recordings.read.disk import PIECE, Spool
 
 _LIMIT = 2**34  # bytes of one array that are believed without a second thought: 16 GB
+_HEADER = 2**16  # bytes that hold any NPY header of version 1, and any of version 2 that numpy writes
 
 
 def _header(stream: IO[bytes], where: str) -> tuple[tuple[int, ...], bool, np.dtype[np.generic]]:
@@ -29,7 +32,7 @@ def _header(stream: IO[bytes], where: str) -> tuple[tuple[int, ...], bool, np.dt
     return shape, fortran, dtype
 
 
-def _array(stream: IO[bytes], size: int, where: str, view: mmap.mmap | None, offset: int) -> AnyArray | None:
+def _array(stream: IO[bytes], size: int, where: str, view: mmap.mmap | memoryview | None, offset: int) -> AnyArray | None:
     """One NPY stream of ``size`` bytes; ``view`` and ``offset`` give a view of the disk when the member is not compressed."""
     shape, fortran, dtype = _header(stream, where)
     if dtype.hasobject:
@@ -46,6 +49,21 @@ def _array(stream: IO[bytes], size: int, where: str, view: mmap.mmap | None, off
     return flat.reshape(shape, order="F" if fortran else "C")
 
 
+def _unpacked(stream: IO[bytes], member: zipfile.ZipInfo, where: str, told: Told | None) -> AnyArray | None:
+    """A compressed member; a large one is unpacked to disk. The archive checks its own sum when the end is reached."""
+    if member.file_size <= PIECE:
+        array = _array(stream, member.file_size, where, None, 0)
+        stream.read()
+        return array
+    spool = Spool(where)
+    while piece := stream.read(PIECE):
+        spool.add(piece)
+        if told is not None:
+            told(f"unpacking {member.filename}", spool.size, max(member.file_size, spool.size))
+    view = spool.view()
+    return _array(io.BytesIO(view[:_HEADER]), spool.size, where, view, 0)
+
+
 def _stored_at(path: Path, member: zipfile.ZipInfo) -> int:
     """Offset of an uncompressed member's bytes in the archive (its local header may differ from the directory's)."""
     with path.open("rb") as file:
@@ -55,11 +73,15 @@ def _stored_at(path: Path, member: zipfile.ZipInfo) -> int:
     return int(member.header_offset) + 30 + int(name) + int(extra)
 
 
-def _sound(view: mmap.mmap, start: int, member: zipfile.ZipInfo) -> bool:
+def _sound(path: Path, start: int, member: zipfile.ZipInfo, told: Told | None) -> bool:
     """Whether an uncompressed member agrees with its checksum; read in pieces, so that a large one stays on disk."""
-    total = 0
-    for at in range(start, start + member.file_size, 2**22):
-        total = zlib.crc32(view[at : min(at + 2**22, start + member.file_size)], total)
+    total, left = 0, member.file_size
+    with path.open("rb") as file:
+        file.seek(start)
+        while left > 0 and (piece := file.read(min(2**22, left))):
+            total, left = zlib.crc32(piece, total), left - len(piece)
+            if told is not None and member.file_size > PIECE:
+                told(f"reading {path.name}", member.file_size - left, member.file_size)
     return total == member.CRC
 
 
@@ -72,7 +94,7 @@ def read_npz(path: Path, options: Options) -> Contents:
     notes: list[str] = []
     if path.suffix.lower() == ".npy":
         with path.open("rb") as file:
-            only = _array(file, path.stat().st_size, str(path), None, 0)
+            only = _array(file, path.stat().st_size, str(path), mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ), 0)
         if only is None:
             raise RecordingError(f"{path}: holds pickled Python objects, which are never loaded. Save a numeric array.")
         return Contents(str(path), "npy", {"data": only})
@@ -86,10 +108,11 @@ def read_npz(path: Path, options: Options) -> Contents:
                 continue
             stored = member.compress_type == zipfile.ZIP_STORED
             with archive.open(member) as stream:
-                array = _array(stream, member.file_size, where, view if stored else None, _stored_at(path, member) if stored else 0)
-                if not stored:
-                    stream.read()  # the archive checks its own sum when the end is reached
-            if stored and not _sound(view, _stored_at(path, member), member):
+                if stored:
+                    array = _array(stream, member.file_size, where, view, _stored_at(path, member))
+                else:
+                    array = _unpacked(stream, member, where, options.told)
+            if stored and not _sound(path, _stored_at(path, member), member, options.told):
                 raise RecordingError(f"{where}: its checksum is wrong. The file is damaged: copy or export it again.")
             if array is None or array.dtype.kind not in "biufcUS":
                 notes.append(f"array {name!r} holds Python objects, which are never loaded; it was left out")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import io
 import itertools
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -12,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.read.contents import AnyArray, Contents, Options
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Options, Told
+from cvxupdate.recordings.read.disk import PIECE, Spool
 from cvxupdate.recordings.read.text_layout import Layout, fields, find_layout, number, row
 
 _SAMPLE = 400  # lines looked at for the layout
@@ -91,13 +93,35 @@ def _slow(lines: Sequence[tuple[int, str]], layout: Layout, notes: list[str], wh
     return np.array(table, dtype=kind).reshape(len(table), layout.columns)
 
 
-def text_pieces(path: Path, layout: Layout, notes: list[str]) -> Iterator[NDArray[Any]]:
+def text_pieces(path: Path, layout: Layout, notes: list[str], told: Told | None = None) -> Iterator[NDArray[Any]]:
     """The rows of the table, some tens of thousands at a time, (rows, columns) real or complex; notes are added on the way."""
-    with path.open(encoding=layout.encoding) as file:
+    size = path.stat().st_size
+    with path.open("rb") as raw, io.TextIOWrapper(raw, encoding=layout.encoding) as file:
         numbered = ((place + 1, line) for place, line in enumerate(file) if place >= layout.first and line.strip())
         while piece := list(itertools.islice(numbered, _PIECE)):
             table = _fast([line for _, line in piece], layout)
             yield _slow(piece, layout, notes, str(path), numbered) if table is None else table
+            if told is not None and size > PIECE and not raw.closed:
+                told(f"reading {path.name}", raw.tell(), size)
+
+
+def _gathered(pieces: Iterator[NDArray[Any]], where: str) -> NDArray[Any]:
+    """All rows as one table; from some tens of megabytes on it lies on disk, so that the table is not held twice, nor even once."""
+    held = list(itertools.islice(pieces, 1))
+    if not held:
+        return np.zeros((0, 1))
+    total = held[0].nbytes
+    for piece in pieces:
+        held.append(piece)
+        total += piece.nbytes
+        if total > 4 * PIECE:
+            break
+    else:
+        return held[0] if len(held) == 1 else np.concatenate(held)
+    spool = Spool(where)
+    for piece in itertools.chain(held, pieces):
+        spool.add(piece)
+    return np.asarray(np.frombuffer(spool.view(), held[0].dtype).reshape(-1, held[0].shape[1]))
 
 
 def _commands(path: Path, encoding: str) -> dict[str, AnyArray]:
@@ -128,8 +152,7 @@ def read_text(path: Path, options: Options) -> Contents:
             raise
         return Contents(str(path), "settings", arrays, notes=("a list of settings, not a table",))
     notes = list(layout.notes)
-    pieces = list(text_pieces(path, layout, notes))
-    data = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+    data = _gathered(text_pieces(path, layout, notes, options.told), str(path))
     if len(data) < 2:
         raise RecordingError(f"{path}: its table has fewer than two rows. Check header_lines and the file.")
     return Contents(str(path), "text", {"data": data}, layout.names, layout.units, notes=tuple(notes))

@@ -8,9 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.read.contents import Contents, Function
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Function, Told
+from cvxupdate.recordings.read.disk import release
 from cvxupdate.recordings.read.wanted import Names, Wanted, channel_of, real_values, table_of, values_of
 from cvxupdate.recordings.types import Channel, Origin, Real, TimeHistory
+
+_BLOCK = 2**20  # samples looked at together
 
 
 @dataclass(frozen=True)
@@ -24,22 +27,46 @@ class TimeBlocks:
     pieces: Callable[[int], Iterator[Real]]
 
 
-def rate_of_times(times: Real, where: str) -> float:
+def _pieces(column: AnyArray) -> Callable[[], Iterator[tuple[int, Real]]]:
+    """A column as (place, numbers) of some megabytes, as often as it is asked for: it may lie on disk."""
+
+    def pieces() -> Iterator[tuple[int, Real]]:
+        for at in range(0, column.size, _BLOCK):
+            yield at, np.asarray(np.real(column[at : at + _BLOCK]), dtype=float)
+            release(column)
+
+    return pieces
+
+
+def rises(column: AnyArray) -> bool:
+    """Whether every number is finite and larger than the one before, as times and frequencies are."""
+    before = -np.inf
+    for _, piece in _pieces(column)():
+        if not (np.all(np.isfinite(piece)) and piece[0] > before and np.all(np.diff(piece) > 0.0)):
+            return False
+        before = float(piece[-1])
+    return True
+
+
+def rate_of_times(times: AnyArray, where: str) -> float:
     """Sampling rate from a column of times, (n - 1) / (last - first): printed times are rounded, their span hardly.
 
     Raises `RecordingError` when a time is off its even place by more than a quarter of a step: the record has a gap, or was not
     sampled evenly.
     """
-    if times.size < 2 or not np.all(np.isfinite(times)):
+    pieces = _pieces(times)
+    if times.size < 2 or not all(np.all(np.isfinite(piece)) for _, piece in pieces()):
         raise RecordingError(f"{where}: the column of times has missing values. Give rate in the [[recordings]] block.")
-    step = (times[-1] - times[0]) / (times.size - 1)
+    first, last = float(np.real(times[0])), float(np.real(times[-1]))
+    step = (last - first) / (times.size - 1)
     if not step > 0.0:
         raise RecordingError(f"{where}: the times do not increase. Give the right time_column, or rate.")
-    off = np.abs(times - (times[0] + step * np.arange(times.size)))
-    if off.max() > 0.25 * step:
-        worst = int(np.argmax(off))
-        raise RecordingError(f"{where}: the samples are not evenly spaced: sample {worst} is {off[worst]:.3g} s off its place, with a "
-                             f"step of {step:.3g} s. Resample it, or give rate if the times are wrong.")
+    for at, piece in pieces():
+        off = np.abs(piece - (first + step * np.arange(at, at + piece.size)))
+        if off.max() > 0.25 * step:
+            worst = int(np.argmax(off))
+            raise RecordingError(f"{where}: the samples are not evenly spaced: sample {at + worst} is {off[worst]:.3g} s off its place, with a "
+                                 f"step of {step:.3g} s. Resample it, or give rate if the times are wrong.")
     return float(1.0 / step)
 
 
@@ -99,6 +126,7 @@ def _from_functions(contents: Contents, wanted: Sequence[Wanted], origin: Origin
     def pieces(size: int) -> Iterator[Real]:
         for at in range(0, samples, size):
             yield np.stack([np.asarray(f.values[at : at + size], dtype=float) for f in chosen], axis=1) * scales
+            release(*(f.values for f in chosen))
 
     return TimeBlocks(origin, _rate(rate, rates[0], where), tuple(channels), samples, pieces)
 
@@ -130,7 +158,8 @@ def time_blocks(contents: Contents, wanted: Sequence[Wanted], origin: Origin, *,
                 real_values(column, f"{where}: {want.label}")
         stated = contents.rate
         if time_column is not None:
-            stated = rate_of_times(real_values(values_of(contents, names, time_column), f"{where}: time_column"), where)
+            column = values_of(contents, names, time_column)
+            stated = rate_of_times(column if column.dtype.kind in "iuf" else real_values(column, f"{where}: time_column"), where)
         elif "rate" in names.given:
             value = contents.arrays.get(names["rate"])
             if value is None or value.size != 1:
@@ -141,6 +170,7 @@ def time_blocks(contents: Contents, wanted: Sequence[Wanted], origin: Origin, *,
         def pieces(size: int) -> Iterator[Real]:
             for at in range(0, columns[0].shape[0], size):
                 yield np.stack([np.asarray(np.real(c[at : at + size]), dtype=float) for c in columns], axis=1) * scales
+                release(*columns)
 
         blocks = TimeBlocks(origin, _rate(rate, stated, where), channels, columns[0].shape[0], pieces)
     if start == 0 and stop is None:
@@ -160,11 +190,13 @@ def time_blocks(contents: Contents, wanted: Sequence[Wanted], origin: Origin, *,
     return TimeBlocks(origin, blocks.rate, blocks.channels, last - first, cut)
 
 
-def gather(blocks: TimeBlocks) -> TimeHistory:
+def gather(blocks: TimeBlocks, told: Told | None = None) -> TimeHistory:
     """All blocks as one `TimeHistory`, (samples, channels), filled piece by piece so that nothing is held twice."""
     data = np.empty((blocks.samples, len(blocks.channels)))
     at = 0
     for piece in blocks.pieces(2**16):
         data[at : at + len(piece)] = piece
         at += len(piece)
+        if told is not None and at % _BLOCK < len(piece) and blocks.samples > _BLOCK:
+            told(f"reading {blocks.origin.name}", at, blocks.samples)
     return TimeHistory(blocks.origin, blocks.rate, blocks.channels, data)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import mmap
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.read.contents import Function, Point
+from cvxupdate.recordings.read.disk import PIECE
 from cvxupdate.recordings.read.uff_fields import QUANTITY, Units, direction, fields, integer, real
 from cvxupdate.recordings.units import is_unit, parse_unit
 
@@ -104,21 +105,32 @@ def _binary(header: Header, view: mmap.mmap, start: int, stop: int) -> tuple[NDA
 
 def _text(header: Header, view: mmap.mmap, start: int, stop: int) -> tuple[NDArray[Any] | None, NDArray[Any]]:
     per = (2 if header.complex else 1) + (0 if header.even else 1)
-    body = view[start:stop].replace(b"D", b"e")
-    words = body.split()
-    try:
-        numbers = np.array(words, dtype=float)
-        if numbers.size != per * header.points:
-            raise ValueError
-    except ValueError:
-        # fixed-width fields may touch (a minus sign fills the gap): cut before a sign that is not an exponent's
-        numbers = np.array([float(word) for word in _NUMBER.findall(body)], dtype=float)
+    pieces = [_numbers(view[at:end]) for at, end in _cuts(view, start, stop)]
+    numbers = np.concatenate([*pieces, np.zeros(0)])
     if numbers.size != per * header.points:
         raise RecordingError(f"it has {numbers.size} numbers where {header.points} points need {per * header.points}")
     table = numbers.reshape(header.points, per)
     x = None if header.even else table[:, 0].copy()
     y = table[:, -2] + 1j * table[:, -1] if header.complex else table[:, -1].copy()
     return x, y
+
+
+def _cuts(view: mmap.mmap, start: int, stop: int) -> Iterator[tuple[int, int]]:
+    """Runs of whole lines of some megabytes: words of text take ten times the memory of their numbers."""
+    while start < stop:
+        end = stop if stop - start <= PIECE // 4 else view.find(b"\n", start + PIECE // 4, stop) + 1
+        end = end if end > start else stop
+        yield start, end
+        start = end
+
+
+def _numbers(body: bytes) -> NDArray[np.float64]:
+    """Fixed-width fields may touch (a minus sign fills the gap): then they are cut before a sign that is not an exponent's."""
+    body = body.replace(b"D", b"e")
+    try:
+        return np.array(body.split(), dtype=float)
+    except ValueError:
+        return np.array([float(word) for word in _NUMBER.findall(body)], dtype=float)
 
 
 def _scale(header: Header, units: Units) -> tuple[float, str]:
