@@ -148,7 +148,7 @@ def judged(said: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
             "visible": laboratory["visible"], "left": laboratory["left"], "noise": laboratory["noise"],
             "truth": "; ".join(map(described, effects)) or "nothing",
             "verdict": said["verdict"], "right_verdict": said["verdict"] in truth["accept"], "says": said["says"], "findings": findings,
-            "fit": said.get("fit", {})}
+            "fit": said.get("fit", {}), "standing": said.get("standing"), "misfit": said.get("misfit")}
 
 
 # ------------------------------------------------------------------------------------------------------------------------------------------------ totals

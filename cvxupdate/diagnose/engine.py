@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from cvxupdate.diagnose.data import WIDE, Data
-from cvxupdate.diagnose.effects import Bench, Trial, planted
+from cvxupdate.diagnose.effects import Bench, Effect, Key, Trial, planted
 from cvxupdate.diagnose.fit import CREDIBLE, MASS_STD, STIFFNESS_STD, Fit, at_level, error_of, fit, setting_for
 from cvxupdate.diagnose.pairs import pairs
 from cvxupdate.diagnose.refit import charged, entered, raced
 from cvxupdate.diagnose.residual import noise_errors
 from cvxupdate.diagnose.screen import Score, screen
 from cvxupdate.diagnose.shortlist import best_of, shortlist
+from cvxupdate.diagnose.stability import stability
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import CATALOGUE
@@ -24,6 +25,7 @@ PLACES, FINAL = (8,), (5, 4)  # how many enter each
 DAMPING_WORDS = ("viscous_damper", "structural_damping", "mass_proportional_damping")
 DAMPING_GAIN = 12.0  # drop of the damping ratios' squares that chance gives one parameter once in two thousand times (chi-square, one freedom)
 EXPLAINED = 1.0  # weighted squares per row: a residual within noise and the allowance for discretisation (`signals.FLOOR`)
+STABLE = 0.7  # part of the half-samples that makes a candidate worth a refit whatever its share (Meinshausen and Bühlmann: 0.6 to 0.9)
 OPEN = 4.0  # weighted squares per row above which a model leaves something open
 FAR = 10.0  # the same, above which there is nothing to sharpen
 
@@ -31,7 +33,7 @@ FAR = 10.0  # the same, above which there is nothing to sharpen
 @dataclass(frozen=True)
 class Outcome:
     """All that the engine found, for the verdict: errors (fit, hold-out) as modelled and with ordinary parameters, noise, the ordinary fit,
-    first-order shares, trials of one effect and of two (best first)."""
+    first-order shares, trials of one effect and of two (best first), and how often half of the recordings chooses a candidate."""
 
     bench: Bench
     nominal: tuple[float, float]
@@ -41,6 +43,7 @@ class Outcome:
     screened: tuple[Score, ...] = ()
     trials: tuple[Trial, ...] = ()
     pairs: tuple[Trial, ...] = ()
+    stable: Mapping[Key, float] = field(default_factory=dict)
 
     def errors(self, t: Trial) -> tuple[float, float]:
         """Normalised response error of a trial on what was fitted and on what was held out."""
@@ -81,9 +84,12 @@ def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[
         tell(f"screening {len(candidates)} candidates")
         rankings.append(screen(point.point, candidates))
     screened = tuple(best_of(rankings))
+    clearest = int(np.argmax([max((s.share for s in r), default=0.0) for r in rankings]))
+    tell("resampling the recordings")
+    stable = stability(points[clearest].point, rankings[clearest])
     start = Trial((), points[0])
     entries = []
-    for score in best_of([shortlist(r) for r in rankings]):
+    for score in best_of([*(shortlist(r) for r in rankings), [s for s, often in stable if often >= STABLE]]):
         try:
             entries.append(entered(bench, planted(bench, start, score, data.levels[0]), tell))
         except ModelError:
@@ -93,7 +99,8 @@ def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[
     if pattern:
         singles.sort(key=lambda t: t.fit.damping_strain)
     double = [] if pattern or (singles and charged(singles[0]) <= OPEN * EXPLAINED) else pairs(bench, coarse, tell)
-    return Outcome(bench, nominal, errors, outcome.noise, base, screened, tuple(singles), tuple(double))
+    chosen = {Effect(s.candidate).key: often for s, often in stable}
+    return Outcome(bench, nominal, errors, outcome.noise, base, screened, tuple(singles), tuple(double), chosen)
 
 
 def followed(outcome: Outcome) -> Fit:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cvxupdate.diagnose.effects import Effect, Trial
+from cvxupdate.diagnose.effects import Effect, Trial, figures
 from cvxupdate.diagnose.engine import DAMPING_GAIN, DAMPING_WORDS, EXPLAINED, OPEN, Outcome
+from cvxupdate.diagnose.fit import Fit
 from cvxupdate.physics.base import Place
 
 HALVED = 0.5  # a finding must halve what was left, on what was fitted and on what was not
@@ -119,13 +120,45 @@ def same_places(a: Trial, b: Trial) -> bool:
     return all(any(overlapping(x.candidate.place, y.candidate.place) for y in b.effects) for x in a.effects)
 
 
+@dataclass(frozen=True)
+class Standing:
+    """What the confidence in a finding rests on, each a decimal logarithm.
+
+    ``lead``: misfit of the next hypothesis that is something else, over the best; ``gain``: misfit of the ordinary model over the best; ``left``: the
+    best misfit; ``weight``: the least of the effects' sizes in their own deviations. ``rivals``: how many hypotheses elsewhere come as near, ``alike``: how
+    many at the same place (numbers).
+    """
+
+    lead: float
+    gain: float
+    left: float
+    weight: float
+    rivals: int
+    alike: int
+
+
+def standing(best: Judged, others: Sequence[Judged], outcome: Outcome) -> Standing:
+    """`Standing` of the best trial among all that were refitted."""
+    near = rivals(best, others, outcome)
+    elsewhere = [r for r in near if not same_places(r.trial, best.trial)]
+    mine, base = _scale(best.trial.fit, outcome), _scale(outcome.base, outcome)
+    following = min([_scale(t.trial.fit, outcome) for t in others if t is not best and not same_places(t.trial, best.trial)] + [base])
+    sizes = [abs(values[name] - (1.0 if how in ("factor", "gain") else 0.0)) / max(deviations[name], 1e-12)
+             for effect, (values, deviations) in zip(best.trial.effects, figures(best.trial), strict=True)
+             for name, _, how in effect.candidate.report[:1] if how in ("factor", "gain", "value", "delay")]
+
+    def log(x: float) -> float:
+        return float(np.log10(np.clip(x, 1e-3, 1e4)))
+
+    return Standing(log(following / max(mine, 1e-9)), log(base / max(mine, 1e-9)), log(mine), log(min(sizes, default=10.0)), len(elsewhere),
+                    len(near) - len(elsewhere))
+
+
+def _scale(found: Fit, outcome: Outcome) -> float:
+    return found.damping_strain if pattern(outcome) else found.misfit
+
+
 def confidence(best: Judged, others: Sequence[Judged], outcome: Outcome) -> float:
     """How far ahead of the next thing that is something else: 1 − (misfit ratio), within 0.3 and 0.99, shared among rivals elsewhere."""
-    near = rivals(best, others, outcome)
-    if pattern(outcome):
-        gain = 1.0 - best.trial.fit.damping_strain / outcome.base.damping_strain
-        return float(np.clip(gain, 0.3, 0.95)) / (1.0 + 0.5 * len(near))
-    reference = min([t.misfit for t in others if t is not best and t not in near] + [outcome.base.misfit])
-    elsewhere = [r for r in near if not same_places(r.trial, best.trial)]
-    return float(np.clip(1.0 - best.misfit / max(reference, 1e-12), 0.3, 0.99)) / (1.0 + 0.5 * len(elsewhere))
-
+    s = standing(best, others, outcome)
+    return float(np.clip(1.0 - 10.0 ** -max(s.lead, 0.0), 0.3, 0.99)) / (1.0 + 0.5 * s.rivals)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cvxupdate.diagnose.fit import bounds_of, prior_scales
 from cvxupdate.diagnose.forward import block_derivative
@@ -25,29 +26,69 @@ class Score:
     p: Real
 
 
+@dataclass(frozen=True)
+class Left:
+    """What the ordinary unknowns cannot take up of a point's residual.
+
+    ``residual`` (rows + priors,) weighted; ``basis`` an orthonormal basis of what they can take up; ``rows`` those of the recordings.
+    """
+
+    residual: Real
+    basis: Real
+    rows: int
+
+    def freed(self, J: Real) -> Real:
+        """Weighted columns (rows, n) freed of what the ordinary unknowns can take up, (rows + priors, n)."""
+        padded = np.vstack([J, np.zeros((len(self.residual) - self.rows, J.shape[1]))])
+        return np.asarray(padded - self.basis @ (self.basis[: self.rows].T @ J))
+
+
+def left_over(point: ResponsePoint, rows: NDArray[np.bool_] | None = None) -> Left:
+    """`Left` at a point, of all rows or of some. Ordinary unknowns that have reached a bound take up nothing."""
+    A, _ = point.system().weighted()
+    values, weights, _ = point.differences
+    r = -weights * values
+    if rows is not None:
+        A, r = A[rows], r[rows]
+    bounds = bounds_of(point.setting)
+    free = (point.p > bounds.lower + AT_BOUND * np.abs(bounds.lower)) & (point.p < bounds.upper - AT_BOUND * np.abs(bounds.upper))
+    scales = prior_scales(point.setting)[free]
+    Q, _ = np.linalg.qr(np.vstack([A[:, free], np.diag(1.0 / scales)]))
+    residual = np.concatenate([r, -point.p[free] / scales])
+    return Left(residual - Q @ (Q.T @ residual), Q, len(r))
+
+
 def screen(point: ResponsePoint, candidates: Sequence[Candidate]) -> list[Score]:
     """Scores in the order of ``candidates``.
 
     Residual and columns are weighted and freed of what the ordinary unknowns (with their priors) can take up; a candidate's share is the part of
-    the squared residual that its own best size removes. Ordinary unknowns that have reached a bound take up nothing.
+    the squared residual that its own best size removes.
     """
-    system = point.system()
-    A, _ = system.weighted()
-    values, weights, _ = point.differences
-    r = -weights * values
-    bounds = bounds_of(point.setting)
-    free = (point.p > bounds.lower + AT_BOUND * np.abs(bounds.lower)) & (point.p < bounds.upper - AT_BOUND * np.abs(bounds.upper))
-    scales = prior_scales(point.setting)[free]
-    G = np.vstack([A[:, free], np.diag(1.0 / scales)])
-    Q, _ = np.linalg.qr(G)
-    rows = len(r)
-    left = np.concatenate([r, -point.p[free] / scales])
-    left = left - Q @ (Q.T @ left)
-    total = float(left @ left)
-    top = Q[:rows]
+    left = left_over(point)
+    total = float(left.residual @ left.residual)
     out = []
-    signals = point.setting.signals
-    flat = [1.0 / s.scale().reshape(-1) for s in signals]
+    for c, J in zip(candidates, columns_of(point, candidates), strict=True):
+        if J is None:
+            out.append(Score(c, 0.0, np.zeros(c.extra)))
+            continue
+        Jp = left.freed(J)
+        norms = np.linalg.norm(Jp, axis=0)
+        if np.any(norms <= 1e-12 * np.maximum(np.linalg.norm(J, axis=0), 1e-300)):
+            out.append(Score(c, 0.0, np.zeros(c.extra)))
+            continue
+        best, *_ = np.linalg.lstsq(Jp / norms, left.residual, rcond=1e-8)
+        best = best / norms
+        if c.sign > 0 and best[0] < 0.0:
+            out.append(Score(c, 0.0, np.zeros(len(best))))
+            continue
+        rest = left.residual - Jp @ best
+        out.append(Score(c, 1.0 - float(rest @ rest) / total, best))
+    return out
+
+
+def columns_of(point: ResponsePoint, candidates: Sequence[Candidate]) -> Iterator[Real | None]:
+    """Weighted columns (rows, n) of each candidate in turn; None where it has none."""
+    flat = [1.0 / s.scale().reshape(-1) for s in point.setting.signals]
     single: dict[tuple[str, int], list[Complex]] = {}
     for c in candidates:
         parts = [single[(c.physics, e)] for e in c.members if (c.physics, e) in single] if len(c.members) > 1 and c.additive else []
@@ -57,23 +98,7 @@ def screen(point: ResponsePoint, candidates: Sequence[Candidate]) -> list[Score]
             columns = _columns(point, c)
         if len(c.members) == 1 and c.additive and columns:
             single[(c.physics, c.members[0])] = columns[0]
-        if not columns:
-            out.append(Score(c, 0.0, np.zeros(c.extra)))
-            continue
-        J = np.stack([_stack(col, flat) for col in columns], axis=1)
-        Jp = np.vstack([J, np.zeros((len(scales), J.shape[1]))]) - Q @ (top.T @ J)
-        norms = np.linalg.norm(Jp, axis=0)
-        if np.any(norms <= 1e-12 * np.maximum(np.linalg.norm(J, axis=0), 1e-300)):
-            out.append(Score(c, 0.0, np.zeros(c.extra)))
-            continue
-        best, *_ = np.linalg.lstsq(Jp / norms, left, rcond=1e-8)
-        best = best / norms
-        if c.sign > 0 and best[0] < 0.0:
-            out.append(Score(c, 0.0, np.zeros(len(best))))
-            continue
-        rest = left - Jp @ best
-        out.append(Score(c, 1.0 - float(rest @ rest) / total, best))
-    return out
+        yield np.stack([_stack(col, flat) for col in columns], axis=1) if columns else None
 
 
 def _stack(columns: Sequence[Complex], weights: Sequence[Real]) -> Real:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from cvxupdate.diagnose.effects import Effect, Trial, figures, without
 from cvxupdate.diagnose.engine import EXPLAINED, Outcome, explain, followed, loose_groups
 from cvxupdate.diagnose.finding import Diagnosis, Finding, sentence, where
 from cvxupdate.diagnose.forward import undamped
-from cvxupdate.diagnose.judge import Judged, confidence, credible, doubles, equivalents, explained, halves, judged, rivals
+from cvxupdate.diagnose.judge import Judged, confidence, credible, doubles, equivalents, explained, halves, judged, rivals, standing
 from cvxupdate.diagnose.mesh import mesh_error
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
@@ -155,8 +155,10 @@ def _diagnosis(spec: Spec, verdict: str, says: str, findings: tuple[Finding, ...
         fit[key] = {"before": _number(o.nominal[k]), "ordinary": _number(o.ordinary[k]), "after": _number(after[k]), "noise": _number(o.noise[k])}
     metrics = {key: {"response_error" if any(isinstance(r, TimeHistory) for r in o.bench.data.fit) else "frf_error": {"before": v["before"],
                "after": v["after"]}} for key, v in fit.items()}
-    details = {"method": "smoothed output error, trust-region convex steps",
-               "misfit": {"ordinary": o.base.misfit, "after": final.misfit if final is not None else o.base.misfit}}
+    details: dict[str, Any] = {"method": "smoothed output error, trust-region convex steps",
+                               "misfit": {"ordinary": o.base.misfit, "after": final.misfit if final is not None else o.base.misfit}}
+    if final is not None and final.trial.effects:
+        details["standing"] = asdict(standing(final, doublets if len(final.trial.effects) > 1 else singles, o))
     return Diagnosis(spec.name, spec.title, str(spec.path), verdict, says, findings, tuple(_candidates(o, singles, doublets)), fit, metrics, tuple(evidence),
                      time.perf_counter() - begin, details)
 
@@ -168,13 +170,13 @@ def _candidates(o: Outcome, singles: Sequence[Judged], doublets: Sequence[Judged
         effects = list(zip(t.trial.effects, figures(t.trial), strict=True))
         for k, (effect, (values, _)) in enumerate(effects):
             row = {"physics": effect.candidate.physics, "location": effect.candidate.place.to_json(), "score": _number(t.error),
-                   "hold_out_score": _number(t.hold_out), "misfit": _number(t.misfit), "parameters": values}
+                   "hold_out_score": _number(t.hold_out), "misfit": _number(t.misfit), "parameters": values, "stability": o.stable.get(effect.key)}
             if len(effects) > 1:
                 row["beside"] = ", ".join(other.candidate.name for i, (other, _) in enumerate(effects) if i != k)
             out.append(row)
     shown = {e.key for t in singles for e in t.trial.effects}
-    out += [{"physics": s.candidate.physics, "location": s.candidate.place.to_json(), "score": None, "hold_out_score": None, "share": s.share}
-            for s in o.screened[:40] if Effect(s.candidate).key not in shown]
+    out += [{"physics": s.candidate.physics, "location": s.candidate.place.to_json(), "score": None, "hold_out_score": None, "share": s.share,
+             "stability": o.stable.get(Effect(s.candidate).key)} for s in o.screened[:40] if Effect(s.candidate).key not in shown]
     return out
 
 
