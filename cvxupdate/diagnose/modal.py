@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 
 from cvxupdate.convex import Bounds, SolverChoice, StepProblem, Tikhonov
 from cvxupdate.diagnose.data import held_dofs, ordinary, release_from
+from cvxupdate.diagnose.engine import DAMPING_GAIN, DAMPING_WORDS
 from cvxupdate.diagnose.finding import Diagnosis, Finding, sentence, where
 from cvxupdate.diagnose.fit import FREE, MASS_STD, STIFFNESS_STD
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.judge import SURE, overlapping
+from cvxupdate.diagnose.modal_damping import damping_trials, ratios_of
 from cvxupdate.diagnose.modal_scan import BASIS, SIZES, scan, scene
 from cvxupdate.diagnose.signals import Real
 from cvxupdate.errors import CvxupdateError, InputError, ModelError
@@ -120,7 +122,7 @@ def diagnose_modes(spec: Spec, model: Model, recordings: Sequence[Recording], pr
                         + (f" and {100 * t.hold_out:.3g} % (held out)." if np.isfinite(t.hold_out) else "."))
     evidence += later
     findings = [_finding(t, stage) for t, stage in zip(accepted, stages, strict=False)]
-    findings += _damping(fit, evidence)
+    findings += _damping(fit, evidence) or _damping_pattern(spec, model, base, data, evidence)
     loose = [q for q, v in zip(first.model.parameters, first.point.p, strict=True)
              if q.group is not None and abs(v) > 3.5 * (MASS_STD if q.of == "mass" else STIFFNESS_STD)]
     if findings:
@@ -404,6 +406,31 @@ def _damping(fit: Sequence[ModeTable], evidence: list[str]) -> list[Finding]:
             return [Finding("mass_proportional_damping", Place(), values, {"alpha": rates.alpha_std}, 0.9, (),
                             sentence("mass_proportional_damping", Place(), values))]
     return []
+
+
+def _damping_pattern(spec: Spec, model: Model, base: ModalFit, data: Tables, evidence: list[str]) -> list[Finding]:
+    """A word that raises the damping of just the modes that it moves."""
+    words = [w for w in DAMPING_WORDS if spec.diagnose.physics is None or w in spec.diagnose.physics]
+    ratios = ratios_of(base.point, model)
+    if ratios is None or not words:
+        return []
+    m = base.point.matrices
+    f = [x for t in data.fit for x in (float(t.frequency.min()), float(t.frequency.max()))]
+    context = Context(base.model, m.K, m.M, max(f), min(f), (), (), release_from(spec), float(np.median(ratios.file)))
+    before, trials = damping_trials(ratios, [c for w in words for c in CATALOGUE[w](context)])
+    if not trials:
+        return []
+    best, near = trials[0], [t for t in trials[1:] if t.strain <= trials[0].strain + DAMPING_GAIN / 2]
+    c = best.candidate
+    name, _, how = c.report[0]
+    if c.model is None:
+        return []
+    value, deviation = reported(c.model, c.model.parameters[-1], how, best.size, best.deviation, c.offset)
+    evidence.append(f"The damping ratios depart from the file's pattern (sum of squares {before:.3g} in units of ordinary scatter, {len(ratios.omega)} modes); "
+                    f"{c.physics} at {where(c.place)} brings it to {best.strain:.3g}.")
+    sure = float(np.clip(1.0 - best.strain / before, 0.3, 0.95)) / (1.0 + 0.5 * len(near))
+    return [Finding(c.physics, c.place, {name: value}, {name: deviation}, sure, tuple((t.candidate.physics, t.candidate.place) for t in near[:12]),
+                    sentence(c.physics, c.place, {name: value}))]
 
 
 def _number(x: float) -> float | None:
