@@ -122,6 +122,8 @@ def diagnose_modes(spec: Spec, model: Model, recordings: Sequence[Recording], pr
                         + (f" and {100 * t.hold_out:.3g} % (held out)." if np.isfinite(t.hold_out) else "."))
     evidence += later
     findings = [_finding(t, stage) for t, stage in zip(accepted, stages, strict=False)]
+    evidence += [f"These modes do not tell {f.physics} at {where(f.place)} from " + ", ".join(f"{w} at {where(p)}" for w, p in f.equivalent[:6])
+                 + (f" and {len(f.equivalent) - 6} more." if len(f.equivalent) > 6 else ".") for f in findings if f.equivalent]
     findings += _damping(fit, evidence) or _damping_pattern(spec, model, base, data, evidence)
     loose = [q for q, v in zip(first.model.parameters, first.point.p, strict=True)
              if q.group is not None and abs(v) > 3.5 * (MASS_STD if q.of == "mass" else STIFFNESS_STD)]
@@ -141,7 +143,7 @@ def diagnose_modes(spec: Spec, model: Model, recordings: Sequence[Recording], pr
                for key, fitted in (("fit", True), ("hold_out", False))}
     candidates: list[dict[str, Any]] = [
         {"physics": t.candidate.physics, "location": t.candidate.place.to_json(), "score": _number(t.error), "hold_out_score": _number(t.hold_out),
-         "misfit": t.fit.misfit, "effect": k + 1} for k, stage in enumerate(stages) for t in stage]
+         "misfit": t.fit.misfit, "effect": k + 1, "parameters": _figures(t)[0]} for k, stage in enumerate(stages) for t in stage]
     return Diagnosis(spec.name, spec.title, str(spec.path), verdict, says, tuple(findings), tuple(candidates), numbers, metrics, tuple(evidence),
                      time.perf_counter() - begin, {"method": "eigenvalues and shapes, trust-region convex steps",
                                                    "misfit": {"ordinary": first.misfit, "after": base.misfit}})
@@ -372,7 +374,8 @@ def _as_good(r: ModalTrial, t: ModalTrial) -> bool:
     return bool(r.fit.misfit <= 2.0 * t.fit.misfit or worse <= EVIDENCE)
 
 
-def _finding(t: ModalTrial, stage: Sequence[ModalTrial]) -> Finding:
+def _figures(t: ModalTrial) -> tuple[dict[str, float], dict[str, float]]:
+    """The contract's parameters of a trial and their deviations."""
     c, n = t.candidate, len(t.fit.model.parameters)
     values: dict[str, float] = {}
     deviations: dict[str, float] = {}
@@ -380,6 +383,11 @@ def _finding(t: ModalTrial, stage: Sequence[ModalTrial]) -> Finding:
         at = n - c.extra + k
         x, dx = float(t.fit.point.p[at]), float(t.fit.std[at])
         values[name], deviations[name] = reported(t.fit.model, t.fit.model.parameters[at], how, x, dx, c.offset)
+    return values, deviations
+
+
+def _finding(t: ModalTrial, stage: Sequence[ModalTrial]) -> Finding:
+    c, (values, deviations) = t.candidate, _figures(t)
     rivals = [r for r in stage if r is not t and _as_good(r, t)]
     others = [r.fit.misfit for r in stage if r is not t and r not in rivals]
     confidence = float(np.clip(1.0 - t.fit.misfit / min(others, default=10.0 * t.fit.misfit), 0.3, 0.99))
