@@ -219,3 +219,54 @@ def test_messages_for_unusable_frfs() -> None:
         identify_modes(response(H, f))
     with pytest.raises(RecordingError, match="not a motion"):
         identify_modes(response(np.ones((300, 2, 1), dtype=complex), f, quantity="strain"))
+
+
+def test_a_variance_of_zero_says_no_more_than_none() -> None:
+    f = np.linspace(20.0, 200.0, 721)
+    H, _, _ = pair_frf(f)
+    H = noisy(H, 0.01 * float(np.sqrt(np.mean(np.abs(H) ** 2))), np.random.default_rng(1))
+    none, zero = identify_modes(response(H, f)), identify_modes(response(H, f, np.zeros(H.shape)))
+    assert zero.frequency == pytest.approx(none.frequency) and zero.frequency.size == PAIR.size
+    assert zero.frequency_std == pytest.approx(none.frequency_std) and np.isnan(zero.chi_square)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_a_silent_response_is_borne_and_a_silent_reference_named() -> None:
+    f = np.linspace(20.0, 200.0, 721)
+    H, _, _ = pair_frf(f)
+    H[:, 4] = 0.0
+    modes = identify_modes(response(H, f, np.full(H.shape, 1e-16)))
+    assert modes.frequency == pytest.approx(PAIR, rel=1e-5) and np.all(modes.shapes[:, 4] == 0.0)
+    H[:, :, 1] = 0.0
+    with pytest.raises(RecordingError, match="all FRFs of the reference .* are zero"):
+        identify_modes(response(H, f))
+
+
+def test_modes_that_the_diagram_cannot_tell_apart_are_found_in_the_misfit() -> None:
+    """Two modes half a half-power width apart, one of them a thirtieth of the other at the only reference: orders up to 30 show one."""
+    rng = np.random.default_rng(12)
+    f = np.arange(20.0, 200.0, 0.1)
+    true = np.array([40.0, 67.3, 68.0, 120.0, 170.0])
+    p = poles_of(true, 0.006)
+    shapes, _ = structure(12, [2], true.size)
+    L = np.array([[1.0], [0.035], [1.0], [0.8], [1.1]])
+    H = modal_frf(f, p, shapes / (2j * p.imag)[:, None], L.astype(complex), quantity="acceleration")
+    std = 0.005 * float(np.sqrt(np.mean(np.abs(H) ** 2)))
+    modes = identify_modes(response(noisy(H, std, rng), f, np.full(H.shape, std**2), "acceleration"), max_order=30)
+    assert modes.frequency == pytest.approx(true, rel=1e-3)
+    assert min(mac(a, b) for a, b in zip(modes.shapes, shapes, strict=True)) > 0.99
+    assert modes.chi_square == pytest.approx(1.0, abs=0.05)
+
+
+def test_modes_at_nearly_one_frequency_are_both_kept() -> None:
+    """A square plate's pairs: participations of such a pair turn from order to order, which must not break their clusters."""
+    f = np.arange(5.0, 100.0, 0.1)
+    true = np.array([20.0, 20.02, 50.0, 80.0, 80.3])
+    p = poles_of(true, 0.006)
+    shapes, _ = structure(9, [1], true.size)
+    L = np.array([[1.0, 0.3], [0.2, -1.0], [0.5, 0.5], [1.0, 0.1], [0.1, 1.0]])
+    H = modal_frf(f, p, shapes / (2j * p.imag)[:, None], L.astype(complex))
+    std = 1e-3 * float(np.sqrt(np.mean(np.abs(H) ** 2)))
+    modes = identify_modes(response(noisy(H, std, np.random.default_rng(3)), f, np.full(H.shape, std**2)))
+    assert modes.frequency == pytest.approx(true, rel=5e-4)
+    assert min(mac(a, b) for a, b in zip(modes.shapes, shapes, strict=True)) > 0.99

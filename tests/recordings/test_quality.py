@@ -240,3 +240,29 @@ def test_the_three_frame_files_are_three_columns_of_one_reciprocal_matrix() -> N
     assert compare(recordings) == ()
     as_published = [replace(r, references=recordings[0].references) for r in recordings]  # type: ignore[type-var, union-attr]
     assert len(compare(as_published)) >= 3
+
+
+@pytest.mark.parametrize("loss", [0.0, 1e-6, 1e-4])
+@pytest.mark.parametrize("silent", ["none", "response", "reference", "both"])
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_simulated_frfs_without_damping_or_with_silent_channels_are_not_blamed_on_time(loss: float, silent: str) -> None:
+    """An undamped structure has no direction of time, a silent channel no phase: neither is a fault of causality, and neither divides by zero."""
+    f = np.linspace(1.0, 100.0, 400)
+    shapes = np.array([[1.0, 0.8, 0.5], [0.6, -0.7, 0.9], [0.3, -0.9, 0.6]])
+    d = 1.0 / ((2 * np.pi * np.array([20.0, 45.0, 80.0])) ** 2 * (1 + 1j * loss) - (2 * np.pi * f[:, None]) ** 2)
+    H = np.einsum("fr,ro,ri->foi", d, shapes, shapes[:, :2])
+    if silent in ("response", "both"):
+        H[:, 1] = 0.0
+    if silent in ("reference", "both"):
+        H[:, :, 1] = 0.0
+    channels = [Channel(k, "x", "displacement") for k in (1, 2, 3)], [Channel(k, "x", "force") for k in (1, 2)]
+    for variance in (None, np.zeros(H.shape), variance_of_frf(H, None)[0]):
+        said = check(FrequencyResponse(Origin("undamped", "test"), f, H, "displacement", *map(tuple, channels), variance, np.ones((400, 3))))
+        assert {x.check for x in said} <= ({"reciprocity"} if silent in ("response", "reference") else set())
+    reversed_phase = FrequencyResponse(Origin("damped", "test"), f, np.conj(H_damped(f, shapes)), "displacement", *map(tuple, channels))
+    assert "causality" in {x.check for x in check(reversed_phase)}
+
+
+def H_damped(f: np.ndarray, shapes: np.ndarray) -> np.ndarray:
+    d = 1.0 / ((2 * np.pi * np.array([20.0, 45.0, 80.0])) ** 2 * (1 + 0.02j) - (2 * np.pi * f[:, None]) ** 2)
+    return np.einsum("fr,ro,ri->foi", d, shapes, shapes[:, :2])

@@ -48,9 +48,10 @@ def _weights(H: Complex, variance: Real | None) -> Real:
     finite = np.where(np.isfinite(variance), variance, np.nan)
     with np.errstate(all="ignore"):
         running = np.nanmedian(finite[reach], axis=1)
-    floor = np.maximum(0.1 * running, 1e-16 * np.mean(np.abs(H) ** 2, axis=0))
+    power = np.mean(np.abs(H) ** 2, axis=0)
+    floor = np.maximum(0.1 * running, 1e-16 * power)
     safe = np.maximum(np.where(np.isfinite(variance), variance, np.inf), np.where(np.isfinite(floor), floor, np.inf))
-    return np.asarray(np.sqrt(2.0 / safe))
+    return np.asarray(np.where(power > 0.0, np.sqrt(2.0 / np.where(power > 0.0, safe, 1.0)), 0.0))  # a silent FRF says nothing
 
 
 def _reweighted(s: Setting, fit: LinearFit) -> Setting:
@@ -79,9 +80,10 @@ def _pruned(s: Setting, roots: Roots, fit: LinearFit, iterations: int) -> tuple[
     return roots, fit
 
 
-def _within(roots: Roots, band: tuple[float, float]) -> NDArray[np.bool_]:
-    f, _ = frequency_and_damping(roots.value, roots.damping)
-    return np.asarray((f >= band[0]) & (f <= band[1]))
+def _within(roots: Roots, band: tuple[float, float], max_damping: float) -> NDArray[np.bool_]:
+    """Modes to report: inside the band, and no poles of a smooth background."""
+    f, zeta = frequency_and_damping(roots.value, roots.damping)
+    return np.asarray((f >= band[0]) & (f <= band[1]) & (zeta <= max_damping))
 
 
 def identify_modes(
@@ -116,7 +118,7 @@ def identify_modes(
     Raises
     ------
     RecordingError
-        When the damping model is unknown, the FRFs are not motions per force, or the band holds too few lines.
+        When the damping model is unknown, the FRFs are not motions per force, a reference excites nothing, or the band holds too few lines.
     """
     check_damping(damping)
     c = criteria if criteria is not None else Criteria()
@@ -129,8 +131,13 @@ def identify_modes(
     if top < 4:
         raise RecordingError(f"{frf.origin.name}: {f.size} lines between {low:g} and {high:g} Hz are too few to "
                              "identify modes; widen the band or record with a finer resolution")
-    known = frf.variance is not None and bool(np.any(np.isfinite(frf.variance[inside])))
+    # a variance of zero everywhere (simulated FRFs) says no more than none
+    known = frf.variance is not None and bool(np.any(np.isfinite(frf.variance[inside]) & (frf.variance[inside] > 0.0)))
     variance = frf.variance[inside] if known and frf.variance is not None else None
+    silent = [channel.label for channel, moved in zip(frf.references, np.any(H != 0.0, axis=(0, 1)), strict=True) if not moved]
+    if silent:
+        raise RecordingError(f"{frf.origin.name}: all FRFs of the reference {', '.join(silent)} are zero between {f[0]:g} and {f[-1]:g} Hz: nothing was "
+                             "excited there. Leave the reference out.")
     s = Setting(f, H, _weights(H, variance), order, residuals)
     sets = plscf(f, H, orders=np.arange(2, top + 1), weights=_output_weights(s.weights))
     edge = .1 * (f[-1] - f[0])
@@ -150,7 +157,7 @@ def identify_modes(
     if variance is None and iterations:
         s = _reweighted(s, fit)
         roots, fit = refine(s, roots, iterations=iterations)
-    return _result(frf, s, roots, fit, diagram, (float(f.min()), float(f.max())), added_decay, known)
+    return _result(frf, s, roots, fit, diagram, (float(f.min()), float(f.max())), added_decay, known, c.max_damping)
 
 
 def _output_weights(weights: Real) -> Real:
@@ -160,15 +167,15 @@ def _output_weights(weights: Real) -> Real:
 
 def _result(
     frf: FrequencyResponse, s: Setting, roots: Roots, fit: LinearFit, diagram: Stabilisation,
-    band: tuple[float, float], added_decay: float, known: bool,
+    band: tuple[float, float], added_decay: float, known: bool, max_damping: float,
 ) -> IdentifiedModes:
     _, free = pinned(roots.participation)
     chi = reduced_chi_square(s, fit, parameters(s, roots.value.size)[1])
     correlation = line_correlation(s, fit)
     dev = deviations(s, roots, fit, free, correlation * (max(chi, 1.0) if known else chi))
     rank = np.argsort(frequency_and_damping(roots.value, roots.damping)[0])
-    inside = rank[_within(roots, band)[rank]]
-    outside = rank[~_within(roots, band)[rank]]
+    reported = _within(roots, band, max_damping)[rank]
+    inside, outside = rank[reported], rank[~reported]
     top = np.argmax(np.abs(fit.shapes), axis=1)
     size = fit.shapes[np.arange(roots.value.size), top][:, None]
     shapes, participation = fit.shapes / size, roots.participation * size

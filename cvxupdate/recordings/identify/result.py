@@ -26,7 +26,7 @@ class IdentifiedModes:
         terms are the classic ``upper - lower / omega²``.
     damping_model : viscous or hysteretic.
     quantity : of the FRFs that the modes were identified from.
-    auxiliary : (poles, shapes, participation) of modes beyond the band's edges that were fitted along; not reported.
+    auxiliary : (poles, shapes, participation) of modes beyond the band's edges, or overdamped, that were fitted along; not reported.
     stabilisation : the diagram.
     chi_square : weighted misfit per degree of freedom, NaN when no variance was known.
     line_correlation : lines per independent piece of noise.

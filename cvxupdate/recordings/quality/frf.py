@@ -31,9 +31,10 @@ def factor_between(a: Complex, b: Complex, va: Real, vb: Real) -> tuple[complex,
     Weighted total least squares would gain nothing here: g is wanted to a per cent, and the noise is small or said to be so.
     """
     weight = 1.0 / np.maximum(va + vb, 1e-6 * (np.abs(a) ** 2 + np.abs(b) ** 2) + np.finfo(float).tiny)
-    g = complex(np.sum(weight * np.conj(a) * b) / np.sum(weight * np.abs(a) ** 2))
+    power, size = float(np.sum(weight * np.abs(a) ** 2)), 0.5 * float(np.sum(np.abs(a) ** 2 + np.abs(b) ** 2))
+    g = complex(np.sum(weight * np.conj(a) * b)) / power if power > 0.0 else 0j  # a silent channel: no factor leads from it to b
     misfit = float(np.mean(weight * np.abs(a - b) ** 2))
-    relative = float(np.sqrt(np.sum(np.abs(a - b) ** 2) / (0.5 * np.sum(np.abs(a) ** 2 + np.abs(b) ** 2))))
+    relative = float(np.sqrt(np.sum(np.abs(a - b) ** 2) / size)) if size > 0.0 else 0.0
     return g, misfit, relative
 
 
@@ -84,7 +85,7 @@ def drive_points(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding,
                 continue
             y = np.real(mob[:, i, s])
             deviation = np.sqrt(frf.variance[:, i, s] / 2.0) * scale[:, i, s]
-            total = float(np.sum(y) / np.sqrt(_CORRELATED * np.sum(deviation**2)))
+            total = float(np.sum(y)) / max(float(np.sqrt(_CORRELATED * np.sum(deviation**2))), np.finfo(float).tiny)
             threshold = float(stats.norm.isf(alpha))
             share = float(np.sum(y)) / max(float(np.sum(np.abs(y))), np.finfo(float).tiny)
             if -total > threshold and share < -0.5:
@@ -146,7 +147,8 @@ def delays(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
             a, b = frf.H[:, i, s], frf.H[:, k, m]
             tiny = np.finfo(float).tiny
             noise = 0.5 * (frf.variance[:, i, s] / np.maximum(np.abs(a) ** 2, tiny) + frf.variance[:, k, m] / np.maximum(np.abs(b) ** 2, tiny))
-            use = noise < 0.02
+            noise = np.maximum(noise, 1e-12)  # a variance of zero is simulated, and rounding remains
+            use = (noise < 0.02) & (a != 0.0) & (b != 0.0)
             if np.count_nonzero(use) < 24:
                 continue
             f, product = frf.frequency[use], (a * np.conj(b))[use]
@@ -187,6 +189,8 @@ def coherence(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ..
         # the coherence kept is the least over the references, so the FRF must be large for each of them
         squares = np.abs(frf.H[:, r, :]) ** 2
         size = np.sqrt(np.min(squares / np.maximum(np.mean(squares, axis=0), np.finfo(float).tiny), axis=1))
+        if not np.any(size > 0.0):
+            continue
         level = median_filter(size, size=max(9, 2 * (len(size) // 16) + 1), mode="nearest")
         log = np.log((1.0 - gamma) / gamma * np.maximum(size, 1e-12 * size.max()) ** 2)
         local = median_filter(log, size=max(9, 2 * (len(size) // 16) + 1), mode="nearest")
@@ -205,12 +209,14 @@ def coherence(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ..
     return tuple(found)
 
 
-def causality(frf: FrequencyResponse) -> tuple[Finding, ...]:
+def causality(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
     """Response before the force: energy of the impulse response in the last quarter of its period against the first quarter.
 
-    The band is tapered (Hann) and transformed; a causal, decaying response has nearly all of the two quarters' energy in the first. An
-    FRF whose sign of phase is reversed has it in the last. The share that is called a fault, 0.5, is that of a response without direction;
-    a causal one stays below it unless it has not decayed by half within 1/Δf. Evenly spaced lines only.
+    The band is tapered (Hann) and transformed; a causal, decaying response has most of the two quarters' energy in the first. An
+    FRF whose sign of phase is reversed has it in the last. Two kinds of FRF have no direction of time to show, and half of the energy on either
+    side: noise, and a structure that does not decay within 1/Δf (light damping, or none: its FRF is real). So a fault is more than 0.7, which a
+    reversed response reaches once it falls by a quarter of its amplitude a half period, and more than noise gives with probability ``alpha``
+    (normal law of the share, half of the samples independent). Evenly spaced lines only.
     """
     found = []
     lines = len(frf.frequency)
@@ -222,15 +228,17 @@ def causality(frf: FrequencyResponse) -> tuple[Finding, ...]:
     # the main lobe of the taper around t = 0 belongs to both sides
     first, last = response[3:quarter].sum(axis=0), response[-quarter:-2].sum(axis=0)
     share = last / np.maximum(first + last, np.finfo(float).tiny)
+    # the share of n and n exponential variables has the variance 1 / (4 (2 n + 1))
+    threshold = max(0.7, 0.5 + float(stats.norm.isf(alpha / frf.H[0].size)) * 0.5 / np.sqrt(2.0 * (quarter - 3) / _CORRELATED + 1.0))
     for s, ref in enumerate(frf.references):
         if not ref.dof:  # a spectrum has no direction of time
             continue
-        bad = [r for r in range(len(frf.responses)) if share[r, s] > 0.5]
+        bad = [r for r in range(len(frf.responses)) if share[r, s] > threshold]
         if bad:
             names = ", ".join(frf.responses[r].label for r in bad[:4]) + (" …" if len(bad) > 4 else "")
             worst = float(share[bad, s].max())
             found.append(Finding("causality", f"{names} / {ref.label}",
                                  f"{names} answer before the force at {ref.label} ({100 * worst:.0f} % of the "
                                  "energy): the phase has the opposite sign, or the force comes late. Conjugate the FRF or correct the delay.",
-                                 worst, 0.5, worst))  # fmt: skip
+                                 worst, threshold, worst))  # fmt: skip
     return tuple(found)
