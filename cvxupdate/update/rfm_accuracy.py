@@ -77,7 +77,8 @@ def _row(values: Array) -> tuple[float, ...]:
 def _spread(model: Model, data: FrfData) -> float | None:
     """Median deviation of p that the output error at these lines leaves, linearised at the model as it stands; None where that is unbounded."""
     J, _ = FrfResidual(model, (data,), "receptance").evaluate(model.zero()).system().weighted()
-    _, s, Vt = np.linalg.svd(J, full_matrices=True)
+    R = np.linalg.qr(J, mode="r") if J.shape[0] > J.shape[1] else J  # thousands of rows: their U would fill the memory
+    _, s, Vt = np.linalg.svd(R, full_matrices=True)
     known = s > 1e-10 * s.max(initial=0.0)
     variance = np.sum((Vt[: len(s)][known] / s[known, None]) ** 2, axis=0)
     open_ = np.sum(np.vstack([Vt[: len(s)][~known], Vt[len(s):]]) ** 2, axis=0) > 1e-12
