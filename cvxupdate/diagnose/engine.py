@@ -98,7 +98,8 @@ def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[
     singles = raced(bench, coarse, FINE, FINAL, tell)
     if pattern:
         singles.sort(key=lambda t: t.fit.damping_strain)
-    double = [] if pattern or (singles and charged(singles[0]) <= OPEN * EXPLAINED) else pairs(bench, coarse, tell)
+    enough = pattern or base.misfit <= OPEN * EXPLAINED or (singles and charged(singles[0]) <= EXPLAINED)
+    double = [] if enough else pairs(bench, coarse, tell)
     chosen = {Effect(s.candidate).key: often for s, often in stable}
     return Outcome(bench, nominal, errors, outcome.noise, base, screened, tuple(singles), tuple(double), chosen)
 

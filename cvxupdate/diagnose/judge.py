@@ -115,18 +115,19 @@ def overlapping(a: Place, b: Place) -> bool:
     return bool(set(a.nodes) & set(b.nodes)) and a.dof == b.dof
 
 
-def same_places(a: Trial, b: Trial) -> bool:
-    """Whether every effect of ``a`` stands where one of ``b`` does."""
-    return all(any(overlapping(x.candidate.place, y.candidate.place) for y in b.effects) for x in a.effects)
+def has(t: Trial, effect: Effect) -> bool:
+    """Whether a trial has an effect where ``effect`` stands."""
+    place = effect.candidate.place
+    return any(place == other.candidate.place or overlapping(place, other.candidate.place) for other in t.effects)
 
 
 @dataclass(frozen=True)
 class Standing:
-    """What the confidence in a finding rests on, each a decimal logarithm.
+    """What the confidence in an effect rests on; logarithms are decimal.
 
-    ``lead``: misfit of the next hypothesis that is something else, over the best; ``gain``: misfit of the ordinary model over the best; ``left``: the
-    best misfit; ``weight``: the least of the effects' sizes in their own deviations. ``rivals``: how many hypotheses elsewhere come as near, ``alike``: how
-    many at the same place (numbers).
+    ``lead``: misfit of the next hypothesis without anything at its place, over the best (log); ``gain``: misfit of the ordinary model over the best (log);
+    ``left``: the best misfit (log); ``weight``: its size in its own deviations (log); ``rivals``: how many hypotheses without it come as near as the best;
+    ``alike``: how many have something else at its place.
     """
 
     lead: float
@@ -137,28 +138,27 @@ class Standing:
     alike: int
 
 
-def standing(best: Judged, others: Sequence[Judged], outcome: Outcome) -> Standing:
-    """`Standing` of the best trial among all that were refitted."""
+def standing(number: int, best: Judged, others: Sequence[Judged], outcome: Outcome) -> Standing:
+    """`Standing` of effect ``number`` of the best trial among all that were refitted."""
+    effect = best.trial.effects[number]
     near = rivals(best, others, outcome)
-    elsewhere = [r for r in near if not same_places(r.trial, best.trial)]
+    elsewhere = [r for r in near if not has(r.trial, effect)]
     mine, base = _scale(best.trial.fit, outcome), _scale(outcome.base, outcome)
-    following = min([_scale(t.trial.fit, outcome) for t in others if t is not best and not same_places(t.trial, best.trial)] + [base])
-    sizes = [abs(values[name] - (1.0 if how in ("factor", "gain") else 0.0)) / max(deviations[name], 1e-12)
-             for effect, (values, deviations) in zip(best.trial.effects, figures(best.trial), strict=True)
-             for name, _, how in effect.candidate.report[:1] if how in ("factor", "gain", "value", "delay")]
+    following = min([_scale(t.trial.fit, outcome) for t in others if t is not best and not has(t.trial, effect)] + [base])
+    values, deviations = figures(best.trial)[number]
+    name, _, how = effect.candidate.report[0]
+    size = np.inf if how in ("inverse", "kappa") else abs(values[name] - (1.0 if how in ("factor", "gain") else 0.0)) / max(deviations[name], 1e-12)
 
     def log(x: float) -> float:
         return float(np.log10(np.clip(x, 1e-3, 1e4)))
 
-    return Standing(log(following / max(mine, 1e-9)), log(base / max(mine, 1e-9)), log(mine), log(min(sizes, default=10.0)), len(elsewhere),
-                    len(near) - len(elsewhere))
+    return Standing(log(following / max(mine, 1e-9)), log(base / max(mine, 1e-9)), log(mine), log(size), len(elsewhere), len(near) - len(elsewhere))
 
 
 def _scale(found: Fit, outcome: Outcome) -> float:
     return found.damping_strain if pattern(outcome) else found.misfit
 
 
-def confidence(best: Judged, others: Sequence[Judged], outcome: Outcome) -> float:
+def confidence(s: Standing) -> float:
     """How far ahead of the next thing that is something else: 1 − (misfit ratio), within 0.3 and 0.99, shared among rivals elsewhere."""
-    s = standing(best, others, outcome)
     return float(np.clip(1.0 - 10.0 ** -max(s.lead, 0.0), 0.3, 0.99)) / (1.0 + 0.5 * s.rivals)

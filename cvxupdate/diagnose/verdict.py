@@ -14,7 +14,7 @@ from cvxupdate.diagnose.effects import Effect, Trial, figures, without
 from cvxupdate.diagnose.engine import EXPLAINED, Outcome, explain, followed, loose_groups
 from cvxupdate.diagnose.finding import Diagnosis, Finding, sentence, where
 from cvxupdate.diagnose.forward import undamped
-from cvxupdate.diagnose.judge import Judged, confidence, credible, doubles, equivalents, explained, halves, judged, rivals, standing
+from cvxupdate.diagnose.judge import SURE, Judged, confidence, credible, doubles, equivalents, explained, halves, judged, rivals, standing
 from cvxupdate.diagnose.mesh import mesh_error
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
@@ -48,14 +48,14 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
     single = next(iter(s for s in singles[:1] if halves(s, outcome)), None)
     final, field = single, singles
     if (single is None or single.misfit > EXPLAINED) and doublets and doubles(doublets[0], single, outcome):
-        final, field = doublets[0], doublets
+        final, field = doublets[0], [*doublets, *singles]
     if not nonlinear and (final is None or not credible(final, outcome)) and not explained(_base(outcome), outcome):
         wide = judged(outcome, [Trial((), followed(outcome))])[0]
         if loose_groups(wide.trial.fit) and explained(wide, outcome) and doubles(wide, None, outcome):
             final, field = wide, [wide]
     verdict, says, findings = _verdict(outcome, final, field, singles + doublets, nonlinear)
     if findings and final is not None:
-        evidence += _finding_evidence(final, single, field)
+        evidence += _finding_evidence(findings, final, single, field)
     return _diagnosis(spec, verdict, says, findings, outcome, final if findings else None, singles, doublets, evidence, begin)
 
 
@@ -87,13 +87,17 @@ def _verdict(outcome: Outcome, final: Judged | None, field: Sequence[Judged], ev
 
 
 def _findings(outcome: Outcome, final: Judged, field: Sequence[Judged]) -> tuple[Finding, ...]:
-    near, sure = rivals(final, field, outcome), confidence(final, field, outcome)
+    """The effects, strongest first; of two, one whose place the recordings cannot tell is not claimed."""
+    near, found = rivals(final, field, outcome), figures(final.trial)
+    needed = _needed(outcome, final)
     out = []
-    for _, effect, (values, deviations) in sorted(zip(_needed(outcome, final), final.trial.effects, figures(final.trial), strict=True), key=lambda x: -x[0]):
-        c = effect.candidate
+    for k in sorted(range(len(found)), key=lambda k: -needed[k]):
+        effect, (values, deviations) = final.trial.effects[k], found[k]
+        c, sure = effect.candidate, confidence(standing(k, final, field, outcome))
         same = tuple((o.candidate.physics, o.candidate.place) for o in equivalents(effect, final, near))
         out.append(Finding(c.physics, c.place, values, deviations, sure, same, sentence(c.physics, c.place, values)))
-    return tuple(out)
+    told = tuple(f for f in out if f.confidence >= SURE)
+    return told or tuple(out[:1])
 
 
 def _needed(outcome: Outcome, final: Judged) -> list[float]:
@@ -137,11 +141,14 @@ def _named(t: Judged) -> str:
     return " with ".join(f"{e.candidate.physics} at {where(e.candidate.place)}" for e in t.trial.effects) or "Letting the groups' parameters go far"
 
 
-def _finding_evidence(final: Judged, single: Judged | None, field: Sequence[Judged]) -> list[str]:
+def _finding_evidence(findings: Sequence[Finding], final: Judged, single: Judged | None, field: Sequence[Judged]) -> list[str]:
     out = []
     if single is not None and final is not single:
         out.append(f"One effect alone, {_named(single)}, leaves {single.error:.3g} (fitted) and {single.hold_out:.3g} (held out): not enough.")
     out.append(f"{_named(final)} brings the error to {final.error:.3g} (fitted) and {final.hold_out:.3g} (held out).")
+    silent = [e for e in final.trial.effects if (e.candidate.physics, e.candidate.place) not in {(f.physics, f.place) for f in findings}]
+    out += [f"{e.candidate.physics} at {where(e.candidate.place)} is needed for the last of it, but others elsewhere would do as well: it is not claimed."
+            for e in silent]
     others = [t for t in field if t is not final]
     out += [f"The same procedure with {_named(t)} leaves {t.error:.3g} and {t.hold_out:.3g}." for t in others[:3]]
     return out
@@ -158,7 +165,8 @@ def _diagnosis(spec: Spec, verdict: str, says: str, findings: tuple[Finding, ...
     details: dict[str, Any] = {"method": "smoothed output error, trust-region convex steps",
                                "misfit": {"ordinary": o.base.misfit, "after": final.misfit if final is not None else o.base.misfit}}
     if final is not None and final.trial.effects:
-        details["standing"] = asdict(standing(final, doublets if len(final.trial.effects) > 1 else singles, o))
+        field = [*doublets, *singles] if len(final.trial.effects) > 1 else singles
+        details["standing"] = [{"name": e.candidate.name, **asdict(standing(k, final, field, o))} for k, e in enumerate(final.trial.effects)]
     return Diagnosis(spec.name, spec.title, str(spec.path), verdict, says, findings, tuple(_candidates(o, singles, doublets)), fit, metrics, tuple(evidence),
                      time.perf_counter() - begin, details)
 
