@@ -8,8 +8,8 @@ in each (T of 4.14), found by simulation on the model alone. ``python rfm_regula
 What the thesis claims of TLS, after 50 draws a level (4.7.3, 10.1 viii):
  "superior to LLS when the noise variance is large": confirmed only with the rank lowered in hindsight (a fifth of LLS's error at 1e-3). At full rank
  TLS is never better than LLS and blows up from a variance of 3e-5 on, because the smallest singular value of A falls below the noise.
- "superior to TSVD when the noise variance is large": refuted. At the best rank of each they agree within 6 %, TSVD slightly ahead at every level: the
- gain comes from the lower rank, not from the errors in A. Columns scaled by their noise do not change that: see the table.
+ "superior to TSVD when the noise variance is large": refuted. At the best rank of each they agree within 6 %, TSVD a little ahead from 3e-5 on: the
+ gain comes from the lower rank, not from the errors in A. Columns scaled by their noise make it worse.
  "differences are not significant within the radius of convergence (below 1e-4)": refuted. At 1e-4 LLS has three times the error of TSVD or TLS,
  and L1, which the thesis lacked, has less than two thirds of theirs.
  "accuracy substantially deteriorates for TLSQ and LLS at large variance" (chapter 10, at odds with 4.7.3): confirmed for full rank.
