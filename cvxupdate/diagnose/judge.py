@@ -12,7 +12,8 @@ from cvxupdate.diagnose.engine import DAMPING_GAIN, DAMPING_WORDS, EXPLAINED, OP
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.physics.base import Place
 
-HALVED = 0.5  # a finding must halve what was left, on what was fitted and on what was not
+HALVED = 0.5  # a finding must halve the misfit, and the held-out error of the model as it was
+LOWER = 0.7  # of the held-out error with ordinary parameters, noise apart
 RIVAL = 2.0  # misfit within this factor of the best: the recordings do not separate the two
 UNEXPLAINED = 0.1  # response error above which even the best model leaves the recordings unexplained
 SURE = 0.4  # confidence below which a further effect is not claimed
@@ -49,24 +50,27 @@ def beyond(error: float, noise: float) -> float:
 
 
 def halves(t: Judged, outcome: Outcome) -> bool:
-    """Whether a single effect halves what ordinary parameters leave, on what was fitted and on what was held out."""
+    """Whether a single effect halves the misfit that ordinary parameters leave, and shows on what was held out."""
     fit = t.trial.fit
     if pattern(outcome):
         drop = outcome.base.damping_strain - fit.damping_strain
         word = t.trial.effects[0].candidate.physics
         return word in DAMPING_WORDS and drop > max(DAMPING_GAIN, HALVED * outcome.base.damping_strain) and fit.misfit <= 1.05 * outcome.base.misfit
-    return fit.misfit <= HALVED * outcome.base.misfit and lower(t.hold_out, min(outcome.ordinary[1], outcome.nominal[1]), outcome.noise[1])
+    return fit.misfit <= HALVED * outcome.base.misfit and shows(t, outcome.ordinary[1], outcome)
 
 
-def lower(after: float, before: float, noise: float) -> bool:
-    """Whether a held-out error fell to half, noise apart; true where nothing was held out."""
-    return bool(not np.isfinite(after) or after <= HALVED * before or beyond(after, noise) <= HALVED * beyond(before, noise))
+def shows(t: Judged, before: float, outcome: Outcome) -> bool:
+    """Whether the held-out error is half of what it was with the model as it came, and clearly below ``before``; true where nothing was held out."""
+    if not np.isfinite(t.hold_out):
+        return True
+    noise = outcome.noise[1]
+    return bool(t.hold_out <= HALVED * outcome.nominal[1] and (t.hold_out <= LOWER * before or beyond(t.hold_out, noise) <= LOWER * beyond(before, noise)))
 
 
 def doubles(pair: Judged, single: Judged | None, outcome: Outcome) -> bool:
-    """Whether two effects are needed: they explain, and leave at most half of what the best one leaves."""
-    misfit, error = (outcome.base.misfit, min(outcome.ordinary[1], outcome.nominal[1])) if single is None else (single.misfit, single.hold_out)
-    return explained(pair, outcome) and pair.misfit <= HALVED * misfit and lower(pair.hold_out, error, outcome.noise[1])
+    """Whether two effects are needed: they explain, and leave at most half of the misfit that the best one leaves."""
+    misfit, error = (outcome.base.misfit, outcome.ordinary[1]) if single is None else (single.misfit, single.hold_out)
+    return explained(pair, outcome) and pair.misfit <= HALVED * misfit and shows(pair, error, outcome)
 
 
 def explained(t: Judged, outcome: Outcome) -> bool:
