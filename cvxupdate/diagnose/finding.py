@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from cvxupdate.diagnose.curves import Shown
 from cvxupdate.diagnose.words import sentence, sentence_of, where, words_of
 from cvxupdate.physics.base import Place
 
@@ -48,6 +49,7 @@ class Diagnosis:
     time: float
     details: dict[str, Any]
     updated: str | None = None  # the diagnosed model as a problem file (`cvxupdate.diagnose.export`)
+    shown: Shown | None = None  # what the page draws (`cvxupdate.diagnose.curves`)
 
     def to_json(self) -> dict[str, Any]:
         """The whole of ``diagnosis.json``."""

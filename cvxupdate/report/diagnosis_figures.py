@@ -97,7 +97,7 @@ def place_picture(found: Diagnosis, spec: Spec) -> str | None:
             if whole:
                 ax.plot(flat[rows, 0], flat[rows, 1], "o", mfc=PAPER, mec=HELD, mew=2.6, ms=13, ls="", zorder=6)
                 ax.plot(flat[rows, 0], flat[rows, 1], "o", color=HELD, mew=0, ms=5, ls="", zorder=7)
-            middle = flat[rows].mean(axis=0)
+            middle = np.array([flat[rows, 0].mean(), flat[rows, 1].max()])  # above the mark, not across it
             left = middle[0] > flat[:, 0].mean()
             ax.annotate(text, (middle[0], middle[1]), (0, 14 + 13 * k), textcoords="offset points", ha="right" if left else "left", fontsize=10,
                         color=INK, fontweight="bold", zorder=8)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
+from cvxupdate.report.diagnosis_curves import map_picture, mode_bars, other_curves, overlay, remains
 from cvxupdate.report.diagnosis_figures import fit_bars, place_picture
 from cvxupdate.report.diagnosis_words import VERDICTS, equivalents, fit_rows, physics_words, place_words, values_words
 from cvxupdate.report.numbers import fixed, number, seconds
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from cvxupdate.diagnose.finding import Diagnosis
     from cvxupdate.spec import Spec
 
+BARS_SAY = "How far the model's answer lies from the recordings: 0 is perfect, 1 is an error as large as the signal. Held-out recordings were never fitted."
+MODES_SAY = "Each line is a measured natural frequency: how far the model was off, and how far it is now."
 MOST_ROWS = 40
 """Candidates shown at most; diagnosis.json holds them all."""
 
@@ -23,8 +26,13 @@ MOST_ROWS = 40
 def diagnosis_page(found: Diagnosis, spec: Spec) -> str:
     """The HTML text of a report on ``diagnose``."""
     tone, meaning = VERDICTS[found.verdict]
+    first, others = overlay(found.shown), other_curves(found.shown)
+    modes = None if first else mode_bars(found.shown)
     return render("diagnosis.html", {
-        "d": found, "tone": tone, "meaning": meaning, "place": _svg(place_picture(found, spec)), "bars": _svg(fit_bars(found)), "fit": fit_rows(found),
+        "d": found, "tone": tone, "meaning": meaning, "place": _svg(place_picture(found, spec)), "bars": _svg(fit_bars(found)), "bars_say": BARS_SAY,
+        "fit": fit_rows(found),
+        "overlay": _svg(first[0] if first else modes), "overlay_says": first[1] if first else MODES_SAY, "curves": _svg(others[0] if others else None),
+        "remains": _svg(remains(found.shown)), "map": _svg(map_picture(found.shown, spec)), "updated": found.updated is not None,
         "findings": [finding_part(f) for f in found.findings], "candidates": candidate_rows(found), "more": max(0, len(found.candidates) - MOST_ROWS),
         "metrics": metric_rows(found), "source": spec.source, "command": command("diagnose", found.path), "time": seconds(found.time),
     })  # fmt: skip

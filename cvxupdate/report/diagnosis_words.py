@@ -28,6 +28,12 @@ def physics_words(word: str) -> str:
     return word.replace("_", " ")
 
 
+def label_words(label: str) -> str:
+    """``n3.x`` as "at node 3 (x)"."""
+    node, _, dof = label.partition(".")
+    return f"at node {node[1:]} ({dof})"
+
+
 def place_words(location: Mapping[str, Any]) -> str:
     """A location of the contract in words."""
     nodes, elements, groups = (list(location.get(k) or ()) for k in ("nodes", "elements", "groups"))
