@@ -98,10 +98,14 @@ class Reading(Part):
     dataset: Text | None = Field(default=None, description="data set under CVXUPDATE_DATA that holds the file")
     response: Motion | None = Field(default=None, description="quantity of the responses")
     channels: Annotated[tuple[ChannelRow, ...], Table()] | None = Field(default=None, description="the channels")
-    band: tuple[NonNegative, Positive] | None = Field(default=None, description="[lowest, highest] frequency used [Hz]")
+    band: tuple[NonNegative, Positive] | None = Field(
+        default=None, description="[lowest, highest] frequency used [Hz]; of a time history: of the FRF that is estimated from it, the samples stay as they are"
+    )
     corrections: tuple[CorrectionRow, ...] = Field(default=(), description="faults of channels to be taken out")
     format: Text | None = Field(default=None, description="file format, where the file's ending does not say it")
-    variables: dict[str, str] = Field(default={}, description="names of the arrays inside the file, where they differ")
+    variables: dict[str, str] = Field(
+        default={}, description="names of the arrays inside the file, where they differ (FRF: frequency, H, coherence, variance, response_node …)"
+    )
     delimiter: Text | None = Field(default=None, description="text files: what separates the columns")
     decimal: Literal[".", ","] | None = Field(default=None, description="text files: the decimal mark")
     encoding: Text | None = Field(default=None, description="text files: e.g. latin-1")

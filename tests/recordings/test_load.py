@@ -169,3 +169,10 @@ def test_every_real_file_opens_and_agrees_with_its_readme_within_one_per_cent() 
     assert [(row.recording, row.found, row.stated) for row in stated if not row.deviation <= 1.0] == []
     left = module.unread(module.data_root())
     assert {Path(name).name for name, _ in left} == {"Mass position.xlsx", "slow10steps_commanded_indexes.txt"}
+
+
+def test_a_misspelt_key_in_the_only_row_is_one_fault_not_an_empty_recording(tmp_path: Path) -> None:
+    path = problem(tmp_path, '[[recordings]]\nkind = "modes"\nrows = [{ frequency = 5.0, frequenci_std = 0.1 }]\n')
+    assert [fault.problem for fault in check_problem(path)] == ["unknown key 'frequenci_std' (value 0.1)."]
+    path = problem(tmp_path, '[[recordings]]\nkind = "modes"\nrows = []\n')
+    assert any("the recording is empty" in fault.problem for fault in check_problem(path))

@@ -295,6 +295,31 @@ def test_frf_arrays_of_wrong_shape_are_refused(tmp_path: Path) -> None:
             frequency_response(read_file(path), ORIGIN, quantity="acceleration")
 
 
+def test_a_stated_variance_is_taken_as_it_is_in_si(tmp_path: Path) -> None:
+    rng = np.random.default_rng(4)
+    variance = rng.uniform(1.0, 2.0, (40, 3, 1))
+    base = {"frequency": np.arange(1.0, 41.0), "H": rng.normal(size=(40, 3, 1)) + 0j, "variance": variance, "reference_node": [1], "reference_dof": [3],
+            "response_node": [1, 2, 3], "response_dof": [3, 3, 3], "coherence": np.full((40, 3, 1), 0.9)}  # fmt: skip
+    path = tmp_path / "a.npz"
+    np.savez(path, **base)  # type: ignore[arg-type]
+    seen = frequency_response(read_file(path), ORIGIN, quantity="acceleration")
+    assert seen.variance == pytest.approx(variance)
+    wanted = [Wanted(2, "acceleration", 3, "z", "g"), Wanted(0, "acceleration", 1, "z", sign=-1)]
+    some = frequency_response(read_file(path), ORIGIN, quantity="acceleration", wanted=wanted)
+    assert some.variance == pytest.approx(variance[:, [2, 0]] * np.array([[9.80665**2], [1.0]]))
+    np.savez(path, **{**base, "variance": variance[:, :, 0]})  # type: ignore[arg-type]
+    assert frequency_response(read_file(path), ORIGIN, quantity="acceleration").variance == pytest.approx(variance)
+    np.savez(path, **{**base, "s2": variance, "variance": -variance})  # type: ignore[arg-type]
+    assert frequency_response(read_file(path), ORIGIN, quantity="acceleration", names=Names({"variance": "s2"})).variance == pytest.approx(variance)
+    with pytest.raises(RecordingError, match="negative or not numbers"):
+        frequency_response(read_file(path), ORIGIN, quantity="acceleration")
+    with pytest.raises(RecordingError, match="there is no array 'sigma'"):
+        frequency_response(read_file(path), ORIGIN, quantity="acceleration", names=Names({"variance": "sigma"}))
+    np.savez(path, **{**base, "variance": variance[:39]})  # type: ignore[arg-type]
+    with pytest.raises(RecordingError, match="not that of H"):
+        frequency_response(read_file(path), ORIGIN, quantity="acceleration")
+
+
 def noisy_frf(averages: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A two-mode receptance estimated by H1 over blocks with independent lines: (H, estimate, coherence)."""
     rng = np.random.default_rng(seed)

@@ -138,6 +138,25 @@ def _from_arrays(contents: Contents, wanted: Sequence[Wanted], references: Seque
     return axis, np.asarray(H, dtype=complex) * scale, coherence, channels, forces, kind
 
 
+def _stated_variance(contents: Contents, wanted: Sequence[Wanted], H: Complex, channels: Sequence[Channel], names: Names) -> Real | None:
+    """The array ``variance`` of a container that has ``H``, in SI, with the shape of ``H``; None where the file has none."""
+    where = contents.file
+    given = contents.arrays.get(names["variance"]) if names["H"] in contents.arrays and not contents.functions else None
+    if given is None:
+        if "variance" in names.given:
+            raise RecordingError(f"{where}: there is no array {names['variance']!r}. Correct variables.variance, or leave it out.")
+        return None
+    variance = real_values(given, f"{where}: variance")
+    variance = variance.reshape((*variance.shape, *(1,) * (3 - variance.ndim))) if variance.ndim < 3 else variance
+    if wanted and variance.ndim == 3 and variance.shape[1] > max(int(want.column) for want in wanted):
+        variance = variance[:, [int(want.column) for want in wanted], :]
+    if variance.shape != H.shape:
+        raise RecordingError(f"{where}: variance has shape {given.shape}, which is not that of H. Its axes are those of H: frequency, response, reference.")
+    if not np.all(np.isfinite(variance)) or np.any(variance < 0.0):
+        raise RecordingError(f"{where}: its variance has entries that are negative or not numbers. It is E|H - EH|² of each entry, in the unit of H squared.")
+    return np.asarray(variance * np.array([channel.scale for channel in channels])[:, None] ** 2)
+
+
 def _column_frf(contents: Contents, want: Wanted, names: Names) -> NDArray[np.complex128]:
     """One FRF from its columns: complex text, real and imaginary part, magnitude and phase, or decibel and phase."""
     where = f"{contents.file}: {want.label}"
@@ -210,9 +229,10 @@ def frequency_response(contents: Contents, origin: Origin, *, quantity: str | No
                        averages: float | None = None) -> FrequencyResponse:  # fmt: skip
     """FRFs of a file in SI, with their variance (see `read.variance`).
 
-    Three forms are read: functions of a universal file; arrays ``frequency``, ``H``, ``coherence``, ``response_node``,
-    ``response_dof`` (1 to 6), ``reference_node``, ``reference_dof`` of a container; columns of a table, declared by ``wanted``
-    and ``references``. ``quantity`` of the responses; ``averages`` where it is known. The coherence kept with the recording is
+    Three forms are read: functions of a universal file; arrays ``frequency``, ``H``, ``coherence``, ``variance``, ``response_node``,
+    ``response_dof`` (1 to 6), ``reference_node``, ``reference_dof`` of a container (``variance`` E|H - EH|² in the file's unit squared, where the
+    program that made them knows it: it is taken as it is); columns of a table, declared by ``wanted`` and ``references``.
+    ``quantity`` of the responses; ``averages`` where it is known. The coherence kept with the recording is
     the least over the references (each is excited alone). Raises `RecordingError` naming file and channel.
     """
     where = contents.file
@@ -229,7 +249,9 @@ def frequency_response(contents: Contents, origin: Origin, *, quantity: str | No
         raise RecordingError(f"{where}: its frequencies must be finite, not negative, and increase. Give the right frequency_column.")
     if coherence is not None and np.any((coherence < -1e-3) | (coherence > 1.001)):
         raise RecordingError(f"{where}: its coherence is not between 0 and 1. Name the right column or array.")
-    variance, _ = variance_of_frf(H, None if coherence is None else np.clip(coherence, 0.0, 1.0), averages)
+    variance = _stated_variance(contents, wanted, H, channels, names)
+    if variance is None:
+        variance, _ = variance_of_frf(H, None if coherence is None else np.clip(coherence, 0.0, 1.0), averages)
     least = None
     if coherence is not None:
         filled = np.where(np.isnan(coherence), np.inf, np.clip(coherence, 0.0, 1.0)).min(axis=2)

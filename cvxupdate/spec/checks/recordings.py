@@ -14,9 +14,9 @@ from cvxupdate.spec.recordings import FrfRecording, ModesRecording, TimeRecordin
 
 @dataclass(frozen=True)
 class EmptyRecordings:
-    """A recording holds something."""
+    """A recording holds something; not asked where a faulty row was taken out, for it may have been the only one."""
 
-    needs: ClassVar[tuple[str, ...]] = ()
+    needs: ClassVar[tuple[str, ...]] = ("recordings",)
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
         """Every table of modes without rows, and every list of channels without channels."""
