@@ -177,4 +177,7 @@ def diagnose(path: str | os.PathLike[str], progress: Callable[[str], None] | Non
     from cvxupdate.diagnose import diagnose_problem
 
     spec, model, recordings = open_problem(path, told)
-    return diagnose_problem(spec, model, recordings, progress)
+    found = diagnose_problem(spec, model, recordings, progress)
+    banded = [r.origin.name for r, declared in zip(recordings, spec.recordings, strict=True) if declared.kind == "time" and declared.band is not None]
+    said = tuple(f"{name}: band was not used, for a time history is diagnosed sample by sample, at every frequency that it holds." for name in banded)
+    return replace(found, evidence=(*found.evidence, *said))
