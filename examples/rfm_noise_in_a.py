@@ -6,12 +6,13 @@ Bias is ‖mean p − p_true‖ / ‖p_true‖ over the draws (its own scatter, 
 enters the rows through Z(p); both with all the rows' covariance (the dynamic flexibility, 3.37); and the output error, in whose A the model's receptances
 stand for the measured ones: the maximum-likelihood answer to errors in the variables, because x̂ = H(p) f is the nearest x that balances.
 
-``python rfm_noise_in_a.py OUT 50`` for 50 draws a level.
+``python rfm_noise_in_a.py OUT 50`` for 50 draws a level, ``… OUT 50 0.02`` for one level.
 """
 
 from __future__ import annotations
 
 import csv
+import sys
 
 import numpy as np
 from shared.bay_case import CORNER, TRUTH, bay, data_of, fe1, out_folder, step
@@ -41,15 +42,12 @@ def draw(model, exact, level, seed):
     return {name: out[name] for name in METHODS}
 
 
-def study(draws, levels):
-    """{level: {method: p of every draw (draws, 40)}}."""
+def study(draws, level):
+    """{method: p of every draw (draws, 40)} at one level."""
     model = fe1()
     exact = bay.receptance(bay.build("X1"), LINES, bay.TEN, CORNER)
-    out = {}
-    for level in levels:
-        found = [draw(model, exact, level, round(1e5 * level) * 1000 + k) for k in range(draws)]
-        out[level] = {name: np.array([f[name] for f in found]) for name in METHODS}
-    return out
+    found = [draw(model, exact, level, round(1e5 * level) * 1000 + k) for k in range(draws)]
+    return {name: np.array([f[name] for f in found]) for name in METHODS}
 
 
 def summary(p):
@@ -64,14 +62,16 @@ def main():
     import matplotlib.pyplot as plt
 
     folder, draws = out_folder("rfm_noise_in_a")
-    found = study(draws or 2, LEVELS if draws else LEVELS[1:2])
+    levels = [v for v in LEVELS if f"{v:g}" in sys.argv[3:]] or LEVELS
+    found = {}
     rows = [("noise", "method", "draws", "bias", "scatter of the bias", "error")]
-    for level, methods in found.items():
+    for level in levels if draws else LEVELS[1:2]:
+        methods = found[level] = study(draws or 2, level)
         print(f"\n{100 * level:g} % noise, {draws or 2} draws: bias of p (± its scatter), mean error")
         for name, p in methods.items():
             bias, scatter, error = summary(p)
             rows.append((level, name, len(p), f"{bias:.4g}", f"{scatter:.4g}", f"{error:.4g}"))
-            print(f"  {name:36s} {bias:8.4f} ± {scatter:.4f}   {error:8.4f}")
+            print(f"  {name:36s} {bias:8.4f} ± {scatter:.4f}   {error:8.4f}", flush=True)
     with (folder / "rfm_noise_in_a.csv").open("w", newline="") as file:
         csv.writer(file).writerows(rows)
     figure, ax = plt.subplots(figsize=(7, 4))
