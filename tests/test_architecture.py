@@ -14,6 +14,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "cvxupdate"
 BASE = {"errors"}
 MODEL = {"errors", "spec", "fe"}
 DATA = {"errors", "spec", "recordings"}
+SHARED = {"matfile"}  # a format that brings models and recordings alike
 
 # Room or single module → rooms it may import. `errors` and `system` are shared parts: errors for all, LinearSystem for those that
 # make, solve or loop over it. What a room may use it may also see through (correlate may name the errors and specs of the rooms below it).
@@ -21,9 +22,10 @@ ROOMS: dict[str, set[str]] = {
     "errors": set(),
     "system": BASE,
     "spec": BASE,
-    "fe": BASE | {"spec"},
+    "matfile": BASE,
+    "fe": BASE | SHARED | {"spec"},
     "reduction": MODEL,
-    "recordings": BASE | {"spec"},
+    "recordings": BASE | SHARED | {"spec"},
     "correlate": MODEL | DATA | {"reduction"},
     "residual": MODEL | DATA | {"reduction", "correlate", "system"},
     "convex": BASE | {"system"},

@@ -18,6 +18,7 @@ from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.fe.sections import Circle, General, Rectangle, Section
 from cvxupdate.fe.select import select_parameters
+from cvxupdate.matfile import read_variables
 from cvxupdate.spec import Spec, expand_parameters
 from cvxupdate.spec import elements as se
 from cvxupdate.spec import model as sm
@@ -207,9 +208,7 @@ def _labels(row: se.MatrixRow, path: Any, size: int) -> tuple[tuple[int, int], .
             with np.load(path, allow_pickle=False) as data:
                 names = [str(v) for v in np.atleast_1d(data[row.labels])] if row.labels in data else []
         else:
-            from scipy.io import loadmat
-
-            names = [str(v).strip() for v in np.atleast_1d(np.squeeze(loadmat(path).get(row.labels, [])))]
+            names = [text.strip() for text in read_variables(path).texts.get(row.labels, ())]
     else:
         names = row.labels
     if len(names) != size:

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from cvxupdate.errors import ModelError
+from cvxupdate.errors import ModelError, RecordingError
 from cvxupdate.fe.elements.base import Real, Term, Values
+from cvxupdate.matfile import read_variables
 
 
 @dataclass(frozen=True)
@@ -87,12 +88,13 @@ def read_matrix(path: Path, variable: str | None) -> sp.csr_array:
                     return sp.csr_array(sp.load_npz(path))
                 return sp.csr_array(np.asarray(_pick(dict(data), variable, path), dtype=float))
         if suffix == ".mat":
-            from scipy.io import loadmat
-
-            found = {k: v for k, v in loadmat(path).items() if not k.startswith("__")}
-            return sp.csr_array(_pick(found, variable, path)).astype(float)
+            found = read_variables(path)
+            sparse = {name: sp.csc_array((m.values, m.rows, np.concatenate([[0], m.ends])), shape=m.shape) for name, m in found.sparse.items()}
+            return sp.csr_array(_pick({**found.arrays, **sparse}, variable, path)).astype(float)
     except ModelError:
         raise
+    except RecordingError as error:  # the reader of .mat files says what is wrong with the file
+        raise ModelError(str(error)) from error
     except Exception as error:  # the readers raise many kinds, none of them ours
         raise ModelError(f"{path}: cannot be read as a matrix file ({type(error).__name__}: {error}). Give .npz, .mat (version 5) or .mtx.") from error
     raise ModelError(f"{path}: the ending {suffix or '(none)'} is not known. Give .npz, .mat (version 5) or .mtx.")
