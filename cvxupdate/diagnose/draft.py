@@ -88,10 +88,12 @@ def change(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, f
     for word, matrix in (("stiffness", "K"), ("mass", "M")):
         if matrix in matrices and word in moved:
             row[f"{word}_factor"] = now[word]
-    if "K" in matrices and (damped or "eta" in moved):
+    if "K" in matrices and damped:
         row.pop("eta", None)
         if now["eta"] != 0.0:
             row["eta"] = now["eta"]
+    elif "K" in matrices and "eta" in moved:  # beside what the file says
+        row["eta"] = now["eta"] - was["eta"] + _file_loss(draft, row)
     if row.get("taken_off") or now.get("m", 0.0) < 0.0:
         moved |= {k for k in ("m", "Ixx", "Iyy", "Izz") if k in now}
         now = {**now, **{k: -now[k] for k in ("m", "Ixx", "Iyy", "Izz") if k in now}}
@@ -106,6 +108,11 @@ def change(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, f
         row["section"] = _variant(draft, "sections", row["section"], _section(draft.model["sections"][row["section"]], block, e, now, moved))
     for node in dict.fromkeys(_node(model, d) for d in block.dofs[e].tolist() if d >= 0 and f"@e{number}." in model.labels[d]):
         _open_joint(draft, number, node, {_kind(model, d) for d in block.dofs[e].tolist() if d >= 0 and model.labels[d].startswith(f"n{node}@e{number}.")})
+
+
+def _file_loss(draft: Draft, row: Mapping[str, Any]) -> float:
+    material = draft.model.get("materials", {}).get(row.get("material"), {})
+    return float(row.get("eta", material.get("eta", draft.model.get("damping", {}).get("eta", 0.0))))
 
 
 def _open_joint(draft: Draft, number: int, node: int, turning: set[str]) -> None:

@@ -17,6 +17,7 @@ import numpy as np
 
 from cvxupdate.diagnose.draft import Draft, add, change, draft_of
 from cvxupdate.diagnose.residual import Fault
+from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.spec import Spec, check_problem
 from cvxupdate.spec.write import compacted, to_toml
@@ -28,9 +29,15 @@ if TYPE_CHECKING:
     from cvxupdate.residual.modal import ModalPoint
 
 
-def of_fit(spec: Spec, recordings: Sequence[Recording], found: Fit, says: Sequence[str] = ()) -> str:
-    """The text of what a fit of responses ended at; ``recordings`` in the order of the file."""
-    return of_point(spec, recordings, found.point, says)
+ELASTIC = ("spring", "rod", "beam2d", "beam3d", "plate", "matrix")  # element types with a loss factor
+
+
+def of_fit(spec: Spec, recordings: Sequence[Recording], found: Fit, says: Sequence[str] = ()) -> str | None:
+    """The text of what a fit of responses ended at, ``recordings`` in the order of the file; None where the grammar has no word for it."""
+    try:
+        return of_point(spec, recordings, found.point, says)
+    except ModelError:
+        return None
 
 
 def of_point(spec: Spec, recordings: Sequence[Recording], point: ResponsePoint, says: Sequence[str] = ()) -> str:
@@ -46,11 +53,19 @@ def of_point(spec: Spec, recordings: Sequence[Recording], point: ResponsePoint, 
                         says=(*says, *notes))
 
 
-def of_modes(spec: Spec, point: ModalPoint, says: Sequence[str] = (), alpha: float | None = None) -> str:
-    """The text of what a fit of mode tables ended at; ``alpha`` (1/s) is a decay rate found in their damping."""
+def of_modes(spec: Spec, point: ModalPoint, says: Sequence[str] = (), alpha: float | None = None, damped: tuple[Model, np.ndarray] | None = None) -> str | None:
+    """The text of what a fit of mode tables ended at; None where the grammar has no word for it.
+
+    ``alpha`` (1/s) is a decay rate that all modes share: it takes the place of the file's damping; ``damped`` the model with a word of damping beside it,
+    and its parameters.
+    """
     order = [k for use in (True, False) for k, r in enumerate(spec.recordings) if r.kind == "modes" and (r.use == "fit") == use]
     pairs = {k: [int(at) - point.modes.rigid + 1 if at >= 0 else 0 for at in places] for k, places in zip(order, point.places, strict=False)}
-    return problem_text(spec, point.residual.model, point.p, alpha=alpha, pairs=pairs, says=says)
+    model, p = damped or (point.residual.model, point.p)
+    try:
+        return problem_text(spec, model, p, alpha=alpha, pairs=pairs, says=says)
+    except ModelError:
+        return None
 
 
 def problem_text(spec: Spec, model: Model, p: Sequence[float] | np.ndarray, *, zeta: Sequence[float] | np.ndarray | None = None, alpha: float | None = None,
@@ -91,19 +106,39 @@ def problem_text(spec: Spec, model: Model, p: Sequence[float] | np.ndarray, *, z
 
 
 def _damping(draft: Draft, model: Model, values: Sequence[Mapping[str, Any]], zeta: Sequence[float] | np.ndarray | None, alpha: float | None) -> None:
+    rate = max((float(np.real(v)) for b, now in zip(model.blocks, values, strict=True) if any(t.matrix == "M" for t in b.terms) for v in now["alpha"]),
+               default=0.0)  # one for the whole structure: a lump that was added behind it has it too
     if zeta is None:
         if alpha is not None:
             draft.model["damping"] = {"kind": "rayleigh", "alpha": alpha}
+        elif rate > 0.0:
+            _beside(draft, rate)
         return
     for material in draft.model.get("materials", {}).values():
         material.pop("eta", None)
-    rate = max((float(np.real(v)) for b, now in zip(model.blocks, values, strict=True) if any(t.matrix == "M" for t in b.terms) for v in now["alpha"]),
-               default=0.0)  # one for the whole structure: a lump that was added behind it has it too
     ratios = [max(float(z), 0.0) for z in zeta]
     while len(ratios) > 1 and ratios[-1] == ratios[-2]:
         ratios.pop()
     table = {"kind": "modal", "zeta": ratios if len(ratios) > 1 else (ratios or [0.0])[0]}
     draft.model["damping"] = table | ({"alpha": rate} if rate > 0.0 else {})
+
+
+def _beside(draft: Draft, rate: float) -> None:
+    """Mass-proportional damping beside the file's; where that is a loss factor, it goes to the elements."""
+    old = draft.model.get("damping")
+    if old is None or old["kind"] == "rayleigh":
+        draft.model["damping"] = {"kind": "rayleigh", **(old or {}), "alpha": rate + (old or {}).get("alpha", 0.0)}
+    elif old["kind"] == "modal":
+        draft.model["damping"] = {**old, "alpha": rate}
+    else:
+        for block in draft.model["elements"]:
+            for row in block["rows"] if block["type"] in ELASTIC else ():
+                row.setdefault("eta", _material_loss(draft, row, old["eta"]))
+        draft.model["damping"] = {"kind": "rayleigh", "alpha": rate}
+
+
+def _material_loss(draft: Draft, row: Mapping[str, Any], otherwise: float) -> float:
+    return float(draft.model.get("materials", {}).get(row.get("material"), {}).get("eta", otherwise))
 
 
 def _recordings(draft: Draft, faults: Sequence[tuple[Fault, float]], channels: Sequence[frozenset[str]], pairs: Mapping[int, Sequence[int]]) -> None:

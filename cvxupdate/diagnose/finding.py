@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from cvxupdate.diagnose.curves import Shown
-from cvxupdate.diagnose.words import sentence, sentence_of, where, words_of
+from cvxupdate.diagnose.words import capital, effect, effect_of, sentence, sentence_of, where, words_of
 from cvxupdate.physics.base import Place
 
-__all__ = ["Diagnosis", "Finding", "sentence", "sentence_of", "where", "words_of"]
+__all__ = ["Diagnosis", "Finding", "capital", "effect", "effect_of", "sentence", "sentence_of", "where", "words_of"]
 
 
 @dataclass(frozen=True)

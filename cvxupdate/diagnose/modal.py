@@ -11,14 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.convex import Bounds, SolverChoice, StepProblem, Tikhonov
+from cvxupdate.diagnose.curves import modes_shown
 from cvxupdate.diagnose.data import held_dofs, ordinary, release_from
-from cvxupdate.diagnose.engine import DAMPING_GAIN, DAMPING_WORDS
-from cvxupdate.diagnose.finding import Diagnosis, Finding, sentence, where
+from cvxupdate.diagnose.engine import DAMPING_GAIN
+from cvxupdate.diagnose.export import of_modes
+from cvxupdate.diagnose.finding import Diagnosis, Finding, capital, effect, effect_of, sentence, sentence_of
 from cvxupdate.diagnose.fit import FREE, MASS_STD, STIFFNESS_STD
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.judge import SURE, overlapping
 from cvxupdate.diagnose.modal_damping import damping_trials, ratios_of
 from cvxupdate.diagnose.modal_scan import BASIS, SIZES, scan, scene
+from cvxupdate.diagnose.shortlist import DAMPING_WORDS
 from cvxupdate.diagnose.signals import Real
 from cvxupdate.errors import CvxupdateError, InputError, ModelError
 from cvxupdate.fe.model import Model
@@ -107,8 +110,8 @@ def diagnose_modes(spec: Spec, model: Model, recordings: Sequence[Recording], pr
         if not trials or not _better(trials[0], base, not accepted, _error(base.point, data, False)):
             break
         if accepted and _finding(trials[0], trials).confidence < SURE:
-            evidence.append(f"A further improvement to {100 * trials[0].error:.3g} % (e.g. {trials[0].candidate.physics} at "
-                            f"{where(trials[0].candidate.place)}) cannot be told from others elsewhere, so none is claimed.")
+            evidence.append(f"A further improvement to {100 * trials[0].error:.3g} % (e.g. {effect_of(trials[0].candidate)}) "
+                            "cannot be told from others elsewhere, so none is claimed.")
             break
         accepted.append(trials[0])
         base = trials[0].fit
@@ -118,13 +121,15 @@ def diagnose_modes(spec: Spec, model: Model, recordings: Sequence[Recording], pr
                 + (f" and {100 * aside:.3g} % (held out)." if np.isfinite(aside) else "."),
                 f"With ordinary scatter of group stiffness and mass: {100 * left:.3g} %; weighted misfit {first.misfit:.3g} per row."]
     for t in accepted:
-        evidence.append(f"{t.candidate.physics} at {where(t.candidate.place)} brings it to {100 * t.error:.3g} % (fitted)"
+        evidence.append(f"{capital(effect_of(t.candidate))} brings it to {100 * t.error:.3g} % (fitted)"
                         + (f" and {100 * t.hold_out:.3g} % (held out)." if np.isfinite(t.hold_out) else "."))
     evidence += later
     findings = [_finding(t, stage) for t, stage in zip(accepted, stages, strict=False)]
-    evidence += [f"These modes do not tell {f.physics} at {where(f.place)} from " + ", ".join(f"{w} at {where(p)}" for w, p in f.equivalent[:6])
+    evidence += [f"These modes do not tell {effect(f.physics, f.place)} from " + ", ".join(effect(w, p) for w, p in f.equivalent[:6])
                  + (f" and {len(f.equivalent) - 6} more." if len(f.equivalent) > 6 else ".") for f in findings if f.equivalent]
-    findings += _damping(fit, evidence) or _damping_pattern(spec, model, base, data, evidence)
+    decay = _damping(fit, evidence)
+    pattern, damped = ([], None) if decay else _damping_pattern(spec, model, base, data, evidence)
+    findings += decay + pattern
     loose = [q for q, v in zip(first.model.parameters, first.point.p, strict=True)
              if q.group is not None and abs(v) > 3.5 * (MASS_STD if q.of == "mass" else STIFFNESS_STD)]
     if findings:
@@ -144,9 +149,10 @@ def diagnose_modes(spec: Spec, model: Model, recordings: Sequence[Recording], pr
     candidates: list[dict[str, Any]] = [
         {"physics": t.candidate.physics, "location": t.candidate.place.to_json(), "score": _number(t.error), "hold_out_score": _number(t.hold_out),
          "misfit": t.fit.misfit, "effect": k + 1, "parameters": _figures(t)[0]} for k, stage in enumerate(stages) for t in stage]
+    updated = of_modes(spec, last, [says], decay[0].parameters["alpha"] if decay else None, damped) if findings else None
     return Diagnosis(spec.name, spec.title, str(spec.path), verdict, says, tuple(findings), tuple(candidates), numbers, metrics, tuple(evidence),
                      time.perf_counter() - begin, {"method": "eigenvalues and shapes, trust-region convex steps",
-                                                   "misfit": {"ordinary": first.misfit, "after": base.misfit}})
+                                                   "misfit": {"ordinary": first.misfit, "after": base.misfit}}, updated, modes_shown(nominal, last))
 
 
 def _widened(table: ModeTable) -> ModeTable:
@@ -393,7 +399,7 @@ def _finding(t: ModalTrial, stage: Sequence[ModalTrial]) -> Finding:
     confidence = float(np.clip(1.0 - t.fit.misfit / min(others, default=10.0 * t.fit.misfit), 0.3, 0.99))
     confidence /= 1.0 + 0.5 * sum(not overlapping(r.candidate.place, c.place) for r in rivals)
     return Finding(c.physics, c.place, values, deviations, confidence, tuple((r.candidate.physics, r.candidate.place) for r in rivals),
-                   sentence(c.physics, c.place, values))
+                   sentence_of(c, values))
 
 
 def _damping(fit: Sequence[ModeTable], evidence: list[str]) -> list[Finding]:
@@ -416,29 +422,29 @@ def _damping(fit: Sequence[ModeTable], evidence: list[str]) -> list[Finding]:
     return []
 
 
-def _damping_pattern(spec: Spec, model: Model, base: ModalFit, data: Tables, evidence: list[str]) -> list[Finding]:
-    """A word that raises the damping of just the modes that it moves."""
+def _damping_pattern(spec: Spec, model: Model, base: ModalFit, data: Tables, evidence: list[str]) -> tuple[list[Finding], tuple[Model, Real] | None]:
+    """A word that raises the damping of just the modes that it moves, and the model with it."""
     words = [w for w in DAMPING_WORDS if spec.diagnose.physics is None or w in spec.diagnose.physics]
     ratios = ratios_of(base.point, model)
     if ratios is None or not words:
-        return []
+        return [], None
     m = base.point.matrices
     f = [x for t in data.fit for x in (float(t.frequency.min()), float(t.frequency.max()))]
     context = Context(base.model, m.K, m.M, max(f), min(f), (), (), release_from(spec), float(np.median(ratios.file)))
     before, trials = damping_trials(ratios, [c for w in words for c in CATALOGUE[w](context)])
     if not trials:
-        return []
+        return [], None
     best, near = trials[0], [t for t in trials[1:] if t.strain <= trials[0].strain + DAMPING_GAIN / 2]
     c = best.candidate
     name, _, how = c.report[0]
     if c.model is None:
-        return []
+        return [], None
     value, deviation = reported(c.model, c.model.parameters[-1], how, best.size, best.deviation, c.offset)
     evidence.append(f"The damping ratios depart from the file's pattern (sum of squares {before:.3g} in units of ordinary scatter, {len(ratios.omega)} modes); "
-                    f"{c.physics} at {where(c.place)} brings it to {best.strain:.3g}.")
+                    f"{effect_of(c)} brings it to {best.strain:.3g}.")
     sure = float(np.clip(1.0 - best.strain / before, 0.3, 0.95)) / (1.0 + 0.5 * len(near))
     return [Finding(c.physics, c.place, {name: value}, {name: deviation}, sure, tuple((t.candidate.physics, t.candidate.place) for t in near[:12]),
-                    sentence(c.physics, c.place, {name: value}))]
+                    sentence_of(c, {name: value}))], (c.model, np.append(base.point.p, best.size))
 
 
 def _number(x: float) -> float | None:

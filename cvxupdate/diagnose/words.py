@@ -33,6 +33,21 @@ def effect(physics: str, place: Place) -> str:
     return f"{words_of(physics)} {at(place)}"
 
 
+def capital(text: str) -> str:
+    """With a capital first."""
+    return text[:1].upper() + text[1:]
+
+
+def effect_of(c: Candidate) -> str:
+    """`effect` of a candidate: it tells a support that gives way from a spring, and which channels are meant."""
+    if c.physics == "grounding_spring" and c.offset > 0.0:
+        return f"a support that gives way {at(c.place)}"
+    if c.channel is not None:
+        faults = {"gain": "a wrong gain of the channel", "delay": "a delay of the channel", "swap": "an exchange of the channels"}
+        return f"{faults.get(c.sensor or '', 'a fault of the channel')} {label_words(c.channel)}" + (f" and {label_words(c.other)}" if c.other else "")
+    return effect(c.physics, c.place)
+
+
 def number(value: float, digits: int = 3) -> str:
     """Three significant digits without an exponent: 3.49, 0.0126, 12 300."""
     if value == 0.0 or not math.isfinite(value):

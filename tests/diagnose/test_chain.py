@@ -95,7 +95,7 @@ def test_files_hold_no_nan_and_the_contract_s_keys(chain, lab, measure):
     assert set(data["findings"][0]) == {"physics", "location", "parameters", "standard_deviation", "confidence", "equivalent", "says"}
     assert files["diagnosis.json"] == payload
     page = files["report.html"]
-    assert found.says.split(".")[0] in page and page.count("<svg") == 2 and "<script" not in page and "http" not in page.replace("http://www.w3.org", "")
+    assert found.says.split(".")[0] in page and page.count("<svg") == 6 and "<script" not in page and "http" not in page.replace("http://www.w3.org", "")
 
 
 def test_two_effects_are_both_found(chain, lab, measure):
