@@ -107,6 +107,15 @@ def described(effect: Mapping[str, Any]) -> str:
     return f"{effect['physics']} at {place_text(effect['location'])}" + (f" ({sizes_of})" if sizes_of else "")
 
 
+def names(finding: Mapping[str, Any], effect: Mapping[str, Any]) -> bool:
+    """Word and place of an effect, or of what is equivalent to it; what acts between two nodes is not told by one of them."""
+    if not all(named(finding, effect)[:2]):
+        return False
+    same = [x["location"] for x in (effect, *effect.get("equivalent", ())) if x["physics"] == finding["physics"]]
+    pairs = [set(x["nodes"]) for x in same if len(x["nodes"]) == 2 and not x["elements"]]
+    return len(pairs) < len(same) or set(finding["location"].get("nodes", ())) in pairs
+
+
 def fresh(finding: Mapping[str, Any], effect: Mapping[str, Any], told: set[int] | None) -> bool:
     """Whether a finding says something of an effect that was not said before: nothing was (``told`` None), or it names another part of it (the elements
     named before are ``told``). A second sentence in other words about the same thing is one too many."""
@@ -127,8 +136,8 @@ def judged(said: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
     findings: list[dict[str, Any]] = []
     found: dict[int, set[int]] = {}
     for f in claimed:
-        among = any(all(named(q, e)[:2]) for e in effects for q in (f, *f.get("equivalent", ())))
-        hit = next((i for i, e in enumerate(effects) if all(named(f, e)[:2]) and fresh(f, e, found.get(i))), None)
+        among = any(names(q, e) for e in effects for q in (f, *f.get("equivalent", ())))
+        hit = next((i for i, e in enumerate(effects) if names(f, e) and fresh(f, e, found.get(i))), None)
         if hit is not None:
             found.setdefault(hit, set()).update(f["location"].get("elements", ()))
         mine = sizes(f, effects[hit]) if hit is not None and f["physics"] == effects[hit]["physics"] else []

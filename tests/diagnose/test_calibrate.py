@@ -165,6 +165,7 @@ def truth(*found):
                          for p, x in found]}
 
 
+DAMPER = ("viscous_damper", place([2, 3], dof="x"))
 SHEAR = [("shear_deformation", place((), ids)) for ids in ([1, 2], [3, 4], [1, 2, 3, 4])]
 MASS, SPRING = ("added_mass", place([3], dof="x")), ("grounding_spring", place([5], dof="x"))
 
@@ -184,6 +185,8 @@ MASS, SPRING = ("added_mass", place([3], dof="x")), ("grounding_spring", place([
     ("missing_physics", (MASS,), (MASS, SPRING), "part"),
     ("missing_physics", (SPRING, MASS), (MASS, SPRING), "right"),
     ("missing_physics", (MASS, MASS), (MASS,), "wrong"),  # the same thing twice is one sentence too many
+    ("missing_physics", (DAMPER,), (DAMPER,), "right"),
+    ("missing_physics", (("viscous_damper", place([2], dof="x")),), (DAMPER,), "wrong"),  # to ground is not between
     ("missing_physics", (SHEAR[0], SHEAR[1]), (SHEAR[2],), "right"),  # two parts of one thing are not
     ("missing_physics", (SHEAR[0], SHEAR[0]), (SHEAR[2],), "wrong"),
 ])
