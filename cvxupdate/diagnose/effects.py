@@ -168,21 +168,26 @@ def planted(bench: Bench, parent: Trial, score: Score, signals: Sequence[Signal]
     return Hypothesis((*parent.effects, effect), setting, start)
 
 
+def on_model(bench: Bench, model: Model, c: Candidate) -> Candidate | None:
+    """The same candidate on another model; None where it cannot stand there."""
+    if c.channel is not None:
+        return c
+    if c.tuned is not None:
+        row = model.place.get(f"n{c.place.nodes[0]}.{c.place.dof}")
+        return None if row is None else replace(c, tuned=(row, *c.tuned[1:]))
+    key = Effect(c).key
+    return next((other for other in bench.candidates(model, (c.physics,)) if Effect(other).key == key), None)
+
+
 def replanted(bench: Bench, model: Model, effect: Effect) -> tuple[Effect, Model] | None:
     """The same effect on another model; None where it cannot stand there."""
-    c = effect.candidate
-    if c.channel is not None:
-        return effect, model
+    c = on_model(bench, model, effect.candidate)
+    if c is None:
+        return None
     if c.tuned is not None:
-        label = f"n{c.place.nodes[0]}.{c.place.dof}"
-        if label not in model.place:
-            return None
-        row = model.place[label]
-        return Effect(replace(c, tuned=(row, *c.tuned[1:])), effect.mass), attach(model, row, c.tuned[1], effect.mass, c.tuned[2])
-    for other in bench.candidates(model, (c.physics,)):
-        if Effect(other).key == effect.key and other.model is not None:
-            return Effect(other), other.model
-    return None
+        return Effect(c, effect.mass), attach(model, c.tuned[0], c.tuned[1], effect.mass, c.tuned[2])
+    grown = model if c.channel is not None else c.model
+    return None if grown is None else (Effect(c), grown)
 
 
 def without(bench: Bench, trial: Trial, index: int) -> Trial | None:

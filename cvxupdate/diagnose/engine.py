@@ -10,11 +10,11 @@ import numpy as np
 from cvxupdate.diagnose.data import WIDE, Data
 from cvxupdate.diagnose.effects import Bench, Effect, Key, Trial, planted
 from cvxupdate.diagnose.fit import CREDIBLE, MASS_STD, STIFFNESS_STD, Fit, at_level, error_of, fit, setting_for
-from cvxupdate.diagnose.pairs import pairs
-from cvxupdate.diagnose.refit import charged, entered, raced
+from cvxupdate.diagnose.pairs import moved, pairs, simpler
+from cvxupdate.diagnose.refit import charged, entered, raced, scanned
 from cvxupdate.diagnose.residual import noise_errors
 from cvxupdate.diagnose.screen import Score, screen
-from cvxupdate.diagnose.shortlist import best_of, shortlist
+from cvxupdate.diagnose.shortlist import DAMPING_WORDS, best_of, members, shortlist
 from cvxupdate.diagnose.stability import stability
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
@@ -22,7 +22,6 @@ from cvxupdate.physics import CATALOGUE
 
 COARSE, FINE = (1,), (2, 3)  # levels after the first, at which the short list runs in full, and at which only the best do
 PLACES, FINAL = (8,), (5, 4)  # how many enter each
-DAMPING_WORDS = ("viscous_damper", "structural_damping", "mass_proportional_damping")
 DAMPING_GAIN = 12.0  # drop of the damping ratios' squares that chance gives one parameter once in two thousand times (chi-square, one freedom)
 EXPLAINED = 1.0  # weighted squares per row: a residual within noise and the allowance for discretisation (`signals.FLOOR`)
 STABLE = 0.7  # part of the half-samples that makes a candidate worth a refit whatever its share (Meinshausen and Bühlmann: 0.6 to 0.9)
@@ -89,17 +88,23 @@ def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[
     stable = stability(points[clearest].point, rankings[clearest])
     start = Trial((), points[0])
     entries = []
-    for score in best_of([*(shortlist(r) for r in rankings), [s for s, often in stable if often >= STABLE]]):
+    for score in best_of([*(shortlist(r) for r in rankings), [s for s, often in stable if often >= STABLE], members(rankings[0])]):
         try:
-            entries.append(entered(bench, planted(bench, start, score, data.levels[0]), tell))
+            hypothesis = planted(bench, start, score, data.levels[0])
         except ModelError:
             continue
+        entries.append(entered(bench, scanned(hypothesis) if score.candidate.place.groups else hypothesis, tell))
     coarse = raced(bench, [t for t in entries if t is not None], COARSE, PLACES, tell)
+    if not pattern and coarse and charged(coarse[0]) > OPEN * EXPLAINED:
+        coarse = moved(bench, coarse, tell)
     singles = raced(bench, coarse, FINE, FINAL, tell)
     if pattern:
         singles.sort(key=lambda t: t.fit.damping_strain)
     enough = pattern or base.misfit <= OPEN * EXPLAINED or (singles and charged(singles[0]) <= EXPLAINED)
     double = [] if enough else pairs(bench, coarse, tell)
+    if double:
+        again = {t.keys: t for t in simpler(bench, double[0], tell)}
+        singles = sorted([*(t for t in singles if t.keys not in again or charged(t) < charged(again[t.keys])), *again.values()], key=charged)
     chosen = {Effect(s.candidate).key: often for s, often in stable}
     return Outcome(bench, nominal, errors, outcome.noise, base, screened, tuple(singles), tuple(double), chosen)
 

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from cvxupdate.diagnose.effects import Effect, Trial, figures
-from cvxupdate.diagnose.engine import DAMPING_GAIN, DAMPING_WORDS, EXPLAINED, OPEN, Outcome
+from cvxupdate.diagnose.engine import DAMPING_GAIN, EXPLAINED, OPEN, Outcome
 from cvxupdate.diagnose.fit import Fit
+from cvxupdate.diagnose.shortlist import DAMPING_WORDS
+from cvxupdate.fe.model import Model
 from cvxupdate.physics.base import Place
 
 HALVED = 0.5  # a finding must halve the misfit, and the held-out error of the model as it was
@@ -111,18 +113,32 @@ def equivalents(effect: Effect, best: Judged, near: Sequence[Judged]) -> list[Ef
     return list(out.values())
 
 
-def overlapping(a: Place, b: Place) -> bool:
-    """Whether two places share most of their elements, or a node."""
+def overlapping(a: Place, b: Place, model: Model | None = None) -> bool:
+    """Whether two places share most of their elements, or a node; with ``model`` also a few elements with nodes that are theirs."""
     if a.elements and b.elements:
         common = len(set(a.elements) & set(b.elements))
         return common >= 0.5 * len(set(a.elements) | set(b.elements))
+    if model is not None and (a.elements or b.elements) and (a.nodes or b.nodes):
+        few, nodes = (a, b) if a.elements else (b, a)
+        ends = nodes_of(model, few.elements)
+        return bool(nodes.nodes) and len(ends) <= len(nodes.nodes) + 1 and set(nodes.nodes) <= ends
     return bool(set(a.nodes) & set(b.nodes)) and a.dof == b.dof
 
 
-def has(t: Trial, effect: Effect) -> bool:
+def nodes_of(model: Model, elements: Sequence[int]) -> set[int]:
+    """Numbers of the nodes that elements stand on, wholly held ones left out."""
+    wanted = np.array(elements, dtype=np.int64)
+    found: set[int] = set()
+    for block in model.blocks:
+        used = block.dofs[np.isin(block.ids, wanted)]
+        found.update(model.node_ids[model.dof_node[used[used >= 0]]].tolist())
+    return found
+
+
+def has(t: Trial, effect: Effect, model: Model) -> bool:
     """Whether a trial has an effect where ``effect`` stands."""
     place = effect.candidate.place
-    return any(place == other.candidate.place or overlapping(place, other.candidate.place) for other in t.effects)
+    return any(place == other.candidate.place or overlapping(place, other.candidate.place, model) for other in t.effects)
 
 
 @dataclass(frozen=True)
@@ -146,9 +162,9 @@ def standing(number: int, best: Judged, others: Sequence[Judged], outcome: Outco
     """`Standing` of effect ``number`` of the best trial among all that were refitted."""
     effect = best.trial.effects[number]
     near = rivals(best, others, outcome)
-    elsewhere = [r for r in near if not has(r.trial, effect)]
+    elsewhere = [r for r in near if not has(r.trial, effect, outcome.bench.ordinary)]
     mine, base = _scale(best.trial.fit, outcome), _scale(outcome.base, outcome)
-    following = min([_scale(t.trial.fit, outcome) for t in others if t is not best and not has(t.trial, effect)] + [base])
+    following = min([_scale(t.trial.fit, outcome) for t in others if t is not best and not has(t.trial, effect, outcome.bench.ordinary)] + [base])
     values, deviations = figures(best.trial)[number]
     name, _, how = effect.candidate.report[0]
     size = np.inf if how in ("inverse", "kappa") else abs(values[name] - (1.0 if how in ("factor", "gain") else 0.0)) / max(deviations[name], 1e-12)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from cvxupdate.diagnose.effects import Bench, Hypothesis, Trial, figures
 from cvxupdate.diagnose.fit import at_level, fit
+from cvxupdate.diagnose.screen import left_over
 from cvxupdate.errors import ModelError
 from cvxupdate.physics.sensor_fault import EXCHANGED
 
@@ -20,6 +22,33 @@ Tell = Callable[[str], None]
 def charged(t: Trial) -> float:
     """Misfit with a charge for each parameter beyond the first of each effect: what it takes to be believed."""
     return t.fit.misfit * (1.0 + CHARGE * (t.extra - len(t.effects)))
+
+
+SIZES = (-0.4, -0.2, -0.07, 0.07, 0.2, 0.6, 2.0)  # of a parameter, tried before a fit of what acts on a whole member
+
+
+def scanned(hypothesis: Hypothesis) -> Hypothesis:
+    """The same hypothesis with the best of several sizes to begin with: a large effect on a whole member has valleys of its own.
+
+    Sizes are compared by what the ordinary unknowns could not take up, to first order; the response error itself jumps with every resonance passed.
+    Only for words with one parameter, the last of the model's.
+    """
+    effect = hypothesis.effects[-1]
+    if effect.columns != 1:
+        return hypothesis
+    at = len(hypothesis.setting.model.parameters) - 1
+    bound = hypothesis.setting.model.parameters[at]
+    best, least = hypothesis, np.inf
+    for size in (float(hypothesis.start[at]), *(x for x in SIZES if bound.lower < x < bound.upper)):
+        start = hypothesis.start.copy()
+        start[at] = size
+        try:
+            left = left_over(hypothesis.setting.evaluate(start)).residual
+        except ModelError:
+            continue
+        if float(left @ left) < least:
+            best, least = replace(hypothesis, start=start), float(left @ left)
+    return best
 
 
 def entered(bench: Bench, hypothesis: Hypothesis, tell: Tell) -> Trial | None:

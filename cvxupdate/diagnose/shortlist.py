@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from cvxupdate.diagnose.effects import Effect, Key
 from cvxupdate.diagnose.screen import Score
 
+DAMPING_WORDS = ("viscous_damper", "structural_damping", "mass_proportional_damping")
 PER_WORD, SHORT = 3, 12  # kept: of a word, and in all
 NEAR = 0.25  # of the largest share
+MEMBERS = 16  # words on whole groups that are refitted whatever their share
 
 
 def shortlist(ranked: Sequence[Score], most: int = SHORT, each: int = PER_WORD) -> list[Score]:
@@ -26,6 +28,12 @@ def shortlist(ranked: Sequence[Score], most: int = SHORT, each: int = PER_WORD) 
             seen.add(key)
             out.append(s)
     return out
+
+
+def members(ranked: Sequence[Score], most: int = MEMBERS) -> list[Score]:
+    """Words on whole groups, members or the structure: few, and too large for a first-order share to be trusted; those of K and M, best first."""
+    whole = [s for s in ranked if s.candidate.place.groups and s.candidate.model is not None and s.candidate.physics not in DAMPING_WORDS]
+    return sorted(whole, key=lambda s: -s.share)[:most]
 
 
 def best_of(lists: Sequence[Sequence[Score]]) -> list[Score]:
