@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from cvxupdate.diagnose.curves import responses_shown
 from cvxupdate.diagnose.data import Data, held_dofs, level_dependence, ordinary, prepare, release_from
 from cvxupdate.diagnose.effects import Effect, Trial, figures, without
-from cvxupdate.diagnose.engine import EXPLAINED, Outcome, explain, followed, loose_groups
-from cvxupdate.diagnose.finding import Diagnosis, Finding, sentence, where
+from cvxupdate.diagnose.engine import EXPLAINED, OPEN, Outcome, explain, followed, loose_groups
+from cvxupdate.diagnose.export import of_fit
+from cvxupdate.diagnose.finding import Diagnosis, Finding, capital, effect_of, sentence, sentence_of
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.judge import SURE, Judged, confidence, credible, doubles, equivalents, explained, halves, judged, rivals, standing
 from cvxupdate.diagnose.mesh import mesh_error
@@ -56,7 +58,7 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
     verdict, says, findings = _verdict(outcome, final, field, singles + doublets, nonlinear)
     if findings and final is not None:
         evidence += _finding_evidence(findings, final, single, field)
-    return _diagnosis(spec, verdict, says, findings, outcome, final if findings else None, singles, doublets, evidence, begin)
+    return _diagnosis(spec, verdict, says, findings, outcome, final if findings else None, singles, doublets, evidence, begin, recordings)
 
 
 def _base(outcome: Outcome) -> Judged:
@@ -68,11 +70,13 @@ def _verdict(outcome: Outcome, final: Judged | None, field: Sequence[Judged], ev
     if nonlinear:
         return "undetermined", ("Something in the structure depends on the vibration level (contact, friction, a stiffening spring): no linear change of "
                                 "the model can explain these recordings."), ()
+    findings: tuple[Finding, ...] = ()
     if final is not None and not final.trial.effects:
         findings = tuple(_group_finding(item, final) for item in loose_groups(final.trial.fit)[:3])
         return "parameter_error", " ".join(f.says for f in findings), findings
     if final is not None and credible(final, outcome):
         findings = _findings(outcome, final, field)
+    if findings:
         whole = all(f.physics in ("stiffness_change", "mass_change") and f.place.groups for f in findings)
         return "parameter_error" if whole else "missing_physics", " ".join(f.says for f in findings), findings
     if explained(_base(outcome), outcome):
@@ -80,7 +84,7 @@ def _verdict(outcome: Outcome, final: Judged | None, field: Sequence[Judged], ev
     if final is not None:
         best = min(everything, key=lambda t: t.misfit)
         left = float(np.nanmax([best.hold_out, best.error]))
-        return "undetermined", (f"No one or two effects explain the recordings: {best.trial.name} comes nearest, but leaves {100 * left:.3g} % of the "
+        return "undetermined", (f"No one or two effects explain the recordings: {_named(best)} comes nearest, but leaves {100 * left:.3g} % of the "
                                 "response."), ()
     return "undetermined", ("Something differs that none of the known kinds of physics explains at any one or two places; "
                             f"what remains is {100 * outcome.ordinary[0]:.3g} % of the response."), ()
@@ -95,9 +99,9 @@ def _findings(outcome: Outcome, final: Judged, field: Sequence[Judged]) -> tuple
         effect, (values, deviations) = final.trial.effects[k], found[k]
         c, sure = effect.candidate, confidence(standing(k, final, field, outcome))
         same = tuple((o.candidate.physics, o.candidate.place) for o in equivalents(effect, final, near))
-        out.append(Finding(c.physics, c.place, values, deviations, sure, same, sentence(c.physics, c.place, values)))
+        out.append(Finding(c.physics, c.place, values, deviations, sure, same, sentence_of(c, values)))
     told = tuple(f for f in out if f.confidence >= SURE)
-    return told or tuple(out[:1])
+    return told or (() if outcome.base.misfit <= OPEN * EXPLAINED else tuple(out[:1]))
 
 
 def _needed(outcome: Outcome, final: Judged) -> list[float]:
@@ -138,16 +142,16 @@ def _ordinary_evidence(o: Outcome) -> list[str]:
 
 
 def _named(t: Judged) -> str:
-    return " with ".join(f"{e.candidate.physics} at {where(e.candidate.place)}" for e in t.trial.effects) or "Letting the groups' parameters go far"
+    return " with ".join(effect_of(e.candidate) for e in t.trial.effects) or "letting the groups' parameters go far"
 
 
 def _finding_evidence(findings: Sequence[Finding], final: Judged, single: Judged | None, field: Sequence[Judged]) -> list[str]:
     out = []
     if single is not None and final is not single:
         out.append(f"One effect alone, {_named(single)}, leaves {single.error:.3g} (fitted) and {single.hold_out:.3g} (held out): not enough.")
-    out.append(f"{_named(final)} brings the error to {final.error:.3g} (fitted) and {final.hold_out:.3g} (held out).")
+    out.append(f"{capital(_named(final))} brings the error to {final.error:.3g} (fitted) and {final.hold_out:.3g} (held out).")
     silent = [e for e in final.trial.effects if (e.candidate.physics, e.candidate.place) not in {(f.physics, f.place) for f in findings}]
-    out += [f"{e.candidate.physics} at {where(e.candidate.place)} is needed for the last of it, but others elsewhere would do as well: it is not claimed."
+    out += [f"{capital(effect_of(e.candidate))} is needed for the last of it, but others elsewhere would do as well: it is not claimed."
             for e in silent]
     others = [t for t in field if t is not final]
     out += [f"The same procedure with {_named(t)} leaves {t.error:.3g} and {t.hold_out:.3g}." for t in others[:3]]
@@ -155,7 +159,7 @@ def _finding_evidence(findings: Sequence[Finding], final: Judged, single: Judged
 
 
 def _diagnosis(spec: Spec, verdict: str, says: str, findings: tuple[Finding, ...], o: Outcome, final: Judged | None, singles: Sequence[Judged],
-               doublets: Sequence[Judged], evidence: Sequence[str], begin: float) -> Diagnosis:
+               doublets: Sequence[Judged], evidence: Sequence[str], begin: float, recordings: Sequence[Recording]) -> Diagnosis:
     after = (final.error, final.hold_out) if final is not None else o.ordinary
     fit: dict[str, dict[str, float | None]] = {}
     for key, k in (("fit", 0), ("hold_out", 1)):
@@ -167,8 +171,11 @@ def _diagnosis(spec: Spec, verdict: str, says: str, findings: tuple[Finding, ...
     if final is not None and final.trial.effects:
         field = [*doublets, *singles] if len(final.trial.effects) > 1 else singles
         details["standing"] = [{"name": e.candidate.name, **asdict(standing(k, final, field, o))} for k, e in enumerate(final.trial.effects)]
+    found = o.base if final is None else final.trial.fit
+    nominal = o.base.setting.evaluate(np.zeros(len(o.base.setting.columns)))
+    shown = responses_shown(nominal, found.point, o.bench.data.sharp, o.bench.data.sharp_hold_out, [(s.candidate, s.share) for s in o.screened])
     return Diagnosis(spec.name, spec.title, str(spec.path), verdict, says, findings, tuple(_candidates(o, singles, doublets)), fit, metrics, tuple(evidence),
-                     time.perf_counter() - begin, details)
+                     time.perf_counter() - begin, details, of_fit(spec, recordings, found, [says]) if findings else None, shown)
 
 
 def _candidates(o: Outcome, singles: Sequence[Judged], doublets: Sequence[Judged]) -> list[dict[str, Any]]:
