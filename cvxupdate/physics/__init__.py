@@ -17,7 +17,7 @@ CATALOGUE = {
     "viscous_damper": viscous_damper.candidates,
     "structural_damping": changes.structural_damping,
     "mass_proportional_damping": changes.mass_proportional_damping,
-    "sensor_fault": sensor_fault.faults,  # `candidates` (with exchanged channels) as soon as the engine passes `other` on
+    "sensor_fault": sensor_fault.candidates,
 }
 
 __all__ = ["CATALOGUE"]
