@@ -38,6 +38,7 @@ def diagnose(case: Path) -> dict[str, Any]:
     folder = OUT / case.name
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8")
     return dict(json.loads(payload))
 
@@ -62,7 +63,7 @@ def right_place(found: Mapping[str, Any], truth: Mapping[str, Any], accept: Mapp
         close = set(elements) & ok_elements
         return len(close) >= 0.5 * len(elements) and (not nodes or not true_nodes or set(nodes) <= ok_nodes)
     if nodes and true_nodes:
-        return set(nodes) <= ok_nodes
+        return set(nodes) <= ok_nodes and len(set(nodes)) >= min(2, len(set(true_nodes)))
     if elements and accept.get("elements"):
         return set(elements) <= ok_elements
     return bool(groups and true_groups and not true_elements and set(groups) <= set(true_groups))

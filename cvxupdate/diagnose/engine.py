@@ -44,6 +44,10 @@ class Outcome:
     pairs: tuple[Trial, ...] = ()
     stable: Mapping[Key, float] = field(default_factory=dict)
 
+    def key(self, s: Score) -> Key:
+        """Of a screened candidate, as `Trial.keys` has it."""
+        return Effect(s.candidate).key
+
     def errors(self, t: Trial) -> tuple[float, float]:
         """Normalised response error of a trial on what was fitted and on what was held out."""
         data = self.bench.data

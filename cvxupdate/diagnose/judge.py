@@ -19,7 +19,6 @@ LOWER = 0.7  # of the held-out error with ordinary parameters, noise apart
 RIVAL = 2.0  # misfit within this factor of the best: the recordings do not separate the two
 UNEXPLAINED = 0.1  # response error above which even the best model leaves the recordings unexplained
 SURE = 0.4  # confidence below which a further effect is not claimed
-MESH_SHARE = 0.25  # of the mesh's shift that Richardson extrapolation on two meshes may miss
 
 
 @dataclass(frozen=True)
@@ -87,11 +86,11 @@ def credible(t: Judged, outcome: Outcome) -> bool:
 
 
 def mesh_allowance(outcome: Outcome) -> float:
-    """Response error that the mesh may leave although its shift was taken out: a quarter of the shift, in half-power bandwidths (2 ζ f)."""
+    """Response error that the mesh may leave although its shift was taken out: what extrapolation may miss, in half-power bandwidths (2 ζ f)."""
     if not outcome.base.setting.damped:
         return 0.0
     data = outcome.bench.data
-    return float(min(0.3, MESH_SHARE * data.mesh.worst(data.top) / np.median(outcome.base.point.damping[outcome.base.point.owner])))
+    return float(min(0.3, data.mesh.missed(data.top) / np.median(outcome.base.point.damping[outcome.base.point.owner])))
 
 
 def rivals(best: Judged, others: Sequence[Judged], outcome: Outcome) -> list[Judged]:
@@ -138,7 +137,8 @@ def nodes_of(model: Model, elements: Sequence[int]) -> set[int]:
 def has(t: Trial, effect: Effect, model: Model) -> bool:
     """Whether a trial has an effect where ``effect`` stands."""
     place = effect.candidate.place
-    return any(place == other.candidate.place or overlapping(place, other.candidate.place, model) for other in t.effects)
+    return any(place == p or overlapping(place, p, model) or (bool(place.elements) and set(place.elements) <= set(p.elements))
+               for p in (other.candidate.place for other in t.effects))
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ class MeshError:
 
     frequencies: Real
     shift: Real
+    order: int = 2
 
     def at(self, frequencies: Real) -> Real:
         """The shift of modes at other frequencies nearby: that of the nearest mode; zero beyond those that were compared."""
@@ -41,6 +42,11 @@ class MeshError:
     def worst(self, top: float) -> float:
         """Largest shift of a mode up to ``top`` Hz; 0 where none was compared."""
         return float(np.abs(self.shift[self.frequencies <= top]).max(initial=0.0))
+
+
+    def missed(self, top: float) -> float:
+        """Of the worst shift up to ``top`` Hz, what Richardson extrapolation on two meshes may miss: terms of the next order in h, 2^−order of it."""
+        return self.worst(top) * 2.0**-self.order
 
 
 NONE = MeshError(np.zeros(0), np.zeros(0))
@@ -68,7 +74,7 @@ def mesh_error(spec: Spec, model: Model, top: float) -> MeshError:
     found = pair_modes(sharp.shapes[theirs], coarse.shapes[mine], sharp.frequencies, coarse.frequencies, threshold=0.6)
     f, g = coarse.frequencies[found.measured], sharp.frequencies[found.model]
     limit = g + (g - f) / (2.0**order - 1.0)
-    return MeshError(f, limit / f - 1.0)
+    return MeshError(f, limit / f - 1.0, order)
 
 
 def refined(model: sm.Model) -> sm.Model:

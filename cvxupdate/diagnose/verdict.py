@@ -18,12 +18,14 @@ from cvxupdate.diagnose.finding import Diagnosis, Finding, capital, effect_of, s
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.judge import SURE, Judged, confidence, credible, doubles, equivalents, explained, halves, judged, rivals, standing
 from cvxupdate.diagnose.mesh import mesh_error
+from cvxupdate.diagnose.placebo import placebo
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.base import Place
 from cvxupdate.recordings.types import FrequencyResponse, Recording, TimeHistory
 from cvxupdate.spec import Spec
 
+LARGE = 4.0  # drop of a misfit that already counts as explained, from which on a doubtful finding is told all the same
 LEVEL_CHANGE, LEVEL_NOISE = 0.05, 5.0  # relative change between drive levels, and how many times the noise, that make a structure nonlinear
 
 
@@ -58,6 +60,8 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
     verdict, says, findings = _verdict(outcome, final, field, singles + doublets, nonlinear)
     if findings and final is not None:
         evidence += _finding_evidence(findings, final, single, field)
+        sham = placebo(final, outcome)
+        evidence += [] if sham is None else [sham.says]
     return _diagnosis(spec, verdict, says, findings, outcome, final if findings else None, singles, doublets, evidence, begin, recordings)
 
 
@@ -101,7 +105,8 @@ def _findings(outcome: Outcome, final: Judged, field: Sequence[Judged]) -> tuple
         same = tuple((o.candidate.physics, o.candidate.place) for o in equivalents(effect, final, near))
         out.append(Finding(c.physics, c.place, values, deviations, sure, same, sentence_of(c, values)))
     told = tuple(f for f in out if f.confidence >= SURE)
-    return told or (() if outcome.base.misfit <= OPEN * EXPLAINED else tuple(out[:1]))
+    small = outcome.base.misfit <= OPEN * EXPLAINED and final.misfit > outcome.base.misfit / LARGE
+    return told or (() if small else tuple(out[:1]))
 
 
 def _needed(outcome: Outcome, final: Judged) -> list[float]:

@@ -31,6 +31,15 @@ def test_added_mass_is_found_and_sized(chain, lab, measure):
     assert first.physics == "added_mass" and first.place.nodes == (2,)
     assert first.parameters["m"] == pytest.approx(0.25, rel=0.15)
     assert 0.0 < first.deviations["m"] < 0.1
+    placebo = next(line for line in found.evidence if line.startswith("Placebo: "))
+    assert float(placebo.rpartition(" ")[2].rstrip(".")) < 0.05
+
+
+def test_half_of_the_recordings_chooses_the_true_word(chain, lab, measure):
+    """Stability selection: a seeded resampling of frequencies and sensors lets the true lump in nearly always, a far one seldom."""
+    found = diagnose(chain, *measured(measure, lab(m=(0, 0.06, 0, 0))))
+    often = {(c["physics"], tuple(c["location"]["nodes"])): c["stability"] for c in found.candidates if c.get("stability") is not None}
+    assert often[("added_mass", (2,))] >= 0.7 and often.get(("added_mass", (4,)), 0.0) <= 0.5
 
 
 def test_dashpot_is_found_and_sized(chain, lab, measure):
