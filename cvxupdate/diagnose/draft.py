@@ -23,7 +23,11 @@ MADE_OF = ("E", "nu", "rho")
 
 @dataclass
 class Draft:
-    """The file in the making: its tables, rows and blocks by element number, fresh numbers, (element, property) of the model → (element, key) here."""
+    """The file in the making: its tables, rows and blocks by element number, the last numbers of nodes and elements.
+
+    ``known`` (element, property) of the model → (element, key) here; ``split`` (node, element) → the node of an opened end; ``loss`` element → the loss
+    factor that the file gave it.
+    """
 
     tables: dict[str, Any]
     rows: dict[int, dict[str, Any]]
@@ -32,6 +36,7 @@ class Draft:
     element: int
     known: dict[tuple[int, str], tuple[int, str]] = field(default_factory=dict)
     split: dict[tuple[int, int], int] = field(default_factory=dict)
+    loss: dict[int, float] = field(default_factory=dict)
 
     @property
     def model(self) -> dict[str, Any]:
@@ -93,7 +98,7 @@ def change(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, f
         if now["eta"] != 0.0:
             row["eta"] = now["eta"]
     elif "K" in matrices and "eta" in moved:  # beside what the file says
-        row["eta"] = now["eta"] - was["eta"] + _file_loss(draft, row)
+        row["eta"] = now["eta"] - was["eta"] + draft.loss.setdefault(number, _file_loss(draft, row))  # once, though a spring is a block for each DOF
     if row.get("taken_off") or now.get("m", 0.0) < 0.0:
         moved |= {k for k in ("m", "Ixx", "Iyy", "Izz") if k in now}
         now = {**now, **{k: -now[k] for k in ("m", "Ixx", "Iyy", "Izz") if k in now}}

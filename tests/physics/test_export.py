@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cvxupdate.diagnose.export import problem_text
+from cvxupdate.diagnose.export import of_modes, problem_text
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.residual import Fault
 from cvxupdate.diagnose.signals import frf_lines, smooth
@@ -25,7 +25,9 @@ from cvxupdate.physics import CATALOGUE
 from cvxupdate.physics.attached_resonator import attach
 from cvxupdate.physics.base import Candidate, Context, Wanted, append_parameters
 from cvxupdate.recordings.corrections import corrected
-from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
+from cvxupdate.recordings.load import load_recordings
+from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Origin
+from cvxupdate.residual.modal import modal_residual
 from cvxupdate.spec import Spec, check_problem, load_problem
 from cvxupdate.spec.write import compacted, tables_of, to_toml
 from tests.cases.elements import STEEL, grid, nodes, toml
@@ -257,6 +259,60 @@ def test_modal_damping_is_that_of_the_diagnosis(tmp_path: Path) -> None:
     plain = undamped(rebuilt).matrices().C  # what stands beside modal damping stays
     np.testing.assert_allclose(np.diag(inside) - np.diag(modes.shapes.T @ (plain @ modes.shapes)), wanted, rtol=1e-9)
     np.testing.assert_allclose(plain.toarray(), air.model.matrices(p).C.toarray(), rtol=1e-12)
+
+
+MODES = """
+[[recordings]]
+kind = "modes"
+use = "hold-out"
+rows = [{ frequency = 30.0, mode = 3 }]
+[[recordings]]
+kind = "modes"
+rows = [{ frequency = 14.0, mode = 1 }, { frequency = 61.0, mode = 2 }, { frequency = FOURTH }]
+"""
+
+
+def test_mode_tables_keep_their_pairs_when_modes_are_counted_anew(tmp_path: Path) -> None:
+    """A hidden oscillator below the first mode moves every number up by one; what was not fixed stays free."""
+    fourth = model_modes(build_model(problem(tmp_path, BEAM)), 4).frequencies[3]
+    (tmp_path / "problem.toml").write_text(f"model = {toml(BEAM)}\n{MODES.replace('FOURTH', repr(float(fourth)))}", encoding="utf-8")
+    spec = load_problem(tmp_path / "problem.toml")
+    base = ordinary(undamped(build_model(spec)))
+    low = 0.3 * model_modes(base, 1).frequencies[0]
+    model = attach(base, base.place["n6.z"], float(low), 1e-3, 0.01)
+    fit, hold = ([t for t in load_recordings(spec) if isinstance(t, ModeTable) and t.origin.use == use] for use in ("fit", "hold-out"))
+    first = modal_residual(base, fit, hold, False).evaluate(base.zero())
+    point = replace(modal_residual(model, fit, hold, False).evaluate(model.zero()), places=tuple(np.where(a >= 0, a + 1, a) for a in first.places))
+    path = tmp_path / "again.toml"
+    path.write_text(of_modes(spec, point) or "", encoding="utf-8")
+    again = load_problem(path)
+    assert [[row.mode for row in r.rows] for r in again.recordings if r.kind == "modes"] == [[4], [2, 3, None]]
+    assert again.model.damping == spec.model.damping  # tables of frequencies leave it alone
+    np.testing.assert_allclose(model_modes(build_model(again), 4).frequencies[1:4], model_modes(base, 3).frequencies, rtol=1e-3)
+
+
+@pytest.mark.parametrize("damping", [None, {"kind": "structural", "eta": 0.01}, {"kind": "rayleigh", "alpha": 0.4, "beta": 1e-5},
+                                     {"kind": "modal", "zeta": 0.01}])
+def test_damping_found_in_tables_stands_beside_that_of_the_file(tmp_path: Path, damping: dict[str, Any] | None) -> None:
+    """A common decay rate and a loss factor of a group: C and D of the file plus those of the word."""
+    spec = problem(tmp_path, {**{k: v for k, v in BEAM.items() if k != "damping"}, **({"damping": damping} if damping else {})})
+    file, model = build_model(spec), ordinary(undamped(build_model(spec)))
+    own = replace(file, blocks=tuple(replace(b, properties={**b.properties, **{k: 0 * v for k, v in b.properties.items() if k in ("eta", "alpha", "beta")}})
+                                     for b in file.blocks)).matrices()  # dashpots alone
+    for word in ("mass_proportional_damping", "structural_damping"):
+        candidate = next(c for c in CATALOGUE[word](context_of(spec, model)) if c.model is not None)
+        assert candidate.model is not None
+        p = np.append(model.zero(), 0.8)
+        path = tmp_path / "again.toml"
+        path.write_text(problem_text(spec, candidate.model, p), encoding="utf-8")
+        got, was, extra = build_model(load_problem(path)).matrices(), file.matrices(), candidate.model.matrices(p)
+        if damping is None or damping["kind"] != "modal":
+            for name in "CD":
+                wanted = getattr(was, name) + getattr(extra, name) - getattr(own, name)
+                assert abs(getattr(got, name) - wanted).max() <= 1e-12 * max(abs(wanted).max(), 1e-300), (word, name)
+        else:  # there the model under diagnosis has kept what stands beside modal damping
+            assert abs(got.C - extra.C).max() <= 1e-12 * abs(extra.C).max()
+        assert abs(got.K - was.K).max() == 0.0
 
 
 @pytest.mark.parametrize("where", ["tests/spec/good/problem.toml", "problems/structure_a/problem.toml", "problems/concealed/o04/problem.toml"])
