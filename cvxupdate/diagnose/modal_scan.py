@@ -15,6 +15,7 @@ from scipy.linalg import LinAlgError, eigh
 from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.diagnose.signals import Real
+from cvxupdate.fe.block import Index
 from cvxupdate.fe.modes import Modes
 from cvxupdate.physics.base import Candidate
 from cvxupdate.residual.modal import ModalPoint
@@ -39,23 +40,26 @@ MANY = 150  # local candidates above which a quick pass chooses those that are l
 @dataclass(frozen=True)
 class Scene:
     """Where sizes are tried: ``point`` with the ordinary parameters linearised, ``Q`` (rows + parameters, parameters) orthonormal columns of what they and
-    their priors of deviation ``scales`` explain, ``many`` modes of which the first are those of ``point``, ``used`` those that tables are paired with."""
+    their priors explain, ``below`` the priors' residual, ``many`` modes of which the first are those of ``point``, ``used`` those that tables are paired with.
 
-    point: ModalPoint
+    ``values`` are rows of measured eigenvalues: (place in ``used``, (rad/s)², weight); ``shapes`` measured ones: (place, DOFs, entries, deviations).
+    """
+
     Q: Real
-    scales: Real
+    below: Real
     many: Modes
-    used: Real
+    used: Index
+    values: tuple[tuple[int, float, float], ...]
+    shapes: tuple[tuple[int, Index, Real, Real], ...]
+    total: float
 
-    @property
-    def total(self) -> float:
-        """Squared residual that the ordinary parameters leave."""
-        return self.left(self.point)
-
-    def left(self, there: ModalPoint) -> float:
-        """Squared weighted residual of ``there``, freed of what the ordinary parameters can take up."""
-        values, weights, _ = there.differences
-        r = np.concatenate([-weights * values, -self.point.p / self.scales])
+    def left(self, eigenvalues: Real, shapes: Real) -> float:
+        """Squared weighted residual of other modes (those in ``used``, one by one; shapes (N, used)), freed of what the ordinary parameters can take up."""
+        parts = [np.array([weight * (measured - eigenvalues[u]) for u, measured, weight in self.values])]
+        for u, rows, x, std in self.shapes:
+            phi, w = shapes[rows, u], 1.0 / std**2
+            parts.append((x - phi * (np.sum(w * phi * x) / np.sum(w * phi**2))) / std)
+        r = np.concatenate([*parts, self.below])
         r = r - self.Q @ (self.Q.T @ r)
         return float(r @ r)
 
@@ -67,15 +71,25 @@ class Step:
     left: float
     size: float
     V: Real
-    at: Real
+    at: Index
 
 
 def scene(point: ModalPoint, scales: Real, many: Modes) -> Scene:
-    """Linearise the ordinary parameters at ``point``."""
+    """Linearise the ordinary parameters, with priors of deviation ``scales``, at ``point``."""
     A, _ = point.system().weighted()
     Q, _ = np.linalg.qr(np.vstack([A, np.diag(1.0 / scales)]))
     used = np.unique(np.concatenate([p for p in point.places]))
-    return Scene(point, Q, scales, many, used[used >= 0])
+    used = used[used >= 0]
+    where = {int(i): u for u, i in enumerate(used)}
+    values = []
+    for k, t in enumerate(point.residual.fit):
+        for i, at in enumerate(point.places[k].tolist()):
+            if at >= 0:
+                measured = (2.0 * np.pi * float(t.frequency[i])) ** 2
+                values.append((where[at], measured, float(t.frequency[i] / (2.0 * measured * t.frequency_std[i]))))
+    shapes = [(where[at], rows, x, std) for _, _, at, rows, x, std in point._shape_rows()] if point.residual.shapes else []
+    bare = Scene(Q, -point.p / scales, many, used, tuple(values), tuple(shapes), 0.0)
+    return replace(bare, total=bare.left(point.modes.eigenvalues[used], point.modes.shapes[:, used]))
 
 
 def local(c: Candidate) -> bool:
@@ -139,10 +153,6 @@ def _trace(where: Scene, basis: Real, K: Real, M: Real, sizes: Real, before: Ste
             break
         rows, columns = linear_sum_assignment((before.V[:, before.at].T @ mass @ V) ** 2, maximize=True)
         at = columns[np.argsort(rows)]
-        went = dict(zip(where.used.tolist(), at.tolist(), strict=True))
-        places = tuple(np.array([went.get(i, -1) for i in q.tolist()], dtype=np.int64) for q in where.point.places)
-        shapes = basis @ V if where.point.residual.shapes else basis
-        there = replace(where.point, modes=Modes(lam, shapes, where.point.modes.rigid), places=places)
-        before = Step(where.left(there), float(p), V, at)
+        before = Step(where.left(lam[at], basis @ V[:, at] if where.shapes else basis[:, at]), float(p), V, at)
         out.append(before)
     return out
