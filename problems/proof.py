@@ -1,6 +1,7 @@
-"""Every concealed case diagnosed and compared with its truth: ``make proof``, or ``python problems/proof.py [case …]``.
+"""Concealed cases, chapter 9 and real recordings diagnosed and compared with their truth: ``make proof``, or ``python problems/proof.py [case …]``.
 
-Diagnosis sees only ``problem.toml`` and the recordings; ``truth.toml`` is opened here, afterwards. Writes out/proof/proof.json and index.html.
+Diagnosis sees only ``problem.toml`` and the recordings; ``truth.toml`` is opened here, afterwards. Writes out/proof/proof.json and index.html. Real recordings
+are left out where CVXUPDATE_DATA does not name their folder. A case is that of a folder in problems/concealed, "chapter9" or "real".
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import math
 import sys
 import tomllib
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -165,25 +167,69 @@ def short(value: float | None) -> str:
     return "–" if value is None or not math.isfinite(value) else f"{value:.3g}"
 
 
-def main(wanted: Sequence[str]) -> int:
-    """Diagnose, compare, write the page, print the totals; exit status 0 whatever they are."""
+def concealed(wanted: Sequence[str]) -> list[dict[str, Any]]:
+    """The concealed cases, judged."""
     cases = sorted(p.parent for p in CASES.glob("*/truth.toml") if not wanted or p.parent.name in wanted)
-    if not cases:
-        print(f"no such case in {CASES}", file=sys.stderr)
-        return 2
-    OUT.mkdir(parents=True, exist_ok=True)
     rows = []
     for case, said in zip(cases, Parallel(n_jobs=2, return_as="generator")(delayed(diagnose)(c) for c in cases), strict=True):
         row = {"case": case.name, **judge(said, tomllib.loads((case / "truth.toml").read_text(encoding="utf-8")))}
         rows.append(row)
         print(f"{row['case']}  {'right' if row['right'] else 'WRONG'}  {row['verdict']}: {row['found']}  [true: {row['truth']}]  "
               f"{short(row['before'])} -> {short(row['after'])}, {short(row['time'])} s", flush=True)
-    counted = totals(rows)
+    return rows
+
+
+def chapter9() -> list[dict[str, Any]]:
+    """Structures A and B."""
+    from proof_chapter9 import PLATES, judge, truth_of
+
+    rows = []
+    for name, said in zip(PLATES, Parallel(n_jobs=2, return_as="generator")(delayed(diagnose)(HERE / n) for n in PLATES), strict=True):
+        row = {"case": name, **judge(said, truth_of(name))}
+        rows.append(row)
+        print(f"{name}  {'right' if row['right'] else 'WRONG'}  {row['says']}  mean error {short(row['before'])} -> {short(row['after'])} % "
+              f"with {row['parameters']} parameters, {short(row['time'])} s", flush=True)
+    return rows
+
+
+def real() -> list[dict[str, Any]]:
+    """The claims on real recordings; empty where they are not there."""
+    sys.path.insert(0, str(HERE / "real"))
+    import table
+
+    if table.data_root() is None:
+        print("Real recordings: CVXUPDATE_DATA names no folder, left out.")
+        return []
+    import diagnoses
+
+    rows = [asdict(c) for c in diagnoses.claims()]
+    for r in rows:
+        print(f"{r['data']}  {r['case']}  {({True: 'right', False: 'WRONG'}).get(r['right'], 'not known')}  {r['claimed']}", flush=True)
+    return rows
+
+
+def main(wanted: Sequence[str]) -> int:
+    """Diagnose, compare, write the page, print the totals; exit status 0 whatever they are."""
+    known = {p.parent.name for p in CASES.glob("*/truth.toml")} | {"chapter9", "real"}
+    if not set(wanted) <= known:
+        print(f"no such case: {', '.join(sorted(set(wanted) - known))}. There are {', '.join(sorted(known))}.", file=sys.stderr)
+        return 2
+    OUT.mkdir(parents=True, exist_ok=True)
+    rows = concealed(wanted) if not wanted or set(wanted) & (known - {"chapter9", "real"}) else []
+    plates = chapter9() if not wanted or "chapter9" in wanted else []
+    claims = real() if not wanted or "real" in wanted else []
+    counted = totals(rows) if rows else {}
+    if plates:
+        counted["chapter 9: words, place, fit"] = [sum(r["right"] for r in plates), len(plates)]
+    if claims:
+        judged = [r for r in claims if r["right"] is not None]
+        counted["real recordings: claims that can be checked, right"] = [sum(r["right"] for r in judged), len(judged)]
     environment = Environment(autoescape=True)
     environment.filters["short"] = short
-    (OUT / "proof.json").write_text(json.dumps({"totals": counted, "cases": rows}, indent=2, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
+    payload = {"totals": counted, "cases": rows, "chapter9": plates, "real": claims}
+    (OUT / "proof.json").write_text(json.dumps(payload, indent=2, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
     page = (HERE / "proof.html").read_text(encoding="utf-8")
-    (OUT / "index.html").write_text(environment.from_string(page).render(rows=rows, totals=counted), encoding="utf-8")
+    (OUT / "index.html").write_text(environment.from_string(page).render(rows=rows, plates=plates, claims=claims, totals=counted), encoding="utf-8")
     print()
     for name, (good, of) in counted.items():
         print(f"{name:<52} {good:>3} of {of}")
