@@ -184,10 +184,10 @@ def six_masses(truth: dict[str, Any], everything: bool) -> list[Claim]:
     return rows
 
 
-def frequencies(text: str, count: int = 5) -> np.ndarray:
+def frequencies(text: str, count: int = 5, folder: Path = OUT) -> np.ndarray:
     """The model frequencies (Hz) of a problem file's text."""
-    OUT.mkdir(parents=True, exist_ok=True)
-    path = OUT / "asked.toml"
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "asked.toml"
     path.write_text(text, encoding="utf-8")
     return model_modes(open_problem(path)[1], count).frequencies[:count]
 
