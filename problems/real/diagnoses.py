@@ -55,6 +55,7 @@ def said_of(problem: Path) -> dict[str, Any]:
     folder = OUT / f"{problem.parent.name}-{problem.stem.removeprefix('problem_')}"
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8")
     return dict(json.loads(payload))
 
