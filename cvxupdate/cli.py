@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from cvxupdate.report.terminal import Display
     from cvxupdate.update.trust_region import Iteration
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy loads, on use: matrices are small here, and threads waiting for each other cost more
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False,
                   help="Update structural dynamics models by convex programs, and say what physics they leave out.")
 Problem = Annotated[Path, typer.Argument(metavar="PROBLEM", help="a problem file (TOML)", show_default=False)]
