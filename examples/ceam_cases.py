@@ -40,8 +40,14 @@ def draw(number, found, folder):
     bars.set(xlabel="element", ylabel="p", title=f"Case {number}, figure {FIGURES[number][0] or '(not printed)'}")
     bars.legend()
     i, j = (next(k for k, c in enumerate(channels) if c.label == "n1.z") for channels in (held.responses, held.references))
-    start, end = responses_like(model, model.zero(), held), responses_like(model, p, held)
-    for label, H, style in (("target", held.H, "k-"), ("initial", start, "C1:"), ("updated", end, "C0--")):
+    shown = [("target", held.H, "k-"), ("initial", responses_like(model, model.zero(), held), "C1:")]
+    if number == 4:  # Figure 6.6: the effect of the number of assigned modes
+        shown += [(f"updated, {count} modes", responses_like(model, case(4, f"modes{count}.toml")[3], held), style)
+                  for count, style in ((40, "C2-."), (60, "C3-."), (80, "C4-."))]
+    if "first_stage" in updated.model:  # Figure 6.11: two updated responses
+        shown.append(("after stage 1", responses_like(model, np.array(updated.model["first_stage"]), held), "C2-."))
+    shown.append(("updated, 20 modes" if number == 4 else "updated", responses_like(model, p, held), "C0--"))
+    for label, H, style in shown:
         curves.semilogy(held.frequency, np.abs(H[:, i, j]), style, label=label)
     curves.set(xlabel="frequency [Hz]", ylabel="accelerance n1.z [m/(s² N)]", title=f"Figure {FIGURES[number][1] or '(not printed)'}")
     curves.legend()

@@ -99,9 +99,9 @@ def parameters(*rows):
     ) + "]\n"
 
 
-def write(case, title, model, recordings, update, constraints="", name="problem.toml"):
+def write(case, title, model, recordings, update, constraints="", name="problem.toml", folder=None):
     """A problem file of a case."""
-    folder = HERE / f"ceam_case{case}"
+    folder = HERE / f"ceam_case{case}" if folder is None else folder
     head = f'title = "{title}"\nsource = "Thesis 6.4.1, case {case}, on the reconstruction of the bay structure: see source.md"\n\n'
     parts = [head + model, "\n".join(recordings), f"[update]\n{update}"] + ([f"[constraints]\n{constraints}"] if constraints else [])
     (folder / name).write_text("\n".join(parts) + ("" if parts[-1].endswith("\n") else "\n"), encoding="utf-8")
@@ -154,6 +154,12 @@ def main():
              5: "FE2 from twenty complete modes of X1 and thirty of its own", 6: "FE1 from ten modes of the finer X2, in two stages"}
     write(1, names[1], model_text[1], [MODES.format(name="X1", file="modes.npz"), HELD.format(name="X1")], 'method = "ceam"\n' + parameters(stiff, mass), kept)
     twin(1, names[1], b, X, X, [stiff, mass])
+    whole = HERE / "ceam_whole"  # the same recordings, read where they are
+    whole.mkdir(exist_ok=True)
+    near = [text.replace('file = "', 'file = "../ceam_case1/') for text in (MODES.format(name="X1", file="modes.npz"), HELD.format(name="X1"))]
+    write(1, "The whole stiffness matrix of FE1 on its pattern, from ten complete real modes of X1", model_text[1], near,
+          'method = "ceam"\nwhole = { matrices = ["K"], pattern = "model" }\n',
+          'stiffness_positive = { matrix = true, rigid_modes = true }\n\n[regularisation]\nkind = "tikhonov"\nweight = 1.0\n', folder=whole)
 
     values, shapes = modes_of(XL, 10, True)
     save_modes(out[2], XL, values, shapes, every)

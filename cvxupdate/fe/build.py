@@ -18,6 +18,7 @@ from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.fe.sections import Circle, General, Rectangle, Section
 from cvxupdate.fe.select import select_parameters
+from cvxupdate.fe.whole import with_entries
 from cvxupdate.matfile import read_variables
 from cvxupdate.spec import Spec, expand_parameters
 from cvxupdate.spec import elements as se
@@ -63,7 +64,18 @@ def build_model(spec: Spec) -> Model:
     free = {label: name for label, name in zip(labels, names, strict=True)}
     ties = tuple((f"n{node_ids[n]}.{KINDS[k]}", free[to]) for (n, k), to in _first_of_ties(text, position).items() if to in free)
     model = Model(names, node_ids, xyz, dof_node, dof_kind, tuple(blocks), (), zeta, ties)
-    return model.with_parameters(parameters_of(spec, model))
+    return _with_whole(spec, model.with_parameters(parameters_of(spec, model)))
+
+
+def _with_whole(spec: Spec, model: Model) -> Model:
+    """The entries of [update.whole] as further parameters."""
+    whole = spec.update.whole if spec.update is not None else None
+    if whole is None:
+        return model
+    bounds = spec.constraints.bounds
+    lower = whole.lower if whole.lower is not None else bounds.lower if bounds is not None and bounds.lower is not None else -np.inf
+    upper = whole.upper if whole.upper is not None else bounds.upper if bounds is not None and bounds.upper is not None else np.inf
+    return with_entries(model, whole.matrices, whole.pattern, whole.symmetric, lower, upper)
 
 
 def parameters_of(spec: Spec, model: Model) -> tuple[Parameter, ...]:

@@ -111,6 +111,6 @@ def _bare(K: sp.csc_array, M: sp.csc_array) -> Index:
 
 
 def _negative_mass(model: Model, p: Real | None) -> bool:
-    """Whether any element's mass carries a negative factor; where none does, M is positive semidefinite by construction."""
-    return any(matrix == "M" and bool(np.any(np.real(factor) < 0.0))
+    """Whether any element's mass carries a negative factor, or an entry of M moves; where none does, M is positive semidefinite by construction."""
+    return any(matrix == "M" and bool(np.any(np.real(factor) != 0.0 if block.kind.name == "entry" else np.real(factor) < 0.0))
                for block, values in zip(model.blocks, model.properties(p), strict=True) for matrix, _, factor in block.scalars(values))

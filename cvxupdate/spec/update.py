@@ -51,11 +51,25 @@ class ParameterRow(Part):
     scale: Positive | None = Field(default=None, description="size of one unit of p in the unit of the property, where the nominal value is 0")
 
 
+class Whole(Part):
+    """Whole symmetric matrices: every entry on a pattern is a parameter. Entry (i, j) of A moves by p √(A_ii A_jj)."""
+
+    matrices: Annotated[tuple[Literal["K", "M", "C", "D"], ...], Field(min_length=1)] = Field(description="the matrices")
+    pattern: Literal["model", "nodes", "all"] = Field(
+        default="model",
+        description="entries that may change: those that are not 0 in the model, those between DOFs of nodes that share an element, or every one",
+    )
+    symmetric: bool = Field(default=True, description="false: (i, j) and (j, i) are two parameters, held equal by the clause `symmetry`")
+    lower: float | None = Field(default=None, description="lower bound of every p")
+    upper: float | None = Field(default=None, description="upper bound of every p")
+
+
 class Update(Part):
     """What ``run`` does."""
 
     method: Literal["frequencies", "sensitivity", "rfm", "ceam"] = Field(description="the method")
-    parameters: Annotated[tuple[ParameterRow, ...], Table()] = Field(min_length=1, description="the parameters")
+    parameters: Annotated[tuple[ParameterRow, ...], Table()] = Field(default=(), description="the parameters; none are needed beside `whole`")
+    whole: Whole | None = Field(default=None, description="ceam: whole matrices on a sparsity pattern; the names are like K[n1.x, n2.x]")
     loss: Literal["least-squares", "l1", "huber", "norm"] = Field(
         default="least-squares", description="measure of the residual; norm (not squared) beside the penalty robust is worst-case least squares"
     )
@@ -187,6 +201,14 @@ class Smoothness(Part):
     at_most: NonNegative = Field(description="largest difference of neighbours")
 
 
+class Symmetry(Part):
+    """Matrices stay symmetric: entries (i, j) and (j, i) of `update.whole` are equal. Elements are symmetric by themselves."""
+
+
+class Connectivity(Part):
+    """No element appears that was not there: entries and properties that are 0 in the model stay 0."""
+
+
 class TrustRegion(Part):
     """A limit on the step of one iteration."""
 
@@ -206,6 +228,8 @@ class Constraints(Part):
     modes: tuple[ModeClause, ...] = Field(default=(), description="modes to be reproduced")
     mirror: tuple[Mirror, ...] = Field(default=(), description="planes of symmetry")
     tied_groups: tuple[TiedGroups, ...] = Field(default=(), description="tied element groups")
+    symmetry: Symmetry | None = Field(default=None, description="matrices stay symmetric")
+    connectivity: Connectivity | None = Field(default=None, description="zeros stay zero")
     budget: Budget | None = Field(default=None, description="budget on the change")
     smoothness: Smoothness | None = Field(default=None, description="smoothness along neighbours")
     trust_region: TrustRegion | None = Field(default=None, description="trust region")

@@ -160,7 +160,7 @@ def update_ceam(spec: Spec, model: Model, recordings: Sequence[Recording], progr
     residual = residual_of(spec, model, recordings)
     problem, choice, options = step_problem(spec, model), solver_choice(spec), loop_options(spec, model)
     notes: list[str] = []
-    p0 = model.zero()
+    p0, between = model.zero(), {}
     history: tuple[Iteration, ...] = ()
     if spec.update.stages == 2:
         first, _ = assign(replace(residual, assigned=_first_stage(spec, model, fit, residual.assigned)), problem, choice, options, p0, progress)
@@ -169,6 +169,7 @@ def update_ceam(spec: Spec, model: Model, recordings: Sequence[Recording], progr
             p0 = first.point.p
             notes.append("Two stages: first the measured eigenvalues with the model's own shapes, then eigenvalues and shapes.")
             residual = replace(residual, at=p0)
+            between = {"first_stage": p0.tolist()}
     loop, passes = assign(residual, problem, choice, options, p0, progress)
     loop = replace(loop, history=(*history, *(replace(h, number=len(history) + i + 1) for i, h in enumerate(loop.history))))
     start, end = loop.start, loop.point
@@ -208,8 +209,8 @@ def update_ceam(spec: Spec, model: Model, recordings: Sequence[Recording], progr
         undetermined=tuple({"coefficients": dict(c.coefficients), "standard_deviation": float(c.std) if np.isfinite(c.std) else None, "says": c.says}
                            for c in known.undetermined),
         noise=None if relative else known.noise, active=loop.step.active, regularisation=regularisation_of(loop),
-        model={"dofs": model.size, "elements": int(sum(len(set(b.ids.tolist())) for b in model.blocks)), "nodes": len(model.node_ids),
-               "mass_before": model.total_mass(), "mass_after": model.total_mass(end.p)},
+        model={"dofs": model.size, "elements": int(sum(len(set(b.ids.tolist())) for b in model.blocks if b.kind.name != "entry")),
+               "nodes": len(model.node_ids), "mass_before": model.total_mass(), "mass_after": model.total_mass(end.p), **between},
         notes=tuple(notes))
 
 

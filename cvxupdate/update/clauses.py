@@ -9,11 +9,13 @@ from itertools import combinations
 import numpy as np
 import scipy.sparse as sp
 
-from cvxupdate.convex import Budget, Constraint, ElementMass, Equations, MatrixInequality, Smooth, Tied
+from cvxupdate.convex import Budget, Connectivity, Constraint, ElementMass, Equations, MatrixInequality, Smooth, Symmetric, Tied
 from cvxupdate.errors import InputError
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
-from cvxupdate.fe.rigid import free_motions
+from cvxupdate.fe.parameters import P_VALUES
+from cvxupdate.fe.rigid import free_motions, pins
+from cvxupdate.fe.whole import NONZERO
 from cvxupdate.recordings.load import load_recordings
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.ceam import CeamResidual
@@ -37,6 +39,8 @@ def physical_constraints(spec: Spec, model: Model) -> list[Constraint]:
     """
     c = spec.constraints
     out: list[Constraint] = []
+    if c.total_mass is not None and spec.update is not None and spec.update.whole is not None and "M" in spec.update.whole.matrices:
+        raise InputError("constraints.total_mass: a whole mass matrix has a mass in every direction. Take inertia = { }, which keeps all of them.")
     if c.mass_positive is not None:
         names = tuple(q.name for q in model.parameters if q.of in MASS_WORDS)
         if c.mass_positive.elements and names:
@@ -47,7 +51,7 @@ def physical_constraints(spec: Spec, model: Model) -> list[Constraint]:
         if c.stiffness_positive.rigid_modes:
             out += rigid_modes_kept(model)
         if c.stiffness_positive.matrix:
-            out.append(matrix_inequality(model, "K", c.stiffness_positive.floor))
+            out.append(matrix_inequality(model, "K", c.stiffness_positive.floor, c.stiffness_positive.rigid_modes))
     if c.inertia is not None:
         out += inertia(spec, model)
     if c.modes:
@@ -55,11 +59,24 @@ def physical_constraints(spec: Spec, model: Model) -> list[Constraint]:
     tied = [*mirrored(spec, model), *tied_groups(spec, model)]
     if tied:
         out.append(Tied(tuple(tied)))
+    if c.symmetry is not None:
+        out += symmetric_entries(spec, model)
+    if c.connectivity is not None:
+        zero = tuple(q.name for q in model.parameters if q.of not in P_VALUES and abs(q.nominal) <= NONZERO * abs(q.unit_size))
+        out += [Connectivity(zero)] if zero else []
     if c.budget is not None:
         out.append(Budget(c.budget.at_most, c.budget.norm))
     if c.smoothness is not None:
         out.append(Smooth(neighbours(spec, model), c.smoothness.at_most))
     return out
+
+
+def symmetric_entries(spec: Spec, model: Model) -> list[Constraint]:
+    """(i, j) and (j, i) of every whole matrix are equal; nothing where one parameter stands for both, as for every element."""
+    whole = spec.update.whole if spec.update is not None else None
+    if whole is None or whole.symmetric:
+        return []
+    return [Symmetric(matrix, model.labels) for matrix in dict.fromkeys(whole.matrices)]
 
 
 def derivative_matrices(model: Model, name: str, what: str) -> tuple[sp.csc_array, tuple[sp.csc_array, ...]]:
@@ -91,17 +108,34 @@ def derivative_matrices(model: Model, name: str, what: str) -> tuple[sp.csc_arra
     return base, tuple(out)
 
 
-def matrix_inequality(model: Model, name: str, floor: float) -> MatrixInequality:
-    """The assembled matrix stays positive (semi)definite; rigid-body modes are taken out of a stiffness with a floor."""
+def matrix_inequality(model: Model, name: str, floor: float, kept: bool = False) -> MatrixInequality:
+    """The assembled matrix stays positive (semi)definite.
+
+    Where every K(p) lets the rigid-body modes R free, K(p) R = 0, no K(p) is definite and a solver finds no interior: K ⪰ 0 then says the same as K ⪰ 0
+    of the structure held in a statically determinate way, which has one (facial reduction, Borwein and Wolkowicz 1981). With a floor the inequality is
+    confined to the motions beside the rigid-body modes.
+    """
     what, key = ("the assembled mass matrix", "mass_positive") if name == "M" else ("the assembled stiffness matrix", "stiffness_positive")
     base, parts = derivative_matrices(model, name, f"constraints.{key}")
     label = f"{what} stays positive {'definite' if floor > 0 else 'semidefinite'}" + (f" (eigenvalues at least {floor:g})" if floor > 0 else "")
-    basis = None
-    if name == "K" and floor > 0.0:
-        R = _free(model, base)
-        if R.shape[1]:
-            basis = np.linalg.svd(R, full_matrices=True)[0][:, R.shape[1]:]
-    return MatrixInequality(base, parts, label, floor, basis)
+    R = _free(model, base) if name == "K" else np.zeros((model.size, 0))
+    if not R.shape[1]:
+        return MatrixInequality(base, parts, label, floor)
+    if floor > 0.0:
+        return MatrixInequality(base, parts, label, floor, np.linalg.svd(R, full_matrices=True)[0][:, R.shape[1]:])
+    if kept or not _resisting(parts, R).size:
+        held = pins(R, (model.dof_kind >= 3).astype(float))
+        rest = np.setdiff1d(np.arange(model.size), held)
+        base, parts = base[rest][:, rest], tuple(d[rest][:, rest] for d in parts)
+    return MatrixInequality(base, parts, label, floor)
+
+
+def _resisting(parts: Sequence[sp.csc_array], R: Array) -> Array:
+    """The rows of A p = 0 that say K(p) R = 0 ((rows, n), each entry that is rounding a zero); empty where it holds for every p."""
+    A = np.column_stack([np.asarray(d @ R).ravel() for d in parts]) if parts else np.zeros((R.size, 0))
+    size = np.array([float(abs(d).max()) if d.nnz else 1.0 for d in parts])
+    A = np.where(np.abs(A) > 1e-9 * size[None, :], A, 0.0)
+    return np.asarray(A[np.any(A != 0.0, axis=1)] / size.max(initial=1.0))
 
 
 def _free(model: Model, K: sp.csc_array) -> Array:
@@ -114,12 +148,8 @@ def rigid_modes_kept(model: Model) -> list[Constraint]:
     R = _free(model, base)
     if not R.shape[1]:
         return []
-    A = np.column_stack([np.asarray(d @ R).ravel() for d in parts]) if parts else np.zeros((R.size, 0))
-    size = np.array([float(abs(d).max()) if d.nnz else 1.0 for d in parts])
-    A = np.where(np.abs(A) > 1e-9 * size[None, :], A, 0.0)
-    if not np.any(A):
-        return []
-    return [Equations(A / size.max(), np.zeros(len(A)), "rigid-body modes stay free (K Phi_R = 0)")]
+    A = _resisting(parts, R)
+    return [Equations(A, np.zeros(len(A)), "rigid-body modes stay free (K Phi_R = 0)")] if len(A) else []
 
 
 def inertia(spec: Spec, model: Model) -> list[Constraint]:
@@ -127,10 +157,13 @@ def inertia(spec: Spec, model: Model) -> list[Constraint]:
     asked = spec.constraints.inertia
     if asked is None:
         return []
-    whole = build_model(replace(spec, model=spec.model.model_copy(update={"supports": ()})))
+    given = spec.update is not None and spec.update.whole is not None
+    loose = spec.update if not given or spec.update is None else spec.update.model_copy(update={"whole": None})
+    whole = build_model(replace(spec, update=loose, model=spec.model.model_copy(update={"supports": ()})))
     if any(b.kind.name == "matrix" for b in whole.blocks):
         raise InputError("constraints.inertia: matrices from another program have no geometry to take the inertia from. Leave the clause out.")
     base, parts = derivative_matrices(whole, "M", "constraints.inertia")
+    moved, parts = (model, derivative_matrices(model, "M", "constraints.inertia")[1]) if given else (whole, parts)  # entries at supports do not move
     R = rigid_columns(whole, np.zeros(3))
     J = R.T @ (base @ R)
     axis = int(np.argmax(np.diag(J)[:3] > 0))
@@ -138,12 +171,16 @@ def inertia(spec: Spec, model: Model) -> list[Constraint]:
     now = first_moments(J) / mass
     centre = np.where(np.isnan(now), 0.0, now) if asked.centre is None else np.array(asked.centre)
     R = rigid_columns(whole, centre)
-    J, dJ = R.T @ (base @ R), np.array([R.T @ (d @ R) for d in parts])
+    S = rigid_columns(moved, centre)
+    J, dJ = R.T @ (base @ R), np.array([S.T @ (d @ S) for d in parts])
     out: list[Constraint] = []
     if asked.mass is not None or asked.conserve:
         target = mass if asked.mass is None else asked.mass
         word = "kept at" if asked.mass is None else "set to"
-        out.append(Equations(dJ[:, axis, axis][None, :], np.array([target - mass]), f"total mass {word} {target:.6g} kg", unit="kg"))
+        # Elements have one mass in every direction; entries of a whole matrix have to be told.
+        ways = [(a, b) for a in range(3) for b in range(a, 3)] if given else [(axis, axis)]
+        left = np.array([(target if a == b and J[a, a] > 0 else 0.0) - J[a, b] for a, b in ways])
+        out.append(Equations(np.array([dJ[:, a, b] for a, b in ways]), left, f"total mass {word} {target:.6g} kg", unit="kg"))
     if asked.centre is not None or asked.conserve:
         rows = [(a, 3 + b) for a in range(3) for b in range(3)]
         A, b = np.array([dJ[:, i, j] for i, j in rows]), -np.array([J[i, j] for i, j in rows])
@@ -185,7 +222,11 @@ def first_moments(J: Array) -> Array:
 
 
 def modes_reproduced(spec: Spec, model: Model) -> list[Constraint]:
-    """Chosen measured modes exactly, or within their deviations (a second-order cone). Shapes must be complete."""
+    """Chosen measured modes exactly, or within their deviations (a second-order cone).
+
+    An incomplete shape is expanded by the model as it stands, its unmeasured entries as uncertain as they are large. That leaves a clause ``within``
+    deviations meaning, locally; an exact one would hold the shape of a model that is about to be changed, and is refused.
+    """
     tables = [r for r in load_recordings(spec) if isinstance(r, ModeTable) and r.origin.use == "fit"]
     rows = [(t, i) for t in tables for i in range(len(t.frequency))]
     out: list[Constraint] = []
@@ -199,9 +240,10 @@ def modes_reproduced(spec: Spec, model: Model) -> list[Constraint]:
                       damping_std=table.damping_std[i: i + 1], shapes=table.shapes[i: i + 1], pairs=table.pairs[i: i + 1],
                       shape_std=None if table.shape_std is None else np.broadcast_to(table.shape_std, np.shape(table.shapes))[i: i + 1])
         residual = CeamResidual(model, assigned_modes(model, [one]), "null-space", model.zero())
-        if not residual.exact:
-            raise InputError(f"constraints.modes: mode {asked.mode} was not measured at every DOF, so its equation is linear in the parameters only "
-                             "locally. Leave the clause out, or measure the other DOFs.")
+        if not residual.exact and asked.within is None:
+            raise InputError(f"constraints.modes: mode {asked.mode} was not measured at every DOF. Expanded by the model that is to be corrected, its shape is "
+                             "wrong where nothing was measured, and an exact clause would keep it wrong. Give `within`, in standard deviations, "
+                             "or measure the other DOFs.")
         system = residual.evaluate(model.zero()).system()
         name = f"mode {asked.mode} ({table.frequency[i]:.5g} Hz)"
         if asked.within is None:

@@ -38,5 +38,6 @@ def frf_metrics(model: Model, p: Array, recordings: Sequence[Recording]) -> Metr
     score = {}
     for key, at in (("before", model.zero()), ("after", p)):
         pairs = [(responses_like(model, at, r), r.H) for r in frfs]
-        score[key] = float(frf_error(*(np.concatenate([pair[i].ravel() for pair in pairs])[:, None, None] for i in (0, 1))))
+        own, recorded = (np.concatenate([pair[i].ravel() for pair in pairs])[:, None, None] for i in (0, 1))
+        score[key] = float(frf_error(own, recorded))
     return {"frf_error": score}

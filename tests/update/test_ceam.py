@@ -12,6 +12,8 @@ from cvxupdate import study
 from cvxupdate.errors import InputError
 from cvxupdate.fe.build import build_model
 from cvxupdate.recordings.load import load_recordings
+from cvxupdate.residual.ceam import CeamResidual
+from cvxupdate.residual.ceam_modes import assigned_modes
 from cvxupdate.spec import load_problem
 from cvxupdate.update.admissible import admissible
 from cvxupdate.update.definite import definiteness
@@ -311,3 +313,66 @@ def test_a_mirrored_structure_ties_its_halves(tmp_path):
     bad = replace(spec, constraints=spec.constraints.model_copy(update={"mirror": (spec.constraints.mirror[0].model_copy(update={"at": 0.3}),)}))
     with pytest.raises(InputError, match="no two parameters are mirror images"):
         mirrored(bad, build_model(spec))
+
+
+def test_an_incomplete_mode_is_reproduced_within_its_deviations_but_never_exactly(tmp_path):
+    tight = {"dofs": ("x", "y", "z"), "std": 0.01, "low": -0.09, "high": 0.09}
+    path = problem(tmp_path, **tight)
+    spec = load_problem(path)
+    model = build_model(spec)
+    first = assigned_modes(model, load_recordings(spec))[:1]
+    system = CeamResidual(model, first, "null-space", model.zero()).evaluate(model.zero()).system()
+
+    def misfit(updated):
+        return np.sqrt(np.mean(system.residual(values(updated, "stiffness")) ** 2))
+
+    free = study.run(path)
+    kept = study.run(problem(tmp_path, "modes = [{ mode = 1, within = 0.3 }]", **tight))
+    assert kept.status == "converged"
+    assert any("mode 1" in c and "within 0.3" in c for c in kept.model["clauses"])
+    assert misfit(free) > 0.35
+    assert misfit(kept) <= 0.3 + 1e-6
+    with pytest.raises(InputError, match="an exact clause would keep it wrong"):
+        study.run(problem(tmp_path, "modes = [{ mode = 1 }]", **tight))
+
+
+def rigid_inertia(model, p, centre):
+    """Total mass and moments of inertia about axes through ``centre``, from nodal sums over the free DOFs: Rᵀ M R."""
+    r = model.xyz[model.dof_node] - centre
+    R = np.zeros((model.size, 6))
+    for k in range(3):
+        R[model.dof_kind == k, k] = R[model.dof_kind == 3 + k, 3 + k] = 1.0
+        turn = np.cross(np.eye(3)[k], r)
+        for a in range(3):
+            R[model.dof_kind == a, 3 + k] = turn[model.dof_kind == a, a]
+    return R.T @ (model.matrices(p).M @ R)
+
+
+def centre_of(J):
+    """(x, y, z) from the coupling of translations and rotations about the origin."""
+    return np.array([J[1, 5], J[2, 3], J[0, 4]]) / J[0, 0]
+
+
+def test_the_centre_of_gravity_and_the_moments_are_exactly_what_was_asked(tmp_path):
+    plain = build_model(load_problem(problem(tmp_path, of=("mass",), low=-0.5, high=0.5)))
+    true = np.array([0.1, -0.05, 0.02, 0.15, -0.1, 0.05, 0.2])  # masses that exist, so that what is asked can be had
+    J = rigid_inertia(plain, true, np.zeros(3))
+    centre = centre_of(J)
+    moments = np.diag(rigid_inertia(plain, true, centre))[3:]
+    words = f"inertia = {{ mass = {float(J[0, 0])!r}, centre = {centre.tolist()!r}, moments = {moments.tolist()!r} }}"
+    updated = study.run(problem(tmp_path, words, of=("mass",), low=-0.5, high=0.5))
+    assert updated.status == "converged"
+    p = values(updated, "mass")
+    found = rigid_inertia(plain, p, np.zeros(3))
+    assert found[0, 0] == pytest.approx(J[0, 0], rel=1e-8)
+    assert centre_of(found) == pytest.approx(centre, abs=1e-8)
+    assert np.diag(rigid_inertia(plain, p, centre))[3:] == pytest.approx(moments, rel=1e-7)
+
+
+def test_conserved_inertia_is_that_of_the_model(tmp_path):
+    updated = study.run(problem(tmp_path, "inertia = { }", mass=MASS, of=("stiffness", "mass"), noise=0.01, std=0.01))
+    model = build_model(load_problem(tmp_path / "problem.toml"))
+    p = np.array([q.p for q in updated.parameters])
+    before, after = (rigid_inertia(model, x, np.zeros(3)) for x in (0 * p, p))
+    assert after == pytest.approx(before, abs=1e-7 * np.abs(before).max())
+    assert np.abs(p).max() > 0.01

@@ -17,6 +17,8 @@ from ..smallest import smallest_eigenvalue
 from .clauses import Clause, ConicClause
 
 DECOMPOSED = 250  # rows from which the inequality is split along its sparsity; below, the whole one is faster (tests/benchmarks/test_ceam.py)
+MANY = 100  # parameters from which it is split from `FEW` rows on: whole matrices (108 rows, 362 parameters: 15 s instead of minutes)
+FEW = 50
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +30,7 @@ class MatrixInequality:
     base : (N, N) symmetric, sparse, at p = 0; derivatives : n of them, zero ones may be empty.
     floor : a pure number; 1e-3 keeps every motion at least a thousandth of its own mass (or stiffness), 0 asks for semidefinite.
     label : the clause in words; basis : (N, k) columns to which the inequality is confined (rigid-body modes taken out), None for all.
-    decompose : split along the sparsity; None: when N is 250 or more and ``basis`` is None.
+    decompose : split along the sparsity; None: when N is 250 or more, or 50 with 100 parameters, and ``basis`` is None.
     """
 
     base: Any
@@ -71,7 +73,8 @@ class MatrixInequality:
         base, parts = self.scaled
         if base.shape[0] == 0 or (not any(d.nnz for d in parts) and self.margin(np.zeros(len(columns))) >= 0.0):
             return ()
-        split = self.decompose if self.decompose is not None else self.basis is None and base.shape[0] >= DECOMPOSED
+        large = base.shape[0] >= (FEW if len(parts) >= MANY else DECOMPOSED)
+        split = self.decompose if self.decompose is not None else self.basis is None and large
         build = _split(base, parts, self.floor) if split else _whole(base, parts, self.floor)
         return (ConicClause(self.label, build, self.margin),)
 

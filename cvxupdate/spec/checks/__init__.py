@@ -30,6 +30,7 @@ from cvxupdate.spec.checks.parameters import (
     ParameterBounds,
     ParameterElements,
     ParameterSelection,
+    SomethingFree,
 )
 from cvxupdate.spec.checks.recordings import (
     Bands,
@@ -88,6 +89,7 @@ CHECKS: tuple[Check, ...] = (
     Bands(),
     FitRecording(),
     MethodRecording(),
+    SomethingFree(),
     ParameterSelection(),
     ParameterElements(),
     NominalZero(),

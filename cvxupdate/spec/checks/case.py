@@ -72,9 +72,9 @@ class Case:
 
     @cached_property
     def names(self) -> tuple[str, ...] | None:
-        """Names of the parameters; None when a row finds no element, which is a fault of its own."""
+        """Names of the parameters; None when a row finds no element, which is a fault of its own, or where the matrices have names of their own."""
         update = self.spec.update
-        complete = update is None or len(self.targets_by_row) == len(update.parameters)
+        complete = update is None or (len(self.targets_by_row) == len(update.parameters) and update.whole is None)
         return tuple(t.name for t in self.targets) if complete else None
 
     @cached_property

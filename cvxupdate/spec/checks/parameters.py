@@ -25,6 +25,31 @@ def _rows(case: Case) -> Iterator[tuple[int, ParameterRow]]:
 
 
 @dataclass(frozen=True)
+class SomethingFree:
+    """Something is to be found: parameters, or whole matrices that stay symmetric and have no crossed bounds."""
+
+    needs: ClassVar[tuple[str, ...]] = ("update",)
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """An [update] without parameters, and what is wrong with `whole`."""
+        update = case.spec.update
+        if update is None:
+            return
+        if not update.parameters and update.whole is None:
+            yield Complaint(("update", "parameters"), "is empty.", "Name at least one parameter, or give [update.whole].")
+        if update.whole is None:
+            return
+        at = ("update", "whole")
+        if update.method != "ceam":
+            yield Complaint(at, f"is nothing for method '{update.method}'.", 'Take method = "ceam".')
+        if not update.whole.symmetric and case.spec.constraints.symmetry is None:
+            yield Complaint((*at, "symmetric"), "is false and nothing keeps the matrices symmetric.", "Add symmetry = {} to [constraints].")
+        low, high = update.whole.lower, update.whole.upper
+        if low is not None and high is not None and low > high:
+            yield Complaint((*at, "lower"), f"the bounds are crossed: lower {low:g} is above upper {high:g}.", "Exchange or widen them.")
+
+
+@dataclass(frozen=True)
 class ParameterSelection:
     """A parameter says in exactly one way where it acts."""
 
