@@ -17,7 +17,8 @@ def smallest_eigenvalue(matrix: Any) -> float:
     """λ_min of a symmetric (N, N) sparse or dense matrix; 0 for an empty one.
 
     Above ``DENSE`` rows a shift σ = −τ is lowered until A + τ I has no negative pivot, so that no eigenvalue lies below σ (Sylvester's law of inertia);
-    the eigenvalue nearest to σ, found by shift-invert Lanczos with those same factors, is then the smallest one: to rounding where it stands apart, within `ACCURACY` of λ − σ in a cluster.
+    the eigenvalue nearest to σ, found by shift-invert Lanczos with those same factors, is then the smallest one: to rounding where it stands apart,
+    within `ACCURACY` of λ − σ in a cluster.
 
     Raises
     ------
