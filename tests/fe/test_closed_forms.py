@@ -125,6 +125,42 @@ def test_timoshenko_beam() -> None:
     assert np.all(exact[2] < 0.98 * E * IZ * K123[2] ** 4 / (RHO * A + RHO * IZ * K123[2] ** 2))  # shear matters here
 
 
+def test_timoshenko_beam_misses_only_what_bends_between_nodes() -> None:
+    """Why O(h²), with a mass that is consistent: shape functions that solve the static equations leave out what the inertia forces
+    q = ω² ρ A w and m = ω² ρ I ψ do inside an element, and where it is shorter than deep that is the energy of two rods,
+    q² h³ / 12 κ G A + m² h³ / 12 E I (Rayleigh's quotient: λ errs by twice the energy). The error must approach just that, on uneven meshes too;
+    with the mass of Euler and Bernoulli it approaches a constant."""
+    exact = timoshenko(K123)
+    ratio = K123 - RHO * exact / KAPPA / G / K123  # of the amplitudes of ψ = B cos k x and w = sin k x
+    modal = (RHO * A + RHO * IZ * ratio**2) * L / 2
+
+    def share(n: int) -> np.ndarray:
+        """Error over its leading term."""
+        x = uneven(n)
+        h = np.diff(x)
+        sine = np.diff(x[:, None] / 2 - np.sin(2 * K123 * x[:, None]) / 4 / K123, axis=0)  # ∫ sin² k x over each element
+        bubbles = h[:, None] ** 2 / 12 * ((RHO * A) ** 2 / KAPPA / G / A * sine + (RHO * IZ * ratio) ** 2 / E / IZ * (h[:, None] - sine))
+        return np.asarray((bending(with_values(build(beam(n)), shear=1.0), 3) / exact - 1) / (exact * bubbles.sum(axis=0) / modal))
+
+    coarse, fine = share(48), share(96)
+    assert np.all(np.abs(fine - 1) < 0.02)
+    assert np.allclose(np.log2((coarse - 1) / (fine - 1)), 2.0, atol=0.2)
+
+
+def test_timoshenko_beam_of_long_elements() -> None:
+    """Elements some thirty times longer than deep: what they miss is bending, O(h⁴)."""
+    bar = {"shape": "rectangle", "width": 0.002, "height": H}
+    area, inertia = 0.002 * H, H * 0.002**3 / 12
+    a, b, c = RHO**2 * inertia / KAPPA / G, -(RHO * area + RHO * inertia * K123**2 * (1 + E / KAPPA / G)), E * inertia * K123**4
+    exact = 2 * c / (-b + np.sqrt(b**2 - 4 * a * c))
+
+    def error(n: int) -> np.ndarray:
+        text = held(lines("beam2d", axis(n), chain(n), ["x", "y", "rz"], bar), ([1], ["x", "y"]), ([n + 1], ["y"]))
+        return bending(with_values(build(text), shear=1.0), 3) / exact - 1
+
+    assert np.allclose(rate(error, 12), 4.0, atol=0.2)
+
+
 def test_preload() -> None:
     """ω = ω₀ √(1 + N / N_cr i²), N_cr = E I π² / L²."""
     critical = E * IZ * np.pi**2 / L**2

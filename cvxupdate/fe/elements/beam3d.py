@@ -12,7 +12,7 @@ from cvxupdate.fe.sections import FACTORS, Section
 
 @dataclass(frozen=True)
 class Beam3D:
-    """Twelve DOFs, Euler–Bernoulli; ``shear`` = 1 makes it Timoshenko, ``N`` adds the geometric stiffness of a preload."""
+    """Twelve DOFs, Euler–Bernoulli; ``shear`` = 1 makes it Timoshenko (K and M), ``N`` adds the geometric stiffness of a preload."""
 
     section: Section
     mass: str = "consistent"
