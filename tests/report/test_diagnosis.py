@@ -80,3 +80,20 @@ def test_the_summary_names_it() -> None:
     text = io.StringIO()
     Console(width=100, file=text).print(diagnosis_summary(FOUND, Path("out/o05")))
     assert "out/o05/updated/problem.toml" in text.getvalue()
+
+
+def test_the_command_writes_the_model_and_takes_an_old_one_away(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder never holds the page of one diagnosis and the model of another."""
+    import sys
+
+    import cvxupdate.study
+    from cvxupdate import cli
+
+    for found, there in ((FOUND, True), (replace(FOUND, findings=(), verdict="consistent", updated=None), False)):
+        monkeypatch.setattr(cvxupdate.study, "diagnose", lambda *_, result=found: result)
+        monkeypatch.setattr(sys, "argv", ["cvxupdate", "diagnose", str(SPEC.path), "--out", str(tmp_path / "out")])
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+        assert stop.value.code == 0
+        assert (tmp_path / "out" / "updated" / "problem.toml").exists() == there
+        assert sorted(p.name for p in (tmp_path / "out").iterdir() if p.is_file()) == ["diagnosis.json", "report.html"]
