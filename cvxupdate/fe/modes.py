@@ -17,6 +17,8 @@ from cvxupdate.fe.rigid import free_motions, mass_normalised, pins, rigid_motion
 
 DENSE = 300  # DOFs below which LAPACK beats shift-invert (measured in tests/benchmarks/test_modes.py)
 
+STILL = 1e-20  # of the stiffest motion's eigenvalue: no eigenvalue solver tells a slower motion (1e-10 of its frequency) from rest
+
 
 @dataclass(frozen=True)
 class Modes:
@@ -57,7 +59,7 @@ def model_modes(model: Model, count: int, p: Real | None = None, matrices: Matri
     sound = drawn and (p is not None or matrices is None) and not _negative_mass(model, p)
     modes = _solve(m.K, m.M, count, motions, (model.dof_kind >= 3).astype(float), not sound)
     flexible = modes.shapes[:, modes.rigid:]
-    noise = rounding(m.K, flexible)
+    noise = np.maximum(rounding(m.K, flexible), STILL * _stiffest(m))
     for wrong, what in ((modes.eigenvalues[modes.rigid:] < -noise, "with negative stiffness (a member has buckled, or a stiffness is below zero)"),
                         (np.abs(modes.eigenvalues[modes.rigid:]) <= noise, "without stiffness: it is a mechanism")):
         if np.any(wrong):
@@ -96,6 +98,13 @@ def _solve(K: sp.csc_array, M: sp.csc_array, count: int, motions: Real | None, r
     largest = shapes[np.argmax(np.abs(shapes), axis=0), np.arange(shapes.shape[1])]
     shapes = shapes * np.where(largest < 0, -1.0, 1.0)
     return Modes(np.concatenate([np.zeros(R.shape[1]), values]), np.hstack([R, shapes]), R.shape[1])
+
+
+def _stiffest(m: Matrices) -> float:
+    """The largest k/m on the diagonals: what the stiffest motion is about, (rad/s)²."""
+    k, mass = m.K.diagonal(), m.M.diagonal()
+    moving = mass > 0.0
+    return float(np.max(np.abs(k[moving]) / mass[moving], initial=0.0))
 
 
 def _besides_rigid(model: Model, shape: Real) -> Real:
