@@ -119,8 +119,10 @@ def refined(loop: LoopResult[CeamPoint]) -> LoopResult[CeamPoint]:
     """
     problem, point = loop.problem, loop.point
     plain = isinstance(problem.loss, LeastSquares) and not problem.regularisers and all(isinstance(c, LinearClause) for c in problem.clauses)
-    if loop.status != "converged" or not plain or not len(point.p):
+    if loop.status != "converged" or not len(point.p):
         return loop
+    if not plain:
+        return _on_equalities(loop)
     system = point.system()
     E = equality_rows(problem, point.p)
     Z = la.null_space(E) if len(E) else np.eye(len(point.p))
@@ -137,6 +139,25 @@ def refined(loop: LoopResult[CeamPoint]) -> LoopResult[CeamPoint]:
         return loop
     trial = CeamPoint(point.residual, p, point.residual.model.matrices(p))
     return replace(loop, point=trial) if objective_at(problem, trial) < objective_at(problem, point) else loop
+
+
+def _on_equalities(loop: LoopResult[CeamPoint]) -> LoopResult[CeamPoint]:
+    """The end moved to the nearest point where every linear equality holds to rounding: K(p) R = 0 to a solver's 1e-9 is a soft support, not a free motion.
+
+    Taken only when it breaks no clause by more than the end itself did, or 1e-9.
+    """
+    problem, point = loop.problem, loop.point
+    equal = [c for c in problem.clauses if isinstance(c, LinearClause) and np.all(c.lower == c.upper)]
+    if not equal:
+        return loop
+    E, right = equality_rows(problem, point.p), np.concatenate([c.upper for c in equal])
+    p = point.p
+    for _ in range(2):
+        p = p - la.lstsq(E, E @ p - right, lapack_driver="gelsy")[0]
+    before, after = (max((violation(c, x) for c in problem.clauses), default=0.0) for x in (point.p, p))
+    if after > max(before, 1e-9):
+        return loop
+    return replace(loop, point=CeamPoint(point.residual, p, point.residual.model.matrices(p)))
 
 
 def _exactly(loop: LoopResult[CeamPoint]) -> bool:
