@@ -33,6 +33,11 @@ class Data:
     top: float
     bottom: float
     mesh: MeshError = NONE
+    sheared: MeshError = NONE
+
+    def mesh_of(self, model: Model) -> MeshError:
+        """The mesh error of a hypothesis: where it lets beams deform in shear, that of beams which do."""
+        return self.sheared if self.sheared is not NONE and any(q.of == "shear" for q in model.parameters) else self.mesh
 
 
 def prepare(recordings: Sequence[FrequencyResponse | TimeHistory]) -> Data:

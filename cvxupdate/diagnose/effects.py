@@ -115,7 +115,7 @@ class Bench:
 
     def setting(self, model: Model, signals: Sequence[Signal], faults: Sequence[Fault]) -> Setting:
         """The unknowns of ``model`` against ``signals``."""
-        return setting_for(model, self.original, signals, self.data.top, self.data.bottom, faults, self.data.mesh)
+        return setting_for(model, self.original, signals, self.data.top, self.data.bottom, faults, self.data.mesh_of(model))
 
 
 def regrown(released: Model, grown: Model) -> Model:

@@ -107,8 +107,10 @@ def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[
     enough = pattern or base.misfit <= OPEN * EXPLAINED or (singles and charged(singles[0]) <= EXPLAINED)
     double = [] if enough else pairs(bench, coarse, tell)
     if double:
-        again = {t.keys: t for t in simpler(bench, double[0], tell)}
-        singles = sorted([*(t for t in singles if t.keys not in again or charged(t) < charged(again[t.keys])), *again.values()], key=charged)
+        best: dict[frozenset[Key], Trial] = {}
+        for t in sorted([*singles, *simpler(bench, double[0], tell)], key=charged):
+            best.setdefault(t.keys, t)
+        singles = list(best.values())
     chosen = {Effect(s.candidate).key: often for s, often in stable}
     return Outcome(bench, nominal, errors, outcome.noise, base, screened, tuple(singles), tuple(double), chosen)
 

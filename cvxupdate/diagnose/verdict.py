@@ -42,7 +42,7 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
     if not any(r.origin.use == "fit" for r in usable):
         raise InputError(f"{spec.path}: diagnose needs a recording with use = \"fit\". Add one.")
     data = prepare(usable)
-    data = replace(data, mesh=mesh_error(spec, model, data.top))
+    data = replace(data, mesh=mesh_error(spec, model, data.top), sheared=mesh_error(spec, model, data.top, sheared=True))
     change = level_dependence(data)
     nonlinear = change is not None and change[0] > LEVEL_CHANGE and change[0] > LEVEL_NOISE * change[1]
     supports = held_dofs(model, [(s.nodes, s.dofs) for s in spec.model.supports], spec.model.dofs)
