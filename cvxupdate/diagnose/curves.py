@@ -95,7 +95,7 @@ def responses_shown(before: ResponsePoint, after: ResponsePoint, fitted: Sequenc
         pairs = [_modelled(point, signals) for point in (before, after)]
         every = [c for k, s in enumerate(signals) for c in _curves(s, pairs[0][k], pairs[1][k])]
         curves += [c for _, c in sorted(every, key=lambda item: -item[0])[:most]]
-        spectra.append(_spectrum(signals, *pairs))
+        spectra += [s for s in [_spectrum(signals, *pairs)] if len(s.frequency)]
     return Shown(tuple(curves), tuple(spectra), (), *places(shares))
 
 

@@ -85,6 +85,16 @@ def test_what_remains_is_noise_after_and_more_before(shown: Shown) -> None:
         assert np.sqrt(np.mean(s.after**2)) < 3 * NOISE < 0.1 < np.sqrt(np.mean(s.before**2))
 
 
+def test_recordings_that_hear_nothing_are_not_drawn() -> None:
+    """Every channel below its noise: no curve, no spectrum, no error."""
+    model = undamped(chain())
+    deaf = recording("fit", 1)
+    signals = (smooth(frf_lines(replace(deaf, H=1e-9 * deaf.H, variance=np.ones(deaf.H.shape))), 0.0),)
+    setting = setting_for(model, chain(), signals, 75.0, 5.0)
+    point = setting.evaluate(np.zeros(len(setting.columns)))
+    assert responses_shown(point, point, signals, (), []) == Shown()
+
+
 def test_the_map_takes_nodes_elements_and_no_channels() -> None:
     def candidate(share: float, **place: object) -> tuple[Candidate, float]:
         channel = place.pop("channel", None)
