@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cvxupdate.errors import RecordingError
+from cvxupdate.recordings.read.disk import release
 from cvxupdate.recordings.types import Complex, Real
 from cvxupdate.recordings.windows import effective_averages, window
 
@@ -61,10 +62,11 @@ def _batches(chunks: Iterable[Real], block: int, step: int, lead: int) -> Iterat
 
 
 def slices(data: Real, columns: Iterable[int], length: int) -> Iterator[Real]:
-    """A long (possibly memory-mapped) array in chunks of ``length`` samples, only the wanted columns."""
+    """A long array in chunks of ``length`` samples, only the wanted columns; pages of a mapped file are given back after each."""
     wanted = list(columns)
     for start in range(0, data.shape[0], length):
         yield np.asarray(data[start : start + length, wanted], dtype=np.float64)
+        release(data)
 
 
 def spectra_from_chunks(

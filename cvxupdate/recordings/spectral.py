@@ -68,7 +68,7 @@ def spectra_from_time(
     step = max(1, round(length * (1.0 - overlap))) if 0.0 <= overlap < 1.0 else 1
     lead = length - step if from_rest else 0
     taper = window(window_name, length) * exponential_window(length, history.rate, decay)
-    chunk = max(4 * length, BATCH_BYTES // (8 * len(history.channels)))
+    chunk = max(length, BATCH_BYTES // (8 * len(history.channels)))
     return spectra_from_chunks(
         slices(history.data, [*inputs, *outputs], chunk), history.rate, len(inputs), block=length, overlap=overlap,
         taper=taper, detrend=not from_rest and decay == 0.0, lead=lead, full=full,
