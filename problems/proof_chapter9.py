@@ -39,12 +39,11 @@ def judge(said: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
     place: bool | None = None
     note = ""
     if "across" in truth:
-        tried = [f["location"]["elements"] for f in findings if f["location"]["elements"]]
-        tried += [e["location"]["elements"] for f in findings for e in f["equivalent"] if e["location"]["elements"]]
-        results = [strips(elements, truth) for elements in tried]
-        place = any(exact for exact, _ in results)
-        if not place and any(near for _, near in results):
-            note = "a cross, one strip one row of elements beside the middle"
+        own = [strips(f["location"]["elements"], truth) for f in findings if f["location"]["elements"]]
+        rivals = [strips(e["location"]["elements"], truth) for f in findings for e in f["equivalent"] if e["location"]["elements"]]
+        place = any(exact for exact, _ in own + rivals)
+        if not any(exact for exact, _ in own) and any(near for _, near in own):
+            note = "a cross, one strip one element beside the middle" + ("; the middle one is among the equivalents" if place else "")
     after = mean.get("after")
     enough = after is not None and after <= truth["mean_percent"] and 0 < count <= truth["parameters"]
     return {"verdict": said["verdict"], "says": said["says"], "words": words, "place": place, "note": note, "parameters": count, "enough": enough,

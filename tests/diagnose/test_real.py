@@ -66,6 +66,18 @@ def finding(word, parameters, elements=()):
             "confidence": 0.9, "equivalent": []}
 
 
+def test_a_cross_beside_the_middle_counts_only_with_the_middle_one_as_its_equivalent(chapter9):
+    truth = {"words": ["thickness_change"], "needed": [["thickness_change"]], "mean_percent": 2.3, "parameters": 6, "across": [7, 8], "along": [5, 6],
+             "columns": 14}
+    beside = finding("thickness_change", {"factor": 1.5}, cross([5, 6], [8, 9]))
+    said = {"verdict": "missing_physics", "says": "", "findings": [beside], "metrics": {"fit": {"frequency_error_percent_mean": {"before": 15, "after": 1.9}}}}
+    row = chapter9.judge(said, truth)
+    assert row["words"] and row["enough"] and not row["place"] and not row["right"] and "beside the middle" in row["note"]
+    middle = {"physics": "thickness_change", "location": {"elements": cross([5, 6], [8])}}
+    row = chapter9.judge({**said, "findings": [{**beside, "equivalent": [middle]}]}, truth)
+    assert row["right"] and "equivalents" in row["note"]
+
+
 def test_the_judge_of_chapter_9_counts_parameters_and_error(chapter9):
     truth = {"words": ["orthotropy", "mass_proportional_damping", "stiffness_change"], "needed": [["orthotropy"]], "mean_percent": 1.0, "parameters": 4}
     said = {"verdict": "missing_physics", "says": "", "findings": [finding("orthotropy", dict.fromkeys(("Dx", "Dy", "D1", "Dxy"), 1.1)),
