@@ -207,11 +207,18 @@ def _fit(model: Model, data: Tables, start: Real, far: bool = False) -> ModalFit
 
 
 def _walked(residual: ModalResidual, start: Real) -> ModalResidual:
-    """Pairs modes at ``start``, where a fit begins far off, by following them there step by step: one large step may mistake them."""
+    """Pairs modes at ``start``, where a fit begins far off, by following them there step by step: one large step may mistake them.
+
+    Modes that veer change their shapes but not their order, so without measured shapes the order is the other way to pair them, and the better one counts.
+    """
     point: ModalPoint | None = None
     for size in np.geomspace(1e-4, 1.0, SIZES):
         point = residual.evaluate(size * start, point)
-    return residual if point is None else replace(residual, start=replace(residual.start, modes=point.modes, places=point.places))
+    if point is None:
+        return residual
+    ways = [point] if residual.shapes else [point, replace(point, places=residual.start.places)]
+    best = min(ways, key=lambda way: float(np.sum((way.differences[1] * way.differences[0]) ** 2)))
+    return replace(residual, start=replace(residual.start, modes=best.modes, places=best.places))
 
 
 def _trials(base: ModalFit, data: Tables, words: Sequence[str], supports: Sequence[tuple[int, str]],

@@ -153,6 +153,9 @@ def _trace(where: Scene, basis: Real, K: Real, M: Real, sizes: Real, before: Ste
             break
         rows, columns = linear_sum_assignment((before.V[:, before.at].T @ mass @ V) ** 2, maximize=True)
         at = columns[np.argsort(rows)]
-        before = Step(where.left(lam[at], basis @ V[:, at] if where.shapes else basis[:, at]), float(p), V, at)
+        left = where.left(lam[at], basis @ V[:, at] if where.shapes else basis[:, at])
+        if not where.shapes:  # modes that veer change their shapes and keep their order: either may be what the table means
+            left = min(left, where.left(lam[where.used], basis[:, where.used]))
+        before = Step(left, float(p), V, at)
         out.append(before)
     return out
