@@ -32,7 +32,8 @@ FAR = 10.0  # the same, above which there is nothing to sharpen
 @dataclass(frozen=True)
 class Outcome:
     """All that the engine found, for the verdict: errors (fit, hold-out) as modelled and with ordinary parameters, noise, the ordinary fit,
-    first-order shares, trials of one effect and of two (best first), and how often half of the recordings chooses a candidate."""
+    first-order shares, trials of one effect and of two (best first), how often half of the recordings chooses a candidate, and
+    of every trial that was refitted at least once the share of the misfit that it left there."""
 
     bench: Bench
     nominal: tuple[float, float]
@@ -43,6 +44,7 @@ class Outcome:
     trials: tuple[Trial, ...] = ()
     pairs: tuple[Trial, ...] = ()
     stable: Mapping[Key, float] = field(default_factory=dict)
+    entered: tuple[tuple[Trial, float], ...] = ()
 
     def key(self, s: Score) -> Key:
         """Of a screened candidate, as `Trial.keys` has it."""
@@ -112,7 +114,8 @@ def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[
             best.setdefault(t.keys, t)
         singles = list(best.values())
     chosen = {Effect(s.candidate).key: often for s, often in stable}
-    return Outcome(bench, nominal, errors, outcome.noise, base, screened, tuple(singles), tuple(double), chosen)
+    return Outcome(bench, nominal, errors, outcome.noise, base, screened, tuple(singles), tuple(double), chosen,
+                   tuple((t, t.fit.misfit / points[0].misfit) for t in entries if t is not None))
 
 
 def followed(outcome: Outcome) -> Fit:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from cvxupdate.diagnose.effects import Trial
 from cvxupdate.diagnose.engine import Outcome
 from cvxupdate.diagnose.judge import Judged, has, pattern
 
 
 @dataclass(frozen=True)
 class Placebo:
-    """``tried`` words at places elsewhere, ``refitted`` of them in full and the others to first order; ``left``: the least misfit that one of these left, as
+    """``tried`` words at places elsewhere, ``refitted`` of them and the others to first order; ``left``: the least misfit that one of these left, as
     a share of the ordinary model's; ``mine``: the same for the finding; ``chance``: (1 + those as good) / (1 + tried), the rank test's level
     (Phipson and Smyth 2010)."""
 
@@ -23,7 +24,7 @@ class Placebo:
     @property
     def says(self) -> str:
         """One line of evidence."""
-        return (f"Placebo: {self.tried} other words and places went through the same procedure ({self.refitted} of them refitted in full); the best leaves "
+        return (f"Placebo: {self.tried} other words and places went through the same procedure ({self.refitted} of them refitted); the best leaves "
                 f"{100 * self.left:.2g} % of the misfit, this leaves {100 * self.mine:.2g} %. Chance of so large an improvement by luck: {self.chance:.2g}.")
 
 
@@ -33,10 +34,11 @@ def placebo(final: Judged, outcome: Outcome) -> Placebo | None:
     if pattern(outcome) or base <= 0.0:
         return None
 
-    def elsewhere(t: Judged) -> bool:
-        return not any(has(t.trial, e, model) for e in final.trial.effects)
+    def elsewhere(t: Trial) -> bool:
+        return not any(has(t, e, model) for e in final.trial.effects)
 
-    full = {t.keys: t.fit.misfit / base for t in (*outcome.trials, *outcome.pairs) if elsewhere(Judged(t, 0.0, 0.0))}
+    full = {t.keys: left for t, left in outcome.entered if elsewhere(t)}
+    full |= {t.keys: t.fit.misfit / base for t in (*outcome.trials, *outcome.pairs) if elsewhere(t)}
     places = [e.candidate.place for e in final.trial.effects]
     rest = [1.0 - s.share for s in outcome.screened if s.candidate.place not in places and frozenset((outcome.key(s),)) not in full]
     if not full and not rest:
