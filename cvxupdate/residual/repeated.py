@@ -35,7 +35,7 @@ def aligned(modes: Modes, m: Matrices, before: Real) -> Modes:
     for at in clusters(modes):
         overlap = modes.shapes[:, at].T @ (m.M @ before)
         share = np.sum(overlap**2, axis=0)
-        mine = [b for b in np.argsort(-share)[:len(at)] if share[b] > 0.5]
+        mine = sorted(b for b in np.argsort(-share)[: len(at)].tolist() if share[b] > 0.5)  # in their own order: equal shares have none
         if mine:
             U, _, Vt = np.linalg.svd(overlap[:, mine])
             k = len(mine)
