@@ -24,7 +24,7 @@ def candidates(context: Context) -> list[Candidate]:
         ids = new_ids(model, 1)
         block = Block(Mass(), ids, ("",), np.array([rows]), np.array([[int(model.dof_kind[r]) for r in rows]]), (Term("M", "m", pattern[None]),),
                       np.zeros(1, dtype=np.int64), properties)
-        grown = with_block(model, block, [Wanted(f"added_mass@n{node}", "m", (int(ids[0]),), lower=-20.0, upper=100.0, scale=unit)])
+        grown = with_block(model, block, [Wanted(f"added_mass@n{node}", "m", (int(ids[0]),), lower=-20.0, upper=1000.0, scale=unit)])
         dof = KINDS[int(model.dof_kind[rows[0]])] if len(rows) == 1 else None
         out.append(Candidate("added_mass", Place(nodes=(node,), dof=dof), grown, 1, np.zeros(1), tangents(grown, 1), report=(("m", 0, "value"),)))
     return out
