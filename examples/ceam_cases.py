@@ -12,7 +12,8 @@ from cvxupdate import study
 from cvxupdate.update.score import responses_like
 
 PROBLEMS = Path(__file__).resolve().parents[1] / "problems"
-FIGURES = {1: ("6.1", "6.2"), 2: ("6.3", ""), 3: ("6.4", "6.5"), 4: ("6.12", "6.6"), 5: ("6.7", "6.8"), 6: ("", "6.11")}
+FIGURES = {1: ("Figure 6.1", "Figure 6.2"), 2: ("Figure 6.3", ""), 3: ("Figure 6.4", "Figure 6.5"), 4: ("Figure 6.12", "Figure 6.6"),
+           5: ("Figure 6.7", "Figure 6.8"), 6: ("", "Figure 6.11")}
 
 
 def case(number, name="problem.toml"):
@@ -32,13 +33,14 @@ def draw(number, found, folder):
     import matplotlib.pyplot as plt
 
     updated, model, held, p = found
-    figure, (bars, curves) = plt.subplots(2, 1, figsize=(7, 6.5), layout="constrained")
+    figure, (bars, curves) = plt.subplots(2, 1, figsize=(8.5, 6.5), layout="constrained")
     kinds = [of for of in ("stiffness", "mass", "damping") if any(q.of == of for q in updated.parameters)]
     for k, of in enumerate(kinds):
         values = [q.p for q in updated.parameters if q.of == of]
-        bars.bar(np.arange(1, 21) + 0.27 * (k - (len(kinds) - 1) / 2), values, 0.25, label=of)
-    bars.set(xlabel="element", ylabel="p", title=f"Case {number}, figure {FIGURES[number][0] or '(not printed)'}")
-    bars.legend()
+        label = of if np.abs(values).max() > 1e-6 else f"{of} (all below 1e-6)"
+        bars.bar(np.arange(1, 21) + 0.27 * (k - (len(kinds) - 1) / 2), values, 0.25, label=label)
+    bars.set(xlabel="element", ylabel="p", xticks=np.arange(1, 21), title=f"Case {number}: {FIGURES[number][0] or 'p-values (not printed)'}")
+    bars.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     i, j = (next(k for k, c in enumerate(channels) if c.label == "n1.z") for channels in (held.responses, held.references))
     shown = [("target", held.H, "k-"), ("initial", responses_like(model, model.zero(), held), "C1:")]
     if number == 4:  # Figure 6.6: the effect of the number of assigned modes
@@ -49,8 +51,8 @@ def draw(number, found, folder):
     shown.append(("updated, 20 modes" if number == 4 else "updated", responses_like(model, p, held), "C0--"))
     for label, H, style in shown:
         curves.semilogy(held.frequency, np.abs(H[:, i, j]), style, label=label)
-    curves.set(xlabel="frequency [Hz]", ylabel="accelerance n1.z [m/(s² N)]", title=f"Figure {FIGURES[number][1] or '(not printed)'}")
-    curves.legend()
+    curves.set(xlabel="frequency [Hz]", ylabel="accelerance n1.z [m/(s² N)]", title=FIGURES[number][1] or "Accelerance (not printed)")
+    curves.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     figure.savefig(folder / f"ceam_case{number}.png", dpi=110)
     plt.close(figure)
 

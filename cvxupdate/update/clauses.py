@@ -131,11 +131,15 @@ def matrix_inequality(model: Model, name: str, floor: float, kept: bool = False)
 
 
 def _resisting(parts: Sequence[sp.csc_array], R: Array) -> Array:
-    """The rows of A p = 0 that say K(p) R = 0 ((rows, n), each entry that is rounding a zero); empty where it holds for every p."""
+    """The rows of A p = 0 that say K(p) R = 0 ((rows, n) of length 1, each entry that is rounding a zero); empty where it holds for every p.
+
+    Length 1, because rows in newtons differ 1e5 times in a frame that is soft out of its plane: the soft ones would drown in the rounding of the stiff ones.
+    """
     A = np.column_stack([np.asarray(d @ R).ravel() for d in parts]) if parts else np.zeros((R.size, 0))
     size = np.array([float(abs(d).max()) if d.nnz else 1.0 for d in parts])
     A = np.where(np.abs(A) > 1e-9 * size[None, :], A, 0.0)
-    return np.asarray(A[np.any(A != 0.0, axis=1)] / size.max(initial=1.0))
+    A = A[np.any(A != 0.0, axis=1)]
+    return np.asarray(A / np.linalg.norm(A, axis=1, keepdims=True))
 
 
 def _free(model: Model, K: sp.csc_array) -> Array:
