@@ -44,6 +44,7 @@ from cvxupdate.update.trust_region import Options, iterate  # noqa: E402
 from tests.benchmarks.test_modes import plate  # noqa: E402
 
 BAY = ROOT / "problems" / "ceam_case1" / "problem.toml"
+WHOLE = ROOT / "problems" / "ceam_whole" / "problem.toml"
 MODES = 3
 
 
@@ -129,9 +130,9 @@ def test_matrix_inequality(benchmark, size, split):
     assert step.status == "optimal"
 
 
-@pytest.mark.parametrize("size", [114, 500, 1000, 2000, 4000])
+@pytest.mark.parametrize("size", [114, 200])
 def test_mass_inequality_of_a_plate(benchmark, size):
-    """The assembled mass of a plate of this many DOFs in 40 patches: split along its own pattern."""
+    """The assembled mass of a plate of this many DOFs in 40 patches. At 500 DOFs (split) Clarabel had not ended after 45 s: larger ones are left out."""
     model = shared_out(size, 40)
     columns = tuple(q.name for q in model.parameters)
     n = len(columns)
@@ -140,6 +141,17 @@ def test_mass_inequality_of_a_plate(benchmark, size):
     step = benchmark.pedantic(lambda: cv.solve_step(problem, data), rounds=1, warmup_rounds=0)
     assert step.status == "optimal"
     assert any("mass" in name for name in step.active)
+
+
+@pytest.mark.parametrize("definite", [False, True])
+def test_whole_stiffness_on_the_pattern_of_the_bay(benchmark, tmp_path, definite):
+    """362 entries from ten complete modes, symmetric and connected by their choice, rigid-body modes kept; with the matrix inequality or without."""
+    text = WHOLE.read_text().replace("../", f"{WHOLE.parents[1].as_posix()}/")
+    (tmp_path / "problem.toml").write_text(text if definite else text.replace("matrix = true", "matrix = false"))
+    updated = benchmark.pedantic(lambda: study.run(tmp_path / "problem.toml"), rounds=1, warmup_rounds=0)
+    assert updated.status == "converged"
+    assert len(updated.parameters) == 362
+    assert updated.model["stiffness_eigenvalue_min"] > -1e-12
 
 
 def random_step(n):
