@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-import make
+import problem_files as make
 import table
 
 from cvxupdate.fe.modes import model_modes

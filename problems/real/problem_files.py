@@ -1,6 +1,6 @@
 """Make the problem files that `cvxupdate diagnose` is tried with on real recordings: `problem_diagnose_*.toml` in the folders beside this file.
 
-Run: CVXUPDATE_DATA=/path/to/data python problems/real/make.py            (a few seconds; the files are kept in the repository)
+Run: CVXUPDATE_DATA=/path/to/data python problems/real/problem_files.py            (a few seconds; the files are kept in the repository)
 
 Frequencies are read from the recordings here, because the recordings are decays and spectra without a force, or FRFs of seventy layouts. What was changed
 on the structure is not in these files: it is in truth.toml, which no command opens.
@@ -62,7 +62,7 @@ def only(words: Sequence[str]) -> str:
 
 # the moving roller
 
-ROLLER = "High-Rate-SHM-Working-Group/Dataset-8-DROPBEAR; beam 51 x 6.66 x 501 mm, steel (fits); frequencies at rest read from the records by make.py"
+ROLLER = "High-Rate-SHM-Working-Group/Dataset-8-DROPBEAR; beam 51 x 6.66 x 501 mm, steel (fits); frequencies at rest read from the records by problem_files.py"
 SECOND = np.arange(130.0, 300.0, 0.5)
 
 
