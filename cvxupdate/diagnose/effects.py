@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -21,6 +22,11 @@ from cvxupdate.physics.base import Candidate, Context, reported
 Key = tuple[object, ...]
 
 
+def key_of(c: Candidate) -> Key:
+    """What a candidate is and where (see `Effect.key`)."""
+    return (c.physics, c.place, c.channel, c.sensor, c.other)
+
+
 @dataclass(frozen=True)
 class Effect:
     """A candidate planted on a model; ``mass`` (kg) is what a hidden oscillator's parameters are relative to, 0 for other words."""
@@ -31,8 +37,7 @@ class Effect:
     @property
     def key(self) -> Key:
         """What it is and where: two effects of one key are the same hypothesis (a hidden oscillator's tuning is refined in the fit)."""
-        c = self.candidate
-        return (c.physics, c.place, c.channel, c.sensor, c.other)
+        return key_of(self.candidate)
 
     @property
     def columns(self) -> int:
@@ -61,6 +66,11 @@ class Trial:
     def name(self) -> str:
         """For progress and tables."""
         return " and ".join(e.candidate.name for e in self.effects) or "ordinary parameters"
+
+    @cached_property
+    def figures(self) -> list[tuple[dict[str, float], dict[str, float]]]:
+        """`figures`, worked out once: they need a linearisation."""
+        return figures(self)
 
 
 @dataclass(frozen=True)
@@ -175,8 +185,7 @@ def on_model(bench: Bench, model: Model, c: Candidate) -> Candidate | None:
     if c.tuned is not None:
         row = model.place.get(f"n{c.place.nodes[0]}.{c.place.dof}")
         return None if row is None else replace(c, tuned=(row, *c.tuned[1:]))
-    key = Effect(c).key
-    return next((other for other in bench.candidates(model, (c.physics,)) if Effect(other).key == key), None)
+    return next((other for other in bench.candidates(model, (c.physics,)) if key_of(other) == key_of(c)), None)
 
 
 def replanted(bench: Bench, model: Model, effect: Effect) -> tuple[Effect, Model] | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from cvxupdate.diagnose.data import WIDE, Data
-from cvxupdate.diagnose.effects import Bench, Effect, Key, Trial, planted
+from cvxupdate.diagnose.effects import Bench, Key, Trial, key_of, planted
 from cvxupdate.diagnose.fit import CREDIBLE, MASS_STD, STIFFNESS_STD, Fit, at_level, error_of, fit, setting_for
 from cvxupdate.diagnose.pairs import moved, pairs, simpler
 from cvxupdate.diagnose.refit import charged, entered, raced, scanned
@@ -46,9 +46,10 @@ class Outcome:
     stable: Mapping[Key, float] = field(default_factory=dict)
     entered: tuple[tuple[Trial, float], ...] = ()
 
-    def key(self, s: Score) -> Key:
-        """Of a screened candidate, as `Trial.keys` has it."""
-        return Effect(s.candidate).key
+    @property
+    def pattern(self) -> bool:
+        """Whether only the pattern of damping may be at stake: ordinary parameters explain the rest."""
+        return self.base.misfit <= EXPLAINED
 
     def errors(self, t: Trial) -> tuple[float, float]:
         """Normalised response error of a trial on what was fitted and on what was held out."""
@@ -79,7 +80,7 @@ def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[
     base = points[-1]
     errors = (error_of(setting, p, data.sharp, base.point), error_of(setting, p, data.sharp_hold_out, base.point))
     outcome = Outcome(bench, nominal, errors, (noise_errors(data.sharp), noise_errors(data.sharp_hold_out)), base)
-    pattern = base.misfit <= EXPLAINED  # then it is the pattern of damping that may be at stake
+    pattern = outcome.pattern
     wanted = [w for w in bench.words if not pattern or (w in DAMPING_WORDS and base.damping_strain > DAMPING_GAIN)]
     if not wanted:
         return outcome
@@ -113,9 +114,8 @@ def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[
         for t in sorted([*singles, *simpler(bench, double[0], tell)], key=charged):
             best.setdefault(t.keys, t)
         singles = list(best.values())
-    chosen = {Effect(s.candidate).key: often for s, often in stable}
-    return Outcome(bench, nominal, errors, outcome.noise, base, screened, tuple(singles), tuple(double), chosen,
-                   tuple((t, t.fit.misfit / points[0].misfit) for t in entries if t is not None))
+    return replace(outcome, screened=screened, trials=tuple(singles), pairs=tuple(double), stable={key_of(s.candidate): often for s, often in stable},
+                   entered=tuple((t, t.fit.misfit / points[0].misfit) for t in entries if t is not None))
 
 
 def followed(outcome: Outcome) -> Fit:

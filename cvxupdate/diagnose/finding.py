@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
 from cvxupdate.diagnose.curves import Shown
@@ -56,3 +57,8 @@ class Diagnosis:
         return {"problem": self.problem, "title": self.title, "verdict": self.verdict, "says": self.says, "findings": [f.to_json() for f in self.findings],
                 "candidates": list(self.candidates), "fit": self.fit, "metrics": self.metrics, "evidence": list(self.evidence), "time": self.time,
                 **self.details}
+
+
+def finite(x: float) -> float | None:
+    """A number as `diagnosis.json` has it: None where it is not known."""
+    return float(x) if isfinite(x) else None

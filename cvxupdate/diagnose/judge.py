@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cvxupdate.diagnose.effects import Effect, Trial, figures
+from cvxupdate.diagnose.effects import Effect, Trial
 from cvxupdate.diagnose.engine import DAMPING_GAIN, EXPLAINED, OPEN, Outcome
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.shortlist import DAMPING_WORDS
@@ -40,11 +40,6 @@ def judged(outcome: Outcome, trials: Sequence[Trial]) -> list[Judged]:
     return [Judged(t, *outcome.errors(t)) for t in trials]
 
 
-def pattern(outcome: Outcome) -> bool:
-    """Whether only the pattern of damping is at stake: ordinary parameters explain the rest."""
-    return outcome.base.misfit <= EXPLAINED
-
-
 def beyond(error: float, noise: float) -> float:
     """The part of a response error that is not noise."""
     return float(np.sqrt(max(error**2 - noise**2, 0.0)))
@@ -53,7 +48,7 @@ def beyond(error: float, noise: float) -> float:
 def halves(t: Judged, outcome: Outcome) -> bool:
     """Whether a single effect halves the misfit that ordinary parameters leave, and shows on what was held out."""
     fit = t.trial.fit
-    if pattern(outcome):
+    if outcome.pattern:
         drop = outcome.base.damping_strain - fit.damping_strain
         word = t.trial.effects[0].candidate.physics
         return word in DAMPING_WORDS and drop > max(DAMPING_GAIN, HALVED * outcome.base.damping_strain) and fit.misfit <= 1.05 * outcome.base.misfit
@@ -95,7 +90,7 @@ def mesh_allowance(outcome: Outcome) -> float:
 
 def rivals(best: Judged, others: Sequence[Judged], outcome: Outcome) -> list[Judged]:
     """Other trials that the recordings do not separate from the best."""
-    if pattern(outcome):
+    if outcome.pattern:
         return [t for t in others if t is not best and t.trial.fit.damping_strain <= best.trial.fit.damping_strain + DAMPING_GAIN / 2]
     return [t for t in others if t is not best and t.misfit <= RIVAL * best.misfit and (not np.isfinite(t.hold_out) or t.hold_out <= RIVAL * best.hold_out)]
 
@@ -165,7 +160,7 @@ def standing(number: int, best: Judged, others: Sequence[Judged], outcome: Outco
     elsewhere = [r for r in near if not has(r.trial, effect, outcome.bench.ordinary)]
     mine, base = _scale(best.trial.fit, outcome), _scale(outcome.base, outcome)
     following = min([_scale(t.trial.fit, outcome) for t in others if t is not best and not has(t.trial, effect, outcome.bench.ordinary)] + [base])
-    values, deviations = figures(best.trial)[number]
+    values, deviations = best.trial.figures[number]
     name, _, how = effect.candidate.report[0]
     size = np.inf if how in ("inverse", "kappa") else abs(values[name] - (1.0 if how in ("factor", "gain") else 0.0)) / max(deviations[name], 1e-12)
 
@@ -176,7 +171,7 @@ def standing(number: int, best: Judged, others: Sequence[Judged], outcome: Outco
 
 
 def _scale(found: Fit, outcome: Outcome) -> float:
-    return found.damping_strain if pattern(outcome) else found.misfit
+    return found.damping_strain if outcome.pattern else found.misfit
 
 
 def confidence(s: Standing) -> float:

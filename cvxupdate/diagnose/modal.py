@@ -15,7 +15,7 @@ from cvxupdate.diagnose.curves import modes_shown
 from cvxupdate.diagnose.data import held_dofs, ordinary, release_from
 from cvxupdate.diagnose.engine import DAMPING_GAIN
 from cvxupdate.diagnose.export import of_modes
-from cvxupdate.diagnose.finding import Diagnosis, Finding, capital, effect, effect_of, sentence, sentence_of
+from cvxupdate.diagnose.finding import Diagnosis, Finding, capital, effect, effect_of, finite, sentence, sentence_of
 from cvxupdate.diagnose.fit import FREE, MASS_STD, STIFFNESS_STD
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.judge import SURE, overlapping
@@ -144,10 +144,10 @@ def diagnose_modes(spec: Spec, model: Model, recordings: Sequence[Recording], pr
         says = "The modes differ from the model in a way that no single known kind of physics explains; shapes at more points, or FRFs, would tell more."
     last = accepted[-1].fit.point if accepted else first.point
     metrics = {"fit": _metrics(nominal, last, data, True), "hold_out": _metrics(nominal, last, data, False)}
-    numbers = {key: {name: _number(_error(point, data, fitted)) for name, point in (("before", nominal), ("ordinary", first.point), ("after", last))}
+    numbers = {key: {name: finite(_error(point, data, fitted)) for name, point in (("before", nominal), ("ordinary", first.point), ("after", last))}
                for key, fitted in (("fit", True), ("hold_out", False))}
     candidates: list[dict[str, Any]] = [
-        {"physics": t.candidate.physics, "location": t.candidate.place.to_json(), "score": _number(t.error), "hold_out_score": _number(t.hold_out),
+        {"physics": t.candidate.physics, "location": t.candidate.place.to_json(), "score": finite(t.error), "hold_out_score": finite(t.hold_out),
          "misfit": t.fit.misfit, "effect": k + 1, "parameters": _figures(t)[0]} for k, stage in enumerate(stages) for t in stage]
     updated = of_modes(spec, last, [says], decay[0].parameters["alpha"] if decay else None, damped) if findings else None
     return Diagnosis(spec.name, spec.title, str(spec.path), verdict, says, tuple(findings), tuple(candidates), numbers, metrics, tuple(evidence),
@@ -452,7 +452,3 @@ def _damping_pattern(spec: Spec, model: Model, base: ModalFit, data: Tables, evi
     sure = float(np.clip(1.0 - best.strain / before, 0.3, 0.95)) / (1.0 + 0.5 * len(near))
     return [Finding(c.physics, c.place, {name: value}, {name: deviation}, sure, tuple((t.candidate.physics, t.candidate.place) for t in near[:12]),
                     sentence_of(c, {name: value}))], (c.model, np.append(base.point.p, best.size))
-
-
-def _number(x: float) -> float | None:
-    return float(x) if np.isfinite(x) else None

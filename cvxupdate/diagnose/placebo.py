@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from cvxupdate.diagnose.effects import Trial
+from cvxupdate.diagnose.effects import Trial, key_of
 from cvxupdate.diagnose.engine import Outcome
-from cvxupdate.diagnose.judge import Judged, has, pattern
+from cvxupdate.diagnose.judge import Judged, has
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Placebo:
 def placebo(final: Judged, outcome: Outcome) -> Placebo | None:
     """The finding's improvement among those of all else; None where only the pattern of damping was at stake, or nothing else was tried."""
     model, base = outcome.bench.ordinary, outcome.base.misfit
-    if pattern(outcome) or base <= 0.0:
+    if outcome.pattern or base <= 0.0:
         return None
 
     def elsewhere(t: Trial) -> bool:
@@ -40,7 +40,7 @@ def placebo(final: Judged, outcome: Outcome) -> Placebo | None:
     full = {t.keys: left for t, left in outcome.entered if elsewhere(t)}
     full |= {t.keys: t.fit.misfit / base for t in (*outcome.trials, *outcome.pairs) if elsewhere(t)}
     places = [e.candidate.place for e in final.trial.effects]
-    rest = [1.0 - s.share for s in outcome.screened if s.candidate.place not in places and frozenset((outcome.key(s),)) not in full]
+    rest = [1.0 - s.share for s in outcome.screened if s.candidate.place not in places and frozenset((key_of(s.candidate),)) not in full]
     if not full and not rest:
         return None
     mine = final.misfit / base

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cvxupdate.diagnose.effects import Bench, Hypothesis, Trial, figures
+from cvxupdate.diagnose.effects import Bench, Hypothesis, Trial
 from cvxupdate.diagnose.fit import at_level, fit
 from cvxupdate.diagnose.screen import left_over
 from cvxupdate.errors import ModelError
@@ -86,7 +86,7 @@ def raced(bench: Bench, trials: Sequence[Trial], levels: Sequence[int], places: 
 def kept(bench: Bench, trial: Trial) -> Trial | None:
     """None for what another word says better: a hidden oscillator tuned beyond the recordings (a mass or a spring), an exchange of channels in part."""
     if any(e.mass or e.candidate.sensor == "swap" for e in trial.effects):
-        for effect, (values, _) in zip(trial.effects, figures(trial), strict=True):
+        for effect, (values, _) in zip(trial.effects, trial.figures, strict=True):
             if effect.mass:
                 tuned = np.sqrt(max(values["k"], 0.0) / max(values["m"], 1e-12)) / (2.0 * np.pi)
                 if not 0.8 * bench.data.bottom <= tuned <= 1.1 * bench.data.top:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cvxupdate.diagnose.effects import Effect, Key
+from cvxupdate.diagnose.effects import Key, key_of
 from cvxupdate.diagnose.screen import Score
 
 DAMPING_WORDS = ("viscous_damper", "structural_damping", "mass_proportional_damping")
@@ -20,7 +20,7 @@ def shortlist(ranked: Sequence[Score], most: int = SHORT, each: int = PER_WORD) 
     count: dict[str, int] = {}
     seen: set[Key] = set()
     for s in order:
-        word, key = s.candidate.physics, Effect(s.candidate).key
+        word, key = s.candidate.physics, key_of(s.candidate)
         if s.share < NEAR * order[0].share or len(out) >= most:
             break
         if count.get(word, 0) < each and key not in seen:
@@ -41,7 +41,7 @@ def best_of(lists: Sequence[Sequence[Score]]) -> list[Score]:
     best: dict[Key, Score] = {}
     for scores in lists:
         for s in scores:
-            key = Effect(s.candidate).key
+            key = key_of(s.candidate)
             if key not in best or s.share > best[key].share:
                 best[key] = s
     return sorted(best.values(), key=lambda s: -s.share)

@@ -11,16 +11,17 @@ import numpy as np
 
 from cvxupdate.diagnose.curves import responses_shown
 from cvxupdate.diagnose.data import Data, held_dofs, level_dependence, ordinary, prepare, release_from
-from cvxupdate.diagnose.effects import Effect, Trial, figures, without
+from cvxupdate.diagnose.effects import Trial, key_of, without
 from cvxupdate.diagnose.engine import EXPLAINED, OPEN, Outcome, explain, followed, loose_groups
 from cvxupdate.diagnose.export import of_fit
-from cvxupdate.diagnose.finding import Diagnosis, Finding, capital, effect_of, sentence, sentence_of
+from cvxupdate.diagnose.finding import Diagnosis, Finding, capital, effect_of, finite, sentence, sentence_of
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.judge import SURE, Judged, confidence, credible, doubles, equivalents, explained, halves, judged, rivals, standing
 from cvxupdate.diagnose.mesh import mesh_error
 from cvxupdate.diagnose.placebo import placebo
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
+from cvxupdate.physics import CATALOGUE
 from cvxupdate.physics.base import Place
 from cvxupdate.recordings.types import FrequencyResponse, Recording, TimeHistory
 from cvxupdate.spec import Spec
@@ -42,9 +43,11 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
     if not any(r.origin.use == "fit" for r in usable):
         raise InputError(f"{spec.path}: diagnose needs a recording with use = \"fit\". Add one.")
     data = prepare(usable)
-    data = replace(data, mesh=mesh_error(spec, model, data.top), sheared=mesh_error(spec, model, data.top, sheared=True))
+    data = replace(data, mesh=mesh_error(spec, model, data.top))
     change = level_dependence(data)
     nonlinear = change is not None and change[0] > LEVEL_CHANGE and change[0] > LEVEL_NOISE * change[1]
+    if not nonlinear and "shear_deformation" in (spec.diagnose.physics or CATALOGUE):
+        data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))
     supports = held_dofs(model, [(s.nodes, s.dofs) for s in spec.model.supports], spec.model.dofs)
     outcome = explain(ordinary(undamped(model)), model, data, supports, release_from(spec), [] if nonlinear else spec.diagnose.physics, progress)
     singles, doublets = judged(outcome, outcome.trials), judged(outcome, outcome.pairs)
@@ -52,7 +55,7 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
     single = next(iter(s for s in singles[:1] if halves(s, outcome)), None)
     final, field = single, singles
     if (single is None or single.misfit > EXPLAINED) and doublets and doubles(doublets[0], single, outcome):
-        final, field = doublets[0], [*doublets, *singles]
+        final, field = doublets[0], _field(doublets[0], singles, doublets)
     if not nonlinear and (final is None or not credible(final, outcome)) and not explained(_base(outcome), outcome):
         wide = judged(outcome, [Trial((), followed(outcome))])[0]
         if loose_groups(wide.trial.fit) and explained(wide, outcome) and doubles(wide, None, outcome):
@@ -63,6 +66,11 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
         sham = placebo(final, outcome)
         evidence += [] if sham is None else [sham.says]
     return _diagnosis(spec, verdict, says, findings, outcome, final if findings else None, singles, doublets, evidence, begin, recordings)
+
+
+def _field(final: Judged, singles: Sequence[Judged], doublets: Sequence[Judged]) -> list[Judged]:
+    """Against whom a finding is judged: a pair against single effects too."""
+    return [*doublets, *singles] if len(final.trial.effects) > 1 else list(singles)
 
 
 def _base(outcome: Outcome) -> Judged:
@@ -96,7 +104,7 @@ def _verdict(outcome: Outcome, final: Judged | None, field: Sequence[Judged], ev
 
 def _findings(outcome: Outcome, final: Judged, field: Sequence[Judged]) -> tuple[Finding, ...]:
     """The effects, strongest first; of two, one whose place the recordings cannot tell is not claimed."""
-    near, found = rivals(final, field, outcome), figures(final.trial)
+    near, found = rivals(final, field, outcome), final.trial.figures
     needed = _needed(outcome, final)
     out = []
     for k in sorted(range(len(found)), key=lambda k: -needed[k]):
@@ -168,13 +176,13 @@ def _diagnosis(spec: Spec, verdict: str, says: str, findings: tuple[Finding, ...
     after = (final.error, final.hold_out) if final is not None else o.ordinary
     fit: dict[str, dict[str, float | None]] = {}
     for key, k in (("fit", 0), ("hold_out", 1)):
-        fit[key] = {"before": _number(o.nominal[k]), "ordinary": _number(o.ordinary[k]), "after": _number(after[k]), "noise": _number(o.noise[k])}
+        fit[key] = {"before": finite(o.nominal[k]), "ordinary": finite(o.ordinary[k]), "after": finite(after[k]), "noise": finite(o.noise[k])}
     metrics = {key: {"response_error" if any(isinstance(r, TimeHistory) for r in o.bench.data.fit) else "frf_error": {"before": v["before"],
                "after": v["after"]}} for key, v in fit.items()}
     details: dict[str, Any] = {"method": "smoothed output error, trust-region convex steps",
                                "misfit": {"ordinary": o.base.misfit, "after": final.misfit if final is not None else o.base.misfit}}
     if final is not None and final.trial.effects:
-        field = [*doublets, *singles] if len(final.trial.effects) > 1 else singles
+        field = _field(final, singles, doublets)
         details["standing"] = [{"name": e.candidate.name, **asdict(standing(k, final, field, o))} for k, e in enumerate(final.trial.effects)]
     found = o.base if final is None else final.trial.fit
     nominal = o.base.setting.evaluate(np.zeros(len(o.base.setting.columns)))
@@ -187,18 +195,14 @@ def _candidates(o: Outcome, singles: Sequence[Judged], doublets: Sequence[Judged
     """Refitted ones with their errors (pairs after single ones, each effect naming its partner), then what was only screened."""
     out: list[dict[str, Any]] = []
     for t in (*singles, *doublets):
-        effects = list(zip(t.trial.effects, figures(t.trial), strict=True))
+        effects = list(zip(t.trial.effects, t.trial.figures, strict=True))
         for k, (effect, (values, _)) in enumerate(effects):
-            row = {"physics": effect.candidate.physics, "location": effect.candidate.place.to_json(), "score": _number(t.error),
-                   "hold_out_score": _number(t.hold_out), "misfit": _number(t.misfit), "parameters": values, "stability": o.stable.get(effect.key)}
+            row = {"physics": effect.candidate.physics, "location": effect.candidate.place.to_json(), "score": finite(t.error),
+                   "hold_out_score": finite(t.hold_out), "misfit": finite(t.misfit), "parameters": values, "stability": o.stable.get(effect.key)}
             if len(effects) > 1:
                 row["beside"] = ", ".join(other.candidate.name for i, (other, _) in enumerate(effects) if i != k)
             out.append(row)
     shown = {e.key for t in singles for e in t.trial.effects}
     out += [{"physics": s.candidate.physics, "location": s.candidate.place.to_json(), "score": None, "hold_out_score": None, "share": s.share,
-             "stability": o.stable.get(Effect(s.candidate).key)} for s in o.screened[:40] if Effect(s.candidate).key not in shown]
+             "stability": o.stable.get(key_of(s.candidate))} for s in o.screened[:40] if key_of(s.candidate) not in shown]
     return out
-
-
-def _number(x: float) -> float | None:
-    return float(x) if np.isfinite(x) else None
