@@ -89,10 +89,11 @@ def correlate(path: str | os.PathLike[str], told: Told | None = None) -> Compare
     spec, model, recordings = open_problem(path, told)
     if not recordings:
         raise InputError(f"{path}: there is no recording, so there is nothing to compare the model with. Add a [[recordings]] table.")
-    which = [k for k, r in enumerate(recordings) if isinstance(r, ModeTable)]
-    tables = [r for r in recordings if isinstance(r, ModeTable)]
+    found = sorted(((k, r) for k, r in enumerate(recordings) if isinstance(r, ModeTable)), key=lambda item: item[1].origin.use != "fit")
+    which, tables = [k for k, _ in found], [r for _, r in found]
     modes = model_modes(model, max(needed_modes(tables), 0 if len(tables) == len(recordings) else MODES_IN_BAND))
-    start = start_pairing(model, modes, tables, spec.update.pairing if spec.update is not None else "auto")
+    fitted = sum(t.origin.use == "fit" for t in tables)
+    start = start_pairing(model, modes, tables, spec.update.pairing if spec.update is not None else "auto", fitted)
     shapes = {k: None if t.shapes is None else real_shapes(t.shapes) for k, t in zip(which, tables, strict=True)}
     compared = compare(spec, model, recordings, modes, dict(zip(which, start.places, strict=True)), shapes, quality_notes(recordings))
     return replace(compared, time=time.perf_counter() - begin)

@@ -55,7 +55,8 @@ class ModalResidual:
         m = self.model.matrices(p)
         first, places = (self.start.modes, self.start.places) if before is None else (before.modes, before.places)
         modes = model_modes(self.model, self.count, p, m)
-        fitted, scored = _used(places[:len(self.fit)]), _used(places[len(self.fit):])
+        fitted = _used(places[:len(self.fit)])
+        scored = np.setdiff1d(_used(places[len(self.fit):]), fitted)  # a fitted mode that was measured again goes with it
         modes = aligned(modes, m, first.shapes[:, np.concatenate([fitted, scored])])
         went = {-1: -1}
         for used in (fitted, scored):
@@ -201,20 +202,29 @@ def another_pairing(point: ModalPoint) -> Start | None:
     """
     fit, start = point.residual.fit, point.residual.start
     every = [(k, i) for k, places in enumerate(point.places[:len(fit)]) for i in np.flatnonzero(places >= 0).tolist()]
-    loose = [(k, i) for k, i in every if start.loose and start.loose[k][i]]
-    held = {int(point.places[k][i]) for k, i in every if (k, i) not in loose}
+    held = {int(point.places[k][i]) for k, i in every if not (start.loose and start.loose[k][i])}
+    mine: dict[int, list[tuple[int, int]]] = {}  # place → who is there: one mode in several tables stays together
+    for k, i in every:
+        mine.setdefault(int(point.places[k][i]), []).append((k, i))
+    loose = [at for at in mine if at not in held]
     free = [i for i in range(point.modes.rigid, len(point.modes.eigenvalues)) if i not in held]
     groups = [(loose, free)]
     for at in clusters(start.modes):
-        mine = [(k, i) for k, i in every if start.places[k][i] in at and (k, i) not in loose]
-        groups.append((mine, [int(point.places[k][i]) for k, i in mine]))
+        alike = [place for place, who in mine.items() if place in held and all(start.places[k][i] in at for k, i in who)]
+        groups.append((alike, alike))
     places = [q.copy() for q in point.places]
     for who, where in groups:
-        f = np.array([fit[k].frequency[i] for k, i in who])
-        std = np.array([fit[k].frequency_std[i] for k, i in who])
-        cost = ((point.modes.frequencies[where][:, None] ** 2 - f**2) / (2.0 * f * std)) ** 2
-        for a, x in zip(*linear_sum_assignment(cost), strict=True):
-            places[who[int(x)][0]][who[int(x)][1]] = where[int(a)]
+        f = point.modes.frequencies[where]
+        cost = np.array([np.sum([_distance(fit[k], i, f) for k, i in mine[at]], axis=0) for at in who]).reshape(len(who), len(where))
+        for x, a in zip(*linear_sum_assignment(cost), strict=True):
+            for k, i in mine[who[int(x)]]:
+                places[k][i] = where[int(a)]
     if all(np.array_equal(new, old) for new, old in zip(places, point.places, strict=True)):
         return None
     return Start(point.modes, tuple(places), start.loose)
+
+
+def _distance(table: ModeTable, i: int, frequencies: Real) -> Real:
+    """Weighted squared difference of eigenvalues between a measured mode and modes of the model."""
+    f, std = float(table.frequency[i]), float(table.frequency_std[i])
+    return np.asarray(((frequencies**2 - f**2) / (2.0 * f * std)) ** 2)

@@ -19,6 +19,8 @@ from cvxupdate.recordings.types import ModeTable
 
 Index = NDArray[np.int64]
 MARGIN = 6  # model modes beyond the highest paired one, for modes that cross
+AGAIN = 0.01  # relative distance of frequencies in two tables that are one mode measured twice (between tests of one structure they differ by less)
+LIKE = 0.5  # MAC below which they are not, where both shapes are known
 
 
 def real_shapes(shapes: NDArray[np.complex128] | Real) -> Real:
@@ -58,22 +60,33 @@ class Start:
     loose: tuple[NDArray[np.bool_], ...] = ()
 
 
+Who = tuple[int, int]  # (table, measured mode)
+
+
 @dataclass(frozen=True)
 class _Book:
-    """The pairing in the making: ``places`` among the flexible modes, ``taken`` by what, ``loose`` as in `Start`."""
+    """The pairing in the making: ``places`` among the flexible modes, ``taken`` by whom first, ``loose`` as in `Start`."""
 
     tables: Sequence[ModeTable]
     flexible: Modes
     places: list[Index]
     loose: list[NDArray[np.bool_]]
-    taken: dict[int, str]
+    taken: dict[int, Who]
 
     def free(self) -> Index:
         return np.array([i for i in range(len(self.flexible.eigenvalues)) if i not in self.taken], dtype=np.int64)
 
     def pair(self, k: int, i: int, mode: int, loose: bool = False) -> None:
         self.places[k][i], self.loose[k][i] = mode, loose
-        self.taken[mode] = f"{self.tables[k].frequency[i]:.4g} Hz"
+        self.taken.setdefault(mode, (k, i))
+
+    def shared(self, k: int, i: int, mode: int) -> bool:
+        """Whether mode ``i`` of table ``k`` may have a mode of the model that another table has already: that one says `mode` too, or it is the same again."""
+        if mode in self.places[k]:
+            return False
+        other, j = self.taken[mode]
+        f, g = self.tables[k].frequency[i], self.tables[other].frequency[j]
+        return int(self.tables[other].pairs[j]) == mode + 1 or bool(abs(f - g) <= AGAIN * f)
 
 
 def needed_modes(tables: Sequence[ModeTable]) -> int:
@@ -104,16 +117,19 @@ def pairing_modes(model: Model, tables: Sequence[ModeTable], rule: str) -> Modes
 
 def start_pairing(model: Model, modes: Modes, tables: Sequence[ModeTable], rule: str = "auto", first: int | None = None,
                   given: Sequence[Index] | None = None) -> Start:
-    """Pair all measured modes at once, so that no model mode serves twice.
+    """Pair all measured modes at once, so that no model mode serves twice in a table, nor two modes of different tables unless they are one.
 
     A mode that the problem file pairs keeps its partner. The others go by MAC where they have shapes, else by frequency (the assignment of
     least squared relative distance, whatever the order). ``rule`` "fixed", "mac" or "frequency" forbids the other ways. The ``first`` tables (those to
     fit; None: all) choose before the others, so that what is only scored never changes what is fitted; ``given`` are places of theirs already found.
 
+    Tables may be parts of one list of modes or measurements of the same modes again: partners that the file names count in each table on its own, and an
+    open mode whose frequency another table has within `AGAIN` (and whose shape is not unlike that one's) is taken to be the same mode.
+
     Raises
     ------
     InputError
-        When the rule cannot pair every mode: a fixed partner that is not there or is used twice, no shapes for "mac".
+        When the rule cannot pair every mode: a fixed partner that is not there or is used twice in a table, no shapes for "mac".
     """
     book = _Book(tables, modes.flexible(), [np.full(len(t.frequency), -1, dtype=np.int64) for t in tables],
                  [np.zeros(len(t.frequency), dtype=bool) for t in tables], {})
@@ -142,12 +158,15 @@ def _pair(model: Model, book: _Book, numbers: Sequence[int], rule: str, strict: 
             elif pair > len(book.flexible.eigenvalues):
                 raise InputError(f"{table.origin.source}: the mode at {table.frequency[i]:.4g} Hz has mode = {pair}, but the model has only "
                                  f"{len(book.flexible.eigenvalues)} flexible modes. Correct `mode`, or refine the model.")
-            elif pair - 1 not in book.taken:
+            elif pair - 1 not in book.taken or book.shared(k, i, pair - 1):
                 book.pair(k, i, pair - 1)
             elif strict:
-                raise InputError(f"{table.origin.source}: the measured modes {book.taken[pair - 1]} and {table.frequency[i]:.4g} Hz are both paired with "
-                                 f"mode {pair} of the model. Give each its own `mode`.")
-    left = open_ if rule == "frequency" else _by_shape(model, book, open_)
+                other, j = book.taken[pair - 1]
+                raise InputError(f"{table.origin.source}: the measured modes {book.tables[other].frequency[j]:.4g} Hz and {table.frequency[i]:.4g} Hz are "
+                                 f"both paired with mode {pair} of the model. Give each its own `mode`.")
+    repeats = _again(model, book, open_, numbers)
+    new = [who for who in open_ if who not in repeats]
+    left = new if rule == "frequency" else _by_shape(model, book, new)
     if left and rule == "mac":
         k, i = left[0]
         why = "has no shape at two DOFs of the model" if len(shape_entries(model, book.tables[k], i)[0]) < 2 else "resembles none of the model's that is left"
@@ -158,6 +177,35 @@ def _pair(model: Model, book: _Book, numbers: Sequence[int], rule: str, strict: 
         found = pair_frequencies(book.flexible.frequencies[free], np.array([book.tables[k].frequency[i] for k, i in left]))
         for a, x in zip(found.model, found.measured, strict=True):
             book.pair(*left[int(x)], int(free[a]), loose=True)
+    for (k, i), (other, j) in repeats.items():
+        mode = int(book.places[other][j])
+        if mode >= 0 and mode not in book.places[k]:
+            book.pair(k, i, mode, loose=bool(book.loose[other][j]))
+
+
+def _again(model: Model, book: _Book, open_: Sequence[Who], numbers: Sequence[int]) -> dict[Who, Who]:
+    """Open modes that another table measured too, each with that one; of two that are open, the one with the fuller shape stays to be paired."""
+    out: dict[Who, Who] = {}
+    known: list[Who] = [(k, i) for k in range(len(book.tables)) if k not in numbers for i in np.flatnonzero(book.places[k] >= 0).tolist()]
+    full = {k: 0 if (shapes := book.tables[k].shapes) is None else int(np.isfinite(shapes).sum()) for k in numbers}
+    for k in sorted(numbers, key=lambda k: -full[k]):
+        mine = [i for kk, i in open_ if kk == k]
+        if mine and known:
+            near = pair_frequencies(np.array([book.tables[a].frequency[b] for a, b in known]), book.tables[k].frequency[mine], limit=AGAIN)
+            twins = [((k, mine[int(x)]), known[int(a)]) for a, x in zip(near.model, near.measured, strict=True)]
+            out |= {who: twin for who, twin in twins if _alike(model, book, who, twin)}
+        known += [(k, i) for i in range(len(book.tables[k].frequency)) if (k, i) not in out]
+    return out
+
+
+def _alike(model: Model, book: _Book, a: Who, b: Who) -> bool:
+    """Whether two measured shapes agree where both are known; True where fewer than two DOFs are."""
+    (rows, x), (others, y) = (shape_entries(model, book.tables[k], i) for k, i in (a, b))
+    _, at, to = np.intersect1d(rows, others, return_indices=True)
+    if len(at) < 2:
+        return True
+    x, y = x[at], y[to]
+    return bool((x @ y) ** 2 >= LIKE * (x @ x) * (y @ y))
 
 
 def shape_entries(model: Model, table: ModeTable, i: int) -> tuple[Index, Real]:

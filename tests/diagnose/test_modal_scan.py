@@ -10,6 +10,7 @@ from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.recordings.load import load_recordings
 from cvxupdate.spec import load_problem
+from cvxupdate.study import correlate, diagnose, run
 
 NODES = np.cumsum([0.0, 0.03, 0.034, 0.028, 0.031, 0.036, 0.03, 0.033, 0.029, 0.035, 0.032, 0.03, 0.034])  # unequal spans
 BAR = """
@@ -58,13 +59,18 @@ def rows_of(f):
     return ", ".join(f"{{ frequency = {v:.8g}, frequency_std = {1e-3 * v:.3g}, mode = {i + 1} }}" for i, v in enumerate(f))
 
 
-def diagnosed(folder, extra, modes=4, again=True):
+def problem(folder, extra, modes=4, again=True):
     """The bare cantilever against the frequencies of one with ``extra`` elements and 0.7 % less E; the same modes, measured again, held out."""
     _, real = load(folder, text(extra=extra, E="205.5e9"))
     f = model_modes(real, modes).frequencies[:modes]
     rng = np.random.default_rng(3)
     hold = f'[[recordings]]\nkind = "modes"\nuse = "hold-out"\nrows = [{rows_of(f * (1 + 3e-4 * rng.standard_normal(modes)))}]\n' if again else ""
-    spec, model = load(folder, text(rows_of(f * (1 + 3e-4 * rng.standard_normal(modes))), hold=hold))
+    return load(folder, text(rows_of(f * (1 + 3e-4 * rng.standard_normal(modes))), hold=hold))
+
+
+def diagnosed(folder, extra, modes=4, again=True):
+    """The diagnosis of `problem`."""
+    spec, model = problem(folder, extra, modes, again)
     return diagnose_problem(spec, model, load_recordings(spec)).to_json()
 
 
@@ -89,3 +95,18 @@ def test_a_heavy_lump_is_found(tmp_path):
 def test_nothing_is_found_in_the_same_bar(tmp_path):
     said = diagnosed(tmp_path, "")
     assert said["verdict"] == "consistent" and not said["findings"]
+
+
+def test_what_is_diagnosed_can_be_compared_and_updated(tmp_path):
+    """`diagnose`, then `correlate` and `run` of the file that it writes: the held-out repeats of the modes go with them all the way."""
+    spec, _ = problem(tmp_path, '[[model.elements]]\ntype = "mass"\nrows = [{ id = 90, nodes = [11], m = 0.35 }]')
+    found = diagnose(spec.path)
+    written = tmp_path / "updated.toml"
+    written.write_text(found.updated, encoding="utf-8")
+    for use in ("fit", "hold_out"):
+        before = correlate(spec.path).fit[use]["frequency_error_percent_mean"]["after"]
+        after = correlate(written).fit[use]["frequency_error_percent_mean"]["after"]
+        assert before == pytest.approx(found.metrics[use]["frequency_error_percent_mean"]["before"], rel=1e-9)
+        assert after == pytest.approx(found.metrics[use]["frequency_error_percent_mean"]["after"], rel=1e-6)
+    updated = run(written)
+    assert updated.fit["hold_out"]["frequency_error_percent_mean"]["after"] < 0.1

@@ -67,11 +67,34 @@ def test_mixed_fixed_then_mac_then_frequency() -> None:
     assert found.loose[0].tolist() == [False, False, False, True]
 
 
-def test_no_model_mode_serves_twice() -> None:
+def test_no_model_mode_serves_two_different_modes() -> None:
     m = model()
-    a, b = measured(m, TRUTH, [1, 2]), measured(m, TRUTH, [1, 2], noise=1)
+    a, b = measured(m, TRUTH, [1, 2]), measured(m, TRUTH, [3, 4])
     together = places(m, a, b)
-    assert sorted(together[0] + together[1]) == sorted(set(together[0] + together[1]))
+    assert sorted(together[0] + together[1]) == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize("use", ["fit", "hold-out"])
+@pytest.mark.parametrize("pairs", [(), (1, 2, 4)])
+def test_the_same_modes_measured_again_have_the_same_partners(use, pairs) -> None:
+    """A second measurement, 0.1 % off, whether the file says which modes they are or not, fitted or held out."""
+    m = model()
+    a, b = (measured(m, TRUTH, [1, 2, 4], noise=k, pairs=pairs, use=u) for k, u in ((1, "fit"), (2, use)))
+    assert places(m, a, b, first=1 if use == "hold-out" else 2) == [[0, 1, 3]] * 2
+
+
+def test_a_second_run_with_one_more_mode_shares_what_is_the_same() -> None:
+    m = model()
+    assert places(m, measured(m, TRUTH, [1, 2, 4], noise=1), measured(m, TRUTH, [1, 2, 3, 4], noise=2, use="hold-out"), first=1) == [[0, 1, 3], [0, 1, 2, 3]]
+
+
+def test_shapes_tell_neighbours_of_one_frequency_apart() -> None:
+    """Another mode measured at nearly the frequency of the first table's is another mode, because its shape is."""
+    m = model()
+    a, b = (measured(m, TRUTH, modes, channels=CHANNELS) for modes in ([1, 2], [3]))
+    near = replace(b, frequency=1.002 * a.frequency[1:])
+    assert places(m, a, near) == [[0, 1], [2]]
+    assert places(m, replace(a, shapes=None, shape_std=None), replace(near, shapes=None, shape_std=None)) == [[0, 1], [1]]
 
 
 def test_what_is_only_scored_chooses_last() -> None:
@@ -95,10 +118,10 @@ def test_conflicts_are_told(pairs, rule, says) -> None:
     assert "Hz" in str(error.value)
 
 
-def test_hold_out_that_asks_for_a_fitted_mode_is_told() -> None:
+def test_hold_out_that_names_the_partner_of_another_mode_is_told() -> None:
     m = model()
     with pytest.raises(InputError, match="both paired with mode 2"):
-        places(m, measured(m, TRUTH, [1, 2]), measured(m, TRUTH, [2], pairs=[2], use="hold-out"), first=1)
+        places(m, measured(m, TRUTH, [1, 2]), measured(m, TRUTH, [3], pairs=[2], use="hold-out"), first=1)
 
 
 def test_a_shape_like_no_other_is_told_under_mac() -> None:

@@ -179,6 +179,21 @@ def test_the_limit_of_iterations_is_a_stop() -> None:
     assert updated.status == "stopped" and "limit of 1 iterations" in updated.reason and updated.iterations == 1
 
 
+@pytest.mark.parametrize("pairs", [(), range(1, 7)])
+def test_a_second_measurement_is_scored_beside_the_first(pairs: Any) -> None:
+    """The same modes held out, as the file numbers them or not: same partners at both ends, and the fit is that without them."""
+    problem = portal_problem()
+    fit = measured(problem[1], TRUTH[:6], range(1, 7), noise=1, pairs=pairs)
+    again = measured(problem[1], TRUTH[:6], range(1, 7), noise=2, pairs=pairs, use="hold-out")
+    both, alone = solve(problem, fit, again), solve(problem, fit)
+    assert np.array_equal(values(both), values(alone))
+    scored = both.fit["hold_out"]["frequency_error_percent_mean"]
+    assert scored["after"] < 0.2 < 2.0 < scored["before"]  # 0.1 % of noise in each
+    for which in ("model_mode_before", "model_mode_after"):
+        first, second = ([getattr(m, which) for m in both.modes if m.use == use] for use in ("fit", "hold-out"))
+        assert first == second and len(set(first)) == 6
+
+
 def test_hold_out_data_never_change_the_fit() -> None:
     """Whatever is held out, its number, values and pairing: the parameters and the history are the same to the last bit."""
     problem = portal_problem()
