@@ -9,12 +9,15 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from cvxupdate.diagnose.far import Far, far_modes
+from cvxupdate.diagnose.products import drawn, times
 from cvxupdate.diagnose.signals import Complex, Real, Signal
 from cvxupdate.errors import RecordingError
 from cvxupdate.fe.model import DerivativeBlock, Model
 from cvxupdate.fe.modes import Modes, natural_modes
 
 Index = NDArray[np.int64]
+Small = tuple[Real | None, ...]
 
 
 def undamped(model: Model) -> Model:
@@ -38,18 +41,34 @@ def file_damping(model: Model, frequencies: Real) -> Real:
 
 @dataclass(frozen=True)
 class Response:
-    """Modal pieces of one signal: ``q`` (points, m, cases), ``a`` (points, sensors, m), ``Y`` model rows, ``drive`` sᵒ (points,)."""
+    """Modal pieces of one signal: ``q`` (modes, points, cases) and ``a`` (modes, points, sensors) of the modes near the band, those ``far`` above it, what
+    the sensors do ``raw`` (points, sensors, cases), ``drive`` sᵒ (points,).
+
+    Where there is but one drive in one case, everything at points is to a unit of it: the drive itself comes in with the `rows`.
+    ``at`` (modes, sensors) are the shapes at the sensors, ``inverse`` (modes, points) is 1 / (s² + 2 ζ ω s + ω²); ``coupled``: further damping couples them.
+    """
 
     signal: Signal
     q: Complex
     a: Complex
+    far: Far | None
     raw: Complex
     drive: Complex
+    at: Real
+    inverse: Complex
+    coupled: bool
+
+    @property
+    def near(self) -> int:
+        """Number of modes that have pieces of their own."""
+        return len(self.q)
 
     def rows(self, values: Complex) -> Complex:
-        """From points to rows: the smoothing that the measurement went through."""
-        mix = self.signal.mix
-        return values if mix is None else (mix @ values.reshape(len(values), -1)).reshape(len(mix), *values.shape[1:])
+        """From points (points, …) to rows (rows, …): the smoothing that the measurement went through."""
+        carry = self.signal.carry
+        if carry is None:
+            return values * self.signal.U.reshape(-1, *(1,) * (values.ndim - 1)) if self.signal.single else values
+        return times(carry, values)
 
 
 def sensor_rows(model: Model, labels: Sequence[str]) -> Index:
@@ -80,86 +99,133 @@ def basis(K: sp.csc_array, M: sp.csc_array, top: float, rigid: Real) -> Modes:
         count *= 2
 
 
-def respond(signal: Signal, modes: Modes, sensors: Index, inputs: Index, zeta: Real, C: Real | None, D: Real | None) -> Response:
+def respond(signal: Signal, modes: Modes, sensors: Index, inputs: Index, zeta: Real, C: Real | None, D: Real | None, near: int = 0) -> Response:
     """Model response to a signal's drive.
 
     ``zeta`` (m,) modal damping; ``C`` and ``D`` (low, low) further viscous and hysteretic damping among the lowest modes, None where
-    there is none.
+    there is none; at least the first ``near`` modes get pieces of their own.
     """
     s = signal.s
     phi = np.vstack([modes.shapes, np.zeros((1, modes.shapes.shape[1]))])
-    ps, pb = phi[sensors], phi[inputs]
+    ps, pb = phi[sensors].T, phi[inputs].T
     lam = np.maximum(modes.eigenvalues, 0.0)
-    d = s[:, None] ** 2 + 2.0 * zeta * np.sqrt(lam) * s[:, None] + lam
-    force = pb.T @ signal.U
-    q = force / d[:, :, None]
-    a = ps[None] / d[:, None, :]
+    slow = 2.0 * np.asarray(zeta) * np.sqrt(lam)
     low = 0 if C is None else len(C)
+    far = far_modes(signal, modes, max(low, near), lam, slow, ps, pb)
+    n = len(lam) if far is None else far.first
+    d = s**2 + slow[:n, None] * s + lam[:n, None]
+    inverse = 1.0 / d
+    force = np.broadcast_to(pb[:n, None, :].astype(complex), (n, len(s), pb.shape[1])) if signal.plain else drawn(pb[:n], signal.U)
+    q = inverse[:, :, None] * force
+    a = inverse[:, :, None] * ps[:n, None, :]
     if low and C is not None and D is not None:  # damping couples the modes of the band; above it they stay apart
-        Z = s[:, None, None] * C + 1j * D
-        Z[:, np.arange(low), np.arange(low)] += d[:, :low]
-        q[:, :low] = np.linalg.solve(Z, force[:, :low])
-        rhs = np.broadcast_to(ps[:, :low].T, (len(s), low, len(ps)))
-        a[:, :, :low] = np.swapaxes(np.linalg.solve(np.swapaxes(Z, 1, 2), rhs), 1, 2)
+        q[:low], a[:low] = _coupled(s, d[:low], C, D, force[:low], ps[:low])
     drive = s**signal.order
-    raw = drive[:, None, None] * (ps @ q)
-    return Response(signal, q, a, raw, drive)
+    raw = np.moveaxis(times(ps[:n].T, q), 0, 1)
+    if far is not None:
+        raw = raw + far.between(ps[far.first:], 1.0)
+    return Response(signal, q, a, far, drive[:, None, None] * raw, drive, ps, inverse, bool(low))
+
+
+def _coupled(s: Complex, d: Complex, C: Real, D: Real, force: Complex, ps: Real) -> tuple[Complex, Complex]:
+    """Z⁻¹ f (low, points, cases) and Z⁻ᵀ φ (low, points, sensors) with Z = diag(d) + s C + i D."""
+    low, points = d.shape
+    Z = s[:, None, None] * C + 1j * D
+    Z[:, np.arange(low), np.arange(low)] += d.T
+    right = np.swapaxes(force, 0, 1)
+    left = np.broadcast_to(ps, (points, *ps.shape))
+    if np.array_equal(C, C.T) and np.array_equal(D, D.T):  # one factorisation for both
+        both = np.linalg.solve(Z, np.concatenate([right, left], axis=2))
+        return np.swapaxes(both[:, :, : right.shape[2]], 0, 1), np.swapaxes(both[:, :, right.shape[2]:], 0, 1)
+    return np.swapaxes(np.linalg.solve(Z, right), 0, 1), np.swapaxes(np.linalg.solve(np.swapaxes(Z, 1, 2), left.astype(complex)), 0, 1)
 
 
 @dataclass(frozen=True)
 class Receptances:
-    """Responses between sensors, drives and every DOF: ``left`` (points, sensors, N + 1), ``right`` (points, N + 1, cases); the last DOF is the ground."""
+    """Responses between sensors, drives and chosen DOFs: ``left`` (DOFs, points, sensors), ``right`` (DOFs, points, cases)."""
 
     left: Complex
     right: Complex
 
+    def at(self, places: Index) -> Receptances:
+        """Of some of the DOFs, by their place among those chosen."""
+        return Receptances(self.left[places], self.right[places])
 
-def receptances(response: Response, modes: Modes) -> Receptances:
-    """From modal pieces to every DOF, two products of matrices."""
+
+def receptances(response: Response, modes: Modes, dofs: Index | None = None) -> Receptances:
+    """From modal pieces to ``dofs`` (−1: the ground; None: all of them, the ground last)."""
     phi = np.vstack([modes.shapes, np.zeros((1, modes.shapes.shape[1]))])
-    points, sensors, m = response.a.shape
-    left = _times(response.a.reshape(points * sensors, m), phi.T).reshape(points, sensors, len(phi))
-    cases = response.q.shape[2]
-    right = _times(np.swapaxes(response.q, 1, 2).reshape(points * cases, m), phi.T).reshape(points, cases, len(phi))
-    return Receptances(left, np.swapaxes(right, 1, 2))
-
-
-def _times(z: Complex, x: Real) -> Complex:
-    """Complex times real, in real arithmetic."""
-    return np.asarray(z.real @ x + 1j * (z.imag @ x))
+    phi = phi if dofs is None else phi[dofs]
+    n = response.near
+    left, right = times(phi[:, :n], response.a), times(phi[:, :n], response.q)
+    if response.far is not None:
+        more = response.far.receptances(phi[:, n:])
+        left, right = left + more[0], right + more[1]
+    return Receptances(left, right)
 
 
 MANY = 40  # DOFs of a derivative above which it goes through the band's modes instead of every DOF
 
 
-def block_derivative(response: Response, modes: Modes, blocks: Sequence[DerivativeBlock], low: int, green: Receptances | None = None) -> Complex:
-    """∂Y/∂p (points, sensors, cases) = −sᵒ aᵀ ∂Z q, from element blocks: Z = K + s² M + s C + i D.
+@dataclass(frozen=True)
+class Changes:
+    """Derivatives ∂Z/∂p = ∂K + s² ∂M + s ∂C + i ∂D of several parameters, ready for every signal.
 
-    A change of a few DOFs is taken exactly, through the receptances at those DOFs (``green`` where they are at hand already); one of many DOFs (a whole
-    group) through the lowest ``low`` modes, which carry it.
+    A change of a few DOFs is taken exactly, through the receptances at those DOFs; one of many DOFs (a whole group) through the lowest ``low`` modes,
+    which carry it. ``parts``: of each parameter (places among ``used``, or None for the modes; the four small matrices); ``used`` (n,) all such DOFs.
     """
-    s = response.signal.s
-    out = np.zeros(response.raw.shape, dtype=complex)
-    phi = np.vstack([modes.shapes, np.zeros((1, modes.shapes.shape[1]))])
-    for b in blocks:
-        used, inverse = np.unique(b.dofs, return_inverse=True)
-        inverse = inverse.reshape(b.dofs.shape)
-        n = len(used)
-        many = n > MANY and low < n
-        if many:
-            left, right = response.a[:, :, :low], response.q[:, :low]
-        elif green is not None:
-            left, right = green.left[:, :, used], green.right[:, used]
-        else:
-            points, sensors, m = response.a.shape
-            left = _times(response.a.reshape(points * sensors, m), phi[used].T).reshape(points, sensors, n)
-            right = phi[used] @ response.q
-        for part, factor in ((b.K, np.ones_like(s)), (b.M, s**2), (b.C, s), (b.D, np.full_like(s, 1j))):
-            if part is None:
-                continue
-            small = np.zeros((n, n))
-            np.add.at(small, (inverse[:, :, None], inverse[:, None, :]), part)
-            if many:
-                small = phi[used, :low].T @ small @ phi[used, :low]
-            out -= (factor * response.drive)[:, None, None] * (left @ (small @ right))
-    return out
+
+    modes: Modes
+    low: int
+    used: Index
+    parts: tuple[tuple[tuple[Index | None, Small], ...], ...]
+
+    @classmethod
+    def of(cls, derivatives: Sequence[Sequence[DerivativeBlock]], modes: Modes, low: int) -> Changes:
+        """From the element blocks of every parameter."""
+        own = [[(b, np.unique(b.dofs)) for b in blocks] for blocks in derivatives]
+        few = [[not (len(u) > MANY and low < len(u)) for _, u in pairs] for pairs in own]
+        needed = [u for pairs, flags in zip(own, few, strict=True) for (_, u), flag in zip(pairs, flags, strict=True) if flag]
+        used = np.unique(np.concatenate(needed)) if needed else np.zeros(0, dtype=np.int64)
+        parts = tuple(tuple((np.searchsorted(used, u), summed(b, u)) if flag else (None, modal_blocks(modes.shapes[:, :low], b))
+                            for (b, u), flag in zip(pairs, flags, strict=True)) for pairs, flags in zip(own, few, strict=True))
+        return cls(modes, low, used, parts)
+
+    def columns(self, r: Response, green: Receptances | None = None) -> list[Complex]:
+        """∂Y/∂p (points, sensors, cases) = −sᵒ aᵀ ∂Z q of every parameter; ``green`` those of all DOFs where they are at hand already."""
+        g = receptances(r, self.modes, self.used) if green is None else green.at(self.used)
+        out = []
+        for parts in self.parts:
+            total = np.zeros(r.raw.shape, dtype=complex)
+            for places, small in parts:
+                left, right = (r.a[: self.low], r.q[: self.low]) if places is None else (g.left[places], g.right[places])
+                total += chained(left, right, small, r.signal.s)
+            out.append(-r.drive[:, None, None] * total)
+        return out
+
+
+def chained(left: Complex, right: Complex, small: Small, s: Complex) -> Complex:
+    """Σ leftᵀ (∂K + s² ∂M + s ∂C + i ∂D) right at every point: (points, sensors, cases) from (n, points, ·)."""
+    force = np.zeros(right.shape, dtype=complex)
+    factors: tuple[Complex, ...] = (np.ones((1, 1), dtype=complex), (s**2)[:, None], s[:, None], np.full((1, 1), 1j))
+    for part, factor in zip(small, factors, strict=True):
+        if part is not None:
+            force += factor * times(part, right)
+    if left.shape[0] == 1:
+        return np.asarray(left[0][:, :, None] * force[0][:, None, :])
+    return np.asarray(np.matmul(left.transpose(1, 2, 0), force.transpose(1, 0, 2)))
+
+
+def summed(b: DerivativeBlock, used: Index) -> Small:
+    """∂K, ∂M, ∂C, ∂D over the DOFs ``used`` (n, n), None where zero; the ground's rows stay in, its receptances are zero."""
+    at = np.searchsorted(used, b.dofs)
+    n = len(used)
+    where = (at[:, :, None] * n + at[:, None, :]).reshape(-1)
+    return tuple(None if part is None else np.asarray(np.bincount(where, part.reshape(-1), n * n), dtype=float).reshape(n, n) for part in (b.K, b.M, b.C, b.D))
+
+
+def modal_blocks(shapes: Real, b: DerivativeBlock) -> Small:
+    """φᵀ ∂K φ and so on, element by element: φ (N, low)."""
+    phi = np.where((b.dofs >= 0)[:, :, None], shapes[b.dofs], 0.0)
+    e, d, low = phi.shape
+    return tuple(None if part is None else phi.reshape(e * d, low).T @ (part @ phi).reshape(e * d, low) for part in (b.K, b.M, b.C, b.D))

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from cvxupdate.diagnose.forward import Receptances, Response, basis, block_derivative, receptances, respond, sensor_rows
+from cvxupdate.diagnose.forward import Changes, Receptances, Response, basis, receptances, respond, sensor_rows
 from cvxupdate.diagnose.signals import Complex, Real, Signal
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes
@@ -134,10 +134,11 @@ class ResponsePoint:
     def responses(self) -> tuple[Response, ...]:
         """The model's answer to every signal, before sensor faults."""
         C, D = self._further_damping()
+        near = max(self.low, int(self.owner.max(initial=-1)) + 1)
         out = []
         for signal in self.setting.signals:
             sensors, inputs = (sensor_rows(self.setting.model, labels) for labels in (signal.sensors, signal.inputs))
-            out.append(respond(signal, self.modes, sensors, inputs, self.damping, C, D))
+            out.append(respond(signal, self.modes, sensors, inputs, self.damping, C, D, near))
         return tuple(out)
 
     @cached_property
@@ -193,22 +194,36 @@ class ResponsePoint:
     def jacobian(self) -> Real:
         """Derivative of `differences` with respect to every unknown, (rows, unknowns)."""
         model = self.setting.model
-        n = len(model.parameters)
-        blocks = [model.derivative(j, self.p[:n]) for j in range(n)]
-        omega = np.sqrt(np.maximum(self.modes.eigenvalues, 0.0))
+        change = Changes.of(model.derivatives(self.p[: len(model.parameters)]), self.modes, self.low)
         parts = []
-        for k, r in enumerate(self.responses):
-            columns = [r.rows(self.faulty(r.signal, block_derivative(r, self.modes, b, self.low, self.green[k]))) for b in blocks]
-            shear = 2.0 * omega * self.damping  # ∂(2 ζ ω s)/∂ log ζ
-            each = [-(r.drive * r.signal.s * shear[i])[:, None, None] * r.a[:, :, i, None] * r.q[:, i, None, :] for i in self.owner]
-            zeros = [i for i in range(self.modes.rigid, r.a.shape[2]) if i not in set(self.owner.tolist())]
-            rest = -(r.drive * r.signal.s)[:, None, None] * ((r.a[:, :, zeros] * shear[zeros]) @ r.q[:, zeros])
-            columns.append(r.rows(self.faulty(r.signal, sum(each) + rest)))
-            columns += [r.rows(self.faulty(r.signal, e)) for e in each]
-            columns += [r.rows(self.fault_rate(number, r.signal, r.raw)) for number in range(len(self.setting.faults))]
-            stacked = np.stack([c.reshape(-1) for c in columns], axis=1)
+        for r in self.responses:
+            columns = [self.faulty(r.signal, c) for c in change.columns(r)] if self.setting.faults else change.columns(r)
+            damped, common = self._damping_columns(r)
+            columns.append(common)
+            columns += [self.fault_rate(number, r.signal, r.raw) for number in range(len(self.setting.faults))]
+            rows = r.rows(np.stack(columns, axis=-1))
+            at = len(model.parameters)
+            stacked = np.concatenate([rows[..., : at + 1], damped, rows[..., at + 1:]], axis=-1).reshape(-1, len(self.setting.columns))
             parts += [stacked.real, stacked.imag]
         return np.vstack(parts)
+
+    def _damping_columns(self, r: Response) -> tuple[Complex, Complex]:
+        """Derivatives with respect to each log ζ, as rows (rows, sensors, cases, damped), and to z₀ (points, sensors, cases): they all move together."""
+        shear = 2.0 * np.sqrt(np.maximum(self.modes.eigenvalues, 0.0)) * self.damping  # ∂(2 ζ ω s)/∂ log ζ
+        factor = -(r.drive * r.signal.s)[:, None]
+        own = self.owner
+        moved = factor * (shear[own, None, None] * r.q[own])  # (damped, points, cases)
+        common = factor[:, :, None] * np.matmul(r.a.transpose(1, 2, 0), (shear[: r.near, None, None] * r.q).transpose(1, 0, 2))
+        if r.far is not None:
+            common = common + factor[:, :, None] * r.far.between(r.at[r.near:], shear[r.near:], 2)
+        common = self.faulty(r.signal, common)
+        if not len(own):
+            return np.zeros((*r.signal.Y.shape, 0), dtype=complex), common
+        if r.coupled or self.setting.faults:
+            each = r.a[own][:, :, :, None] * moved[:, :, None, :]
+            return r.rows(np.stack([self.faulty(r.signal, e) for e in each], axis=-1)), common
+        slim = r.rows(np.moveaxis(moved * r.inverse[own][:, :, None], 0, -1))  # (rows, cases, damped): every sensor sees it by its shape
+        return slim[:, None] * r.at[own].T[None, :, None, :], common
 
     def system(self) -> LinearSystem:
         """Linearised at this point."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.diagnose.fit import bounds_of, prior_scales
-from cvxupdate.diagnose.forward import block_derivative
+from cvxupdate.diagnose.forward import Changes
 from cvxupdate.diagnose.residual import Fault, ResponsePoint
 from cvxupdate.diagnose.signals import Complex, Real
 from cvxupdate.physics.base import Candidate
@@ -119,7 +119,8 @@ def _columns(point: ResponsePoint, c: Candidate) -> list[list[Complex]]:
     for blocks in c.tangent:
         if not blocks:
             return []
-        out.append([r.rows(block_derivative(r, point.modes, blocks, point.low, g)) for r, g in zip(point.responses, point.green, strict=True)])
+        change = Changes.of([blocks], point.modes, point.low)
+        out.append([r.rows(change.columns(r, g)[0]) for r, g in zip(point.responses, point.green, strict=True)])
     return out
 
 
@@ -141,5 +142,5 @@ def _tuned_column(point: ResponsePoint, tuned: tuple[int, float, float]) -> list
     for r, g in zip(point.responses, point.green, strict=True):
         s = r.signal.s
         soft = 2.0 * zeta * omega * s + omega**2
-        out.append(r.rows(-(r.drive * s**2 * soft / (s**2 + soft))[:, None, None] * g.left[:, :, row, None] * g.right[:, row, None, :]))
+        out.append(r.rows(-(r.drive * s**2 * soft / (s**2 + soft))[:, None, None] * g.left[row][:, :, None] * g.right[row][:, None, :]))
     return out

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -55,6 +56,24 @@ class Signal:
         around = np.sqrt(np.mean(size**2, axis=0, keepdims=True))
         silent = SILENT * np.sqrt(np.mean(size**2))  # a channel that hardly moves says nothing finer than this
         return np.sqrt(self.std**2 + (FLOOR * size) ** 2 + (0.1 * FLOOR * around) ** 2 + silent**2)
+
+    @cached_property
+    def single(self) -> bool:
+        """Whether there is but one drive, in one case."""
+        return self.U.shape[1:] == (1, 1)
+
+    @cached_property
+    def plain(self) -> bool:
+        """Whether each case is a unit of one drive, or there is but one (see `carry`)."""
+        return self.single or (self.U.shape[1] == self.U.shape[2] and bool(np.all(np.eye(self.U.shape[1]) == self.U)))
+
+    @cached_property
+    def carry(self) -> Complex | Real | None:
+        """`mix` for responses to a unit of the drive where there is but one: real then, for H1 weighs with the drive's power; None: points are rows."""
+        if self.mix is None or not self.single:
+            return self.mix
+        carry = self.mix * self.U[:, 0, 0]
+        return np.ascontiguousarray(carry.real) if np.abs(carry.imag).max() <= 1e-12 * np.abs(carry).max() else carry
 
     def audible(self) -> NDArray[np.bool_]:
         """(responses,): channels whose signal stands above their noise and above rounding of the recording."""
