@@ -9,16 +9,20 @@ import numpy as np
 
 from cvxupdate.diagnose.data import WIDE, Data
 from cvxupdate.diagnose.effects import Bench, Key, Trial, key_of, planted
+from cvxupdate.diagnose.finding import Finding, sentence
 from cvxupdate.diagnose.fit import CREDIBLE, MASS_STD, STIFFNESS_STD, Fit, at_level, error_of, fit, setting_for
 from cvxupdate.diagnose.pairs import moved, pairs, simpler
 from cvxupdate.diagnose.refit import charged, entered, raced, scanned
 from cvxupdate.diagnose.residual import noise_errors
 from cvxupdate.diagnose.screen import Score, screen
 from cvxupdate.diagnose.shortlist import DAMPING_WORDS, best_of, members, shortlist
+from cvxupdate.diagnose.signals import Real
 from cvxupdate.diagnose.stability import stability
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
+from cvxupdate.fe.parameters import Parameter
 from cvxupdate.physics import CATALOGUE
+from cvxupdate.physics.base import Place
 
 COARSE, FINE = (1,), (2, 3)  # levels after the first, at which the short list runs in full, and at which only the best do
 PLACES, FINAL = (8,), (5, 4)  # how many enter each
@@ -130,11 +134,20 @@ def followed(outcome: Outcome) -> Fit:
     return found
 
 
-def loose_groups(base: Fit) -> list[tuple[str, str, float, float]]:
-    """Ordinary parameters outside their credible band: (name, of, p, how many deviations)."""
+def loose_groups(model: Model, p: Real) -> list[tuple[Parameter, float, float]]:
+    """Ordinary parameters outside their credible band: (parameter, p, how many deviations)."""
     out = []
-    for q, value in zip(base.setting.model.parameters, base.p, strict=False):
+    for q, value in zip(model.parameters, p, strict=False):
         std = MASS_STD if q.of == "mass" else STIFFNESS_STD
-        if abs(value) > CREDIBLE * std:
-            out.append((q.name, q.of, float(value), abs(float(value)) / std))
-    return sorted(out, key=lambda item: -item[3])
+        if q.group is not None and abs(value) > CREDIBLE * std:
+            out.append((q, float(value), abs(float(value)) / std))
+    return sorted(out, key=lambda item: -item[2])
+
+
+def group_finding(q: Parameter, p: float, deviations: float) -> Finding:
+    """One of `loose_groups` as a finding."""
+    place = Place(elements=q.elements, groups=(q.group or q.name.rpartition(".")[0],))
+    word = "stiffness_change" if q.of == "stiffness" else "mass_change"
+    values = {"factor": 1.0 + p}
+    sure = float(np.clip(1.0 - 3.0 / deviations**2, 0.5, 0.99))
+    return Finding(word, place, values, {"factor": abs(p) / deviations}, sure, (), sentence(word, place, values))

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from cvxupdate.diagnose.effects import Effect, Trial
+from cvxupdate.diagnose.effects import Effect, Key, Trial
 from cvxupdate.diagnose.engine import DAMPING_GAIN, EXPLAINED, OPEN, Outcome
+from cvxupdate.diagnose.finding import Finding
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.shortlist import DAMPING_WORDS
 from cvxupdate.fe.model import Model
@@ -19,6 +21,19 @@ LOWER = 0.7  # of the held-out error with ordinary parameters, noise apart
 RIVAL = 2.0  # misfit within this factor of the best: the recordings do not separate the two
 UNEXPLAINED = 0.1  # response error above which even the best model leaves the recordings unexplained
 SURE = 0.4  # confidence below which a further effect is not claimed
+LARGE = 4.0  # drop of a misfit that already counts as explained, from which on a doubtful finding is told all the same
+
+
+class Supposed(Protocol):
+    """A set of effects that was fitted, to responses or to tables of modes."""
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """What is supposed."""
+
+    @property
+    def keys(self) -> frozenset[Key]:
+        """The same, to compare by."""
 
 
 @dataclass(frozen=True)
@@ -56,11 +71,15 @@ def halves(t: Judged, outcome: Outcome) -> bool:
 
 
 def shows(t: Judged, before: float, outcome: Outcome) -> bool:
-    """Whether the held-out error is half of what it was with the model as it came, and clearly below ``before``; true where nothing was held out."""
-    if not np.isfinite(t.hold_out):
+    """`shown` of a trial among responses."""
+    return shown(t.hold_out, before, outcome.nominal[1], outcome.noise[1])
+
+
+def shown(hold_out: float, before: float, nominal: float, noise: float) -> bool:
+    """Whether the held-out error is half of what it was with the model as it came, and clearly below ``before``; true where nothing was held out (NaN)."""
+    if not np.isfinite(hold_out):
         return True
-    noise = outcome.noise[1]
-    return bool(t.hold_out <= HALVED * outcome.nominal[1] and (t.hold_out <= LOWER * before or beyond(t.hold_out, noise) <= LOWER * beyond(before, noise)))
+    return bool(hold_out <= HALVED * nominal and (hold_out <= LOWER * before or beyond(hold_out, noise) <= LOWER * beyond(before, noise)))
 
 
 def doubles(pair: Judged, single: Judged | None, outcome: Outcome) -> bool:
@@ -95,14 +114,14 @@ def rivals(best: Judged, others: Sequence[Judged], outcome: Outcome) -> list[Jud
     return [t for t in others if t is not best and t.misfit <= RIVAL * best.misfit and (not np.isfinite(t.hold_out) or t.hold_out <= RIVAL * best.hold_out)]
 
 
-def equivalents(effect: Effect, best: Judged, near: Sequence[Judged]) -> list[Effect]:
+def equivalents(effect: Effect, best: Supposed, near: Sequence[Supposed]) -> list[Effect]:
     """What may stand for ``effect``: the odd one out of each rival that shares all other effects with the best."""
-    rest = best.trial.keys - {effect.key}
+    rest = best.keys - {effect.key}
     out: dict[object, Effect] = {}
     for rival in near:
-        if rest <= rival.trial.keys:
-            for other in rival.trial.effects:
-                if other.key not in best.trial.keys:
+        if rest <= rival.keys:
+            for other in rival.effects:
+                if other.key not in best.keys:
                     out.setdefault(other.key, other)
     return list(out.values())
 
@@ -129,7 +148,7 @@ def nodes_of(model: Model, elements: Sequence[int]) -> set[int]:
     return found
 
 
-def has(t: Trial, effect: Effect, model: Model) -> bool:
+def has(t: Supposed, effect: Effect, model: Model) -> bool:
     """Whether a trial has an effect where ``effect`` stands."""
     place = effect.candidate.place
     return any(place == p or overlapping(place, p, model) or (bool(place.elements) and set(place.elements) <= set(p.elements))
@@ -153,21 +172,39 @@ class Standing:
     alike: int
 
 
+@dataclass(frozen=True)
+class Competitor:
+    """Another hypothesis: its misfit, whether it has something at the place in question, whether it is among the `rivals`."""
+
+    misfit: float
+    there: bool
+    rival: bool
+
+
 def standing(number: int, best: Judged, others: Sequence[Judged], outcome: Outcome) -> Standing:
     """`Standing` of effect ``number`` of the best trial among all that were refitted."""
     effect = best.trial.effects[number]
-    near = rivals(best, others, outcome)
-    elsewhere = [r for r in near if not has(r.trial, effect, outcome.bench.ordinary)]
-    mine, base = _scale(best.trial.fit, outcome), _scale(outcome.base, outcome)
-    following = min([_scale(t.trial.fit, outcome) for t in others if t is not best and not has(t.trial, effect, outcome.bench.ordinary)] + [base])
-    values, deviations = best.trial.figures[number]
-    name, _, how = effect.candidate.report[0]
-    size = np.inf if how in ("inverse", "kappa") else abs(values[name] - (1.0 if how in ("factor", "gain") else 0.0)) / max(deviations[name], 1e-12)
+    near = {id(r) for r in rivals(best, others, outcome)}
+    field = [Competitor(_scale(t.trial.fit, outcome), has(t.trial, effect, outcome.bench.ordinary), id(t) in near) for t in others if t is not best]
+    return standing_of(_scale(best.trial.fit, outcome), _scale(outcome.base, outcome), field, size_of(effect, *best.trial.figures[number]))
+
+
+def standing_of(mine: float, base: float, field: Sequence[Competitor], size: float) -> Standing:
+    """`Standing` from the misfits of the best (``mine``), the ordinary model (``base``) and all others; ``size`` in deviations."""
+    following = min([t.misfit for t in field if not t.there] + [base])
+    near = [t for t in field if t.rival]
 
     def log(x: float) -> float:
         return float(np.log10(np.clip(x, 1e-3, 1e4)))
 
-    return Standing(log(following / max(mine, 1e-9)), log(base / max(mine, 1e-9)), log(mine), log(size), len(elsewhere), len(near) - len(elsewhere))
+    there = sum(t.there for t in near)
+    return Standing(log(following / max(mine, 1e-9)), log(base / max(mine, 1e-9)), log(mine), log(size), len(near) - there, there)
+
+
+def size_of(effect: Effect, values: Mapping[str, float], deviations: Mapping[str, float]) -> float:
+    """An effect's size in its own deviations; infinite where no effect is no number (a rigid joint)."""
+    name, _, how = effect.candidate.report[0]
+    return np.inf if how in ("inverse", "kappa") else abs(values[name] - (1.0 if how in ("factor", "gain") else 0.0)) / max(deviations[name], 1e-12)
 
 
 def _scale(found: Fit, outcome: Outcome) -> float:
@@ -177,3 +214,17 @@ def _scale(found: Fit, outcome: Outcome) -> float:
 def confidence(s: Standing) -> float:
     """How far ahead of the next thing that is something else: 1 − (misfit ratio), within 0.3 and 0.99, shared among rivals elsewhere."""
     return float(np.clip(1.0 - 10.0 ** -max(s.lead, 0.0), 0.3, 0.99)) / (1.0 + 0.5 * s.rivals)
+
+
+def claimed(findings: Sequence[Finding], base: float, left: float) -> tuple[Finding, ...]:
+    """Those told, of findings in order: of two, one whose place the recordings cannot tell is not; nor is a doubtful one for a misfit ``base`` that counts
+    as explained already, unless it drops to a fraction (``left``)."""
+    told = tuple(f for f in findings if f.confidence >= SURE)
+    small = base <= OPEN * EXPLAINED and left > base / LARGE
+    return told or (() if small else tuple(findings[:1]))
+
+
+def verdict_of(findings: Sequence[Finding]) -> tuple[str, str]:
+    """(verdict, sentence) of what is claimed."""
+    whole = all(f.physics in ("stiffness_change", "mass_change") and f.place.groups for f in findings)
+    return "parameter_error" if whole else "missing_physics", " ".join(f.says for f in findings)

@@ -12,21 +12,33 @@ import numpy as np
 from cvxupdate.diagnose.curves import responses_shown
 from cvxupdate.diagnose.data import Data, held_dofs, level_dependence, ordinary, prepare, release_from
 from cvxupdate.diagnose.effects import Trial, key_of, without
-from cvxupdate.diagnose.engine import EXPLAINED, OPEN, Outcome, explain, followed, loose_groups
+from cvxupdate.diagnose.engine import EXPLAINED, Outcome, explain, followed, group_finding, loose_groups
 from cvxupdate.diagnose.export import of_fit
-from cvxupdate.diagnose.finding import Diagnosis, Finding, capital, effect_of, finite, sentence, sentence_of
+from cvxupdate.diagnose.finding import Diagnosis, Finding, capital, effect_of, finite, sentence_of
 from cvxupdate.diagnose.forward import undamped
-from cvxupdate.diagnose.judge import SURE, Judged, confidence, credible, doubles, equivalents, explained, halves, judged, rivals, standing
+from cvxupdate.diagnose.judge import (
+    Judged,
+    claimed,
+    confidence,
+    credible,
+    doubles,
+    equivalents,
+    explained,
+    halves,
+    judged,
+    rivals,
+    standing,
+    verdict_of,
+)
 from cvxupdate.diagnose.mesh import mesh_error
 from cvxupdate.diagnose.placebo import placebo
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
+from cvxupdate.fe.parameters import Parameter
 from cvxupdate.physics import CATALOGUE
-from cvxupdate.physics.base import Place
 from cvxupdate.recordings.types import FrequencyResponse, Recording, TimeHistory
 from cvxupdate.spec import Spec
 
-LARGE = 4.0  # drop of a misfit that already counts as explained, from which on a doubtful finding is told all the same
 LEVEL_CHANGE, LEVEL_NOISE = 0.05, 5.0  # relative change between drive levels, and how many times the noise, that make a structure nonlinear
 
 
@@ -58,7 +70,7 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
         final, field = doublets[0], _field(doublets[0], singles, doublets)
     if not nonlinear and (final is None or not credible(final, outcome)) and not explained(_base(outcome), outcome):
         wide = judged(outcome, [Trial((), followed(outcome))])[0]
-        if loose_groups(wide.trial.fit) and explained(wide, outcome) and doubles(wide, None, outcome):
+        if _loose(wide) and explained(wide, outcome) and doubles(wide, None, outcome):
             final, field = wide, [wide]
     verdict, says, findings = _verdict(outcome, final, field, singles + doublets, nonlinear)
     if findings and final is not None:
@@ -84,13 +96,12 @@ def _verdict(outcome: Outcome, final: Judged | None, field: Sequence[Judged], ev
                                 "the model can explain these recordings."), ()
     findings: tuple[Finding, ...] = ()
     if final is not None and not final.trial.effects:
-        findings = tuple(_group_finding(item, final) for item in loose_groups(final.trial.fit)[:3])
-        return "parameter_error", " ".join(f.says for f in findings), findings
+        findings = tuple(group_finding(*item) for item in _loose(final)[:3])
+        return *verdict_of(findings), findings
     if final is not None and credible(final, outcome):
         findings = _findings(outcome, final, field)
     if findings:
-        whole = all(f.physics in ("stiffness_change", "mass_change") and f.place.groups for f in findings)
-        return "parameter_error" if whole else "missing_physics", " ".join(f.says for f in findings), findings
+        return *verdict_of(findings), findings
     if explained(_base(outcome), outcome):
         return "consistent", "Nothing is missing: the model explains the recordings within noise and ordinary scatter of its parameters.", ()
     if final is not None:
@@ -110,11 +121,9 @@ def _findings(outcome: Outcome, final: Judged, field: Sequence[Judged]) -> tuple
     for k in sorted(range(len(found)), key=lambda k: -needed[k]):
         effect, (values, deviations) = final.trial.effects[k], found[k]
         c, sure = effect.candidate, confidence(standing(k, final, field, outcome))
-        same = tuple((o.candidate.physics, o.candidate.place) for o in equivalents(effect, final, near))
+        same = tuple((o.candidate.physics, o.candidate.place) for o in equivalents(effect, final.trial, [r.trial for r in near]))
         out.append(Finding(c.physics, c.place, values, deviations, sure, same, sentence_of(c, values)))
-    told = tuple(f for f in out if f.confidence >= SURE)
-    small = outcome.base.misfit <= OPEN * EXPLAINED and final.misfit > outcome.base.misfit / LARGE
-    return told or (() if small else tuple(out[:1]))
+    return claimed(out, outcome.base.misfit, final.misfit)
 
 
 def _needed(outcome: Outcome, final: Judged) -> list[float]:
@@ -125,13 +134,8 @@ def _needed(outcome: Outcome, final: Judged) -> list[float]:
     return [np.inf if rest is None else rest.fit.misfit for rest in rests]
 
 
-def _group_finding(item: tuple[str, str, float, float], wide: Judged) -> Finding:
-    name, of, p, sigmas = item
-    q = next(q for q in wide.trial.fit.setting.model.parameters if q.name == name)
-    place = Place(elements=q.elements, groups=(q.group or name.rpartition(".")[0],))
-    word = "stiffness_change" if of == "stiffness" else "mass_change"
-    values = {"factor": 1.0 + p}
-    return Finding(word, place, values, {"factor": abs(p) / sigmas}, float(np.clip(1.0 - 3.0 / sigmas**2, 0.5, 0.99)), (), sentence(word, place, values))
+def _loose(wide: Judged) -> list[tuple[Parameter, float, float]]:
+    return loose_groups(wide.trial.fit.setting.model, wide.trial.fit.p)
 
 
 def _level_evidence(change: tuple[float, float] | None, nonlinear: bool) -> list[str]:
