@@ -94,7 +94,7 @@ def scene(point: ModalPoint, scales: Real, many: Modes) -> Scene:
 
 def local(c: Candidate) -> bool:
     """Whether the word is one parameter on a few DOFs, so that it may be large."""
-    return c.extra == 1 and bool(c.place.nodes) and len(c.tangent) == 1 and c.model is not None
+    return c.extra == 1 and bool(c.place.nodes) and len(c.tangent) == 1 and c.grow is not None
 
 
 def scan(where: Scene, candidates: Sequence[Candidate]) -> dict[int, tuple[float, float]]:
@@ -132,8 +132,7 @@ def best_size(where: Scene, c: Candidate, effort: Effort) -> tuple[float, float]
 
 def _sides(c: Candidate, count: int) -> list[Real]:
     """Sizes from small to large, on each side that the word may take."""
-    q = c.model.parameters[-1] if c.model is not None else None
-    lower, upper = (q.lower, q.upper) if q is not None else (0.0, 0.0)
+    lower, upper = c.limits
     sides = [np.geomspace(1e-3, upper, count)] if upper > 1e-3 else []
     if lower < -1e-3 and c.sign <= 0:
         sides.append(-np.geomspace(1e-3, -lower, count))

@@ -32,7 +32,7 @@ def shortlist(ranked: Sequence[Score], most: int = SHORT, each: int = PER_WORD) 
 
 def members(ranked: Sequence[Score], most: int = MEMBERS) -> list[Score]:
     """Words on whole groups, members or the structure: few, and too large for a first-order share to be trusted; those of K and M, best first."""
-    whole = [s for s in ranked if s.candidate.place.groups and s.candidate.model is not None and s.candidate.physics not in DAMPING_WORDS]
+    whole = [s for s in ranked if s.candidate.place.groups and s.candidate.grow is not None and s.candidate.physics not in DAMPING_WORDS]
     return sorted(whole, key=lambda s: -s.share)[:most]
 
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from cvxupdate.fe.block import COMMON, Block
+from cvxupdate.fe.block import COMMON, Block, Index
 from cvxupdate.fe.elements.base import Element, Term
 from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
 from cvxupdate.fe.parameters import Parameter
-from cvxupdate.fe.select import select_parameters
+from cvxupdate.fe.select import has_property, property_names, select_parameters
 
 Real = NDArray[np.float64]
 
@@ -52,8 +53,9 @@ class Place:
 class Candidate:
     """A word at a place.
 
-    ``model`` carries the extra parameters at the end of its list, ``extra`` of them; ``start`` (extra,) is where a refit begins (zero: the
-    model as it is). ``tangent`` gives, for each screening column, derivative blocks on the base model's DOFs; ``tuned`` (DOF place,
+    ``grow`` makes the `model`, which carries the extra parameters at the end of its list, ``extra`` of them (None: it has none of its own); ``start``
+    (extra,) is where a refit begins (zero: the model as it is); ``limits`` bound the first of them. ``tangent`` gives, for each screening
+    column, derivative blocks on the base model's DOFs; ``tuned`` (DOF place,
     frequency in Hz, damping) a hidden oscillator's column instead; ``channel`` a sensor label
     (``sensor``: "gain", "delay" or "swap", the last with the channel ``other``).
     ``sign`` +1 where the first parameter cannot be negative. ``report`` names each reported figure: (name, index, how). ``members`` are the elements
@@ -62,7 +64,7 @@ class Candidate:
 
     physics: str
     place: Place
-    model: Model | None
+    grow: Callable[[], Model] | None
     extra: int
     start: Real
     tangent: tuple[tuple[DerivativeBlock, ...], ...] = ()
@@ -75,6 +77,12 @@ class Candidate:
     members: tuple[int, ...] = ()
     offset: float = 0.0
     additive: bool = False
+    limits: tuple[float, float] = (0.0, 0.0)
+
+    @cached_property
+    def model(self) -> Model | None:
+        """The model with the word on it, made when it is first asked for: most candidates are only screened."""
+        return None if self.grow is None else self.grow()
 
     @property
     def name(self) -> str:
@@ -104,7 +112,12 @@ class Context:
 
     def local(self, row: int) -> tuple[float, float]:
         """Diagonal stiffness and mass at a free DOF: the scale of what a support or lump there would have to be."""
-        return float(self.K[row, row]), float(self.M[row, row])
+        stiffness, mass = self._diagonals
+        return float(stiffness[row]), float(mass[row])
+
+    @cached_property
+    def _diagonals(self) -> tuple[Real, Real]:
+        return self.K.diagonal(), self.M.diagonal()
 
 
 def new_ids(model: Model, count: int) -> NDArray[np.int64]:
@@ -138,6 +151,63 @@ def append_parameters(model: Model, wanted: Sequence[Wanted]) -> Model:
 def tangents(model: Model, extra: int) -> tuple[tuple[DerivativeBlock, ...], ...]:
     """Derivative blocks of the last ``extra`` parameters at p = 0."""
     return tuple(model.derivative(len(model.parameters) - extra + k) for k in range(extra))
+
+
+@dataclass(frozen=True)
+class Rates:
+    """What a property does to the matrices of every element at p = 0, formed once: sets of elements share it.
+
+    ``blocks``: number, (dofs (n, d), {"K": (n, d, d), …}, which elements it moves {"K": (n,), …}) of each block that has the property; ``places`` the
+    (block, row) of each element number.
+    """
+
+    blocks: Mapping[int, tuple[Index, Mapping[str, Real], Mapping[str, NDArray[np.bool_]]]]
+    places: Mapping[int, tuple[tuple[int, int], ...]]
+
+    @classmethod
+    def of(cls, model: Model, of: str, scale: float | None = None) -> Rates:
+        """Of the property ``of``, in shares of its value, or by ``scale`` where it is zero (see `select_parameters`)."""
+        names = property_names(of)
+        blocks: dict[int, tuple[Index, Mapping[str, Real], Mapping[str, NDArray[np.bool_]]]] = {}
+        places: dict[int, tuple[tuple[int, int], ...]] = {}
+        for number, block in enumerate(model.blocks):
+            if has_property(block, of):
+                base = np.array([block.properties[n] for n in names])
+                rates = block.derivative(block.properties, np.arange(len(block.ids)), names, np.where(base != 0.0, base, scale or 0.0))
+                blocks[number] = (block.dofs, rates, {m: np.any(v != 0.0, axis=(1, 2)) for m, v in rates.items()})
+                for row, element in enumerate(block.ids.tolist()):
+                    places[element] = (*places.get(element, ()), (number, row))
+        return cls(blocks, places)
+
+    def tangent(self, ids: Sequence[int]) -> tuple[DerivativeBlock, ...]:
+        """Derivative blocks of one parameter on the elements ``ids``, those without effect left out."""
+        chosen: dict[int, list[int]] = {}
+        for element in ids:
+            for number, row in self.places.get(element, ()):
+                chosen.setdefault(number, []).append(row)
+        out = []
+        for number in sorted(chosen):
+            dofs, rates, moving = self.blocks[number]
+            rows = np.array(chosen[number])
+            parts = {m: v[rows] for m, v in rates.items() if np.any(moving[m][rows])}
+            if parts:
+                out.append(DerivativeBlock(dofs[rows], parts.get("K"), parts.get("M"), parts.get("C"), parts.get("D")))
+        return tuple(out)
+
+
+def given(model: Model) -> Callable[[], Model]:
+    """A model that is at hand already, for `Candidate.grow`."""
+    return partial(_itself, model)
+
+
+def _itself(model: Model) -> Model:
+    return model
+
+
+def at_once(dofs: Sequence[int], matrix: str, values: Real) -> tuple[tuple[DerivativeBlock, ...], ...]:
+    """`Candidate.tangent` of one element that adds ``values`` (d, d) to one matrix per unit of p."""
+    parts = {m: values[None] if m == matrix else None for m in "KMCD"}
+    return ((DerivativeBlock(np.array([dofs], dtype=np.int64), parts["K"], parts["M"], parts["C"], parts["D"]),),)
 
 
 def dof_rows(model: Model, kinds: Sequence[str]) -> list[tuple[int, int, str]]:

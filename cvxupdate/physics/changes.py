@@ -4,22 +4,26 @@ shear_deformation, orthotropy. Each is the model with a parameter on that proper
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
 from cvxupdate.fe.model import Model
-from cvxupdate.physics.base import Candidate, Context, Place, Wanted, append_parameters, tangents
+from cvxupdate.physics.base import Candidate, Context, Place, Rates, Wanted, append_parameters, given, tangents
 from cvxupdate.physics.members import member_sets, straight
+
+LOSS = 0.02  # loss factor that is one unit
 
 Sets = Sequence[tuple[tuple[int, ...], tuple[str, ...]]]
 
 
 def _factor(context: Context, word: str, of: str, sets: Sets, lower: float, upper: float) -> list[Candidate]:
     out: list[Candidate] = []
+    rates = Rates.of(context.model, of)
     for ids, groups in sets:
-        grown = append_parameters(context.model, [Wanted(f"{word}@{len(out)}", of, ids, lower=lower, upper=upper)])
-        out.append(Candidate(word, Place(elements=ids, groups=groups), grown, 1, np.zeros(1), tangents(grown, 1), report=(("factor", 0, "factor"),),
-                             members=ids, additive=True))
+        grow = partial(append_parameters, context.model, [Wanted(f"{word}@{len(out)}", of, ids, lower=lower, upper=upper)])
+        out.append(Candidate(word, Place(elements=ids, groups=groups), grow, 1, np.zeros(1), (rates.tangent(ids),), report=(("factor", 0, "factor"),),
+                             members=ids, additive=True, limits=(lower, upper)))
     return out
 
 
@@ -43,19 +47,21 @@ def structural_damping(context: Context) -> list[Candidate]:
     out: list[Candidate] = []
     sets = member_sets(context.model, "eta")
     whole = max((len(ids) for ids, _ in sets), default=0)
+    rates = Rates.of(context.model, "eta", LOSS)
     for ids, groups in sets:
         if not groups or (len(groups) > 1 and len(ids) == whole):
             continue  # the loss of everything alike is what every mode's damping may be anyway
-        grown = append_parameters(context.model, [Wanted(f"structural_damping@{len(out)}", "eta", ids, lower=0.0, upper=50.0, scale=0.02)])
-        out.append(Candidate("structural_damping", Place(elements=ids, groups=groups), grown, 1, np.zeros(1), tangents(grown, 1), sign=1,
-                             report=(("eta", 0, "value"),), members=ids))
+        grow = partial(append_parameters, context.model, [Wanted(f"structural_damping@{len(out)}", "eta", ids, lower=0.0, upper=50.0, scale=LOSS)])
+        out.append(Candidate("structural_damping", Place(elements=ids, groups=groups), grow, 1, np.zeros(1), (rates.tangent(ids),), sign=1,
+                             report=(("eta", 0, "value"),), members=ids, limits=(0.0, 50.0)))
     return out
 
 
 def mass_proportional_damping(context: Context) -> list[Candidate]:
     """C = α M over the whole structure: every mode decays at the rate α / 2 (air, suspension, an exponential window)."""
     grown = append_parameters(context.model, [Wanted("mass_proportional_damping", "alpha", (), lower=0.0, upper=1e3, scale=1.0)])
-    return [Candidate("mass_proportional_damping", Place(), grown, 1, np.zeros(1), tangents(grown, 1), sign=1, report=(("alpha", 0, "value"),))]
+    return [Candidate("mass_proportional_damping", Place(), given(grown), 1, np.zeros(1), tangents(grown, 1), sign=1, report=(("alpha", 0, "value"),),
+                      limits=(0.0, 1e3))]
 
 
 def axial_preload(context: Context) -> list[Candidate]:
@@ -67,8 +73,8 @@ def axial_preload(context: Context) -> list[Candidate]:
             continue
         unit = _euler(context.model, ids)
         grown = append_parameters(context.model, [Wanted(f"axial_preload@{len(out)}", "N", ids, lower=-5.0, upper=50.0, scale=unit)])
-        out.append(Candidate("axial_preload", Place(elements=ids, groups=groups), grown, 1, np.zeros(1), tangents(grown, 1), report=(("N", 0, "value"),),
-                             members=ids))
+        out.append(Candidate("axial_preload", Place(elements=ids, groups=groups), given(grown), 1, np.zeros(1), tangents(grown, 1), report=(("N", 0, "value"),),
+                             members=ids, limits=(-5.0, 50.0)))
     return out
 
 
@@ -94,8 +100,8 @@ def shear_deformation(context: Context) -> list[Candidate]:
         if not groups:
             continue
         grown = append_parameters(context.model, [Wanted(f"shear@{len(out)}", "shear", ids, lower=0.0, upper=3.0, scale=1.0)])
-        out.append(Candidate("shear_deformation", Place(elements=ids, groups=groups), grown, 1, np.zeros(1), tangents(grown, 1), sign=1,
-                             report=(("kappa", 0, "kappa"),), members=ids))
+        out.append(Candidate("shear_deformation", Place(elements=ids, groups=groups), given(grown), 1, np.zeros(1), tangents(grown, 1), sign=1,
+                             report=(("kappa", 0, "kappa"),), members=ids, limits=(0.0, 3.0)))
     return out
 
 
@@ -107,6 +113,6 @@ def orthotropy(context: Context) -> list[Candidate]:
             continue
         names = ("Dx", "Dy", "D1", "Dxy")
         grown = append_parameters(context.model, [Wanted(f"orthotropy.{n}@{len(out)}", n, ids, lower=-0.8, upper=3.0) for n in names])
-        out.append(Candidate("orthotropy", Place(elements=ids, groups=groups), grown, 4, np.zeros(4), tangents(grown, 4),
-                             report=tuple((n, k, "factor") for k, n in enumerate(names)), members=ids))
+        out.append(Candidate("orthotropy", Place(elements=ids, groups=groups), given(grown), 4, np.zeros(4), tangents(grown, 4),
+                             report=tuple((n, k, "factor") for k, n in enumerate(names)), members=ids, limits=(-0.8, 3.0)))
     return out

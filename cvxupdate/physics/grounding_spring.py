@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy.sparse as sp
@@ -11,8 +12,9 @@ import scipy.sparse as sp
 from cvxupdate.fe.elements import Spring, Term
 from cvxupdate.fe.elements.base import Real, Values
 from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
-from cvxupdate.physics.base import Candidate, Context, Place, Wanted, dof_rows, small_block, tangents, with_block
+from cvxupdate.physics.base import Candidate, Context, Place, Wanted, at_once, dof_rows, small_block, with_block
 
+STIFFEST, SOFTEST = 1e5, 1e4  # upper bounds of a spring and of a support's compliance, in their units
 RIGID = 1e4  # a soft support begins this much stiffer than the structure around it
 
 
@@ -51,12 +53,14 @@ def _springs(context: Context) -> list[Candidate]:
         if stiffness == 0.0 and mass == 0.0:
             continue
         unit = 0.02 * stiffness if stiffness > 0 else mass * (2 * np.pi * context.bottom) ** 2
-        block = small_block(context.model, Spring(kind, 1), np.array([[row]]), [KINDS.index(kind)], "K", np.ones((1, 1)), {"k": 0.0})
-        wanted = Wanted(f"grounding_spring@n{node}.{kind}", "k", (int(block.ids[0]),), lower=0.0, upper=1e5, scale=unit)
-        grown = with_block(context.model, block, [wanted])
-        out.append(Candidate("grounding_spring", Place(nodes=(node,), dof=kind), grown, 1, np.zeros(1), tangents(grown, 1), sign=1,
-                             report=(("k", 0, "value"),)))
+        out.append(Candidate("grounding_spring", Place(nodes=(node,), dof=kind), partial(_sprung, context.model, row, node, kind, unit), 1, np.zeros(1),
+                             at_once((row,), "K", np.full((1, 1), unit)), sign=1, report=(("k", 0, "value"),), limits=(0.0, STIFFEST)))
     return out
+
+
+def _sprung(model: Model, row: int, node: int, kind: str, unit: float) -> Model:
+    block = small_block(model, Spring(kind, 1), np.array([[row]]), [KINDS.index(kind)], "K", np.ones((1, 1)), {"k": 0.0})
+    return with_block(model, block, [Wanted(f"grounding_spring@n{node}.{kind}", "k", (int(block.ids[0]),), lower=0.0, upper=STIFFEST, scale=unit)])
 
 
 def _supports(context: Context) -> list[Candidate]:
@@ -73,12 +77,15 @@ def _supports(context: Context) -> list[Candidate]:
         if stiffness <= 0.0:
             continue
         unit = 1.0 / stiffness
-        block = small_block(model, Compliance(1, kind), np.array([[row]]), [KINDS.index(kind)], "K", np.ones((1, 1)),
-                            {"a": 0.0, "a0": unit / RIGID})
-        grown = with_block(model, block, [Wanted(f"soft_support@{label}", "a", (int(block.ids[0]),), lower=0.0, upper=1e4, scale=unit)])
-        out.append(Candidate("grounding_spring", Place(nodes=(node,), dof=kind), grown, 1, np.zeros(1), ((_tangent(context, model, matrices.K, row, unit),),),
-                             sign=1, report=(("k", 0, "inverse"),), offset=unit / RIGID))
+        out.append(Candidate("grounding_spring", Place(nodes=(node,), dof=kind), partial(_softened, model, row, label, kind, unit), 1, np.zeros(1),
+                             ((_tangent(context, model, matrices.K, row, unit),),), sign=1, report=(("k", 0, "inverse"),), offset=unit / RIGID,
+                             limits=(0.0, SOFTEST)))
     return out
+
+
+def _softened(model: Model, row: int, label: str, kind: str, unit: float) -> Model:
+    block = small_block(model, Compliance(1, kind), np.array([[row]]), [KINDS.index(kind)], "K", np.ones((1, 1)), {"a": 0.0, "a0": unit / RIGID})
+    return with_block(model, block, [Wanted(f"soft_support@{label}", "a", (int(block.ids[0]),), lower=0.0, upper=SOFTEST, scale=unit)])
 
 
 def _tangent(context: Context, model: Model, K: sp.csc_array, row: int, unit: float) -> DerivativeBlock:

@@ -16,7 +16,7 @@ from cvxupdate.fe.elements import Gyroscopic, Term
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.fe.sections import section_constants
-from cvxupdate.physics.base import Candidate, Context, Place, Wanted, append_parameters, new_ids, tangents
+from cvxupdate.physics.base import Candidate, Context, Place, Wanted, append_parameters, given, new_ids, tangents
 
 ROUND = 1e-6  # relative difference of two moments of inertia of what is round
 SPEED = 0.1  # of the band's top: the unit of spin
@@ -51,7 +51,8 @@ def candidates(context: Context) -> list[Candidate]:
         place = Place(elements=rotor.elements, groups=(rotor.group,) if rotor.group else ())
         if not rotor.elements:
             place = Place(nodes=tuple(int(model.node_ids[n]) for n in rotor.nodes))
-        out.append(Candidate("gyroscopic", place, grown, 1, np.zeros(1), tangents(grown, 1), report=(("omega", 0, "value"),), members=rotor.elements))
+        out.append(Candidate("gyroscopic", place, given(grown), 1, np.zeros(1), tangents(grown, 1), report=(("omega", 0, "value"),), members=rotor.elements,
+                             limits=(-1e3, 1e3)))
     return out
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
 from cvxupdate.physics.base import Candidate, Context, Place, Wanted, append_parameters, small_block
-from cvxupdate.physics.grounding_spring import RIGID, Compliance
+from cvxupdate.physics.grounding_spring import RIGID, SOFTEST, Compliance
 
 
 def candidates(context: Context) -> list[Candidate]:
@@ -52,12 +53,22 @@ def _joint(context: Context, number: int, e: int, columns: list[int], k: np.ndar
     rows = block.dofs[e, columns]
     node = int(model.node_ids[model.dof_node[rows[0]]])
     element = int(block.ids[e])
-    stiffness = float(np.mean(k[columns, columns]))
-    unit = 1.0 / stiffness
+    unit = 1.0 / float(np.mean(k[columns, columns]))
+    free_columns = np.flatnonzero(block.dofs[e] >= 0)
+    bend = np.sum([np.outer(k[free_columns, c], k[c, free_columns]) for c in columns], axis=0)
+    tangent = DerivativeBlock(block.dofs[e][free_columns][None], (-bend * unit)[None], None, None, None)
+    dof = KINDS[int(block.direction[0, columns[0]])]
+    return Candidate("joint_flexibility", Place(nodes=(node,), elements=(element,), dof=dof), partial(_grown, model, number, e, columns, node, unit), 1,
+                     np.zeros(1), ((tangent,),), sign=1, report=(("k", 0, "inverse"),), offset=unit / RIGID, limits=(0.0, SOFTEST))
+
+
+def _grown(model: Model, number: int, e: int, columns: list[int], node: int, unit: float) -> Model:
+    block = model.blocks[number]
+    rows, kinds = block.dofs[e, columns], block.direction[0, columns]
+    element = int(block.ids[e])
     fresh = np.arange(model.size, model.size + len(columns))
     dofs = block.dofs.copy()
     dofs[e, columns] = fresh
-    kinds = block.direction[0, columns]
     grown: Model = replace(
         model, labels=(*model.labels, *(f"n{node}@e{element}.{KINDS[c]}" for c in kinds)),
         dof_node=np.append(model.dof_node, np.full(len(columns), model.dof_node[rows[0]])), dof_kind=np.append(model.dof_kind, kinds),
@@ -68,11 +79,5 @@ def _joint(context: Context, number: int, e: int, columns: list[int], k: np.ndar
                              {"a": 0.0, "a0": unit / RIGID})
         ids.append(int(spring.ids[0]))
         grown = replace(grown, blocks=(*grown.blocks, spring))
-    grown = append_parameters(grown, [Wanted(f"joint@e{element}n{node}", "a", tuple(ids), lower=0.0, upper=1e4, scale=unit)])
-    free_columns = np.flatnonzero(block.dofs[e] >= 0)
-    bend = np.sum([np.outer(k[free_columns, c], k[c, free_columns]) for c in columns], axis=0)
-    tangent = DerivativeBlock(block.dofs[e][free_columns][None], (-bend * unit)[None], None, None, None)
-    dof = KINDS[int(kinds[0])]
-    return Candidate("joint_flexibility", Place(nodes=(node,), elements=(element,), dof=dof), grown, 1, np.zeros(1), ((tangent,),), sign=1,
-                     report=(("k", 0, "inverse"),), offset=unit / RIGID)
+    return append_parameters(grown, [Wanted(f"joint@e{element}n{node}", "a", tuple(ids), lower=0.0, upper=SOFTEST, scale=unit)])
 

@@ -10,7 +10,7 @@ import itertools
 
 import numpy as np
 
-from cvxupdate.physics.base import Candidate, Context, Place
+from cvxupdate.physics.base import Candidate, Context, Place, given
 
 MOST_PAIRS = 500  # of channels tried for an exchange; beyond, only those at one node and neighbours in the recording
 EXCHANGED = 0.1  # largest departure of an exchange's ``gain`` from 1
@@ -27,7 +27,7 @@ def faults(context: Context) -> list[Candidate]:
     for label in context.sensors:
         node, dof = _place(label)
         for how in ("gain", "delay"):
-            out.append(Candidate("sensor_fault", Place(nodes=(node,), dof=dof), context.model, 1, np.zeros(1), channel=label, sensor=how,
+            out.append(Candidate("sensor_fault", Place(nodes=(node,), dof=dof), given(context.model), 1, np.zeros(1), channel=label, sensor=how,
                                  report=((how, 0, how),)))
     return out
 
@@ -42,7 +42,7 @@ def swaps(context: Context) -> list[Candidate]:
     for a, b in pairs:
         (first, kind), (second, other) = _place(labels[a]), _place(labels[b])
         place = Place(nodes=(first, second) if first != second else (first,), dof=kind if kind == other else None)
-        out.append(Candidate("sensor_fault", place, context.model, 1, np.zeros(1), channel=labels[a], sensor="swap", other=labels[b],
+        out.append(Candidate("sensor_fault", place, given(context.model), 1, np.zeros(1), channel=labels[a], sensor="swap", other=labels[b],
                              report=(("gain", 0, "gain"),)))
     return out
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from cvxupdate.fe.elements import Dashpot
 from cvxupdate.fe.model import KINDS, Model
-from cvxupdate.physics.base import TRANSLATIONS, Candidate, Context, Place, Wanted, dof_rows, small_block, tangents, with_block
+from cvxupdate.physics.base import TRANSLATIONS, Candidate, Context, Place, Wanted, at_once, dof_rows, small_block, with_block
+
+STRONGEST = 1e5  # units
 
 
 def candidates(context: Context) -> list[Candidate]:
@@ -26,10 +30,14 @@ def _one(context: Context, rows: tuple[int, ...], nodes: tuple[int, ...], kind: 
     k, m = context.local(rows[0])
     unit = 0.02 * max(m * 2 * np.pi * context.bottom, 0.02 * np.sqrt(max(k * m, 0.0))) if m > 0 else 1.0
     pattern = np.ones((1, 1)) if len(rows) == 1 else np.array([[1.0, -1.0], [-1.0, 1.0]])
+    return Candidate("viscous_damper", Place(nodes=nodes, dof=kind), partial(_grown, model, rows, nodes, kind, pattern, unit), 1, np.zeros(1),
+                     at_once(rows, "C", unit * pattern), sign=1, report=(("c", 0, "value"),), limits=(0.0, STRONGEST))
+
+
+def _grown(model: Model, rows: tuple[int, ...], nodes: tuple[int, ...], kind: str, pattern: np.ndarray, unit: float) -> Model:
     block = small_block(model, Dashpot(kind, len(rows)), np.array([rows]), [KINDS.index(kind)] * len(rows), "C", pattern, {"c": 0.0})
-    wanted = Wanted("viscous_damper@" + "-".join(str(n) for n in nodes) + kind, "c", (int(block.ids[0]),), lower=0.0, upper=1e5, scale=unit)
-    grown = with_block(model, block, [wanted])
-    return Candidate("viscous_damper", Place(nodes=nodes, dof=kind), grown, 1, np.zeros(1), tangents(grown, 1), sign=1, report=(("c", 0, "value"),))
+    wanted = Wanted("viscous_damper@" + "-".join(str(n) for n in nodes) + kind, "c", (int(block.ids[0]),), lower=0.0, upper=STRONGEST, scale=unit)
+    return with_block(model, block, [wanted])
 
 
 def neighbours(model: Model) -> list[tuple[int, int, str]]:
