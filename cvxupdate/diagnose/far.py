@@ -40,15 +40,14 @@ class Far:
         nodes = times(shapes.T, values[:, :, None] * self.held[:, None, :])  # (places, nodes, references)
         return self._driven(np.swapaxes(nodes, 0, 1))
 
-    def receptances(self, phi: Real) -> tuple[Complex, Complex]:
-        """Left (places, points, sensors) and right (places, points, cases) of places with shapes ``phi`` (places, modes)."""
-        left = times(phi, self.inverse[:, :, None] * self.at[:, None, :])
-        return self._spread(left), np.ascontiguousarray(np.swapaxes(self.between(phi.T, 1.0), 0, 1))
+    def left(self, phi: Real) -> Complex:
+        """(places, points, sensors) of places with shapes ``phi`` (places, modes)."""
+        nodes = times(phi, self.inverse[:, :, None] * self.at[:, None, :])
+        return np.asarray(np.swapaxes(times(self.W, np.swapaxes(nodes, 0, 1)), 0, 1))
 
-    def _spread(self, nodes: Complex) -> Complex:
-        """(places, nodes, n) to (places, points, n)."""
-        flat = np.ascontiguousarray(nodes)
-        return np.asarray((self.W @ flat.view(float)).view(complex))
+    def right(self, phi: Real) -> Complex:
+        """(places, points, cases)."""
+        return np.asarray(np.swapaxes(self.between(phi.T, 1.0), 0, 1))
 
     def _driven(self, nodes: Complex) -> Complex:
         """(nodes, places, references) to (points, places, cases)."""

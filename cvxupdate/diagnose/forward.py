@@ -147,10 +147,6 @@ class Receptances:
     left: Complex
     right: Complex
 
-    def at(self, places: Index) -> Receptances:
-        """Of some of the DOFs, by their place among those chosen."""
-        return Receptances(self.left[places], self.right[places])
-
 
 def receptances(response: Response, modes: Modes, dofs: Index | None = None) -> Receptances:
     """From modal pieces to ``dofs`` (−1: the ground; None: all of them, the ground last)."""
@@ -159,8 +155,7 @@ def receptances(response: Response, modes: Modes, dofs: Index | None = None) -> 
     n = response.near
     left, right = times(phi[:, :n], response.a), times(phi[:, :n], response.q)
     if response.far is not None:
-        more = response.far.receptances(phi[:, n:])
-        left, right = left + more[0], right + more[1]
+        left, right = left + response.far.left(phi[:, n:]), right + response.far.right(phi[:, n:])
     return Receptances(left, right)
 
 
@@ -191,29 +186,44 @@ class Changes:
                             for (b, u), flag in zip(pairs, flags, strict=True)) for pairs, flags in zip(own, few, strict=True))
         return cls(modes, low, used, parts)
 
-    def columns(self, r: Response, green: Receptances | None = None) -> list[Complex]:
-        """∂Y/∂p (points, sensors, cases) = −sᵒ aᵀ ∂Z q of every parameter; ``green`` those of all DOFs where they are at hand already."""
-        g = receptances(r, self.modes, self.used) if green is None else green.at(self.used)
-        out = []
-        for parts in self.parts:
-            total = np.zeros(r.raw.shape, dtype=complex)
+    def columns(self, r: Response) -> Complex:
+        """∂Y/∂p (points, sensors, cases, parameters) = −sᵒ aᵀ ∂Z q."""
+        phi = np.vstack([self.modes.shapes, np.zeros((1, self.modes.shapes.shape[1]))])[self.used]
+        near, beyond = phi[:, : r.near], phi[:, r.near:]
+        right = times(near, r.q)
+        left = None
+        if r.far is not None and len(self.used):
+            right, left = right + r.far.right(beyond), r.far.left(beyond)
+        out = np.empty((*r.raw.shape, len(self.parts)), dtype=complex)
+        for j, parts in enumerate(self.parts):
+            moved = np.zeros(r.q.shape, dtype=complex)  # modal forces of the change
+            direct = np.zeros(r.raw.shape, dtype=complex)  # what far modes make of it
             for places, small in parts:
-                left, right = (r.a[: self.low], r.q[: self.low]) if places is None else (g.left[places], g.right[places])
-                total += chained(left, right, small, r.signal.s)
-            out.append(-r.drive[:, None, None] * total)
+                if places is None:
+                    moved[: self.low] += forces(small, r.q[: self.low], r.signal.s)
+                    continue
+                local = forces(small, right[places], r.signal.s)
+                moved += times(near[places].T, local)
+                if left is not None:
+                    direct += matched(left[places], local)
+            total = matched(r.a, moved) if r.coupled else np.moveaxis(times(r.at[: r.near].T, r.inverse[:, :, None] * moved), 0, 1)
+            out[..., j] = -r.drive[:, None, None] * (total + direct)
         return out
 
 
-def chained(left: Complex, right: Complex, small: Small, s: Complex) -> Complex:
-    """Σ leftᵀ (∂K + s² ∂M + s ∂C + i ∂D) right at every point: (points, sensors, cases) from (n, points, ·)."""
+def forces(small: Small, right: Complex, s: Complex) -> Complex:
+    """(∂K + s² ∂M + s ∂C + i ∂D) right: (n, points, cases)."""
     force = np.zeros(right.shape, dtype=complex)
     factors: tuple[Complex, ...] = (np.ones((1, 1), dtype=complex), (s**2)[:, None], s[:, None], np.full((1, 1), 1j))
     for part, factor in zip(small, factors, strict=True):
         if part is not None:
             force += factor * times(part, right)
-    if left.shape[0] == 1:
-        return np.asarray(left[0][:, :, None] * force[0][:, None, :])
-    return np.asarray(np.matmul(left.transpose(1, 2, 0), force.transpose(1, 0, 2)))
+    return force
+
+
+def matched(left: Complex, right: Complex) -> Complex:
+    """Σ over the first axis, point by point: (n, points, sensors) and (n, points, columns) to (points, sensors, columns)."""
+    return np.asarray(np.matmul(left.transpose(1, 2, 0), right.transpose(1, 0, 2)))
 
 
 def summed(b: DerivativeBlock, used: Index) -> Small:

@@ -197,11 +197,12 @@ class ResponsePoint:
         change = Changes.of(model.derivatives(self.p[: len(model.parameters)]), self.modes, self.low)
         parts = []
         for r in self.responses:
-            columns = [self.faulty(r.signal, c) for c in change.columns(r)] if self.setting.faults else change.columns(r)
             damped, common = self._damping_columns(r)
-            columns.append(common)
-            columns += [self.fault_rate(number, r.signal, r.raw) for number in range(len(self.setting.faults))]
-            rows = r.rows(np.stack(columns, axis=-1))
+            columns = np.concatenate([change.columns(r), common[..., None]], axis=-1)
+            if self.setting.faults:
+                rates = [self.fault_rate(number, r.signal, r.raw) for number in range(len(self.setting.faults))]
+                columns = np.stack([*(self.faulty(r.signal, c) for c in np.moveaxis(columns, -1, 0)), *rates], axis=-1)
+            rows = r.rows(columns)
             at = len(model.parameters)
             stacked = np.concatenate([rows[..., : at + 1], damped, rows[..., at + 1:]], axis=-1).reshape(-1, len(self.setting.columns))
             parts += [stacked.real, stacked.imag]
@@ -216,7 +217,6 @@ class ResponsePoint:
         common = factor[:, :, None] * np.matmul(r.a.transpose(1, 2, 0), (shear[: r.near, None, None] * r.q).transpose(1, 0, 2))
         if r.far is not None:
             common = common + factor[:, :, None] * r.far.between(r.at[r.near:], shear[r.near:], 2)
-        common = self.faulty(r.signal, common)
         if not len(own):
             return np.zeros((*r.signal.Y.shape, 0), dtype=complex), common
         if r.coupled or self.setting.faults:

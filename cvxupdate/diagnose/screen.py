@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cvxupdate.diagnose.columns import Columns, sums_of
+from cvxupdate.diagnose.columns import delay_unit as delay_unit
 from cvxupdate.diagnose.fit import bounds_of, prior_scales
-from cvxupdate.diagnose.forward import Changes
-from cvxupdate.diagnose.residual import Fault, ResponsePoint
-from cvxupdate.diagnose.signals import Complex, Real
+from cvxupdate.diagnose.residual import ResponsePoint
+from cvxupdate.diagnose.signals import Real
 from cvxupdate.physics.base import Candidate
 
 AT_BOUND = 1e-3  # of a bound: that near counts as on it
+NOTHING = 1e-12  # of a column: what is left of it then is rounding
+FAINT = 1e-3  # of its members' lengths: below, the length of a sum is not taken from their products
 
 
 @dataclass(frozen=True)
@@ -65,82 +68,68 @@ def screen(point: ResponsePoint, candidates: Sequence[Candidate]) -> list[Score]
     the squared residual that its own best size removes.
     """
     left = left_over(point)
-    total = float(left.residual @ left.residual)
-    out = []
-    for c, J in zip(candidates, columns_of(point, candidates), strict=True):
-        if J is None:
-            out.append(Score(c, 0.0, np.zeros(c.extra)))
-            continue
+    sets = sums_of(candidates)
+    out = [Score(c, 0.0, np.zeros(c.extra)) for c in candidates]
+    kept: dict[int, tuple[Real, Real]] = {}  # columns of single elements, as they are and freed, for the sets
+    singles = {k for members in sets.values() for k in members}
+    for numbers, J in Columns(point).batches({k: c for k, c in enumerate(candidates) if k not in sets}):
         Jp = left.freed(J)
-        norms = np.linalg.norm(Jp, axis=0)
-        if np.any(norms <= 1e-12 * np.maximum(np.linalg.norm(J, axis=0), 1e-300)):
-            out.append(Score(c, 0.0, np.zeros(c.extra)))
-            continue
-        best, *_ = np.linalg.lstsq(Jp / norms, left.residual, rcond=1e-8)
-        best = best / norms
-        if c.sign > 0 and best[0] < 0.0:
-            out.append(Score(c, 0.0, np.zeros(len(best))))
-            continue
-        rest = left.residual - Jp @ best
-        out.append(Score(c, 1.0 - float(rest @ rest) / total, best))
+        at = 0
+        width = J.shape[1] // len(numbers)
+        if width == 1:
+            for k, score in zip(numbers, _scored([candidates[k] for k in numbers], Jp.T @ left.residual, norms(Jp), norms(J), left), strict=True):
+                out[k] = score
+        for k in numbers:
+            if width > 1:
+                out[k] = _several(candidates[k], J[:, at : at + width], Jp[:, at : at + width], left)
+            if k in singles:
+                kept[k] = J[:, at], Jp[:, at]
+            at += width
+    _score_sets(candidates, sets, kept, left, out)
     return out
 
 
-def columns_of(point: ResponsePoint, candidates: Sequence[Candidate]) -> Iterator[Real | None]:
-    """Weighted columns (rows, n) of each candidate in turn; None where it has none."""
-    flat = [1.0 / s.scale().reshape(-1) for s in point.setting.signals]
-    single: dict[tuple[str, int], list[Complex]] = {}
-    for c in candidates:
-        parts = [single[(c.physics, e)] for e in c.members if (c.physics, e) in single] if len(c.members) > 1 and c.additive else []
-        if parts and len(parts) == len(c.members):  # a set of elements moves as the sum of its members
-            columns = [[np.sum(pieces, axis=0) for pieces in zip(*parts, strict=True)]]
-        else:
-            columns = _columns(point, c)
-        if len(c.members) == 1 and c.additive and columns:
-            single[(c.physics, c.members[0])] = columns[0]
-        yield np.stack([_stack(col, flat) for col in columns], axis=1) if columns else None
+def norms(J: Real) -> Real:
+    """Lengths of columns."""
+    return np.asarray(np.sqrt(np.einsum("ij,ij->j", J, J)))
 
 
-def _stack(columns: Sequence[Complex], weights: Sequence[Real]) -> Real:
-    parts = []
-    for c, w in zip(columns, weights, strict=True):
-        flat = c.reshape(-1)
-        parts += [w * flat.real, w * flat.imag]
-    return np.concatenate(parts)
+def _scored(chosen: Sequence[Candidate], along: Real, length: Real, whole: Real, left: Left) -> list[Score]:
+    """Scores of candidates with one column each: ``along`` the residual, ``length`` freed, ``whole`` before."""
+    total = float(left.residual @ left.residual)
+    usable = length > NOTHING * np.maximum(whole, 1e-300)
+    sizes = along / np.where(usable, length, 1.0) ** 2
+    usable &= ~((np.array([c.sign for c in chosen]) > 0) & (sizes < 0.0))
+    return [Score(c, float(a * p / total) if good else 0.0, np.array([p if good else 0.0])) for c, a, p, good in zip(chosen, along, sizes, usable, strict=True)]
 
 
-def _columns(point: ResponsePoint, c: Candidate) -> list[list[Complex]]:
-    """For every column of the candidate: rows of every signal."""
-    if c.channel is not None:
-        return [_sensor_column(point, c)]
-    if c.tuned is not None:
-        return [_tuned_column(point, c.tuned)]
-    out = []
-    for blocks in c.tangent:
-        if not blocks:
-            return []
-        change = Changes.of([blocks], point.modes, point.low)
-        out.append([r.rows(change.columns(r, g)[0]) for r, g in zip(point.responses, point.green, strict=True)])
-    return out
+def _several(c: Candidate, J: Real, Jp: Real, left: Left) -> Score:
+    """A candidate with several columns."""
+    length = norms(Jp)
+    if np.any(length <= NOTHING * np.maximum(norms(J), 1e-300)):
+        return Score(c, 0.0, np.zeros(c.extra))
+    best, *_ = np.linalg.lstsq(Jp / length, left.residual, rcond=1e-8)
+    best = best / length
+    if c.sign > 0 and best[0] < 0.0:
+        return Score(c, 0.0, np.zeros(len(best)))
+    rest = left.residual - Jp @ best
+    return Score(c, 1.0 - float(rest @ rest) / float(left.residual @ left.residual), best)
 
 
-def _sensor_column(point: ResponsePoint, c: Candidate) -> list[Complex]:
-    fault = Fault(c.channel or "", c.sensor or "", delay_unit(point), c.other)
-    return [r.rows(fault.rate(0.0, r.signal, point.faulty(r.signal, r.raw))) for r in point.responses]
-
-
-def delay_unit(point: ResponsePoint) -> float:
-    """A delay that turns the phase by one radian at the top of the band, s."""
-    return 1.0 / (2.0 * np.pi * point.setting.top)
-
-
-def _tuned_column(point: ResponsePoint, tuned: tuple[int, float, float]) -> list[Complex]:
-    """A hidden oscillator of one gram-like unit of mass: dynamic mass s² (2ζωs + ω²) / (s² + 2ζωs + ω²) at its DOF."""
-    row, frequency, zeta = tuned
-    omega = 2.0 * np.pi * frequency
-    out = []
-    for r, g in zip(point.responses, point.green, strict=True):
-        s = r.signal.s
-        soft = 2.0 * zeta * omega * s + omega**2
-        out.append(r.rows(-(r.drive * s**2 * soft / (s**2 + soft))[:, None, None] * g.left[row][:, :, None] * g.right[row][:, None, :]))
-    return out
+def _score_sets(candidates: Sequence[Candidate], sets: Mapping[int, Sequence[int]], kept: Mapping[int, tuple[Real, Real]], left: Left,
+                out: list[Score]) -> None:
+    """A set of elements moves as the sum of its members: lengths from the members' products, by the sum itself where little is left of it."""
+    numbers = [k for k, members in sets.items() if all(m in kept for m in members)]
+    if not numbers:
+        return
+    place = {m: i for i, m in enumerate(kept)}
+    J, Jp = (np.stack([pair[i] for pair in kept.values()], axis=1) for i in (0, 1))
+    member = np.zeros((len(place), len(numbers)))
+    for column, k in enumerate(numbers):
+        member[[place[m] for m in sets[k]], column] = 1.0
+    whole, length = (np.sqrt(np.maximum(np.einsum("ij,ij->j", member, (X.T @ X) @ member), 0.0)) for X in (J, Jp))
+    faint = length <= FAINT * (norms(Jp) @ member)
+    length[faint] = norms(Jp @ member[:, faint])
+    along = (Jp.T @ left.residual) @ member
+    for k, score in zip(numbers, _scored([candidates[k] for k in numbers], along, length, whole, left), strict=True):
+        out[k] = score

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.convex import Bounds, CompiledStep, GroupL1, SolverChoice, StepProblem
+from cvxupdate.diagnose.columns import columns_of
 from cvxupdate.diagnose.residual import ResponsePoint
-from cvxupdate.diagnose.screen import Score, columns_of, left_over
+from cvxupdate.diagnose.screen import Score, left_over
 from cvxupdate.diagnose.signals import Real
 
 MOST = 40  # candidates beside each other: the largest shares (sure independence screening; Fan and Lv 2008)
