@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cvxupdate.diagnose.forward import Changes, Receptances, Response, forces, summed
+from cvxupdate.diagnose.forward import Changes, Receptances, Response, by_point, forces, summed
 from cvxupdate.diagnose.residual import Fault, ResponsePoint
 from cvxupdate.diagnose.signals import Complex, Real
 from cvxupdate.fe.model import DerivativeBlock
@@ -53,7 +53,7 @@ class Columns:
             yield numbers, self._stacked([np.moveaxis(r.rows(_small(r, g, chosen)), 1, -1) for r, g in zip(responses, self.point.green, strict=True)])
         elif kind == "several":
             change = Changes.of([blocks for c in chosen for blocks in c.tangent], self.point.modes, self.point.low)
-            yield numbers, self._stacked([r.rows(change.columns(r)) for r in responses])
+            yield numbers, self._stacked([np.moveaxis(r.rows(change.columns(r)), 1, -1) for r in responses])
 
     def _stacked(self, rows: Sequence[Complex]) -> Real:
         """From rows (rows, sensors, cases, n) of every signal to weighted columns."""
@@ -142,6 +142,5 @@ def _one(r: Response, g: Receptances, blocks: Sequence[DerivativeBlock]) -> Comp
     for b in blocks:
         used = np.unique(b.dofs)
         force = -r.drive[:, None] * forces(summed(b, used), g.right[used], r.signal.s)
-        for place, f in zip(used, force, strict=True):
-            total += g.left[place][:, :, None] * f[:, None, :]
+        total += np.matmul(np.swapaxes(by_point(g.left[used]), 1, 2), by_point(force)) if len(used) > 1 else g.left[used[0]][:, :, None] * force[0][:, None, :]
     return total

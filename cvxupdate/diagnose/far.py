@@ -41,12 +41,12 @@ class Far:
         return self._driven(np.swapaxes(nodes, 0, 1))
 
     def left(self, phi: Real) -> Complex:
-        """(places, points, sensors) of places with shapes ``phi`` (places, modes)."""
+        """(points, places, sensors) of places with shapes ``phi`` (places, modes)."""
         nodes = times(phi, self.inverse[:, :, None] * self.at[:, None, :])
-        return np.asarray(np.swapaxes(times(self.W, np.swapaxes(nodes, 0, 1)), 0, 1))
+        return times(self.W, np.swapaxes(nodes, 0, 1))
 
     def right(self, phi: Real) -> Complex:
-        """(places, points, cases)."""
+        """(places, points, cases) of places with shapes ``phi`` (places, modes)."""
         return np.asarray(np.swapaxes(self.between(phi.T, 1.0), 0, 1))
 
     def _driven(self, nodes: Complex) -> Complex:

@@ -18,6 +18,8 @@ from cvxupdate.fe.modes import Modes, natural_modes
 
 Index = NDArray[np.int64]
 Small = tuple[Real | None, ...]
+FEW = 0.3  # of the modes: up to so many columns of damping are taken by Woodbury's formula
+RANK = 1e-14  # of the largest eigenvalue: below is rounding
 
 
 def undamped(model: Model) -> Model:
@@ -119,7 +121,7 @@ def respond(signal: Signal, modes: Modes, sensors: Index, inputs: Index, zeta: R
     q = inverse[:, :, None] * force
     a = inverse[:, :, None] * ps[:n, None, :]
     if low and C is not None and D is not None:  # damping couples the modes of the band; above it they stay apart
-        q[:low], a[:low] = _coupled(s, d[:low], C, D, force[:low], ps[:low])
+        q[:low], a[:low] = _coupled(s, inverse[:low], C, D, force[:low], ps[:low])
     drive = s**signal.order
     raw = np.moveaxis(times(ps[:n].T, q), 0, 1)
     if far is not None:
@@ -127,17 +129,43 @@ def respond(signal: Signal, modes: Modes, sensors: Index, inputs: Index, zeta: R
     return Response(signal, q, a, far, drive[:, None, None] * raw, drive, ps, inverse, bool(low))
 
 
-def _coupled(s: Complex, d: Complex, C: Real, D: Real, force: Complex, ps: Real) -> tuple[Complex, Complex]:
-    """Z⁻¹ f (low, points, cases) and Z⁻ᵀ φ (low, points, sensors) with Z = diag(d) + s C + i D."""
-    low, points = d.shape
+def _coupled(s: Complex, inverse: Complex, C: Real, D: Real, force: Complex, ps: Real) -> tuple[Complex, Complex]:
+    """Z⁻¹ f (low, points, cases) and Z⁻ᵀ φ (low, points, sensors) with Z = diag(d) + s C + i D, ``inverse`` 1 / d (low, points).
+
+    Few dashpots, few columns V: (Δ + V X Vᵀ)⁻¹ = Δ⁻¹ − Δ⁻¹ V (X⁻¹ + Vᵀ Δ⁻¹ V)⁻¹ Vᵀ Δ⁻¹ (Woodbury).
+    """
+    low, points = inverse.shape
+    cases, sensors = force.shape[2], ps.shape[1]
+    if np.array_equal(C, C.T) and np.array_equal(D, D.T):  # one system for both sides
+        right = np.concatenate([force, np.broadcast_to(ps[:, None, :], (low, points, sensors))], axis=2)
+        few = (_columns(C), _columns(D))
+        V = np.hstack([vectors for _, vectors in few])
+        if V.shape[1] <= FEW * low:
+            # X⁻¹ is s c and i d: the inverse is taken of the product, so that a vanishing one does no harm
+            X = np.concatenate([s[:, None] * few[0][0], np.broadcast_to(1j * few[1][0], (points, len(few[1][0])))], axis=1)
+            alone = inverse[:, :, None] * right
+            inner = np.moveaxis(times(V.T, inverse[:, :, None] * V[:, None, :]), 0, 1)
+            core = np.linalg.solve(np.eye(V.shape[1]) + X[:, :, None] * inner, X[:, :, None] * np.moveaxis(times(V.T, alone), 0, 1))
+            both = alone - inverse[:, :, None] * times(V, np.moveaxis(core, 1, 0))
+        else:
+            both = np.moveaxis(np.linalg.solve(_dynamic(s, inverse, C, D), np.moveaxis(right, 0, 1)), 1, 0)
+        return both[:, :, :cases], both[:, :, cases:]
+    Z = _dynamic(s, inverse, C, D)
+    left = np.broadcast_to(ps, (points, low, sensors)).astype(complex)
+    return np.swapaxes(np.linalg.solve(Z, np.swapaxes(force, 0, 1)), 0, 1), np.swapaxes(np.linalg.solve(np.swapaxes(Z, 1, 2), left), 0, 1)
+
+
+def _dynamic(s: Complex, inverse: Complex, C: Real, D: Real) -> Complex:
     Z = s[:, None, None] * C + 1j * D
-    Z[:, np.arange(low), np.arange(low)] += d.T
-    right = np.swapaxes(force, 0, 1)
-    left = np.broadcast_to(ps, (points, *ps.shape))
-    if np.array_equal(C, C.T) and np.array_equal(D, D.T):  # one factorisation for both
-        both = np.linalg.solve(Z, np.concatenate([right, left], axis=2))
-        return np.swapaxes(both[:, :, : right.shape[2]], 0, 1), np.swapaxes(both[:, :, right.shape[2]:], 0, 1)
-    return np.swapaxes(np.linalg.solve(Z, right), 0, 1), np.swapaxes(np.linalg.solve(np.swapaxes(Z, 1, 2), left.astype(complex)), 0, 1)
+    Z[:, np.arange(len(inverse)), np.arange(len(inverse))] += 1.0 / inverse.T
+    return Z
+
+
+def _columns(C: Real) -> tuple[Real, Real]:
+    """Eigenvalues (r,) and vectors (n, r) of a symmetric matrix that are not rounding."""
+    values, vectors = np.linalg.eigh(C)
+    kept = np.abs(values) > RANK * np.abs(values).max(initial=0.0)
+    return values[kept], vectors[:, kept]
 
 
 @dataclass(frozen=True)
@@ -155,7 +183,7 @@ def receptances(response: Response, modes: Modes, dofs: Index | None = None) -> 
     n = response.near
     left, right = times(phi[:, :n], response.a), times(phi[:, :n], response.q)
     if response.far is not None:
-        left, right = left + response.far.left(phi[:, n:]), right + response.far.right(phi[:, n:])
+        left, right = left + np.swapaxes(response.far.left(phi[:, n:]), 0, 1), right + response.far.right(phi[:, n:])
     return Receptances(left, right)
 
 
@@ -187,17 +215,18 @@ class Changes:
         return cls(modes, low, used, parts)
 
     def columns(self, r: Response) -> Complex:
-        """∂Y/∂p (points, sensors, cases, parameters) = −sᵒ aᵀ ∂Z q."""
+        """∂Y/∂p (points, parameters, sensors, cases) = −sᵒ aᵀ ∂Z q."""
         phi = np.vstack([self.modes.shapes, np.zeros((1, self.modes.shapes.shape[1]))])[self.used]
         near, beyond = phi[:, : r.near], phi[:, r.near:]
         right = times(near, r.q)
         left = None
         if r.far is not None and len(self.used):
             right, left = right + r.far.right(beyond), r.far.left(beyond)
-        out = np.empty((*r.raw.shape, len(self.parts)), dtype=complex)
+        sensed = by_point(r.a) if r.coupled else None
+        out = np.empty((len(r.raw), len(self.parts), *r.raw.shape[1:]), dtype=complex)
         for j, parts in enumerate(self.parts):
             moved = np.zeros(r.q.shape, dtype=complex)  # modal forces of the change
-            direct = np.zeros(r.raw.shape, dtype=complex)  # what far modes make of it
+            beside = []  # what far modes make of it
             for places, small in parts:
                 if places is None:
                     moved[: self.low] += forces(small, r.q[: self.low], r.signal.s)
@@ -205,9 +234,14 @@ class Changes:
                 local = forces(small, right[places], r.signal.s)
                 moved += times(near[places].T, local)
                 if left is not None:
-                    direct += matched(left[places], local)
-            total = matched(r.a, moved) if r.coupled else np.moveaxis(times(r.at[: r.near].T, r.inverse[:, :, None] * moved), 0, 1)
-            out[..., j] = -r.drive[:, None, None] * (total + direct)
+                    beside.append(np.matmul(np.swapaxes(np.take(left, places, axis=1), 1, 2), by_point(local)))
+            moved *= -r.drive[:, None]
+            if sensed is None:
+                out[:, j] = np.moveaxis(times(r.at[: r.near].T, r.inverse[:, :, None] * moved), 0, 1)
+            else:
+                out[:, j] = np.matmul(np.swapaxes(sensed, 1, 2), by_point(moved))
+            for more in beside:
+                out[:, j] -= r.drive[:, None, None] * more
         return out
 
 
@@ -221,9 +255,9 @@ def forces(small: Small, right: Complex, s: Complex) -> Complex:
     return force
 
 
-def matched(left: Complex, right: Complex) -> Complex:
-    """Σ over the first axis, point by point: (n, points, sensors) and (n, points, columns) to (points, sensors, columns)."""
-    return np.asarray(np.matmul(left.transpose(1, 2, 0), right.transpose(1, 0, 2)))
+def by_point(z: Complex) -> Complex:
+    """(n, points, columns) as (points, n, columns), contiguous: products at every point are many times slower across memory."""
+    return np.ascontiguousarray(np.swapaxes(z, 0, 1))
 
 
 def summed(b: DerivativeBlock, used: Index) -> Small:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from cvxupdate.diagnose.forward import Changes, Receptances, Response, basis, receptances, respond, sensor_rows
+from cvxupdate.diagnose.forward import Changes, Receptances, Response, basis, by_point, receptances, respond, sensor_rows
 from cvxupdate.diagnose.signals import Complex, Real, Signal
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes
@@ -198,13 +198,13 @@ class ResponsePoint:
         parts = []
         for r in self.responses:
             damped, common = self._damping_columns(r)
-            columns = np.concatenate([change.columns(r), common[..., None]], axis=-1)
+            columns = np.concatenate([change.columns(r), common[:, None]], axis=1)
             if self.setting.faults:
                 rates = [self.fault_rate(number, r.signal, r.raw) for number in range(len(self.setting.faults))]
-                columns = np.stack([*(self.faulty(r.signal, c) for c in np.moveaxis(columns, -1, 0)), *rates], axis=-1)
-            rows = r.rows(columns)
-            at = len(model.parameters)
-            stacked = np.concatenate([rows[..., : at + 1], damped, rows[..., at + 1:]], axis=-1).reshape(-1, len(self.setting.columns))
+                columns = np.stack([*(self.faulty(r.signal, c) for c in np.moveaxis(columns, 1, 0)), *rates], axis=1)
+            rows = np.moveaxis(r.rows(columns), 1, -1).reshape(r.signal.Y.size, -1)
+            at = len(model.parameters) + 1
+            stacked = np.hstack([rows[:, :at], damped.reshape(len(rows), len(self.owner)), rows[:, at:]])
             parts += [stacked.real, stacked.imag]
         return np.vstack(parts)
 
@@ -214,7 +214,7 @@ class ResponsePoint:
         factor = -(r.drive * r.signal.s)[:, None]
         own = self.owner
         moved = factor * (shear[own, None, None] * r.q[own])  # (damped, points, cases)
-        common = factor[:, :, None] * np.matmul(r.a.transpose(1, 2, 0), (shear[: r.near, None, None] * r.q).transpose(1, 0, 2))
+        common = factor[:, :, None] * np.matmul(np.swapaxes(by_point(r.a), 1, 2), by_point(shear[: r.near, None, None] * r.q))
         if r.far is not None:
             common = common + factor[:, :, None] * r.far.between(r.at[r.near:], shear[r.near:], 2)
         if not len(own):

@@ -15,6 +15,7 @@ Index = NDArray[np.int64]
 
 # Every element has these besides its own: factors for the p-values of (3.22), loss factor, and Rayleigh's two coefficients.
 COMMON = {"stiffness": 1.0, "mass": 1.0, "damping": 1.0, "eta": 0.0, "alpha": 0.0, "beta": 0.0}
+LINEAR = {("stiffness",): "K", ("mass",): "M"}  # factors that move one matrix each, in proportion
 STEP = 1e-30  # of complex-step differentiation: exact to rounding, no subtraction takes place
 
 
@@ -83,7 +84,12 @@ class Block:
 
     def derivative(self, properties: Mapping[str, Values], rows: Index, names: tuple[str, ...], scales: Real) -> dict[str, Real]:
         """d(element matrices)/dp of ``rows`` where property names[i] moves by scales[i] · p; each (r, d, d), zero ones left out."""
-        local: dict[str, Values] = {k: v[rows].astype(complex) for k, v in properties.items()}
+        if names in LINEAR:  # a factor on K or M: no complex step is needed
+            local = {k: v[rows] for k, v in properties.items()}
+            c = self.kind.coefficients(local)
+            plain = [(t.matrix, i, scales[0] * np.asarray(c[t.coefficient])) for i, t in enumerate(self.terms) if t.matrix == LINEAR[names]]
+            return self.combine([(m, i, f) for m, i, f in plain if np.any(f != 0.0)], rows)
+        local = {k: v[rows].astype(complex) for k, v in properties.items()}
         for name, scale in zip(names, scales, strict=True):
             local[name] = local[name] + 1j * STEP * scale
         parts = [(m, i, np.imag(f) / STEP) for m, i, f in self.scalars(local)]

@@ -144,13 +144,13 @@ def _check_mass(M: sp.csc_array, dense: int) -> None:
     remedy = "A mass parameter has gone too far: set its lower bound."
     if np.any(d < 0.0):
         raise ModelError(f"the mass matrix has a negative diagonal entry ({d.min():.3g} at DOF number {int(np.argmin(d))}). {remedy}")
-    scale = sp.diags_array(1.0 / np.sqrt(np.where(d > 0.0, d, 1.0)))
-    scaled = sp.csc_array(scale @ M @ scale + 1e-9 * sp.eye_array(M.shape[0]))
+    scale = 1.0 / np.sqrt(np.where(d > 0.0, d, 1.0))
     if M.shape[0] > dense:
-        negative = bool(factorise(scaled, "the mass matrix").negatives())
+        factors = sp.diags_array(scale)
+        negative = bool(factorise(sp.csc_array(factors @ M @ factors + 1e-9 * sp.eye_array(M.shape[0])), "the mass matrix").negatives())
     else:
         try:
-            la.cholesky(scaled.toarray(), lower=True, check_finite=False)
+            la.cholesky(scale[:, None] * M.toarray() * scale + 1e-9 * np.eye(M.shape[0]), lower=True, overwrite_a=True, check_finite=False)
             negative = False
         except la.LinAlgError:
             negative = True
