@@ -37,6 +37,11 @@ class StepProblem:
         """Every named clause of every constraint."""
         return tuple(clause for constraint in self.constraints for clause in constraint.clauses(self.columns))
 
+    @cached_property
+    def rows(self) -> LinearRows:
+        """The rows of the linear clauses."""
+        return linear_rows(self.clauses, len(self.columns))
+
     @property
     def weights(self) -> tuple[float, ...]:
         """The regularisers' weights as numbers; InputError when one is still a rule."""

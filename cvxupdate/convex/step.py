@@ -14,9 +14,10 @@ from ..system import Array, LinearSystem
 from .certificate import NO_CERTIFICATE, Certificate, Farkas
 from .conflict import Conflict, Relaxation, find_conflict
 from .constraints.clauses import Clause, is_active
-from .matrix_form import cone_program
+from .matrix_form import ConeProgram, cone_program
 from .polish import solve_certified
 from .problem import Model, StepProblem, box_clauses, compile_projection, compile_step
+from .quadratic import quadratic_program, written
 from .solvers import SolverChoice, solver_named
 
 # A step counts as optimal when our own certificate passes this; solvers are asked for far more.
@@ -63,7 +64,8 @@ class Step:
 class CompiledStep:
     """A step problem compiled for systems of up to ``rows`` rows (least squares: any number once rows ≥ n).
 
-    cvxpy compiles on first use, once without and once with a trust region; after that only Parameters change.
+    cvxpy compiles on first use, once without and once with a trust region; after that only Parameters change. Least squares with Tikhonov terms and linear
+    inequalities need no compiling: their program is written down (`quadratic_program`).
     """
 
     problem: StepProblem
@@ -79,6 +81,10 @@ class CompiledStep:
     def boxed(self) -> Model:
         """The model with a trust region."""
         return compile_step(self.problem, self.rows, box=True)
+
+    @cached_property
+    def _written(self) -> bool:
+        return written(self.problem)
 
     @cached_property
     def projection(self) -> Model:
@@ -117,18 +123,23 @@ class CompiledStep:
         """`solve` from the loss's reduced data and given weights; the objective lacks the constant of the reduction."""
         n = len(self.problem.columns)
         box: tuple[Clause, ...] = ()
-        if radius is None:
-            model = self.plain
-        else:
-            model = self.boxed
+        region = None
+        if radius is not None:
             middle = np.zeros(n) if centre is None else np.asarray(centre, dtype=float)
             size = np.array(np.broadcast_to(np.asarray(radius, dtype=float), (n,)))
             if middle.shape != (n,) or not np.all(np.isfinite(middle)) or not np.all(size >= 0):
                 raise InputError(f"trust region: the centre must be {n} finite numbers and the radius 0 or more.")
-            model.set_box(middle, size)
+            region = middle, size
             box = box_clauses(self.problem.columns, middle, size)
-        model.set_data(R, d, weights)
-        step = run_model(model, (*self.problem.clauses, *box), self.solver)
+        clauses = (*self.problem.clauses, *box)
+        if self._written:
+            step = run_program(*quadratic_program(self.problem, R, d, tuple(weights), region), n, clauses, self.solver)
+        else:
+            model = self.plain if region is None else self.boxed
+            if region is not None:
+                model.set_box(*region)
+            model.set_data(R, d, weights)
+            step = run_model(model, clauses, self.solver)
         penalty = sum(
             w * reg.value(step.p, self.problem.columns)
             for w, reg in zip(weights, self.problem.regularisers, strict=True)
@@ -144,17 +155,21 @@ class CompiledStep:
 
 
 def run_model(model: Model, clauses: tuple[Clause, ...], choice: SolverChoice) -> Step:
-    """Solve a model at its present Parameters, certify the answer, and explain an infeasible one."""
+    """`run_program` of a model at its present Parameters."""
+    program, (at,) = cone_program(model.problem, model.p)
+    return run_program(program, at, model.p.size, clauses, choice)
+
+
+def run_program(program: ConeProgram, at: int, n: int, clauses: tuple[Clause, ...], choice: SolverChoice) -> Step:
+    """Solve a program whose n parameters begin at ``at``, certify the answer, and explain an infeasible one."""
     start = time.perf_counter()
     solver = solver_named(choice.name)
-    program, (at,) = cone_program(model.problem, model.p)
     refusal = solver.refusal(program)
     if refusal:
         raise InputError(f"solver: {refusal} of this step; choose CLARABEL or SCS.")
     raw, certificate = solve_certified(solver, program, choice)
     if raw.status == "refused":
         raise InputError(f"solver: {raw.note}; choose CLARABEL.")
-    n = model.p.size
     if certificate.is_optimal(max(ACCEPTED, 10 * choice.tolerance)):
         p = raw.x[at : at + n]
         active = tuple(clause.name for clause in clauses if is_active(clause, p))
