@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -108,12 +108,17 @@ class Bench:
     sensors: tuple[str, ...]
     zeta: float
 
+    @cached_property
+    def _freed(self) -> Callable[[int, str], Model]:
+        """`release`, each support once."""
+        return cache(self.release)
+
     def context(self, model: Model) -> Context:
         """For placing words on ``model``, which is the ordinary one or grown from it."""
         m = model.matrices(model.zero())
 
         def released(node: int, kind: str) -> Model:
-            return regrown(self.release(node, kind), model)
+            return regrown(self._freed(node, kind), model)
 
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
         return Context(model, m.K, m.M, self.data.top, self.data.bottom, self.sensors, held, released, self.zeta)
