@@ -11,18 +11,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cvxupdate.diagnose.data import release_from
 from cvxupdate.diagnose.engine import DAMPING_GAIN
+from cvxupdate.diagnose.finding import Finding, effect_of, sentence, sentence_of
 from cvxupdate.diagnose.fit import COMMON_DAMPING_STD, MODE_DAMPING_STD
 from cvxupdate.diagnose.forward import file_damping
+from cvxupdate.diagnose.judge import HALVED, Competitor, confidence, overlapping, standing_of
+from cvxupdate.diagnose.modal_fit import ModalFit, Tables
+from cvxupdate.diagnose.shortlist import DAMPING_WORDS
 from cvxupdate.diagnose.signals import Real
+from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.model import Model
-from cvxupdate.physics.base import Candidate
+from cvxupdate.physics import CATALOGUE
+from cvxupdate.physics.base import Candidate, Context, Place, reported
+from cvxupdate.recordings.identify.decay import decay_rates
+from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.modal import ModalPoint
+from cvxupdate.spec import Spec
 
 UNSTATED = 0.1  # relative deviation of a damping ratio where the table gives none
 STEPS = 400  # sizes tried of each word, up to where it would take the whole of a mode's damping
-HALVED = 0.5
-FEWEST = 4  # measured ratios below which there is no pattern
+FEWEST, MANY = 4, 6  # measured ratios below which there is no pattern, and no law of all modes
+LUCK = 0.002  # how often the best of a word's places may do as well where nothing is
 
 
 @dataclass(frozen=True)
@@ -84,21 +94,82 @@ def ratios_of(point: ModalPoint, original: Model) -> Ratios | None:
     return Ratios(np.array([z for z, _, _ in found]), np.array([s for _, s, _ in found]), given, point.modes.shapes[:, at], omega)
 
 
+def needed_drop(places: int, modes: int) -> float:
+    """Drop of the strain that luck gives the best of so many places (no more can differ than there are modes) once in `LUCK`: one-sided, one freedom."""
+    from scipy.stats import chi2
+
+    return float(chi2.isf(2.0 * LUCK / max(1, min(places, modes)), 1))
+
+
 def damping_trials(ratios: Ratios, candidates: Sequence[Candidate]) -> tuple[float, list[DampingTrial]]:
     """(strain of the file's pattern, words that bring it down by more than chance, best first)."""
     before = float(ratios.strain(np.zeros((1, len(ratios.omega))))[0])
+    rates = [(c, ratios.rate(c)) for c in candidates if c.tangent and c.tangent[0]]
+    able = [(c, g) for c, g in rates if np.any(g > 0.0) and not np.any(g < -1e-12 * g.max())]
+    words = [c.physics for c, _ in able]
     out = []
-    for c in candidates:
-        if not c.tangent or not c.tangent[0]:
-            continue
-        g = ratios.rate(c)
-        if not np.any(g > 0.0) or np.any(g < -1e-12 * g.max()):
-            continue
+    for c, g in able:
         most = 0.999 * float(np.min(np.where(g > 0.0, ratios.measured / np.where(g > 0.0, g, 1.0), np.inf)))
         sizes = most * np.linspace(0.0, 1.0, STEPS + 1)
         strains = ratios.strain(sizes[:, None] * g)
         k = int(np.argmin(strains))
-        if before - strains[k] > max(DAMPING_GAIN, HALVED * before):
+        if before - strains[k] > max(needed_drop(words.count(c.physics), len(ratios.omega)), HALVED * before):
             inside = sizes[strains <= strains[k] + 1.0]
             out.append(DampingTrial(c, float(sizes[k]), float(max(np.ptp(inside) / 2.0, most / STEPS)), float(strains[k])))
     return before, sorted(out, key=lambda t: t.strain)
+
+
+@dataclass(frozen=True)
+class DampingFound:
+    """What the damping ratios say: findings and evidence; for the updated model a rate of decay of all modes, or the model with a word and its parameters."""
+
+    findings: tuple[Finding, ...] = ()
+    evidence: tuple[str, ...] = ()
+    alpha: float | None = None
+    damped: tuple[Model, Real] | None = None
+
+
+def damping_found(spec: Spec, model: Model, base: ModalFit, tables: Sequence[ModeTable], data: Tables) -> DampingFound:
+    """One rate of decay for all modes of a table, else a word that raises the damping of just the modes that it moves; ``model`` is the file's."""
+    decay = _one_rate(tables)
+    if decay.findings:
+        return decay
+    words = [w for w in DAMPING_WORDS if spec.diagnose.physics is None or w in spec.diagnose.physics]
+    ratios = ratios_of(base.point, model)
+    if ratios is None or not words:
+        return decay
+    m = base.point.matrices
+    context = Context(base.model, m.K, m.M, data.top, data.bottom, (), (), release_from(spec), float(np.median(ratios.file)))
+    before, trials = damping_trials(ratios, [c for w in words for c in CATALOGUE[w](context)])
+    if not trials or trials[0].candidate.model is None:
+        return decay
+    best, c, grown = trials[0], trials[0].candidate, trials[0].candidate.model
+    name, _, how = c.report[0]
+    value, deviation = reported(grown, grown.parameters[-1], how, best.size, best.deviation, c.offset)
+    near = [t for t in trials[1:] if t.strain <= best.strain + DAMPING_GAIN / 2]
+    field = [Competitor(t.strain, overlapping(t.candidate.place, c.place, grown), t in near) for t in trials[1:]]
+    sure = confidence(standing_of(best.strain, before, field, abs(value) / max(deviation, 1e-12)))
+    says = (f"The damping ratios depart from the file's pattern (sum of squares {before:.3g} in units of ordinary scatter, {len(ratios.omega)} modes); "
+            f"{effect_of(c)} brings it to {best.strain:.3g}.")
+    found = Finding(c.physics, c.place, {name: value}, {name: deviation}, sure, tuple((t.candidate.physics, t.candidate.place) for t in near[:12]),
+                    sentence_of(c, {name: value}))
+    return DampingFound((found,), (*decay.evidence, says), None, (grown, np.append(base.point.p, best.size)))
+
+
+def _one_rate(tables: Sequence[ModeTable]) -> DampingFound:
+    """Mass-proportional damping, or an exponential window in the measurement, where it is all the damping that there is."""
+    evidence: list[str] = []
+    for table in tables:
+        if np.sum(np.isfinite(table.damping) & (table.damping > 0)) < MANY:
+            continue
+        try:
+            rates = decay_rates(table)
+        except CvxupdateError:
+            continue
+        evidence.append(rates.says)
+        if rates.verdict == "constant decay rate":
+            values = {"alpha": rates.alpha}
+            found = Finding("mass_proportional_damping", Place(), values, {"alpha": rates.alpha_std}, 0.9, (),
+                            sentence("mass_proportional_damping", Place(), values))
+            return DampingFound((found,), tuple(evidence), rates.alpha)
+    return DampingFound(evidence=tuple(evidence))

@@ -15,7 +15,7 @@ from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.eigen import derivatives_of, eigenvalue_derivatives, shape_derivatives, splitting
-from cvxupdate.residual.pairing import MARGIN, Index, Start, channel_rows, follow, pairing_modes, real_shapes, start_pairing
+from cvxupdate.residual.pairing import MARGIN, Index, Start, channel_rows, follow, pairing_modes, real_shapes, shape_entries, start_pairing, visible
 from cvxupdate.residual.repeated import aligned, clusters, oriented, turned
 from cvxupdate.system import LinearSystem
 
@@ -25,7 +25,7 @@ class ModalResidual:
     """What is compared: a model, tables to fit and tables to score only, whether shapes count, and the initial pairing.
 
     ``count`` flexible modes are computed at every point; ``start`` pairs ``fit + hold_out`` in that order. ``muted`` are the (table, mode) whose shape is
-    left out because its eigenvalue is repeated in the initial model.
+    left out because its eigenvalue is repeated in the initial model, ``unseen`` those whose partner does not move any of the sensors there.
     """
 
     model: Model
@@ -35,6 +35,7 @@ class ModalResidual:
     start: Start
     count: int
     muted: frozenset[tuple[int, int]] = frozenset()
+    unseen: frozenset[tuple[int, int]] = frozenset()
 
     @property
     def tables(self) -> tuple[ModeTable, ...]:
@@ -135,7 +136,7 @@ class ModalPoint:
             rows, shapes = channel_rows(table, self.residual.model), real_shapes(table.shapes)
             deviations = np.full(shapes.shape, np.nan) if table.shape_std is None else np.broadcast_to(table.shape_std, shapes.shape)
             for i, at in enumerate(self.places[k].tolist()):
-                if at < 0 or (k, i) in self.residual.muted:
+                if at < 0 or (k, i) in self.residual.muted | self.residual.unseen:
                     continue
                 ok = (rows >= 0) & np.isfinite(shapes[i])
                 if ok.sum() < 2:
@@ -190,7 +191,18 @@ def modal_residual(model: Model, fit: Sequence[ModeTable], hold_out: Sequence[Mo
             modes = turned(modes, at, splitting(float(modes.eigenvalues[at].mean()), modes.shapes[:, at], derivatives))
     several = {int(i) for at in repeated for i in at}
     muted = frozenset((k, i) for k, places in enumerate(start.places) for i, at in enumerate(places.tolist()) if at in several)
-    return ModalResidual(model, tuple(fit), tuple(hold_out), shapes, replace(start, modes=modes), count, muted)
+    return ModalResidual(model, tuple(fit), tuple(hold_out), shapes, replace(start, modes=modes), count, muted, _unseen(model, modes, fit, start.places))
+
+
+def _unseen(model: Model, modes: Modes, fit: Sequence[ModeTable], places: Sequence[Index]) -> frozenset[tuple[int, int]]:
+    """The (table, mode) with a shape whose partner moves none of the sensors: scaled to the measured shape, its rounding would pass for one."""
+    out = set()
+    for k, table in enumerate(fit):
+        for i, at in enumerate(places[k].tolist()):
+            rows, _ = shape_entries(model, table, i)
+            if at >= 0 and len(rows) and not visible(modes.shapes[:, [at]], rows)[0]:
+                out.add((k, i))
+    return frozenset(out)
 
 
 def another_pairing(point: ModalPoint) -> Start | None:

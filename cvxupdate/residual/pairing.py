@@ -20,6 +20,7 @@ from cvxupdate.recordings.types import ModeTable
 Index = NDArray[np.int64]
 MARGIN = 6  # model modes beyond the highest paired one, for modes that cross
 AGAIN = 0.01  # relative distance of frequencies in two tables that are one mode measured twice (between tests of one structure they differ by less)
+UNSEEN = 1e-6  # part of a shape's largest entry below which its entries are rounding (bending in y, at sensors in z)
 LIKE = 0.5  # MAC below which they are not, where both shapes are known
 
 
@@ -217,6 +218,11 @@ def shape_entries(model: Model, table: ModeTable, i: int) -> tuple[Index, Real]:
     return rows[ok], shape[ok]
 
 
+def visible(shapes: Real, rows: Index) -> NDArray[np.bool_]:
+    """Which shapes (N, m) move any of the DOFs ``rows`` by more than rounding (`UNSEEN` of their largest entry), (m,): else what is there is no shape."""
+    return np.asarray(np.abs(shapes[rows]).max(axis=0, initial=0.0) > UNSEEN * np.abs(shapes).max(axis=0, initial=0.0))
+
+
 def _by_shape(model: Model, book: _Book, open_: list[tuple[int, int]]) -> list[tuple[int, int]]:
     """Pair by MAC the open modes that have shapes; returns those still open."""
     left = []
@@ -230,6 +236,7 @@ def _by_shape(model: Model, book: _Book, open_: list[tuple[int, int]]) -> list[t
             continue
         rows = channel_rows(table, model)
         seen = rows >= 0
+        free = free[visible(book.flexible.shapes[:, free], rows[seen])]
         found = pair_modes(book.flexible.shapes[rows[seen]][:, free], real_shapes(table.shapes)[chosen][:, seen].T, book.flexible.frequencies[free],
                            table.frequency[chosen], threshold=0.3)
         for a, x in zip(found.model, found.measured, strict=True):

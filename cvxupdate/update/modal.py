@@ -229,6 +229,9 @@ def _notes(start: ModalPoint, relative: bool, known: Uncertainty) -> tuple[str, 
     if residual.shapes and muted:
         notes.append(f"The initial model repeats the eigenvalue of the measured {', '.join(muted)}, so single shapes mean nothing there: only the "
                      "frequencies of these modes were fitted.")
+    unseen = [f"{residual.fit[k].frequency[i]:.5g} Hz" for k, i in sorted(residual.unseen)]
+    if residual.shapes and unseen:
+        notes.append(f"The model's modes paired with the measured {', '.join(unseen)} move none of the sensors, so only their frequencies were fitted.")
     if relative:
         notes.append("The recordings state no deviations: their weights are relative, and the parameters' deviations come from the scatter of the residual.")
     elif known.noise > 2.0:

@@ -8,7 +8,7 @@ from scipy.linalg import eig, eigh
 
 from cvxupdate.diagnose.data import ordinary
 from cvxupdate.diagnose.forward import undamped
-from cvxupdate.diagnose.modal_damping import Ratios, damping_trials
+from cvxupdate.diagnose.modal_damping import LUCK, Ratios, damping_trials, needed_drop
 from cvxupdate.physics import CATALOGUE
 from cvxupdate.physics.base import Context, reported
 
@@ -76,3 +76,13 @@ def test_the_rate_of_a_word_is_the_derivative_of_the_complex_modes_damping(chain
 def bare_rate(bare, r):
     slip = r.shapes[1] - r.shapes[2]
     return slip**2 / (2 * r.omega)
+
+
+def test_the_drop_that_is_asked_for_is_what_luck_gives_the_best_of_the_places():
+    """Squares of standard normal numbers, one-sided: of independent places the best exceeds the limit about once in five hundred times."""
+    z = np.random.default_rng(7).standard_normal((400_000, 5))
+    for places in (1, 5):
+        best = z[:, :places].max(axis=1)
+        luck = np.mean((best > 0) & (best**2 > needed_drop(places, 8)))
+        assert luck == pytest.approx(LUCK, rel=0.15)
+    assert needed_drop(60, 5) == needed_drop(5, 5) > needed_drop(1, 5)

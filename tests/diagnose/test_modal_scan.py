@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from cvxupdate.diagnose import diagnose_problem
+from cvxupdate.diagnose.data import ordinary
+from cvxupdate.diagnose.forward import undamped
+from cvxupdate.diagnose.mesh import mesh_error
+from cvxupdate.diagnose.modal_fit import FREQUENCY_FLOOR, Tables, prepared
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.recordings.load import load_recordings
+from cvxupdate.recordings.types import ModeTable, Origin
 from cvxupdate.spec import load_problem
 from cvxupdate.study import correlate, diagnose, run
 
@@ -106,7 +114,60 @@ def test_what_is_diagnosed_can_be_compared_and_updated(tmp_path):
     for use in ("fit", "hold_out"):
         before = correlate(spec.path).fit[use]["frequency_error_percent_mean"]["after"]
         after = correlate(written).fit[use]["frequency_error_percent_mean"]["after"]
-        assert before == pytest.approx(found.metrics[use]["frequency_error_percent_mean"]["before"], rel=1e-9)
-        assert after == pytest.approx(found.metrics[use]["frequency_error_percent_mean"]["after"], rel=1e-6)
+        said = found.metrics[use]["frequency_error_percent_mean"]
+        assert abs(before - said["before"]) < 0.05 and abs(after - said["after"]) < 0.05, "but for the mesh: less than 0.05 %"
     updated = run(written)
     assert updated.fit["hold_out"]["frequency_error_percent_mean"]["after"] < 0.1
+
+
+def test_a_group_that_is_off_beyond_all_scatter_is_named(tmp_path):
+    """A quarter less E in the whole bar: ordinary parameters may not take that up."""
+    _, real = load(tmp_path, text(E="155e9"))
+    f = model_modes(real, 5).frequencies[:5]
+    spec, model = load(tmp_path, text(rows_of(f)))
+    said = diagnose_problem(spec, model, load_recordings(spec)).to_json()
+    first = said["findings"][0]
+    told = [first, *first["equivalent"]]
+    assert first["location"]["groups"] == ["bar"] and any(t["physics"] == "stiffness_change" for t in told)
+    assert said["fit"]["fit"]["after"] < 2e-3 < 0.1 < said["fit"]["fit"]["before"]
+
+
+def test_many_groups_that_are_off_are_a_matter_of_parameters(tmp_path):
+    """Four groups, each a seventh off in stiffness: no plate is there to be orthotropic, the groups' parameters let go far explain it."""
+    words = '[diagnose]\nphysics = ["orthotropy"]'
+    three = re.sub(r'(id = (\d+), nodes = \[\d+, \d+\], group = "bar)', lambda m: f"{m[1]} {(int(m[2]) - 1) // 3}", text("ROWS", hold=words))
+    spec, model = load(tmp_path, three.replace("ROWS", "{ frequency = 10.0 }"))
+    wide = ordinary(undamped(model), wide=True)
+    off = dict(zip(("bar 0", "bar 1", "bar 2", "bar 3"), (0.16, -0.13, 0.17, -0.14), strict=True))
+    p = np.array([off[q.group] if q.of == "stiffness" else 0.0 for q in wide.parameters])
+    spec, model = load(tmp_path, three.replace("ROWS", rows_of(model_modes(wide, 7, p).frequencies[:7])))
+    found = diagnose_problem(spec, model, load_recordings(spec))
+    assert found.verdict == "parameter_error" and found.findings
+    assert all(f.physics == "stiffness_change" and set(f.place.groups) <= set(off) for f in found.findings), "which groups, seven frequencies do not settle"
+    assert found.fit["fit"]["after"] < 2e-3 < 0.01 < found.fit["fit"]["before"]
+
+
+def test_the_mesh_is_taken_out_of_the_tables(tmp_path):
+    """Four elements for a bar: the fourth frequency is off by half a per cent and more, which is the mesh and nothing else."""
+    spec, _ = load(tmp_path, text())
+    fine = build_model(spec)
+    few = [n for n in spec.model.nodes if n.id in (1, 4, 7, 10, 13)]
+    rows = tuple(spec.model.elements[0].rows[i].model_copy(update={"nodes": pair})
+                 for i, pair in enumerate([(1, 4), (4, 7), (7, 10), (10, 13)]))
+    block = spec.model.elements[0].model_copy(update={"rows": rows})
+    rough = replace(spec, model=spec.model.model_copy(update={"nodes": tuple(few), "elements": (block,)}))
+    model = build_model(rough)
+    f = model_modes(fine, 4).frequencies[:4]
+    own = model_modes(model, 4).frequencies[:4]
+    t = ModeTable(Origin("table", "table", "fit"), f, 1e-3 * f, np.full(4, np.nan), np.full(4, np.nan), (), None, None, np.arange(1, 5))
+    moved = prepared(model, [t], mesh_error(rough, model, float(f.max()))).fit[0]
+    before, after = np.abs(f / own - 1.0), np.abs(moved.frequency / own - 1.0)
+    assert before[3] > 5e-3 and np.all(after <= before * 2.0**-2 + 1e-5), "what is left is what extrapolation may miss"
+    assert np.all(moved.frequency_std / moved.frequency >= FREQUENCY_FLOOR)
+
+
+def test_what_was_held_out_must_not_contradict(tmp_path):
+    """The noise of held-out modes: nineteen in twenty of one mode's errors are within 1.96 deviations."""
+    f = np.array([100.0])
+    t = ModeTable(Origin("table", "table", "hold-out"), f, 0.004 * f, f * np.nan, f * np.nan, (), None, None, np.array([1]))
+    assert Tables((), (t,)).noise == pytest.approx(1.959964 * 0.004, rel=1e-6) and np.isnan(Tables((t,), ()).noise)

@@ -8,6 +8,7 @@ import pytest
 from cvxupdate.errors import InputError, ModelError
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.residual.modal import ModalResidual, modal_residual
+from cvxupdate.residual.pairing import channel_rows, visible
 from cvxupdate.residual.repeated import aligned, clusters, turned
 from tests.cases.structures import PORTAL, TRUTH, crossing, free_chain, measured, portal, square, structure
 
@@ -152,3 +153,19 @@ def test_no_structure_is_a_model_error_and_no_flexible_mode_an_input_error() -> 
     free = structure(lump, [{"elements": [1], "of": "m"}])[1]
     with pytest.raises(InputError, match="rigid-body modes only"):
         modal_residual(free, [measured(model, model.zero(), [1])], [], False)
+
+
+def test_a_shape_that_the_sensors_cannot_see_is_no_shape() -> None:
+    """A mode in y beside sensors in z: only its frequency is compared, whatever noise was written down as its shape."""
+    model = structure(crossing(), [{"group": "bar", "of": "Iy"}])[1]
+    sensors = ("n3.z", "n4.z")
+    table = measured(model, model.zero(), [1, 2, 3], channels=sensors, pairs=[1, 2, 3])
+    blind = int(np.argmin([np.abs(model_modes(model, 3, model.zero()).shapes[[model.place[c] for c in sensors], i]).max() for i in range(3)]))
+    shapes = table.shapes.copy()
+    shapes[blind] = [1.0, -0.6]
+    r = modal_residual(model, [replace(table, shapes=shapes)], [], True)
+    assert r.unseen == {(0, blind)}
+    assert not visible(r.start.modes.shapes[:, [blind]], channel_rows(table, model))[0]
+    values, _, labels = r.evaluate(model.zero()).differences
+    assert len(values) == 3 + 2 * 2 and not any("shape of" in label and f"{table.frequency[blind]:.5g}" in label for label in labels)
+    assert np.abs(values[3:]).max() < 1e-9

@@ -1,0 +1,283 @@
+"""Words at places tried on tables of modes: to first order or at their best size, then refitted; singles, and pairs where no single one explains."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from cvxupdate.diagnose.effects import Effect, Key, key_of, regrown
+from cvxupdate.diagnose.modal_fit import ModalFit, Tables, error_of, fit_modes, prior_scales
+from cvxupdate.diagnose.modal_scan import BASIS, scan, scene
+from cvxupdate.diagnose.refit import CHARGE
+from cvxupdate.diagnose.screen import Left, Score
+from cvxupdate.diagnose.signals import Real
+from cvxupdate.errors import CvxupdateError
+from cvxupdate.fe.model import Model
+from cvxupdate.fe.modes import natural_modes
+from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.physics import CATALOGUE
+from cvxupdate.physics.base import Candidate, Context, reported
+from cvxupdate.residual.modal import ModalPoint, modal_residual
+
+SHORT, EACH, NEAR = 14, 4, 0.25  # refitted: in all, of a word, and down to this part of the largest share
+FAR = 0.05  # r.m.s. relative error of the frequencies above which a derivative says little of what acts on whole members
+TRACED, MEMBERS = 24, 6  # such words followed through `WHOLE` sizes (the largest members first), and refitted
+WHOLE = (0.05, 0.1, 0.2, 0.35, 0.6, 1.0, 2.0, 4.0)  # of their parameter, on each side that it may take
+PARENTS, PARTNERS, CLOSE = 3, 6, 4.0  # firsts beside which a second is sought, seconds refitted beside each, misfit over the best one's of a first
+
+
+@dataclass(frozen=True)
+class ModalTrial:
+    """Effects on a model, fitted to the tables: r.m.s. relative error of the frequencies that were fitted and held out (NaN: none)."""
+
+    effects: tuple[Effect, ...]
+    fit: ModalFit
+
+    @property
+    def keys(self) -> frozenset[Key]:
+        """The set of what is supposed."""
+        return frozenset(e.key for e in self.effects)
+
+    @property
+    def extra(self) -> int:
+        """Parameters beyond the ordinary ones."""
+        return sum(e.candidate.extra for e in self.effects)
+
+    @property
+    def charged(self) -> float:
+        """Misfit with a charge for each parameter beyond the first of each effect."""
+        return self.fit.misfit * (1.0 + CHARGE * (self.extra - len(self.effects)))
+
+    @cached_property
+    def error(self) -> float:
+        """On what was fitted."""
+        return error_of(self.fit.point, True)
+
+    @cached_property
+    def hold_out(self) -> float:
+        """On what was held out."""
+        return error_of(self.fit.point, False)
+
+    @cached_property
+    def figures(self) -> list[tuple[dict[str, float], dict[str, float]]]:
+        """For every effect the contract's parameters and their deviations (linearised, grown with the misfit)."""
+        out, model = [], self.fit.model
+        at = len(model.parameters) - self.extra
+        for e in self.effects:
+            rows = [(name, reported(model, model.parameters[at + k], how, float(self.fit.point.p[at + k]), float(self.fit.std[at + k]), e.candidate.offset))
+                    for name, k, how in e.candidate.report]
+            out.append(({name: v for name, (v, _) in rows}, {name: d for name, (_, d) in rows}))
+            at += e.candidate.extra
+        return out
+
+
+@dataclass(frozen=True)
+class ModalBench:
+    """What stays fixed while words come and go."""
+
+    data: Tables
+    words: tuple[str, ...]
+    supports: tuple[tuple[int, str], ...]
+    release: Callable[[int, str], Model]
+    tell: Callable[[str], None]
+
+    def candidates(self, found: ModalFit, words: Sequence[str] | None = None) -> list[Candidate]:
+        """Every word at every place on a fitted model."""
+        m = found.model.matrices(found.point.p)
+        held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in found.model.place)
+        context = Context(found.model, m.K, m.M, self.data.top, self.data.bottom, (), held, lambda node, kind: regrown(self.release(node, kind), found.model),
+                          0.005)
+        return [c for word in (self.words if words is None else words) for c in CATALOGUE[word](context)]
+
+
+def trials_beside(bench: ModalBench, parent: ModalTrial, most: int = SHORT) -> list[ModalTrial]:
+    """The most promising words beside those of ``parent``, refitted, best first."""
+    base = parent.fit
+    candidates = [c for c in bench.candidates(base) if key_of(c) not in parent.keys]
+    bench.tell(f"screening {len(candidates)} candidates")
+    # Ordinary parameters that gave way for want of a word come back where a word is tried at its best size.
+    usual = np.where([q.group is not None for q in base.model.parameters], 0.0, base.point.p)
+    scores = shares(base, candidates)
+    large = _sized(base.point.residual.evaluate(usual, base.point), candidates)
+    ranked = sorted((large.get(k, s) for k, s in enumerate(scores)), key=lambda s: -s.share)
+    sized = {key_of(s.candidate) for s in large.values()}
+    out = _members(bench, parent, candidates) if parent.error > FAR else []
+    count: dict[str, int] = {}
+    for s in ranked:
+        c = s.candidate
+        if sum(count.values()) >= most or s.share < NEAR * ranked[0].share:
+            break
+        if count.get(c.physics, 0) >= EACH or c.grow is None:
+            continue
+        count[c.physics] = count.get(c.physics, 0) + 1
+        found = _planted(bench, parent, s, usual if key_of(c) in sized else None)
+        out += [] if found is None else [found]
+    best: dict[frozenset[Key], ModalTrial] = {}
+    for t in sorted(out, key=lambda t: t.charged):
+        best.setdefault(t.keys, t)
+    return list(best.values())
+
+
+def _members(bench: ModalBench, parent: ModalTrial, candidates: Sequence[Candidate]) -> list[ModalTrial]:
+    """Words of one parameter on whole groups, followed through several sizes; those that fit best somewhere are refitted from there."""
+    able = [c for c in candidates if c.place.groups and c.extra == 1 and c.grow is not None]
+    traced = [(best, c) for c in sorted(able, key=lambda c: -len(c.place.elements))[:TRACED] if (best := _traced(bench.data, parent, c)) is not None]
+    out: list[ModalTrial] = []
+    for (_, size), c in sorted(traced, key=lambda item: item[0][0])[:MEMBERS]:
+        bench.tell(f"refitting {c.name}")
+        try:
+            found = fit_modes(c.model, bench.data, np.append(parent.fit.point.p, size), True) if c.model is not None else None
+        except CvxupdateError:
+            continue
+        out += [] if found is None else [ModalTrial((*parent.effects, Effect(c)), found)]
+    return out
+
+
+def _traced(data: Tables, parent: ModalTrial, c: Candidate) -> tuple[float, float] | None:
+    """(weighted squares, size) of the best of `WHOLE`, the modes followed from size to size; None where there is no structure at any."""
+    if c.model is None:
+        return None
+    q, out = c.model.parameters[-1], []
+    for side in (-1.0, 1.0):
+        point: ModalPoint | None = None
+        for size in [side * x for x in WHOLE if q.lower < side * x < q.upper]:
+            try:
+                residual = modal_residual(c.model, data.fit, data.hold, data.shapes) if point is None else point.residual
+                point = residual.evaluate(np.append(parent.fit.point.p, size), point)
+            except CvxupdateError:
+                break
+            values, weights, _ = point.differences
+            out.append((float(np.sum((weights * values) ** 2)), size))
+    return min(out, default=None)
+
+
+def _sized(origin: ModalPoint, candidates: Sequence[Candidate]) -> dict[int, Score]:
+    """Scores of local words at their best size, by their number: a derivative says little of a word that is large."""
+    at, model = origin.matrices, origin.residual.model
+    many = natural_modes(at.K, at.M, min(model.size, max(BASIS, len(origin.modes.eigenvalues))), rigid_body_modes(model, at.K, at.M))
+    around = scene(origin, prior_scales(model), many)
+    return {k: Score(candidates[k], 1.0 - left / around.total if around.total > 0 else 0.0, np.array([best]))
+            for k, (left, best) in scan(around, candidates).items()}
+
+
+def _planted(bench: ModalBench, parent: ModalTrial, s: Score, usual: Real | None) -> ModalTrial | None:
+    """A candidate fitted beside ``parent``, from its first-order size or (``usual``: where everything else begins) its best size."""
+    c, n = s.candidate, len(parent.fit.model.parameters)
+    if c.model is None:
+        return None
+    bench.tell(f"refitting {c.name}")
+    start = np.zeros(len(c.model.parameters))
+    start[:n] = parent.fit.point.p if usual is None else usual
+    low, high = (np.array([getattr(q, side) for q in c.model.parameters[n:]]) for side in ("lower", "upper"))
+    first = s.p if len(s.p) == c.extra else np.zeros(c.extra)
+    start[n:] = first if usual is not None else np.clip(first, np.maximum(low, -0.3), np.minimum(high, 1.0))
+    try:
+        return ModalTrial((*parent.effects, Effect(c)), fit_modes(c.model, bench.data, start, usual is not None))
+    except CvxupdateError:
+        return None
+
+
+def pairs(bench: ModalBench, ordinary: ModalTrial, singles: Sequence[ModalTrial]) -> list[ModalTrial]:
+    """Two effects: a second sought beside each of the best firsts, then beside the second of the best pair alone (backfitting); best first."""
+    firsts = [t for t in singles if t.charged <= CLOSE * singles[0].charged][:PARENTS]
+    pool: dict[frozenset[Key], ModalTrial] = {}
+
+    def expand(first: ModalTrial) -> None:
+        for t in trials_beside(bench, first, PARTNERS):
+            if t.keys not in pool or t.charged < pool[t.keys].charged:
+                pool[t.keys] = t
+
+    for first in firsts:
+        expand(first)
+    best = min(pool.values(), key=lambda t: t.charged, default=None)
+    if best is not None and frozenset((best.effects[-1].key,)) not in {t.keys for t in firsts}:
+        alone = _alone(bench, ordinary, best)
+        if alone is not None:
+            expand(alone)
+    return sorted(pool.values(), key=lambda t: t.charged)
+
+
+def _alone(bench: ModalBench, ordinary: ModalTrial, pair: ModalTrial) -> ModalTrial | None:
+    """The second effect of a pair by itself."""
+    last = pair.effects[-1]
+    c = next((c for c in bench.candidates(ordinary.fit, (last.candidate.physics,)) if key_of(c) == last.key), None)
+    return None if c is None else _planted(bench, ordinary, Score(c, 1.0, pair.fit.point.p[-c.extra :]), None)
+
+
+def shares(base: ModalFit, candidates: Sequence[Candidate]) -> list[Score]:
+    """Score of every candidate to first order: the share of the weighted residual that it explains, the ordinary parameters taken out, and its size."""
+    point = base.point
+    A, _ = point.system().weighted()
+    values, weights, _ = point.differences
+    scales = prior_scales(base.model)
+    Q, _ = np.linalg.qr(np.vstack([A, np.diag(1.0 / scales)]))
+    r = np.concatenate([-weights * values, -point.p / scales])
+    left = Left(r - Q @ (Q.T @ r), Q, len(values))
+    K, M = point.matrices.K, point.matrices.M
+    many = natural_modes(K, M, min(base.model.size, 120), rigid_body_modes(base.model, K, M))
+    phi = np.vstack([many.shapes, np.zeros((1, many.shapes.shape[1]))])
+    single: dict[tuple[str, int], Real] = {}
+    out = []
+    for c in candidates:
+        parts = [single[(c.physics, e)] for e in c.members if (c.physics, e) in single] if len(c.members) > 1 and c.additive else []
+        if parts and len(parts) == len(c.members):
+            J = np.sum(parts, axis=0)[:, None]
+        elif c.tangent and all(c.tangent):
+            J = np.stack([_column(point, many.eigenvalues, phi, blocks) for blocks in c.tangent], axis=1)
+        else:
+            out.append(Score(c, 0.0, np.zeros(c.extra)))
+            continue
+        if len(c.members) == 1 and c.additive:
+            single[(c.physics, c.members[0])] = J[:, 0]
+        out.append(_scored(left, c, weights[:, None] * J))
+    return out
+
+
+def _scored(left: Left, c: Candidate, J: Real) -> Score:
+    """Score of a candidate with weighted columns ``J`` (rows, n)."""
+    nothing = Score(c, 0.0, np.zeros(c.extra))
+    Jp, total = left.freed(J), float(left.residual @ left.residual)
+    norms = np.linalg.norm(Jp, axis=0)
+    if total <= 0.0 or np.any(norms <= 1e-9 * np.maximum(np.linalg.norm(J, axis=0), 1e-300)):
+        return nothing
+    best = np.linalg.lstsq(Jp / norms, left.residual, rcond=1e-8)[0] / norms
+    rest = left.residual - Jp @ best
+    return nothing if c.sign > 0 and best[0] < 0.0 else Score(c, 1.0 - float(rest @ rest) / total, best)
+
+
+def _column(point: ModalPoint, eigenvalues: Real, phi: Real, blocks: Sequence[Any]) -> Real:
+    """Derivative of the rows of ``point.differences`` along one tangent: Fox and Kapoor's modal expansion over the modes at hand."""
+    residual = point.residual
+    places = [i for k in range(len(residual.fit)) for i in point.places[k].tolist() if i >= 0]
+    shapes = np.vstack([point.modes.shapes, np.zeros((1, point.modes.shapes.shape[1]))])
+    rows = [float(shapes[:, i] @ _push(shapes[:, i], point.modes.eigenvalues[i], blocks)) for i in places]
+    if residual.shapes:
+        for _, _, i, sensors, x, std in point._shape_rows():
+            force = _push(shapes[:, i], point.modes.eigenvalues[i], blocks)
+            gap = point.modes.eigenvalues[i] - eigenvalues
+            near = np.abs(gap) <= 1e-6 * max(float(point.modes.eigenvalues[i]), 1.0)
+            d = phi[sensors] @ np.where(near, 0.0, (phi.T @ force) / np.where(near, 1.0, gap))
+            w = 1.0 / std**2
+            own = shapes[sensors, i]
+            q = np.sum(w * own * x) / np.sum(w * own**2)
+            rows += (q * d + own * (np.sum(w * (x - 2.0 * q * own) * d) / np.sum(w * own**2))).tolist()
+    return np.array(rows)
+
+
+def _push(shape: Real, lam: float, blocks: Sequence[Any]) -> Real:
+    """(∂K − λ ∂M) φ, (N + 1,); the last DOF is the ground, where nothing moves."""
+    out = np.zeros(len(shape))
+    for b in blocks:
+        local = shape[b.dofs]
+        push = np.zeros(b.dofs.shape)
+        if b.K is not None:
+            push += np.einsum("eij,ej->ei", b.K, local)
+        if b.M is not None:
+            push -= lam * np.einsum("eij,ej->ei", b.M, local)
+        np.add.at(out, b.dofs, push)
+    out[-1] = 0.0
+    return out
