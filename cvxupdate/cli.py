@@ -79,8 +79,9 @@ def diagnose(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     files, payload = diagnosis_files(found, load_problem(problem))
     folder = _folder(out, found.problem)
     _write(folder, files)
-    if found.updated is None:
-        (folder / "updated" / "problem.toml").unlink(missing_ok=True)  # of an earlier diagnosis
+    for name in ("problem.toml", "refined.toml"):
+        if f"updated/{name}" not in files:
+            (folder / "updated" / name).unlink(missing_ok=True)  # of an earlier diagnosis
     _say(payload, as_json, lambda: diagnosis_summary(found, folder))
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cvxupdate.errors import InputError
+from cvxupdate.errors import CvxupdateError, InputError
 from cvxupdate.spec import Spec, load_problem
 
 if TYPE_CHECKING:
@@ -25,6 +26,10 @@ if TYPE_CHECKING:
 
 MODES_IN_BAND = 30
 """Modes computed for the sensors of frequency responses."""
+MESH_MATTERS, NEARER = 1e-3, 0.7
+"""Relative shift of frequencies by the mesh from which on a finer one is tried, and the part of the error that it must come down to."""
+WORTH = {"frf_error": 0.01, "frequency_error_percent_mean": 0.1}
+"""What it must gain, by metric."""
 
 
 def open_problem(path: str | os.PathLike[str], told: Told | None = None) -> tuple[Spec, Model, tuple[Recording, ...]]:
@@ -181,4 +186,32 @@ def diagnose(path: str | os.PathLike[str], progress: Callable[[str], None] | Non
     found = diagnose_problem(spec, model, recordings, progress)
     banded = [r.origin.name for r, declared in zip(recordings, spec.recordings, strict=True) if declared.kind == "time" and declared.band is not None]
     said = tuple(f"{name}: band was not used, for a time history is diagnosed sample by sample, at every frequency that it holds." for name in banded)
-    return replace(found, evidence=(*found.evidence, *said))
+    return _with_refined(replace(found, evidence=(*found.evidence, *said)))
+
+
+def _with_refined(found: Diagnosis) -> Diagnosis:
+    """With the updated model on a finer mesh where `correlate` says that it comes nearer, and what it says of both."""
+    from cvxupdate.diagnose.refine import refined_text, shift
+
+    fine = None if found.updated is None else refined_text(found.updated)
+    if found.updated is None or fine is None:
+        return found
+    with tempfile.TemporaryDirectory() as scratch:
+        paths = [Path(scratch) / name for name in ("problem.toml", "refined.toml")]
+        for path, text in zip(paths, (found.updated, fine), strict=True):
+            path.write_text(text, encoding="utf-8")
+        try:
+            if shift(*paths) < MESH_MATTERS:
+                return found
+            both = [correlate(path).fit for path in paths]
+        except CvxupdateError:
+            return found
+    key, where = ("hold_out", "held-out") if both[0]["hold_out"] else ("fit", "fitted")
+    name = next(m for m in WORTH if m in both[0][key])
+    errors = [b[key][name]["after"] for b in both]
+    if errors[1] > min(NEARER * errors[0], errors[0] - WORTH[name]):
+        return found
+    unit = " % of the frequencies" if name != "frf_error" else " of the frequency responses"
+    says = (f"In correlate, updated/problem.toml has an error of {errors[0]:.3g}{unit} ({where} recordings), for it stands on the mesh of the file that was "
+            f"diagnosed; on a finer one the same model has {errors[1]:.3g}{unit}: updated/refined.toml.")
+    return replace(found, refined=fine, evidence=(*found.evidence, says))

@@ -3,7 +3,7 @@
 ``of_fit`` writes what a fit of responses ended at, ``of_modes`` what one of mode tables did; both end in `problem_text`, which needs only the file that was
 diagnosed and the model with the values of its parameters. The matrices of the file built anew are those of the diagnosis: ordinary parameters are factors
 on elements, a changed section is a section of its own, an opened joint two tied nodes and a spring, a hidden oscillator a node of its own. What cannot be
-written down is the correction for the mesh: the file's frequencies are those of the analyst's mesh.
+written down is the correction for the mesh: the file's frequencies are those of the analyst's mesh (`cvxupdate.diagnose.refine` writes it on a finer one).
 """
 
 from __future__ import annotations

@@ -51,6 +51,7 @@ class Diagnosis:
     details: dict[str, Any]
     updated: str | None = None  # the diagnosed model as a problem file (`cvxupdate.diagnose.export`)
     shown: Shown | None = None  # what the page draws (`cvxupdate.diagnose.curves`)
+    refined: str | None = None  # the updated model on a finer mesh, where that makes a difference (`cvxupdate.diagnose.refine`)
 
     def to_json(self) -> dict[str, Any]:
         """The whole of ``diagnosis.json``."""

@@ -15,7 +15,8 @@ __all__ = ["diagnosis_files", "diagnosis_summary"]
 
 
 def diagnosis_files(found: Diagnosis, spec: Spec) -> tuple[dict[str, str], str]:
-    """{"diagnosis.json": text, "report.html": text, "updated/problem.toml": text} (the last where a model was found), and the JSON text by itself.
+    """{"diagnosis.json": text, "report.html": text, "updated/problem.toml": text, "updated/refined.toml": text} (the last two where a model was found, and
+    where a finer mesh makes a difference to it), and the JSON text by itself.
 
     ``spec`` is drawn.
     """
@@ -24,7 +25,8 @@ def diagnosis_files(found: Diagnosis, spec: Spec) -> tuple[dict[str, str], str]:
 
     text = dumps(plain(found.to_json()))
     files = {"diagnosis.json": text, "report.html": diagnosis_page(found, spec)}
-    return files if found.updated is None else {**files, "updated/problem.toml": found.updated}, text
+    files |= {} if found.updated is None else {"updated/problem.toml": found.updated}
+    return files | ({} if found.refined is None else {"updated/refined.toml": found.refined}), text
 
 
 def diagnosis_summary(found: Diagnosis, folder: Path) -> RenderableType:

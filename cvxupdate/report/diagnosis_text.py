@@ -40,5 +40,7 @@ def diagnosis_text(found: Diagnosis, folder: Path) -> RenderableType:
     where = f"Report: {folder / 'report.html'}\nData:   {folder / 'diagnosis.json'}"
     if found.updated is not None:
         where += f"\nModel:  {folder / 'updated' / 'problem.toml'}"
+    if found.refined is not None:
+        where += f"\n        {folder / 'updated' / 'refined.toml'} (finer mesh)"
     parts.append(Text(where, style="dim", no_wrap=True, overflow="ignore"))
     return Group(*parts)
