@@ -105,7 +105,7 @@ def trials_beside(bench: ModalBench, parent: ModalTrial, most: int = SHORT) -> l
     large = _sized(base.point.residual.evaluate(usual, base.point), candidates)
     ranked = sorted((large.get(k, s) for k, s in enumerate(scores)), key=lambda s: -s.share)
     sized = {key_of(s.candidate) for s in large.values()}
-    out = _members(bench, parent, candidates) if parent.error > FAR else []
+    out = _members(bench, parent, candidates) if not parent.effects and parent.error > FAR else []
     count: dict[str, int] = {}
     for s in ranked:
         c = s.candidate
