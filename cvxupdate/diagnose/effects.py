@@ -174,7 +174,8 @@ def planted(bench: Bench, parent: Trial, score: Score, signals: Sequence[Signal]
     fresh = model.parameters[n:]
     if fresh and len(guess) == len(fresh):
         lower, upper = (np.array([getattr(q, side) for q in fresh]) for side in ("lower", "upper"))
-        start[n : n + len(fresh)] = np.clip(guess, np.maximum(lower, -0.5), np.minimum(upper, 5.0))
+        nearest, farthest = (lower, upper) if score.exact else (np.maximum(lower, -0.5), np.minimum(upper, 5.0))
+        start[n : n + len(fresh)] = np.clip(guess, nearest, farthest)
     if faults:
         tail = start[len(start) - len(faults) :]
         tail[:known] = parent.fit.p[len(parent.fit.p) - known :]
@@ -202,6 +203,27 @@ def replanted(bench: Bench, model: Model, effect: Effect) -> tuple[Effect, Model
         return Effect(c, effect.mass), attach(model, c.tuned[0], c.tuned[1], effect.mass, c.tuned[2])
     grown = model if c.channel is not None else c.model
     return None if grown is None else (Effect(c), grown)
+
+
+def as_drawn(bench: Bench, setting: Setting, p: Real) -> Real:
+    """Unknowns with the effects' as they are, the ordinary ones and damping as the file has them: what is missing bends these, and where they truly lie,
+    near the drawing, a fit finds its way and the next effect shows more clearly."""
+    out = p.copy()
+    out[: len(bench.ordinary.parameters)] = 0.0
+    out[len(setting.model.parameters) : len(p) - len(setting.faults)] = 0.0
+    return out
+
+
+def unbent(bench: Bench, trial: Trial, signals: Sequence[Signal]) -> Trial:
+    """The trial with unknowns `as_drawn`, against ``signals``.
+
+    Raises
+    ------
+    ModelError
+        When that is no structure.
+    """
+    setting = replace(trial.fit.setting, signals=tuple(signals))
+    return Trial(trial.effects, fitted_at(setting, setting.evaluate(as_drawn(bench, setting, trial.fit.p))))
 
 
 def without(bench: Bench, trial: Trial, index: int) -> Trial | None:

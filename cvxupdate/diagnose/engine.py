@@ -8,24 +8,23 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from cvxupdate.diagnose.data import WIDE, Data
-from cvxupdate.diagnose.effects import Bench, Key, Trial, key_of, planted
+from cvxupdate.diagnose.effects import Bench, Key, Trial, key_of
 from cvxupdate.diagnose.finding import Finding, sentence
 from cvxupdate.diagnose.fit import CREDIBLE, MASS_STD, STIFFNESS_STD, Fit, at_level, error_of, fit, setting_for
-from cvxupdate.diagnose.pairs import moved, pairs, simpler
-from cvxupdate.diagnose.refit import charged, entered, raced, scanned
+from cvxupdate.diagnose.pairs import beside, moved, pairs, planted_or_none, simpler
+from cvxupdate.diagnose.refit import CLEAR, charged, entered, raced
 from cvxupdate.diagnose.residual import noise_errors
 from cvxupdate.diagnose.screen import Score, screen
-from cvxupdate.diagnose.shortlist import DAMPING_WORDS, best_of, members, shortlist
+from cvxupdate.diagnose.shortlist import DAMPING_WORDS, best_of, shortlist
 from cvxupdate.diagnose.signals import Real
 from cvxupdate.diagnose.stability import stability
-from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.physics import CATALOGUE
 from cvxupdate.physics.base import Place
 
-COARSE, FINE = (1,), (2, 3)  # levels after the first, at which the short list runs in full, and at which only the best do
-PLACES, FINAL = (8,), (5, 4)  # how many enter each
+COARSE, FINE = (0, 1), (2, 3)  # levels at which the short list runs, and at which only the best do
+PLACES, FINAL = (16, 8), (5, 4)  # how many enter each
 DAMPING_GAIN = 12.0  # drop of the damping ratios' squares that chance gives one parameter once in two thousand times (chi-square, one freedom)
 EXPLAINED = 1.0  # weighted squares per row: a residual within noise and the allowance for discretisation (`signals.FLOOR`)
 STABLE = 0.7  # part of the half-samples that makes a candidate worth a refit whatever its share (Meinshausen and Bühlmann: 0.6 to 0.9)
@@ -98,20 +97,16 @@ def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[
     tell("resampling the recordings")
     stable = stability(points[clearest].point, rankings[clearest])
     start = Trial((), points[0])
-    entries = []
-    for score in best_of([*(shortlist(r) for r in rankings), [s for s, often in stable if often >= STABLE], members(rankings[0])]):
-        try:
-            hypothesis = planted(bench, start, score, data.levels[0])
-        except ModelError:
-            continue
-        entries.append(entered(bench, scanned(hypothesis) if score.candidate.place.groups else hypothesis, tell))
-    coarse = raced(bench, [t for t in entries if t is not None], COARSE, PLACES, tell)
+    listed = best_of([*(shortlist(r) for r in rankings), [s for s, often in stable if often >= STABLE]])
+    hypotheses = [*(planted_or_none(bench, start, score, data.levels[0]) for score in listed), *([] if pattern else beside(bench, start, level=0))]
+    entries = entered(bench, [h for h in hypotheses if h is not None], tell)
+    coarse = raced(bench, entries, COARSE, PLACES, tell)
     if not pattern and coarse and charged(coarse[0]) > OPEN * EXPLAINED:
         coarse = moved(bench, coarse, tell)
     singles = raced(bench, coarse, FINE, FINAL, tell)
     if pattern:
         singles.sort(key=lambda t: t.fit.damping_strain)
-    enough = pattern or base.misfit <= OPEN * EXPLAINED or (singles and charged(singles[0]) <= EXPLAINED)
+    enough = pattern or base.misfit <= OPEN * EXPLAINED or (singles and singles[0].fit.excess <= CLEAR)
     double = [] if enough else pairs(bench, coarse, tell)
     if double:
         best: dict[frozenset[Key], Trial] = {}
@@ -119,7 +114,7 @@ def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[
             best.setdefault(t.keys, t)
         singles = list(best.values())
     return replace(outcome, screened=screened, trials=tuple(singles), pairs=tuple(double), stable={key_of(s.candidate): often for s, often in stable},
-                   entered=tuple((t, t.fit.misfit / points[0].misfit) for t in entries if t is not None))
+                   entered=tuple((t, t.fit.misfit / points[0].misfit) for t in entries))
 
 
 def followed(outcome: Outcome) -> Fit:

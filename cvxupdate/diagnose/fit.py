@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -21,6 +22,8 @@ STIFFNESS_STD, MASS_STD = 0.02, 0.012  # ordinary scatter of a group between dra
 CREDIBLE = 3.5  # deviations: an ordinary parameter further off is a finding
 COMMON_DAMPING_STD, MODE_DAMPING_STD = 1.0, 0.35  # of log ζ: all modes together, each mode by itself
 FREE = 1e4  # no prior
+NOISE_KNOWN = 0.1  # relative: how well a file's coherence or quiet band tells the variance
+RESOLVED = 0.01  # weighted squares per row: a tenth of the allowance for discretisation
 LEVELS = (0.15, 0.05, 0.016, 0.005)
 
 
@@ -39,6 +42,17 @@ class Fit:
     def misfit(self) -> float:
         """Weighted squares per row, priors included: 1 when what is left is noise and the allowance for discretisation."""
         return (self.cost + self.penalty) / max(1, self.rows)
+
+    @cached_property
+    def noise(self) -> float:
+        """Weighted squares per row that noise alone leaves: below 1, for the weights allow for discretisation as well."""
+        parts = [(s.std**2 / (2.0 * s.scale() ** 2)).reshape(-1) for s in self.setting.signals]
+        return float(np.mean(np.concatenate(parts)))
+
+    @property
+    def excess(self) -> float:
+        """The misfit beyond noise, as far as the noise is known: what tells two explanations apart that are both within the allowance."""
+        return max(self.misfit - self.noise, NOISE_KNOWN * self.noise + RESOLVED)
 
     @property
     def damping_strain(self) -> float:

@@ -16,9 +16,9 @@ from cvxupdate.diagnose.shortlist import DAMPING_WORDS
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.base import Place
 
-HALVED = 0.5  # a finding must halve the misfit, and the held-out error of the model as it was
+HALVED = 0.5  # a finding must halve the misfit beyond noise, and the held-out error of the model as it was
 LOWER = 0.7  # of the held-out error with ordinary parameters, noise apart
-RIVAL = 2.0  # misfit within this factor of the best: the recordings do not separate the two
+RIVAL = 2.0  # misfit beyond noise within this factor of the best: the recordings do not separate the two
 UNEXPLAINED = 0.1  # response error above which even the best model leaves the recordings unexplained
 SURE = 0.4  # confidence below which a further effect is not claimed
 LARGE = 4.0  # drop of a misfit that already counts as explained, from which on a doubtful finding is told all the same
@@ -49,6 +49,11 @@ class Judged:
         """Weighted squares per row."""
         return self.trial.fit.misfit
 
+    @property
+    def excess(self) -> float:
+        """Those beyond noise."""
+        return self.trial.fit.excess
+
 
 def judged(outcome: Outcome, trials: Sequence[Trial]) -> list[Judged]:
     """Errors of every trial, in order."""
@@ -67,7 +72,7 @@ def halves(t: Judged, outcome: Outcome) -> bool:
         drop = outcome.base.damping_strain - fit.damping_strain
         word = t.trial.effects[0].candidate.physics
         return word in DAMPING_WORDS and drop > max(DAMPING_GAIN, HALVED * outcome.base.damping_strain) and fit.misfit <= 1.05 * outcome.base.misfit
-    return fit.misfit <= HALVED * outcome.base.misfit and shows(t, outcome.ordinary[1], outcome)
+    return fit.excess <= HALVED * outcome.base.excess and shows(t, outcome.ordinary[1], outcome)
 
 
 def shows(t: Judged, before: float, outcome: Outcome) -> bool:
@@ -84,8 +89,8 @@ def shown(hold_out: float, before: float, nominal: float, noise: float) -> bool:
 
 def doubles(pair: Judged, single: Judged | None, outcome: Outcome) -> bool:
     """Whether two effects are needed: they explain, and leave at most half of the misfit that the best one leaves."""
-    misfit, error = (outcome.base.misfit, outcome.ordinary[1]) if single is None else (single.misfit, single.hold_out)
-    return explained(pair, outcome) and pair.misfit <= HALVED * misfit and shows(pair, error, outcome)
+    excess, error = (outcome.base.excess, outcome.ordinary[1]) if single is None else (single.excess, single.hold_out)
+    return explained(pair, outcome) and pair.excess <= HALVED * excess and shows(pair, error, outcome)
 
 
 def explained(t: Judged, outcome: Outcome) -> bool:
@@ -111,7 +116,7 @@ def rivals(best: Judged, others: Sequence[Judged], outcome: Outcome) -> list[Jud
     """Other trials that the recordings do not separate from the best."""
     if outcome.pattern:
         return [t for t in others if t is not best and t.trial.fit.damping_strain <= best.trial.fit.damping_strain + DAMPING_GAIN / 2]
-    return [t for t in others if t is not best and t.misfit <= RIVAL * best.misfit and (not np.isfinite(t.hold_out) or t.hold_out <= RIVAL * best.hold_out)]
+    return [t for t in others if t is not best and t.excess <= RIVAL * best.excess and (not np.isfinite(t.hold_out) or t.hold_out <= RIVAL * best.hold_out)]
 
 
 def equivalents(effect: Effect, best: Supposed, near: Sequence[Supposed]) -> list[Effect]:
@@ -208,7 +213,7 @@ def size_of(effect: Effect, values: Mapping[str, float], deviations: Mapping[str
 
 
 def _scale(found: Fit, outcome: Outcome) -> float:
-    return found.damping_strain if outcome.pattern else found.misfit
+    return found.damping_strain if outcome.pattern else found.excess
 
 
 def confidence(s: Standing) -> float:

@@ -6,66 +6,102 @@ is sought again with the other half in place (backfitting; Hastie, Tibshirani an
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 
-from cvxupdate.diagnose.effects import Bench, Hypothesis, Key, Trial, on_model, planted, without
+from cvxupdate.diagnose.effects import Bench, Hypothesis, Key, Trial, key_of, planted, unbent, without
 from cvxupdate.diagnose.fit import at_level
-from cvxupdate.diagnose.refit import Tell, charged, entered, raced
-from cvxupdate.diagnose.screen import Score, screen
-from cvxupdate.diagnose.shortlist import shortlist
+from cvxupdate.diagnose.refit import CLEAR, Tell, charged, entered, raced
+from cvxupdate.diagnose.screen import Score, left_over, screen
+from cvxupdate.diagnose.shortlist import best_of, members, shortlist, unsized
+from cvxupdate.diagnose.signals import Signal
+from cvxupdate.diagnose.sized import sized, sized_sets, sized_whole
 from cvxupdate.errors import ModelError
 
-PARENTS, PARTNERS, ROUNDS = 5, 5, 6  # firsts tried, seconds refitted beside each, halves exchanged at most
-MOVES = 3  # best single effects in whose stead others are sought
+PARENTS, ROUNDS = 4, 6  # firsts tried, halves exchanged at most
+SECONDS, EACH = 12, 4  # of each list beside a first, and of a word in it: neighbours of the true place look alike
+PARTNERS = 6  # of those that are refitted: carried on
+WHOLES, WHOLE = 6, 3  # words on whole members that are tried at several sizes, and refitted beside a first
+MOVES = 2  # best single effects in whose stead others are sought
 CLOSE = 4.0  # times the best single effect's misfit: further behind, none is tried as a first
 COARSE, FINE = 1, (2, 3)  # levels of the search, and of the race of the best
+KIN = 6  # that may stand in an effect's stead
 FINAL = (4, 3)
+
+
+def beside(bench: Bench, parent: Trial, also: Collection[Key] = (), level: int = COARSE) -> list[Hypothesis]:
+    """What is worth a refit beside a fitted parent: what shows there to first order; and what shows at several sizes beside its effects alone, with
+    ordinary parameters as in the drawing (``also``: these too, however little they show). The refits are to begin at
+    ``level``."""
+    candidates = bench.candidates(parent.fit.setting.model)
+    near = shortlist(screen(parent.fit.point, candidates), SECONDS)
+    fresh = unbent(bench, parent, bench.data.levels[0])
+    point = fresh.fit.point
+    left = left_over(point)
+    first = screen(point, candidates, left)
+    exact = best_of((sized(point, first, left), sized_sets(point, first, left)))
+    signals = bench.data.levels[level]
+    whole = [planted_or_none(bench, fresh, score, bench.data.levels[0]) for score in unsized(members(first), exact)[:WHOLES]]
+    ranked = sorted((sized_whole(point, h, left) for h in whole if h is not None), key=lambda pair: -pair[1])
+    chosen = [*shortlist(exact, SECONDS, EACH), *(s for s in exact if key_of(s.candidate) in also)]
+    some = [*(planted_or_none(bench, fresh, s, signals) for s in chosen), *(planted_or_none(bench, parent, s, signals) for s in near)]
+    return [h for h in (*some, *(replace(h, setting=at_level(h.setting, signals)) for h, _ in ranked[:WHOLE])) if h is not None]
+
+
+def planted_or_none(bench: Bench, parent: Trial, score: Score, signals: Sequence[Signal]) -> Hypothesis | None:
+    """A further effect on a fitted parent, to be refitted against ``signals``; None where it cannot stand there."""
+    try:
+        return planted(bench, parent, score, signals)
+    except ModelError:
+        return None
 
 
 def moved(bench: Bench, singles: Sequence[Trial], tell: Tell) -> list[Trial]:
     """Single effects sought again where the best ones stand: at their fits, with ordinary parameters no longer bent by the mismatch.
 
-    Each of the best is left free to shrink, and what would explain the rest beside it is refitted in its stead. Returns all, best first.
+    Each of the best is taken out and sought again, or left free to shrink, and what would explain the rest beside it is refitted in its stead. Returns
+    all, best first.
     """
     pool = {t.keys: t for t in singles}
+    tried = set(pool)
     for parent in list(singles[:MOVES]):
         rest = without(bench, parent, 0)
-        if rest is None:
-            continue
-        tell(f"screening in place of {parent.name}")
-        kin = screen(parent.fit.point, bench.candidates(parent.fit.setting.model))
-        for score in shortlist(kin, PARTNERS, PARTNERS):
-            again = stand_in(bench, rest, score)
-            if again is None or again.keys in pool:
-                continue
-            found = entered(bench, again, tell)
-            if found is not None:
-                pool[found.keys] = found
+        if rest is not None:
+            tell(f"seeking in place of {parent.name}")
+            _refit(bench, beside(bench, rest, kin(bench, parent)), pool, tried, tell)
     return sorted(pool.values(), key=charged)[: len(singles) + PARTNERS]
 
 
-def stand_in(bench: Bench, rest: Trial, score: Score) -> Hypothesis | None:
-    """A candidate of another model planted on ``rest`` (no effects) instead, at the size it would have beside the other."""
-    c = on_model(bench, rest.fit.setting.model, score.candidate)
-    if c is None:
-        return None
-    try:
-        return planted(bench, rest, Score(c, score.share, score.p), bench.data.levels[COARSE])
-    except ModelError:
-        return None
+def kin(bench: Bench, parent: Trial) -> list[Key]:
+    """What would explain more beside a fitted trial, to first order: it may stand in the stead of one of its effects."""
+    ranked = screen(parent.fit.point, bench.candidates(parent.fit.setting.model))
+    return [key_of(s.candidate) for s in shortlist(ranked, KIN, KIN)]
+
+
+def _refit(bench: Bench, hypotheses: Sequence[Hypothesis], pool: dict[frozenset[Key], Trial], tried: set[frozenset[Key]], tell: Tell) -> None:
+    """Enter what was not tried yet; the best go on to the level of the search, into the pool."""
+    fresh = [h for h in hypotheses if h.keys not in tried and len(h.keys) == len(h.effects)]
+    tried.update(h.keys for h in fresh)
+    for t in raced(bench, entered(bench, fresh, tell), (COARSE,), (PARTNERS,), tell):
+        pool[t.keys] = t
 
 
 def pairs(bench: Bench, singles: Sequence[Trial], tell: Tell) -> list[Trial]:
     """The best pairs of effects, sharpened, best first; ``singles`` are fitted trials of one effect, best first."""
     pool: dict[frozenset[Key], Trial] = {}
+    tried: set[frozenset[Key]] = set()
     halves: set[frozenset[Key]] = set()
     for parent in [t for t in singles if charged(t) <= CLOSE * charged(singles[0])][:PARENTS]:
-        _expand(bench, parent, pool, tell)
+        tell(f"seeking beside {parent.name}")
+        _refit(bench, beside(bench, parent), pool, tried, tell)
+        if pool and min(t.fit.excess for t in pool.values()) <= CLEAR:
+            break  # others that would do as well are found by the exchange of halves
     for _ in range(ROUNDS):
-        half = _half_to_try(bench, pool, halves)
-        if half is None:
+        whole, half = _half_to_try(bench, pool, halves)
+        if half is None or whole is None:
             break
-        _expand(bench, half, pool, tell)
+        tell(f"seeking beside {half.name} again")
+        _refit(bench, beside(bench, half, kin(bench, whole)), pool, tried, tell)
     return raced(bench, list(pool.values()), FINE, FINAL, tell)
 
 
@@ -74,8 +110,8 @@ def simpler(bench: Bench, pair: Trial, tell: Tell) -> list[Trial]:
     rests = [without(bench, pair, index) for index in range(len(pair.effects))]
     begun = [Hypothesis(r.effects, at_level(r.fit.setting, bench.data.levels[COARSE]), r.fit.p) for r in rests if r is not None]
     together = _together(bench, pair, rests[-1])
-    found = [entered(bench, h, tell) for h in (*begun, *([] if together is None else [together]))]
-    return raced(bench, [t for t in found if t is not None], FINE, FINAL, tell)
+    found = entered(bench, [*begun, *([] if together is None else [together])], tell)
+    return raced(bench, found, (COARSE, *FINE), (len(found), *FINAL), tell)
 
 
 def _together(bench: Bench, pair: Trial, first: Trial | None) -> Hypothesis | None:
@@ -90,26 +126,10 @@ def _together(bench: Bench, pair: Trial, first: Trial | None) -> Hypothesis | No
     return None if whole is None else planted(bench, bare, Score(whole, 1.0, sizes), bench.data.levels[COARSE])
 
 
-def _expand(bench: Bench, parent: Trial, pool: dict[frozenset[Key], Trial], tell: Tell) -> None:
-    """Refit the most promising seconds beside ``parent`` into the pool."""
-    tell(f"screening beside {parent.name}")
-    ranked = screen(parent.fit.point, bench.candidates(parent.fit.setting.model))
-    for score in shortlist(ranked, PARTNERS, 2):
-        try:
-            hypothesis = planted(bench, parent, score, bench.data.levels[COARSE])
-        except ModelError:
-            continue
-        if hypothesis.keys in pool or len(hypothesis.keys) < len(hypothesis.effects):
-            continue
-        found = entered(bench, hypothesis, tell)
-        if found is not None:
-            pool[found.keys] = found
-
-
-def _half_to_try(bench: Bench, pool: dict[frozenset[Key], Trial], tried: set[frozenset[Key]]) -> Trial | None:
-    """A half of the best pair that has not been tried yet, the other half taken out."""
+def _half_to_try(bench: Bench, pool: dict[frozenset[Key], Trial], tried: set[frozenset[Key]]) -> tuple[Trial | None, Trial | None]:
+    """The best pair and a half of it that has not been tried yet, the other half taken out; None where there is none."""
     if not pool:
-        return None
+        return None, None
     best = min(pool.values(), key=charged)
     for index in range(len(best.effects)):
         rest = frozenset(e.key for k, e in enumerate(best.effects) if k != index)
@@ -117,5 +137,5 @@ def _half_to_try(bench: Bench, pool: dict[frozenset[Key], Trial], tried: set[fro
             tried.add(rest)
             half = without(bench, best, index)
             if half is not None:
-                return half
-    return None
+                return best, half
+    return None, None

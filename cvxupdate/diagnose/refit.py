@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from cvxupdate.diagnose.effects import Bench, Hypothesis, Trial
+from cvxupdate.diagnose.effects import Bench, Hypothesis, Key, Trial, as_drawn
 from cvxupdate.diagnose.fit import at_level, fit
-from cvxupdate.diagnose.screen import left_over
 from cvxupdate.errors import ModelError
 from cvxupdate.physics.sensor_fault import EXCHANGED
 
@@ -24,40 +22,26 @@ def charged(t: Trial) -> float:
     return t.fit.misfit * (1.0 + CHARGE * (t.extra - len(t.effects)))
 
 
-SIZES = (-0.4, -0.2, -0.07, 0.07, 0.2, 0.6, 2.0)  # of a parameter, tried before a fit of what acts on a whole member
+CLEAR = 0.1  # weighted squares per row beyond noise: what leaves no more needs nothing else
+AGAIN = 1  # level at which a fit that leaves more is begun a second time, from the drawing
+TRIAGE = 3  # iterations after which hypotheses are compared for the first time
 
 
-def scanned(hypothesis: Hypothesis) -> Hypothesis:
-    """The same hypothesis with the best of several sizes to begin with: a large effect on a whole member has valleys of its own.
+def entered(bench: Bench, hypotheses: Sequence[Hypothesis], tell: Tell) -> list[Trial]:
+    """The first few iterations of hypotheses, at the level their settings have, best first; of one begun in several places the best.
 
-    Sizes are compared by what the ordinary unknowns could not take up, to first order; the response error itself jumps with every resonance passed.
-    Only for words with one parameter, the last of the model's.
+    Those that lead to no structure are left out.
     """
-    effect = hypothesis.effects[-1]
-    if effect.columns != 1:
-        return hypothesis
-    at = len(hypothesis.setting.model.parameters) - 1
-    bound = hypothesis.setting.model.parameters[at]
-    best, least = hypothesis, np.inf
-    for size in (float(hypothesis.start[at]), *(x for x in SIZES if bound.lower < x < bound.upper)):
-        start = hypothesis.start.copy()
-        start[at] = size
+    found: dict[frozenset[Key], Trial] = {}
+    for number, h in enumerate(hypotheses):
+        tell(f"refitting {number + 1} of {len(hypotheses)}: {h.name}")
         try:
-            left = left_over(hypothesis.setting.evaluate(start)).residual
+            trial = kept(bench, Trial(h.effects, fit(h.setting, h.start, tolerance=1e-2, iterations=TRIAGE)))
         except ModelError:
             continue
-        if float(left @ left) < least:
-            best, least = replace(hypothesis, start=start), float(left @ left)
-    return best
-
-
-def entered(bench: Bench, hypothesis: Hypothesis, tell: Tell) -> Trial | None:
-    """The first fit of a hypothesis, at the level its setting has; None where it leads to no structure."""
-    tell(f"refitting {hypothesis.name}")
-    try:
-        return kept(bench, Trial(hypothesis.effects, fit(hypothesis.setting, hypothesis.start, tolerance=1e-2, iterations=8)))
-    except ModelError:
-        return None
+        if trial is not None and (trial.keys not in found or charged(trial) < charged(found[trial.keys])):
+            found[trial.keys] = trial
+    return sorted(found.values(), key=charged)
 
 
 def raced(bench: Bench, trials: Sequence[Trial], levels: Sequence[int], places: Sequence[int], tell: Tell) -> list[Trial]:
@@ -73,7 +57,10 @@ def raced(bench: Bench, trials: Sequence[Trial], levels: Sequence[int], places: 
         for number, t in enumerate(field):
             tell(f"sharpening {number + 1} of {len(field)}: {t.name}")
             try:
-                found = fit(at_level(t.fit.setting, bench.data.levels[level]), t.fit.p, tolerance=1e-3 if level == last else 1e-2, iterations=12)
+                setting = at_level(t.fit.setting, bench.data.levels[level])
+                found = fit(setting, t.fit.p, tolerance=1e-3 if level == last else 1e-2, iterations=12)
+                if level == AGAIN and found.excess > CLEAR:
+                    found = min(found, fit(setting, as_drawn(bench, setting, found.p), tolerance=1e-2, iterations=12), key=lambda f: f.misfit)
             except ModelError:
                 continue
             trial = kept(bench, Trial(t.effects, found))

@@ -22,11 +22,15 @@ FAINT = 1e-3  # of its members' lengths: below, the length of a sum is not taken
 
 @dataclass(frozen=True)
 class Score:
-    """A candidate's share of the residual that it explains (0..1) and its first-order size ``p``, with the side it may take respected."""
+    """A candidate's share of the residual that it explains (0..1) and its size ``p``, with the side it may take respected.
+
+    To first order, or ``exact``: at the best of several sizes (`cvxupdate.diagnose.sized`).
+    """
 
     candidate: Candidate
     share: float
     p: Real
+    exact: bool = False
 
 
 @dataclass(frozen=True)
@@ -61,13 +65,13 @@ def left_over(point: ResponsePoint, rows: NDArray[np.bool_] | None = None) -> Le
     return Left(residual - Q @ (Q.T @ residual), Q, len(r))
 
 
-def screen(point: ResponsePoint, candidates: Sequence[Candidate]) -> list[Score]:
-    """Scores in the order of ``candidates``.
+def screen(point: ResponsePoint, candidates: Sequence[Candidate], left: Left | None = None) -> list[Score]:
+    """Scores in the order of ``candidates`` (``left``: `left_over` of the point where it is at hand).
 
     Residual and columns are weighted and freed of what the ordinary unknowns (with their priors) can take up; a candidate's share is the part of
     the squared residual that its own best size removes.
     """
-    left = left_over(point)
+    left = left_over(point) if left is None else left
     sets = sums_of(candidates)
     out = [Score(c, 0.0, np.zeros(c.extra)) for c in candidates]
     kept: dict[int, tuple[Real, Real]] = {}  # columns of single elements, as they are and freed, for the sets

@@ -36,6 +36,12 @@ def members(ranked: Sequence[Score], most: int = MEMBERS) -> list[Score]:
     return sorted(whole, key=lambda s: -s.share)[:most]
 
 
+def unsized(scores: Sequence[Score], exact: Sequence[Score]) -> list[Score]:
+    """Those of the scores that have no exact one."""
+    known = {key_of(s.candidate) for s in exact}
+    return [s for s in scores if key_of(s.candidate) not in known]
+
+
 def best_of(lists: Sequence[Sequence[Score]]) -> list[Score]:
     """Lists merged: of the same hypothesis the score with the largest share; best first."""
     best: dict[Key, Score] = {}

@@ -12,11 +12,12 @@ import numpy as np
 from cvxupdate.diagnose.curves import responses_shown
 from cvxupdate.diagnose.data import Data, held_dofs, level_dependence, ordinary, prepare, release_from
 from cvxupdate.diagnose.effects import Trial, key_of, without
-from cvxupdate.diagnose.engine import EXPLAINED, Outcome, explain, followed, group_finding, loose_groups
+from cvxupdate.diagnose.engine import Outcome, explain, followed, group_finding, loose_groups
 from cvxupdate.diagnose.export import of_fit
 from cvxupdate.diagnose.finding import Diagnosis, Finding, capital, effect_of, finite, sentence_of
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.judge import (
+    SURE,
     Judged,
     claimed,
     confidence,
@@ -32,6 +33,7 @@ from cvxupdate.diagnose.judge import (
 )
 from cvxupdate.diagnose.mesh import mesh_error
 from cvxupdate.diagnose.placebo import placebo
+from cvxupdate.diagnose.refit import CLEAR
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter
@@ -66,7 +68,7 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
     evidence = [*_level_evidence(change, nonlinear), *_mesh_evidence(data), *([] if nonlinear else _ordinary_evidence(outcome))]
     single = next(iter(s for s in singles[:1] if halves(s, outcome)), None)
     final, field = single, singles
-    if (single is None or single.misfit > EXPLAINED) and doublets and doubles(doublets[0], single, outcome):
+    if (single is None or single.excess > CLEAR) and doublets and doubles(doublets[0], single, outcome):
         final, field = doublets[0], _field(doublets[0], singles, doublets)
     if not nonlinear and (final is None or not credible(final, outcome)) and not explained(_base(outcome), outcome):
         wide = judged(outcome, [Trial((), followed(outcome))])[0]
@@ -100,6 +102,8 @@ def _verdict(outcome: Outcome, final: Judged | None, field: Sequence[Judged], ev
         return *verdict_of(findings), findings
     if final is not None and credible(final, outcome):
         findings = _findings(outcome, final, field)
+        if not explained(final, outcome):
+            findings = tuple(f for f in findings if f.confidence >= SURE)
     if findings:
         return *verdict_of(findings), findings
     if explained(_base(outcome), outcome):
