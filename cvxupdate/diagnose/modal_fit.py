@@ -7,6 +7,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+from scipy.special import gammaincinv
 
 from cvxupdate.convex import Bounds, SolverChoice, StepProblem, Tikhonov
 from cvxupdate.diagnose.data import WIDE
@@ -14,14 +17,24 @@ from cvxupdate.diagnose.fit import FREE, MASS_STD, STIFFNESS_STD
 from cvxupdate.diagnose.mesh import MeshError
 from cvxupdate.diagnose.modal_scan import SIZES
 from cvxupdate.diagnose.signals import Real
+from cvxupdate.fe.block import Index
 from cvxupdate.fe.model import Model
+from cvxupdate.fe.modes import Modes
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.modal import ModalPoint, ModalResidual, modal_residual
+from cvxupdate.residual.pairing import follow
+from cvxupdate.residual.repeated import aligned, clusters
 from cvxupdate.update.trust_region import Options, iterate
 
 FREQUENCY_FLOOR, SHAPE_FLOOR = 0.003, 0.02  # what an ordinary model may miss of a frequency (relative) and of a shape's entry
 UNSTATED = 0.005  # relative deviation of a frequency where the table gives none: half a line in a hundred
 CHANCE, LIKELY = 0.99, 0.95  # levels of chi-square
+SAME, APART = 1e-12, 1e-10  # relative differences of matrices, and of shapes in their mass, that are rounding
+
+
+def chi_square(level: float, freedoms: int) -> float:
+    """What chi-square with so many freedoms does not exceed with probability ``level``; scipy.stats takes half a second to import."""
+    return float(2.0 * gammaincinv(freedoms / 2.0, level))
 
 
 @dataclass(frozen=True)
@@ -49,10 +62,8 @@ class Tables:
     @property
     def noise(self) -> float:
         """R.m.s. relative error of the held-out frequencies that their deviations alone explain nineteen times in twenty; NaN where none are."""
-        from scipy.stats import chi2
-
         std = np.concatenate([np.zeros(0), *(t.frequency_std / t.frequency for t in self.hold)])
-        return float(np.sqrt(np.mean(std**2) * chi2.ppf(LIKELY, len(std)) / len(std))) if len(std) else float("nan")
+        return float(np.sqrt(np.mean(std**2) * chi_square(LIKELY, len(std)) / len(std))) if len(std) else float("nan")
 
 
 def prepared(model: Model, tables: Sequence[ModeTable], mesh: MeshError) -> Tables:
@@ -98,9 +109,7 @@ class ModalFit:
     @property
     def explained(self) -> bool:
         """Whether noise, the allowance for what a model may miss and the priors alone would leave as much once in a hundred times (chi-square)."""
-        from scipy.stats import chi2
-
-        return bool(self.cost <= chi2.ppf(CHANCE, self.rows))
+        return bool(self.cost <= chi_square(CHANCE, self.rows))
 
 
 def prior_scales(model: Model, wide: bool = False) -> Real:
@@ -109,16 +118,33 @@ def prior_scales(model: Model, wide: bool = False) -> Real:
     return np.array([FREE if q.group is None else MASS_STD if q.of == "mass" else WIDE if wide else STIFFNESS_STD for q in model.parameters])
 
 
-def fit_modes(model: Model, data: Tables, start: Real, far: bool = False, wide: bool = False) -> ModalFit:
+def residual_of(model: Model, data: Tables, like: ModalResidual | None = None) -> ModalResidual:
+    """The tables beside a model's modes. ``like``: of a model that is the same structure today, with other parameters, whose modes and pairing are then those
+    of this one; found again where it is not, or where eigenvalues are repeated, for parameters say how those split.
+
+    Raises
+    ------
+    ModelError, InputError
+        As `modal_residual`.
+    """
+    if like is None or like.model.labels != model.labels or clusters(like.start.modes):
+        return modal_residual(model, data.fit, data.hold, data.shapes)
+    mine, theirs = (m.matrices(m.zero()) for m in (model, like.model))
+    if any(abs(a - b).max() > SAME * abs(b).max() for a, b in ((mine.K, theirs.K), (mine.M, theirs.M))):
+        return modal_residual(model, data.fit, data.hold, data.shapes)
+    return replace(like, model=model)
+
+
+def fit_modes(model: Model, data: Tables, start: Real, far: bool = False, wide: bool = False, like: ModalResidual | None = None) -> ModalFit:
     """Weighted differences of eigenvalues and shapes plus Gaussian priors, minimised from ``start``; ``far``: modes are followed there from today's model;
-    ``wide`` as in `prior_scales`.
+    ``wide`` as in `prior_scales`, ``like`` as in `residual_of`.
 
     Raises
     ------
     ModelError, InputError
         A model that is no structure, modes that cannot be paired.
     """
-    residual: ModalResidual = modal_residual(model, data.fit, data.hold, data.shapes)
+    residual = residual_of(model, data, like)
     residual = _walked(residual, start) if far else residual
     scales = prior_scales(model, wide)
     bounds = Bounds(np.array([q.lower for q in model.parameters]), np.array([q.upper for q in model.parameters]))
@@ -135,16 +161,52 @@ def fit_modes(model: Model, data: Tables, start: Real, far: bool = False, wide: 
 def _walked(residual: ModalResidual, start: Real) -> ModalResidual:
     """Pairs modes at ``start``, where a fit begins far off, by following them there step by step: one large step may mistake them.
 
-    Modes that veer change their shapes but not their order, so without measured shapes the order is the other way to pair them, and the better one counts.
+    On the way they are sought in the space of the modes at both ends (Ritz). Modes that veer change their shapes but not their order, so without measured
+    shapes the order is the other way to pair them, and the better one counts.
+
+    Raises
+    ------
+    ModelError
+        A model that is no structure there.
     """
-    point: ModalPoint | None = None
-    for size in np.geomspace(1e-4, 1.0, SIZES):
-        point = residual.evaluate(size * start, point)
-    if point is None:
-        return residual
+    point = residual.evaluate(start, _nearly(residual, residual.evaluate(start)))
     ways = [point] if residual.shapes else [point, replace(point, places=residual.start.places)]
     best = min(ways, key=lambda way: float(np.sum((way.differences[1] * way.differences[0]) ** 2)))
     return replace(residual, start=replace(residual.start, modes=best.modes, places=best.places))
+
+
+def _nearly(residual: ModalResidual, end: ModalPoint) -> ModalPoint:
+    """The last point before ``end`` on the way there from today's model, in `SIZES` steps, its modes in the space of those at both ends."""
+    begin, count = residual.start, len(end.modes.eigenvalues)
+    basis = _independent(np.hstack([begin.modes.shapes, end.modes.shapes]), end.matrices.M)
+    fitted = _used(begin.places[: len(residual.fit)])
+    scored = np.setdiff1d(_used(begin.places), fitted)  # a fitted mode that was measured again goes with it
+    now = first = np.concatenate([fitted, scored])
+    modes = Modes(begin.modes.eigenvalues, basis.T @ (end.matrices.M @ begin.modes.shapes), begin.modes.rigid)
+    for size in np.geomspace(1e-4, 1.0, SIZES)[:-1]:
+        m = residual.model.matrices(size * end.p)
+        K, M = (basis.T @ (x @ basis) for x in (m.K, m.M))
+        values, V = la.eigh((K + K.T) / 2.0, (M + M.T) / 2.0)
+        held, mass = modes.shapes[:, now], sp.csc_array(M)
+        modes = aligned(Modes(values[:count], V[:, :count], end.modes.rigid), replace(m, M=mass), held)
+        taken = follow(held[:, : len(fitted)], mass, modes)
+        now = np.concatenate([taken, follow(held[:, len(fitted) :], mass, modes, taken)])
+    went = {-1: -1} | dict(zip(first.tolist(), now.tolist(), strict=True))
+    places = tuple(np.array([went[i] for i in q.tolist()], dtype=np.int64) for q in begin.places)
+    return replace(end, modes=replace(modes, shapes=basis @ modes.shapes), places=places)
+
+
+def _used(places: Sequence[Index]) -> Index:
+    every = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *places]))
+    return every[every >= 0]
+
+
+def _independent(shapes: Real, M: sp.csc_array) -> Real:
+    """Columns (N, q) that span the same as ``shapes`` (N, n), orthonormal in M, those left out that rounding alone tells from the others."""
+    shapes = shapes / np.sqrt(np.einsum("ij,ij->j", shapes, M @ shapes))
+    values, vectors = la.eigh(shapes.T @ (M @ shapes))
+    keep = values > APART * values[-1]
+    return np.asarray(shapes @ (vectors[:, keep] / np.sqrt(values[keep])))
 
 
 def errors_of(point: ModalPoint, fitted: bool) -> Real:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import LinAlgError, eigh
+from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.diagnose.signals import Real
@@ -34,7 +34,8 @@ class Effort:
 
 
 FULL, QUICK = Effort(SIZES, 5, BASIS), Effort(6, 0, 20)
-MANY = 150  # local candidates above which a quick pass chooses those that are looked at closely
+MANY, CLOSER = 150, 24  # local candidates above which a quick pass chooses those that are looked at closely: so many of a word
+TOGETHER = 64  # candidates whose sizes are tried at a time: one call finds the modes of all, and their matrices stay small
 
 
 @dataclass(frozen=True)
@@ -53,23 +54,44 @@ class Scene:
     shapes: tuple[tuple[int, Index, Real, Real], ...]
     total: float
 
-    def left(self, eigenvalues: Real, shapes: Real) -> float:
-        """Squared weighted residual of other modes (those in ``used``, one by one; shapes (N, used)), freed of what the ordinary parameters can take up."""
-        parts = [np.array([weight * (measured - eigenvalues[u]) for u, measured, weight in self.values])]
-        for u, rows, x, std in self.shapes:
-            phi, w = shapes[rows, u], 1.0 / std**2
-            parts.append((x - phi * (np.sum(w * phi * x) / np.sum(w * phi**2))) / std)
-        r = np.concatenate([*parts, self.below])
-        r = r - self.Q @ (self.Q.T @ r)
-        return float(r @ r)
+    def left(self, eigenvalues: Real, entries: Sequence[Real]) -> Real:
+        """Squared weighted residuals (n,) of n sets of other modes, freed of what the ordinary parameters can take up: ``eigenvalues`` (n, used) of those in
+        ``used``, one by one, and for each of ``shapes`` the ``entries`` (n, DOFs) that the model has there."""
+        places, measured, weights = (np.array([v[k] for v in self.values]) for k in range(3))
+        parts = [weights * (measured - eigenvalues[:, places.astype(np.int64)])]
+        for phi, (_, _, x, std) in zip(entries, self.shapes, strict=True):
+            w = 1.0 / std**2
+            scale = np.sum(w * phi * x, axis=1) / np.sum(w * phi**2, axis=1)
+            parts.append((x - phi * scale[:, None]) / std)
+        r = np.hstack([*parts, np.broadcast_to(self.below, (len(eigenvalues), len(self.below)))])
+        r = r - (r @ self.Q) @ self.Q.T
+        return np.asarray(np.einsum("ij,ij->i", r, r))
+
+    def mixed(self, V: Real) -> list[Real]:
+        """The entries of `left` of modes (n, basis, used) given in the basis of the first of ``many``."""
+        return [V[:, :, u] @ self.many.shapes[rows, : V.shape[1]].T for u, rows, _, _ in self.shapes]
 
 
 @dataclass(frozen=True)
-class Step:
-    """A size tried: the squared residual left, the modes in the basis and where the paired ones went."""
+class Change:
+    """What one unit of several words does to stiffness and mass in the basis: ``K`` (n, q, q), ``M`` (n, q, q) or None where mass stays;
+    ``inverse`` (n,): a compliance in series with the stiffness of its surroundings, p / (1 + p) units of it."""
 
-    left: float
-    size: float
+    K: Real
+    M: Real | None
+    inverse: NDArray[np.bool_]
+
+    def of(self, which: Index) -> Change:
+        """Of some of them, or of one several times."""
+        return Change(self.K[which], None if self.M is None else self.M[which], self.inverse[which])
+
+
+@dataclass(frozen=True)
+class Trace:
+    """n words followed through s sizes each: the squared residual ``left`` (n, s), infinite where there is no structure; modes ``V`` (n, s, q, q) in the basis
+    and where the paired ones went, ``at`` (n, s, used)."""
+
+    left: Real
     V: Real
     at: Index
 
@@ -89,7 +111,8 @@ def scene(point: ModalPoint, scales: Real, many: Modes) -> Scene:
                 values.append((where[at], measured, float(t.frequency[i] / (2.0 * measured * t.frequency_std[i]))))
     shapes = [(where[at], rows, x, std) for _, _, at, rows, x, std in point._shape_rows()] if point.residual.shapes else []
     bare = Scene(Q, -point.p / scales, many, used, tuple(values), tuple(shapes), 0.0)
-    return replace(bare, total=bare.left(point.modes.eigenvalues[used], point.modes.shapes[:, used]))
+    entries = [point.modes.shapes[rows, used[u]][None] for u, rows, _, _ in shapes]
+    return replace(bare, total=float(bare.left(point.modes.eigenvalues[used][None], entries)[0]))
 
 
 def local(c: Candidate) -> bool:
@@ -100,34 +123,67 @@ def local(c: Candidate) -> bool:
 def scan(where: Scene, candidates: Sequence[Candidate]) -> dict[int, tuple[float, float]]:
     """For each local candidate (by its number): (squared residual left, best size)."""
     which = [k for k, c in enumerate(candidates) if local(c)]
-    out = {k: best_size(where, candidates[k], QUICK) for k in which} if len(which) > MANY else {}
-    return out | {k: best_size(where, candidates[k], FULL) for k in (sorted(out, key=lambda k: out[k][0])[:MANY] if out else which)}
+    out: dict[int, tuple[float, float]] = {}
+    if len(which) > MANY:
+        out = dict(zip(which, best_sizes(where, [candidates[k] for k in which], QUICK), strict=True))
+        count: dict[str, int] = {}
+        which = []
+        for k in sorted(out, key=lambda k: out[k][0]):
+            word = candidates[k].physics
+            count[word] = count.get(word, 0) + 1
+            which += [k] if count[word] <= CLOSER else []
+    return out | dict(zip(which, best_sizes(where, [candidates[k] for k in which], FULL), strict=True))
 
 
-def best_size(where: Scene, c: Candidate, effort: Effort) -> tuple[float, float]:
-    """(squared residual that is left, size) of a local word at the best of its sizes."""
+def best_sizes(where: Scene, candidates: Sequence[Candidate], effort: Effort) -> list[tuple[float, float]]:
+    """(squared residual that is left, size) of each of some local words at the best of its sizes."""
+    out = [(np.inf, 0.0)] * len(candidates)
+    for heavy in (False, True):
+        alike = [k for k, c in enumerate(candidates) if any(b.M is not None for b in c.tangent[0]) == heavy]
+        for first in range(0, len(alike), TOGETHER):
+            some = alike[first : first + TOGETHER]
+            for k, found in zip(some, _best(where, [candidates[k] for k in some], effort), strict=True):
+                out[k] = found
+    return out
+
+
+def _best(where: Scene, candidates: Sequence[Candidate], effort: Effort) -> list[tuple[float, float]]:
+    """`best_sizes` of words that all change the mass or all leave it."""
     enough = max(where.many.rigid + effort.modes, int(where.used.max(initial=0)) + 7)  # margin for modes that cross
-    basis = where.many.shapes[:, :enough]
-    phi = np.vstack([basis, np.zeros((1, basis.shape[1]))])
-    K, M = np.zeros((basis.shape[1],) * 2), np.zeros((basis.shape[1],) * 2)
-    for b in c.tangent[0]:
-        for part, into in ((b.K, K), (b.M, M)):
-            if part is not None:
-                at = phi[b.dofs]
-                into += np.einsum("eiq,eij,ejr->qr", at, part, at, optimize=True)
-    inverse = c.report[0][2] == "inverse"
-    first = Step(np.inf, 0.0, np.eye(basis.shape[1]), where.used)
-    best = (np.inf, 0.0)
-    for side in _sides(c, effort.sizes):
-        steps = [first, *_trace(where, basis, K, M, side, first, inverse)]
-        k = int(np.argmin([s.left for s in steps]))
-        if k == 0:
-            continue
-        ends = steps[k - 1].size or 0.3 * steps[k].size, steps[min(k + 1, len(steps) - 1)].size
-        finer = np.sign(ends[0]) * np.geomspace(abs(ends[0]), abs(ends[1]), effort.finer + 2)[1:-1]
-        for s in (steps[k], *_trace(where, basis, K, M, finer, steps[k - 1], inverse)):
-            best = min(best, (s.left, s.size))
+    words = _change(where.many.shapes[:, :enough], candidates)
+    runs = [(k, side) for k, c in enumerate(candidates) for side in _sides(c, effort.sizes)]
+    best = [(np.inf, 0.0)] * len(candidates)
+    if not runs:
+        return best
+    owner, sizes = np.array([k for k, _ in runs]), np.array([side for _, side in runs])
+    q = words.K.shape[1]
+    V, at = np.broadcast_to(np.eye(q), (len(runs), q, q)), np.broadcast_to(where.used, (len(runs), len(where.used)))
+    coarse = _trace(where, words.of(owner), sizes, V, at)
+    k, row = np.argmin(coarse.left, axis=1), np.arange(len(runs))
+    last = np.isfinite(coarse.left).sum(axis=1) - 1  # a trace ends where there is no structure any more
+    low = np.where(k > 0, sizes[row, np.maximum(k - 1, 0)], 0.3 * sizes[:, 0])
+    high = sizes[row, np.clip(k + 1, 0, np.maximum(last, 0))]
+    finer = np.sign(low)[:, None] * np.geomspace(np.abs(low), np.abs(high), effort.finer + 2, axis=1)[:, 1:-1]
+    before = np.maximum(k - 1, 0)
+    V, at = np.where((k > 0)[:, None, None], coarse.V[row, before], V), np.where((k > 0)[:, None], coarse.at[row, before], at)
+    fine = _trace(where, words.of(owner), finer, V, at)
+    for r, o in enumerate(owner.tolist()):
+        if last[r] >= 0:
+            best[o] = min(best[o], (float(coarse.left[r, k[r]]), float(sizes[r, k[r]])), *zip(fine.left[r].tolist(), finer[r].tolist(), strict=True))
     return best
+
+
+def _change(basis: Real, candidates: Sequence[Candidate]) -> Change:
+    """Local words in a basis (N, q)."""
+    phi, n, q = np.vstack([basis, np.zeros((1, basis.shape[1]))]), len(candidates), basis.shape[1]
+    parts = {"K": np.zeros((n, q, q)), "M": np.zeros((n, q, q))}
+    for k, c in enumerate(candidates):
+        for b in c.tangent[0]:
+            for name, part in (("K", b.K), ("M", b.M)):
+                if part is not None:
+                    at = phi[b.dofs]
+                    parts[name][k] += at.reshape(-1, q).T @ (part @ at).reshape(-1, q)
+    return Change(parts["K"], parts["M"] if np.any(parts["M"]) else None, np.array([c.report[0][2] == "inverse" for c in candidates]))
 
 
 def _sides(c: Candidate, count: int) -> list[Real]:
@@ -139,22 +195,41 @@ def _sides(c: Candidate, count: int) -> list[Real]:
     return sides
 
 
-def _trace(where: Scene, basis: Real, K: Real, M: Real, sizes: Real, before: Step, inverse: bool) -> list[Step]:
-    """Modes followed from size to size; ends where more mass is taken off than there is."""
-    stiff, heavy = np.diag(where.many.eigenvalues[: basis.shape[1]]), np.eye(basis.shape[1])
-    out: list[Step] = []
-    for p in sizes:
-        effective = p / (1.0 + p) if inverse else p  # a compliance in series with the stiffness of its surroundings
-        mass = heavy + effective * M
-        try:
-            lam, V = eigh(stiff + effective * K, mass)
-        except LinAlgError:
-            break
-        rows, columns = linear_sum_assignment((before.V[:, before.at].T @ mass @ V) ** 2, maximize=True)
-        at = columns[np.argsort(rows)]
-        left = where.left(lam[at], basis @ V[:, at] if where.shapes else basis[:, at])
+def _trace(where: Scene, words: Change, sizes: Real, V: Real, at: Index) -> Trace:
+    """Modes followed through ``sizes`` (n, s) from where they were, ``V`` (n, q, q) and ``at`` (n, used); ends where more mass is taken off than there is.
+
+    With M = W w Wᵀ the modes of I + p M come from T = W (1 + p w)^−½, so that one call finds those of all the words.
+    """
+    n, q = V.shape[0], V.shape[1]
+    there, alive = np.arange(n)[:, None], np.ones(n, dtype=bool)
+    w, W = (np.zeros((n, q)), V) if words.M is None else np.linalg.eigh(words.M)
+    out = Trace(np.full(sizes.shape, np.inf), np.empty((*sizes.shape, q, q)), np.empty((*sizes.shape, at.shape[1]), dtype=np.int64))
+    for s, p in enumerate(sizes.T):
+        effective = np.where(words.inverse, p / (1.0 + np.abs(p)), p)  # a compliance is never negative
+        stiff = effective[:, None, None] * words.K
+        stiff[:, np.arange(q), np.arange(q)] += where.many.eigenvalues[:q]
+        before = np.take_along_axis(V, at[:, None, :], axis=2).transpose(0, 2, 1)
+        if words.M is None:
+            lam, V = np.linalg.eigh(stiff)
+        else:
+            mass = 1.0 + effective[:, None] * w
+            alive = alive & np.all(mass > 0.0, axis=1)
+            T = W / np.sqrt(np.where(mass > 0.0, mass, 1.0))[:, None, :]
+            lam, V = np.linalg.eigh(T.transpose(0, 2, 1) @ stiff @ T)
+            V = T @ V
+            before = before + effective[:, None, None] * (before @ words.M)
+        at = _went((before @ V) ** 2)
+        left = where.left(lam[there, at], where.mixed(np.take_along_axis(V, at[:, None, :], axis=2)))
         if not where.shapes:  # modes that veer change their shapes and keep their order: either may be what the table means
-            left = min(left, where.left(lam[where.used], basis[:, where.used]))
-        before = Step(left, float(p), V, at)
-        out.append(before)
+            left = np.minimum(left, where.left(lam[:, where.used], ()))
+        out.left[:, s], out.V[:, s], out.at[:, s] = np.where(alive & np.isfinite(left), left, np.inf), V, at
     return out
+
+
+def _went(likeness: Real) -> Index:
+    """The assignment of largest sum in each of ``likeness`` (n, used, q): (n, used)."""
+    at = np.argmax(likeness, axis=2)
+    for k in np.flatnonzero(np.any(np.diff(np.sort(at, axis=1), axis=1) == 0, axis=1)):  # where each has its own best, that is it
+        rows, columns = linear_sum_assignment(likeness[k], maximize=True)
+        at[k] = columns[np.argsort(rows)]
+    return at

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from cvxupdate.diagnose.effects import Effect, Key, key_of, regrown
-from cvxupdate.diagnose.modal_fit import ModalFit, Tables, error_of, fit_modes, prior_scales
+from cvxupdate.diagnose.modal_fit import ModalFit, Tables, error_of, fit_modes, prior_scales, residual_of
 from cvxupdate.diagnose.modal_scan import BASIS, scan, scene
 from cvxupdate.diagnose.refit import CHARGE
 from cvxupdate.diagnose.screen import Left, Score
@@ -21,12 +21,13 @@ from cvxupdate.fe.modes import natural_modes
 from cvxupdate.fe.rigid import rigid_body_modes
 from cvxupdate.physics import CATALOGUE
 from cvxupdate.physics.base import Candidate, Context, reported
-from cvxupdate.residual.modal import ModalPoint, modal_residual
+from cvxupdate.residual.modal import ModalPoint
 
 SHORT, EACH, NEAR = 14, 4, 0.25  # refitted: in all, of a word, and down to this part of the largest share
 FAR = 0.05  # r.m.s. relative error of the frequencies above which a derivative says little of what acts on whole members
 TRACED, MEMBERS = 24, 6  # such words followed through `WHOLE` sizes (the largest members first), and refitted
 WHOLE = (0.05, 0.1, 0.2, 0.35, 0.6, 1.0, 2.0, 4.0)  # of their parameter, on each side that it may take
+FAINT, TOGETHER = 1e-9, 256  # of a column: what is left of it then is rounding; columns scored at a time
 PARENTS, PARTNERS, CLOSE = 3, 6, 4.0  # firsts beside which a second is sought, seconds refitted beside each, misfit over the best one's of a first
 
 
@@ -103,7 +104,7 @@ def trials_beside(bench: ModalBench, parent: ModalTrial, most: int = SHORT) -> l
     usual = np.where([q.group is not None for q in base.model.parameters], 0.0, base.point.p)
     scores = shares(base, candidates)
     large = _sized(base.point.residual.evaluate(usual, base.point), candidates)
-    ranked = sorted((large.get(k, s) for k, s in enumerate(scores)), key=lambda s: -s.share)
+    ranked = sorted((large.get(k, s) for k, s in enumerate(scores)), key=lambda s: -_even(s.share))
     sized = {key_of(s.candidate) for s in large.values()}
     out = _members(bench, parent, candidates) if not parent.effects and parent.error > FAR else []
     count: dict[str, int] = {}
@@ -117,9 +118,14 @@ def trials_beside(bench: ModalBench, parent: ModalTrial, most: int = SHORT) -> l
         found = _planted(bench, parent, s, usual if key_of(c) in sized else None)
         out += [] if found is None else [found]
     best: dict[frozenset[Key], ModalTrial] = {}
-    for t in sorted(out, key=lambda t: t.charged):
+    for t in sorted(out, key=lambda t: _even(t.charged)):
         best.setdefault(t.keys, t)
     return list(best.values())
+
+
+def _even(x: float) -> float:
+    """Six digits: what mirror images of a symmetric structure share to rounding is a tie, and the first of them counts, on every machine the same."""
+    return float(f"{x:.5e}")
 
 
 def _members(bench: ModalBench, parent: ModalTrial, candidates: Sequence[Candidate]) -> list[ModalTrial]:
@@ -130,7 +136,8 @@ def _members(bench: ModalBench, parent: ModalTrial, candidates: Sequence[Candida
     for (_, size), c in sorted(traced, key=lambda item: item[0][0])[:MEMBERS]:
         bench.tell(f"refitting {c.name}")
         try:
-            found = fit_modes(c.model, bench.data, np.append(parent.fit.point.p, size), True) if c.model is not None else None
+            start = np.append(parent.fit.point.p, size)
+            found = None if c.model is None else fit_modes(c.model, bench.data, start, True, like=parent.fit.point.residual)
         except CvxupdateError:
             continue
         out += [] if found is None else [ModalTrial((*parent.effects, Effect(c)), found)]
@@ -146,7 +153,7 @@ def _traced(data: Tables, parent: ModalTrial, c: Candidate) -> tuple[float, floa
         point: ModalPoint | None = None
         for size in [side * x for x in WHOLE if q.lower < side * x < q.upper]:
             try:
-                residual = modal_residual(c.model, data.fit, data.hold, data.shapes) if point is None else point.residual
+                residual = residual_of(c.model, data, parent.fit.point.residual) if point is None else point.residual
                 point = residual.evaluate(np.append(parent.fit.point.p, size), point)
             except CvxupdateError:
                 break
@@ -176,7 +183,7 @@ def _planted(bench: ModalBench, parent: ModalTrial, s: Score, usual: Real | None
     first = s.p if len(s.p) == c.extra else np.zeros(c.extra)
     start[n:] = first if usual is not None else np.clip(first, np.maximum(low, -0.3), np.minimum(high, 1.0))
     try:
-        return ModalTrial((*parent.effects, Effect(c)), fit_modes(c.model, bench.data, start, usual is not None))
+        return ModalTrial((*parent.effects, Effect(c)), fit_modes(c.model, bench.data, start, usual is not None, like=parent.fit.point.residual))
     except CvxupdateError:
         return None
 
@@ -188,17 +195,17 @@ def pairs(bench: ModalBench, ordinary: ModalTrial, singles: Sequence[ModalTrial]
 
     def expand(first: ModalTrial) -> None:
         for t in trials_beside(bench, first, PARTNERS):
-            if t.keys not in pool or t.charged < pool[t.keys].charged:
+            if t.keys not in pool or _even(t.charged) < _even(pool[t.keys].charged):
                 pool[t.keys] = t
 
     for first in firsts:
         expand(first)
-    best = min(pool.values(), key=lambda t: t.charged, default=None)
+    best = min(pool.values(), key=lambda t: _even(t.charged), default=None)
     if best is not None and frozenset((best.effects[-1].key,)) not in {t.keys for t in firsts}:
         alone = _alone(bench, ordinary, best)
         if alone is not None:
             expand(alone)
-    return sorted(pool.values(), key=lambda t: t.charged)
+    return sorted(pool.values(), key=lambda t: _even(t.charged))
 
 
 def _alone(bench: ModalBench, ordinary: ModalTrial, pair: ModalTrial) -> ModalTrial | None:
@@ -220,52 +227,95 @@ def shares(base: ModalFit, candidates: Sequence[Candidate]) -> list[Score]:
     K, M = point.matrices.K, point.matrices.M
     many = natural_modes(K, M, min(base.model.size, 120), rigid_body_modes(base.model, K, M))
     phi = np.vstack([many.shapes, np.zeros((1, many.shapes.shape[1]))])
+    column = _column(point, many.eigenvalues, phi)
     single: dict[tuple[str, int], Real] = {}
-    out = []
+    columns: list[Real | None] = []
     for c in candidates:
         parts = [single[(c.physics, e)] for e in c.members if (c.physics, e) in single] if len(c.members) > 1 and c.additive else []
         if parts and len(parts) == len(c.members):
-            J = np.sum(parts, axis=0)[:, None]
+            columns.append(np.sum(parts, axis=0)[:, None])
         elif c.tangent and all(c.tangent):
-            J = np.stack([_column(point, many.eigenvalues, phi, blocks) for blocks in c.tangent], axis=1)
+            columns.append(np.stack([column(blocks) for blocks in c.tangent], axis=1))
         else:
-            out.append(Score(c, 0.0, np.zeros(c.extra)))
-            continue
-        if len(c.members) == 1 and c.additive:
+            columns.append(None)
+        if len(c.members) == 1 and c.additive and (J := columns[-1]) is not None:
             single[(c.physics, c.members[0])] = J[:, 0]
-        out.append(_scored(left, c, weights[:, None] * J))
+    return _scored(left, candidates, [None if J is None else weights[:, None] * J for J in columns])
+
+
+def _scored(left: Left, candidates: Sequence[Candidate], columns: Sequence[Real | None]) -> list[Score]:
+    """Scores of candidates with weighted columns (rows, n) each (None: it has none); those with a single one at a time."""
+    out = [Score(c, 0.0, np.zeros(c.extra)) for c in candidates]
+    total = float(left.residual @ left.residual)
+    if total <= 0.0:
+        return out
+    alone = [k for k, J in enumerate(columns) if J is not None and J.shape[1] == 1]
+    for first in range(0, len(alone), TOGETHER):
+        some = alone[first : first + TOGETHER]
+        J = np.hstack([x for k in some if (x := columns[k]) is not None])
+        Jp = left.freed(J)
+        norms = np.linalg.norm(Jp, axis=0)
+        along = left.residual @ Jp
+        for k, norm, length, push in zip(some, norms.tolist(), np.linalg.norm(J, axis=0).tolist(), along.tolist(), strict=True):
+            if norm > FAINT * max(length, 1e-300) and not (candidates[k].sign > 0 and push < 0.0):
+                out[k] = Score(candidates[k], push**2 / norm**2 / total, np.array([push / norm**2]))
+    for k, several in enumerate(columns):
+        if several is not None and several.shape[1] > 1:
+            out[k] = _together(left, candidates[k], several)
     return out
 
 
-def _scored(left: Left, c: Candidate, J: Real) -> Score:
-    """Score of a candidate with weighted columns ``J`` (rows, n)."""
+def _together(left: Left, c: Candidate, J: Real) -> Score:
+    """Score of a candidate with several weighted columns ``J`` (rows, n)."""
     nothing = Score(c, 0.0, np.zeros(c.extra))
     Jp, total = left.freed(J), float(left.residual @ left.residual)
     norms = np.linalg.norm(Jp, axis=0)
-    if total <= 0.0 or np.any(norms <= 1e-9 * np.maximum(np.linalg.norm(J, axis=0), 1e-300)):
+    if np.any(norms <= FAINT * np.maximum(np.linalg.norm(J, axis=0), 1e-300)):
         return nothing
     best = np.linalg.lstsq(Jp / norms, left.residual, rcond=1e-8)[0] / norms
     rest = left.residual - Jp @ best
     return nothing if c.sign > 0 and best[0] < 0.0 else Score(c, 1.0 - float(rest @ rest) / total, best)
 
 
-def _column(point: ModalPoint, eigenvalues: Real, phi: Real, blocks: Sequence[Any]) -> Real:
-    """Derivative of the rows of ``point.differences`` along one tangent: Fox and Kapoor's modal expansion over the modes at hand."""
+def _column(point: ModalPoint, eigenvalues: Real, phi: Real) -> Callable[[Sequence[Any]], Real]:
+    """What gives the derivative of the rows of ``point.differences`` along one tangent: Fox and Kapoor's modal expansion over the modes at hand."""
     residual = point.residual
-    places = [i for k in range(len(residual.fit)) for i in point.places[k].tolist() if i >= 0]
+    places = np.array([i for k in range(len(residual.fit)) for i in point.places[k].tolist() if i >= 0], dtype=np.int64)
     shapes = np.vstack([point.modes.shapes, np.zeros((1, point.modes.shapes.shape[1]))])
-    rows = [float(shapes[:, i] @ _push(shapes[:, i], point.modes.eigenvalues[i], blocks)) for i in places]
-    if residual.shapes:
-        for _, _, i, sensors, x, std in point._shape_rows():
-            force = _push(shapes[:, i], point.modes.eigenvalues[i], blocks)
-            gap = point.modes.eigenvalues[i] - eigenvalues
-            near = np.abs(gap) <= 1e-6 * max(float(point.modes.eigenvalues[i]), 1.0)
-            d = phi[sensors] @ np.where(near, 0.0, (phi.T @ force) / np.where(near, 1.0, gap))
-            w = 1.0 / std**2
-            own = shapes[sensors, i]
-            q = np.sum(w * own * x) / np.sum(w * own**2)
-            rows += (q * d + own * (np.sum(w * (x - 2.0 * q * own) * d) / np.sum(w * own**2))).tolist()
-    return np.array(rows)
+    paired, own = np.ascontiguousarray(shapes[:, places]), point.modes.eigenvalues[places]
+    rows = point._shape_rows() if residual.shapes else []
+
+    def column(blocks: Sequence[Any]) -> Real:
+        parts = [_energies(paired, own, blocks)]
+        for _, _, i, sensors, x, std in rows:
+            parts.append(_turned(shapes[:, i], float(point.modes.eigenvalues[i]), sensors, x, std, eigenvalues, phi, blocks))
+        return np.concatenate(parts)
+
+    return column
+
+
+def _energies(shapes: Real, eigenvalues: Real, blocks: Sequence[Any]) -> Real:
+    """φᵀ (∂K − λ ∂M) φ of each of ``shapes`` (N + 1, modes); the last DOF is the ground."""
+    out = np.zeros(len(eigenvalues))
+    for b in blocks:
+        local = shapes[b.dofs]  # (elements, dofs, modes)
+        if b.K is not None:
+            out += np.einsum("eim,eim->m", local, b.K @ local)
+        if b.M is not None:
+            out -= eigenvalues * np.einsum("eim,eim->m", local, b.M @ local)
+    return out
+
+
+def _turned(shape: Real, eigenvalue: float, sensors: Any, x: Real, std: Real, eigenvalues: Real, phi: Real, blocks: Sequence[Any]) -> Real:
+    """Derivative of a shape (N + 1,) at ``sensors``, scaled to the measured ``x`` all the while."""
+    force = _push(shape, eigenvalue, blocks)
+    gap = eigenvalue - eigenvalues
+    near = np.abs(gap) <= 1e-6 * max(eigenvalue, 1.0)
+    d = phi[sensors] @ np.where(near, 0.0, (phi.T @ force) / np.where(near, 1.0, gap))
+    w = 1.0 / std**2
+    own = shape[sensors]
+    q = np.sum(w * own * x) / np.sum(w * own**2)
+    return np.asarray(q * d + own * (np.sum(w * (x - 2.0 * q * own) * d) / np.sum(w * own**2)))
 
 
 def _push(shape: Real, lam: float, blocks: Sequence[Any]) -> Real:
