@@ -24,7 +24,8 @@ from cvxupdate.physics import CATALOGUE
 from cvxupdate.physics.base import Place
 
 COARSE, FINE = (0, 1), (2, 3)  # levels at which the short list runs, and at which only the best do
-PLACES, FINAL = (16, 8), (5, 4)  # how many enter each
+PLACES, FINAL = (16, 8), (5, 4)
+PARENTS, FEW = 4, 2  # single effects beside which a second is sought; where the mesh alone may leave as much as the best single effect  # how many enter each
 DAMPING_GAIN = 12.0  # drop of the damping ratios' squares that chance gives one parameter once in two thousand times (chi-square, one freedom)
 EXPLAINED = 1.0  # weighted squares per row: a residual within noise and the allowance for discretisation (`signals.FLOOR`)
 STABLE = 0.7  # part of the half-samples that makes a candidate worth a refit whatever its share (Meinshausen and Bühlmann: 0.6 to 0.9)
@@ -107,7 +108,8 @@ def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[
     if pattern:
         singles.sort(key=lambda t: t.fit.damping_strain)
     enough = pattern or base.misfit <= OPEN * EXPLAINED or (singles and singles[0].fit.excess <= CLEAR)
-    double = [] if enough else pairs(bench, coarse, tell)
+    meshed = bool(singles) and outcome.errors(singles[0])[0] <= mesh_allowance(outcome)  # what is left may be the mesh's
+    double = [] if enough else pairs(bench, coarse, tell, FEW if meshed else PARENTS)
     if double:
         best: dict[frozenset[Key], Trial] = {}
         for t in sorted([*singles, *simpler(bench, double[0], tell)], key=charged):
@@ -115,6 +117,14 @@ def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[
         singles = list(best.values())
     return replace(outcome, screened=screened, trials=tuple(singles), pairs=tuple(double), stable={key_of(s.candidate): often for s, often in stable},
                    entered=tuple((t, t.fit.misfit / points[0].misfit) for t in entries))
+
+
+def mesh_allowance(outcome: Outcome) -> float:
+    """Response error that the mesh may leave although its shift was taken out: what extrapolation may miss, in half-power bandwidths (2 ζ f)."""
+    if not outcome.base.setting.damped:
+        return 0.0
+    data = outcome.bench.data
+    return float(min(0.3, data.mesh.missed(data.top) / np.median(outcome.base.point.damping[outcome.base.point.owner])))
 
 
 def followed(outcome: Outcome) -> Fit:

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from cvxupdate.diagnose.effects import Effect, Key, Trial
-from cvxupdate.diagnose.engine import DAMPING_GAIN, EXPLAINED, OPEN, Outcome
+from cvxupdate.diagnose.engine import DAMPING_GAIN, EXPLAINED, OPEN, Outcome, mesh_allowance
 from cvxupdate.diagnose.finding import Finding
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.shortlist import DAMPING_WORDS
@@ -102,14 +102,6 @@ def explained(t: Judged, outcome: Outcome) -> bool:
 def credible(t: Judged, outcome: Outcome) -> bool:
     """The same with a tenth of the response allowed: one clear effect may stand although the model is not exact."""
     return explained(t, outcome) or bool(np.nanmax([t.hold_out, t.error]) <= UNEXPLAINED)
-
-
-def mesh_allowance(outcome: Outcome) -> float:
-    """Response error that the mesh may leave although its shift was taken out: what extrapolation may miss, in half-power bandwidths (2 ζ f)."""
-    if not outcome.base.setting.damped:
-        return 0.0
-    data = outcome.bench.data
-    return float(min(0.3, data.mesh.missed(data.top) / np.median(outcome.base.point.damping[outcome.base.point.owner])))
 
 
 def rivals(best: Judged, others: Sequence[Judged], outcome: Outcome) -> list[Judged]:

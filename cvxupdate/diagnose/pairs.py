@@ -11,19 +11,19 @@ from dataclasses import replace
 
 from cvxupdate.diagnose.effects import Bench, Hypothesis, Key, Trial, key_of, planted, unbent, without
 from cvxupdate.diagnose.fit import at_level
-from cvxupdate.diagnose.refit import CLEAR, Tell, charged, entered, raced
+from cvxupdate.diagnose.refit import BEHIND, CLEAR, Tell, charged, entered, raced
 from cvxupdate.diagnose.screen import Score, left_over, screen
 from cvxupdate.diagnose.shortlist import best_of, members, shortlist, unsized
 from cvxupdate.diagnose.signals import Signal
 from cvxupdate.diagnose.sized import sized, sized_sets, sized_whole
 from cvxupdate.errors import ModelError
 
-PARENTS, ROUNDS = 4, 6  # firsts tried, halves exchanged at most
+ROUNDS = 6  # halves exchanged at most
 SECONDS, EACH = 12, 4  # of each list beside a first, and of a word in it: neighbours of the true place look alike
 PARTNERS = 6  # of those that are refitted: carried on
 WHOLES, WHOLE = 6, 3  # words on whole members that are tried at several sizes, and refitted beside a first
 MOVES = 2  # best single effects in whose stead others are sought
-CLOSE = 4.0  # times the best single effect's misfit: further behind, none is tried as a first
+CLOSE = 4.0  # times the best single effect's misfit: further behind, none is tried as a first, or in its stead
 COARSE, FINE = 1, (2, 3)  # levels of the search, and of the race of the best
 KIN = 6  # that may stand in an effect's stead
 FINAL = (4, 3)
@@ -64,7 +64,7 @@ def moved(bench: Bench, singles: Sequence[Trial], tell: Tell) -> list[Trial]:
     """
     pool = {t.keys: t for t in singles}
     tried = set(pool)
-    for parent in list(singles[:MOVES]):
+    for parent in [t for t in singles if charged(t) <= CLOSE * charged(singles[0])][:MOVES]:
         rest = without(bench, parent, 0)
         if rest is not None:
             tell(f"seeking in place of {parent.name}")
@@ -86,18 +86,18 @@ def _refit(bench: Bench, hypotheses: Sequence[Hypothesis], pool: dict[frozenset[
         pool[t.keys] = t
 
 
-def pairs(bench: Bench, singles: Sequence[Trial], tell: Tell) -> list[Trial]:
-    """The best pairs of effects, sharpened, best first; ``singles`` are fitted trials of one effect, best first."""
+def pairs(bench: Bench, singles: Sequence[Trial], tell: Tell, parents: int) -> list[Trial]:
+    """The best pairs of effects, sharpened, best first; ``singles`` are fitted trials of one effect, best first, of which ``parents`` are firsts."""
     pool: dict[frozenset[Key], Trial] = {}
     tried: set[frozenset[Key]] = set()
     halves: set[frozenset[Key]] = set()
-    for parent in [t for t in singles if charged(t) <= CLOSE * charged(singles[0])][:PARENTS]:
+    for parent in [t for t in singles if charged(t) <= CLOSE * charged(singles[0])][:parents]:
         tell(f"seeking beside {parent.name}")
         _refit(bench, beside(bench, parent), pool, tried, tell)
         if pool and min(t.fit.excess for t in pool.values()) <= CLEAR:
             break  # others that would do as well are found by the exchange of halves
     for _ in range(ROUNDS):
-        whole, half = _half_to_try(bench, pool, halves)
+        whole, half = _half_to_try(bench, pool, halves, BEHIND * charged(singles[0]))
         if half is None or whole is None:
             break
         tell(f"seeking beside {half.name} again")
@@ -126,8 +126,11 @@ def _together(bench: Bench, pair: Trial, first: Trial | None) -> Hypothesis | No
     return None if whole is None else planted(bench, bare, Score(whole, 1.0, sizes), bench.data.levels[COARSE])
 
 
-def _half_to_try(bench: Bench, pool: dict[frozenset[Key], Trial], tried: set[frozenset[Key]]) -> tuple[Trial | None, Trial | None]:
-    """The best pair and a half of it that has not been tried yet, the other half taken out; None where there is none."""
+def _half_to_try(bench: Bench, pool: dict[frozenset[Key], Trial], tried: set[frozenset[Key]], most: float) -> tuple[Trial | None, Trial | None]:
+    """The best pair and a half of it that has not been tried yet, the other half taken out; None where there is none.
+
+    A half that alone leaves more than ``most`` is not: the other one carries all.
+    """
     if not pool:
         return None, None
     best = min(pool.values(), key=charged)
@@ -136,6 +139,6 @@ def _half_to_try(bench: Bench, pool: dict[frozenset[Key], Trial], tried: set[fro
         if rest not in tried:
             tried.add(rest)
             half = without(bench, best, index)
-            if half is not None:
+            if half is not None and charged(half) <= most:
                 return best, half
     return None, None

@@ -22,7 +22,7 @@ def charged(t: Trial) -> float:
     return t.fit.misfit * (1.0 + CHARGE * (t.extra - len(t.effects)))
 
 
-CLEAR = 0.1  # weighted squares per row beyond noise: what leaves no more needs nothing else
+CLEAR = 0.25  # weighted squares per row beyond noise (half a percent of the response): what leaves no more needs nothing else
 AGAIN = 1  # level at which a fit that leaves more is begun a second time, from the drawing
 TRIAGE = 3  # iterations after which hypotheses are compared for the first time
 

@@ -31,8 +31,8 @@ MASSES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.2)  # of hidden oscillators, of the s
 GIVEN = (0.1, 0.3, 0.6, 0.9, 0.97)  # how far what is joined rigidly gives way
 FINEST = 24  # sets whose sizes are refined
 BETWEEN, FINER = 4, 2  # sizes tried between the best one and its neighbours, and how often
-SIZES = (-0.5, -0.3, -0.17, -0.1, -0.05, 0.05, 0.1, 0.17, 0.3, 0.6, 1.2)  # of what acts on elements and whole members
-SETS = 400  # sets of elements looked at: those with the largest first-order shares
+SIZES = (-0.45, -0.2, -0.08, 0.08, 0.2, 0.45, 1.0)  # of what acts on elements and whole members
+SETS = 300  # sets of elements looked at: those with the largest first-order shares
 OSCILLATORS = 40  # hidden oscillators looked at: those with the largest first-order shares
 
 
