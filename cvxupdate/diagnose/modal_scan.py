@@ -34,7 +34,7 @@ class Effort:
 
 
 FULL, QUICK = Effort(SIZES, 5, BASIS), Effort(6, 0, 20)
-MANY, CLOSER = 150, 24  # local candidates above which a quick pass chooses those that are looked at closely: so many of a word
+MANY, CLOSER = 150, 24  # local candidates above which a quick pass chooses those that are looked at closely: so many of a word and a kind of DOF
 TOGETHER = 64  # candidates whose sizes are tried at a time: one call finds the modes of all, and their matrices stay small
 
 
@@ -126,12 +126,12 @@ def scan(where: Scene, candidates: Sequence[Candidate]) -> dict[int, tuple[float
     out: dict[int, tuple[float, float]] = {}
     if len(which) > MANY:
         out = dict(zip(which, best_sizes(where, [candidates[k] for k in which], QUICK), strict=True))
-        count: dict[str, int] = {}
+        count: dict[tuple[str, str | None], int] = {}
         which = []
         for k in sorted(out, key=lambda k: out[k][0]):
-            word = candidates[k].physics
-            count[word] = count.get(word, 0) + 1
-            which += [k] if count[word] <= CLOSER else []
+            kind = (candidates[k].physics, candidates[k].place.dof)
+            count[kind] = count.get(kind, 0) + 1
+            which += [k] if count[kind] <= CLOSER else []
     return out | dict(zip(which, best_sizes(where, [candidates[k] for k in which], FULL), strict=True))
 
 
