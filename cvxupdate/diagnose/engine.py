@@ -108,7 +108,7 @@ def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[
     if pattern:
         singles.sort(key=lambda t: t.fit.damping_strain)
     enough = pattern or base.misfit <= OPEN * EXPLAINED or (singles and singles[0].fit.excess <= CLEAR)
-    meshed = bool(singles) and outcome.errors(singles[0])[0] <= mesh_allowance(outcome)  # what is left may be the mesh's
+    meshed = bool(singles) and outcome.errors(singles[0])[0] <= mesh_allowance(outcome, singles[0].fit.setting.model)  # what is left may be the mesh's
     double = [] if enough else pairs(bench, coarse, tell, FEW if meshed else PARENTS)
     if double:
         best: dict[frozenset[Key], Trial] = {}
@@ -119,12 +119,16 @@ def explain(model: Model, original: Model, data: Data, supports: Sequence[tuple[
                    entered=tuple((t, t.fit.misfit / points[0].misfit) for t in entries))
 
 
-def mesh_allowance(outcome: Outcome) -> float:
-    """Response error that the mesh may leave although its shift was taken out: what extrapolation may miss, in half-power bandwidths (2 ζ f)."""
+def mesh_allowance(outcome: Outcome, model: Model) -> float:
+    """Response error that the mesh may leave although its shift was taken out: what extrapolation may miss, in half-power bandwidths (2 ζ f).
+
+    ``model`` is that of the hypothesis: beams that deform in shear have another mesh error.
+    """
     if not outcome.base.setting.damped:
         return 0.0
     data = outcome.bench.data
-    return float(min(0.3, data.mesh.missed(data.top) / np.median(outcome.base.point.damping[outcome.base.point.owner])))
+    mesh = data.mesh_of(model)
+    return float(min(0.3, mesh.missed(data.top) / np.median(outcome.base.point.damping[outcome.base.point.owner])))
 
 
 def followed(outcome: Outcome) -> Fit:

@@ -21,6 +21,9 @@ LOWER = 0.7  # of the held-out error with ordinary parameters, noise apart
 RIVAL = 2.0  # misfit beyond noise within this factor of the best: the recordings do not separate the two
 UNEXPLAINED = 0.1  # response error above which even the best model leaves the recordings unexplained
 SURE = 0.4  # confidence below which a further effect is not claimed
+FAINT = 0.15  # and below which none is
+MET = 1.1  # times the noise: a held-out error that cannot become lower
+TWICE = 2.0  # times what the mesh may leave: nothing below it is taken for a second effect
 LARGE = 4.0  # drop of a misfit that already counts as explained, from which on a doubtful finding is told all the same
 
 
@@ -81,14 +84,18 @@ def shows(t: Judged, before: float, outcome: Outcome) -> bool:
 
 
 def shown(hold_out: float, before: float, nominal: float, noise: float) -> bool:
-    """Whether the held-out error is half of what it was with the model as it came, and clearly below ``before``; true where nothing was held out (NaN)."""
+    """Whether the held-out error is half of what it was with the model as it came, and clearly below ``before`` or at the noise; true where nothing was
+    held out (NaN)."""
     if not np.isfinite(hold_out):
         return True
-    return bool(hold_out <= HALVED * nominal and (hold_out <= LOWER * before or beyond(hold_out, noise) <= LOWER * beyond(before, noise)))
+    lower = hold_out <= max(LOWER * before, MET * noise) or beyond(hold_out, noise) <= LOWER * beyond(before, noise)
+    return bool(hold_out <= HALVED * nominal and lower)
 
 
 def doubles(pair: Judged, single: Judged | None, outcome: Outcome) -> bool:
-    """Whether two effects are needed: they explain, and leave at most half of the misfit that the best one leaves."""
+    """Whether two effects are needed: they explain, and leave at most half of the misfit that the best one leaves, which is more than the mesh's."""
+    if single is not None and single.error <= TWICE * mesh_allowance(outcome, single.trial.fit.setting.model):
+        return False
     excess, error = (outcome.base.excess, outcome.ordinary[1]) if single is None else (single.excess, single.hold_out)
     return explained(pair, outcome) and pair.excess <= HALVED * excess and shows(pair, error, outcome)
 
@@ -96,7 +103,7 @@ def doubles(pair: Judged, single: Judged | None, outcome: Outcome) -> bool:
 def explained(t: Judged, outcome: Outcome) -> bool:
     """Whether what a trial leaves is within noise and the allowances for discretisation."""
     left = np.nanmax([t.hold_out, t.error])
-    return bool(t.misfit <= OPEN * EXPLAINED or left <= mesh_allowance(outcome))
+    return bool(t.misfit <= OPEN * EXPLAINED or left <= mesh_allowance(outcome, t.trial.fit.setting.model))
 
 
 def credible(t: Judged, outcome: Outcome) -> bool:

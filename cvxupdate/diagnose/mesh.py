@@ -31,16 +31,24 @@ SLENDER = 4.0  # depths: the length of an element where its terms of second and 
 
 @dataclass(frozen=True)
 class MeshError:
-    """``frequencies`` (modes,) Hz of the analyst's mesh and ``shift`` (modes,): converged frequency over this one, less 1."""
+    """``frequencies`` (modes,) Hz of the analyst's mesh and ``shift`` (modes,): converged frequency over this one, less 1.
+
+    ``numbers`` (modes,) of the modes, the lowest flexible one 0, where modes are to be known by them: a beam without shear has other frequencies.
+    """
 
     frequencies: Real
     shift: Real
     order: int = 2
+    numbers: Real | None = None
 
     def at(self, frequencies: Real) -> Real:
-        """The shift of modes at other frequencies nearby: that of the nearest mode; zero beyond those that were compared."""
+        """The shift of the lowest flexible modes, by their frequencies nearby or by their order: that of the nearest mode; zero beyond those that were
+        compared."""
         if not len(self.frequencies):
             return np.zeros(len(frequencies))
+        if self.numbers is not None:
+            place = np.arange(len(frequencies))
+            return np.where(place <= self.numbers.max(), self.shift[np.argmin(np.abs(place[:, None] - self.numbers), axis=1)], 0.0)
         nearest = np.argmin(np.abs(np.asarray(frequencies)[:, None] - self.frequencies), axis=1)
         return np.where(np.asarray(frequencies) <= 1.1 * self.frequencies[-1], self.shift[nearest], 0.0)
 
@@ -86,7 +94,7 @@ def mesh_error(spec: Spec, model: Model, top: float, sheared: bool = False) -> M
     f, g = coarse.frequencies[found.measured], sharp.frequencies[found.model]
     shift = (g + (g - f) / (2.0**order - 1.0)) / f - 1.0
     same = np.abs(shift) <= ANOTHER  # shapes of other DOFs than the shared ones look alike now and then
-    return MeshError(f[same], shift[same], order)
+    return MeshError(f[same], shift[same], order, np.asarray(found.measured, dtype=float)[same] if sheared else None)
 
 
 def shearing(model: Model) -> Model:

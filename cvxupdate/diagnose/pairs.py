@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from cvxupdate.diagnose.effects import Bench, Hypothesis, Key, Trial, key_of, planted, unbent, without
 from cvxupdate.diagnose.fit import at_level
-from cvxupdate.diagnose.refit import BEHIND, CLEAR, Tell, charged, entered, raced
+from cvxupdate.diagnose.refit import CLEAR, Tell, charged, entered, raced
 from cvxupdate.diagnose.screen import Score, left_over, screen
 from cvxupdate.diagnose.shortlist import best_of, members, shortlist, unsized
 from cvxupdate.diagnose.signals import Signal
@@ -19,6 +19,7 @@ from cvxupdate.diagnose.sized import sized, sized_sets, sized_whole
 from cvxupdate.errors import ModelError
 
 ROUNDS = 6  # halves exchanged at most
+ALONE = 100.0  # times the best single effect's misfit: a half that leaves more as it stands is nothing without the other
 SECONDS, EACH = 12, 4  # of each list beside a first, and of a word in it: neighbours of the true place look alike
 PARTNERS = 6  # of those that are refitted: carried on
 WHOLES, WHOLE = 6, 3  # words on whole members that are tried at several sizes, and refitted beside a first
@@ -97,7 +98,7 @@ def pairs(bench: Bench, singles: Sequence[Trial], tell: Tell, parents: int) -> l
         if pool and min(t.fit.excess for t in pool.values()) <= CLEAR:
             break  # others that would do as well are found by the exchange of halves
     for _ in range(ROUNDS):
-        whole, half = _half_to_try(bench, pool, halves, BEHIND * charged(singles[0]))
+        whole, half = _half_to_try(bench, pool, halves, ALONE * charged(singles[0]))
         if half is None or whole is None:
             break
         tell(f"seeking beside {half.name} again")

@@ -17,6 +17,7 @@ from cvxupdate.diagnose.export import of_fit
 from cvxupdate.diagnose.finding import Diagnosis, Finding, capital, effect_of, finite, sentence_of
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.judge import (
+    FAINT,
     SURE,
     Judged,
     claimed,
@@ -102,8 +103,7 @@ def _verdict(outcome: Outcome, final: Judged | None, field: Sequence[Judged], ev
         return *verdict_of(findings), findings
     if final is not None and credible(final, outcome):
         findings = _findings(outcome, final, field)
-        if not explained(final, outcome):
-            findings = tuple(f for f in findings if f.confidence >= SURE)
+        findings = tuple(f for f in findings if f.confidence >= (FAINT if explained(final, outcome) else SURE))
     if findings:
         return *verdict_of(findings), findings
     if explained(_base(outcome), outcome):
