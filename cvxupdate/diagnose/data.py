@@ -51,11 +51,14 @@ def prepare(recordings: Sequence[FrequencyResponse | TimeHistory]) -> Data:
                 max(b[1] for b in bands), min(b[0] for b in bands))
 
 
-def ordinary(model: Model, wide: bool = False) -> Model:
-    """A stiffness and a mass p-value for every group: what drawing and laboratory always differ by, within credible bounds (``wide``: far beyond)."""
+def ordinary(model: Model, wide: bool = False, scatter: float = 1.0) -> Model:
+    """A stiffness and a mass p-value for every group: what drawing and laboratory always differ by, within credible bounds (``wide``: far beyond).
+
+    ``scatter``: part of the usual scatter, of a model that was calibrated on this very structure.
+    """
     wanted: list[Wanted] = []
     for of, std in (("stiffness", STIFFNESS_STD), ("mass", MASS_STD)):
-        limit = WIDE if wide else CREDIBLE * std
+        limit = WIDE if wide else CREDIBLE * std * scatter
         groups: dict[str, list[int]] = {}
         for block in model.blocks:
             if has_property(block, of):
@@ -118,6 +121,6 @@ def release_from(spec: Spec) -> Callable[[int, str], Model]:
                 if kept:
                     supports.append(s.model_copy(update={"nodes": (n,), "dofs": kept}))
         freed = replace(spec, model=spec.model.model_copy(update={"supports": tuple(supports)}), update=None)
-        return ordinary(undamped(build_model(freed)))
+        return ordinary(undamped(build_model(freed)), scatter=spec.diagnose.scatter)
 
     return release

@@ -10,7 +10,7 @@ import numpy as np
 from cvxupdate.diagnose.data import WIDE, Data
 from cvxupdate.diagnose.effects import Bench, Key, Trial, key_of
 from cvxupdate.diagnose.finding import Finding, sentence
-from cvxupdate.diagnose.fit import CREDIBLE, MASS_STD, STIFFNESS_STD, Fit, at_level, error_of, fit, setting_for
+from cvxupdate.diagnose.fit import CREDIBLE, Fit, at_level, error_of, fit, scatter_of, setting_for
 from cvxupdate.diagnose.pairs import beside, moved, pairs, planted_or_none, simpler
 from cvxupdate.diagnose.refit import CLEAR, charged, entered, raced
 from cvxupdate.diagnose.residual import noise_errors
@@ -147,9 +147,8 @@ def loose_groups(model: Model, p: Real) -> list[tuple[Parameter, float, float]]:
     """Ordinary parameters outside their credible band: (parameter, p, how many deviations)."""
     out = []
     for q, value in zip(model.parameters, p, strict=False):
-        std = MASS_STD if q.of == "mass" else STIFFNESS_STD
-        if q.group is not None and abs(value) > CREDIBLE * std:
-            out.append((q, float(value), abs(float(value)) / std))
+        if q.group is not None and abs(value) > CREDIBLE * scatter_of(q):
+            out.append((q, float(value), abs(float(value)) / scatter_of(q)))
     return sorted(out, key=lambda item: -item[2])
 
 

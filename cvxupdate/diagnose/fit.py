@@ -15,6 +15,7 @@ from cvxupdate.diagnose.residual import Fault, ResponsePoint, Setting, channel_e
 from cvxupdate.diagnose.signals import Real, Signal
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import natural_modes
+from cvxupdate.fe.parameters import Parameter
 from cvxupdate.fe.rigid import rigid_body_modes
 from cvxupdate.update.trust_region import Options, iterate
 
@@ -77,11 +78,16 @@ def setting_for(model: Model, original: Model, signals: Sequence[Signal], top: f
     return Setting(model, tuple(signals), file_damping(original, f), top, tuple(faults), mesh.at(f))
 
 
+def scatter_of(q: Parameter) -> float:
+    """Ordinary deviation of a group's p-value: `CREDIBLE` of them reach its bound, and it is at most the usual one."""
+    return min(MASS_STD if q.of == "mass" else STIFFNESS_STD, q.upper / CREDIBLE)
+
+
 def prior_scales(setting: Setting) -> Real:
     """Standard deviations of the unknowns before any recording: group p-values scatter ordinarily; physics under trial and faults are free."""
     out = []
     for q in setting.model.parameters:
-        out.append(FREE if q.group is None else MASS_STD if q.of == "mass" else STIFFNESS_STD)
+        out.append(FREE if q.group is None else scatter_of(q))
     return np.array([*out, COMMON_DAMPING_STD, *[MODE_DAMPING_STD] * setting.damped, *[FREE] * len(setting.faults)])
 
 

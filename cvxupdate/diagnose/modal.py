@@ -16,6 +16,7 @@ from cvxupdate.diagnose.export import of_modes
 from cvxupdate.diagnose.finding import Diagnosis, Finding, capital, effect, effect_of, finite, sentence_of
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.judge import (
+    FAINT,
     HALVED,
     RIVAL,
     Competitor,
@@ -42,6 +43,7 @@ from cvxupdate.spec import Spec
 
 # Words that frequencies and real shapes cannot tell (spin splits pairs of complex modes).
 SILENT = ("gyroscopic", "attached_resonator", "viscous_damper", "structural_damping", "mass_proportional_damping", "sensor_fault")
+SPARE = 5  # measured figures beyond the ordinary parameters from which on a second effect is sought: with fewer, two fit nearly anything
 UNEXPLAINED = 0.05  # error of the frequencies above which even the best model leaves the tables unexplained
 EVIDENCE = 6.0  # drop of Bayes' information criterion that counts as strong (Kass and Raftery 1995)
 
@@ -75,7 +77,7 @@ def diagnose_modes(spec: Spec, model: Model, recordings: Sequence[Recording], pr
     tables = [r for r in recordings if isinstance(r, ModeTable)]
     if not any(t.origin.use == "fit" for t in tables):
         raise InputError(f"{spec.path}: diagnose needs a recording with use = \"fit\". Add one.")
-    start = ordinary(undamped(model))
+    start = ordinary(undamped(model), scatter=spec.diagnose.scatter)
     mesh = mesh_error(spec, model, max(float(t.frequency.max()) for t in tables))
     data = prepared(start, tables, mesh)
     words = tuple(w for w in CATALOGUE if w not in SILENT and (spec.diagnose.physics is None or w in spec.diagnose.physics))
@@ -99,7 +101,7 @@ def _searched(bench: ModalBench, start: Model) -> ModalOutcome:
     base = ModalTrial((), fit_modes(start, bench.data, start.zero()))
     nominal = base.fit.point.residual.evaluate(start.zero())
     singles = trials_beside(bench, base) if base.fit.misfit > EXPLAINED else []
-    enough = not singles or singles[0].fit.misfit <= EXPLAINED
+    enough = not singles or singles[0].fit.misfit <= EXPLAINED or base.fit.rows - len(start.parameters) < SPARE
     return ModalOutcome(bench, nominal, base, tuple(singles), () if enough else tuple(pairs(bench, base, singles)))
 
 
@@ -154,7 +156,8 @@ def _findings(o: ModalOutcome, final: ModalTrial, field: Sequence[ModalTrial]) -
         same = tuple((s.candidate.physics, s.candidate.place) for s in equivalents(e, final, near))
         sure = confidence(_standing(k, final, field, o))
         out.append(Finding(e.candidate.physics, e.candidate.place, values, deviations, sure, same, sentence_of(e.candidate, values)))
-    return claimed(sorted(out, key=lambda f: -f.confidence), o.base.fit.misfit, final.fit.misfit)
+    told = claimed(sorted(out, key=lambda f: -f.confidence), o.base.fit.misfit, final.fit.misfit)
+    return tuple(f for f in told if final.fit.explained or f.confidence >= FAINT)
 
 
 def _verdict(o: ModalOutcome, findings: Sequence[Finding]) -> tuple[str, str]:

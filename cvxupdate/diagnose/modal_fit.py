@@ -13,7 +13,7 @@ from scipy.special import gammaincinv
 
 from cvxupdate.convex import Bounds, SolverChoice, StepProblem, Tikhonov
 from cvxupdate.diagnose.data import WIDE
-from cvxupdate.diagnose.fit import FREE, MASS_STD, STIFFNESS_STD
+from cvxupdate.diagnose.fit import FREE, scatter_of
 from cvxupdate.diagnose.mesh import MeshError
 from cvxupdate.diagnose.modal_scan import SIZES
 from cvxupdate.diagnose.signals import Real
@@ -115,7 +115,7 @@ class ModalFit:
 def prior_scales(model: Model, wide: bool = False) -> Real:
     """Standard deviations of the parameters before any table: groups scatter ordinarily (``wide``: their stiffness as far as a parameter error is followed;
     frequencies alone would not keep mass and stiffness apart), physics under trial is free."""
-    return np.array([FREE if q.group is None else MASS_STD if q.of == "mass" else WIDE if wide else STIFFNESS_STD for q in model.parameters])
+    return np.array([FREE if q.group is None else WIDE if wide and q.of != "mass" else scatter_of(q) for q in model.parameters])
 
 
 def residual_of(model: Model, data: Tables, like: ModalResidual | None = None) -> ModalResidual:

@@ -64,7 +64,8 @@ def diagnose_responses(spec: Spec, model: Model, recordings: Sequence[Recording]
     if not nonlinear and "shear_deformation" in (spec.diagnose.physics or CATALOGUE):
         data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))
     supports = held_dofs(model, [(s.nodes, s.dofs) for s in spec.model.supports], spec.model.dofs)
-    outcome = explain(ordinary(undamped(model)), model, data, supports, release_from(spec), [] if nonlinear else spec.diagnose.physics, progress)
+    start = ordinary(undamped(model), scatter=spec.diagnose.scatter)
+    outcome = explain(start, model, data, supports, release_from(spec), [] if nonlinear else spec.diagnose.physics, progress)
     singles, doublets = judged(outcome, outcome.trials), judged(outcome, outcome.pairs)
     evidence = [*_level_evidence(change, nonlinear), *_mesh_evidence(data), *([] if nonlinear else _ordinary_evidence(outcome))]
     single = next(iter(s for s in singles[:1] if halves(s, outcome)), None)

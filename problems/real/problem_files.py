@@ -55,9 +55,10 @@ def head(title: str, source: str) -> str:
 CLAMP = '[[model.supports]]\nnodes = [1]\ndofs = ["z", "ry"]\n\n'
 
 
-def only(words: Sequence[str]) -> str:
-    """What diagnose may consider."""
-    return "\n[diagnose]\nphysics = [" + ", ".join(f'"{w}"' for w in words) + "]\n"
+def only(words: Sequence[str], scatter: float = 1.0) -> str:
+    """What diagnose may consider, and how much of the usual scatter is left in a calibrated model."""
+    asked = ["physics = [" + ", ".join(f'"{w}"' for w in words) + "]"] if words else []
+    return "\n[diagnose]\n" + "\n".join(asked + ([f"scatter = {scatter:g}"] if scatter < 1.0 else [])) + "\n"
 
 
 # the moving roller
@@ -115,6 +116,7 @@ def roller() -> dict[str, str]:
 
 BEAM = "de Sousa and Machado, Data in Brief 2024, doi 10.1016/j.dib.2024.110043; width and steel are assumptions, see source.md"
 SIX = 0.01275  # kg: one of six is 2.96 % of beam and masses, for a beam of 25 mm width
+KNOWN = 0.1  # part of the usual scatter: the very beam was measured before, in the same clamp
 REPEAT = 0.003  # relative deviation of a frequency: what a layout tested twice differs by
 
 
@@ -202,7 +204,7 @@ def beam_files() -> dict[str, str]:
 def damaged(layout: int, clamp: Clamp, measured: np.ndarray, positions: np.ndarray, words: Sequence[str]) -> str:
     """The damaged state of a layout (from 0); ``measured`` (5,) Hz."""
     rows = mode_rows([(k + 1, float(f), REPEAT * float(f)) for k, f in enumerate(measured)], "fit", f"layout {layout + 1}, 2.96 % of the mass taken off")
-    return beam(f"Cantilever with six masses, layout {layout + 1}: something was taken off", positions, clamp, rows, tail=only(words) if words else "")
+    return beam(f"Cantilever with six masses, layout {layout + 1}: something was taken off", positions, clamp, rows, tail=only(words, KNOWN))
 
 
 # the cantilever with tip masses

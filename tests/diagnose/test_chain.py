@@ -8,6 +8,9 @@ from dataclasses import replace
 import pytest
 
 from cvxupdate.diagnose import diagnose_problem
+from cvxupdate.diagnose.data import ordinary
+from cvxupdate.diagnose.fit import prior_scales, setting_for
+from cvxupdate.diagnose.forward import undamped
 from cvxupdate.errors import InputError
 
 
@@ -123,3 +126,12 @@ def test_two_lumps_are_both_found(chain, lab, measure, changes, found_at):
     found = diagnose(chain, *measured(measure, lab(**changes)))
     assert {(f.physics, f.place.nodes): f.parameters["m"] for f in found.findings} == pytest.approx(found_at, rel=0.1)
     assert halved(found)
+
+
+def test_a_calibrated_model_scatters_less(chain):
+    """`[diagnose] scatter`: bounds and priors of the ordinary parameters shrink together."""
+    spec, model = chain
+    usual, known = (ordinary(undamped(model), scatter=s) for s in (1.0, 0.1))
+    assert [q.upper for q in known.parameters] == pytest.approx([0.1 * q.upper for q in usual.parameters])
+    scales = [prior_scales(setting_for(m, model, (), 75.0, 5.0))[: len(m.parameters)] for m in (usual, known)]
+    assert scales[1] == pytest.approx(0.1 * scales[0])

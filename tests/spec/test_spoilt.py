@@ -61,6 +61,7 @@ SPOILT = [
     one("unknown method", 'method = "frequencies"', 'method = "frequency"', "update.method", "'frequency'", "Did you mean 'frequencies'?"),
     one("unknown solver", 'name = "clarabel"', 'name = "mosek"', "solver.name", "'MOSEK'", "CLARABEL"),
     one("unknown physics", '"clearance"]', '"clearence"]', "diagnose.physics[1]", "'clearence'", "Did you mean 'clearance'?"),
+    one("a scatter that is none", 'physics = ["added_mass", "clearance"]', 'physics = ["added_mass", "clearance"]\nscatter = 1.5', "diagnose.scatter", "1"),
     one("unknown regularisation", 'kind = "tikhonov"', 'kind = "tikonov"', "regularisation.kind", "Did you mean 'tikhonov'?"),
     one("weight", 'weight = "l-curve"', 'weight = "lcurve"', "regularisation.weight", "'lcurve'", "discrepancy"),
     one("negative weight", 'weight = "l-curve"', "weight = -1.0", "regularisation.weight", "-1.0", "a number ≥ 0"),
