@@ -215,15 +215,13 @@ def as_drawn(bench: Bench, setting: Setting, p: Real) -> Real:
 
 
 def unbent(bench: Bench, trial: Trial, signals: Sequence[Signal]) -> Trial:
-    """The trial with unknowns `as_drawn`, against ``signals``.
-
-    Raises
-    ------
-    ModelError
-        When that is no structure.
-    """
+    """The trial with unknowns `as_drawn`, against ``signals``; as fitted where that would be no structure."""
     setting = replace(trial.fit.setting, signals=tuple(signals))
-    return Trial(trial.effects, fitted_at(setting, setting.evaluate(as_drawn(bench, setting, trial.fit.p))))
+    try:
+        point = setting.evaluate(as_drawn(bench, setting, trial.fit.p))
+    except ModelError:
+        point = setting.evaluate(trial.fit.p)
+    return Trial(trial.effects, fitted_at(setting, point))
 
 
 def without(bench: Bench, trial: Trial, index: int) -> Trial | None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from cvxupdate.diagnose.effects import Bench, Hypothesis, Key, Trial, as_drawn
-from cvxupdate.diagnose.fit import at_level, fit
+from cvxupdate.diagnose.fit import Fit, at_level, fit
 from cvxupdate.errors import ModelError
 from cvxupdate.physics.sensor_fault import EXCHANGED
 
@@ -60,7 +60,7 @@ def raced(bench: Bench, trials: Sequence[Trial], levels: Sequence[int], places: 
                 setting = at_level(t.fit.setting, bench.data.levels[level])
                 found = fit(setting, t.fit.p, tolerance=1e-3 if level == last else 1e-2, iterations=12)
                 if level == AGAIN and found.excess > CLEAR:
-                    found = min(found, fit(setting, as_drawn(bench, setting, found.p), tolerance=1e-2, iterations=12), key=lambda f: f.misfit)
+                    found = _again(bench, found)
             except ModelError:
                 continue
             trial = kept(bench, Trial(t.effects, found))
@@ -68,6 +68,15 @@ def raced(bench: Bench, trials: Sequence[Trial], levels: Sequence[int], places: 
                 arrived.append(trial)
         runners = sorted(arrived, key=charged)
     return runners
+
+
+def _again(bench: Bench, found: Fit) -> Fit:
+    """The better of a fit and of one begun from the drawing."""
+    try:
+        other = fit(found.setting, as_drawn(bench, found.setting, found.p), tolerance=1e-2, iterations=12)
+    except ModelError:
+        return found
+    return min(found, other, key=lambda f: f.misfit)
 
 
 def kept(bench: Bench, trial: Trial) -> Trial | None:

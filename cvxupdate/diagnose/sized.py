@@ -105,7 +105,10 @@ def sized(point: ResponsePoint, ranked: Sequence[Score], left: Left) -> list[Sco
         for _ in range(1 + FINER):
             if not len(sizes):
                 break
-            columns = _responses(change, _amounts(score.candidate, sizes), point, dynamic, weights)
+            try:
+                columns = _responses(change, _amounts(score.candidate, sizes), point, dynamic, weights)
+            except np.linalg.LinAlgError:
+                break
             norms = np.sum((left.residual[:, None] - left.freed(columns)) ** 2, axis=0)
             k = int(np.argmin(norms))
             if norms[k] >= least:
