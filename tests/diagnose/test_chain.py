@@ -130,7 +130,7 @@ def test_two_lumps_are_both_found(chain, lab, measure, changes, found_at):
 
 def test_a_calibrated_model_scatters_less(chain):
     """`[diagnose] scatter`: bounds and priors of the ordinary parameters shrink together."""
-    spec, model = chain
+    _, model = chain
     usual, known = (ordinary(undamped(model), scatter=s) for s in (1.0, 0.1))
     assert [q.upper for q in known.parameters] == pytest.approx([0.1 * q.upper for q in usual.parameters])
     scales = [prior_scales(setting_for(m, model, (), 75.0, 5.0))[: len(m.parameters)] for m in (usual, known)]
