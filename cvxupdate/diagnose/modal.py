@@ -44,6 +44,7 @@ from cvxupdate.spec import Spec
 # Words that frequencies and real shapes cannot tell (spin splits pairs of complex modes).
 SILENT = ("gyroscopic", "attached_resonator", "viscous_damper", "structural_damping", "mass_proportional_damping", "sensor_fault")
 SPARE = 5  # measured figures beyond the ordinary parameters from which on a second effect is sought: with fewer, two fit nearly anything
+CLEARLY = 0.1  # of the misfit with ordinary parameters: what an effect may leave that does not explain the tables
 UNEXPLAINED = 0.05  # error of the frequencies above which even the best model leaves the tables unexplained
 EVIDENCE = 6.0  # drop of Bayes' information criterion that counts as strong (Kass and Raftery 1995)
 
@@ -107,7 +108,7 @@ def _searched(bench: ModalBench, start: Model) -> ModalOutcome:
 
 def _final(o: ModalOutcome) -> tuple[ModalTrial | None, Sequence[ModalTrial]]:
     """What is claimed, and against whom it is judged: one effect, two, or the groups' parameters let go far; None where nothing convinces."""
-    single = next((t for t in o.singles[:1] if _better(t, o.base, o) and _credible(t)), None)
+    single = next((t for t in o.singles[:1] if _better(t, o.base, o) and _credible(t, o.base)), None)
     if o.doublets and o.doublets[0].fit.explained and (single is None or not single.fit.explained) and _better(o.doublets[0], single or o.base, o):
         return o.doublets[0], o.everything
     if (single is None or not single.fit.explained) and not o.base.fit.explained:
@@ -129,9 +130,10 @@ def _better(t: ModalTrial, before: ModalTrial, o: ModalOutcome, freed: int = 0) 
     return bool(gain < -EVIDENCE and t.fit.misfit <= HALVED * before.fit.misfit and held)
 
 
-def _credible(t: ModalTrial) -> bool:
-    """Whether one clear effect may stand although the model is not exact."""
-    return t.fit.explained or bool(np.nanmax([t.error, t.hold_out]) <= UNEXPLAINED)
+def _credible(t: ModalTrial, base: ModalTrial) -> bool:
+    """Whether one clear effect may stand although the model is not exact: it takes away nine tenths of the misfit."""
+    near = bool(np.nanmax([t.error, t.hold_out]) <= UNEXPLAINED)
+    return t.fit.explained or (near and t.fit.misfit <= CLEARLY * base.fit.misfit)
 
 
 def _near(t: ModalTrial, best: ModalTrial) -> bool:
