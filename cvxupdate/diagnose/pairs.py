@@ -98,9 +98,10 @@ def pairs(bench: Bench, singles: Sequence[Trial], tell: Tell, parents: int) -> l
         if pool and min(t.fit.excess for t in pool.values()) <= CLEAR:
             break  # others that would do as well are found by the exchange of halves
     for _ in range(ROUNDS):
-        whole, half = _half_to_try(bench, pool, halves, ALONE * charged(singles[0]))
-        if half is None or whole is None:
+        found = _half_to_try(bench, pool, halves, ALONE * charged(singles[0]))
+        if found is None:
             break
+        whole, half = found
         tell(f"seeking beside {half.name} again")
         _refit(bench, beside(bench, half, kin(bench, whole)), pool, tried, tell)
     return raced(bench, list(pool.values()), FINE, FINAL, tell)
@@ -127,13 +128,13 @@ def _together(bench: Bench, pair: Trial, first: Trial | None) -> Hypothesis | No
     return None if whole is None else planted(bench, bare, Score(whole, 1.0, sizes), bench.data.levels[COARSE])
 
 
-def _half_to_try(bench: Bench, pool: dict[frozenset[Key], Trial], tried: set[frozenset[Key]], most: float) -> tuple[Trial | None, Trial | None]:
+def _half_to_try(bench: Bench, pool: dict[frozenset[Key], Trial], tried: set[frozenset[Key]], most: float) -> tuple[Trial, Trial] | None:
     """The best pair and a half of it that has not been tried yet, the other half taken out; None where there is none.
 
     A half that alone leaves more than ``most`` is not: the other one carries all.
     """
     if not pool:
-        return None, None
+        return None
     best = min(pool.values(), key=charged)
     for index in range(len(best.effects)):
         rest = frozenset(e.key for k, e in enumerate(best.effects) if k != index)
@@ -142,4 +143,4 @@ def _half_to_try(bench: Bench, pool: dict[frozenset[Key], Trial], tried: set[fro
             half = without(bench, best, index)
             if half is not None and charged(half) <= most:
                 return best, half
-    return None, None
+    return None

@@ -14,17 +14,15 @@ from cvxupdate.physics.sensor_fault import EXCHANGED
 CHARGE = 0.1  # relative decrease of the misfit that a further parameter must bring
 BEHIND = 10.0  # times the best cost at a level: no use going on
 NEAR = 3.0  # times the best: always goes on, up to twice the number that otherwise may
+CLEAR = 0.25  # weighted squares per row beyond noise (half a percent of the response): what leaves no more needs nothing else
+AGAIN = 1  # level at which a fit that leaves more is begun a second time, from the drawing
+TRIAGE = 3  # iterations after which hypotheses are compared for the first time
 Tell = Callable[[str], None]
 
 
 def charged(t: Trial) -> float:
     """Misfit with a charge for each parameter beyond the first of each effect: what it takes to be believed."""
     return t.fit.misfit * (1.0 + CHARGE * (t.extra - len(t.effects)))
-
-
-CLEAR = 0.25  # weighted squares per row beyond noise (half a percent of the response): what leaves no more needs nothing else
-AGAIN = 1  # level at which a fit that leaves more is begun a second time, from the drawing
-TRIAGE = 3  # iterations after which hypotheses are compared for the first time
 
 
 def entered(bench: Bench, hypotheses: Sequence[Hypothesis], tell: Tell) -> list[Trial]:

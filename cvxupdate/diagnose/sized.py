@@ -91,7 +91,7 @@ def sized(point: ResponsePoint, ranked: Sequence[Score], left: Left) -> list[Sco
         return []
     weights = [1.0 / s.scale() for s in point.setting.signals]
     heavy = float(point.setting.model.total_mass())
-    dynamic = [_dynamic(point, r) for r in point.responses]
+    modal = [_modal_receptance(point, r) for r in point.responses]
     hidden = {id(s) for s in sorted((s for s in ranked if s.candidate.tuned is not None), key=lambda s: -s.share)[:OSCILLATORS]}
     out = []
     for score in ranked:
@@ -100,13 +100,13 @@ def sized(point: ResponsePoint, ranked: Sequence[Score], left: Left) -> list[Sco
         change = change_of(score.candidate)
         if change is None:
             continue
-        sizes = _sizes(score.candidate, change, point, dynamic, heavy)
+        sizes = _sizes(score.candidate, change, point, modal[0], heavy)
         best, least = 0.0, total
         for _ in range(1 + FINER):
             if not len(sizes):
                 break
             try:
-                columns = _responses(change, _amounts(score.candidate, sizes), point, dynamic, weights)
+                columns = _responses(change, _amounts(score.candidate, sizes), point, modal, weights)
             except np.linalg.LinAlgError:
                 break
             norms = np.sum((left.residual[:, None] - left.freed(columns)) ** 2, axis=0)
@@ -232,28 +232,27 @@ def sized_whole(parent: ResponsePoint, hypothesis: Hypothesis, left: Left) -> tu
     return best, 1.0 - least / total
 
 
-def _dynamic(point: ResponsePoint, r: Response) -> Complex:
-    """Modal dynamic stiffness (points, modes); damping that couples modes is left out."""
+def _modal_receptance(point: ResponsePoint, r: Response) -> Complex:
+    """1 / (s² + 2 ζ ω s + ω²) of every mode (points, modes); damping that couples modes is left out."""
     s = r.signal.s
     lam = np.maximum(point.modes.eigenvalues, 0.0)
-    return np.asarray(s[:, None] ** 2 + 2.0 * point.damping * np.sqrt(lam) * s[:, None] + lam)
+    return np.asarray(1.0 / (s[:, None] ** 2 + 2.0 * point.damping * np.sqrt(lam) * s[:, None] + lam))
 
 
-def _at(change: Change, point: ResponsePoint, d: Complex) -> Complex:
+def _at(change: Change, point: ResponsePoint, modal: Complex) -> Complex:
     """Receptances Wᵀ G W (points, r, r)."""
-    phi = change.W.T @ np.vstack([point.modes.shapes, np.zeros((1, point.modes.shapes.shape[1]))])[change.used]
+    phi = change.W.T @ point.modes.shapes[change.used]
     r, m = phi.shape
     pairs = (phi[:, None, :] * phi[None, :, :]).reshape(r * r, m).T
-    inverse = 1.0 / d
-    return np.asarray((inverse.real @ pairs + 1j * (inverse.imag @ pairs)).reshape(len(d), r, r))
+    return np.asarray((modal.real @ pairs + 1j * (modal.imag @ pairs)).reshape(len(modal), r, r))
 
 
-def _sizes(c: Candidate, change: Change, point: ResponsePoint, dynamic: Sequence[Complex], heavy: float) -> Real:
+def _sizes(c: Candidate, change: Change, point: ResponsePoint, modal: Complex, heavy: float) -> Real:
     """Sizes p to try, in order."""
     if c.tuned is not None:
         return heavy * np.array(MASSES)
     s = point.responses[0].signal.s
-    own = np.abs(change.f(s)[:, None] * np.einsum("sii,i->si", _at(change, point, dynamic[0]), change.weights)).max(axis=1)
+    own = np.abs(change.f(s)[:, None] * np.einsum("sii,i->si", _at(change, point, modal), change.weights)).max(axis=1)
     largest, typical = max(float(own.max()), 1e-300), max(float(np.median(own)), 1e-300)
     reach = REACH[0] / largest, REACH[1] / typical
     steps = np.geomspace(*reach, min(MOST, 2 + int(np.log(reach[1] / reach[0]) / np.log(STEP))))
@@ -269,11 +268,11 @@ def _amounts(c: Candidate, p: Real) -> Real:
     return p / (1.0 + p) if c.tuned is None and c.report[0][2] == "inverse" else p
 
 
-def _responses(change: Change, gammas: Real, point: ResponsePoint, dynamic: Sequence[Complex], weights: Sequence[Real]) -> Real:
+def _responses(change: Change, gammas: Real, point: ResponsePoint, modal: Sequence[Complex], weights: Sequence[Real]) -> Real:
     """Weighted change of every row for each size, (rows, sizes)."""
     parts = []
-    for r, d, g, w in zip(point.responses, dynamic, point.green, weights, strict=True):
-        moved = _moved(change, gammas, point, r, d, g)
+    for r, own, g, w in zip(point.responses, modal, point.green, weights, strict=True):
+        moved = _moved(change, gammas, point, r, own, g)
         points, sensors, cases, sizes = moved.shape
         rows = r.rows(point.faulty(r.signal, moved.reshape(points, sensors, cases * sizes))).reshape(-1, sensors, cases, sizes)
         flat = (w[..., None] * rows).reshape(-1, sizes)
@@ -281,10 +280,10 @@ def _responses(change: Change, gammas: Real, point: ResponsePoint, dynamic: Sequ
     return np.vstack(parts)
 
 
-def _moved(change: Change, gammas: Real, point: ResponsePoint, r: Response, d: Complex, g: Receptances) -> Complex:
+def _moved(change: Change, gammas: Real, point: ResponsePoint, r: Response, modal: Complex, g: Receptances) -> Complex:
     """The responses' change (points, sensors, cases, sizes)."""
     f = change.f(r.signal.s)
-    G = _at(change, point, d)
+    G = _at(change, point, modal)
     left, right = (times(change.W.T, x[change.used]) for x in (g.left, g.right))
     left = left * r.drive[:, None]
     if len(change.weights) == 1:

@@ -13,7 +13,7 @@ from cvxupdate.diagnose.fit import setting_for
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.screen import left_over, screen
 from cvxupdate.diagnose.signals import frf_lines, smooth
-from cvxupdate.diagnose.sized import _amounts, _dynamic, _modal, _responses, _weighted, change_of, sized, sized_sets, sized_whole
+from cvxupdate.diagnose.sized import _amounts, _modal, _modal_receptance, _responses, _weighted, change_of, sized, sized_sets, sized_whole
 from cvxupdate.physics import CATALOGUE
 from cvxupdate.physics.base import Context
 
@@ -35,6 +35,14 @@ def scene(chain, lab, measure):
     return make
 
 
+def without_damping(start, model, signals):
+    """The ordinary model as drawn, no damping left."""
+    setting = setting_for(start, model, signals, 75.0, 5.0)
+    p = np.zeros(len(setting.columns))
+    p[len(start.parameters)] = UNDAMPED
+    return setting.evaluate(p)
+
+
 def candidates(context, *words):
     return [c for word in words for c in CATALOGUE[word](context)]
 
@@ -42,11 +50,8 @@ def candidates(context, *words):
 @pytest.mark.parametrize("word", ["grounding_spring", "added_mass", "viscous_damper", "stiffness_change"])
 def test_a_change_of_any_size_is_that_of_the_model_that_grows(scene, word):
     model, start, signals, context = scene()
-    setting = setting_for(start, model, signals, 75.0, 5.0)
     n = len(start.parameters)
-    p = np.zeros(len(setting.columns))
-    p[n] = UNDAMPED
-    point = setting.evaluate(p)
+    point = without_damping(start, model, signals)
     weights = [1.0 / s.scale() for s in signals]
     compared = 0
     for c in candidates(context, word):
@@ -54,7 +59,7 @@ def test_a_change_of_any_size_is_that_of_the_model_that_grows(scene, word):
         if change is None:
             continue
         sizes = np.array([0.4, 25.0]) if c.limits[1] > 30.0 else np.array([0.2, 0.9])
-        J = _responses(change, _amounts(c, sizes), point, [_dynamic(point, r) for r in point.responses], weights)
+        J = _responses(change, _amounts(c, sizes), point, [_modal_receptance(point, r) for r in point.responses], weights)
         for k, size in enumerate(sizes):
             grown = setting_for(c.model, model, signals, 75.0, 5.0)
             q = np.zeros(len(grown.columns))
@@ -67,11 +72,8 @@ def test_a_change_of_any_size_is_that_of_the_model_that_grows(scene, word):
 
 def test_a_set_of_elements_in_the_modes_is_that_of_the_model_that_grows(scene):
     model, start, signals, context = scene()
-    setting = setting_for(start, model, signals, 75.0, 5.0)
     n = len(start.parameters)
-    p = np.zeros(len(setting.columns))
-    p[n] = UNDAMPED
-    point = setting.evaluate(p)
+    point = without_damping(start, model, signals)
     c = next(c for c in candidates(context, "stiffness_change") if len(c.members) > 1)
     shapes = point.modes.shapes
     K = np.zeros((start.size, start.size))
