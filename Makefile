@@ -13,7 +13,8 @@ test: $(VENV)/.test
 	$(BIN)/python -m pytest -n auto
 
 lint: $(VENV)/.test
-	$(BIN)/ruff check cvxupdate tests examples
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
 bench: $(VENV)/.test

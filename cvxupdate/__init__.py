@@ -1,4 +1,5 @@
-"""cvxupdate: update structural dynamics models by convex programs, and say what physics they leave out.
+"""cvxupdate: update structural dynamics models by convex programs, and say what physics they leave
+out.
 
 >>> import cvxupdate
 >>> updated = cvxupdate.run("problems/structure_a/problem.toml")
@@ -57,7 +58,16 @@ __all__ = [
 ]
 
 _HOME = {
-    "cvxupdate.errors": ("ConvergenceError", "CvxupdateError", "Fault", "InfeasibleError", "InputError", "ModelError", "ProblemFileError", "RecordingError"),
+    "cvxupdate.errors": (
+        "ConvergenceError",
+        "CvxupdateError",
+        "Fault",
+        "InfeasibleError",
+        "InputError",
+        "ModelError",
+        "ProblemFileError",
+        "RecordingError",
+    ),
     "cvxupdate.report": ("run_files", "solvers_files"),
     "cvxupdate.spec": ("Spec", "check_problem", "load_problem", "schema"),
     "cvxupdate.study": ("check", "open_problem", "run", "solvers"),

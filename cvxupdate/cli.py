@@ -1,4 +1,5 @@
-"""The command line. Exit status: 0 done, 1 an error of cvxupdate itself, 2 bad input, 3 infeasible or not converged, 130 interrupted."""
+"""The command line. Exit status: 0 done, 1 an error of cvxupdate itself, 2 bad input, 3 infeasible
+or not converged, 130 interrupted."""
 
 from __future__ import annotations
 
@@ -19,13 +20,39 @@ if TYPE_CHECKING:
     from cvxupdate.report.terminal import Display
     from cvxupdate.update.trust_region import Iteration
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy loads, on use: matrices are small here, and threads waiting for each other cost more
-app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False,
-                  help="Update structural dynamics models by convex programs, and say what physics they leave out.")
-Problem = Annotated[Path, typer.Argument(metavar="PROBLEM", help="a problem file (TOML)", show_default=False)]
-Recorded = Annotated[Path, typer.Argument(metavar="FILE", help="a file of recordings (UFF, MAT, HDF5, NPZ, CSV or text)", show_default=False)]
-Out = Annotated[Path | None, typer.Option("--out", help="folder for results; default out/<name of the problem>", show_default=False)]
-Json = Annotated[bool, typer.Option("--json", help="print the JSON on standard output and nothing else there")]
+os.environ.setdefault(
+    "OPENBLAS_NUM_THREADS",
+    "1",
+    # read when numpy loads, on use: matrices are small here, and threads waiting for each other
+    # cost more
+)
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="Update structural dynamics models by convex programs, and say what physics they leave "
+    "out.",
+)
+Problem = Annotated[
+    Path, typer.Argument(metavar="PROBLEM", help="a problem file (TOML)", show_default=False)
+]
+Recorded = Annotated[
+    Path,
+    typer.Argument(
+        metavar="FILE",
+        help="a file of recordings (UFF, MAT, HDF5, NPZ, CSV or text)",
+        show_default=False,
+    ),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        "--out", help="folder for results; default out/<name of the problem>", show_default=False
+    ),
+]
+Json = Annotated[
+    bool, typer.Option("--json", help="print the JSON on standard output and nothing else there")
+]
 
 OWN_FAULT, BAD_INPUT, NOT_DONE, INTERRUPTED = 1, 2, 3, 130
 DEBUG = "CVXUPDATE_DEBUG"
@@ -103,7 +130,8 @@ def solvers(problem: Problem, out: Out = None, as_json: Json = False) -> None:
 
 @app.command()
 def check(problem: Problem, as_json: Json = False) -> None:
-    """Validate a problem file and everything it names; say every fault with file, key and remedy."""
+    """Validate a problem file and everything it names; say every fault with file, key and
+    remedy."""
     from cvxupdate.errors import ProblemFileError
     from cvxupdate.study import check as do
 
@@ -114,7 +142,10 @@ def check(problem: Problem, as_json: Json = False) -> None:
         faults = [vars(f) for f in error.faults]
         text = str(error)
     except InputError as error:
-        faults, text = [{"file": str(problem), "key": "", "problem": str(error), "remedy": ""}], str(error)
+        faults, text = (
+            [{"file": str(problem), "key": "", "problem": str(error), "remedy": ""}],
+            str(error),
+        )
     if as_json:
         print(json.dumps({"problem": str(problem), "faults": faults, **summary}, indent=2))
     elif faults:
@@ -127,7 +158,8 @@ def check(problem: Problem, as_json: Json = False) -> None:
 
 @app.command()
 def inspect(file: Recorded, as_json: Json = False) -> None:
-    """Say what a file of recordings holds: channels, levels, faults, spectral lines, and a [[recordings]] block to start from."""
+    """Say what a file of recordings holds: channels, levels, faults, spectral lines, and a
+    [[recordings]] block to start from."""
     from cvxupdate.report import inspect_json
     from cvxupdate.study import inspect as do
 
@@ -153,9 +185,15 @@ def _must_be_writable(out: Path | None) -> None:
     folder = Path("out") if out is None else out
     place = next((p for p in (folder, *folder.absolute().parents) if os.path.lexists(p)), Path("/"))
     if not place.is_dir():
-        raise InputError(f"{folder}: the results cannot be written there ({place} is not a folder). Give another --out.")
+        raise InputError(
+            f"{folder}: the results cannot be written there ({place} is not a folder). Give "
+            "another --out."
+        )
     if not os.access(place, os.W_OK | os.X_OK):
-        raise InputError(f"{folder}: the results cannot be written there ({place} may not be written to). Give another --out.")
+        raise InputError(
+            f"{folder}: the results cannot be written there ({place} may not be written to). "
+            "Give another --out."
+        )
 
 
 def _write(folder: Path, files: dict[str, str]) -> None:
@@ -174,7 +212,10 @@ def _write(folder: Path, files: dict[str, str]) -> None:
     except OSError as error:
         for temporary, _ in staged if "staged" in locals() else []:
             temporary.unlink(missing_ok=True)
-        raise InputError(f"{folder}: the results cannot be written there ({error.strerror or error}). Give another --out.") from error
+        raise InputError(
+            f"{folder}: the results cannot be written there ({error.strerror or error}). Give "
+            "another --out."
+        ) from error
 
 
 def _say(payload: str, as_json: bool, summary: Callable[[], Any]) -> None:
@@ -188,7 +229,8 @@ def _say(payload: str, as_json: bool, summary: Callable[[], Any]) -> None:
 
 @contextlib.contextmanager
 def _display(quiet: bool, first: str = "reading the recordings") -> Iterator[Display | None]:
-    """Bar and line on standard error, so that standard output stays the result; none with --json or without a terminal."""
+    """Bar and line on standard error, so that standard output stays the result; none with --json or
+    without a terminal."""
     if quiet or not sys.stderr.isatty():
         yield None
         return
@@ -213,7 +255,9 @@ def main() -> None:
     """Entry point of the console script."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(encoding="utf-8")  # names and units are not ASCII, whatever the locale says
+            stream.reconfigure(
+                encoding="utf-8"
+            )  # names and units are not ASCII, whatever the locale says
     try:
         given = app(standalone_mode=False)  # typer.Exit comes back as its number
     except InfeasibleError as error:
@@ -227,8 +271,12 @@ def main() -> None:
     except BrokenPipeError:
         code = 0
     except Exception as error:
-        if type(error).__module__.startswith(("click", "typer")) and hasattr(error, "format_message"):
-            said = error.format_message()  # empty when the help was printed because nothing was asked
+        if type(error).__module__.startswith(("click", "typer")) and hasattr(
+            error, "format_message"
+        ):
+            said = (
+                error.format_message()
+            )  # empty when the help was printed because nothing was asked
             code = _fail(f"{said} Try 'cvxupdate --help'.", BAD_INPUT) if said else BAD_INPUT
         elif os.environ.get(DEBUG):
             raise
@@ -242,7 +290,8 @@ def main() -> None:
 
 
 def _own_fault(error: Exception) -> str:
-    """One line for an error that should not have happened: what, where in the package, what to do."""
+    """One line for an error that should not have happened: what, where in the package, what to
+    do."""
     place, step = "", error.__traceback__
     while step is not None:
         file = Path(step.tb_frame.f_code.co_filename)
@@ -250,7 +299,10 @@ def _own_fault(error: Exception) -> str:
             place = f" ({file.relative_to(Path(__file__).parents[1])}, line {step.tb_lineno})"
         step = step.tb_next
     what = " ".join(f"{type(error).__name__}: {error}".split())
-    return f"an error of cvxupdate itself, not of your files: {what}{place}. Nothing was written. Please report it; with {DEBUG}=1 it says more."
+    return (
+        f"an error of cvxupdate itself, not of your files: {what}{place}. Nothing was written. "
+        f"Please report it; with {DEBUG}=1 it says more."
+    )
 
 
 def _fail(message: str, code: int) -> int:

@@ -27,18 +27,23 @@ if TYPE_CHECKING:
 MODES_IN_BAND = 30
 """Modes computed for the sensors of frequency responses."""
 MESH_MATTERS, NEARER = 1e-3, 0.7
-"""Relative shift of frequencies by the mesh from which on a finer one is tried, and the part of the error that it must come down to."""
+"""Relative shift of frequencies by the mesh from which on a finer one is tried, and the part of the
+error that it must come down to."""
 WORTH = {"frf_error": 0.01, "frequency_error_percent_mean": 0.1}
 """What it must gain, by metric."""
 
 
-def open_problem(path: str | os.PathLike[str], told: Told | None = None) -> tuple[Spec, Model, tuple[Recording, ...]]:
-    """A problem file with its model and recordings; ``told`` hears how far the reading of large files is (what, done, of how many).
+def open_problem(
+    path: str | os.PathLike[str], told: Told | None = None
+) -> tuple[Spec, Model, tuple[Recording, ...]]:
+    """A problem file with its model and recordings; ``told`` hears how far the reading of large
+    files is (what, done, of how many).
 
     Raises
     ------
     InputError
-        For any fault of the file, the model or a recording (`ProblemFileError`, `ModelError`, `RecordingError`).
+        For any fault of the file, the model or a recording (`ProblemFileError`, `ModelError`,
+        `RecordingError`).
     """
     from cvxupdate.fe.build import build_model
     from cvxupdate.recordings.load import load_recordings
@@ -47,13 +52,18 @@ def open_problem(path: str | os.PathLike[str], told: Told | None = None) -> tupl
     return spec, build_model(spec), load_recordings(spec, told)
 
 
-def run(path: str | os.PathLike[str], progress: Callable[[Iteration], None] | None = None, told: Told | None = None) -> Updated:
+def run(
+    path: str | os.PathLike[str],
+    progress: Callable[[Iteration], None] | None = None,
+    told: Told | None = None,
+) -> Updated:
     """Update the model of a problem file as its [update] table says.
 
     Raises
     ------
     InputError
-        For a fault of the input; an infeasible step is no error but a result with ``status`` "infeasible".
+        For a fault of the input; an infeasible step is no error but a result with ``status``
+        "infeasible".
     """
     from cvxupdate.update.definite import definiteness
     from cvxupdate.update.modal import update_modal
@@ -61,7 +71,10 @@ def run(path: str | os.PathLike[str], progress: Callable[[Iteration], None] | No
 
     spec, model, recordings = open_problem(path, told)
     if spec.update is None:
-        raise InputError(f"{path}: there is no [update] table, so there is nothing to run. Add one with a method and parameters.")
+        raise InputError(
+            f"{path}: there is no [update] table, so there is nothing to run. Add one with a "
+            "method and parameters."
+        )
     if spec.update.method == "ceam":
         from cvxupdate.update.ceam import update_ceam
 
@@ -72,13 +85,20 @@ def run(path: str | os.PathLike[str], progress: Callable[[Iteration], None] | No
         updated = update_rfm(spec, model, recordings, progress)
     else:
         updated = update_modal(spec, model, recordings, progress)
-    clauses = tuple(c.name for c in step_problem(spec, model).clauses if not c.name.startswith("bounds on "))
+    clauses = tuple(
+        c.name for c in step_problem(spec, model).clauses if not c.name.startswith("bounds on ")
+    )
     eigenvalues = definiteness(model, [q.p for q in updated.parameters])
-    return replace(updated, model={**updated.model, "clauses": clauses, **eigenvalues}, notes=(*updated.notes, *quality_notes(recordings)))
+    return replace(
+        updated,
+        model={**updated.model, "clauses": clauses, **eigenvalues},
+        notes=(*updated.notes, *quality_notes(recordings)),
+    )
 
 
 def correlate(path: str | os.PathLike[str], told: Told | None = None) -> Compared:
-    """Compare the model of a problem file with its recordings: modes, shapes, frequency responses, sensors. Nothing is changed.
+    """Compare the model of a problem file with its recordings: modes, shapes, frequency responses,
+    sensors. Nothing is changed.
 
     Raises
     ------
@@ -93,14 +113,35 @@ def correlate(path: str | os.PathLike[str], told: Told | None = None) -> Compare
     begin = time.perf_counter()
     spec, model, recordings = open_problem(path, told)
     if not recordings:
-        raise InputError(f"{path}: there is no recording, so there is nothing to compare the model with. Add a [[recordings]] table.")
-    found = sorted(((k, r) for k, r in enumerate(recordings) if isinstance(r, ModeTable)), key=lambda item: item[1].origin.use != "fit")
+        raise InputError(
+            f"{path}: there is no recording, so there is nothing to compare the model with. "
+            "Add a [[recordings]] table."
+        )
+    found = sorted(
+        ((k, r) for k, r in enumerate(recordings) if isinstance(r, ModeTable)),
+        key=lambda item: item[1].origin.use != "fit",
+    )
     which, tables = [k for k, _ in found], [r for _, r in found]
-    modes = model_modes(model, max(needed_modes(tables), 0 if len(tables) == len(recordings) else MODES_IN_BAND))
+    modes = model_modes(
+        model, max(needed_modes(tables), 0 if len(tables) == len(recordings) else MODES_IN_BAND)
+    )
     fitted = sum(t.origin.use == "fit" for t in tables)
-    start = start_pairing(model, modes, tables, spec.update.pairing if spec.update is not None else "auto", fitted)
-    shapes = {k: None if t.shapes is None else real_shapes(t.shapes) for k, t in zip(which, tables, strict=True)}
-    compared = compare(spec, model, recordings, modes, dict(zip(which, start.places, strict=True)), shapes, quality_notes(recordings))
+    start = start_pairing(
+        model, modes, tables, spec.update.pairing if spec.update is not None else "auto", fitted
+    )
+    shapes = {
+        k: None if t.shapes is None else real_shapes(t.shapes)
+        for k, t in zip(which, tables, strict=True)
+    }
+    compared = compare(
+        spec,
+        model,
+        recordings,
+        modes,
+        dict(zip(which, start.places, strict=True)),
+        shapes,
+        quality_notes(recordings),
+    )
     return replace(compared, time=time.perf_counter() - begin)
 
 
@@ -118,15 +159,19 @@ def inspect(path: str | os.PathLike[str], told: Told | None = None) -> Inspectio
 
 
 def quality_notes(recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """What the quality checks say of the recordings, one sentence each, with the recording's name."""
+    """What the quality checks say of the recordings, one sentence each, with the recording's
+    name."""
     from cvxupdate.recordings.quality import check
 
-    found = [f"Quality of {r.origin.name}: {finding.says}" for r in recordings for finding in check(r)]
+    found = [
+        f"Quality of {r.origin.name}: {finding.says}" for r in recordings for finding in check(r)
+    ]
     return tuple(dict.fromkeys(found))
 
 
 def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], float]:
-    """Solve the first convex step of a problem with every installed solver: (problem, a row for each, relative spread of the objectives).
+    """Solve the first convex step of a problem with every installed solver: (problem, a row for
+    each, relative spread of the objectives).
 
     Raises
     ------
@@ -147,7 +192,11 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
         from cvxupdate.update.rfm import prepare
 
         kind = "flexibility" if spec.update.residual == "auto" else spec.update.residual
-        system = FrfResidual(model, prepare(spec, model, recordings).chosen, kind).evaluate(model.zero()).system()
+        system = (
+            FrfResidual(model, prepare(spec, model, recordings).chosen, kind)
+            .evaluate(model.zero())
+            .system()
+        )
     elif spec.update is not None:
         system = residual_of(spec, model, recordings).evaluate(model.zero()).system()
     else:
@@ -168,12 +217,22 @@ def check(path: str | os.PathLike[str]) -> dict[str, object]:
 
     _, model, recordings = open_problem(path)
     model_modes(model, 1)  # a mechanism or an indefinite mass shows here
-    return {"nodes": len(model.node_ids), "elements": len({int(i) for b in model.blocks for i in b.ids}), "free DOFs": model.size,
-            "recordings": len(recordings), "parameters": len(model.parameters)}
+    return {
+        "nodes": len(model.node_ids),
+        "elements": len({int(i) for b in model.blocks for i in b.ids}),
+        "free DOFs": model.size,
+        "recordings": len(recordings),
+        "parameters": len(model.parameters),
+    }
 
 
-def diagnose(path: str | os.PathLike[str], progress: Callable[[str], None] | None = None, told: Told | None = None) -> Diagnosis:
-    """Locate the mismatch of a problem, name the physics left out, model it, and show the fit improve on what was not fitted.
+def diagnose(
+    path: str | os.PathLike[str],
+    progress: Callable[[str], None] | None = None,
+    told: Told | None = None,
+) -> Diagnosis:
+    """Locate the mismatch of a problem, name the physics left out, model it, and show the fit
+    improve on what was not fitted.
 
     Raises
     ------
@@ -184,13 +243,22 @@ def diagnose(path: str | os.PathLike[str], progress: Callable[[str], None] | Non
 
     spec, model, recordings = open_problem(path, told)
     found = diagnose_problem(spec, model, recordings, progress)
-    banded = [r.origin.name for r, declared in zip(recordings, spec.recordings, strict=True) if declared.kind == "time" and declared.band is not None]
-    said = tuple(f"{name}: band was not used, for a time history is diagnosed sample by sample, at every frequency that it holds." for name in banded)
+    banded = [
+        r.origin.name
+        for r, declared in zip(recordings, spec.recordings, strict=True)
+        if declared.kind == "time" and declared.band is not None
+    ]
+    said = tuple(
+        f"{name}: band was not used, for a time history is diagnosed sample by sample, at "
+        "every frequency that it holds."
+        for name in banded
+    )
     return _with_refined(replace(found, evidence=(*found.evidence, *said)))
 
 
 def _with_refined(found: Diagnosis) -> Diagnosis:
-    """With the updated model on a finer mesh where `correlate` says that it comes nearer, and what it says of both."""
+    """With the updated model on a finer mesh where `correlate` says that it comes nearer, and what
+    it says of both."""
     from cvxupdate.diagnose.refine import refined_text, shift
 
     fine = None if found.updated is None else refined_text(found.updated)
@@ -212,6 +280,9 @@ def _with_refined(found: Diagnosis) -> Diagnosis:
     if errors[1] > min(NEARER * errors[0], errors[0] - WORTH[name]):
         return found
     unit = " % of the frequencies" if name != "frf_error" else " of the frequency responses"
-    says = (f"In correlate, updated/problem.toml has an error of {errors[0]:.3g}{unit} ({where} recordings), for it stands on the mesh of the file that was "
-            f"diagnosed; on a finer one the same model has {errors[1]:.3g}{unit}: updated/refined.toml.")
+    says = (
+        f"In correlate, updated/problem.toml has an error of {errors[0]:.3g}{unit} ({where} "
+        "recordings), for it stands on the mesh of the file that was diagnosed; on a finer "
+        f"one the same model has {errors[1]:.3g}{unit}: updated/refined.toml."
+    )
     return replace(found, refined=fine, evidence=(*found.evidence, says))

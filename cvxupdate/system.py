@@ -17,11 +17,14 @@ class LinearSystem:
     Parameters
     ----------
     A : (m, n) real array, the derivative of every row with respect to every parameter.
-    b : (m,) real array, in the unit of the row; ``A @ p - b`` is the residual at the absolute parameter values ``p``.
-    weights : (m,) real array, one over the standard deviation of each row; ``weights * (A @ p - b)`` is dimensionless.
+    b : (m,) real array, in the unit of the row; ``A @ p - b`` is the residual at the absolute
+    parameter values ``p``.
+    weights : (m,) real array, one over the standard deviation of each row; ``weights * (A @ p -
+    b)`` is dimensionless.
     columns : n parameter names, e.g. ``"e12.stiffness"`` or ``"plate.E"``.
     rows : m row labels, e.g. ``"mode 3 frequency"``.
-    equations : number of independent differences, where rows were combined orthogonally to fewer (None: m).
+    equations : number of independent differences, where rows were combined orthogonally to fewer
+    (None: m).
 
     Raises
     ------
@@ -43,9 +46,17 @@ class LinearSystem:
 
     def __post_init__(self) -> None:
         m, n = self.A.shape
-        if self.b.shape != (m,) or self.weights.shape != (m,) or len(self.rows) != m or len(self.columns) != n:
-            raise ValueError(f"LinearSystem: A is {m} x {n}, but b {self.b.shape}, weights {self.weights.shape}, "
-                             f"{len(self.rows)} row labels and {len(self.columns)} column names were given")
+        if (
+            self.b.shape != (m,)
+            or self.weights.shape != (m,)
+            or len(self.rows) != m
+            or len(self.columns) != n
+        ):
+            raise ValueError(
+                f"LinearSystem: A is {m} x {n}, but b {self.b.shape}, weights "
+                f"{self.weights.shape}, {len(self.rows)} row labels and {len(self.columns)} "
+                "column names were given"
+            )
         for name, value in (("A", self.A), ("b", self.b), ("weights", self.weights)):
             if not np.all(np.isfinite(value)):
                 raise ValueError(f"LinearSystem: {name} has entries that are not finite")

@@ -1,4 +1,5 @@
-"""Figures 6.1 to 6.8 and 6.11 of the thesis and the CEAM column of Table 6.2, from the problem files ceam_case1 … ceam_case6.
+"""Figures 6.1 to 6.8 and 6.11 of the thesis and the CEAM column of Table 6.2, from the problem
+files ceam_case1 … ceam_case6.
 
 Run: python examples/ceam_cases.py [folder]
 """
@@ -12,8 +13,14 @@ from cvxupdate import study
 from cvxupdate.update.score import responses_like
 
 PROBLEMS = Path(__file__).resolve().parents[1] / "problems"
-FIGURES = {1: ("Figure 6.1", "Figure 6.2"), 2: ("Figure 6.3", ""), 3: ("Figure 6.4", "Figure 6.5"), 4: ("Figure 6.12", "Figure 6.6"),
-           5: ("Figure 6.7", "Figure 6.8"), 6: ("", "Figure 6.11")}
+FIGURES = {
+    1: ("Figure 6.1", "Figure 6.2"),
+    2: ("Figure 6.3", ""),
+    3: ("Figure 6.4", "Figure 6.5"),
+    4: ("Figure 6.12", "Figure 6.6"),
+    5: ("Figure 6.7", "Figure 6.8"),
+    6: ("", "Figure 6.11"),
+}
 
 
 def case(number, name="problem.toml"):
@@ -26,7 +33,8 @@ def case(number, name="problem.toml"):
 
 
 def draw(number, found, folder):
-    """p-values beside the element numbers, and accelerances at n1.z of target, initial and updated model."""
+    """p-values beside the element numbers, and accelerances at n1.z of target, initial and updated
+    model."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -34,31 +42,63 @@ def draw(number, found, folder):
 
     updated, model, held, p = found
     figure, (bars, curves) = plt.subplots(2, 1, figsize=(8.5, 6.5), layout="constrained")
-    kinds = [of for of in ("stiffness", "mass", "damping") if any(q.of == of for q in updated.parameters)]
+    kinds = [
+        of for of in ("stiffness", "mass", "damping") if any(q.of == of for q in updated.parameters)
+    ]
     for k, of in enumerate(kinds):
         values = [q.p for q in updated.parameters if q.of == of]
         label = of if np.abs(values).max() > 1e-6 else f"{of} (all below 1e-6)"
         bars.bar(np.arange(1, 21) + 0.27 * (k - (len(kinds) - 1) / 2), values, 0.25, label=label)
-    bars.set(xlabel="element", ylabel="p", xticks=np.arange(1, 21), title=f"Case {number}: {FIGURES[number][0] or 'p-values (not printed)'}")
+    bars.set(
+        xlabel="element",
+        ylabel="p",
+        xticks=np.arange(1, 21),
+        title=f"Case {number}: {FIGURES[number][0] or 'p-values (not printed)'}",
+    )
     bars.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-    i, j = (next(k for k, c in enumerate(channels) if c.label == "n1.z") for channels in (held.responses, held.references))
-    shown = [("target", held.H, "k-"), ("initial", responses_like(model, model.zero(), held), "C1:")]
+    i, j = (
+        next(k for k, c in enumerate(channels) if c.label == "n1.z")
+        for channels in (held.responses, held.references)
+    )
+    shown = [
+        ("target", held.H, "k-"),
+        ("initial", responses_like(model, model.zero(), held), "C1:"),
+    ]
     if number == 4:  # Figure 6.6: the effect of the number of assigned modes
-        shown += [(f"updated, {count} modes", responses_like(model, case(4, f"modes{count}.toml")[3], held), style)
-                  for count, style in ((40, "C2-."), (60, "C3-."), (80, "C4-."))]
+        shown += [
+            (
+                f"updated, {count} modes",
+                responses_like(model, case(4, f"modes{count}.toml")[3], held),
+                style,
+            )
+            for count, style in ((40, "C2-."), (60, "C3-."), (80, "C4-."))
+        ]
     if "first_stage" in updated.model:  # Figure 6.11: two updated responses
-        shown.append(("after stage 1", responses_like(model, np.array(updated.model["first_stage"]), held), "C2-."))
-    shown.append(("updated, 20 modes" if number == 4 else "updated", responses_like(model, p, held), "C0--"))
+        shown.append(
+            (
+                "after stage 1",
+                responses_like(model, np.array(updated.model["first_stage"]), held),
+                "C2-.",
+            )
+        )
+    shown.append(
+        ("updated, 20 modes" if number == 4 else "updated", responses_like(model, p, held), "C0--")
+    )
     for label, H, style in shown:
         curves.semilogy(held.frequency, np.abs(H[:, i, j]), style, label=label)
-    curves.set(xlabel="frequency [Hz]", ylabel="accelerance n1.z [m/(s² N)]", title=FIGURES[number][1] or "Accelerance (not printed)")
+    curves.set(
+        xlabel="frequency [Hz]",
+        ylabel="accelerance n1.z [m/(s² N)]",
+        title=FIGURES[number][1] or "Accelerance (not printed)",
+    )
     curves.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     figure.savefig(folder / f"ceam_case{number}.png", dpi=110)
     plt.close(figure)
 
 
 def main(folder="out/examples/ceam_cases"):
-    """Run the six cases; returns the rows (case, status, iterations, seconds, FRF error before and after)."""
+    """Run the six cases; returns the rows (case, status, iterations, seconds, FRF error before and
+    after)."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     rows = []
@@ -70,7 +110,10 @@ def main(folder="out/examples/ceam_cases"):
     first = rows[0][3]
     print("case  status      iterations  time/case 1  FRF error before  after")
     for number, status, iterations, seconds, before, after in rows:
-        print(f"{number:4d}  {status:10s}  {iterations:10d}  {seconds / first:11.2f}  {before:16.3g}  {after:.3g}")
+        print(
+            f"{number:4d}  {status:10s}  {iterations:10d}  {seconds / first:11.2f}  "
+            f"{before:16.3g}  {after:.3g}"
+        )
     return rows
 
 

@@ -1,5 +1,6 @@
-"""Figures of chapter 3 again: the chain before and after (3.3 to 3.6), the bay's p-values and receptances (3.10, 3.11), the dynamic stiffness and its
-reduced form (3.12, 3.13), the cost function of two parameters (3.14, 3.15), the plate's three kinds of p-values (3.18; 3.19 with ``noise``).
+"""Figures of chapter 3 again: the chain before and after (3.3 to 3.6), the bay's p-values and
+receptances (3.10, 3.11), the dynamic stiffness and its reduced form (3.12, 3.13), the cost function
+of two parameters (3.14, 3.15), the plate's three kinds of p-values (3.18; 3.19 with ``noise``).
 
 Run: python examples/rfm_chapter3.py [folder] [noise]
 """
@@ -28,15 +29,32 @@ def chain(plt, folder):
     real = make_rfm.build(make_rfm.chain_toml(True))
     f = np.arange(20.25, 200, 0.5)
     figure, axes = plt.subplots(3, 1, figsize=(7, 8), sharex=True)
-    cases = (("complete", "Fig. 3.3, complete"), ("incomplete", "Fig. 3.4, five coordinates"), ("noisy", "Fig. 3.6, 10 % noise"))
+    cases = (
+        ("complete", "Fig. 3.3, complete"),
+        ("incomplete", "Fig. 3.4, five coordinates"),
+        ("noisy", "Fig. 3.6, 10 % noise"),
+    )
     for ax, (name, words) in zip(axes, cases, strict=True):
         result, model, p = updated(f"chain10_{name}")
         at = np.array([model.place["n5.x"]])
-        ax.semilogy(f, np.abs(bay.receptance(real, f, ["n5.x"], ["n5.x"])[:, 0, 0]), "k", lw=1, label="experimental")
-        ax.semilogy(f, np.abs(receptance(model, f, at, at)[:, 0, 0]), ":", lw=1, label="model before")
-        ax.semilogy(f, np.abs(receptance(model, f, at, at, p)[:, 0, 0]), "--", lw=1, label="updated")
+        ax.semilogy(
+            f,
+            np.abs(bay.receptance(real, f, ["n5.x"], ["n5.x"])[:, 0, 0]),
+            "k",
+            lw=1,
+            label="experimental",
+        )
+        ax.semilogy(
+            f, np.abs(receptance(model, f, at, at)[:, 0, 0]), ":", lw=1, label="model before"
+        )
+        ax.semilogy(
+            f, np.abs(receptance(model, f, at, at, p)[:, 0, 0]), "--", lw=1, label="updated"
+        )
         ax.set_title(f"{words}: {result.iterations} iterations", fontsize=9)
-        print(f"chain10_{name}: {result.status}, {result.iterations} iterations, largest |p| {np.abs(p).max():.4f}")
+        print(
+            f"chain10_{name}: {result.status}, {result.iterations} iterations, largest |p| "
+            f"{np.abs(p).max():.4f}"
+        )
     axes[0].legend(fontsize=7)
     axes[1].set_ylabel("receptance 5, 5 (m/N)")
     axes[2].set_xlabel("frequency (Hz)")
@@ -55,17 +73,32 @@ def chain(plt, folder):
 def frame(plt, folder):
     result, model, p = updated("bay_fe1_x1_incomplete")
     noisy, _, q = updated("bay_fe1_x1_noisy")
-    print(f"bay, ten coordinates: {result.iterations} iterations, largest error of p {np.abs(p[:20][[i - 1 for i in bay.STIFF]] - (1 / 1.08 - 1)).max():.1e}; "
-          f"with 0.5 % noise {noisy.iterations}, {np.abs(q[:20][[i - 1 for i in bay.STIFF]] - (1 / 1.08 - 1)).max():.4f}")
+    print(
+        f"bay, ten coordinates: {result.iterations} iterations, largest error of p "
+        f"{np.abs(p[:20][[i - 1 for i in bay.STIFF]] - (1 / 1.08 - 1)).max():.1e}; with 0.5 % "
+        f"noise {noisy.iterations}, "
+        f"{np.abs(q[:20][[i - 1 for i in bay.STIFF]] - (1 / 1.08 - 1)).max():.4f}"
+    )
     figure, axes = plt.subplots(2, 1, figsize=(7, 6))
     axes[0].bar(np.arange(40) - 0.2, p, 0.4, label="no noise (3.10)")
     axes[0].bar(np.arange(40) + 0.2, q, 0.4, label="0.5 % noise")
     axes[0].set(xlabel="20 stiffness, 20 mass p-values", ylabel="p")
     axes[0].legend(fontsize=8)
     f, at = np.arange(10.5, 400, 1.0), np.array([model.place["n3.z"]])
-    axes[1].semilogy(f, np.abs(bay.receptance(bay.build("X1"), f, ["n3.z"], ["n3.z"])[:, 0, 0]), "k", lw=1, label="X1")
-    for values, style, label in ((model.zero(), ":", "FE1"), (q, "--", "updated, 0.5 % noise (3.11)")):
-        axes[1].semilogy(f, np.abs(receptance(model, f, at, at, values)[:, 0, 0]), style, lw=1, label=label)
+    axes[1].semilogy(
+        f,
+        np.abs(bay.receptance(bay.build("X1"), f, ["n3.z"], ["n3.z"])[:, 0, 0]),
+        "k",
+        lw=1,
+        label="X1",
+    )
+    for values, style, label in (
+        (model.zero(), ":", "FE1"),
+        (q, "--", "updated, 0.5 % noise (3.11)"),
+    ):
+        axes[1].semilogy(
+            f, np.abs(receptance(model, f, at, at, values)[:, 0, 0]), style, lw=1, label=label
+        )
     axes[1].set(xlabel="frequency (Hz)", ylabel="receptance at n3.z (m/N)")
     axes[1].legend(fontsize=8)
     figure.tight_layout()
@@ -81,16 +114,24 @@ def surfaces(plt, folder):
     full = [dynamic_stiffness(m, 2 * np.pi * x)[at, at] for x in f]
     reduced = [condense(m, x, ten, ten[:1]).Z[2, 2] for x in f]
     held = held_frequencies(model, ten, 8)
-    print("frequencies of the bay held at the ten coordinates: " + ", ".join(f"{x:.1f}" for x in held[held > 1]) + " Hz")
+    print(
+        "frequencies of the bay held at the ten coordinates: "
+        + ", ".join(f"{x:.1f}" for x in held[held > 1])
+        + " Hz"
+    )
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.6))
     axes[0].plot(f, np.array(full) / full[0], label="Z (3.12)")
-    axes[0].plot(f, np.clip(np.array(reduced) / reduced[0], -9, 9), lw=0.8, label="Z reduced (3.13)")
+    axes[0].plot(
+        f, np.clip(np.array(reduced) / reduced[0], -9, 9), lw=0.8, label="Z reduced (3.13)"
+    )
     for x in held[held > 1]:
         axes[0].axvline(x, color="0.8", lw=0.8, zorder=0)
     axes[0].set(xlabel="frequency (Hz)", ylabel="over its value at 5 Hz, n1.z", ylim=(-4, 4))
     axes[0].legend(fontsize=8)
     lines = np.array([30.0, 75, 120, 145])
-    data = data_of(model, lines, bay.receptance(bay.build("X1"), lines, bay.TEN, CORNER), bay.TEN, CORNER, 0.01)
+    data = data_of(
+        model, lines, bay.receptance(bay.build("X1"), lines, bay.TEN, CORNER), bay.TEN, CORNER, 0.01
+    )
     residuals = [FrfResidual(model, (data,), kind) for kind in ("force-balance", "receptance")]
     grid = np.linspace(-0.9, 0.9, 31)
     costs = [[], []]
@@ -100,7 +141,9 @@ def surfaces(plt, folder):
             p[0] = v
             values, weights, _ = residual.evaluate(p).differences
             costs[k].append(float(np.sum((weights * values) ** 2)))
-    for cost, label in zip(costs, ("force balance, J2 (3.33)", "receptance, J1 (3.31)"), strict=True):
+    for cost, label in zip(
+        costs, ("force balance, J2 (3.33)", "receptance, J1 (3.31)"), strict=True
+    ):
         axes[1].semilogy(grid, np.array(cost) / min(cost), label=label)
     axes[1].set(xlabel="stiffness p of element 1", ylabel="cost / least")
     axes[1].legend(fontsize=8)
@@ -111,7 +154,9 @@ def surfaces(plt, folder):
 def plate(plt, folder, percent):
     result, _, p = updated(f"plate_complex_{percent}pct")
     figure, axes = plt.subplots(3, 1, figsize=(7, 6), sharex=True, sharey=True)
-    for ax, values, words in zip(axes, p.reshape(3, 45), ("stiffness", "mass", "damping"), strict=True):
+    for ax, values, words in zip(
+        axes, p.reshape(3, 45), ("stiffness", "mass", "damping"), strict=True
+    ):
         ax.bar(np.arange(1, 46), values)
         ax.set_title(words, fontsize=8)
     axes[2].set_xlabel("element")
@@ -120,8 +165,11 @@ def plate(plt, folder, percent):
     truth = np.zeros((3, 45))
     for row, of in zip(truth, ("stiffness", "mass", "damping"), strict=True):
         row[[i - 1 for i in make_rfm.PLATE_HIGH[of]]] = 1 / 1.1 - 1
-    print(f"plate, {percent} % noise: {result.iterations} iterations, largest error of p {np.abs(p - truth.ravel()).max():.2e}, "
-          f"largest false |p| {np.abs(p[truth.ravel() == 0]).max():.2e} against the true 0.0909")
+    print(
+        f"plate, {percent} % noise: {result.iterations} iterations, largest error of p "
+        f"{np.abs(p - truth.ravel()).max():.2e}, largest false |p| "
+        f"{np.abs(p[truth.ravel() == 0]).max():.2e} against the true 0.0909"
+    )
 
 
 def main():

@@ -1,10 +1,13 @@
-"""The noise in A: H_X stands on both sides of the force balance (3.9), so least squares is biased however many lines are fitted. FE1 against X1, ten
-coordinates, 40 lines.
+"""The noise in A: H_X stands on both sides of the force balance (3.9), so least squares is biased
+however many lines are fitted. FE1 against X1, ten coordinates, 40 lines.
 
-Bias is ‖mean p − p_true‖ / ‖p_true‖ over the draws (its own scatter, from the finite number of draws, is shown beside it), error the mean of
-‖p − p_true‖ / ‖p_true‖. Compared: the force balance with the weights of the start; the same with the weights taken anew at each solution, because the noise
-enters the rows through Z(p); both with all the rows' covariance (the dynamic flexibility, 3.37); and the output error, in whose A the model's receptances
-stand for the measured ones: the maximum-likelihood answer to errors in the variables, because x̂ = H(p) f is the nearest x that balances.
+Bias is ‖mean p − p_true‖ / ‖p_true‖ over the draws (its own scatter, from the finite number of
+draws, is shown beside it), error the mean of ‖p − p_true‖ / ‖p_true‖. Compared: the force balance
+with the weights of the start; the same with the weights taken anew at each solution, because the
+noise enters the rows through Z(p); both with all the rows' covariance (the dynamic flexibility,
+3.37); and the output error, in whose A the model's receptances stand for the measured ones: the
+maximum-likelihood answer to errors in the variables, because x̂ = H(p) f is the nearest x that
+balances.
 
 ``python rfm_noise_in_a.py OUT 50`` for 50 draws a level, ``… OUT 50 0.02`` for one level.
 """
@@ -25,7 +28,13 @@ from cvxupdate.update.trust_region import Options, iterate
 
 LEVELS = (0.005, 0.02, 0.05)
 LINES = np.arange(10.0, 400.5, 1.0)
-METHODS = ("force balance, weights of the start", "force balance, re-weighted", "flexibility, weights of the start", "flexibility, re-weighted", "output error")
+METHODS = (
+    "force balance, weights of the start",
+    "force balance, re-weighted",
+    "flexibility, weights of the start",
+    "flexibility, re-weighted",
+    "output error",
+)
 
 
 def draw(model, exact, level, seed):
@@ -35,9 +44,13 @@ def draw(model, exact, level, seed):
     problem, choice, options = step(model), SolverChoice(), Options(1e-6, 60, 0.1)
     out = {}
     for kind, words in (("force-balance", "force balance"), ("flexibility", "flexibility")):
-        held = iterate(FrfResidual(model, data, kind, model.zero()), problem, choice, options, model.zero())
+        held = iterate(
+            FrfResidual(model, data, kind, model.zero()), problem, choice, options, model.zero()
+        )
         out[f"{words}, weights of the start"] = held.point.p
-        out[f"{words}, re-weighted"] = fit_responses(model, data, problem, choice, options, kind).point.p
+        out[f"{words}, re-weighted"] = fit_responses(
+            model, data, problem, choice, options, kind
+        ).point.p
     out["output error"] = fit_responses(model, data, problem, choice, options).point.p
     return {name: out[name] for name in METHODS}
 
@@ -67,7 +80,9 @@ def main():
     rows = [("noise", "method", "draws", "bias", "scatter of the bias", "error")]
     for level in levels if draws else LEVELS[1:2]:
         methods = found[level] = study(draws or 2, level)
-        print(f"\n{100 * level:g} % noise, {draws or 2} draws: bias of p (± its scatter), mean error")
+        print(
+            f"\n{100 * level:g} % noise, {draws or 2} draws: bias of p (± its scatter), mean error"
+        )
         for name, p in methods.items():
             bias, scatter, error = summary(p)
             rows.append((level, name, len(p), f"{bias:.4g}", f"{scatter:.4g}", f"{error:.4g}"))
@@ -75,11 +90,25 @@ def main():
     with (folder / "rfm_noise_in_a.csv").open("w", newline="") as file:
         csv.writer(file).writerows(rows)
     figure, ax = plt.subplots(figsize=(7, 4))
-    for name, colour in zip(METHODS, ("#d95f02", "#e6ab02", "#7570b3", "#66a61e", "#1f5f99"), strict=True):
+    for name, colour in zip(
+        METHODS, ("#d95f02", "#e6ab02", "#7570b3", "#66a61e", "#1f5f99"), strict=True
+    ):
         done = [summary(m[name]) for m in found.values()]
-        ax.loglog([100 * v for v in found], [d[0] for d in done], "o-", color=colour, label=f"bias, {name}")
-        ax.loglog([100 * v for v in found], [d[2] for d in done], "o--", color=colour, mfc="none", lw=0.8)
-    ax.set(xlabel="noise (%)", ylabel="relative bias (full), error (dashed) of p", title="Noise in A: ten coordinates of the bay")
+        ax.loglog(
+            [100 * v for v in found],
+            [d[0] for d in done],
+            "o-",
+            color=colour,
+            label=f"bias, {name}",
+        )
+        ax.loglog(
+            [100 * v for v in found], [d[2] for d in done], "o--", color=colour, mfc="none", lw=0.8
+        )
+    ax.set(
+        xlabel="noise (%)",
+        ylabel="relative bias (full), error (dashed) of p",
+        title="Noise in A: ten coordinates of the bay",
+    )
     ax.set_xticks([100 * v for v in found], [f"{100 * v:g}" for v in found])
     ax.minorticks_off()
     ax.legend(fontsize=7)

@@ -1,6 +1,8 @@
-"""Structure A: a measured steel plate, updated with five parameters on 18 modes and scored on two that the fit never saw.
+"""Structure A: a measured steel plate, updated with five parameters on 18 modes and scored on two
+that the fit never saw.
 
-Writes result.json and report.html as `cvxupdate run` does, and a figure of its own: the frequency error of every mode, before and after.
+Writes result.json and report.html as `cvxupdate run` does, and a figure of its own: the frequency
+error of every mode, before and after.
 
 Run: python examples/structure_a.py [folder]
 """
@@ -20,7 +22,10 @@ def table(updated):
         e = updated.fit[use]["frequency_error_percent_mean"]
         lines.append(f"mean frequency error, {name:8s}  {e['before']:.2f} % -> {e['after']:.2f} %")
     for q in updated.parameters:
-        lines.append(f"{q.name:12s} {q.before:8.4g} -> {q.after:8.4f} ± {q.standard_deviation:.2g}   ({q.lower:g} ... {q.upper:g})")
+        lines.append(
+            f"{q.name:12s} {q.before:8.4g} -> {q.after:8.4f} ± {q.standard_deviation:.2g}   "
+            f"({q.lower:g} ... {q.upper:g})"
+        )
     return "\n".join(lines)
 
 
@@ -35,8 +40,21 @@ def figure(updated, path):
     for use, marker, colour in (("fit", "o", "C0"), ("hold-out", "D", "C1")):
         modes = [m for m in updated.modes if m.use == use]
         f = [m.measured for m in modes]
-        ax.plot(f, [100 * (m.before / m.measured - 1) for m in modes], marker, mfc="none", mec=colour, label=f"before, {use}")
-        ax.plot(f, [100 * (m.after / m.measured - 1) for m in modes], marker, color=colour, label=f"after, {use}")
+        ax.plot(
+            f,
+            [100 * (m.before / m.measured - 1) for m in modes],
+            marker,
+            mfc="none",
+            mec=colour,
+            label=f"before, {use}",
+        )
+        ax.plot(
+            f,
+            [100 * (m.after / m.measured - 1) for m in modes],
+            marker,
+            color=colour,
+            label=f"after, {use}",
+        )
     ax.axhline(0, color="0.3", lw=0.8)
     ax.set(xlabel="measured frequency (Hz)", ylabel="(model − measured) / measured (%)")
     ax.legend(ncols=2)

@@ -1,6 +1,8 @@
-"""Structure A: where do the two strings hold the plate? The thesis does not say, so the places are tried one by one.
+"""Structure A: where do the two strings hold the plate? The thesis does not say, so the places are
+tried one by one.
 
-Each is a problem file of its own, run through the public functions: five parameters (four without strings), 18 modes fitted, 2 held out.
+Each is a problem file of its own, run through the public functions: five parameters (four without
+strings), 18 modes fitted, 2 held out.
 
 Run: python examples/structure_a_strings.py [folder]
 """
@@ -34,18 +36,38 @@ def places(nx=NX, ny=NY):
 def study():
     """A result for each place."""
     with tempfile.TemporaryDirectory() as folder:
-        return {name: cvxupdate.run(write_problem(Path(folder) / str(k), NX, NY, held, min(1.0, 2.0 / max(len(held), 1))))
-                for k, (name, held) in enumerate(places().items())}
+        return {
+            name: cvxupdate.run(
+                write_problem(
+                    Path(folder) / str(k), NX, NY, held, min(1.0, 2.0 / max(len(held), 1))
+                )
+            )
+            for k, (name, held) in enumerate(places().items())
+        }
 
 
 def table(results):
     """The comparison as text, best first."""
-    lines = ["place of the strings          mean error %   largest %   held out %   stiffness in all N/m"]
+    lines = [
+        "place of the strings          mean error %   largest %   held out %   stiffness in all N/m"
+    ]
     held = {name: len(nodes) for name, nodes in places().items()}
-    for name, u in sorted(results.items(), key=lambda item: item[1].fit["fit"]["frequency_error_percent_mean"]["after"]):
-        mean, most = (u.fit["fit"][f"frequency_error_percent_{which}"]["after"] for which in ("mean", "max"))
+    for name, u in sorted(
+        results.items(),
+        key=lambda item: item[1].fit["fit"]["frequency_error_percent_mean"]["after"],
+    ):
+        mean, most = (
+            u.fit["fit"][f"frequency_error_percent_{which}"]["after"] for which in ("mean", "max")
+        )
         out = u.fit["hold_out"]["frequency_error_percent_mean"]["after"]
-        k = next((f"{held[name] * q.after:.0f} ± {held[name] * q.standard_deviation:.0f}" for q in u.parameters if q.of == "k"), "-")
+        k = next(
+            (
+                f"{held[name] * q.after:.0f} ± {held[name] * q.standard_deviation:.0f}"
+                for q in u.parameters
+                if q.of == "k"
+            ),
+            "-",
+        )
         lines.append(f"{name:28s}  {mean:12.2f}  {most:10.2f}  {out:11.2f}  {k:>21s}")
     return "\n".join(lines)
 
@@ -59,8 +81,19 @@ def figure(results, path):
     FigureCanvasAgg(fig)
     ax = fig.subplots()
     for k, (name, u) in enumerate(results.items()):
-        style = {"marker": "o", "lw": 1.6} if name == "middle of the short edges" else {"marker": ".", "lw": 0.9, "ls": ":"}
-        ax.plot([m.measured for m in u.modes], [100 * (m.after / m.measured - 1) for m in u.modes], ms=5, label=name, color=f"C{k}", **style)
+        style = (
+            {"marker": "o", "lw": 1.6}
+            if name == "middle of the short edges"
+            else {"marker": ".", "lw": 0.9, "ls": ":"}
+        )
+        ax.plot(
+            [m.measured for m in u.modes],
+            [100 * (m.after / m.measured - 1) for m in u.modes],
+            ms=5,
+            label=name,
+            color=f"C{k}",
+            **style,
+        )
     ax.axhline(0, color="0.3", lw=0.8)
     ax.set(xlabel="measured frequency (Hz)", ylabel="(model − measured) / measured (%)")
     ax.legend(fontsize=8)

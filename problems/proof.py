@@ -1,7 +1,9 @@
-"""Concealed cases, chapter 9 and real recordings diagnosed and compared with their truth: ``make proof``, or ``python problems/proof.py [case …]``.
+"""Concealed cases, chapter 9 and real recordings diagnosed and compared with their truth: ``make
+proof``, or ``python problems/proof.py [case …]``.
 
-Diagnosis sees only ``problem.toml`` and the recordings; ``truth.toml`` is opened here, afterwards. Writes out/proof/proof.json and index.html. Real recordings
-are left out where CVXUPDATE_DATA does not name their folder. A case is that of a folder in problems/concealed, "chapter9" or "real".
+Diagnosis sees only ``problem.toml`` and the recordings; ``truth.toml`` is opened here, afterwards.
+Writes out/proof/proof.json and index.html. Real recordings are left out where CVXUPDATE_DATA does
+not name their folder. A case is that of a folder in problems/concealed, "chapter9" or "real".
 """
 
 from __future__ import annotations
@@ -26,7 +28,8 @@ HALF = 0.5  # what a finding must bring the held-out error down to
 
 
 def diagnose(case: Path) -> dict[str, Any]:
-    """What the command says of a case, as ``diagnosis.json`` has it; its page goes to out/proof/<case>/."""
+    """What the command says of a case, as ``diagnosis.json`` has it; its page goes to
+    out/proof/<case>/."""
     from cvxupdate.errors import CvxupdateError
     from cvxupdate.report.diagnosis import diagnosis_files
     from cvxupdate.spec import load_problem
@@ -45,25 +48,35 @@ def diagnose(case: Path) -> dict[str, Any]:
     return dict(json.loads(payload))
 
 
-def right_place(found: Mapping[str, Any], truth: Mapping[str, Any], accept: Mapping[str, Any]) -> bool:
+def right_place(
+    found: Mapping[str, Any], truth: Mapping[str, Any], accept: Mapping[str, Any]
+) -> bool:
     """Whether a location names what truth names, or a neighbour that truth accepts.
 
-    Elements: at least half of those named are true or accepted ones, and one is. Nodes: all true or accepted. A whole group counts for the group.
+    Elements: at least half of those named are true or accepted ones, and one is. Nodes: all true or
+    accepted. A whole group counts for the group.
     """
     dof, kinds = truth.get("dof"), set(accept.get("dofs", ()))
     nodes, elements, groups = (list(found.get(k) or ()) for k in ("nodes", "elements", "groups"))
-    true_nodes, true_elements, true_groups = (list(truth.get(k) or ()) for k in ("nodes", "elements", "groups"))
+    true_nodes, true_elements, true_groups = (
+        list(truth.get(k) or ()) for k in ("nodes", "elements", "groups")
+    )
     if not (true_nodes or true_elements or true_groups):
         return not (nodes or elements or groups)
     if dof and found.get("dof") and found["dof"] != dof and found["dof"] not in kinds:
         return False
-    ok_nodes, ok_elements = set(true_nodes) | set(accept.get("nodes", ())), set(true_elements) | set(accept.get("elements", ()))
+    ok_nodes, ok_elements = (
+        set(true_nodes) | set(accept.get("nodes", ())),
+        set(true_elements) | set(accept.get("elements", ())),
+    )
     ok_groups = set(accept.get("groups", ()))
     if groups and (set(groups) & ok_groups):
         return True
     if elements and true_elements:
         close = set(elements) & ok_elements
-        return len(close) >= 0.5 * len(elements) and (not nodes or not true_nodes or set(nodes) <= ok_nodes)
+        return len(close) >= 0.5 * len(elements) and (
+            not nodes or not true_nodes or set(nodes) <= ok_nodes
+        )
     if nodes and true_nodes:
         return set(nodes) <= ok_nodes and len(set(nodes)) >= min(2, len(set(true_nodes)))
     if elements and accept.get("elements"):
@@ -84,13 +97,29 @@ def named(found: Mapping[str, Any], truth: Mapping[str, Any]) -> tuple[bool, boo
 
 
 def sizes(found: Mapping[str, Any], truth: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Each true parameter beside the one found: value, relative error, within the tolerance or not."""
+    """Each true parameter beside the one found: value, relative error, within the tolerance or
+    not."""
     rows = []
     for q in truth.get("parameters", ()):
-        value = next((found["parameters"][n] for n in (q["name"], *q.get("aliases", ())) if n in found["parameters"]), None)
+        value = next(
+            (
+                found["parameters"][n]
+                for n in (q["name"], *q.get("aliases", ()))
+                if n in found["parameters"]
+            ),
+            None,
+        )
         off = None if value is None else abs(value - q["value"]) / abs(q["value"])
-        rows.append({"name": q["name"], "true": q["value"], "found": value, "off": off, "required": bool(q.get("required", True)),
-                     "right": off is not None and off <= q["tolerance"]})
+        rows.append(
+            {
+                "name": q["name"],
+                "true": q["value"],
+                "found": value,
+                "off": off,
+                "required": bool(q.get("required", True)),
+                "right": off is not None and off <= q["tolerance"],
+            }
+        )
     return rows
 
 
@@ -102,17 +131,43 @@ def judge(said: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
     key = "hold_out" if fit.get("hold_out", {}).get("before") is not None else "fit"
     before, after = (fit.get(key, {}).get(k) for k in ("before", "after"))
     claimed = bool(findings) and said["verdict"] in ("missing_physics", "parameter_error")
-    halved = before is not None and after is not None and after <= HALF * before if claimed else None
+    halved = (
+        before is not None and after is not None and after <= HALF * before if claimed else None
+    )
     seconds = said.get("time")
     quick = seconds is not None and seconds <= SLOW
-    common = {"verdict": said["verdict"], "true_verdict": truth["verdict"], "says": said["says"], "score": key, "before": before, "after": after,
-              "halved": halved, "time": seconds, "quick": quick, "nonlinear": nonlinear, "claimed": claimed,
-              "truth": "; ".join(f"{e['physics']} at {place_text(e['location'])}" for e in effects) or "nothing",
-              "found": "; ".join(f"{f['physics']} at {place_text(f['location'])}" for f in findings) or "nothing",
-              "confidence": max((f["confidence"] for f in findings), default=None)}
+    common = {
+        "verdict": said["verdict"],
+        "true_verdict": truth["verdict"],
+        "says": said["says"],
+        "score": key,
+        "before": before,
+        "after": after,
+        "halved": halved,
+        "time": seconds,
+        "quick": quick,
+        "nonlinear": nonlinear,
+        "claimed": claimed,
+        "truth": "; ".join(f"{e['physics']} at {place_text(e['location'])}" for e in effects)
+        or "nothing",
+        "found": "; ".join(f"{f['physics']} at {place_text(f['location'])}" for f in findings)
+        or "nothing",
+        "confidence": max((f["confidence"] for f in findings), default=None),
+    }
     if nonlinear and not any(f["physics"] in NONLINEAR for f in findings):
-        right = said["verdict"] == "undetermined" and not claimed  # the tool has no word for it yet: silence is right, a linear sentence is not
-        return {**common, "right_verdict": right, "physics": None, "place": None, "sizes": [], "size": None, "equivalent": False, "right": right}
+        right = (
+            said["verdict"] == "undetermined" and not claimed
+        )  # the tool has no word for it yet: silence is right, a linear sentence is not
+        return {
+            **common,
+            "right_verdict": right,
+            "physics": None,
+            "place": None,
+            "sizes": [],
+            "size": None,
+            "equivalent": False,
+            "right": right,
+        }
     verdict = said["verdict"] in truth["accept"]
     physics = place = size = True
     equivalent = False
@@ -129,10 +184,21 @@ def judge(said: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
         size = size and bool(mine) and all(r["right"] for r in mine if r["required"])
     if not effects:
         physics = place = size = said["verdict"] != "missing_physics"
-    spurious = bool(effects) and len(findings) > len(effects)  # one sentence too many is a wrong sentence
+    spurious = bool(effects) and len(findings) > len(
+        effects
+    )  # one sentence too many is a wrong sentence
     right = verdict and physics and place and halved is not False and not spurious
-    return {**common, "right_verdict": verdict, "physics": physics, "place": place, "sizes": rows, "size": size, "equivalent": equivalent,
-            "spurious": spurious, "right": right}
+    return {
+        **common,
+        "right_verdict": verdict,
+        "physics": physics,
+        "place": place,
+        "sizes": rows,
+        "size": size,
+        "equivalent": equivalent,
+        "spurious": spurious,
+        "right": right,
+    }
 
 
 def place_text(location: Mapping[str, Any]) -> str:
@@ -143,7 +209,10 @@ def place_text(location: Mapping[str, Any]) -> str:
         parts.append(f"'{', '.join(groups)}'")
     if elements:
         parts.append("e" + ",".join(map(str, elements[:6])) + ("…" if len(elements) > 6 else ""))
-    return " ".join(parts + ([str(location["dof"])] if location.get("dof") else [])) or "the whole structure"
+    return (
+        " ".join(parts + ([str(location["dof"])] if location.get("dof") else []))
+        or "the whole structure"
+    )
 
 
 def totals(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[int]]:
@@ -154,12 +223,23 @@ def totals(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[int]]:
     def share(of: Sequence[Mapping[str, Any]], key: str) -> list[int]:
         return [sum(bool(r[key]) for r in of), len(of)]
 
-    return {"linear physics: verdict, physics and place right": share(linear, "right"), "verdict right": share(linear, "right_verdict"),
-            "physics named": share(effects, "physics"), "place found": share(effects, "place"), "size within tolerance": share(effects, "size"),
-            "nothing found where nothing is": share([r for r in linear if r["true_verdict"] == "consistent"], "right"),
-            "nonlinear: no linear sentence claimed": share([r for r in rows if r["nonlinear"]], "right"),
-            "held-out error halved where something is claimed": share([r for r in rows if r["claimed"]], "halved"),
-            f"within {SLOW:.0f} s": share(rows, "quick")}
+    return {
+        "linear physics: verdict, physics and place right": share(linear, "right"),
+        "verdict right": share(linear, "right_verdict"),
+        "physics named": share(effects, "physics"),
+        "place found": share(effects, "place"),
+        "size within tolerance": share(effects, "size"),
+        "nothing found where nothing is": share(
+            [r for r in linear if r["true_verdict"] == "consistent"], "right"
+        ),
+        "nonlinear: no linear sentence claimed": share(
+            [r for r in rows if r["nonlinear"]], "right"
+        ),
+        "held-out error halved where something is claimed": share(
+            [r for r in rows if r["claimed"]], "halved"
+        ),
+        f"within {SLOW:.0f} s": share(rows, "quick"),
+    }
 
 
 def short(value: float | None) -> str:
@@ -169,13 +249,26 @@ def short(value: float | None) -> str:
 
 def concealed(wanted: Sequence[str]) -> list[dict[str, Any]]:
     """The concealed cases, judged."""
-    cases = sorted(p.parent for p in CASES.glob("*/truth.toml") if not wanted or p.parent.name in wanted)
+    cases = sorted(
+        p.parent for p in CASES.glob("*/truth.toml") if not wanted or p.parent.name in wanted
+    )
     rows = []
-    for case, said in zip(cases, Parallel(n_jobs=2, return_as="generator")(delayed(diagnose)(c) for c in cases), strict=True):
-        row = {"case": case.name, **judge(said, tomllib.loads((case / "truth.toml").read_text(encoding="utf-8")))}
+    for case, said in zip(
+        cases,
+        Parallel(n_jobs=2, return_as="generator")(delayed(diagnose)(c) for c in cases),
+        strict=True,
+    ):
+        row = {
+            "case": case.name,
+            **judge(said, tomllib.loads((case / "truth.toml").read_text(encoding="utf-8"))),
+        }
         rows.append(row)
-        print(f"{row['case']}  {'right' if row['right'] else 'WRONG'}  {row['verdict']}: {row['found']}  [true: {row['truth']}]  "
-              f"{short(row['before'])} -> {short(row['after'])}, {short(row['time'])} s", flush=True)
+        print(
+            f"{row['case']}  {'right' if row['right'] else 'WRONG'}  {row['verdict']}: "
+            f"{row['found']}  [true: {row['truth']}]  {short(row['before'])} -> "
+            f"{short(row['after'])}, {short(row['time'])} s",
+            flush=True,
+        )
     return rows
 
 
@@ -184,11 +277,19 @@ def chapter9() -> list[dict[str, Any]]:
     from proof_chapter9 import PLATES, judge, truth_of
 
     rows = []
-    for name, said in zip(PLATES, Parallel(n_jobs=2, return_as="generator")(delayed(diagnose)(HERE / n) for n in PLATES), strict=True):
+    for name, said in zip(
+        PLATES,
+        Parallel(n_jobs=2, return_as="generator")(delayed(diagnose)(HERE / n) for n in PLATES),
+        strict=True,
+    ):
         row = {"case": name, **judge(said, truth_of(name))}
         rows.append(row)
-        print(f"{name}  {'right' if row['right'] else 'WRONG'}  {row['says']}  mean error {short(row['before'])} -> {short(row['after'])} % "
-              f"with {row['parameters']} parameters, {short(row['time'])} s", flush=True)
+        print(
+            f"{name}  {'right' if row['right'] else 'WRONG'}  {row['says']}  mean error "
+            f"{short(row['before'])} -> {short(row['after'])} % with {row['parameters']} "
+            f"parameters, {short(row['time'])} s",
+            flush=True,
+        )
     return rows
 
 
@@ -204,7 +305,11 @@ def real() -> list[dict[str, Any]]:
 
     rows = [asdict(c) for c in diagnoses.claims()]
     for r in rows:
-        print(f"{r['data']}  {r['case']}  {({True: 'right', False: 'WRONG'}).get(r['right'], 'not known')}  {r['claimed']}", flush=True)
+        print(
+            f"{r['data']}  {r['case']}  "
+            f"{({True: 'right', False: 'WRONG'}).get(r['right'], 'not known')}  {r['claimed']}",
+            flush=True,
+        )
     return rows
 
 
@@ -212,7 +317,11 @@ def main(wanted: Sequence[str]) -> int:
     """Diagnose, compare, write the page, print the totals; exit status 0 whatever they are."""
     known = {p.parent.name for p in CASES.glob("*/truth.toml")} | {"chapter9", "real"}
     if not set(wanted) <= known:
-        print(f"no such case: {', '.join(sorted(set(wanted) - known))}. There are {', '.join(sorted(known))}.", file=sys.stderr)
+        print(
+            f"no such case: {', '.join(sorted(set(wanted) - known))}. There are "
+            f"{', '.join(sorted(known))}.",
+            file=sys.stderr,
+        )
         return 2
     OUT.mkdir(parents=True, exist_ok=True)
     rows = concealed(wanted) if not wanted or set(wanted) & (known - {"chapter9", "real"}) else []
@@ -223,13 +332,23 @@ def main(wanted: Sequence[str]) -> int:
         counted["chapter 9: words, place, fit"] = [sum(r["right"] for r in plates), len(plates)]
     if claims:
         judged = [r for r in claims if r["right"] is not None]
-        counted["real recordings: claims that can be checked, right"] = [sum(r["right"] for r in judged), len(judged)]
+        counted["real recordings: claims that can be checked, right"] = [
+            sum(r["right"] for r in judged),
+            len(judged),
+        ]
     environment = Environment(autoescape=True)
     environment.filters["short"] = short
     payload = {"totals": counted, "cases": rows, "chapter9": plates, "real": claims}
-    (OUT / "proof.json").write_text(json.dumps(payload, indent=2, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
+    (OUT / "proof.json").write_text(
+        json.dumps(payload, indent=2, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8"
+    )
     page = (HERE / "proof.html").read_text(encoding="utf-8")
-    (OUT / "index.html").write_text(environment.from_string(page).render(rows=rows, plates=plates, claims=claims, totals=counted), encoding="utf-8")
+    (OUT / "index.html").write_text(
+        environment.from_string(page).render(
+            rows=rows, plates=plates, claims=claims, totals=counted
+        ),
+        encoding="utf-8",
+    )
     print()
     for name, (good, of) in counted.items():
         print(f"{name:<52} {good:>3} of {of}")

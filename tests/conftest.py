@@ -1,4 +1,5 @@
-"""One thread for linear algebra (set before numpy loads: two workers with two threads each are slower than with one), and the real recordings."""
+"""One thread for linear algebra (set before numpy loads: two workers with two threads each are
+slower than with one), and the real recordings."""
 
 import os
 
@@ -17,7 +18,8 @@ if str(ROOT) not in sys.path:
 
 @pytest.fixture
 def data_folder() -> Path:
-    """The folder CVXUPDATE_DATA with the real recordings; a test that needs it is skipped by name where it is not there."""
+    """The folder CVXUPDATE_DATA with the real recordings; a test that needs it is skipped by name
+    where it is not there."""
     folder = os.environ.get("CVXUPDATE_DATA", "")
     if not folder or not Path(folder).is_dir():
         pytest.skip("CVXUPDATE_DATA names no folder: the real recordings are not tested")

@@ -1,4 +1,5 @@
-"""The table of rooms in house.md, enforced on static imports; no cycles; no unlisted part; a light `import cvxupdate`."""
+"""The table of rooms in house.md, enforced on static imports; no cycles; no unlisted part; a light
+`import cvxupdate`."""
 
 from __future__ import annotations
 
@@ -16,8 +17,9 @@ MODEL = {"errors", "spec", "fe"}
 DATA = {"errors", "spec", "recordings"}
 SHARED = {"matfile"}  # a format that brings models and recordings alike
 
-# Room or single module → rooms it may import. `errors` and `system` are shared parts: errors for all, LinearSystem for those that
-# make, solve or loop over it. What a room may use it may also see through (correlate may name the errors and specs of the rooms below it).
+# Room or single module → rooms it may import. `errors` and `system` are shared parts: errors for
+# all, LinearSystem for those that make, solve or loop over it. What a room may use it may also see
+# through (correlate may name the errors and specs of the rooms below it).
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
     "system": BASE,
@@ -32,20 +34,53 @@ ROOMS: dict[str, set[str]] = {
     "direct": MODEL | {"reduction"},
     "update": MODEL | DATA | {"reduction", "correlate", "residual", "convex", "direct", "system"},
     "physics": MODEL | {"residual"},
-    "diagnose": MODEL | DATA | {"reduction", "correlate", "residual", "convex", "direct", "update", "physics", "system"},
+    "diagnose": MODEL
+    | DATA
+    | {"reduction", "correlate", "residual", "convex", "direct", "update", "physics", "system"},
     "report": BASE,
 }
 ROOMS["study"] = set(ROOMS)
-ROOMS["cli"] = BASE | {"study", "report", "spec"}  # it hands what study returns to the report, and prints the schema
+ROOMS["cli"] = BASE | {
+    "study",
+    "report",
+    "spec",
+}  # it hands what study returns to the report, and prints the schema
 ROOMS["__init__"] = set(ROOMS)
 ROOMS["__main__"] = {"cli"}
 
-# These two may name the types of results (under TYPE_CHECKING, so that nothing runs); every other room keeps to the table in that as well.
+# These two may name the types of results (under TYPE_CHECKING, so that nothing runs); every other
+# room keeps to the table in that as well.
 NAMES_RESULTS = {"report", "cli"}
 # The only room that may import each of these.
-ONLY = {"cvxpy": "convex", "qpsolvers": "convex", "matplotlib": "report", "plotly": "report", "jinja2": "report"}
-HEAVY = ("cvxpy", "qpsolvers", "clarabel", "osqp", "scs", "matplotlib", "plotly", "jinja2", "pyuff", "h5py", "pymatreader", "joblib", "dask", "pydantic",
-         "typer", "rich", "scipy.optimize", "scipy.sparse", "scipy.signal", "scipy.linalg")
+ONLY = {
+    "cvxpy": "convex",
+    "qpsolvers": "convex",
+    "matplotlib": "report",
+    "plotly": "report",
+    "jinja2": "report",
+}
+HEAVY = (
+    "cvxpy",
+    "qpsolvers",
+    "clarabel",
+    "osqp",
+    "scs",
+    "matplotlib",
+    "plotly",
+    "jinja2",
+    "pyuff",
+    "h5py",
+    "pymatreader",
+    "joblib",
+    "dask",
+    "pydantic",
+    "typer",
+    "rich",
+    "scipy.optimize",
+    "scipy.sparse",
+    "scipy.signal",
+    "scipy.linalg",
+)
 
 
 def module_name(path: Path) -> str:
@@ -62,7 +97,8 @@ def room(module: str) -> str:
 
 
 def imports(source: str | ast.AST, module: str, is_package: bool) -> set[str]:
-    """Every module that ``source`` imports, wherever the statement stands, relative ones made absolute.
+    """Every module that ``source`` imports, wherever the statement stands, relative ones made
+    absolute.
 
     ``from a import b`` counts as a.b where that is a module, else as a.
     """
@@ -85,17 +121,24 @@ def imports(source: str | ast.AST, module: str, is_package: bool) -> set[str]:
 def imports_of(module: str) -> set[str]:
     path = MODULES[module]
     source = path.read_text(encoding="utf-8")
-    return imports(without(source, bodies=False) if room(module) in NAMES_RESULTS else source, module, path.name == "__init__.py")
+    return imports(
+        without(source, bodies=False) if room(module) in NAMES_RESULTS else source,
+        module,
+        path.name == "__init__.py",
+    )
 
 
 def imports_on_load(module: str) -> set[str]:
     """What runs when the module is imported."""
     path = MODULES[module]
-    return imports(without(path.read_text(encoding="utf-8"), bodies=True), module, path.name == "__init__.py")
+    return imports(
+        without(path.read_text(encoding="utf-8"), bodies=True), module, path.name == "__init__.py"
+    )
 
 
 def without(source: str, bodies: bool) -> ast.AST:
-    """The syntax tree without its TYPE_CHECKING blocks, and without the functions where ``bodies``."""
+    """The syntax tree without its TYPE_CHECKING blocks, and without the functions where
+    ``bodies``."""
 
     class Strip(ast.NodeTransformer):
         def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST | None:
@@ -124,19 +167,35 @@ def test_imports_stay_in_the_table(module: str) -> None:
             other = room(target)
             if other == "__init__":
                 continue  # the bare package: its version
-            assert other == mine or other in ROOMS.get(mine, set()), f"{module} imports {target}: {mine} may not import {other}"
+            assert other == mine or other in ROOMS.get(mine, set()), (
+                f"{module} imports {target}: {mine} may not import {other}"
+            )
         elif first in ONLY:
             assert mine == ONLY[first], f"{module} imports {first}: only {ONLY[first]} may"
 
 
 def test_rooms_have_no_cycle() -> None:
     """The table itself is a hierarchy, and so are the modules (by what runs on import)."""
-    assert cycle({a: {b for b in others if b != a} for a, others in ROOMS.items() if a not in ("study", "cli", "__init__", "__main__")}) is None
+    assert (
+        cycle(
+            {
+                a: {b for b in others if b != a}
+                for a, others in ROOMS.items()
+                if a not in ("study", "cli", "__init__", "__main__")
+            }
+        )
+        is None
+    )
 
 
 def test_modules_have_no_cycle() -> None:
     """By what runs on import; a package stands for its __init__."""
-    found = cycle({module: {t for t in imports_on_load(module) if t in MODULES and t != module} for module in MODULES})
+    found = cycle(
+        {
+            module: {t for t in imports_on_load(module) if t in MODULES and t != module}
+            for module in MODULES
+        }
+    )
     assert found is None, " → ".join(found or [])
 
 
@@ -146,7 +205,7 @@ def cycle(graph: dict[str, set[str]]) -> list[str] | None:
 
     def visit(node: str, trail: list[str]) -> list[str] | None:
         if node in trail:
-            return [*trail[trail.index(node):], node]
+            return [*trail[trail.index(node) :], node]
         if node in done:
             return None
         for other in sorted(graph.get(node, ())):
@@ -165,36 +224,79 @@ def cycle(graph: dict[str, set[str]]) -> list[str] | None:
 
 def test_the_reader_of_imports_sees_them_all() -> None:
     """The net itself: relative, nested, aliased and lazy imports; a cycle is found."""
-    source = "from . import base\nfrom ..fe.model import Model\ndef f():\n    import cvxpy as cp\n    from cvxupdate import update\nimport numpy.linalg"
-    assert imports(source, "cvxupdate.convex.step", False) == {"cvxupdate.convex", "cvxupdate.fe.model", "cvxpy", "cvxupdate.update", "numpy.linalg"}
+    source = (
+        "from . import base\nfrom ..fe.model import Model\ndef f():\n    import cvxpy as cp\n    "
+        "from cvxupdate import update\nimport numpy.linalg"
+    )
+    assert imports(source, "cvxupdate.convex.step", False) == {
+        "cvxupdate.convex",
+        "cvxupdate.fe.model",
+        "cvxpy",
+        "cvxupdate.update",
+        "numpy.linalg",
+    }
     assert imports("from .spec import load_problem", "cvxupdate", True) == {"cvxupdate.spec"}
     assert cycle({"a": {"b"}, "b": {"c"}, "c": {"a"}}) == ["a", "b", "c", "a"]
     assert cycle({"a": {"b", "c"}, "b": {"c"}}) is None
-    typed = "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from .a import A\ndef f():\n    import b\nclass C:\n    def g(self):\n        import d\n"
+    typed = (
+        "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from .a import A\ndef f():\n   "
+        " import b\nclass C:\n    def g(self):\n        import d\n"
+    )
     assert imports(without(typed, bodies=False), "cvxupdate.x", False) == {"typing", "b", "d"}
     assert imports(without(typed, bodies=True), "cvxupdate.x", False) == {"typing"}
 
 
 def loaded_by(statement: str) -> list[str]:
-    script = f"import sys, json\nimport numpy\nbefore = set(sys.modules)\n{statement}\nprint(json.dumps(sorted(set(sys.modules) - before)))"
-    return list(json.loads(subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout.splitlines()[-1]))
+    script = (
+        "import sys, json\nimport numpy\nbefore = "
+        f"set(sys.modules)\n{statement}\nprint(json.dumps(sorted(set(sys.modules) - before)))"
+    )
+    return list(
+        json.loads(
+            subprocess.run(
+                [sys.executable, "-c", script], capture_output=True, text=True, check=True
+            ).stdout.splitlines()[-1]
+        )
+    )
 
 
 def test_import_is_light() -> None:
-    """`import cvxupdate` beyond numpy loads its own light parts and standard modules, nothing heavy."""
+    """`import cvxupdate` beyond numpy loads its own light parts and standard modules, nothing
+    heavy."""
     loaded = loaded_by("import cvxupdate")
     heavy = [m for m in loaded if any(m == h or m.startswith(h + ".") for h in HEAVY)]
     assert heavy == []
     assert "cvxupdate" in loaded
 
 
-@pytest.mark.parametrize("name", sorted(m for m in MODULES if room(m) not in ("convex", "report", "update", "study", "cli", "diagnose", "__main__")))
+@pytest.mark.parametrize(
+    "name",
+    sorted(
+        m
+        for m in MODULES
+        if room(m) not in ("convex", "report", "update", "study", "cli", "diagnose", "__main__")
+    ),
+)
 def test_no_room_loads_cvxpy_or_plots_on_import(name: str) -> None:
     """Statically: nothing heavy is imported when a module outside convex and report runs."""
     for target in imports_on_load(name):
-        assert target.split(".")[0] not in ("cvxpy", "qpsolvers", "matplotlib", "plotly", "pyuff", "h5py", "pymatreader", "joblib", "dask"), target
+        assert target.split(".")[0] not in (
+            "cvxpy",
+            "qpsolvers",
+            "matplotlib",
+            "plotly",
+            "pyuff",
+            "h5py",
+            "pymatreader",
+            "joblib",
+            "dask",
+        ), target
 
 
 def test_the_model_loads_without_cvxpy() -> None:
     loaded = loaded_by("import cvxupdate.spec, cvxupdate.fe.build, cvxupdate.fe.modes")
-    assert not [m for m in loaded if m.split(".")[0] in ("cvxpy", "qpsolvers", "matplotlib", "pyuff", "h5py")]
+    assert not [
+        m
+        for m in loaded
+        if m.split(".")[0] in ("cvxpy", "qpsolvers", "matplotlib", "pyuff", "h5py")
+    ]

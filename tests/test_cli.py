@@ -29,7 +29,8 @@ rows = [{ id = 1, nodes = [1], k = 4.0e5 }, { id = 2, nodes = [1, 2], k = 3.0e5 
 
 [[model.elements]]
 type = "mass"
-rows = [{ id = 11, nodes = [1], m = 6.5, group = "floor" }, { id = 12, nodes = [2], m = 5.0, group = "floor" }]
+rows = [{ id = 11, nodes = [1], m = 6.5, group = "floor" },
+        { id = 12, nodes = [2], m = 5.0, group = "floor" }]
 
 [[recordings]]
 kind = "modes"
@@ -70,7 +71,13 @@ def call(here, monkeypatch, capsys):
 
 def command(*arguments, **keywords):
     """The installed command in a process of its own."""
-    return subprocess.run([Path(sys.executable).parent / "cvxupdate", *map(str, arguments)], capture_output=True, text=True, timeout=120, **keywords)
+    return subprocess.run(
+        [Path(sys.executable).parent / "cvxupdate", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        **keywords,
+    )
 
 
 def files(folder):
@@ -78,16 +85,23 @@ def files(folder):
 
 
 def one_line(text):
-    assert text.startswith("cvxupdate: ") and text.endswith("\n") and text.count("\n") == 1 and "Traceback" not in text
+    assert (
+        text.startswith("cvxupdate: ")
+        and text.endswith("\n")
+        and text.count("\n") == 1
+        and "Traceback" not in text
+    )
     return text
 
 
-# ── an error of its own: 1 ───────────────────────────────────────────────────────────────────────────────────────
+# ── an error of its own: 1
+# ───────────────────────────────────────────────────────────────────────────────────────
 
 
 @pytest.mark.parametrize("verb", ["run", "diagnose", "correlate"])
 def test_an_error_of_its_own_is_one_line_without_a_traceback(call, here, monkeypatch, verb):
-    """It says what and where, writes nothing, and lets the whole traceback through where that is asked for."""
+    """It says what and where, writes nothing, and lets the whole traceback through where that is
+    asked for."""
     import cvxupdate.study
 
     def stumble(*args, **keywords):
@@ -97,14 +111,18 @@ def test_an_error_of_its_own_is_one_line_without_a_traceback(call, here, monkeyp
     code, out, err = call(verb, "chain/problem.toml")
     assert code == 1 and out == "" and files(here / "out") == []
     said = one_line(err)
-    assert "IndexError: list index out of range (cvxupdate/study.py, line " in said and "not of your files" in said
+    assert (
+        "IndexError: list index out of range (cvxupdate/study.py, line " in said
+        and "not of your files" in said
+    )
     monkeypatch.setenv("CVXUPDATE_DEBUG", "1")
     monkeypatch.setattr(sys, "argv", ["cvxupdate", verb, "chain/problem.toml"])
     with pytest.raises(IndexError):
         cli.main()
 
 
-# ── done: 0 ──────────────────────────────────────────────────────────────────────────────────────────────────────
+# ── done: 0
+# ──────────────────────────────────────────────────────────────────────────────────────────────────
 
 
 def test_run_writes_both_files_and_a_summary(call, here):
@@ -119,21 +137,37 @@ def test_json_is_all_there_is_on_standard_output(call, here):
     assert (code, err) == (0, "")
     data = json.loads(out)
     assert data["status"] == "converged" and data["problem"] == "chain"
-    assert json.loads((here / "here" / "and there" / "result.json").read_text(encoding="utf-8")) == data
+    assert (
+        json.loads((here / "here" / "and there" / "result.json").read_text(encoding="utf-8"))
+        == data
+    )
     assert not (here / "out").exists()
 
 
 def test_solvers(call, here):
     code, out, _ = call("solvers", "chain/problem.toml")
-    assert code == 0 and "CLARABEL" in out and "agree" in out and files(here / "out") == ["chain/report.html", "chain/result.json"]
+    assert (
+        code == 0
+        and "CLARABEL" in out
+        and "agree" in out
+        and files(here / "out") == ["chain/report.html", "chain/result.json"]
+    )
     code, out, err = call("solvers", "chain/problem.toml", "--json")
     data = json.loads(out)
-    assert (code, err) == (0, "") and data["status"] == "optimal" and data["spread"] < 1e-6 and len(data["solvers"]) >= 4
+    assert (
+        (code, err) == (0, "")
+        and data["status"] == "optimal"
+        and data["spread"] < 1e-6
+        and len(data["solvers"]) >= 4
+    )
 
 
 def test_check_and_schema(call, here):
     code, out, err = call("check", "chain/problem.toml")
-    assert (code, err) == (0, "") and "in order. 2 nodes, 4 elements, 2 free DOFs, 1 recordings, 3 parameters." in out
+    assert (code, err) == (
+        0,
+        "",
+    ) and "in order. 2 nodes, 4 elements, 2 free DOFs, 1 recordings, 3 parameters." in out
     code, out, _ = call("check", "chain/problem.toml", "--json")
     assert code == 0 and json.loads(out)["faults"] == [] and json.loads(out)["parameters"] == 3
     code, out, err = call("schema")
@@ -144,21 +178,27 @@ def test_check_and_schema(call, here):
 def test_help_names_every_command(call):
     code, out, err = call("--help")
     assert (code, err) == (0, "")
-    assert all(word in out for word in ("run", "correlate", "inspect", "solvers", "check", "schema"))
+    assert all(
+        word in out for word in ("run", "correlate", "inspect", "solvers", "check", "schema")
+    )
     code, out, _ = call("run", "--help")
     assert code == 0 and "--out" in out and "--json" in out and "PROBLEM" in out
 
 
-# ── bad input: 2, nothing written ────────────────────────────────────────────────────────────────────────────────
+# ── bad input: 2, nothing written
+# ────────────────────────────────────────────────────────────────────────────────
 
 
 @pytest.mark.parametrize("verb", ["run", "correlate", "solvers", "check"])
-@pytest.mark.parametrize(("change", "words"), [
-    (("dofs", "dof_s"), "model.dof_s: unknown key"),
-    (("k = 4.0e5", "k = nan"), "not a finite number"),
-    (("nodes = [1, 2], k", "nodes = [1, 7], k"), "7"),
-    ((CHAIN, "this is no TOML"), "is not valid TOML"),
-])
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("dofs", "dof_s"), "model.dof_s: unknown key"),
+        (("k = 4.0e5", "k = nan"), "not a finite number"),
+        (("nodes = [1, 2], k", "nodes = [1, 7], k"), "7"),
+        ((CHAIN, "this is no TOML"), "is not valid TOML"),
+    ],
+)
 def test_bad_input(call, here, verb, change, words):
     path = here / "chain" / "problem.toml"
     path.write_text(CHAIN.replace(*change, 1), encoding="utf-8")
@@ -169,12 +209,19 @@ def test_bad_input(call, here, verb, change, words):
 
 def test_every_fault_at_once(call, here):
     path = here / "chain" / "problem.toml"
-    path.write_text(CHAIN.replace("k = 4.0e5", 'k = "stiff"').replace("m = 6.5", "m = -6.5"), encoding="utf-8")
+    path.write_text(
+        CHAIN.replace("k = 4.0e5", 'k = "stiff"').replace("m = 6.5", "m = -6.5"), encoding="utf-8"
+    )
     code, _, err = call("check", path)
     assert code == 2 and err.count("problem.toml: ") == 2
     code, out, err = call("check", path, "--json")
     faults = json.loads(out)["faults"]
-    assert code == 2 and err == "" and len(faults) == 2 and all(set(f) == {"file", "key", "problem", "remedy"} for f in faults)
+    assert (
+        code == 2
+        and err == ""
+        and len(faults) == 2
+        and all(set(f) == {"file", "key", "problem", "remedy"} for f in faults)
+    )
 
 
 def test_bad_input_with_json_leaves_standard_output_empty(call):
@@ -189,13 +236,16 @@ def test_run_without_an_update_table(call, here):
     assert code == 2 and "[update]" in one_line(err) and not (here / "out").exists()
 
 
-@pytest.mark.parametrize(("arguments", "words"), [
-    (("walk",), "No such command 'walk'"),
-    (("run",), "Missing argument 'PROBLEM'"),
-    (("run", "a", "b"), "unexpected extra argument"),
-    (("run", "a", "--jsn"), "No such option"),
-    (("run", "a", "--out"), "--out"),
-])
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("walk",), "No such command 'walk'"),
+        (("run",), "Missing argument 'PROBLEM'"),
+        (("run", "a", "b"), "unexpected extra argument"),
+        (("run", "a", "--jsn"), "No such option"),
+        (("run", "a", "--out"), "--out"),
+    ],
+)
 def test_usage_errors_are_one_line(call, here, arguments, words):
     code, out, err = call(*arguments)
     assert (code, out) == (2, "") and words in one_line(err) and "cvxupdate --help" in err
@@ -209,11 +259,17 @@ def test_no_command_shows_the_help(call):
 
 def test_out_that_cannot_be_a_folder(call, here, monkeypatch):
     (here / "file").write_text("in the way", encoding="utf-8")
-    monkeypatch.setattr("cvxupdate.study.run", lambda *_: pytest.fail("the work was done before --out was looked at"))
+    monkeypatch.setattr(
+        "cvxupdate.study.run",
+        lambda *_: pytest.fail("the work was done before --out was looked at"),
+    )
     for out in ("file", "file/below/it"):
         code, said, err = call("run", "chain/problem.toml", "--out", out, "--json")
         assert (code, said) == (2, "") and "not a folder" in one_line(err) and "--out" in err
-    assert files(here) == ["chain/problem.toml", "file"] and (here / "file").read_text(encoding="utf-8") == "in the way"
+    assert (
+        files(here) == ["chain/problem.toml", "file"]
+        and (here / "file").read_text(encoding="utf-8") == "in the way"
+    )
 
 
 def test_write_that_fails_leaves_what_was_there(call, here, monkeypatch):
@@ -232,7 +288,8 @@ def test_write_that_fails_leaves_what_was_there(call, here, monkeypatch):
     assert {p: (here / "out" / p).read_bytes() for p in files(here / "out")} == before
 
 
-# ── infeasible, not converged: 3 ─────────────────────────────────────────────────────────────────────────────────
+# ── infeasible, not converged: 3
+# ─────────────────────────────────────────────────────────────────────────────────
 
 
 def test_infeasible_writes_why(call, here):
@@ -240,7 +297,10 @@ def test_infeasible_writes_why(call, here):
     code, out, err = call("run", "chain/problem.toml", "--json")
     data = json.loads(out)
     assert (code, err) == (3, "") and data["status"] == "infeasible"
-    assert [any(word in clause for clause in data["certificate"]["conflict"]) for word in ("total mass", "floor.m")] == [True, True]
+    assert [
+        any(word in clause for clause in data["certificate"]["conflict"])
+        for word in ("total mass", "floor.m")
+    ] == [True, True]
     assert files(here / "out") == ["chain/report.html", "chain/result.json"]
     code, out, _ = call("run", "chain/problem.toml")
     assert code == 3 and "contradict" in out and "total mass set to 20 kg" in out
@@ -249,13 +309,22 @@ def test_infeasible_writes_why(call, here):
 
 
 def test_stopped_short_is_3(call, here):
-    (here / "chain" / "problem.toml").write_text(CHAIN.replace('"frequencies"', '"frequencies"\nmax_iterations = 1\ntolerance = 1e-14'), encoding="utf-8")
+    (here / "chain" / "problem.toml").write_text(
+        CHAIN.replace('"frequencies"', '"frequencies"\nmax_iterations = 1\ntolerance = 1e-14'),
+        encoding="utf-8",
+    )
     code, out, _ = call("run", "chain/problem.toml", "--json")
     data = json.loads(out)
-    assert code == 3 and data["status"] == "stopped" and "limit of 1 iterations" in data["reason"] and data["iterations"] == 1
+    assert (
+        code == 3
+        and data["status"] == "stopped"
+        and "limit of 1 iterations" in data["reason"]
+        and data["iterations"] == 1
+    )
 
 
-# ── interrupted: 130 ─────────────────────────────────────────────────────────────────────────────────────────────
+# ── interrupted: 130
+# ─────────────────────────────────────────────────────────────────────────────────────────────
 
 
 def test_interrupted_keeps_what_was_finished(call, here, monkeypatch):
@@ -268,35 +337,70 @@ def test_interrupted_keeps_what_was_finished(call, here, monkeypatch):
     monkeypatch.setattr("cvxupdate.study.run", stop)
     code, out, err = call("run", "chain/problem.toml")
     assert (code, out) == (130, "") and "interrupted" in one_line(err)
-    assert files(here / "out") == ["chain/report.html", "chain/result.json"] and (here / "out" / "chain" / "result.json").read_bytes() == before
+    assert (
+        files(here / "out") == ["chain/report.html", "chain/result.json"]
+        and (here / "out" / "chain" / "result.json").read_bytes() == before
+    )
 
 
 @pytest.mark.slow
 def test_control_c_in_the_middle_of_a_run(here):
     """The signal itself, sent while the work runs; no half-written file stays."""
-    script = ("import cvxupdate.study as s, cvxupdate.cli as c, sys, time\n"
-              "def run(*_):\n    print('started', flush=True)\n    time.sleep(60)\n"
-              "s.run = run\nsys.argv = ['cvxupdate', 'run', 'chain/problem.toml']\nc.main()\n")
-    process = subprocess.Popen([sys.executable, "-c", script], cwd=here, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                               preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))  # a background job inherits "ignored"
+    script = (
+        "import cvxupdate.study as s, cvxupdate.cli as c, sys, time\n"
+        "def run(*_):\n    print('started', flush=True)\n    time.sleep(60)\n"
+        "s.run = run\nsys.argv = ['cvxupdate', 'run', 'chain/problem.toml']\nc.main()\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", script],
+        cwd=here,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # a background job inherits "ignored"
     assert process.stdout.readline() == "started\n"
     time.sleep(0.2)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=30)
-    assert process.returncode == 130 and "interrupted" in one_line(err) and files(here) == ["chain/problem.toml"]
+    assert (
+        process.returncode == 130
+        and "interrupted" in one_line(err)
+        and files(here) == ["chain/problem.toml"]
+    )
 
 
-# ── the installed command ────────────────────────────────────────────────────────────────────────────────────────
+# ── the installed command
+# ────────────────────────────────────────────────────────────────────────────────────────
 
 
 @pytest.mark.slow
 def test_installed_command(here):
-    done = command("run", "chain/problem.toml", "--json", cwd=here, env={**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONIOENCODING": "ascii"})
-    assert done.returncode == 0 and done.stderr == "" and json.loads(done.stdout)["status"] == "converged"
-    done = command("run", "chain/problem.toml", cwd=here, env={**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONIOENCODING": "ascii"})
+    done = command(
+        "run",
+        "chain/problem.toml",
+        "--json",
+        cwd=here,
+        env={**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONIOENCODING": "ascii"},
+    )
+    assert (
+        done.returncode == 0
+        and done.stderr == ""
+        and json.loads(done.stdout)["status"] == "converged"
+    )
+    done = command(
+        "run",
+        "chain/problem.toml",
+        cwd=here,
+        env={**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONIOENCODING": "ascii"},
+    )
     assert done.returncode == 0 and done.stderr == "" and "±" in done.stdout
     done = command("run", "missing.toml", cwd=here)
-    assert done.returncode == 2 and done.stdout == "" and "there is no such file" in one_line(done.stderr)
+    assert (
+        done.returncode == 2
+        and done.stdout == ""
+        and "there is no such file" in one_line(done.stderr)
+    )
     assert command("--help", cwd=here).returncode == 0
 
 
@@ -307,8 +411,13 @@ def test_progress_on_a_terminal_only_and_never_with_json(here):
     said = {}
     for option in ((), ("--json",)):
         leader, follower = pty.openpty()
-        with subprocess.Popen([Path(sys.executable).parent / "cvxupdate", "run", "chain/problem.toml", *option], cwd=here, stdout=subprocess.PIPE,
-                              stderr=follower, env={**os.environ, "TERM": "xterm"}) as process:
+        with subprocess.Popen(
+            [Path(sys.executable).parent / "cvxupdate", "run", "chain/problem.toml", *option],
+            cwd=here,
+            stdout=subprocess.PIPE,
+            stderr=follower,
+            env={**os.environ, "TERM": "xterm"},
+        ) as process:
             os.close(follower)
             chunks = []
             while True:
@@ -327,15 +436,35 @@ def test_progress_on_a_terminal_only_and_never_with_json(here):
     assert said["--json",] == ""
 
 
-# ── the public names ─────────────────────────────────────────────────────────────────────────────────────────────
+# ── the public names
+# ─────────────────────────────────────────────────────────────────────────────────────────────
 
 
 def test_public_names_are_these():
     assert set(cvxupdate.__all__) == {
-        "ConvergenceError", "CvxupdateError", "Fault", "InfeasibleError", "InputError", "ModeResult", "ModelError", "ParameterResult",
-        "ProblemFileError", "RecordingError", "Spec", "Updated", "__version__", "check", "check_problem", "load_problem", "open_problem", "run",
-        "run_files", "schema", "solvers", "solvers_files",
-    }  # fmt: skip
+        "ConvergenceError",
+        "CvxupdateError",
+        "Fault",
+        "InfeasibleError",
+        "InputError",
+        "ModeResult",
+        "ModelError",
+        "ParameterResult",
+        "ProblemFileError",
+        "RecordingError",
+        "Spec",
+        "Updated",
+        "__version__",
+        "check",
+        "check_problem",
+        "load_problem",
+        "open_problem",
+        "run",
+        "run_files",
+        "schema",
+        "solvers",
+        "solvers_files",
+    }
     assert sorted(cvxupdate.__all__, key=str) == list(cvxupdate.__all__) == dir(cvxupdate)
     for name in cvxupdate.__all__:
         assert getattr(cvxupdate, name) is not None
@@ -348,14 +477,27 @@ def test_version_is_that_of_the_package():
 
 
 def test_import_is_light():
-    code = ("import numpy, sys, time; t = time.perf_counter(); import cvxupdate; took = time.perf_counter() - t\n"
-            "heavy = {'scipy', 'cvxpy', 'matplotlib', 'pydantic', 'rich', 'jinja2', 'h5py', 'pyuff', 'typer'} & set(sys.modules)\n"
-            "print(took, sorted(heavy))")
-    took, heavy = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split(maxsplit=1)
+    code = (
+        "import numpy, sys, time; t = time.perf_counter(); import cvxupdate; took = "
+        "time.perf_counter() - t\nheavy = {'scipy', 'cvxpy', 'matplotlib', 'pydantic', "
+        "'rich', 'jinja2', 'h5py', 'pyuff', 'typer'} & set(sys.modules)\nprint(took, "
+        "sorted(heavy))"
+    )
+    took, heavy = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split(maxsplit=1)
     assert heavy.strip() == "[]" and float(took) < 0.3
 
 
 def test_reading_a_problem_loads_no_solver_and_no_figures(here):
-    code = ("import sys, cvxupdate; cvxupdate.load_problem('chain/problem.toml'); import cvxupdate.cli\n"
-            "print(sorted({'cvxpy', 'matplotlib', 'scipy.optimize', 'h5py', 'pyuff'} & set(sys.modules)))")
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=here).stdout.strip() == "[]"
+    code = (
+        "import sys, cvxupdate; cvxupdate.load_problem('chain/problem.toml'); import "
+        "cvxupdate.cli\nprint(sorted({'cvxpy', 'matplotlib', 'scipy.optimize', 'h5py', "
+        "'pyuff'} & set(sys.modules)))"
+    )
+    assert (
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=here
+        ).stdout.strip()
+        == "[]"
+    )

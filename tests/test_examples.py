@@ -1,4 +1,5 @@
-"""Every example is a script, a test and a figure: each runs to its end, on its own, and leaves a figure in the folder it was given."""
+"""Every example is a script, a test and a figure: each runs to its end, on its own, and leaves a
+figure in the folder it was given."""
 
 import doctest
 import importlib.util
@@ -18,7 +19,9 @@ def load(name):
     """An example as a module, found beside its neighbours as when it is run."""
     sys.path.insert(0, str(ROOT / "examples"))
     try:
-        spec = importlib.util.spec_from_file_location(f"example_{name}", ROOT / "examples" / f"{name}.py")
+        spec = importlib.util.spec_from_file_location(
+            f"example_{name}", ROOT / "examples" / f"{name}.py"
+        )
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
     finally:
@@ -27,15 +30,23 @@ def load(name):
 
 
 def test_there_are_examples():
-    assert {"structure_a.py", "structure_a_mesh.py", "structure_a_strings.py"} <= {p.name for p in EXAMPLES}
+    assert {"structure_a.py", "structure_a_mesh.py", "structure_a_strings.py"} <= {
+        p.name for p in EXAMPLES
+    }
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("script", EXAMPLES, ids=lambda p: p.stem)
 def test_runs_and_leaves_a_figure(script, tmp_path):
     out = tmp_path / "results"
-    done = subprocess.run([sys.executable, str(script), str(out)], capture_output=True, text=True, cwd=tmp_path, timeout=300,
-                          env={**os.environ, "MPLBACKEND": "agg"})
+    done = subprocess.run(
+        [sys.executable, str(script), str(out)],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        timeout=300,
+        env={**os.environ, "MPLBACKEND": "agg"},
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip()
     figures = [p for p in out.rglob("*") if p.suffix in (".png", ".svg")]
@@ -51,7 +62,10 @@ def test_plate_answer_settles_with_the_mesh():
     found = {size: mesh.values(*result) for size, result in results.items()}
     finest, (updated, _) = found[42, 30], results[42, 30]
     for q in updated.parameters:
-        coarse, middle = abs(found[14, 10][q.name] - finest[q.name]), abs(found[28, 20][q.name] - finest[q.name])
+        coarse, middle = (
+            abs(found[14, 10][q.name] - finest[q.name]),
+            abs(found[28, 20][q.name] - finest[q.name]),
+        )
         assert middle < 0.5 * coarse, q.name  # second order: a quarter of it, were the finest exact
         assert middle < 0.5 * q.standard_deviation, q.name
     for size, (updated, _) in results.items():
@@ -60,10 +74,13 @@ def test_plate_answer_settles_with_the_mesh():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("nx", "ny", "known"), [
-    (7, 5, (27.4, 29.9, 63.4, 66.3, 79.7, 90.9, 118.0, 132.4, 168.7, 181.6)),
-    (28, 20, (27.3, 29.8, 63.3, 66.1, 79.3, 91.0, 118.1, 133.6, 167.3, 180.1)),
-])
+@pytest.mark.parametrize(
+    ("nx", "ny", "known"),
+    [
+        (7, 5, (27.4, 29.9, 63.4, 66.3, 79.7, 90.9, 118.0, 132.4, 168.7, 181.6)),
+        (28, 20, (27.3, 29.8, 63.3, 66.1, 79.3, 91.0, 118.1, 133.6, 167.3, 180.1)),
+    ],
+)
 def test_nominal_plate_agrees_with_an_independent_calculation(nx, ny, known, tmp_path):
     import cvxupdate
     from cvxupdate.fe.modes import model_modes
@@ -82,24 +99,38 @@ def test_table_9_1_is_paired_by_family(tmp_path):
     mesh = load("structure_a_mesh")
     path = mesh.write_problem(tmp_path, 28, 20, [], 1.0)
     for name in ("modes_fit.csv", "modes_hold_out.csv"):
-        mine, theirs = (list(csv.DictReader((folder / name).read_text(encoding="utf-8").splitlines())) for folder in (path.parent, mesh.PROBLEM))
+        mine, theirs = (
+            list(csv.DictReader((folder / name).read_text(encoding="utf-8").splitlines()))
+            for folder in (path.parent, mesh.PROBLEM)
+        )
         assert [r["mode"] for r in mine] == [r["mode"] for r in theirs]
 
 
 def test_tables_of_structure_a_are_the_printed_ones():
-    """Frequencies and damping of the recordings are those of Table 9.1; its printed errors follow from its printed frequencies."""
+    """Frequencies and damping of the recordings are those of Table 9.1; its printed errors follow
+    from its printed frequencies."""
     import csv
 
     folder = ROOT / "problems" / "structure_a"
-    printed, fit, held = ([{k: float(v) for k, v in row.items()} for row in csv.DictReader((folder / name).read_text(encoding="utf-8").splitlines())]
-                          for name in ("table_9_1.csv", "modes_fit.csv", "modes_hold_out.csv"))
+    printed, fit, held = (
+        [
+            {k: float(v) for k, v in row.items()}
+            for row in csv.DictReader((folder / name).read_text(encoding="utf-8").splitlines())
+        ]
+        for name in ("table_9_1.csv", "modes_fit.csv", "modes_hold_out.csv")
+    )
     assert [r["frequency"] for r in fit + held] == [r["measured"] for r in printed]
     for mine, row in zip(fit + held, printed, strict=True):
-        assert mine["damping"] == pytest.approx(row["damping_percent"] / 200)  # a loss factor in per cent
-        assert row["relative_error_percent"] == pytest.approx(100 * abs(row["model"] / row["measured"] - 1), abs=0.1)  # one decimal, rounded or cut (259.1 Hz)
+        assert mine["damping"] == pytest.approx(
+            row["damping_percent"] / 200
+        )  # a loss factor in per cent
+        assert row["relative_error_percent"] == pytest.approx(
+            100 * abs(row["model"] / row["measured"] - 1), abs=0.1
+        )  # one decimal, rounded or cut (259.1 Hz)
 
 
-# ── what the documents claim ─────────────────────────────────────────────────────────────────────────────────────
+# ── what the documents claim
+# ─────────────────────────────────────────────────────────────────────────────────────
 
 
 def readme():
@@ -132,7 +163,10 @@ def test_problem_file_of_the_readme(tmp_path):
     path = tmp_path / "problem.toml"
     path.write_text(block, encoding="utf-8")
     updated = cvxupdate.run(path)
-    assert updated.status == "converged" and updated.fit["fit"]["frequency_error_percent_max"]["after"] < 0.2
+    assert (
+        updated.status == "converged"
+        and updated.fit["fit"]["frequency_error_percent_max"]["after"] < 0.2
+    )
     assert not any(q.at_bound for q in updated.parameters)
 
 
@@ -144,9 +178,16 @@ def test_figures_of_the_plate_are_those_of_a_run(document, plate):
         assert f"| 18 fitted modes | {fit['before']:.2f} % | {fit['after']:.2f} % |" in text
         assert f"| 2 held-out modes | {held['before']:.2f} % | {held['after']:.2f} % |" in text
         for q in plate.parameters[:4]:
-            (row,) = re.findall(rf"\| {q.of},[^|]*\| 1 \| ([\d.]+) ± ([\d.]+) \| 0.75 … 1.25 \|", text)
-            assert float(row[0]) == pytest.approx(q.after, abs=0.0051) and float(row[1]) == pytest.approx(q.standard_deviation, abs=0.0051)
-        assert f"{plate.parameters[4].after / 1e3:.2f} ± {plate.parameters[4].standard_deviation / 1e3:.2f} kN/m" in text
+            (row,) = re.findall(
+                rf"\| {q.of},[^|]*\| 1 \| ([\d.]+) ± ([\d.]+) \| 0.75 … 1.25 \|", text
+            )
+            assert float(row[0]) == pytest.approx(q.after, abs=0.0051) and float(
+                row[1]
+            ) == pytest.approx(q.standard_deviation, abs=0.0051)
+        assert (
+            f"{plate.parameters[4].after / 1e3:.2f} ± "
+            f"{plate.parameters[4].standard_deviation / 1e3:.2f} kN/m" in text
+        )
     else:
         assert f"{fit['before']:.2f} → {fit['after']:.2f} | {held['after']:.2f} |" in text
         assert f"| middle of the short edges | {fit['after']:.2f} (" in text

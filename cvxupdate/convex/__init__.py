@@ -30,7 +30,18 @@ from .constraints import (
 from .losses import LOSSES, AbsoluteLoss, Huber, LeastSquares, Loss, Norm, loss_named
 from .matrix_form import ConeProgram, Cones
 from .problem import StepProblem
-from .regularisers import L1, REGULARISERS, RULES, Entropy, GroupL1, Regulariser, Robust, Tikhonov, TotalVariation, groups_by_carrier
+from .regularisers import (
+    L1,
+    REGULARISERS,
+    RULES,
+    Entropy,
+    GroupL1,
+    Regulariser,
+    Robust,
+    Tikhonov,
+    TotalVariation,
+    groups_by_carrier,
+)
 from .smallest import smallest_eigenvalue
 from .solvers import SolverChoice, available_solvers
 from .step import CompiledStep, Step, solve_step

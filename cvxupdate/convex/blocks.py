@@ -1,6 +1,8 @@
-"""Clauses as blocks of cone rows, so that any subset of them becomes a cone program without compiling again.
+"""Clauses as blocks of cone rows, so that any subset of them becomes a cone program without
+compiling again.
 
-A block holds A p + aux a + slack t + s = b with s in its cones; ``slack`` is how a common relaxation t enters.
+A block holds A p + aux a + slack t + s = b with s in its cones; ``slack`` is how a common
+relaxation t enters.
 """
 
 from __future__ import annotations
@@ -20,7 +22,8 @@ from .matrix_form import ConeProgram, Cones, cone_program
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Cone rows: ``A`` (m, n), ``aux`` (m, a), ``slack`` (m,), ``b`` (m,), ``owner`` (m,) the clause number of each row."""
+    """Cone rows: ``A`` (m, n), ``aux`` (m, a), ``slack`` (m,), ``b`` (m,), ``owner`` (m,) the
+    clause number of each row."""
 
     A: Any
     aux: Any
@@ -38,13 +41,17 @@ class Block:
 
 
 def linear_block(numbers: Sequence[int], clauses: Sequence[LinearClause], n: int) -> Block:
-    """Linear clauses as rows of the nonnegative cone, an equality as two, each row scaled to a largest coefficient of
-    1.
+    """Linear clauses as rows of the nonnegative cone, an equality as two, each row scaled to a
+    largest coefficient of 1.
 
     The slack enters in the clause's own unit.
     """
     rows = stack(clauses, n)
-    size = np.ones(rows.upper.size) if rows.C.nnz == 0 else np.asarray(abs(rows.C).max(axis=1).todense()).ravel()
+    size = (
+        np.ones(rows.upper.size)
+        if rows.C.nnz == 0
+        else np.asarray(abs(rows.C).max(axis=1).todense()).ravel()
+    )
     scale = 1 / np.where(size > 0, size, 1.0)
     C = sp.csr_array(sp.diags_array(scale) @ rows.C)
     below, above = np.isfinite(rows.upper), np.isfinite(rows.lower)
@@ -77,7 +84,8 @@ def conic_block(number: int, clause: ConicClause, n: int) -> Block:
 
 @dataclass(frozen=True, eq=False)
 class Assembled:
-    """A cone program over [p, auxiliaries, slacks]; ``owner`` (rows,) clause numbers, −1 for the rows t ≥ 0."""
+    """A cone program over [p, auxiliaries, slacks]; ``owner`` (rows,) clause numbers, −1 for the
+    rows t ≥ 0."""
 
     program: ConeProgram
     owner: Any
@@ -93,9 +101,17 @@ class Assembled:
 
 
 def assemble(blocks: Sequence[Block], n: int, relaxed: Mapping[int, int], cost: Array) -> Assembled:
-    """Put blocks together: minimise cost · t, the clause ``number`` relaxed by t[relaxed[number]], t ≥ 0."""
+    """Put blocks together: minimise cost · t, the clause ``number`` relaxed by t[relaxed[number]],
+    t ≥ 0."""
     k = cost.size
-    own = Block(sp.csr_array((k, n)), sp.csr_array((k, 0)), np.zeros(k), np.zeros(k), Cones(nonneg=k), np.full(k, -1))
+    own = Block(
+        sp.csr_array((k, n)),
+        sp.csr_array((k, 0)),
+        np.zeros(k),
+        np.zeros(k),
+        Cones(nonneg=k),
+        np.full(k, -1),
+    )
     everything = [*blocks, own]
     widths = [block.aux.shape[1] for block in everything]
     starts = np.concatenate([[n], n + np.cumsum(widths)])
@@ -103,7 +119,9 @@ def assemble(blocks: Sequence[Block], n: int, relaxed: Mapping[int, int], cost: 
     for block, start in zip(everything, starts, strict=False):
         column = np.array([relaxed.get(int(i), -1) for i in block.owner], dtype=int)
         has = column >= 0
-        slack = sp.csr_array((block.slack[has], (np.flatnonzero(has), column[has])), shape=(block.b.size, k))
+        slack = sp.csr_array(
+            (block.slack[has], (np.flatnonzero(has), column[has])), shape=(block.b.size, k)
+        )
         if block is own:
             slack = -sp.eye_array(k, format="csr")
         left, right = int(start) - n, int(starts[-1]) - int(start) - block.aux.shape[1]
@@ -125,5 +143,7 @@ def assemble(blocks: Sequence[Block], n: int, relaxed: Mapping[int, int], cost: 
     )
     size = int(starts[-1]) + k
     q = np.concatenate([np.zeros(int(starts[-1])), cost])
-    program = ConeProgram(sp.csc_array((size, size)), q, sp.csc_array(sp.vstack(rows)), np.concatenate(b), cones)
+    program = ConeProgram(
+        sp.csc_array((size, size)), q, sp.csc_array(sp.vstack(rows)), np.concatenate(b), cones
+    )
     return Assembled(program, np.concatenate(owner), k)

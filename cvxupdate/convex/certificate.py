@@ -1,5 +1,5 @@
-"""What a solution proves, recomputed from the returned primal and dual by numpy alone; a solver's own figures are not
-used.
+"""What a solution proves, recomputed from the returned primal and dual by numpy alone; a solver's
+own figures are not used.
 
 All figures are relative:
 
@@ -33,7 +33,8 @@ def _size(v: Array) -> float:
 
 @dataclass(frozen=True)
 class Certificate:
-    """Relative residuals of the optimality conditions, scaled as the module says; NaN where there is no point."""
+    """Relative residuals of the optimality conditions, scaled as the module says; NaN where there
+    is no point."""
 
     primal: float
     dual: float
@@ -49,7 +50,8 @@ class Certificate:
         return max(values) if all(map(math.isfinite, values)) else math.inf
 
     def is_optimal(self, tolerance: float = 1e-6) -> bool:
-        """Whether every residual is at most ``tolerance``: the point is then optimal to that relative accuracy."""
+        """Whether every residual is at most ``tolerance``: the point is then optimal to that
+        relative accuracy."""
         return self.worst <= tolerance
 
     def as_dict(self) -> dict[str, float | None]:
@@ -87,11 +89,12 @@ def certify(program: ConeProgram, x: Array, s: Array, z: Array) -> Certificate:
 
 @dataclass(frozen=True)
 class Farkas:
-    """Proof that A x + s = b, s in K has no solution: z in K* with Aᵀ z = 0 and bᵀ z < 0 (Boyd & Vandenberghe 5.8).
+    """Proof that A x + s = b, s in K has no solution: z in K* with Aᵀ z = 0 and bᵀ z < 0 (Boyd &
+    Vandenberghe 5.8).
 
-    With z scaled so that ‖z‖∞ = 1: ``stationarity`` is ‖Aᵀ z‖∞ / max(1, ‖A‖∞), ``dual_cone`` the distance of z from K*,
-    and
-    ``separation`` is −bᵀ z / max(1, ‖b‖∞), which must be positive and well above the other two.
+    With z scaled so that ‖z‖∞ = 1: ``stationarity`` is ‖Aᵀ z‖∞ / max(1, ‖A‖∞), ``dual_cone`` the
+    distance of z from K*, and ``separation`` is −bᵀ z / max(1, ‖b‖∞), which must be positive and
+    well above the other two.
     """
 
     stationarity: float
@@ -99,13 +102,15 @@ class Farkas:
     separation: float
 
     def proves(self, tolerance: float = 1e-6) -> bool:
-        """Whether the residuals are within ``tolerance`` and ten times smaller than the separation."""
+        """Whether the residuals are within ``tolerance`` and ten times smaller than the
+        separation."""
         error = max(self.stationarity, self.dual_cone)
         return math.isfinite(error) and error <= tolerance and self.separation > 10 * error
 
 
 def farkas(program: ConeProgram, z: Array) -> Farkas:
-    """Check a multiplier z (rows,) as a proof that the constraints of ``program`` cannot hold together."""
+    """Check a multiplier z (rows,) as a proof that the constraints of ``program`` cannot hold
+    together."""
     size = _size(z)
     if not np.all(np.isfinite(z)) or size == 0.0:
         return Farkas(math.inf, math.inf, -math.inf)

@@ -1,7 +1,9 @@
-"""Large semidefinite clauses by their sparsity: S ⪰ 0 with a chordal pattern is a sum of small semidefinite blocks (Agler et al. 1988).
+"""Large semidefinite clauses by their sparsity: S ⪰ 0 with a chordal pattern is a sum of small
+semidefinite blocks (Agler et al. 1988).
 
-The pattern is filled by eliminating DOFs of least degree first; the maximal cliques of the filled graph are the blocks, merged where that saves
-work (Vandenberghe and Andersen 2015, chs. 4, 9 and 14).
+The pattern is filled by eliminating DOFs of least degree first; the maximal cliques of the filled
+graph are the blocks, merged where that saves work (Vandenberghe and Andersen 2015, chs. 4, 9 and
+14).
 """
 
 from __future__ import annotations
@@ -17,12 +19,16 @@ Index = NDArray[np.int64]
 
 
 def cliques(pattern: Any, merge: int = 12) -> tuple[Index, ...]:
-    """The maximal cliques (sorted DOF numbers) of a chordal extension of a symmetric sparse pattern (N, N).
+    """The maximal cliques (sorted DOF numbers) of a chordal extension of a symmetric sparse pattern
+    (N, N).
 
-    ``merge``: a clique is joined to its parent in the clique tree while that adds at most so many rows to either.
+    ``merge``: a clique is joined to its parent in the clique tree while that adds at most so many
+    rows to either.
     """
     A = sp.csr_array(pattern)
-    neighbours = [set(A.indices[A.indptr[i]: A.indptr[i + 1]].tolist()) - {i} for i in range(A.shape[0])]
+    neighbours = [
+        set(A.indices[A.indptr[i] : A.indptr[i + 1]].tolist()) - {i} for i in range(A.shape[0])
+    ]
     for i, mine in enumerate(neighbours):
         for j in mine:
             neighbours[j].add(i)
@@ -46,7 +52,8 @@ def cliques(pattern: Any, merge: int = 12) -> tuple[Index, ...]:
 
 
 def _maximal(found: Sequence[frozenset[int]]) -> list[set[int]]:
-    """Cliques that no other one holds; in elimination order a clique can only lie in an earlier one."""
+    """Cliques that no other one holds; in elimination order a clique can only lie in an earlier
+    one."""
     kept: list[set[int]] = []
     holding: dict[int, list[int]] = {}
     for clique in found:
@@ -73,7 +80,11 @@ def _merged(kept: list[set[int]], merge: int) -> list[set[int]]:
             best, most = -1, -1
             for j in {j for i in clique for j in where[i]} - used - {k}:
                 common = len(clique & kept[j])
-                if len(clique) - common <= merge and len(kept[j]) - common <= merge and common > most:
+                if (
+                    len(clique) - common <= merge
+                    and len(kept[j]) - common <= merge
+                    and common > most
+                ):
                     best, most = j, common
             used.add(k)
             if best >= 0:

@@ -21,10 +21,9 @@ from .weight import with_chosen_weight
 
 @dataclass(frozen=True)
 class SolverRow:
-    """One solver's answer: ``status`` optimal, infeasible, stopped or refused; ``objective`` recomputed from p by
-    numpy;
-    ``certificate`` recomputed from the solver's primal and dual; ``seconds`` inside the solver; ``note`` why not, in
-    words.
+    """One solver's answer: ``status`` optimal, infeasible, stopped or refused; ``objective``
+    recomputed from p by numpy; ``certificate`` recomputed from the solver's primal and dual;
+    ``seconds`` inside the solver; ``note`` why not, in words.
     """
 
     solver: str
@@ -37,11 +36,16 @@ class SolverRow:
 
 
 def compare_solvers(
-    problem: StepProblem, system: LinearSystem, names: Sequence[str] | None = None, choice: SolverChoice | None = None
+    problem: StepProblem,
+    system: LinearSystem,
+    names: Sequence[str] | None = None,
+    choice: SolverChoice | None = None,
 ) -> tuple[SolverRow, ...]:
-    """Solve one step by each named solver (all installed ones if None), from one and the same cone program.
+    """Solve one step by each named solver (all installed ones if None), from one and the same cone
+    program.
 
-    ``choice`` gives tolerance, iterations and polish for all. Raises InputError when a name is not installed.
+    ``choice`` gives tolerance, iterations and polish for all. Raises InputError when a name is not
+    installed.
     """
     asked = choice or SolverChoice()
     chosen, _ = with_chosen_weight(problem, system, asked)
@@ -64,11 +68,27 @@ def compare_solvers(
             continue
         status = raw.status
         if status != "infeasible":
-            status = "optimal" if certificate.is_optimal(max(ACCEPTED, 10 * asked.tolerance)) else "stopped"
+            status = (
+                "optimal"
+                if certificate.is_optimal(max(ACCEPTED, 10 * asked.tolerance))
+                else "stopped"
+            )
         p = raw.x[at : at + n]
-        objective = chosen.objective(system, p) if status != "infeasible" and np.all(np.isfinite(p)) else np.nan
-        note = "" if status == "optimal" else f"{raw.note} (largest residual {certificate.worst:.1e})".strip()
-        rows.append(SolverRow(solver.name, status, objective, certificate, raw.seconds, raw.iterations, note))
+        objective = (
+            chosen.objective(system, p)
+            if status != "infeasible" and np.all(np.isfinite(p))
+            else np.nan
+        )
+        note = (
+            ""
+            if status == "optimal"
+            else f"{raw.note} (largest residual {certificate.worst:.1e})".strip()
+        )
+        rows.append(
+            SolverRow(
+                solver.name, status, objective, certificate, raw.seconds, raw.iterations, note
+            )
+        )
     if any(row.status in ("infeasible", "stopped") for row in rows):
         conflict = find_conflict(chosen.clauses, n)
         if conflict is not None:
@@ -83,8 +103,11 @@ def compare_solvers(
 
 
 def spread(rows: Sequence[SolverRow]) -> float:
-    """Largest relative difference between the objectives of the rows that are optimal; InputError when none is."""
+    """Largest relative difference between the objectives of the rows that are optimal; InputError
+    when none is."""
     values = [row.objective for row in rows if row.status == "optimal"]
     if not values:
-        raise InputError("no solver reached the optimum of this step; its certificate and note say why for each.")
+        raise InputError(
+            "no solver reached the optimum of this step; its certificate and note say why for each."
+        )
     return (max(values) - min(values)) / max(1.0, abs(min(values)))

@@ -55,7 +55,8 @@ def _exp_dual(v: Array) -> float:
 
 
 def primal_violation(s: Array, cones: Cones) -> float:
-    """How far s is from K (zero, nonneg: largest entry; soc: ‖v‖ − t; psd: −λ_min; exp: y e^(x/y) − z)."""
+    """How far s is from K (zero, nonneg: largest entry; soc: ‖v‖ − t; psd: −λ_min; exp: y e^(x/y) −
+    z)."""
     worst = 0.0
     for kind, v in blocks(s, cones):
         if v.size:
@@ -71,7 +72,8 @@ def primal_violation(s: Array, cones: Cones) -> float:
 
 
 def dual_violation(z: Array, cones: Cones) -> float:
-    """How far z is from K*: free on the zero cone, self-dual for nonneg, soc, psd; the dual exponential cone else."""
+    """How far z is from K*: free on the zero cone, self-dual for nonneg, soc, psd; the dual
+    exponential cone else."""
     worst = 0.0
     for kind, v in blocks(z, cones):
         if v.size and kind != "zero":

@@ -1,10 +1,10 @@
 """Which clauses cannot hold together, the proof of it, and what the least relaxation would be.
 
-For linear clauses the multipliers y of Farkas' lemma with Σ y = 1 form a polytope each vertex of which has an
-irreducible infeasible set of rows as its support (Gleeson & Ryan 1990); the simplex method returns a vertex. A deletion
-filter over the clauses (Chinneck & Dravnieks 1991) then makes the set of clauses irreducible: without any one of them
-the rest can hold. For conic clauses the multipliers of the elastic program (all clauses relaxed by t, t least) serve as
-the first filter.
+For linear clauses the multipliers y of Farkas' lemma with Σ y = 1 form a polytope each vertex of
+which has an irreducible infeasible set of rows as its support (Gleeson & Ryan 1990); the simplex
+method returns a vertex. A deletion filter over the clauses (Chinneck & Dravnieks 1991) then makes
+the set of clauses irreducible: without any one of them the rest can hold. For conic clauses the
+multipliers of the elastic program (all clauses relaxed by t, t least) serve as the first filter.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ from .matrix_form import ConeProgram
 from .solvers.clarabel import solve as clarabel
 from .solvers.common import SolverChoice
 
-# Clauses that miss one another by less than this (relative to their limits) are not called a conflict.
+# Clauses that miss one another by less than this (relative to their limits) are not called a
+# conflict.
 TOLERANCE = 1e-8
 CONIC_TOLERANCE = 1e-7
 # At most so many clauses of a conflict are tried one by one for a relaxation.
@@ -33,10 +34,11 @@ TRIED = 12
 
 @dataclass(frozen=True)
 class Relaxation:
-    """A way out: by how much ``clause`` would have to give (in its own unit), and the sentence that says so.
+    """A way out: by how much ``clause`` would have to give (in its own unit), and the sentence that
+    says so.
 
-    ``alone`` is True when this one relaxation makes all clauses hold together, False when the listed ones must all be
-    made.
+    ``alone`` is True when this one relaxation makes all clauses hold together, False when the
+    listed ones must all be made.
     """
 
     clause: str
@@ -75,7 +77,9 @@ class Clauses:
     def blocks(self, numbers: Sequence[int]) -> list[Block]:
         """The blocks of a subset."""
         linear = [(i, c) for i in numbers if isinstance(c := self.all[i], LinearClause)]
-        first = [linear_block([i for i, _ in linear], [c for _, c in linear], self.n)] if linear else []
+        first = (
+            [linear_block([i for i, _ in linear], [c for _, c in linear], self.n)] if linear else []
+        )
         return first + [self.conic[i] for i in numbers if i in self.conic]
 
     def infeasible(self, numbers: Sequence[int]) -> Infeasible | None:
@@ -87,9 +91,12 @@ class Clauses:
 
 
 def find_conflict(clauses: Sequence[Clause], n: int) -> Conflict | None:
-    """The conflict among clauses over n parameters, or None when they can hold together (within 1e-8, conic 1e-7)."""
+    """The conflict among clauses over n parameters, or None when they can hold together (within
+    1e-8, conic 1e-7)."""
     question = Clauses(
-        tuple(clauses), n, {i: conic_block(i, c, n) for i, c in enumerate(clauses) if isinstance(c, ConicClause)}
+        tuple(clauses),
+        n,
+        {i: conic_block(i, c, n) for i, c in enumerate(clauses) if isinstance(c, ConicClause)},
     )
     everything = tuple(range(len(clauses)))
     linear = tuple(i for i in everything if i not in question.conic)
@@ -128,13 +135,20 @@ def _linear_infeasible(block: Block) -> Infeasible | None:
         return None
     nothing = np.zeros(block.A.shape[1])
     program = ConeProgram(
-        sp.csc_array((nothing.size, nothing.size)), nothing, sp.csc_array(block.A), block.b, block.cones
+        sp.csc_array((nothing.size, nothing.size)),
+        nothing,
+        sp.csc_array(block.A),
+        block.b,
+        block.cones,
     )
-    return Infeasible(tuple(sorted(set(map(int, block.owner[carried])))), farkas(program, y), block, y)
+    return Infeasible(
+        tuple(sorted(set(map(int, block.owner[carried])))), farkas(program, y), block, y
+    )
 
 
 def _conic_infeasible(blocks: Sequence[Block], n: int) -> Infeasible | None:
-    """The elastic program: all clauses relaxed by one t, t least; infeasible when t stays above 0."""
+    """The elastic program: all clauses relaxed by one t, t least; infeasible when t stays above
+    0."""
     owners = {int(i): 0 for block in blocks for i in block.owner}
     elastic = assemble(blocks, n, owners, np.ones(1))
     raw = clarabel(elastic.program, SolverChoice(tolerance=1e-10))
@@ -143,14 +157,18 @@ def _conic_infeasible(blocks: Sequence[Block], n: int) -> Infeasible | None:
     sizes = elastic.multipliers(raw.z)
     largest = max(sizes.values())
     carried = np.abs(raw.z) > 1e-6 * largest
-    if raw.x[-1] <= CONIC_TOLERANCE * max(1.0, float(np.max(np.abs(elastic.program.b[carried]), initial=0.0))):
+    if raw.x[-1] <= CONIC_TOLERANCE * max(
+        1.0, float(np.max(np.abs(elastic.program.b[carried]), initial=0.0))
+    ):
         return None
     hard = assemble(blocks, n, {}, np.zeros(0))
     proof = farkas(hard.program, raw.z[elastic.owner >= 0])
     return Infeasible(tuple(sorted(i for i, size in sizes.items() if size > 1e-6 * largest)), proof)
 
 
-def _irreducible(question: Clauses, core: tuple[int, ...], found: Infeasible) -> tuple[tuple[int, ...], Infeasible]:
+def _irreducible(
+    question: Clauses, core: tuple[int, ...], found: Infeasible
+) -> tuple[tuple[int, ...], Infeasible]:
     """Shrink an infeasible set of clauses until each one is needed."""
     if len(found.support) < len(core):
         again = question.infeasible(found.support)
@@ -171,12 +189,14 @@ def _irreducible(question: Clauses, core: tuple[int, ...], found: Infeasible) ->
     return core, found
 
 
-def _needed_by_witness(question: Clauses, core: tuple[int, ...], found: Infeasible) -> frozenset[int]:
+def _needed_by_witness(
+    question: Clauses, core: tuple[int, ...], found: Infeasible
+) -> frozenset[int]:
     """Clauses of a large linear conflict proven needed by a point at which all the others hold.
 
-    With y a vertex multiplier over rows A p ≤ b, the point with A p = b − δ e_r on the carried rows (δ = bᵀy / y_r < 0)
-    breaks only row r of them; if it also keeps the clauses' other rows, r's clause is needed. One factorisation serves
-    all.
+    With y a vertex multiplier over rows A p ≤ b, the point with A p = b − δ e_r on the carried rows
+    (δ = bᵀy / y_r < 0) breaks only row r of them; if it also keeps the clauses' other rows, r's
+    clause is needed. One factorisation serves all.
     """
     if len(core) <= 20 or found.rows is None:
         return frozenset()
@@ -194,18 +214,29 @@ def _needed_by_witness(question: Clauses, core: tuple[int, ...], found: Infeasib
 
 
 def _relaxations(question: Clauses, core: tuple[int, ...]) -> tuple[Relaxation, ...]:
-    """For each clause of the conflict the least it must give for all to hold, the relatively smallest first.
+    """For each clause of the conflict the least it must give for all to hold, the relatively
+    smallest first.
 
-    A conflict of many limits on single parameters also gets the amount by which all of them together must give. When no
-    clause can do it alone (there are several conflicts), one least set that does it together.
+    A conflict of many limits on single parameters also gets the amount by which all of them
+    together must give. When no clause can do it alone (there are several conflicts), one least set
+    that does it together.
     """
-    width = [len(c.on) if isinstance(c := question.all[i], LinearClause) else question.n + 1 for i in core]
+    width = [
+        len(c.on) if isinstance(c := question.all[i], LinearClause) else question.n + 1
+        for i in core
+    ]
     tried = [core[k] for k in sorted(range(len(core)), key=lambda k: -width[k])[:TRIED]]
-    found = [(item.amount / _size(question.all[i]), item) for i in tried for item in _relax(question, {i: 0}, alone=True)]
+    found = [
+        (item.amount / _size(question.all[i]), item)
+        for i in tried
+        for item in _relax(question, {i: 0}, alone=True)
+    ]
     singles = tuple(i for i, w in zip(core, width, strict=True) if w == 1)
     if len(singles) > 3:
-        found += [(item.amount / _size(question.all[singles[0]]), item)
-                  for item in _relax(question, dict.fromkeys(singles, 0), alone=True)]  # fmt: skip
+        found += [
+            (item.amount / _size(question.all[singles[0]]), item)
+            for item in _relax(question, dict.fromkeys(singles, 0), alone=True)
+        ]
     if found:
         return tuple(item for _, item in sorted(found, key=lambda pair: pair[0]))
     return tuple(_relax(question, {i: i for i in range(len(question.all))}, alone=False))
@@ -213,14 +244,21 @@ def _relaxations(question: Clauses, core: tuple[int, ...]) -> tuple[Relaxation, 
 
 def _size(clause: Clause) -> float:
     """The size of a clause's limits, 1 where they are 0."""
-    limits = [0.0] if isinstance(clause, ConicClause) else np.abs(np.concatenate([clause.lower, clause.upper]))
+    limits = (
+        [0.0]
+        if isinstance(clause, ConicClause)
+        else np.abs(np.concatenate([clause.lower, clause.upper]))
+    )
     return float(np.max(limits, where=np.isfinite(limits), initial=0.0)) or 1.0
 
 
 def _relax(question: Clauses, slacks: dict[int, int], alone: bool) -> list[Relaxation]:
-    """Least total slack that makes all clauses hold, clause i giving by slack number slacks[i]; empty when none does."""
+    """Least total slack that makes all clauses hold, clause i giving by slack number slacks[i];
+    empty when none does."""
     k = max(slacks.values()) + 1
-    cost = np.array([1 / _size(question.all[i]) for i in sorted(slacks)[:k]]) if k > 1 else np.ones(1)
+    cost = (
+        np.array([1 / _size(question.all[i]) for i in sorted(slacks)[:k]]) if k > 1 else np.ones(1)
+    )
     elastic = assemble(question.blocks(range(len(question.all))), question.n, slacks, cost)
     x = _minimum(elastic.program)
     if x is None:
@@ -232,7 +270,12 @@ def _relax(question: Clauses, slacks: dict[int, int], alone: bool) -> list[Relax
         return [Relaxation(name, float(amounts[0]), says)]
     least = 1e-6 * float(np.max(amounts))
     return [
-        Relaxation(question.all[i].name, float(amounts[s]), _words(question.all[i], float(amounts[s]), p, alone), alone)
+        Relaxation(
+            question.all[i].name,
+            float(amounts[s]),
+            _words(question.all[i], float(amounts[s]), p, alone),
+            alone,
+        )
         for i, s in slacks.items()
         if amounts[s] > least
     ]
@@ -247,14 +290,23 @@ def _minimum(program: ConeProgram) -> Array | None:
         return raw.x if raw.status == "optimal" else None
     zero = program.cones.zero
     answer = linprog(
-        program.q, A_ub=program.A[zero:], b_ub=program.b[zero:], A_eq=program.A[:zero] if zero else None,
-        b_eq=program.b[:zero] if zero else None, bounds=(None, None), method="highs-ds",
-    )  # fmt: skip
+        program.q,
+        A_ub=program.A[zero:],
+        b_ub=program.b[zero:],
+        A_eq=program.A[:zero] if zero else None,
+        b_eq=program.b[:zero] if zero else None,
+        bounds=(None, None),
+        method="highs-ds",
+    )
     return np.asarray(answer.x) if answer.status == 0 else None
 
 
 def _words(clause: Clause, amount: float, p: Array, alone: bool) -> str:
-    start = "all clauses can hold if" if alone else "all clauses can hold if, with every other one named here,"
+    start = (
+        "all clauses can hold if"
+        if alone
+        else "all clauses can hold if, with every other one named here,"
+    )
     unit = f" {clause.unit}" if clause.unit else ""
     how = f"gives way by {amount:.4g}{unit}"
     if isinstance(clause, LinearClause) and clause.lower.size == 1:

@@ -1,7 +1,7 @@
 """Take out the variables that an equality merely defines, such as residuals y = R p − d.
 
-The dense solvers and those that need a positive definite Hessian get min ½ pᵀRᵀR p this way; `restore` brings primal
-and dual back.
+The dense solvers and those that need a positive definite Hessian get min ½ pᵀRᵀR p this way;
+`restore` brings primal and dual back.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from .matrix_form import ConeProgram, Cones
 
 @dataclass(frozen=True, eq=False)
 class Elimination:
-    """x = T u + t, u and ``rows`` stay; each ``defined`` variable had its ``defining`` row and ``pivot`` there."""
+    """x = T u + t, u and ``rows`` stay; each ``defined`` variable had its ``defining`` row and
+    ``pivot`` there."""
 
     full: ConeProgram
     small: ConeProgram
@@ -30,7 +31,8 @@ class Elimination:
     pivot: Array
 
     def restore(self, u: Array, z_small: Array) -> tuple[Array, Array]:
-        """x and z of the full program from those of the small one; the defining rows' z follow from stationarity."""
+        """x and z of the full program from those of the small one; the defining rows' z follow from
+        stationarity."""
         x = self.T @ u + self.t
         z = np.zeros(self.full.b.size)
         z[self.rows] = z_small
@@ -40,7 +42,8 @@ class Elimination:
 
 
 def eliminate(program: ConeProgram) -> Elimination:
-    """Eliminate every variable with a single entry in A, in an equality row, one variable to a row."""
+    """Eliminate every variable with a single entry in A, in an equality row, one variable to a
+    row."""
     A, zero = sp.csc_array(program.A), program.cones.zero
     counts = np.diff(A.indptr)
     single = np.flatnonzero(counts == 1)
@@ -55,14 +58,24 @@ def eliminate(program: ConeProgram) -> Elimination:
     kept = np.setdiff1d(np.arange(n), defined)
     rows = np.setdiff1d(np.arange(m), defining)
     by_row = sp.csr_array(A)
-    defines = sp.csr_array(by_row[defining])[:, kept] if defined.size else sp.csr_array((0, kept.size))
+    defines = (
+        sp.csr_array(by_row[defining])[:, kept] if defined.size else sp.csr_array((0, kept.size))
+    )
     # Stacked as [kept; defined], then put back in order.
     order = np.argsort(np.concatenate([kept, defined]))
-    T = sp.csc_array(sp.vstack([sp.eye_array(kept.size), -sp.diags_array(1 / pivot) @ defines]).tocsr()[order])
+    T = sp.csc_array(
+        sp.vstack([sp.eye_array(kept.size), -sp.diags_array(1 / pivot) @ defines]).tocsr()[order]
+    )
     t = np.concatenate([np.zeros(kept.size), program.b[defining] / pivot])[order]
     Pt = program.P @ t
     rest = by_row[rows]
-    cones = Cones(zero - defining.size, program.cones.nonneg, program.cones.soc, program.cones.psd, program.cones.exp)
+    cones = Cones(
+        zero - defining.size,
+        program.cones.nonneg,
+        program.cones.soc,
+        program.cones.psd,
+        program.cones.exp,
+    )
     small = ConeProgram(
         sp.csc_array(_congruence(T, program.P)),
         np.asarray(T.T @ (Pt + program.q)),

@@ -1,7 +1,9 @@
-"""Losses: how the weighted residual r = W (A p − b), in standard deviations, is summed. One small class each.
+"""Losses: how the weighted residual r = W (A p − b), in standard deviations, is summed. One small
+class each.
 
-A loss gives ``data_rows(rows, n)``, the rows of its program's data; ``reduce(WA, Wb)``, the data (R, d, constant) with
-loss(W(Ap − b)) = loss(R p − d) + constant; ``expression(r)`` for cvxpy and ``value(r)`` for numpy.
+A loss gives ``data_rows(rows, n)``, the rows of its program's data; ``reduce(WA, Wb)``, the data
+(R, d, constant) with loss(W(Ap − b)) = loss(R p − d) + constant; ``expression(r)`` for cvxpy and
+``value(r)`` for numpy.
 """
 
 from __future__ import annotations
@@ -17,7 +19,8 @@ from ..system import Array
 
 @dataclass(frozen=True)
 class LeastSquares:
-    """‖W (A p − b)‖². Tall systems are reduced by QR to n rows; what p cannot reach stays as a constant."""
+    """‖W (A p − b)‖². Tall systems are reduced by QR to n rows; what p cannot reach stays as a
+    constant."""
 
     name: ClassVar[str] = "least-squares"
 
@@ -26,7 +29,8 @@ class LeastSquares:
         return min(rows, n)
 
     def reduce(self, WA: Array, Wb: Array) -> tuple[Array, Array, float]:
-        """R (min(m, n), n), d and the constant of one QR factorisation of [WA Wb] (Golub & Van Loan 5.3)."""
+        """R (min(m, n), n), d and the constant of one QR factorisation of [WA Wb] (Golub & Van Loan
+        5.3)."""
         m, n = WA.shape
         if m <= n:
             return WA, Wb, 0.0
@@ -72,7 +76,8 @@ class AbsoluteLoss:
 
 @dataclass(frozen=True)
 class Norm:
-    """‖W (A p − b)‖, not squared: what worst-case least squares needs beside the regulariser `Robust`."""
+    """‖W (A p − b)‖, not squared: what worst-case least squares needs beside the regulariser
+    `Robust`."""
 
     name: ClassVar[str] = "norm"
 
@@ -101,14 +106,17 @@ class Norm:
 
 @dataclass(frozen=True)
 class Huber:
-    """Σ r² for |r| ≤ threshold, 2·threshold·|r| − threshold² beyond; in standard deviations (Huber 1964)."""
+    """Σ r² for |r| ≤ threshold, 2·threshold·|r| − threshold² beyond; in standard deviations (Huber
+    1964)."""
 
     threshold: float = 1.345
     name: ClassVar[str] = "huber"
 
     def __post_init__(self) -> None:
         if not self.threshold > 0:
-            raise InputError(f"huber: threshold {self.threshold} must be above 0; 1.345 is customary.")
+            raise InputError(
+                f"huber: threshold {self.threshold} must be above 0; 1.345 is customary."
+            )
 
     def data_rows(self, rows: int, n: int) -> int:
         """All rows: the loss of each row counts by itself."""
@@ -142,5 +150,7 @@ def loss_named(name: str, threshold: float = 1.345) -> Loss:
         if kind.name == name:
             return kind()
     raise InputError(
-        f"loss {name!r} is not known; choose one of " + ", ".join(repr(kind.name) for kind in LOSSES) + "."
+        f"loss {name!r} is not known; choose one of "
+        + ", ".join(repr(kind.name) for kind in LOSSES)
+        + "."
     )

@@ -5,8 +5,8 @@
     minimise    ½ xᵀ P x + qᵀ x + constant
     subject to  A x + s = b,   s in K = {0}^zero × R₊^nonneg × SOC × PSD × exp
 
-with the dual variable z in K* and the optimality conditions P x + q + Aᵀ z = 0, sᵀ z = 0 (Goulart & Chen 2024,
-Clarabel).
+with the dual variable z in K* and the optimality conditions P x + q + Aᵀ z = 0, sᵀ z = 0 (Goulart &
+Chen 2024, Clarabel).
 """
 
 from __future__ import annotations
@@ -24,9 +24,10 @@ from ..system import Array
 class Cones:
     """The cone K, in the order of the rows of A.
 
-    ``zero`` and ``nonneg`` count rows; ``soc`` lists the sizes (t, v) of the second-order cones ‖v‖ ≤ t; ``psd`` the
-    orders of semidefinite matrices, each as its upper triangle by columns with the off-diagonals times √2; ``exp``
-    counts exponential cones {(x, y, z): y exp(x/y) ≤ z, y > 0}, three rows each.
+    ``zero`` and ``nonneg`` count rows; ``soc`` lists the sizes (t, v) of the second-order cones ‖v‖
+    ≤ t; ``psd`` the orders of semidefinite matrices, each as its upper triangle by columns with the
+    off-diagonals times √2; ``exp`` counts exponential cones {(x, y, z): y exp(x/y) ≤ z, y > 0},
+    three rows each.
     """
 
     zero: int = 0
@@ -38,7 +39,13 @@ class Cones:
     @property
     def rows(self) -> int:
         """Number of rows of A that the cone spans."""
-        return self.zero + self.nonneg + sum(self.soc) + sum(k * (k + 1) // 2 for k in self.psd) + 3 * self.exp
+        return (
+            self.zero
+            + self.nonneg
+            + sum(self.soc)
+            + sum(k * (k + 1) // 2 for k in self.psd)
+            + 3 * self.exp
+        )
 
     @property
     def beyond_qp(self) -> frozenset[str]:
@@ -49,7 +56,8 @@ class Cones:
 
 @dataclass(frozen=True, eq=False)
 class ConeProgram:
-    """A cone program (see the module's docstring). ``P`` (x, x) symmetric and ``A`` (rows, x) are scipy CSC arrays."""
+    """A cone program (see the module's docstring). ``P`` (x, x) symmetric and ``A`` (rows, x) are
+    scipy CSC arrays."""
 
     P: Any
     q: Array
@@ -66,8 +74,8 @@ class ConeProgram:
 def cone_program(problem: Any, *variables: Any) -> tuple[ConeProgram, tuple[int, ...]]:
     """The canonical cone program of a cvxpy problem at the present values of its Parameters.
 
-    Compiles on the first call; later calls only apply the Parameters. The second value tells where the entries of each of
-    the given cvxpy variables begin in x.
+    Compiles on the first call; later calls only apply the Parameters. The second value tells where
+    the entries of each of the given cvxpy variables begin in x.
     """
     import cvxpy as cp
 
@@ -82,7 +90,13 @@ def cone_program(problem: Any, *variables: Any) -> tuple[ConeProgram, tuple[int,
     b = np.zeros(0) if data["b"] is None else np.asarray(data["b"], dtype=float)
     P.eliminate_zeros()
     A.eliminate_zeros()
-    cones = Cones(int(dims.zero), int(dims.nonneg), tuple(map(int, dims.soc)), tuple(map(int, dims.psd)), int(dims.exp))
+    cones = Cones(
+        int(dims.zero),
+        int(dims.nonneg),
+        tuple(map(int, dims.soc)),
+        tuple(map(int, dims.psd)),
+        int(dims.exp),
+    )
     constant = float(np.ravel(inverse[-1][cp.settings.OFFSET])[0])
     places = tuple(int(data["param_prob"].var_id_to_col[variable.id]) for variable in variables)
     return ConeProgram(P, q, A, b, cones, constant), places

@@ -1,4 +1,5 @@
-"""What a step shall minimise, and its cvxpy model: compiled once, with Parameters for all that changes in a loop."""
+"""What a step shall minimise, and its cvxpy model: compiled once, with Parameters for all that
+changes in a loop."""
 
 from __future__ import annotations
 
@@ -30,12 +31,17 @@ class StepProblem:
 
     def __post_init__(self) -> None:
         if not self.columns or len(set(self.columns)) != len(self.columns):
-            raise InputError("the step has no parameters, or two of the same name; give every parameter its own name.")
+            raise InputError(
+                "the step has no parameters, or two of the same name; give every parameter "
+                "its own name."
+            )
 
     @cached_property
     def clauses(self) -> tuple[Clause, ...]:
         """Every named clause of every constraint."""
-        return tuple(clause for constraint in self.constraints for clause in constraint.clauses(self.columns))
+        return tuple(
+            clause for constraint in self.constraints for clause in constraint.clauses(self.columns)
+        )
 
     @cached_property
     def rows(self) -> LinearRows:
@@ -59,26 +65,39 @@ class StepProblem:
         """Raise InputError unless the system's columns are this problem's."""
         if system.columns != self.columns:
             raise InputError(
-                f"the step was set up for {len(self.columns)} parameters ({', '.join(self.columns[:4])} …), but "
-                f"the system has {len(system.columns)} ({', '.join(system.columns[:4])} …); they must be the same, in order."
+                f"the step was set up for {len(self.columns)} parameters "
+                f"({', '.join(self.columns[:4])} …), but the system has {len(system.columns)} "
+                f"({', '.join(system.columns[:4])} …); they must be the same, in order."
             )
 
-    def objective(self, system: LinearSystem, p: Array, weights: Sequence[float] | None = None) -> float:
+    def objective(
+        self, system: LinearSystem, p: Array, weights: Sequence[float] | None = None
+    ) -> float:
         """The objective at p (n,), by numpy."""
         chosen = self.weights if weights is None else weights
-        penalty = sum(w * reg.value(p, self.columns) for w, reg in zip(chosen, self.regularisers, strict=True))
+        penalty = sum(
+            w * reg.value(p, self.columns) for w, reg in zip(chosen, self.regularisers, strict=True)
+        )
         return self.loss.value(system.residual(p)) + penalty
 
 
-# Distances of the projection are counted in thousandths, so that a gap of 1e-9 still means 1e-7 in p.
+# Distances of the projection are counted in thousandths, so that a gap of 1e-9 still means 1e-7 in
+# p.
 FINE = 1e3
 
 
 def box_clauses(columns: tuple[str, ...], centre: Array, radius: Array) -> tuple[LinearClause, ...]:
-    """The trust region |p − centre| ≤ radius as named clauses, one for each parameter with a finite radius."""
+    """The trust region |p − centre| ≤ radius as named clauses, one for each parameter with a finite
+    radius."""
     one = np.ones((1, 1))
     return tuple(
-        LinearClause(f"trust region on {name}: within {r:g} of {c:g}", (i,), one, np.array([c - r]), np.array([c + r]))
+        LinearClause(
+            f"trust region on {name}: within {r:g} of {c:g}",
+            (i,),
+            one,
+            np.array([c - r]),
+            np.array([c + r]),
+        )
         for i, (name, c, r) in enumerate(zip(columns, centre, radius, strict=True))
         if np.isfinite(r)
     )
@@ -143,21 +162,28 @@ def linear_rows(clauses: Sequence[Clause], n: int) -> LinearRows:
 
 
 def compile_step(problem: StepProblem, rows: int, box: bool) -> Model:
-    """The cvxpy model of a step for systems of up to ``rows`` rows, with or without a trust region."""
+    """The cvxpy model of a step for systems of up to ``rows`` rows, with or without a trust
+    region."""
     import cvxpy as cp
 
     n = len(problem.columns)
     p = cp.Variable(n, name="p")
     size = problem.loss.data_rows(rows, n)
     R, d = cp.Parameter((size, n), name="R"), cp.Parameter(size, name="d")
-    weights = tuple(cp.Parameter(nonneg=True, name=f"weight {k}") for k in range(len(problem.regularisers)))
+    weights = tuple(
+        cp.Parameter(nonneg=True, name=f"weight {k}") for k in range(len(problem.regularisers))
+    )
     objective = problem.loss.expression(R @ p - d)
     for weight, regulariser in zip(weights, problem.regularisers, strict=True):
         objective = objective + weight * regulariser.expression(p, problem.columns)
     constraints = constraint_list(p, problem.clauses, linear_rows(problem.clauses, n))
     if not box:
         return Model(cp.Problem(cp.Minimize(objective), constraints), p, R, d, weights)
-    on, low, high = cp.Parameter(n, nonneg=True, name="on"), cp.Parameter(n, name="low"), cp.Parameter(n, name="high")
+    on, low, high = (
+        cp.Parameter(n, nonneg=True, name="on"),
+        cp.Parameter(n, name="low"),
+        cp.Parameter(n, name="high"),
+    )
     region = cp.multiply(on, p)
     return Model(
         cp.Problem(cp.Minimize(objective), [*constraints, region <= high, region >= low]),

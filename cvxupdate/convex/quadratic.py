@@ -1,4 +1,5 @@
-"""The cone program of the commonest step, written down as cvxpy would: least squares, Tikhonov terms, one-sided or two-sided linear rows, a trust region.
+"""The cone program of the commonest step, written down as cvxpy would: least squares, Tikhonov
+terms, one-sided or two-sided linear rows, a trust region.
 
 A loop of many short fits spends more on compiling such steps than on solving them.
 """
@@ -20,12 +21,24 @@ from .regularisers.tikhonov import Tikhonov
 
 
 def written(problem: StepProblem) -> bool:
-    """Whether `quadratic_program` can write the problem down: nothing but least squares, Tikhonov terms and linear inequalities."""
-    return (isinstance(problem.loss, LeastSquares) and all(isinstance(r, Tikhonov) for r in problem.regularisers)
-            and all(isinstance(c, LinearClause) and not np.any(c.lower == c.upper) for c in problem.clauses))
+    """Whether `quadratic_program` can write the problem down: nothing but least squares, Tikhonov
+    terms and linear inequalities."""
+    return (
+        isinstance(problem.loss, LeastSquares)
+        and all(isinstance(r, Tikhonov) for r in problem.regularisers)
+        and all(
+            isinstance(c, LinearClause) and not np.any(c.lower == c.upper) for c in problem.clauses
+        )
+    )
 
 
-def quadratic_program(problem: StepProblem, R: Array, d: Array, weights: tuple[float, ...], box: tuple[Array, Array] | None) -> tuple[ConeProgram, int]:
+def quadratic_program(
+    problem: StepProblem,
+    R: Array,
+    d: Array,
+    weights: tuple[float, ...],
+    box: tuple[Array, Array] | None,
+) -> tuple[ConeProgram, int]:
     """The program over x = (residuals, Tikhonov terms, p), and where p begins in x.
 
     Parameters
@@ -34,12 +47,21 @@ def quadratic_program(problem: StepProblem, R: Array, d: Array, weights: tuple[f
     box : centre and radius (n,) of the trust region, inf where free; None for none.
     """
     n = len(problem.columns)
-    terms = [reference_and_scale(r.name, r.reference, r.scale, n) for r in problem.regularisers if isinstance(r, Tikhonov)]
+    terms = [
+        reference_and_scale(r.name, r.reference, r.scale, n)
+        for r in problem.regularisers
+        if isinstance(r, Tikhonov)
+    ]
     rows = problem.rows
     C = rows.C.toarray()
     below, above = np.isfinite(rows.upper), np.isfinite(rows.lower)
     parts = [R, *(np.diag(1.0 / scale) for _, scale in terms), C[below], -C[above]]
-    right = [d, *(reference / scale for reference, scale in terms), rows.upper[below], -rows.lower[above]]
+    right = [
+        d,
+        *(reference / scale for reference, scale in terms),
+        rows.upper[below],
+        -rows.lower[above],
+    ]
     if box is not None:
         centre, radius = box
         on = np.isfinite(radius)
@@ -51,10 +73,20 @@ def quadratic_program(problem: StepProblem, R: Array, d: Array, weights: tuple[f
     equal = len(d) + n * len(terms)
     whole = np.vstack(parts)
     tail = sp.csc_array(whole)
-    A: Any = sp.csc_array((np.concatenate([np.full(equal, -1.0), tail.data]), np.concatenate([np.arange(equal), tail.indices]),
-                           np.concatenate([np.arange(equal), equal + tail.indptr])), shape=(len(whole), equal + n))
+    A: Any = sp.csc_array(
+        (
+            np.concatenate([np.full(equal, -1.0), tail.data]),
+            np.concatenate([np.arange(equal), tail.indices]),
+            np.concatenate([np.arange(equal), equal + tail.indptr]),
+        ),
+        shape=(len(whole), equal + n),
+    )
     diagonal = np.concatenate([np.full(len(d), 2.0), *(np.full(n, 2.0 * w) for w in weights)])
     kept = np.flatnonzero(diagonal)
-    counts = np.concatenate([np.cumsum(np.concatenate([[0], diagonal != 0.0])), np.full(n, len(kept))])
+    counts = np.concatenate(
+        [np.cumsum(np.concatenate([[0], diagonal != 0.0])), np.full(n, len(kept))]
+    )
     P: Any = sp.csc_array((diagonal[kept], kept, counts), shape=(equal + n, equal + n))
-    return ConeProgram(P, np.zeros(equal + n), A, np.concatenate(right), Cones(equal, len(whole) - equal)), equal
+    return ConeProgram(
+        P, np.zeros(equal + n), A, np.concatenate(right), Cones(equal, len(whole) - equal)
+    ), equal

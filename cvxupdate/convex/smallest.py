@@ -1,4 +1,5 @@
-"""The smallest eigenvalue of a sparse symmetric matrix, proved to be the smallest by the signs of pivots."""
+"""The smallest eigenvalue of a sparse symmetric matrix, proved to be the smallest by the signs of
+pivots."""
 
 from __future__ import annotations
 
@@ -16,9 +17,10 @@ STEPS = 300
 def smallest_eigenvalue(matrix: Any) -> float:
     """λ_min of a symmetric (N, N) sparse or dense matrix; 0 for an empty one.
 
-    Above ``DENSE`` rows a shift σ = −τ is lowered until A + τ I has no negative pivot, so that no eigenvalue lies below σ (Sylvester's law of inertia);
-    the eigenvalue nearest to σ, found by shift-invert Lanczos with those same factors, is then the smallest one: to rounding where it stands apart,
-    within `ACCURACY` of λ − σ in a cluster.
+    Above ``DENSE`` rows a shift σ = −τ is lowered until A + τ I has no negative pivot, so that no
+    eigenvalue lies below σ (Sylvester's law of inertia); the eigenvalue nearest to σ, found by
+    shift-invert Lanczos with those same factors, is then the smallest one: to rounding where it
+    stands apart, within `ACCURACY` of λ − σ in a cluster.
 
     Raises
     ------
@@ -39,8 +41,15 @@ def smallest_eigenvalue(matrix: Any) -> float:
     tau = SHIFT * size
     while True:
         try:
-            factor = splu(sp.csc_array(A + tau * sp.eye_array(N)), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-            below = not np.array_equal(factor.perm_r, factor.perm_c) or bool(np.any(factor.U.diagonal() <= 0.0))
+            factor = splu(
+                sp.csc_array(A + tau * sp.eye_array(N)),
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True},
+            )
+            below = not np.array_equal(factor.perm_r, factor.perm_c) or bool(
+                np.any(factor.U.diagonal() <= 0.0)
+            )
         except RuntimeError:  # exactly singular at this shift
             below = True
         if not below:
@@ -50,7 +59,9 @@ def smallest_eigenvalue(matrix: Any) -> float:
     start = factor.solve(np.random.default_rng(0).standard_normal(N))
     for ncv in (20, 80, 320):
         try:
-            x = eigsh(inverse, 1, which="LA", tol=ACCURACY, ncv=min(ncv, N - 1), v0=start, maxiter=2000)[1][:, 0]
+            x = eigsh(
+                inverse, 1, which="LA", tol=ACCURACY, ncv=min(ncv, N - 1), v0=start, maxiter=2000
+            )[1][:, 0]
         except ArpackError:
             continue
         return float(x @ (A @ x) / (x @ x))

@@ -28,10 +28,11 @@ ACCEPTED = 1e-6
 class Step:
     """The outcome of one step.
 
-    ``p`` (n,) absolute parameter values (NaN unless optimal or stopped with a point); ``status`` "optimal" (the
-    certificate passes 1e-6), "infeasible" (``conflict`` names the clauses, ``infeasibility`` proves it, ``relaxation``
-    says what would help) or "stopped" (``note`` says why); ``objective`` recomputed from p by numpy; ``active`` the
-    clauses and trust-region sides that hold with equality at p; ``seconds`` of wall clock, all included.
+    ``p`` (n,) absolute parameter values (NaN unless optimal or stopped with a point); ``status``
+    "optimal" (the certificate passes 1e-6), "infeasible" (``conflict`` names the clauses,
+    ``infeasibility`` proves it, ``relaxation`` says what would help) or "stopped" (``note`` says
+    why); ``objective`` recomputed from p by numpy; ``active`` the clauses and trust-region sides
+    that hold with equality at p; ``seconds`` of wall clock, all included.
     """
 
     p: Array
@@ -51,7 +52,10 @@ class Step:
     def says(self) -> str:
         """The outcome in words."""
         if self.status == "optimal":
-            return f"optimal: every optimality condition holds to {self.certificate.worst:.1e} (relative)"
+            return (
+                f"optimal: every optimality condition holds to {self.certificate.worst:.1e} "
+                "(relative)"
+            )
         if self.status == "stopped":
             return f"{self.solver} stopped before it reached the optimum: {self.note}"
         shown = self.conflict[:10]
@@ -62,10 +66,12 @@ class Step:
 
 @dataclass(frozen=True, eq=False)
 class CompiledStep:
-    """A step problem compiled for systems of up to ``rows`` rows (least squares: any number once rows ≥ n).
+    """A step problem compiled for systems of up to ``rows`` rows (least squares: any number once
+    rows ≥ n).
 
-    cvxpy compiles on first use, once without and once with a trust region; after that only Parameters change. Least squares with Tikhonov terms and linear
-    inequalities need no compiling: their program is written down (`quadratic_program`).
+    cvxpy compiles on first use, once without and once with a trust region; after that only
+    Parameters change. Least squares with Tikhonov terms and linear inequalities need no compiling:
+    their program is written down (`quadratic_program`).
     """
 
     problem: StepProblem
@@ -91,25 +97,32 @@ class CompiledStep:
         """The model of `nearest`."""
         return compile_projection(self.problem)
 
-    def solve(self, system: LinearSystem, centre: Array | None = None, radius: Array | float | None = None) -> Step:
-        """Minimise the objective for this system, within |p − centre| ≤ radius where a radius is given.
+    def solve(
+        self, system: LinearSystem, centre: Array | None = None, radius: Array | float | None = None
+    ) -> Step:
+        """Minimise the objective for this system, within |p − centre| ≤ radius where a radius is
+        given.
 
         Parameters
         ----------
         system : the same columns as the problem's.
-        centre : (n,), 0 if None; radius : (n,) or a number, elementwise, inf where free, None for no trust region.
+        centre : (n,), 0 if None; radius : (n,) or a number, elementwise, inf where free, None for
+        no trust region.
 
         Raises
         ------
         InputError
-            When system and problem do not fit, a weight is still a rule, or the solver cannot take a cone of the
+            When system and problem do not fit, a weight is still a rule, or the solver cannot take
+            a cone of the
             problem.
         """
         start = time.perf_counter()
         self.problem.check(system)
         R, d, _ = self.problem.loss.reduce(*system.weighted())
         step = self.solve_reduced(R, d, self.problem.weights, centre, radius)
-        objective = self.problem.objective(system, step.p) if np.all(np.isfinite(step.p)) else np.nan
+        objective = (
+            self.problem.objective(system, step.p) if np.all(np.isfinite(step.p)) else np.nan
+        )
         return replace(step, objective=objective, seconds=time.perf_counter() - start)
 
     def solve_reduced(
@@ -120,7 +133,8 @@ class CompiledStep:
         centre: Array | None = None,
         radius: Array | float | None = None,
     ) -> Step:
-        """`solve` from the loss's reduced data and given weights; the objective lacks the constant of the reduction."""
+        """`solve` from the loss's reduced data and given weights; the objective lacks the constant
+        of the reduction."""
         n = len(self.problem.columns)
         box: tuple[Clause, ...] = ()
         region = None
@@ -128,12 +142,19 @@ class CompiledStep:
             middle = np.zeros(n) if centre is None else np.asarray(centre, dtype=float)
             size = np.array(np.broadcast_to(np.asarray(radius, dtype=float), (n,)))
             if middle.shape != (n,) or not np.all(np.isfinite(middle)) or not np.all(size >= 0):
-                raise InputError(f"trust region: the centre must be {n} finite numbers and the radius 0 or more.")
+                raise InputError(
+                    f"trust region: the centre must be {n} finite numbers and the radius 0 or more."
+                )
             region = middle, size
             box = box_clauses(self.problem.columns, middle, size)
         clauses = (*self.problem.clauses, *box)
         if self._written:
-            step = run_program(*quadratic_program(self.problem, R, d, tuple(weights), region), n, clauses, self.solver)
+            step = run_program(
+                *quadratic_program(self.problem, R, d, tuple(weights), region),
+                n,
+                clauses,
+                self.solver,
+            )
         else:
             model = self.plain if region is None else self.boxed
             if region is not None:
@@ -147,7 +168,8 @@ class CompiledStep:
         return replace(step, objective=self.problem.loss.value(R @ step.p - d) + penalty)
 
     def nearest(self, p: Array) -> Step:
-        """The point of the constraint set nearest to p (n,); ``objective`` is the Euclidean distance squared."""
+        """The point of the constraint set nearest to p (n,); ``objective`` is the Euclidean
+        distance squared."""
         model = self.projection
         model.d.value = np.asarray(p, dtype=float)
         step = run_model(model, self.problem.clauses, self.solver)
@@ -160,8 +182,11 @@ def run_model(model: Model, clauses: tuple[Clause, ...], choice: SolverChoice) -
     return run_program(program, at, model.p.size, clauses, choice)
 
 
-def run_program(program: ConeProgram, at: int, n: int, clauses: tuple[Clause, ...], choice: SolverChoice) -> Step:
-    """Solve a program whose n parameters begin at ``at``, certify the answer, and explain an infeasible one."""
+def run_program(
+    program: ConeProgram, at: int, n: int, clauses: tuple[Clause, ...], choice: SolverChoice
+) -> Step:
+    """Solve a program whose n parameters begin at ``at``, certify the answer, and explain an
+    infeasible one."""
     start = time.perf_counter()
     solver = solver_named(choice.name)
     refusal = solver.refusal(program)
@@ -187,7 +212,11 @@ def run_program(program: ConeProgram, at: int, n: int, clauses: tuple[Clause, ..
     conflict = find_conflict(clauses, n)
     if conflict is not None:
         return infeasible_step(conflict, n, solver.name, time.perf_counter() - start)
-    found = raw.x[at : at + n] if np.all(np.isfinite(raw.x)) and raw.status != "infeasible" else np.full(n, np.nan)
+    found = (
+        raw.x[at : at + n]
+        if np.all(np.isfinite(raw.x)) and raw.status != "infeasible"
+        else np.full(n, np.nan)
+    )
     return Step(
         found,
         "stopped",
@@ -215,7 +244,9 @@ def infeasible_step(conflict: Conflict, n: int, solver: str, seconds: float) -> 
     )
 
 
-def solve_step(problem: StepProblem, system: LinearSystem, solver: SolverChoice | None = None) -> Step:
+def solve_step(
+    problem: StepProblem, system: LinearSystem, solver: SolverChoice | None = None
+) -> Step:
     """Compile and solve once; a weight that is a rule is chosen first."""
     from .weight import with_chosen_weight
 

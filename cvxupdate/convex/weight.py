@@ -1,4 +1,5 @@
-"""The weight of a regulariser by a rule: L-curve, generalised cross-validation, discrepancy principle."""
+"""The weight of a regulariser by a rule: L-curve, generalised cross-validation, discrepancy
+principle."""
 
 from __future__ import annotations
 
@@ -22,10 +23,10 @@ POINTS = 33
 class WeightChoice:
     """A chosen weight and the sweep behind it.
 
-    ``weight`` the number; ``rule`` the rule; ``curve`` (points, 4): weight, loss, penalty without its weight, score,
-    with the weights rising. The score is the curvature ("l-curve", largest is best), the GCV function ("gcv", least is
-    best) or loss/rows ("discrepancy", 1 is best); NaN where it has no value. ``note`` says when the rule found nothing
-    inside the sweep.
+    ``weight`` the number; ``rule`` the rule; ``curve`` (points, 4): weight, loss, penalty without
+    its weight, score, with the weights rising. The score is the curvature ("l-curve", largest is
+    best), the GCV function ("gcv", least is best) or loss/rows ("discrepancy", 1 is best); NaN
+    where it has no value. ``note`` says when the rule found nothing inside the sweep.
     """
 
     weight: float
@@ -51,8 +52,12 @@ class Sweep:
         return self.problem.regularisers[self.index]
 
     def at(self, weight: float) -> tuple[Array, float, float]:
-        """p (n,), the loss on all rows and the penalty at a weight; NaN where the solver stopped."""
-        weights = [weight if k == self.index else float(reg.weight) for k, reg in enumerate(self.problem.regularisers)]
+        """p (n,), the loss on all rows and the penalty at a weight; NaN where the solver
+        stopped."""
+        weights = [
+            weight if k == self.index else float(reg.weight)
+            for k, reg in enumerate(self.problem.regularisers)
+        ]
         found = self.step.solve_reduced(self.R, self.d, weights)
         if found.status == "infeasible":
             raise InputError(f"the weight cannot be chosen: {found.says}")
@@ -64,7 +69,9 @@ class Sweep:
 
     def degrees_of_freedom(self, p: Array, weight: float) -> float:
         """Effective number of parameters at p, within the linear clauses that are active there."""
-        held = [c for c in self.problem.clauses if isinstance(c, LinearClause) and is_active(c, p, 1e-6)]
+        held = [
+            c for c in self.problem.clauses if isinstance(c, LinearClause) and is_active(c, p, 1e-6)
+        ]
         active = stack(held, p.size).C.toarray()
         return self.regulariser.degrees_of_freedom(self.R, p, weight, active, self.problem.columns)
 
@@ -72,32 +79,41 @@ class Sweep:
 def choose_weight(
     problem: StepProblem, system: LinearSystem, rule: str, solver: SolverChoice | None = None
 ) -> WeightChoice:
-    """Choose the weight of the problem's regulariser (of the one whose weight is a rule, else of the first).
+    """Choose the weight of the problem's regulariser (of the one whose weight is a rule, else of
+    the first).
 
-    The compiled step is swept over a logarithmic grid; "l-curve" takes the point of largest curvature of log penalty
-    against log loss (Hansen & O'Leary 1993; thesis 4.2), "gcv" the least m·loss/(m − dof)² (Golub, Heath & Wahba 1979),
-    "discrepancy" the largest weight whose weighted squared residual is at most the number of rows (Morozov 1966).
+    The compiled step is swept over a logarithmic grid; "l-curve" takes the point of largest
+    curvature of log penalty against log loss (Hansen & O'Leary 1993; thesis 4.2), "gcv" the least
+    m·loss/(m − dof)² (Golub, Heath & Wahba 1979), "discrepancy" the largest weight whose weighted
+    squared residual is at most the number of rows (Morozov 1966).
 
     Raises
     ------
     InputError
-        No regulariser, an unknown rule, or "gcv" or "discrepancy" with a loss other than least squares.
+        No regulariser, an unknown rule, or "gcv" or "discrepancy" with a loss other than least
+        squares.
     """
     from .step import CompiledStep
 
     if rule not in RULES:
         raise InputError(
-            f"weight rule {rule!r} is not known; choose one of {', '.join(map(repr, RULES))}, or a number."
+            f"weight rule {rule!r} is not known; choose one of {', '.join(map(repr, RULES))}, "
+            "or a number."
         )
     if not problem.regularisers:
-        raise InputError(f"the weight rule {rule!r} needs a regulariser; add a [regularisation] table.")
+        raise InputError(
+            f"the weight rule {rule!r} needs a regulariser; add a [regularisation] table."
+        )
     if rule != "l-curve" and not isinstance(problem.loss, LeastSquares):
         raise InputError(
-            f'the weight rule {rule!r} is defined for the least-squares loss only; choose "l-curve" or a number.'
+            f"the weight rule {rule!r} is defined for the least-squares loss only; choose "
+            '"l-curve" or a number.'
         )
     open_ones = [k for k, reg in enumerate(problem.regularisers) if isinstance(reg.weight, str)]
     if len(open_ones) > 1:
-        raise InputError("only one regulariser can have its weight chosen by a rule; give the others a number.")
+        raise InputError(
+            "only one regulariser can have its weight chosen by a rule; give the others a number."
+        )
     index = open_ones[0] if open_ones else 0
     problem.check(system)
     R, d, _ = problem.loss.reduce(*system.weighted())
@@ -109,7 +125,8 @@ def choose_weight(
     loss, penalty = np.array([x[1] for x in points]), np.array([x[2] for x in points])
     if not np.any(np.isfinite(loss)):
         raise InputError(
-            "the weight cannot be chosen: the solver reached no optimum at any weight; try another solver."
+            "the weight cannot be chosen: the solver reached no optimum at any weight; try "
+            "another solver."
         )
     if rule == "l-curve":
         return _corner(grid, loss, penalty)
@@ -127,7 +144,8 @@ def choose_weight(
 def with_chosen_weight(
     problem: StepProblem, system: LinearSystem, solver: SolverChoice | None = None
 ) -> tuple[StepProblem, WeightChoice | None]:
-    """The problem with a weight that was a rule turned into a number, and the choice; unchanged when it has no rule."""
+    """The problem with a weight that was a rule turned into a number, and the choice; unchanged
+    when it has no rule."""
     for k, regulariser in enumerate(problem.regularisers):
         if isinstance(regulariser.weight, str):
             choice = choose_weight(problem, system, regulariser.weight, solver)
@@ -139,7 +157,8 @@ def with_chosen_weight(
 
 
 def curvature(x: Array, y: Array, step: float) -> Array:
-    """Signed curvature of the polyline (x, y), (points,), from points ``step`` of arc length before and after (Menger).
+    """Signed curvature of the polyline (x, y), (points,), from points ``step`` of arc length before
+    and after (Menger).
 
     Positive where the line turns left; NaN within ``step`` of an end.
     """
@@ -149,13 +168,22 @@ def curvature(x: Array, y: Array, step: float) -> Array:
     here = np.array([x, y])
     a, b = here - before, after - here
     turn = a[0] * b[1] - a[1] * b[0]
-    sides = np.linalg.norm(a, axis=0) * np.linalg.norm(b, axis=0) * np.linalg.norm(after - before, axis=0)
+    sides = (
+        np.linalg.norm(a, axis=0)
+        * np.linalg.norm(b, axis=0)
+        * np.linalg.norm(after - before, axis=0)
+    )
     inside = (s >= step) & (s <= s[-1] - step) & (sides > 0)
     return np.where(inside, 2 * turn / np.where(sides > 0, sides, 1.0), np.nan)
 
 
 def _corner(grid: Array, loss: Array, penalty: Array) -> WeightChoice:
-    usable = np.isfinite(loss) & (loss > 0) & (penalty > 1e-12 * np.nanmax(penalty, initial=0.0)) & (penalty > 0)
+    usable = (
+        np.isfinite(loss)
+        & (loss > 0)
+        & (penalty > 1e-12 * np.nanmax(penalty, initial=0.0))
+        & (penalty > 0)
+    )
     score = np.full(grid.size, np.nan)
     if usable.sum() >= 5:
         x, y = np.log(loss[usable]), np.log(penalty[usable])
@@ -163,7 +191,10 @@ def _corner(grid: Array, loss: Array, penalty: Array) -> WeightChoice:
         score[usable] = curvature(x, y, float(np.sum(np.hypot(np.diff(x), np.diff(y)))) / 20)
     curve = np.column_stack([grid, loss, penalty, score])
     if not np.nanmax(score, initial=-np.inf) > 0:
-        note = "the L-curve has no corner: the fit is exact or nothing moves; the least weight is taken"
+        note = (
+            "the L-curve has no corner: the fit is exact or nothing moves; the least weight is "
+            "taken"
+        )
         return WeightChoice(float(grid[0]), "l-curve", curve, note)
     # Many weights share the corner when little changes there; the middle one of those is taken.
     sharp = np.nan_to_num(score, nan=-np.inf) >= 0.8 * np.nanmax(score)
@@ -177,8 +208,13 @@ def _least_gcv(grid: Array, loss: Array, penalty: Array, freedom: Array, rows: i
     left = rows - freedom
     score = np.where(left > 1e-6 * rows, rows * loss / np.where(left > 0, left, 1.0) ** 2, np.nan)
     if not np.any(np.isfinite(score)):
-        raise InputError(f'the weight rule "gcv" needs more rows ({rows}) than effective parameters; choose "l-curve".')
-    return WeightChoice(float(grid[int(np.nanargmin(score))]), "gcv", np.column_stack([grid, loss, penalty, score]))
+        raise InputError(
+            f'the weight rule "gcv" needs more rows ({rows}) than effective parameters; '
+            'choose "l-curve".'
+        )
+    return WeightChoice(
+        float(grid[int(np.nanargmin(score))]), "gcv", np.column_stack([grid, loss, penalty, score])
+    )
 
 
 def _discrepancy(sweep: Sweep, grid: Array, loss: Array, penalty: Array, rows: int) -> WeightChoice:

@@ -1,11 +1,29 @@
 """Model against measurement: pure functions of arrays (thesis 2.2)."""
 
-from cvxupdate.correlate.balance import ElementBalance, balance_map, element_balance, force_balance, static_balance
+from cvxupdate.correlate.balance import (
+    ElementBalance,
+    balance_map,
+    element_balance,
+    force_balance,
+    static_balance,
+)
 from cvxupdate.correlate.compare import compare
 from cvxupdate.correlate.elements import ElementBatch, element_energies
-from cvxupdate.correlate.energy import EnergyComparison, element_energy_shares, energy_comparison, energy_map
+from cvxupdate.correlate.energy import (
+    EnergyComparison,
+    element_energy_shares,
+    energy_comparison,
+    energy_map,
+)
 from cvxupdate.correlate.frequency import frequency_errors, frequency_scatter
-from cvxupdate.correlate.frf import FrfCorrelation, fdac, frac, frf_correlation, frf_error, frf_errors
+from cvxupdate.correlate.frf import (
+    FrfCorrelation,
+    fdac,
+    frac,
+    frf_correlation,
+    frf_error,
+    frf_errors,
+)
 from cvxupdate.correlate.groups import GroupMatrices, element_batches, group_balance, group_matrices
 from cvxupdate.correlate.mac import comac, mac, mac_error, modal_scale_factor, paired_mac
 from cvxupdate.correlate.orthogonality import (
@@ -23,17 +41,70 @@ from cvxupdate.correlate.orthogonality import (
 from cvxupdate.correlate.pairing import Pairing, pair_frequencies, pair_modes
 from cvxupdate.correlate.reciprocal import ReciprocalVectors, reciprocal_vectors
 from cvxupdate.correlate.response import model_frf
-from cvxupdate.correlate.result import Compared, Drawing, FrfComparison, ModePair, Part, SensorReport, ShapeComparison
+from cvxupdate.correlate.result import (
+    Compared,
+    Drawing,
+    FrfComparison,
+    ModePair,
+    Part,
+    SensorReport,
+    ShapeComparison,
+)
 from cvxupdate.correlate.summary import Correlation, correlation
 
 __all__ = [
-    "Compared", "Correlation", "Drawing", "ElementBalance", "ElementBatch", "EnergyComparison", "FrfComparison",
-    "FrfCorrelation", "GroupMatrices", "ImprovedMass", "ModePair", "Pairing", "Part", "PseudoOrthogonality",
-    "ReciprocalVectors", "SensorReport", "ShapeComparison", "balance_map", "comac", "compare", "correlation",
-    "cross_orthogonality", "element_balance", "element_batches", "element_energies", "element_energy_shares",
-    "energy_comparison", "energy_map", "fdac", "force_balance", "frac", "frequency_errors", "frequency_scatter",
-    "frf_correlation", "frf_error", "frf_errors", "group_balance", "group_matrices", "improved_mass", "mac",
-    "mac_error", "mass_normalised", "mass_orthogonality", "modal_scale_factor", "model_frf", "off_diagonal",
-    "pair_frequencies", "pair_modes", "paired_mac", "pseudo_orthogonality", "reciprocal_vectors",
-    "reduced_pseudo_orthogonality", "static_balance", "weighted_mac",
+    "Compared",
+    "Correlation",
+    "Drawing",
+    "ElementBalance",
+    "ElementBatch",
+    "EnergyComparison",
+    "FrfComparison",
+    "FrfCorrelation",
+    "GroupMatrices",
+    "ImprovedMass",
+    "ModePair",
+    "Pairing",
+    "Part",
+    "PseudoOrthogonality",
+    "ReciprocalVectors",
+    "SensorReport",
+    "ShapeComparison",
+    "balance_map",
+    "comac",
+    "compare",
+    "correlation",
+    "cross_orthogonality",
+    "element_balance",
+    "element_batches",
+    "element_energies",
+    "element_energy_shares",
+    "energy_comparison",
+    "energy_map",
+    "fdac",
+    "force_balance",
+    "frac",
+    "frequency_errors",
+    "frequency_scatter",
+    "frf_correlation",
+    "frf_error",
+    "frf_errors",
+    "group_balance",
+    "group_matrices",
+    "improved_mass",
+    "mac",
+    "mac_error",
+    "mass_normalised",
+    "mass_orthogonality",
+    "modal_scale_factor",
+    "model_frf",
+    "off_diagonal",
+    "pair_frequencies",
+    "pair_modes",
+    "paired_mac",
+    "pseudo_orthogonality",
+    "reciprocal_vectors",
+    "reduced_pseudo_orthogonality",
+    "static_balance",
+    "weighted_mac",
 ]

@@ -14,7 +14,8 @@ from cvxupdate.errors import InputError
 
 @dataclass(frozen=True)
 class ElementBatch:
-    """e elements of one kind: ``dofs`` (e, d) rows of the model (−1 where supported), ``K`` (e, d, d), ``M`` likewise or None."""
+    """e elements of one kind: ``dofs`` (e, d) rows of the model (−1 where supported), ``K`` (e, d,
+    d), ``M`` likewise or None."""
 
     dofs: NDArray[np.int64]
     K: Real
@@ -23,7 +24,10 @@ class ElementBatch:
     def __post_init__(self) -> None:
         e, d = self.dofs.shape
         if self.K.shape != (e, d, d) or (self.M is not None and self.M.shape != (e, d, d)):
-            raise InputError(f"ElementBatch: {e} elements of {d} DOFs need matrices ({e}, {d}, {d}), got K {self.K.shape}")
+            raise InputError(
+                f"ElementBatch: {e} elements of {d} DOFs need matrices ({e}, {d}, {d}), got K "
+                f"{self.K.shape}"
+            )
 
     def gather(self, phi: Shapes) -> Shapes:
         """The elements' own displacements, (e, d, modes), zero at supported DOFs."""
@@ -31,15 +35,20 @@ class ElementBatch:
 
 
 def element_energies(batches: Sequence[ElementBatch], phi: Shapes, matrix: str = "K") -> Real:
-    """½ φ_eᴴ K_e φ_e of every element and mode, (elements, modes), in the order of the batches; J for φ in m and K in N/m.
+    """½ φ_eᴴ K_e φ_e of every element and mode, (elements, modes), in the order of the batches; J
+    for φ in m and K in N/m.
 
-    ``matrix = "M"`` gives ½ φ_eᴴ M_e φ_e, the kinetic energy per ω². The sum over elements is that of the whole model.
-    Raises `InputError` when a batch has no mass matrices or ``matrix`` is neither.
+    ``matrix = "M"`` gives ½ φ_eᴴ M_e φ_e, the kinetic energy per ω². The sum over elements is that
+    of the whole model. Raises `InputError` when a batch has no mass matrices or ``matrix`` is
+    neither.
     """
     parts = []
     for batch in batches:
         u = batch.gather(phi)
-        parts.append(0.5 * np.real(np.einsum("edm,edf,efm->em", u.conj(), element_matrices(batch, matrix), u)))
+        parts.append(
+            0.5
+            * np.real(np.einsum("edm,edf,efm->em", u.conj(), element_matrices(batch, matrix), u))
+        )
     return np.concatenate(parts, axis=0)
 
 
@@ -49,4 +58,6 @@ def element_matrices(batch: ElementBatch, matrix: str) -> Real:
         return batch.K
     if matrix == "M" and batch.M is not None:
         return batch.M
-    raise InputError(f"element matrices: {matrix!r} is not 'K' or 'M', or the batch has no mass matrices")
+    raise InputError(
+        f"element matrices: {matrix!r} is not 'K' or 'M', or the batch has no mass matrices"
+    )

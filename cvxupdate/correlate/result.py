@@ -19,7 +19,8 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Part:
-    """One element to draw: its id, its ``kind`` (the word of the problem file) and its nodes as rows of `Drawing.xyz`."""
+    """One element to draw: its id, its ``kind`` (the word of the problem file) and its nodes as
+    rows of `Drawing.xyz`."""
 
     id: int
     kind: str
@@ -28,7 +29,8 @@ class Part:
 
 @dataclass(frozen=True)
 class Drawing:
-    """Where things are: ``node_ids`` (nodes,), ``xyz`` (nodes, 3) in m, ``parts``; ``moves`` (nodes, 3) tells which translations are free."""
+    """Where things are: ``node_ids`` (nodes,), ``xyz`` (nodes, 3) in m, ``parts``; ``moves``
+    (nodes, 3) tells which translations are free."""
 
     node_ids: Index
     xyz: Real
@@ -38,8 +40,9 @@ class Drawing:
 
 @dataclass(frozen=True)
 class ModePair:
-    """A measured mode beside the model's: ``number`` its rank among the measured ones of its recording, ``mode`` the number of the model's
-    flexible mode (1 = lowest), frequencies in Hz, ``error_percent`` (model − measured) / measured, ``by`` file, shape or frequency."""
+    """A measured mode beside the model's: ``number`` its rank among the measured ones of its
+    recording, ``mode`` the number of the model's flexible mode (1 = lowest), frequencies in Hz,
+    ``error_percent`` (model − measured) / measured, ``by`` file, shape or frequency."""
 
     recording: str
     use: str
@@ -56,10 +59,12 @@ class ModePair:
 
 @dataclass(frozen=True)
 class SensorReport:
-    """What the sensors of ``recordings`` see of the model's first modes; ``labels`` (n,), ``frequency`` (modes,) Hz of the model.
+    """What the sensors of ``recordings`` see of the model's first modes; ``labels`` (n,),
+    ``frequency`` (modes,) Hz of the model.
 
-    ``rank``, ``condition``, ``alike``, ``peak``, ``independence`` as `reduction.Visibility` has them; ``says`` its sentences; ``better`` the
-    labels of as many places chosen by QR with pivoting, with the condition number ``better_condition`` that they would have.
+    ``rank``, ``condition``, ``alike``, ``peak``, ``independence`` as `reduction.Visibility` has
+    them; ``says`` its sentences; ``better`` the labels of as many places chosen by QR with
+    pivoting, with the condition number ``better_condition`` that they would have.
     """
 
     recordings: tuple[str, ...]
@@ -77,13 +82,16 @@ class SensorReport:
 
 @dataclass(frozen=True)
 class ShapeComparison:
-    """Measured against model shapes of one recording at the sensors ``labels`` (``nodes`` as rows of `Drawing.xyz`, ``kinds`` 0..5 = x..rz).
+    """Measured against model shapes of one recording at the sensors ``labels`` (``nodes`` as rows
+    of `Drawing.xyz`, ``kinds`` 0..5 = x..rz).
 
-    ``measured_number`` and ``model_number`` (P,) count modes from 1, in the order of the pairs of ``correlation``; ``model_frequency`` and
-    ``measured_frequency`` in Hz go with the rows and columns of its ``mac``. ``expansion`` names the transformation, ``balance_by`` that of the
-    force balance; ``element_ids`` go with ``correlation.element_balance`` and ``element_energy``; ``group_names`` with ``groups``.
-    ``model_shapes`` (nodes, 3, P) are the translations of the paired model shapes at every node, on the scale of ``correlation.shapes_model``;
-    None where the model is not drawn.
+    ``measured_number`` and ``model_number`` (P,) count modes from 1, in the order of the pairs of
+    ``correlation``; ``model_frequency`` and ``measured_frequency`` in Hz go with the rows and
+    columns of its ``mac``. ``expansion`` names the transformation, ``balance_by`` that of the force
+    balance; ``element_ids`` go with ``correlation.element_balance`` and ``element_energy``;
+    ``group_names`` with ``groups``. ``model_shapes`` (nodes, 3, P) are the translations of the
+    paired model shapes at every node, on the scale of ``correlation.shapes_model``; None where the
+    model is not drawn.
     """
 
     recording: str
@@ -106,8 +114,9 @@ class ShapeComparison:
 
 @dataclass(frozen=True)
 class FrfComparison:
-    """Measured against model FRFs of one recording: ``measured`` and ``model`` (lines, responses, references) at ``frequency`` (lines,) Hz,
-    SI per newton; ``variance`` of the measured ones or None; ``origin_of`` says how they came about."""
+    """Measured against model FRFs of one recording: ``measured`` and ``model`` (lines, responses,
+    references) at ``frequency`` (lines,) Hz, SI per newton; ``variance`` of the measured ones or
+    None; ``origin_of`` says how they came about."""
 
     recording: str
     use: str
@@ -126,8 +135,9 @@ class FrfComparison:
 class Compared:
     """Model against recordings, nothing changed.
 
-    ``fit`` holds the contract's metrics, each with the same value under before and after; ``drawing`` is None for a model without coordinates;
-    ``nominal`` holds the translations (nodes, 3) of the model's modes, by their number, that were paired without shapes.
+    ``fit`` holds the contract's metrics, each with the same value under before and after;
+    ``drawing`` is None for a model without coordinates; ``nominal`` holds the translations (nodes,
+    3) of the model's modes, by their number, that were paired without shapes.
     """
 
     problem: str

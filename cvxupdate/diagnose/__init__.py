@@ -12,7 +12,12 @@ if TYPE_CHECKING:
     from cvxupdate.spec import Spec
 
 
-def diagnose_problem(spec: Spec, model: Model, recordings: Sequence[Recording], progress: Callable[[str], None] | None = None) -> Diagnosis:
+def diagnose_problem(
+    spec: Spec,
+    model: Model,
+    recordings: Sequence[Recording],
+    progress: Callable[[str], None] | None = None,
+) -> Diagnosis:
     """Diagnose responses where there are any, else tables of modes.
 
     Raises
@@ -22,7 +27,9 @@ def diagnose_problem(spec: Spec, model: Model, recordings: Sequence[Recording], 
     """
     from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
 
-    if any(isinstance(r, FrequencyResponse | TimeHistory) and r.origin.use == "fit" for r in recordings):
+    if any(
+        isinstance(r, FrequencyResponse | TimeHistory) and r.origin.use == "fit" for r in recordings
+    ):
         from cvxupdate.diagnose.verdict import diagnose_responses
 
         return diagnose_responses(spec, model, recordings, progress)

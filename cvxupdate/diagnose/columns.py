@@ -1,4 +1,5 @@
-"""Columns of candidates: to first order, what each would add to the weighted rows. Many at a time, because a product of large matrices is cheap."""
+"""Columns of candidates: to first order, what each would add to the weighted rows. Many at a time,
+because a product of large matrices is cheap."""
 
 from __future__ import annotations
 
@@ -14,14 +15,17 @@ from cvxupdate.diagnose.signals import Complex, Real
 from cvxupdate.fe.model import DerivativeBlock
 from cvxupdate.physics.base import Candidate
 
-ROOM = 250_000  # numbers at points (points × sensors × cases × columns) that are held at a time: what fits in a cache
+# numbers at points (points × sensors × cases × columns) that are held at a time: what fits in a
+# cache
+ROOM = 250_000
 NONE = "none"  # kind of a candidate without a column
 SMALL = 24  # DOFs of a change that is taken through the receptances at hand
 
 
 @dataclass(frozen=True)
 class Columns:
-    """Columns at a point, ``weights`` (signal by signal, flat) included: rows are real parts, then imaginary parts, signal by signal."""
+    """Columns at a point, ``weights`` (signal by signal, flat) included: rows are real parts, then
+    imaginary parts, signal by signal."""
 
     point: ResponsePoint
 
@@ -31,7 +35,8 @@ class Columns:
         return tuple(1.0 / s.scale().reshape(-1) for s in self.point.setting.signals)
 
     def batches(self, candidates: Mapping[int, Candidate]) -> Iterator[tuple[list[int], Real]]:
-        """(numbers of candidates, their columns (rows, n), side by side, equally many each); candidates without any are left out."""
+        """(numbers of candidates, their columns (rows, n), side by side, equally many each);
+        candidates without any are left out."""
         kinds: dict[tuple[str, int], list[int]] = {}
         for k, c in candidates.items():
             kinds.setdefault((_kind(c), len(c.tangent)), []).append(k)
@@ -43,17 +48,40 @@ class Columns:
         largest = max(r.raw.size for r in self.point.responses)
         return max(1, ROOM // (largest * columns))
 
-    def _batch(self, kind: str, numbers: list[int], chosen: list[Candidate]) -> Iterator[tuple[list[int], Real]]:
+    def _batch(
+        self, kind: str, numbers: list[int], chosen: list[Candidate]
+    ) -> Iterator[tuple[list[int], Real]]:
         responses = self.point.responses
         if kind == "tuned":
-            yield numbers, self._stacked([np.moveaxis(r.rows(_tuned(r, g, chosen)), 1, -1) for r, g in zip(responses, self.point.green, strict=True)])
+            yield (
+                numbers,
+                self._stacked(
+                    [
+                        np.moveaxis(r.rows(_tuned(r, g, chosen)), 1, -1)
+                        for r, g in zip(responses, self.point.green, strict=True)
+                    ]
+                ),
+            )
         elif kind == "fault":
             yield numbers, self._stacked([self._faults(r, chosen) for r in responses])
         elif kind == "small":
-            yield numbers, self._stacked([np.moveaxis(r.rows(_small(r, g, chosen)), 1, -1) for r, g in zip(responses, self.point.green, strict=True)])
+            yield (
+                numbers,
+                self._stacked(
+                    [
+                        np.moveaxis(r.rows(_small(r, g, chosen)), 1, -1)
+                        for r, g in zip(responses, self.point.green, strict=True)
+                    ]
+                ),
+            )
         elif kind == "several":
-            change = Changes.of([blocks for c in chosen for blocks in c.tangent], self.point.modes, self.point.low)
-            yield numbers, self._stacked([np.moveaxis(r.rows(change.columns(r)), 1, -1) for r in responses])
+            change = Changes.of(
+                [blocks for c in chosen for blocks in c.tangent], self.point.modes, self.point.low
+            )
+            yield (
+                numbers,
+                self._stacked([np.moveaxis(r.rows(change.columns(r)), 1, -1) for r in responses]),
+            )
 
     def _stacked(self, rows: Sequence[Complex]) -> Real:
         """From rows (rows, sensors, cases, n) of every signal to weighted columns."""
@@ -64,33 +92,50 @@ class Columns:
         return np.vstack(parts)
 
     def _faults(self, r: Response, chosen: Sequence[Candidate]) -> Complex:
-        """Rows (rows, sensors, cases, n): gains and exchanges act on rows as they do on points, only delays need their frequency."""
+        """Rows (rows, sensors, cases, n): gains and exchanges act on rows as they do on points,
+        only delays need their frequency."""
         heard = self.point.faulty(r.signal, r.raw)
         rows = r.rows(heard)
         unit = delay_unit(self.point)
-        late = r.rows((-1j * unit) * r.signal.s.imag[:, None, None] * heard) if any(c.sensor == "delay" for c in chosen) else rows
+        late = (
+            r.rows((-1j * unit) * r.signal.s.imag[:, None, None] * heard)
+            if any(c.sensor == "delay" for c in chosen)
+            else rows
+        )
         out = np.zeros((*rows.shape, len(chosen)), dtype=complex)
         for k, c in enumerate(chosen):
             if c.sensor == "delay":
                 own = [i for i, label in enumerate(r.signal.sensors) if label == c.channel]
                 out[..., k][:, own] = late[:, own]
             else:
-                out[..., k] = Fault(c.channel or "", c.sensor or "", unit, c.other).rate(0.0, r.signal, rows)
+                out[..., k] = Fault(c.channel or "", c.sensor or "", unit, c.other).rate(
+                    0.0, r.signal, rows
+                )
         return out
 
 
 def sums_of(candidates: Sequence[Candidate]) -> dict[int, list[int]]:
-    """Sets of elements whose columns are the sums of those of single elements that are candidates too: numbers of both."""
-    singles = {(c.physics, c.members[0]): k for k, c in enumerate(candidates) if len(c.members) == 1 and c.additive and _kind(c) != NONE}
-    return {k: [singles[(c.physics, e)] for e in c.members] for k, c in enumerate(candidates)
-            if len(c.members) > 1 and c.additive and all((c.physics, e) in singles for e in c.members)}
+    """Sets of elements whose columns are the sums of those of single elements that are candidates
+    too: numbers of both."""
+    singles = {
+        (c.physics, c.members[0]): k
+        for k, c in enumerate(candidates)
+        if len(c.members) == 1 and c.additive and _kind(c) != NONE
+    }
+    return {
+        k: [singles[(c.physics, e)] for e in c.members]
+        for k, c in enumerate(candidates)
+        if len(c.members) > 1 and c.additive and all((c.physics, e) in singles for e in c.members)
+    }
 
 
 def columns_of(point: ResponsePoint, candidates: Sequence[Candidate]) -> list[Real | None]:
     """Weighted columns (rows, n) of each candidate; None where it has none."""
     out: list[Real | None] = [None] * len(candidates)
     sets = sums_of(candidates)
-    for numbers, J in Columns(point).batches({k: c for k, c in enumerate(candidates) if k not in sets}):
+    for numbers, J in Columns(point).batches(
+        {k: c for k, c in enumerate(candidates) if k not in sets}
+    ):
         for k, own in zip(numbers, np.split(J, len(numbers), axis=1), strict=True):
             out[k] = own
     for k, members in sets.items():
@@ -110,7 +155,11 @@ def _kind(c: Candidate) -> str:
         return "tuned"
     if not c.tangent or not all(c.tangent):
         return NONE
-    return "small" if len(c.tangent) == 1 and sum(b.dofs.size for b in c.tangent[0]) <= SMALL else "several"
+    return (
+        "small"
+        if len(c.tangent) == 1 and sum(b.dofs.size for b in c.tangent[0]) <= SMALL
+        else "several"
+    )
 
 
 def _pieces(numbers: list[int], most: int) -> list[list[int]]:
@@ -118,14 +167,19 @@ def _pieces(numbers: list[int], most: int) -> list[list[int]]:
 
 
 def _tuned(r: Response, g: Receptances, chosen: Sequence[Candidate]) -> Complex:
-    """(points, n, sensors, cases): hidden oscillators of one gram-like unit of mass, dynamic mass s² (2ζωs + ω²) / (s² + 2ζωs + ω²) at their DOFs."""
-    places, frequency, zeta = (np.array(x) for x in zip(*(c.tuned for c in chosen if c.tuned is not None), strict=True))
+    """(points, n, sensors, cases): hidden oscillators of one gram-like unit of mass, dynamic mass
+    s² (2ζωs + ω²) / (s² + 2ζωs + ω²) at their DOFs."""
+    places, frequency, zeta = (
+        np.array(x) for x in zip(*(c.tuned for c in chosen if c.tuned is not None), strict=True)
+    )
     s, omega = r.signal.s[:, None], 2.0 * np.pi * frequency
     soft = 2.0 * zeta * omega * s + omega**2
     dynamic = -(r.drive * r.signal.s**2)[:, None] * soft / (s**2 + soft)
     out = np.empty((len(s), len(chosen), *r.raw.shape[1:]), dtype=complex)
     for k, (place, moved) in enumerate(zip(places, dynamic.T, strict=True)):
-        np.multiply(g.left[place][:, :, None], (moved[:, None] * g.right[place])[:, None, :], out=out[:, k])
+        np.multiply(
+            g.left[place][:, :, None], (moved[:, None] * g.right[place])[:, None, :], out=out[:, k]
+        )
     return out
 
 
@@ -142,5 +196,9 @@ def _one(r: Response, g: Receptances, blocks: Sequence[DerivativeBlock]) -> Comp
     for b in blocks:
         used = np.unique(b.dofs)
         force = -r.drive[:, None] * forces(summed(b, used), g.right[used], r.signal.s)
-        total += np.matmul(np.swapaxes(by_point(g.left[used]), 1, 2), by_point(force)) if len(used) > 1 else g.left[used[0]][:, :, None] * force[0][:, None, :]
+        total += (
+            np.matmul(np.swapaxes(by_point(g.left[used]), 1, 2), by_point(force))
+            if len(used) > 1
+            else g.left[used[0]][:, :, None] * force[0][:, None, :]
+        )
     return total

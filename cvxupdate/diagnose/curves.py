@@ -1,7 +1,8 @@
-"""What a diagnosis shows beside its numbers: responses before and after, what remains against noise, and where on the structure a cause may sit.
+"""What a diagnosis shows beside its numbers: responses before and after, what remains against
+noise, and where on the structure a cause may sit.
 
-`responses_shown` and `modes_shown` make a `Shown` from the points that the verdict compares; it travels in `Diagnosis.shown` to the page and is not part of
-diagnosis.json.
+`responses_shown` and `modes_shown` make a `Shown` from the points that the verdict compares; it
+travels in `Diagnosis.shown` to the page and is not part of diagnosis.json.
 """
 
 from __future__ import annotations
@@ -28,9 +29,11 @@ QUANTITIES = ("displacement", "velocity", "acceleration")
 
 @dataclass(frozen=True)
 class Curve:
-    """One channel: magnitudes (n,) at ``frequency`` (Hz) as measured, modelled before and after, and its noise (one standard deviation).
+    """One channel: magnitudes (n,) at ``frequency`` (Hz) as measured, modelled before and after,
+    and its noise (one standard deviation).
 
-    ``driven`` are the DOFs of the force (one for an FRF); ``per_force`` says that it is an FRF (SI per N), else the spectrum of the response (SI s).
+    ``driven`` are the DOFs of the force (one for an FRF); ``per_force`` says that it is an FRF (SI
+    per N), else the spectrum of the response (SI s).
     """
 
     recording: str
@@ -48,7 +51,8 @@ class Curve:
 
 @dataclass(frozen=True)
 class Spectrum:
-    """What remains of all channels of the recordings of one ``use``, each relative to its own r.m.s., in bins of ``frequency`` (Hz)."""
+    """What remains of all channels of the recordings of one ``use``, each relative to its own
+    r.m.s., in bins of ``frequency`` (Hz)."""
 
     use: str
     frequency: Real
@@ -59,7 +63,8 @@ class Spectrum:
 
 @dataclass(frozen=True)
 class ModeError:
-    """A measured mode (Hz) and the model's error before and after, as fractions; NaN where no mode of the model belongs to it."""
+    """A measured mode (Hz) and the model's error before and after, as fractions; NaN where no mode
+    of the model belongs to it."""
 
     frequency: float
     use: str
@@ -69,7 +74,8 @@ class ModeError:
 
 @dataclass(frozen=True)
 class Shown:
-    """Everything to be drawn; ``nodes`` and ``elements`` → the share of the mismatch that the best word there could explain, to first order."""
+    """Everything to be drawn; ``nodes`` and ``elements`` → the share of the mismatch that the best
+    word there could explain, to first order."""
 
     curves: tuple[Curve, ...] = ()
     spectra: tuple[Spectrum, ...] = ()
@@ -78,9 +84,15 @@ class Shown:
     elements: dict[int, float] = field(default_factory=dict)
 
 
-def responses_shown(before: ResponsePoint, after: ResponsePoint, fitted: Sequence[Signal], held: Sequence[Signal],
-                    shares: Iterable[tuple[Candidate, float]] = ()) -> Shown:
-    """From the model as it was, the model as found (or as ordinary parameters leave it), sharp signals, and candidates with their shares.
+def responses_shown(
+    before: ResponsePoint,
+    after: ResponsePoint,
+    fitted: Sequence[Signal],
+    held: Sequence[Signal],
+    shares: Iterable[tuple[Candidate, float]] = (),
+) -> Shown:
+    """From the model as it was, the model as found (or as ordinary parameters leave it), sharp
+    signals, and candidates with their shares.
 
     Raises
     ------
@@ -99,23 +111,33 @@ def responses_shown(before: ResponsePoint, after: ResponsePoint, fitted: Sequenc
     return Shown(tuple(curves), tuple(spectra), (), *places(shares))
 
 
-def modes_shown(before: ModalPoint, after: ModalPoint, shares: Iterable[tuple[Candidate, float]] = ()) -> Shown:
+def modes_shown(
+    before: ModalPoint, after: ModalPoint, shares: Iterable[tuple[Candidate, float]] = ()
+) -> Shown:
     """From the comparison with mode tables before and after; both have the same tables."""
     out = []
     for k, table in enumerate(after.residual.tables):
         f, g = (point.frequencies(k) for point in (before, after))
-        out += [ModeError(float(x), table.origin.use, float(a / x - 1.0), float(b / x - 1.0)) for x, a, b in zip(table.frequency, f, g, strict=True)]
+        out += [
+            ModeError(float(x), table.origin.use, float(a / x - 1.0), float(b / x - 1.0))
+            for x, a, b in zip(table.frequency, f, g, strict=True)
+        ]
     return Shown((), (), tuple(out), *places(shares))
 
 
 def places(shares: Iterable[tuple[Candidate, float]]) -> tuple[dict[int, float], dict[int, float]]:
-    """The best share at every node and at every element; a set of elements stands for its elements only where it is one element."""
+    """The best share at every node and at every element; a set of elements stands for its elements
+    only where it is one element."""
     nodes: dict[int, float] = {}
     elements: dict[int, float] = {}
     for c, share in shares:
         if c.channel is not None or not np.isfinite(share) or share <= 0.0:
             continue
-        target, ids = (nodes, c.place.nodes) if c.place.nodes else (elements, c.place.elements if len(c.place.elements) == 1 else ())
+        target, ids = (
+            (nodes, c.place.nodes)
+            if c.place.nodes
+            else (elements, c.place.elements if len(c.place.elements) == 1 else ())
+        )
         for i in ids:
             target[i] = max(target.get(i, 0.0), float(share))
     return nodes, elements
@@ -129,7 +151,9 @@ def _curves(signal: Signal, before: Complex, after: Complex) -> list[tuple[float
     """(how much the error fell, curve) of every channel that stands above its noise."""
     out = []
     frequency = signal.s.imag / (2.0 * np.pi)
-    single = signal.U.shape[1] == signal.U.shape[2] and bool(np.allclose(signal.U, np.eye(signal.U.shape[1])))
+    single = signal.U.shape[1] == signal.U.shape[2] and bool(
+        np.allclose(signal.U, np.eye(signal.U.shape[1]))
+    )
     for i in np.flatnonzero(signal.audible()).tolist():
         for case in range(signal.Y.shape[2]):
             y, a, b = signal.Y[:, i, case], before[:, i, case], after[:, i, case]
@@ -138,23 +162,42 @@ def _curves(signal: Signal, before: Complex, after: Complex) -> list[tuple[float
                 continue
             keep = extremes(np.abs(y), POINTS)
             driven = (signal.inputs[case],) if single else signal.inputs
-            curve = Curve(signal.name, signal.use, signal.sensors[i], driven, QUANTITIES[signal.order], single, frequency[keep],
-                          np.abs(y)[keep], np.abs(a)[keep], np.abs(b)[keep], signal.std[keep, i, case])
+            curve = Curve(
+                signal.name,
+                signal.use,
+                signal.sensors[i],
+                driven,
+                QUANTITIES[signal.order],
+                single,
+                frequency[keep],
+                np.abs(y)[keep],
+                np.abs(a)[keep],
+                np.abs(b)[keep],
+                signal.std[keep, i, case],
+            )
             out.append((float(np.linalg.norm(a - y) - np.linalg.norm(b - y)) / size, curve))
     return out
 
 
 def extremes(values: Real, most: int) -> np.ndarray:
-    """Places of at most ``most`` values: the largest and the smallest of each stretch, so that peaks and dips stay."""
+    """Places of at most ``most`` values: the largest and the smallest of each stretch, so that
+    peaks and dips stay."""
     n = len(values)
     if n <= most:
         return np.arange(n)
     edges = np.linspace(0, n, most // 2 + 1).astype(np.int64)
-    found = {int(a + pick(values[a:b])) for a, b in itertools.pairwise(edges) if b > a for pick in (np.argmax, np.argmin)}
+    found = {
+        int(a + pick(values[a:b]))
+        for a, b in itertools.pairwise(edges)
+        if b > a
+        for pick in (np.argmax, np.argmin)
+    }
     return np.array(sorted(found), dtype=np.int64)
 
 
-def _spectrum(signals: Sequence[Signal], before: Sequence[Complex], after: Sequence[Complex]) -> Spectrum:
+def _spectrum(
+    signals: Sequence[Signal], before: Sequence[Complex], after: Sequence[Complex]
+) -> Spectrum:
     """R.m.s. over channels and lines in each bin."""
     f = [s.s.imag / (2.0 * np.pi) for s in signals]
     low, high = min(float(x.min()) for x in f), max(float(x.max()) for x in f)

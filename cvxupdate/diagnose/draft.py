@@ -1,4 +1,5 @@
-"""A problem file in the making: what a diagnosis changed on the elements of the file, and the elements that it added."""
+"""A problem file in the making: what a diagnosis changed on the elements of the file, and the
+elements that it added."""
 
 from __future__ import annotations
 
@@ -16,17 +17,28 @@ from cvxupdate.spec import Spec
 from cvxupdate.spec.write import tables_of
 
 OWN = ("k", "c", "m", "Ixx", "Iyy", "Izz", "Ip", "omega", "N")  # properties that are keys of a row
-DRAWN = ("width", "height", "diameter", "wall", "thickness", "Dx", "Dy", "D1", "Dxy")  # of a section
+DRAWN = (
+    "width",
+    "height",
+    "diameter",
+    "wall",
+    "thickness",
+    "Dx",
+    "Dy",
+    "D1",
+    "Dxy",
+)  # of a section
 CONSTANTS = ("A", "Iy", "Iz", "J")
 MADE_OF = ("E", "nu", "rho")
 
 
 @dataclass
 class Draft:
-    """The file in the making: its tables, rows and blocks by element number, the last numbers of nodes and elements.
+    """The file in the making: its tables, rows and blocks by element number, the last numbers of
+    nodes and elements.
 
-    ``known`` (element, property) of the model → (element, key) here; ``split`` (node, element) → the node of an opened end; ``loss`` element → the loss
-    factor that the file gave it.
+    ``known`` (element, property) of the model → (element, key) here; ``split`` (node, element) →
+    the node of an opened end; ``loss`` element → the loss factor that the file gave it.
     """
 
     tables: dict[str, Any]
@@ -83,7 +95,9 @@ def _kind(model: Model, dof: int) -> str:
     return KINDS[int(model.dof_kind[dof])]
 
 
-def change(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float], damped: bool) -> None:
+def change(
+    draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float], damped: bool
+) -> None:
     """What moved on an element of the file."""
     number = int(block.ids[e])
     row = draft.rows[number]
@@ -98,7 +112,9 @@ def change(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, f
         if now["eta"] != 0.0:
             row["eta"] = now["eta"]
     elif "K" in matrices and "eta" in moved:  # beside what the file says
-        row["eta"] = now["eta"] - was["eta"] + draft.loss.setdefault(number, _file_loss(draft, row))  # once, though a spring is a block for each DOF
+        row["eta"] = (
+            now["eta"] - was["eta"] + draft.loss.setdefault(number, _file_loss(draft, row))
+        )  # once, though a spring is a block for each DOF
     if row.get("taken_off") or now.get("m", 0.0) < 0.0:
         moved |= {k for k in ("m", "Ixx", "Iyy", "Izz") if k in now}
         now = {**now, **{k: -now[k] for k in ("m", "Ixx", "Iyy", "Izz") if k in now}}
@@ -108,20 +124,43 @@ def change(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, f
             row[key] = _not_negative(number, key, now[key])
     if moved & set(MADE_OF):
         material = {k: v for k, v in draft.model["materials"][row["material"]].items() if k != "G"}
-        row["material"] = _variant(draft, "materials", row["material"], {**material, **{k: now[k] for k in MADE_OF}})
+        row["material"] = _variant(
+            draft, "materials", row["material"], {**material, **{k: now[k] for k in MADE_OF}}
+        )
     if moved & {*DRAWN, *CONSTANTS, "shear", "kappa"}:
-        row["section"] = _variant(draft, "sections", row["section"], _section(draft.model["sections"][row["section"]], block, e, now, moved))
-    for node in dict.fromkeys(_node(model, d) for d in block.dofs[e].tolist() if d >= 0 and f"@e{number}." in model.labels[d]):
-        _open_joint(draft, number, node, {_kind(model, d) for d in block.dofs[e].tolist() if d >= 0 and model.labels[d].startswith(f"n{node}@e{number}.")})
+        row["section"] = _variant(
+            draft,
+            "sections",
+            row["section"],
+            _section(draft.model["sections"][row["section"]], block, e, now, moved),
+        )
+    for node in dict.fromkeys(
+        _node(model, d)
+        for d in block.dofs[e].tolist()
+        if d >= 0 and f"@e{number}." in model.labels[d]
+    ):
+        _open_joint(
+            draft,
+            number,
+            node,
+            {
+                _kind(model, d)
+                for d in block.dofs[e].tolist()
+                if d >= 0 and model.labels[d].startswith(f"n{node}@e{number}.")
+            },
+        )
 
 
 def _file_loss(draft: Draft, row: Mapping[str, Any]) -> float:
     material = draft.model.get("materials", {}).get(row.get("material"), {})
-    return float(row.get("eta", material.get("eta", draft.model.get("damping", {}).get("eta", 0.0))))
+    return float(
+        row.get("eta", material.get("eta", draft.model.get("damping", {}).get("eta", 0.0)))
+    )
 
 
 def _open_joint(draft: Draft, number: int, node: int, turning: set[str]) -> None:
-    """The end of an element gets a node of its own, tied to the old one in all but the DOFs that turn on a spring."""
+    """The end of an element gets a node of its own, tied to the old one in all but the DOFs that
+    turn on a spring."""
     if (node, number) not in draft.split:
         draft.split[node, number] = draft.fresh_node(node)
     fresh = draft.split[node, number]
@@ -133,11 +172,16 @@ def _open_joint(draft: Draft, number: int, node: int, turning: set[str]) -> None
 
 def _not_negative(number: int, key: str, value: float) -> float:
     if value < 0.0 and key not in ("omega", "N"):
-        raise ModelError(f"element {number}: {key} = {value:.4g} is below zero, which a problem file cannot say. Give it a lower bound.")
+        raise ModelError(
+            f"element {number}: {key} = {value:.4g} is below zero, which a problem file "
+            "cannot say. Give it a lower bound."
+        )
     return value
 
 
-def _section(section: Mapping[str, Any], block: Block, e: int, now: Mapping[str, float], moved: set[str]) -> dict[str, Any]:
+def _section(
+    section: Mapping[str, Any], block: Block, e: int, now: Mapping[str, float], moved: set[str]
+) -> dict[str, Any]:
     out = {**section, **{k: now[k] for k in DRAWN if k in moved}}
     if moved & {"shear", "kappa"}:
         out.pop("kappa", None)
@@ -148,7 +192,11 @@ def _section(section: Mapping[str, Any], block: Block, e: int, now: Mapping[str,
         if shape is None:
             raise ModelError(f"element {int(block.ids[e])}: its section has no constants.")
         constants = section_constants(shape, {k: np.array([v]) for k, v in now.items()})
-        out = {"shape": "general", **{k: float(constants[k][0]) for k in CONSTANTS if constants[k][0] > 0.0}, **{k: v for k, v in out.items() if k == "kappa"}}
+        out = {
+            "shape": "general",
+            **{k: float(constants[k][0]) for k in CONSTANTS if constants[k][0] > 0.0},
+            **{k: v for k, v in out.items() if k == "kappa"},
+        }
     return out
 
 
@@ -175,7 +223,9 @@ def add(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, floa
     """
     kind = block.kind.name
     if kind not in _WRITERS:
-        raise ModelError(f"the diagnosis added a {kind} element, which a problem file has no word for.")
+        raise ModelError(
+            f"the diagnosis added a {kind} element, which a problem file has no word for."
+        )
     _WRITERS[kind](draft, model, block, e, now)
 
 
@@ -196,15 +246,36 @@ def _name(draft: Draft, what: str, node: int) -> str:
 
 def _mass(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
     node, number = _end(draft, model, int(block.dofs[e, 0])), int(block.ids[e])
-    row = {"id": number, "nodes": [node], "m": abs(now["m"]) * now["mass"], **({"taken_off": True} if now["m"] < 0.0 else {})}
-    draft.put("mass", {**row, "group": _name(draft, "mass taken off" if now["m"] < 0.0 else "added mass", node)})
+    row = {
+        "id": number,
+        "nodes": [node],
+        "m": abs(now["m"]) * now["mass"],
+        **({"taken_off": True} if now["m"] < 0.0 else {}),
+    }
+    draft.put(
+        "mass",
+        {**row, "group": _name(draft, "mass taken off" if now["m"] < 0.0 else "added mass", node)},
+    )
     here = {_kind(model, d) for d in block.dofs[e].tolist()}
-    draft.hold(node, [k for k in draft.model["dofs"] if k in KINDS[:3] and k not in here and f"n{node}.{k}" not in model.place and not _held(draft, node, k)])
+    draft.hold(
+        node,
+        [
+            k
+            for k in draft.model["dofs"]
+            if k in KINDS[:3]
+            and k not in here
+            and f"n{node}.{k}" not in model.place
+            and not _held(draft, node, k)
+        ],
+    )
     draft.known[number, "m"] = (number, "m")
 
 
 def _held(draft: Draft, node: int, kind: str) -> bool:
-    return any(kind in s["dofs"] and (s["nodes"] == "all" or node in s["nodes"]) for s in draft.model.get("supports", ()))
+    return any(
+        kind in s["dofs"] and (s["nodes"] == "all" or node in s["nodes"])
+        for s in draft.model.get("supports", ())
+    )
 
 
 def _spring(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
@@ -216,7 +287,16 @@ def _spring(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, 
         _release(draft, nodes[0], dof)
     what = "joint" if len(nodes) == 2 else "spring to ground" if of == "k" else "soft support"
     stiffness = _not_negative(number, "k", k * now["stiffness"])
-    draft.put("spring", {"id": number, "nodes": nodes, "dof": dof, "k": stiffness, "group": _name(draft, what, nodes[0])})
+    draft.put(
+        "spring",
+        {
+            "id": number,
+            "nodes": nodes,
+            "dof": dof,
+            "k": stiffness,
+            "group": _name(draft, what, nodes[0]),
+        },
+    )
     draft.known[number, of] = (number, "k")
 
 
@@ -224,7 +304,11 @@ def _release(draft: Draft, node: int, dof: str) -> None:
     """A support without one DOF of one node."""
     out: list[dict[str, Any]] = []
     for support in draft.model["supports"]:
-        nodes = [n["id"] for n in draft.model["nodes"]] if support["nodes"] == "all" else support["nodes"]
+        nodes = (
+            [n["id"] for n in draft.model["nodes"]]
+            if support["nodes"] == "all"
+            else support["nodes"]
+        )
         if node not in nodes or dof not in support["dofs"]:
             out.append(support)
             continue
@@ -239,8 +323,16 @@ def _release(draft: Draft, node: int, dof: str) -> None:
 def _dashpot(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
     ends, number = block.dofs[e].tolist(), int(block.ids[e])
     nodes = [_end(draft, model, d) for d in ends]
-    draft.put("dashpot", {"id": number, "nodes": nodes, "dof": _kind(model, ends[0]), "c": _not_negative(number, "c", now["c"] * now["damping"]),
-                          "group": _name(draft, "damper", nodes[0])})
+    draft.put(
+        "dashpot",
+        {
+            "id": number,
+            "nodes": nodes,
+            "dof": _kind(model, ends[0]),
+            "c": _not_negative(number, "c", now["c"] * now["damping"]),
+            "group": _name(draft, "damper", nodes[0]),
+        },
+    )
     draft.known[number, "c"] = (number, "c")
 
 
@@ -250,8 +342,11 @@ def _oscillator(draft: Draft, model: Model, block: Block, e: int, now: Mapping[s
     node, dof = _end(draft, model, host), _kind(model, host)
     fresh, group = draft.fresh_node(node), _name(draft, "resonator", node)
     draft.hold(fresh, [k for k in draft.model["dofs"] if k != dof])
-    rows = {"m": ("mass", {"nodes": [fresh], "m": now["m"]}), "k": ("spring", {"nodes": [node, fresh], "dof": dof, "k": now["k"]}),
-            "c": ("dashpot", {"nodes": [node, fresh], "dof": dof, "c": now["c"]})}
+    rows = {
+        "m": ("mass", {"nodes": [fresh], "m": now["m"]}),
+        "k": ("spring", {"nodes": [node, fresh], "dof": dof, "k": now["k"]}),
+        "c": ("dashpot", {"nodes": [node, fresh], "dof": dof, "c": now["c"]}),
+    }
     for key, (kind, row) in rows.items():
         own = number if key == "m" else draft.fresh_element()
         _not_negative(own, key, now[key])
@@ -272,5 +367,11 @@ def _gyroscopic(draft: Draft, model: Model, block: Block, e: int, now: Mapping[s
 
 
 Writer = Callable[[Draft, Model, Block, int, Mapping[str, float]], None]
-_WRITERS: dict[str, Writer] = {"mass": _mass, "spring": _spring, "compliance": _spring, "dashpot": _dashpot, "oscillator": _oscillator,
-                               "gyroscopic": _gyroscopic}
+_WRITERS: dict[str, Writer] = {
+    "mass": _mass,
+    "spring": _spring,
+    "compliance": _spring,
+    "dashpot": _dashpot,
+    "oscillator": _oscillator,
+    "gyroscopic": _gyroscopic,
+}

@@ -1,4 +1,5 @@
-"""Effects on a model: planting words on a parent that may carry others already, taking one out again, and the figures that were found."""
+"""Effects on a model: planting words on a parent that may carry others already, taking one out
+again, and the figures that were found."""
 
 from __future__ import annotations
 
@@ -29,14 +30,16 @@ def key_of(c: Candidate) -> Key:
 
 @dataclass(frozen=True)
 class Effect:
-    """A candidate planted on a model; ``mass`` (kg) is what a hidden oscillator's parameters are relative to, 0 for other words."""
+    """A candidate planted on a model; ``mass`` (kg) is what a hidden oscillator's parameters are
+    relative to, 0 for other words."""
 
     candidate: Candidate
     mass: float = 0.0
 
     @property
     def key(self) -> Key:
-        """What it is and where: two effects of one key are the same hypothesis (a hidden oscillator's tuning is refined in the fit)."""
+        """What it is and where: two effects of one key are the same hypothesis (a hidden
+        oscillator's tuning is refined in the fit)."""
         return key_of(self.candidate)
 
     @property
@@ -94,9 +97,11 @@ class Hypothesis:
 
 @dataclass(frozen=True)
 class Bench:
-    """What stays fixed while hypotheses come and go: the file's model (for its damping), the ordinary one, recordings, supports, allowed words.
+    """What stays fixed while hypotheses come and go: the file's model (for its damping), the
+    ordinary one, recordings, supports, allowed words.
 
-    ``release(node, kind)`` is the ordinary model without one support; ``zeta`` a typical damping ratio.
+    ``release(node, kind)`` is the ordinary model without one support; ``zeta`` a typical damping
+    ratio.
     """
 
     original: Model
@@ -121,28 +126,61 @@ class Bench:
             return regrown(self._freed(node, kind), model)
 
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
-        return Context(model, m.K, m.M, self.data.top, self.data.bottom, self.sensors, held, released, self.zeta)
+        return Context(
+            model,
+            m.K,
+            m.M,
+            self.data.top,
+            self.data.bottom,
+            self.sensors,
+            held,
+            released,
+            self.zeta,
+        )
 
     def candidates(self, model: Model, words: Sequence[str] | None = None) -> list[Candidate]:
         """Every word at every place on ``model``."""
         context = self.context(model)
-        return [c for word in (self.words if words is None else words) for c in CATALOGUE[word](context)]
+        return [
+            c for word in (self.words if words is None else words) for c in CATALOGUE[word](context)
+        ]
 
     def setting(self, model: Model, signals: Sequence[Signal], faults: Sequence[Fault]) -> Setting:
         """The unknowns of ``model`` against ``signals``."""
-        return setting_for(model, self.original, signals, self.data.top, self.data.bottom, faults, self.data.mesh_of(model))
+        return setting_for(
+            model,
+            self.original,
+            signals,
+            self.data.top,
+            self.data.bottom,
+            faults,
+            self.data.mesh_of(model),
+        )
 
 
 def regrown(released: Model, grown: Model) -> Model:
-    """``grown`` (the ordinary model with physics added) on the DOFs of ``released`` (the ordinary model with a support set free)."""
+    """``grown`` (the ordinary model with physics added) on the DOFs of ``released`` (the ordinary
+    model with a support set free)."""
     extra = [i for i, label in enumerate(grown.labels) if label not in released.place]
     labels = (*released.labels, *(grown.labels[i] for i in extra))
     place = {label: i for i, label in enumerate(labels)}
     to = np.array([*(place[label] for label in grown.labels), -1], dtype=np.int64)
-    blocks = tuple(replace(b, dofs=np.where(b.dofs >= 0, to[b.dofs], released.blocks[k].dofs) if k < len(released.blocks) else to[b.dofs])
-                   for k, b in enumerate(grown.blocks))
-    return replace(grown, labels=labels, dof_node=np.append(released.dof_node, grown.dof_node[extra]),
-                   dof_kind=np.append(released.dof_kind, grown.dof_kind[extra]), blocks=blocks)
+    blocks = tuple(
+        replace(
+            b,
+            dofs=np.where(b.dofs >= 0, to[b.dofs], released.blocks[k].dofs)
+            if k < len(released.blocks)
+            else to[b.dofs],
+        )
+        for k, b in enumerate(grown.blocks)
+    )
+    return replace(
+        grown,
+        labels=labels,
+        dof_node=np.append(released.dof_node, grown.dof_node[extra]),
+        dof_kind=np.append(released.dof_kind, grown.dof_kind[extra]),
+        blocks=blocks,
+    )
 
 
 def planted(bench: Bench, parent: Trial, score: Score, signals: Sequence[Signal]) -> Hypothesis:
@@ -156,7 +194,10 @@ def planted(bench: Bench, parent: Trial, score: Score, signals: Sequence[Signal]
     c, base, faults = score.candidate, parent.fit.setting.model, parent.fit.setting.faults
     effect, guess = Effect(c), score.p
     if c.channel is not None and c.sensor is not None:
-        model, faults = base, (*faults, Fault(c.channel, c.sensor, delay_unit(parent.fit.point), c.other))
+        model, faults = (
+            base,
+            (*faults, Fault(c.channel, c.sensor, delay_unit(parent.fit.point), c.other)),
+        )
         guess = np.zeros(1) if c.sensor == "swap" else score.p  # an exchange begins as a whole one
     elif c.tuned is not None:
         row, frequency, zeta = c.tuned
@@ -174,7 +215,9 @@ def planted(bench: Bench, parent: Trial, score: Score, signals: Sequence[Signal]
     fresh = model.parameters[n:]
     if fresh and len(guess) == len(fresh):
         lower, upper = (np.array([getattr(q, side) for q in fresh]) for side in ("lower", "upper"))
-        nearest, farthest = (lower, upper) if score.exact else (np.maximum(lower, -0.5), np.minimum(upper, 5.0))
+        nearest, farthest = (
+            (lower, upper) if score.exact else (np.maximum(lower, -0.5), np.minimum(upper, 5.0))
+        )
         start[n : n + len(fresh)] = np.clip(guess, nearest, farthest)
     if faults:
         tail = start[len(start) - len(faults) :]
@@ -191,7 +234,10 @@ def on_model(bench: Bench, model: Model, c: Candidate) -> Candidate | None:
     if c.tuned is not None:
         row = model.place.get(f"n{c.place.nodes[0]}.{c.place.dof}")
         return None if row is None else replace(c, tuned=(row, *c.tuned[1:]))
-    return next((other for other in bench.candidates(model, (c.physics,)) if key_of(other) == key_of(c)), None)
+    return next(
+        (other for other in bench.candidates(model, (c.physics,)) if key_of(other) == key_of(c)),
+        None,
+    )
 
 
 def replanted(bench: Bench, model: Model, effect: Effect) -> tuple[Effect, Model] | None:
@@ -200,14 +246,17 @@ def replanted(bench: Bench, model: Model, effect: Effect) -> tuple[Effect, Model
     if c is None:
         return None
     if c.tuned is not None:
-        return Effect(c, effect.mass), attach(model, c.tuned[0], c.tuned[1], effect.mass, c.tuned[2])
+        return Effect(c, effect.mass), attach(
+            model, c.tuned[0], c.tuned[1], effect.mass, c.tuned[2]
+        )
     grown = model if c.channel is not None else c.model
     return None if grown is None else (Effect(c), grown)
 
 
 def as_drawn(bench: Bench, setting: Setting, p: Real) -> Real:
-    """Unknowns with the effects' as they are, the ordinary ones and damping as the file has them: what is missing bends these, and where they truly lie,
-    near the drawing, a fit finds its way and the next effect shows more clearly."""
+    """Unknowns with the effects' as they are, the ordinary ones and damping as the file has them:
+    what is missing bends these, and where they truly lie, near the drawing, a fit finds its way and
+    the next effect shows more clearly."""
     out = p.copy()
     out[: len(bench.ordinary.parameters)] = 0.0
     out[len(setting.model.parameters) : len(p) - len(setting.faults)] = 0.0
@@ -215,7 +264,8 @@ def as_drawn(bench: Bench, setting: Setting, p: Real) -> Real:
 
 
 def unbent(bench: Bench, trial: Trial, signals: Sequence[Signal]) -> Trial:
-    """The trial with unknowns `as_drawn`, against ``signals``; as fitted where that would be no structure."""
+    """The trial with unknowns `as_drawn`, against ``signals``; as fitted where that would be no
+    structure."""
     setting = replace(trial.fit.setting, signals=tuple(signals))
     try:
         point = setting.evaluate(as_drawn(bench, setting, trial.fit.p))
@@ -225,7 +275,8 @@ def unbent(bench: Bench, trial: Trial, signals: Sequence[Signal]) -> Trial:
 
 
 def without(bench: Bench, trial: Trial, index: int) -> Trial | None:
-    """The fitted trial with one effect taken out and everything else left where it was: what the rest alone leaves unexplained."""
+    """The fitted trial with one effect taken out and everything else left where it was: what the
+    rest alone leaves unexplained."""
     found, setting = trial.fit, trial.fit.setting
     ordinary = len(bench.ordinary.parameters)
     model = bench.ordinary
@@ -267,7 +318,8 @@ def without(bench: Bench, trial: Trial, index: int) -> Trial | None:
 
 
 def figures(trial: Trial) -> list[tuple[dict[str, float], dict[str, float]]]:
-    """For every effect: the contract's parameters and their deviations (linearised, grown with the misfit)."""
+    """For every effect: the contract's parameters and their deviations (linearised, grown with the
+    misfit)."""
     found = trial.fit
     setting, p = found.setting, found.p
     A, _ = found.point.system().weighted()
@@ -291,7 +343,9 @@ def figures(trial: Trial) -> list[tuple[dict[str, float], dict[str, float]]]:
                 unit = setting.faults[fault - len(p)].unit
                 values[name], deviations[name] = x * unit, dx * unit
             else:
-                values[name], deviations[name] = reported(setting.model, setting.model.parameters[place], how, x, dx, c.offset)
+                values[name], deviations[name] = reported(
+                    setting.model, setting.model.parameters[place], how, x, dx, c.offset
+                )
         out.append((values, deviations))
         at += effect.columns
         fault += c.channel is not None

@@ -1,8 +1,10 @@
-"""Modes far above the band: together they are a smooth function of s, so a few points of it give it everywhere.
+"""Modes far above the band: together they are a smooth function of s, so a few points of it give it
+everywhere.
 
-1 / (s² + 2 ζ ω s + ω²) is analytic up to its poles. On an interval of the line s = δ + iω, Chebyshev interpolation at k nodes misses ρ⁻ᵏ of it, ρ the
-sum of the half-axes of the largest ellipse around the interval that leaves the poles outside (Trefethen 2013, Theorem 8.2): a dozen nodes
-for modes above twice the band, to rounding.
+1 / (s² + 2 ζ ω s + ω²) is analytic up to its poles. On an interval of the line s = δ + iω,
+Chebyshev interpolation at k nodes misses ρ⁻ᵏ of it, ρ the sum of the half-axes of the largest
+ellipse around the interval that leaves the poles outside (Trefethen 2013, Theorem 8.2): a dozen
+nodes for modes above twice the band, to rounding.
 """
 
 from __future__ import annotations
@@ -22,9 +24,11 @@ MOST = 40  # nodes: for more, the modes are better taken one by one
 
 @dataclass(frozen=True)
 class Far:
-    """The modes from number ``first`` on: 1 / d at the nodes ``inverse`` (modes, nodes), ``W`` (points, nodes) from nodes to points.
+    """The modes from number ``first`` on: 1 / d at the nodes ``inverse`` (modes, nodes), ``W``
+    (points, nodes) from nodes to points.
 
-    ``at`` (modes, sensors) and ``held`` (modes, references) are their shapes; ``U`` (points, references, cases) the drive, None for units of one each.
+    ``at`` (modes, sensors) and ``held`` (modes, references) are their shapes; ``U`` (points,
+    references, cases) the drive, None for units of one each.
     """
 
     first: int
@@ -35,9 +39,16 @@ class Far:
     U: Complex | None
 
     def between(self, shapes: Real, factor: float | Real, power: int = 1) -> Complex:
-        """Σ φ factor φ_drive / dᵖ · U over the modes, ``shapes`` (modes, places): (points, places, cases)."""
-        values = np.asarray(factor)[..., None] * self.inverse**power if np.ndim(factor) else factor * self.inverse**power
-        nodes = times(shapes.T, values[:, :, None] * self.held[:, None, :])  # (places, nodes, references)
+        """Σ φ factor φ_drive / dᵖ · U over the modes, ``shapes`` (modes, places): (points, places,
+        cases)."""
+        values = (
+            np.asarray(factor)[..., None] * self.inverse**power
+            if np.ndim(factor)
+            else factor * self.inverse**power
+        )
+        nodes = times(
+            shapes.T, values[:, :, None] * self.held[:, None, :]
+        )  # (places, nodes, references)
         return self._driven(np.swapaxes(nodes, 0, 1))
 
     def left(self, phi: Real) -> Complex:
@@ -55,10 +66,14 @@ class Far:
         return points if self.U is None else np.asarray(np.matmul(points, self.U))
 
 
-def far_modes(signal: Signal, modes: Modes, near: int, lam: Real, slow: Real, at: Real, held: Real) -> Far | None:
-    """The far modes of a response, none of the first ``near``; None where there are too few to be worth it.
+def far_modes(
+    signal: Signal, modes: Modes, near: int, lam: Real, slow: Real, at: Real, held: Real
+) -> Far | None:
+    """The far modes of a response, none of the first ``near``; None where there are too few to be
+    worth it.
 
-    ``lam`` and ``slow`` (modes,) are ω² and 2 ζ ω; ``at``, ``held`` (modes, ·) shapes at sensors and drives.
+    ``lam`` and ``slow`` (modes,) are ω² and 2 ζ ω; ``at``, ``held`` (modes, ·) shapes at sensors
+    and drives.
     """
     s = signal.s
     omega = s.imag
@@ -77,8 +92,16 @@ def far_modes(signal: Signal, modes: Modes, near: int, lam: Real, slow: Real, at
     angle = (2.0 * np.arange(count) + 1.0) * np.pi / (2.0 * count)
     nodes = s.real[0] + 1j * (middle + half * np.cos(angle))
     inverse = 1.0 / (nodes**2 + slow[first:, None] * nodes + lam[first:, None])
-    return Far(first, inverse, _barycentric((omega - middle) / half, np.cos(angle), (-1.0) ** np.arange(count) * np.sin(angle)), at[first:], held[first:],
-               None if signal.plain else signal.U)
+    return Far(
+        first,
+        inverse,
+        _barycentric(
+            (omega - middle) / half, np.cos(angle), (-1.0) ** np.arange(count) * np.sin(angle)
+        ),
+        at[first:],
+        held[first:],
+        None if signal.plain else signal.U,
+    )
 
 
 def _barycentric(x: Real, nodes: Real, weights: Real) -> Real:

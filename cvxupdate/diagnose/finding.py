@@ -8,15 +8,34 @@ from math import isfinite
 from typing import Any
 
 from cvxupdate.diagnose.curves import Shown
-from cvxupdate.diagnose.words import capital, effect, effect_of, sentence, sentence_of, where, words_of
+from cvxupdate.diagnose.words import (
+    capital,
+    effect,
+    effect_of,
+    sentence,
+    sentence_of,
+    where,
+    words_of,
+)
 from cvxupdate.physics.base import Place
 
-__all__ = ["Diagnosis", "Finding", "capital", "effect", "effect_of", "sentence", "sentence_of", "where", "words_of"]
+__all__ = [
+    "Diagnosis",
+    "Finding",
+    "capital",
+    "effect",
+    "effect_of",
+    "sentence",
+    "sentence_of",
+    "where",
+    "words_of",
+]
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One piece of physics, where, how large, how sure, and what the recordings cannot tell from it."""
+    """One piece of physics, where, how large, how sure, and what the recordings cannot tell from
+    it."""
 
     physics: str
     place: Place
@@ -28,9 +47,15 @@ class Finding:
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of ``findings``."""
-        return {"physics": self.physics, "location": self.place.to_json(), "parameters": dict(self.parameters),
-                "standard_deviation": dict(self.deviations), "confidence": self.confidence,
-                "equivalent": [{"physics": w, "location": p.to_json()} for w, p in self.equivalent], "says": self.says}
+        return {
+            "physics": self.physics,
+            "location": self.place.to_json(),
+            "parameters": dict(self.parameters),
+            "standard_deviation": dict(self.deviations),
+            "confidence": self.confidence,
+            "equivalent": [{"physics": w, "location": p.to_json()} for w, p in self.equivalent],
+            "says": self.says,
+        }
 
 
 @dataclass(frozen=True)
@@ -49,15 +74,31 @@ class Diagnosis:
     evidence: tuple[str, ...]
     time: float
     details: dict[str, Any]
-    updated: str | None = None  # the diagnosed model as a problem file (`cvxupdate.diagnose.export`)
+    updated: str | None = (
+        None  # the diagnosed model as a problem file (`cvxupdate.diagnose.export`)
+    )
     shown: Shown | None = None  # what the page draws (`cvxupdate.diagnose.curves`)
-    refined: str | None = None  # the updated model on a finer mesh, where that makes a difference (`cvxupdate.diagnose.refine`)
+    refined: str | None = (
+        # the updated model on a finer mesh, where that makes a difference
+        # (`cvxupdate.diagnose.refine`)
+        None
+    )
 
     def to_json(self) -> dict[str, Any]:
         """The whole of ``diagnosis.json``."""
-        return {"problem": self.problem, "title": self.title, "verdict": self.verdict, "says": self.says, "findings": [f.to_json() for f in self.findings],
-                "candidates": list(self.candidates), "fit": self.fit, "metrics": self.metrics, "evidence": list(self.evidence), "time": self.time,
-                **self.details}
+        return {
+            "problem": self.problem,
+            "title": self.title,
+            "verdict": self.verdict,
+            "says": self.says,
+            "findings": [f.to_json() for f in self.findings],
+            "candidates": list(self.candidates),
+            "fit": self.fit,
+            "metrics": self.metrics,
+            "evidence": list(self.evidence),
+            "time": self.time,
+            **self.details,
+        }
 
 
 def finite(x: float) -> float | None:

@@ -1,4 +1,5 @@
-"""The response of a model with modal damping, and its derivatives, at points of the right half-plane."""
+"""The response of a model with modal damping, and its derivatives, at points of the right
+half-plane."""
 
 from __future__ import annotations
 
@@ -23,10 +24,16 @@ RANK = 1e-14  # of the largest eigenvalue: below is rounding
 
 
 def undamped(model: Model) -> Model:
-    """The model without its file damping (loss factor, Rayleigh): the diagnosis gives every mode its own; dashpots stay, and what stands beside modal
-    damping in the file (a loss factor of some elements, a common decay rate)."""
+    """The model without its file damping (loss factor, Rayleigh): the diagnosis gives every mode
+    its own; dashpots stay, and what stands beside modal damping in the file (a loss factor of some
+    elements, a common decay rate)."""
     zero = set() if model.modal_damping else {"eta", "alpha", "beta"}
-    blocks = tuple(replace(b, properties={k: np.zeros_like(v) if k in zero else v for k, v in b.properties.items()}) for b in model.blocks)
+    blocks = tuple(
+        replace(
+            b, properties={k: np.zeros_like(v) if k in zero else v for k, v in b.properties.items()}
+        )
+        for b in model.blocks
+    )
     return replace(model, blocks=blocks, modal_damping=())
 
 
@@ -34,8 +41,13 @@ def file_damping(model: Model, frequencies: Real) -> Real:
     """Fractions of critical that the problem file gives each mode; 0.005 where it gives none."""
     if model.modal_damping:
         zeta = np.array(model.modal_damping)
-        return np.append(zeta, np.full(max(0, len(frequencies) - len(zeta)), zeta[-1]))[: len(frequencies)]
-    eta, alpha, beta = (max((float(np.max(b.properties[k], initial=0.0)) for b in model.blocks), default=0.0) for k in ("eta", "alpha", "beta"))
+        return np.append(zeta, np.full(max(0, len(frequencies) - len(zeta)), zeta[-1]))[
+            : len(frequencies)
+        ]
+    eta, alpha, beta = (
+        max((float(np.max(b.properties[k], initial=0.0)) for b in model.blocks), default=0.0)
+        for k in ("eta", "alpha", "beta")
+    )
     omega = np.maximum(2 * np.pi * frequencies, 1e-3)
     zeta = eta / 2 + alpha / (2 * omega) + beta * omega / 2
     return np.where(zeta > 0, zeta, 0.005)
@@ -43,11 +55,14 @@ def file_damping(model: Model, frequencies: Real) -> Real:
 
 @dataclass(frozen=True)
 class Response:
-    """Modal pieces of one signal: ``q`` (modes, points, cases) and ``a`` (modes, points, sensors) of the modes near the band, those ``far`` above it, what
-    the sensors do ``raw`` (points, sensors, cases), ``drive`` sᵒ (points,).
+    """Modal pieces of one signal: ``q`` (modes, points, cases) and ``a`` (modes, points, sensors)
+    of the modes near the band, those ``far`` above it, what the sensors do ``raw`` (points,
+    sensors, cases), ``drive`` sᵒ (points,).
 
-    Where there is but one drive in one case, everything at points is to a unit of it: the drive itself comes in with the `rows`.
-    ``at`` (modes, sensors) are the shapes at the sensors, ``inverse`` (modes, points) is 1 / (s² + 2 ζ ω s + ω²); ``coupled``: further damping couples them.
+    Where there is but one drive in one case, everything at points is to a unit of it: the drive
+    itself comes in with the `rows`. ``at`` (modes, sensors) are the shapes at the sensors,
+    ``inverse`` (modes, points) is 1 / (s² + 2 ζ ω s + ω²); ``coupled``: further damping couples
+    them.
     """
 
     signal: Signal
@@ -66,10 +81,15 @@ class Response:
         return len(self.q)
 
     def rows(self, values: Complex) -> Complex:
-        """From points (points, …) to rows (rows, …): the smoothing that the measurement went through."""
+        """From points (points, …) to rows (rows, …): the smoothing that the measurement went
+        through."""
         carry = self.signal.carry
         if carry is None:
-            return values * self.signal.U.reshape(-1, *(1,) * (values.ndim - 1)) if self.signal.single else values
+            return (
+                values * self.signal.U.reshape(-1, *(1,) * (values.ndim - 1))
+                if self.signal.single
+                else values
+            )
         return times(carry, values)
 
 
@@ -89,7 +109,8 @@ def sensor_rows(model: Model, labels: Sequence[str]) -> Index:
 
 
 def basis(K: sp.csc_array, M: sp.csc_array, top: float, rigid: Real) -> Modes:
-    """Modes for synthesis: all of them for small models, else up to three times the band (``top`` in Hz)."""
+    """Modes for synthesis: all of them for small models, else up to three times the band (``top``
+    in Hz)."""
     N = K.shape[0]
     if N <= 320:
         return natural_modes(K, M, N, rigid)
@@ -101,11 +122,21 @@ def basis(K: sp.csc_array, M: sp.csc_array, top: float, rigid: Real) -> Modes:
         count *= 2
 
 
-def respond(signal: Signal, modes: Modes, sensors: Index, inputs: Index, zeta: Real, C: Real | None, D: Real | None, near: int = 0) -> Response:
+def respond(
+    signal: Signal,
+    modes: Modes,
+    sensors: Index,
+    inputs: Index,
+    zeta: Real,
+    C: Real | None,
+    D: Real | None,
+    near: int = 0,
+) -> Response:
     """Model response to a signal's drive.
 
-    ``zeta`` (m,) modal damping; ``C`` and ``D`` (low, low) further viscous and hysteretic damping among the lowest modes, None where
-    there is none; at least the first ``near`` modes get pieces of their own.
+    ``zeta`` (m,) modal damping; ``C`` and ``D`` (low, low) further viscous and hysteretic damping
+    among the lowest modes, None where there is none; at least the first ``near`` modes get pieces
+    of their own.
     """
     s = signal.s
     phi = np.vstack([modes.shapes, np.zeros((1, modes.shapes.shape[1]))])
@@ -117,42 +148,64 @@ def respond(signal: Signal, modes: Modes, sensors: Index, inputs: Index, zeta: R
     n = len(lam) if far is None else far.first
     d = s**2 + slow[:n, None] * s + lam[:n, None]
     inverse = 1.0 / d
-    force = np.broadcast_to(pb[:n, None, :].astype(complex), (n, len(s), pb.shape[1])) if signal.plain else drawn(pb[:n], signal.U)
+    force = (
+        np.broadcast_to(pb[:n, None, :].astype(complex), (n, len(s), pb.shape[1]))
+        if signal.plain
+        else drawn(pb[:n], signal.U)
+    )
     q = inverse[:, :, None] * force
     a = inverse[:, :, None] * ps[:n, None, :]
-    if low and C is not None and D is not None:  # damping couples the modes of the band; above it they stay apart
+    if (
+        low and C is not None and D is not None
+    ):  # damping couples the modes of the band; above it they stay apart
         q[:low], a[:low] = _coupled(s, inverse[:low], C, D, force[:low], ps[:low])
     drive = s**signal.order
     raw = np.moveaxis(times(ps[:n].T, q), 0, 1)
     if far is not None:
-        raw = raw + far.between(ps[far.first:], 1.0)
+        raw = raw + far.between(ps[far.first :], 1.0)
     return Response(signal, q, a, far, drive[:, None, None] * raw, drive, ps, inverse, bool(low))
 
 
-def _coupled(s: Complex, inverse: Complex, C: Real, D: Real, force: Complex, ps: Real) -> tuple[Complex, Complex]:
-    """Z⁻¹ f (low, points, cases) and Z⁻ᵀ φ (low, points, sensors) with Z = diag(d) + s C + i D, ``inverse`` 1 / d (low, points).
+def _coupled(
+    s: Complex, inverse: Complex, C: Real, D: Real, force: Complex, ps: Real
+) -> tuple[Complex, Complex]:
+    """Z⁻¹ f (low, points, cases) and Z⁻ᵀ φ (low, points, sensors) with Z = diag(d) + s C + i D,
+    ``inverse`` 1 / d (low, points).
 
     Few dashpots, few columns V: (Δ + V X Vᵀ)⁻¹ = Δ⁻¹ − Δ⁻¹ V (X⁻¹ + Vᵀ Δ⁻¹ V)⁻¹ Vᵀ Δ⁻¹ (Woodbury).
     """
     low, points = inverse.shape
     cases, sensors = force.shape[2], ps.shape[1]
     if np.array_equal(C, C.T) and np.array_equal(D, D.T):  # one system for both sides
-        right = np.concatenate([force, np.broadcast_to(ps[:, None, :], (low, points, sensors))], axis=2)
+        right = np.concatenate(
+            [force, np.broadcast_to(ps[:, None, :], (low, points, sensors))], axis=2
+        )
         few = (_columns(C), _columns(D))
         V = np.hstack([vectors for _, vectors in few])
         if V.shape[1] <= FEW * low:
-            # X⁻¹ is s c and i d: the inverse is taken of the product, so that a vanishing one does no harm
-            X = np.concatenate([s[:, None] * few[0][0], np.broadcast_to(1j * few[1][0], (points, len(few[1][0])))], axis=1)
+            # X⁻¹ is s c and i d: the inverse is taken of the product, so that a vanishing one does
+            # no harm
+            X = np.concatenate(
+                [s[:, None] * few[0][0], np.broadcast_to(1j * few[1][0], (points, len(few[1][0])))],
+                axis=1,
+            )
             alone = inverse[:, :, None] * right
             inner = np.moveaxis(times(V.T, inverse[:, :, None] * V[:, None, :]), 0, 1)
-            core = np.linalg.solve(np.eye(V.shape[1]) + X[:, :, None] * inner, X[:, :, None] * np.moveaxis(times(V.T, alone), 0, 1))
+            core = np.linalg.solve(
+                np.eye(V.shape[1]) + X[:, :, None] * inner,
+                X[:, :, None] * np.moveaxis(times(V.T, alone), 0, 1),
+            )
             both = alone - inverse[:, :, None] * times(V, np.moveaxis(core, 1, 0))
         else:
-            both = np.moveaxis(np.linalg.solve(_dynamic(s, inverse, C, D), np.moveaxis(right, 0, 1)), 1, 0)
+            both = np.moveaxis(
+                np.linalg.solve(_dynamic(s, inverse, C, D), np.moveaxis(right, 0, 1)), 1, 0
+            )
         return both[:, :, :cases], both[:, :, cases:]
     Z = _dynamic(s, inverse, C, D)
     left = np.broadcast_to(ps, (points, low, sensors)).astype(complex)
-    return np.swapaxes(np.linalg.solve(Z, np.swapaxes(force, 0, 1)), 0, 1), np.swapaxes(np.linalg.solve(np.swapaxes(Z, 1, 2), left), 0, 1)
+    return np.swapaxes(np.linalg.solve(Z, np.swapaxes(force, 0, 1)), 0, 1), np.swapaxes(
+        np.linalg.solve(np.swapaxes(Z, 1, 2), left), 0, 1
+    )
 
 
 def _dynamic(s: Complex, inverse: Complex, C: Real, D: Real) -> Complex:
@@ -170,7 +223,8 @@ def _columns(C: Real) -> tuple[Real, Real]:
 
 @dataclass(frozen=True)
 class Receptances:
-    """Responses between sensors, drives and chosen DOFs: ``left`` (DOFs, points, sensors), ``right`` (DOFs, points, cases)."""
+    """Responses between sensors, drives and chosen DOFs: ``left`` (DOFs, points, sensors),
+    ``right`` (DOFs, points, cases)."""
 
     left: Complex
     right: Complex
@@ -183,7 +237,10 @@ def receptances(response: Response, modes: Modes, dofs: Index | None = None) -> 
     n = response.near
     left, right = times(phi[:, :n], response.a), times(phi[:, :n], response.q)
     if response.far is not None:
-        left, right = left + np.swapaxes(response.far.left(phi[:, n:]), 0, 1), right + response.far.right(phi[:, n:])
+        left, right = (
+            left + np.swapaxes(response.far.left(phi[:, n:]), 0, 1),
+            right + response.far.right(phi[:, n:]),
+        )
     return Receptances(left, right)
 
 
@@ -194,8 +251,10 @@ MANY = 40  # DOFs of a derivative above which it goes through the band's modes i
 class Changes:
     """Derivatives ∂Z/∂p = ∂K + s² ∂M + s ∂C + i ∂D of several parameters, ready for every signal.
 
-    A change of a few DOFs is taken exactly, through the receptances at those DOFs; one of many DOFs (a whole group) through the lowest ``low`` modes,
-    which carry it. ``parts``: of each parameter (places among ``used``, or None for the modes; the four small matrices); ``used`` (n,) all such DOFs.
+    A change of a few DOFs is taken exactly, through the receptances at those DOFs; one of many DOFs
+    (a whole group) through the lowest ``low`` modes, which carry it. ``parts``: of each parameter
+    (places among ``used``, or None for the modes; the four small matrices); ``used`` (n,) all such
+    DOFs.
     """
 
     modes: Modes
@@ -204,20 +263,34 @@ class Changes:
     parts: tuple[tuple[tuple[Index | None, Small], ...], ...]
 
     @classmethod
-    def of(cls, derivatives: Sequence[Sequence[DerivativeBlock]], modes: Modes, low: int) -> Changes:
+    def of(
+        cls, derivatives: Sequence[Sequence[DerivativeBlock]], modes: Modes, low: int
+    ) -> Changes:
         """From the element blocks of every parameter."""
         own = [[(b, np.unique(b.dofs)) for b in blocks] for blocks in derivatives]
         few = [[not (len(u) > MANY and low < len(u)) for _, u in pairs] for pairs in own]
-        needed = [u for pairs, flags in zip(own, few, strict=True) for (_, u), flag in zip(pairs, flags, strict=True) if flag]
+        needed = [
+            u
+            for pairs, flags in zip(own, few, strict=True)
+            for (_, u), flag in zip(pairs, flags, strict=True)
+            if flag
+        ]
         used = np.unique(np.concatenate(needed)) if needed else np.zeros(0, dtype=np.int64)
-        parts = tuple(tuple((np.searchsorted(used, u), summed(b, u)) if flag else (None, modal_blocks(modes.shapes[:, :low], b))
-                            for (b, u), flag in zip(pairs, flags, strict=True)) for pairs, flags in zip(own, few, strict=True))
+        parts = tuple(
+            tuple(
+                (np.searchsorted(used, u), summed(b, u))
+                if flag
+                else (None, modal_blocks(modes.shapes[:, :low], b))
+                for (b, u), flag in zip(pairs, flags, strict=True)
+            )
+            for pairs, flags in zip(own, few, strict=True)
+        )
         return cls(modes, low, used, parts)
 
     def columns(self, r: Response) -> Complex:
         """∂Y/∂p (points, parameters, sensors, cases) = −sᵒ aᵀ ∂Z q."""
         phi = np.vstack([self.modes.shapes, np.zeros((1, self.modes.shapes.shape[1]))])[self.used]
-        near, beyond = phi[:, : r.near], phi[:, r.near:]
+        near, beyond = phi[:, : r.near], phi[:, r.near :]
         right = times(near, r.q)
         left = None
         if r.far is not None and len(self.used):
@@ -234,10 +307,14 @@ class Changes:
                 local = forces(small, right[places], r.signal.s)
                 moved += times(near[places].T, local)
                 if left is not None:
-                    beside.append(np.matmul(np.swapaxes(np.take(left, places, axis=1), 1, 2), by_point(local)))
+                    beside.append(
+                        np.matmul(np.swapaxes(np.take(left, places, axis=1), 1, 2), by_point(local))
+                    )
             moved *= -r.drive[:, None]
             if sensed is None:
-                out[:, j] = np.moveaxis(times(r.at[: r.near].T, r.inverse[:, :, None] * moved), 0, 1)
+                out[:, j] = np.moveaxis(
+                    times(r.at[: r.near].T, r.inverse[:, :, None] * moved), 0, 1
+                )
             else:
                 out[:, j] = np.matmul(np.swapaxes(sensed, 1, 2), by_point(moved))
             for more in beside:
@@ -248,7 +325,12 @@ class Changes:
 def forces(small: Small, right: Complex, s: Complex) -> Complex:
     """(∂K + s² ∂M + s ∂C + i ∂D) right: (n, points, cases)."""
     force = np.zeros(right.shape, dtype=complex)
-    factors: tuple[Complex, ...] = (np.ones((1, 1), dtype=complex), (s**2)[:, None], s[:, None], np.full((1, 1), 1j))
+    factors: tuple[Complex, ...] = (
+        np.ones((1, 1), dtype=complex),
+        (s**2)[:, None],
+        s[:, None],
+        np.full((1, 1), 1j),
+    )
     for part, factor in zip(small, factors, strict=True):
         if part is not None:
             force += factor * times(part, right)
@@ -256,20 +338,30 @@ def forces(small: Small, right: Complex, s: Complex) -> Complex:
 
 
 def by_point(z: Complex) -> Complex:
-    """(n, points, columns) as (points, n, columns), contiguous: products at every point are many times slower across memory."""
+    """(n, points, columns) as (points, n, columns), contiguous: products at every point are many
+    times slower across memory."""
     return np.ascontiguousarray(np.swapaxes(z, 0, 1))
 
 
 def summed(b: DerivativeBlock, used: Index) -> Small:
-    """∂K, ∂M, ∂C, ∂D over the DOFs ``used`` (n, n), None where zero; the ground's rows stay in, its receptances are zero."""
+    """∂K, ∂M, ∂C, ∂D over the DOFs ``used`` (n, n), None where zero; the ground's rows stay in, its
+    receptances are zero."""
     at = np.searchsorted(used, b.dofs)
     n = len(used)
     where = (at[:, :, None] * n + at[:, None, :]).reshape(-1)
-    return tuple(None if part is None else np.asarray(np.bincount(where, part.reshape(-1), n * n), dtype=float).reshape(n, n) for part in (b.K, b.M, b.C, b.D))
+    return tuple(
+        None
+        if part is None
+        else np.asarray(np.bincount(where, part.reshape(-1), n * n), dtype=float).reshape(n, n)
+        for part in (b.K, b.M, b.C, b.D)
+    )
 
 
 def modal_blocks(shapes: Real, b: DerivativeBlock) -> Small:
     """φᵀ ∂K φ and so on, element by element: φ (N, low)."""
     phi = np.where((b.dofs >= 0)[:, :, None], shapes[b.dofs], 0.0)
     e, d, low = phi.shape
-    return tuple(None if part is None else phi.reshape(e * d, low).T @ (part @ phi).reshape(e * d, low) for part in (b.K, b.M, b.C, b.D))
+    return tuple(
+        None if part is None else phi.reshape(e * d, low).T @ (part @ phi).reshape(e * d, low)
+        for part in (b.K, b.M, b.C, b.D)
+    )

@@ -1,4 +1,5 @@
-"""Judgement on trials: is the mismatch explained, what do the recordings fail to separate, how sure is a finding."""
+"""Judgement on trials: is the mismatch explained, what do the recordings fail to separate, how sure
+is a finding."""
 
 from __future__ import annotations
 
@@ -16,15 +17,21 @@ from cvxupdate.diagnose.shortlist import DAMPING_WORDS
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.base import Place
 
-HALVED = 0.5  # a finding must halve the misfit beyond noise, and the held-out error of the model as it was
+# a finding must halve the misfit beyond noise, and the held-out error of the model as it was
+HALVED = 0.5
 LOWER = 0.7  # of the held-out error with ordinary parameters, noise apart
-RIVAL = 2.0  # misfit beyond noise within this factor of the best: the recordings do not separate the two
-UNEXPLAINED = 0.1  # response error above which even the best model leaves the recordings unexplained
+# misfit beyond noise within this factor of the best: the recordings do not separate the two
+RIVAL = 2.0
+UNEXPLAINED = (
+    0.1  # response error above which even the best model leaves the recordings unexplained
+)
 SURE = 0.4  # confidence below which a further effect is not claimed
 FAINT = 0.15  # and below which none is
 MET = 1.1  # times the noise: a held-out error that cannot become lower
 TWICE = 2.0  # times what the mesh may leave: nothing below it is taken for a second effect
-LARGE = 4.0  # drop of a misfit that already counts as explained, from which on a doubtful finding is told all the same
+# drop of a misfit that already counts as explained, from which on a doubtful finding is told all
+# the same
+LARGE = 4.0
 
 
 class Supposed(Protocol):
@@ -41,7 +48,8 @@ class Supposed(Protocol):
 
 @dataclass(frozen=True)
 class Judged:
-    """A trial with its response errors on what was fitted and on what was held out (NaN: nothing was)."""
+    """A trial with its response errors on what was fitted and on what was held out (NaN: nothing
+    was)."""
 
     trial: Trial
     error: float
@@ -69,12 +77,17 @@ def beyond(error: float, noise: float) -> float:
 
 
 def halves(t: Judged, outcome: Outcome) -> bool:
-    """Whether a single effect halves the misfit that ordinary parameters leave, and shows on what was held out."""
+    """Whether a single effect halves the misfit that ordinary parameters leave, and shows on what
+    was held out."""
     fit = t.trial.fit
     if outcome.pattern:
         drop = outcome.base.damping_strain - fit.damping_strain
         word = t.trial.effects[0].candidate.physics
-        return word in DAMPING_WORDS and drop > max(DAMPING_GAIN, HALVED * outcome.base.damping_strain) and fit.misfit <= 1.05 * outcome.base.misfit
+        return (
+            word in DAMPING_WORDS
+            and drop > max(DAMPING_GAIN, HALVED * outcome.base.damping_strain)
+            and fit.misfit <= 1.05 * outcome.base.misfit
+        )
     return fit.excess <= HALVED * outcome.base.excess and shows(t, outcome.ordinary[1], outcome)
 
 
@@ -84,42 +97,68 @@ def shows(t: Judged, before: float, outcome: Outcome) -> bool:
 
 
 def shown(hold_out: float, before: float, nominal: float, noise: float) -> bool:
-    """Whether the held-out error is half of what it was with the model as it came, and clearly below ``before`` or at the noise; true where nothing was
-    held out (NaN)."""
+    """Whether the held-out error is half of what it was with the model as it came, and clearly
+    below ``before`` or at the noise; true where nothing was held out (NaN)."""
     if not np.isfinite(hold_out):
         return True
-    lower = hold_out <= max(LOWER * before, MET * noise) or beyond(hold_out, noise) <= LOWER * beyond(before, noise)
+    lower = hold_out <= max(LOWER * before, MET * noise) or beyond(
+        hold_out, noise
+    ) <= LOWER * beyond(before, noise)
     return bool(hold_out <= HALVED * nominal and lower)
 
 
 def doubles(pair: Judged, single: Judged | None, outcome: Outcome) -> bool:
-    """Whether two effects are needed: they explain, and leave at most half of the misfit that the best one leaves, which is more than the mesh's."""
-    if single is not None and single.error <= TWICE * mesh_allowance(outcome, single.trial.fit.setting.model):
+    """Whether two effects are needed: they explain, and leave at most half of the misfit that the
+    best one leaves, which is more than the mesh's."""
+    if single is not None and single.error <= TWICE * mesh_allowance(
+        outcome, single.trial.fit.setting.model
+    ):
         return False
-    excess, error = (outcome.base.excess, outcome.ordinary[1]) if single is None else (single.excess, single.hold_out)
-    return explained(pair, outcome) and pair.excess <= HALVED * excess and shows(pair, error, outcome)
+    excess, error = (
+        (outcome.base.excess, outcome.ordinary[1])
+        if single is None
+        else (single.excess, single.hold_out)
+    )
+    return (
+        explained(pair, outcome) and pair.excess <= HALVED * excess and shows(pair, error, outcome)
+    )
 
 
 def explained(t: Judged, outcome: Outcome) -> bool:
     """Whether what a trial leaves is within noise and the allowances for discretisation."""
     left = np.nanmax([t.hold_out, t.error])
-    return bool(t.misfit <= OPEN * EXPLAINED or left <= mesh_allowance(outcome, t.trial.fit.setting.model))
+    return bool(
+        t.misfit <= OPEN * EXPLAINED or left <= mesh_allowance(outcome, t.trial.fit.setting.model)
+    )
 
 
 def credible(t: Judged, outcome: Outcome) -> bool:
-    """The same with a tenth of the response allowed: one clear effect may stand although the model is not exact."""
+    """The same with a tenth of the response allowed: one clear effect may stand although the model
+    is not exact."""
     return explained(t, outcome) or bool(np.nanmax([t.hold_out, t.error]) <= UNEXPLAINED)
 
 
 def rivals(best: Judged, others: Sequence[Judged], outcome: Outcome) -> list[Judged]:
     """Other trials that the recordings do not separate from the best."""
     if outcome.pattern:
-        return [t for t in others if t is not best and t.trial.fit.damping_strain <= best.trial.fit.damping_strain + DAMPING_GAIN / 2]
-    return [t for t in others if t is not best and t.excess <= RIVAL * best.excess and (not np.isfinite(t.hold_out) or t.hold_out <= RIVAL * best.hold_out)]
+        return [
+            t
+            for t in others
+            if t is not best
+            and t.trial.fit.damping_strain <= best.trial.fit.damping_strain + DAMPING_GAIN / 2
+        ]
+    return [
+        t
+        for t in others
+        if t is not best
+        and t.excess <= RIVAL * best.excess
+        and (not np.isfinite(t.hold_out) or t.hold_out <= RIVAL * best.hold_out)
+    ]
 
 
 def equivalents(effect: Effect, best: Supposed, near: Sequence[Supposed]) -> list[Effect]:
-    """What may stand for ``effect``: the odd one out of each rival that shares all other effects with the best."""
+    """What may stand for ``effect``: the odd one out of each rival that shares all other effects
+    with the best."""
     rest = best.keys - {effect.key}
     out: dict[object, Effect] = {}
     for rival in near:
@@ -131,7 +170,8 @@ def equivalents(effect: Effect, best: Supposed, near: Sequence[Supposed]) -> lis
 
 
 def overlapping(a: Place, b: Place, model: Model | None = None) -> bool:
-    """Whether two places share most of their elements, or a node; with ``model`` also a few elements with nodes that are theirs."""
+    """Whether two places share most of their elements, or a node; with ``model`` also a few
+    elements with nodes that are theirs."""
     if a.elements and b.elements:
         common = len(set(a.elements) & set(b.elements))
         return common >= 0.5 * len(set(a.elements) | set(b.elements))
@@ -155,17 +195,22 @@ def nodes_of(model: Model, elements: Sequence[int]) -> set[int]:
 def has(t: Supposed, effect: Effect, model: Model) -> bool:
     """Whether a trial has an effect where ``effect`` stands."""
     place = effect.candidate.place
-    return any(place == p or overlapping(place, p, model) or (bool(place.elements) and set(place.elements) <= set(p.elements))
-               for p in (other.candidate.place for other in t.effects))
+    return any(
+        place == p
+        or overlapping(place, p, model)
+        or (bool(place.elements) and set(place.elements) <= set(p.elements))
+        for p in (other.candidate.place for other in t.effects)
+    )
 
 
 @dataclass(frozen=True)
 class Standing:
     """What the confidence in an effect rests on; logarithms are decimal.
 
-    ``lead``: misfit of the next hypothesis without anything at its place, over the best (log); ``gain``: misfit of the ordinary model over the best (log);
-    ``left``: the best misfit (log); ``weight``: its size in its own deviations (log); ``rivals``: how many hypotheses without it come as near as the best;
-    ``alike``: how many have something else at its place.
+    ``lead``: misfit of the next hypothesis without anything at its place, over the best (log);
+    ``gain``: misfit of the ordinary model over the best (log); ``left``: the best misfit (log);
+    ``weight``: its size in its own deviations (log); ``rivals``: how many hypotheses without it
+    come as near as the best; ``alike``: how many have something else at its place.
     """
 
     lead: float
@@ -178,7 +223,8 @@ class Standing:
 
 @dataclass(frozen=True)
 class Competitor:
-    """Another hypothesis: its misfit, whether it has something at the place in question, whether it is among the `rivals`."""
+    """Another hypothesis: its misfit, whether it has something at the place in question, whether it
+    is among the `rivals`."""
 
     misfit: float
     there: bool
@@ -189,12 +235,26 @@ def standing(number: int, best: Judged, others: Sequence[Judged], outcome: Outco
     """`Standing` of effect ``number`` of the best trial among all that were refitted."""
     effect = best.trial.effects[number]
     near = {id(r) for r in rivals(best, others, outcome)}
-    field = [Competitor(_scale(t.trial.fit, outcome), has(t.trial, effect, outcome.bench.ordinary), id(t) in near) for t in others if t is not best]
-    return standing_of(_scale(best.trial.fit, outcome), _scale(outcome.base, outcome), field, size_of(effect, *best.trial.figures[number]))
+    field = [
+        Competitor(
+            _scale(t.trial.fit, outcome),
+            has(t.trial, effect, outcome.bench.ordinary),
+            id(t) in near,
+        )
+        for t in others
+        if t is not best
+    ]
+    return standing_of(
+        _scale(best.trial.fit, outcome),
+        _scale(outcome.base, outcome),
+        field,
+        size_of(effect, *best.trial.figures[number]),
+    )
 
 
 def standing_of(mine: float, base: float, field: Sequence[Competitor], size: float) -> Standing:
-    """`Standing` from the misfits of the best (``mine``), the ordinary model (``base``) and all others; ``size`` in deviations."""
+    """`Standing` from the misfits of the best (``mine``), the ordinary model (``base``) and all
+    others; ``size`` in deviations."""
     following = min([t.misfit for t in field if not t.there] + [base])
     near = [t for t in field if t.rival]
 
@@ -202,13 +262,26 @@ def standing_of(mine: float, base: float, field: Sequence[Competitor], size: flo
         return float(np.log10(np.clip(x, 1e-3, 1e4)))
 
     there = sum(t.there for t in near)
-    return Standing(log(following / max(mine, 1e-9)), log(base / max(mine, 1e-9)), log(mine), log(size), len(near) - there, there)
+    return Standing(
+        log(following / max(mine, 1e-9)),
+        log(base / max(mine, 1e-9)),
+        log(mine),
+        log(size),
+        len(near) - there,
+        there,
+    )
 
 
 def size_of(effect: Effect, values: Mapping[str, float], deviations: Mapping[str, float]) -> float:
-    """An effect's size in its own deviations; infinite where no effect is no number (a rigid joint)."""
+    """An effect's size in its own deviations; infinite where no effect is no number (a rigid
+    joint)."""
     name, _, how = effect.candidate.report[0]
-    return np.inf if how in ("inverse", "kappa") else abs(values[name] - (1.0 if how in ("factor", "gain") else 0.0)) / max(deviations[name], 1e-12)
+    return (
+        np.inf
+        if how in ("inverse", "kappa")
+        else abs(values[name] - (1.0 if how in ("factor", "gain") else 0.0))
+        / max(deviations[name], 1e-12)
+    )
 
 
 def _scale(found: Fit, outcome: Outcome) -> float:
@@ -216,13 +289,15 @@ def _scale(found: Fit, outcome: Outcome) -> float:
 
 
 def confidence(s: Standing) -> float:
-    """How far ahead of the next thing that is something else: 1 − (misfit ratio), within 0.3 and 0.99, shared among rivals elsewhere."""
+    """How far ahead of the next thing that is something else: 1 − (misfit ratio), within 0.3 and
+    0.99, shared among rivals elsewhere."""
     return float(np.clip(1.0 - 10.0 ** -max(s.lead, 0.0), 0.3, 0.99)) / (1.0 + 0.5 * s.rivals)
 
 
 def claimed(findings: Sequence[Finding], base: float, left: float) -> tuple[Finding, ...]:
-    """Those told, of findings in order: of two, one whose place the recordings cannot tell is not; nor is a doubtful one for a misfit ``base`` that counts
-    as explained already, unless it drops to a fraction (``left``)."""
+    """Those told, of findings in order: of two, one whose place the recordings cannot tell is not;
+    nor is a doubtful one for a misfit ``base`` that counts as explained already, unless it drops to
+    a fraction (``left``)."""
     told = tuple(f for f in findings if f.confidence >= SURE)
     small = base <= OPEN * EXPLAINED and left > base / LARGE
     return told or (() if small else tuple(findings[:1]))
@@ -230,5 +305,7 @@ def claimed(findings: Sequence[Finding], base: float, left: float) -> tuple[Find
 
 def verdict_of(findings: Sequence[Finding]) -> tuple[str, str]:
     """(verdict, sentence) of what is claimed."""
-    whole = all(f.physics in ("stiffness_change", "mass_change") and f.place.groups for f in findings)
+    whole = all(
+        f.physics in ("stiffness_change", "mass_change") and f.place.groups for f in findings
+    )
     return "parameter_error" if whole else "missing_physics", " ".join(f.says for f in findings)

@@ -1,4 +1,5 @@
-"""Diagnosis from tables of modes: frequencies and, where measured, shapes; the pattern of damping beside them."""
+"""Diagnosis from tables of modes: frequencies and, where measured, shapes; the pattern of damping
+beside them."""
 
 from __future__ import annotations
 
@@ -13,7 +14,15 @@ from cvxupdate.diagnose.curves import modes_shown
 from cvxupdate.diagnose.data import held_dofs, ordinary, release_from
 from cvxupdate.diagnose.engine import EXPLAINED, group_finding, loose_groups
 from cvxupdate.diagnose.export import of_modes
-from cvxupdate.diagnose.finding import Diagnosis, Finding, capital, effect, effect_of, finite, sentence_of
+from cvxupdate.diagnose.finding import (
+    Diagnosis,
+    Finding,
+    capital,
+    effect,
+    effect_of,
+    finite,
+    sentence_of,
+)
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.judge import (
     FAINT,
@@ -42,16 +51,29 @@ from cvxupdate.residual.modal import ModalPoint
 from cvxupdate.spec import Spec
 
 # Words that frequencies and real shapes cannot tell (spin splits pairs of complex modes).
-SILENT = ("gyroscopic", "attached_resonator", "viscous_damper", "structural_damping", "mass_proportional_damping", "sensor_fault")
-SPARE = 5  # measured figures beyond the ordinary parameters from which on a second effect is sought: with fewer, two fit nearly anything
-CLEARLY = 0.1  # of the misfit with ordinary parameters: what an effect may leave that does not explain the tables
-UNEXPLAINED = 0.05  # error of the frequencies above which even the best model leaves the tables unexplained
+SILENT = (
+    "gyroscopic",
+    "attached_resonator",
+    "viscous_damper",
+    "structural_damping",
+    "mass_proportional_damping",
+    "sensor_fault",
+)
+# measured figures beyond the ordinary parameters from which on a second effect is sought: with
+# fewer, two fit nearly anything
+SPARE = 5
+# of the misfit with ordinary parameters: what an effect may leave that does not explain the tables
+CLEARLY = 0.1
+UNEXPLAINED = (
+    0.05  # error of the frequencies above which even the best model leaves the tables unexplained
+)
 EVIDENCE = 6.0  # drop of Bayes' information criterion that counts as strong (Kass and Raftery 1995)
 
 
 @dataclass(frozen=True)
 class ModalOutcome:
-    """All that was tried: the model as it came and with ordinary parameters, trials of one effect and of two, best first."""
+    """All that was tried: the model as it came and with ordinary parameters, trials of one effect
+    and of two, best first."""
 
     bench: ModalBench
     nominal: ModalPoint
@@ -65,7 +87,12 @@ class ModalOutcome:
         return (*self.singles, *self.doublets)
 
 
-def diagnose_modes(spec: Spec, model: Model, recordings: Sequence[Recording], progress: Callable[[str], None] | None = None) -> Diagnosis:
+def diagnose_modes(
+    spec: Spec,
+    model: Model,
+    recordings: Sequence[Recording],
+    progress: Callable[[str], None] | None = None,
+) -> Diagnosis:
     """Diagnose tables of modes.
 
     Raises
@@ -77,21 +104,36 @@ def diagnose_modes(spec: Spec, model: Model, recordings: Sequence[Recording], pr
     tell = progress or (lambda text: None)
     tables = [r for r in recordings if isinstance(r, ModeTable)]
     if not any(t.origin.use == "fit" for t in tables):
-        raise InputError(f"{spec.path}: diagnose needs a recording with use = \"fit\". Add one.")
+        raise InputError(f'{spec.path}: diagnose needs a recording with use = "fit". Add one.')
     start = ordinary(undamped(model), scatter=spec.diagnose.scatter)
     mesh = mesh_error(spec, model, max(float(t.frequency.max()) for t in tables))
     data = prepared(start, tables, mesh)
-    words = tuple(w for w in CATALOGUE if w not in SILENT and (spec.diagnose.physics is None or w in spec.diagnose.physics))
-    supports = tuple(held_dofs(model, [(s.nodes, s.dofs) for s in spec.model.supports], spec.model.dofs))
+    words = tuple(
+        w
+        for w in CATALOGUE
+        if w not in SILENT and (spec.diagnose.physics is None or w in spec.diagnose.physics)
+    )
+    supports = tuple(
+        held_dofs(model, [(s.nodes, s.dofs) for s in spec.model.supports], spec.model.dofs)
+    )
     o = _searched(ModalBench(data, words, supports, release_from(spec), tell), start)
     final, field = _final(o)
     findings = () if final is None else _findings(o, final, field)
     base = o.base if final is None or not findings else final
-    damping = damping_found(spec, model, base.fit, [t for t in tables if t.origin.use == "fit"], data)
+    damping = damping_found(
+        spec, model, base.fit, [t for t in tables if t.origin.use == "fit"], data
+    )
     told = (*findings, *damping.findings)
     verdict, says = _verdict(o, told)
     worst = mesh.worst(data.top)
-    evidence = [f"The mesh alone shifts natural frequencies by up to {100 * worst:.2g} %; this was taken out."] if worst > 1e-3 else []
+    evidence = (
+        [
+            f"The mesh alone shifts natural frequencies by up to {100 * worst:.2g} %; this "
+            "was taken out."
+        ]
+        if worst > 1e-3
+        else []
+    )
     evidence += [*_evidence(o, final if findings else None, findings), *damping.evidence]
     return _diagnosis(spec, o, base, told, verdict, says, damping, tuple(evidence), begin)
 
@@ -102,14 +144,28 @@ def _searched(bench: ModalBench, start: Model) -> ModalOutcome:
     base = ModalTrial((), fit_modes(start, bench.data, start.zero()))
     nominal = base.fit.point.residual.evaluate(start.zero())
     singles = trials_beside(bench, base) if base.fit.misfit > EXPLAINED else []
-    enough = not singles or singles[0].fit.misfit <= EXPLAINED or base.fit.rows - len(start.parameters) < SPARE
-    return ModalOutcome(bench, nominal, base, tuple(singles), () if enough else tuple(pairs(bench, base, singles)))
+    enough = (
+        not singles
+        or singles[0].fit.misfit <= EXPLAINED
+        or base.fit.rows - len(start.parameters) < SPARE
+    )
+    return ModalOutcome(
+        bench, nominal, base, tuple(singles), () if enough else tuple(pairs(bench, base, singles))
+    )
 
 
 def _final(o: ModalOutcome) -> tuple[ModalTrial | None, Sequence[ModalTrial]]:
-    """What is claimed, and against whom it is judged: one effect, two, or the groups' parameters let go far; None where nothing convinces."""
-    single = next((t for t in o.singles[:1] if _better(t, o.base, o) and _credible(t, o.base)), None)
-    if o.doublets and o.doublets[0].fit.explained and (single is None or not single.fit.explained) and _better(o.doublets[0], single or o.base, o):
+    """What is claimed, and against whom it is judged: one effect, two, or the groups' parameters
+    let go far; None where nothing convinces."""
+    single = next(
+        (t for t in o.singles[:1] if _better(t, o.base, o) and _credible(t, o.base)), None
+    )
+    if (
+        o.doublets
+        and o.doublets[0].fit.explained
+        and (single is None or not single.fit.explained)
+        and _better(o.doublets[0], single or o.base, o)
+    ):
         return o.doublets[0], o.everything
     if (single is None or not single.fit.explained) and not o.base.fit.explained:
         wide = ordinary(o.base.fit.model, wide=True)
@@ -121,43 +177,69 @@ def _final(o: ModalOutcome) -> tuple[ModalTrial | None, Sequence[ModalTrial]]:
 
 
 def _better(t: ModalTrial, before: ModalTrial, o: ModalOutcome, freed: int = 0) -> bool:
-    """Whether a trial halves the misfit, for more than its parameters are worth (``freed`` ordinary ones among them), and shows on what was held out (or
-    agrees with it within its deviations)."""
+    """Whether a trial halves the misfit, for more than its parameters are worth (``freed`` ordinary
+    ones among them), and shows on what was held out (or agrees with it within its deviations)."""
     n = t.fit.rows
-    gain = n * np.log(t.fit.misfit / before.fit.misfit) + (t.extra + freed - before.extra) * np.log(n)
+    gain = n * np.log(t.fit.misfit / before.fit.misfit) + (t.extra + freed - before.extra) * np.log(
+        n
+    )
     noise = o.bench.data.noise
-    held = t.hold_out <= noise or shown(t.hold_out, before.hold_out, error_of(o.nominal, False), noise)
+    held = t.hold_out <= noise or shown(
+        t.hold_out, before.hold_out, error_of(o.nominal, False), noise
+    )
     return bool(gain < -EVIDENCE and t.fit.misfit <= HALVED * before.fit.misfit and held)
 
 
 def _credible(t: ModalTrial, base: ModalTrial) -> bool:
-    """Whether one clear effect may stand although the model is not exact: it takes away nine tenths of the misfit."""
+    """Whether one clear effect may stand although the model is not exact: it takes away nine tenths
+    of the misfit."""
     near = bool(np.nanmax([t.error, t.hold_out]) <= UNEXPLAINED)
     return t.fit.explained or (near and t.fit.misfit <= CLEARLY * base.fit.misfit)
 
 
 def _near(t: ModalTrial, best: ModalTrial) -> bool:
-    """Whether the tables do not separate a trial from the best: a misfit near its, or an information criterion that is not strongly against it."""
+    """Whether the tables do not separate a trial from the best: a misfit near its, or an
+    information criterion that is not strongly against it."""
     worse = t.fit.cost - best.fit.cost + (t.extra - best.extra) * np.log(best.fit.rows)
     return bool(t.fit.misfit <= RIVAL * best.fit.misfit or worse <= EVIDENCE)
 
 
-def _standing(number: int, final: ModalTrial, field: Sequence[ModalTrial], o: ModalOutcome) -> Standing:
+def _standing(
+    number: int, final: ModalTrial, field: Sequence[ModalTrial], o: ModalOutcome
+) -> Standing:
     e, others = final.effects[number], [t for t in field if t is not final]
-    competitors = [Competitor(t.fit.misfit, has(t, e, o.base.fit.model), _near(t, final)) for t in others]
-    return standing_of(final.fit.misfit, o.base.fit.misfit, competitors, size_of(e, *final.figures[number]))
+    competitors = [
+        Competitor(t.fit.misfit, has(t, e, o.base.fit.model), _near(t, final)) for t in others
+    ]
+    return standing_of(
+        final.fit.misfit, o.base.fit.misfit, competitors, size_of(e, *final.figures[number])
+    )
 
 
-def _findings(o: ModalOutcome, final: ModalTrial, field: Sequence[ModalTrial]) -> tuple[Finding, ...]:
+def _findings(
+    o: ModalOutcome, final: ModalTrial, field: Sequence[ModalTrial]
+) -> tuple[Finding, ...]:
     """What is claimed of a trial, the surest effect first."""
     if not final.effects:
-        return tuple(group_finding(*item) for item in loose_groups(final.fit.model, final.fit.point.p)[:3])
+        return tuple(
+            group_finding(*item) for item in loose_groups(final.fit.model, final.fit.point.p)[:3]
+        )
     near = [t for t in field if t is not final and _near(t, final)]
     out = []
     for k, (e, (values, deviations)) in enumerate(zip(final.effects, final.figures, strict=True)):
         same = tuple((s.candidate.physics, s.candidate.place) for s in equivalents(e, final, near))
         sure = confidence(_standing(k, final, field, o))
-        out.append(Finding(e.candidate.physics, e.candidate.place, values, deviations, sure, same, sentence_of(e.candidate, values)))
+        out.append(
+            Finding(
+                e.candidate.physics,
+                e.candidate.place,
+                values,
+                deviations,
+                sure,
+                same,
+                sentence_of(e.candidate, values),
+            )
+        )
     told = claimed(sorted(out, key=lambda f: -f.confidence), o.base.fit.misfit, final.fit.misfit)
     return tuple(f for f in told if final.fit.explained or f.confidence >= FAINT)
 
@@ -166,49 +248,114 @@ def _verdict(o: ModalOutcome, findings: Sequence[Finding]) -> tuple[str, str]:
     if findings:
         return verdict_of(findings)
     if o.base.fit.explained:
-        return "consistent", "Nothing is missing: the model explains the measured modes within their deviations and ordinary scatter."
-    return "undetermined", ("The modes differ from the model in a way that no one or two known kinds of physics explain; shapes at more points, or FRFs, "
-                            "would tell more.")
+        return (
+            "consistent",
+            "Nothing is missing: the model explains the measured modes within their "
+            "deviations and ordinary scatter.",
+        )
+    return "undetermined", (
+        "The modes differ from the model in a way that no one or two known kinds of physics "
+        "explain; shapes at more points, or FRFs, would tell more."
+    )
 
 
 def _named(t: ModalTrial) -> str:
-    return " with ".join(effect_of(e.candidate) for e in t.effects) or "letting the groups' parameters go far"
+    return (
+        " with ".join(effect_of(e.candidate) for e in t.effects)
+        or "letting the groups' parameters go far"
+    )
 
 
 def _errors(t: ModalTrial) -> str:
-    return f"{100 * t.error:.3g} % (fitted)" + (f" and {100 * t.hold_out:.3g} % (held out)" if np.isfinite(t.hold_out) else "")
+    return f"{100 * t.error:.3g} % (fitted)" + (
+        f" and {100 * t.hold_out:.3g} % (held out)" if np.isfinite(t.hold_out) else ""
+    )
 
 
 def _evidence(o: ModalOutcome, final: ModalTrial | None, findings: Sequence[Finding]) -> list[str]:
     off, aside = (100 * error_of(o.nominal, fitted) for fitted in (True, False))
-    out = [f"As modelled, the frequencies are off by {off:.3g} % r.m.s. (fitted)" + (f" and {aside:.3g} % (held out)." if np.isfinite(aside) else "."),
-           f"With ordinary scatter of group stiffness and mass: {_errors(o.base)}; weighted misfit {o.base.fit.misfit:.3g} per row."]
+    out = [
+        f"As modelled, the frequencies are off by {off:.3g} % r.m.s. (fitted)"
+        + (f" and {aside:.3g} % (held out)." if np.isfinite(aside) else "."),
+        f"With ordinary scatter of group stiffness and mass: {_errors(o.base)}; weighted "
+        f"misfit {o.base.fit.misfit:.3g} per row.",
+    ]
     if final is None:
-        return out + [f"{capital(_named(t))} comes nearest: {_errors(t)}, not enough to claim it." for t in o.singles[:1]]
+        return out + [
+            f"{capital(_named(t))} comes nearest: {_errors(t)}, not enough to claim it."
+            for t in o.singles[:1]
+        ]
     if len(final.effects) > 1:
-        out.append(f"One effect alone, {_named(o.singles[0])}, leaves {_errors(o.singles[0])}: not enough.")
+        out.append(
+            f"One effect alone, {_named(o.singles[0])}, leaves {_errors(o.singles[0])}: not enough."
+        )
     out.append(f"{capital(_named(final))} brings it to {_errors(final)}.")
     known = {(f.physics, f.place) for f in findings}
-    out += [f"{capital(effect_of(e.candidate))} is needed for the last of it, but others elsewhere would do as well: it is not claimed."
-            for e in final.effects if (e.candidate.physics, e.candidate.place) not in known]
-    out += [f"These modes do not tell {effect(f.physics, f.place)} from " + ", ".join(effect(w, p) for w, p in f.equivalent[:6])
-            + (f" and {len(f.equivalent) - 6} more." if len(f.equivalent) > 6 else ".") for f in findings if f.equivalent]
+    out += [
+        f"{capital(effect_of(e.candidate))} is needed for the last of it, but others "
+        "elsewhere would do as well: it is not claimed."
+        for e in final.effects
+        if (e.candidate.physics, e.candidate.place) not in known
+    ]
+    out += [
+        f"These modes do not tell {effect(f.physics, f.place)} from "
+        + ", ".join(effect(w, p) for w, p in f.equivalent[:6])
+        + (f" and {len(f.equivalent) - 6} more." if len(f.equivalent) > 6 else ".")
+        for f in findings
+        if f.equivalent
+    ]
     return out
 
 
-def _diagnosis(spec: Spec, o: ModalOutcome, last: ModalTrial, findings: tuple[Finding, ...], verdict: str, says: str, damping: DampingFound,
-               evidence: tuple[str, ...], begin: float) -> Diagnosis:
+def _diagnosis(
+    spec: Spec,
+    o: ModalOutcome,
+    last: ModalTrial,
+    findings: tuple[Finding, ...],
+    verdict: str,
+    says: str,
+    damping: DampingFound,
+    evidence: tuple[str, ...],
+    begin: float,
+) -> Diagnosis:
     points = {"before": o.nominal, "ordinary": o.base.fit.point, "after": last.fit.point}
-    numbers = {key: {name: finite(error_of(point, fitted)) for name, point in points.items()} for key, fitted in (("fit", True), ("hold_out", False))}
-    metrics = {"fit": metrics_of(o.nominal, last.fit.point, True), "hold_out": metrics_of(o.nominal, last.fit.point, False)}
-    details: dict[str, Any] = {"method": "eigenvalues and shapes, trust-region convex steps",
-                               "misfit": {"ordinary": o.base.fit.misfit, "after": last.fit.misfit}}
+    numbers = {
+        key: {name: finite(error_of(point, fitted)) for name, point in points.items()}
+        for key, fitted in (("fit", True), ("hold_out", False))
+    }
+    metrics = {
+        "fit": metrics_of(o.nominal, last.fit.point, True),
+        "hold_out": metrics_of(o.nominal, last.fit.point, False),
+    }
+    details: dict[str, Any] = {
+        "method": "eigenvalues and shapes, trust-region convex steps",
+        "misfit": {"ordinary": o.base.fit.misfit, "after": last.fit.misfit},
+    }
     if last.effects:
         field = o.singles if len(last.effects) == 1 else o.everything
-        details["standing"] = [{"name": e.candidate.name, **asdict(_standing(k, last, field, o))} for k, e in enumerate(last.effects)]
-    updated = of_modes(spec, last.fit.point, [says], damping.alpha, damping.damped) if findings else None
-    return Diagnosis(spec.name, spec.title, str(spec.path), verdict, says, findings, tuple(_candidates(o)), numbers, metrics, evidence,
-                     time.perf_counter() - begin, details, updated, modes_shown(o.nominal, last.fit.point))
+        details["standing"] = [
+            {"name": e.candidate.name, **asdict(_standing(k, last, field, o))}
+            for k, e in enumerate(last.effects)
+        ]
+    updated = (
+        of_modes(spec, last.fit.point, [says], damping.alpha, damping.damped) if findings else None
+    )
+    return Diagnosis(
+        spec.name,
+        spec.title,
+        str(spec.path),
+        verdict,
+        says,
+        findings,
+        tuple(_candidates(o)),
+        numbers,
+        metrics,
+        evidence,
+        time.perf_counter() - begin,
+        details,
+        updated,
+        modes_shown(o.nominal, last.fit.point),
+    )
 
 
 def _candidates(o: ModalOutcome) -> list[dict[str, Any]]:
@@ -216,9 +363,18 @@ def _candidates(o: ModalOutcome) -> list[dict[str, Any]]:
     out: list[dict[str, Any]] = []
     for t in o.everything:
         for e, (values, _) in zip(t.effects, t.figures, strict=True):
-            row = {"physics": e.candidate.physics, "location": e.candidate.place.to_json(), "score": finite(t.error), "hold_out_score": finite(t.hold_out),
-                   "misfit": finite(t.fit.misfit), "effect": len(t.effects), "parameters": values}
+            row = {
+                "physics": e.candidate.physics,
+                "location": e.candidate.place.to_json(),
+                "score": finite(t.error),
+                "hold_out_score": finite(t.hold_out),
+                "misfit": finite(t.fit.misfit),
+                "effect": len(t.effects),
+                "parameters": values,
+            }
             if len(t.effects) > 1:
-                row["beside"] = ", ".join(other.candidate.name for other in t.effects if other is not e)
+                row["beside"] = ", ".join(
+                    other.candidate.name for other in t.effects if other is not e
+                )
             out.append(row)
     return out

@@ -1,7 +1,9 @@
-"""The pattern of damping in tables of modes: a dashpot, a lossy group or one rate of decay raises the ratios of just the modes that it moves.
+"""The pattern of damping in tables of modes: a dashpot, a lossy group or one rate of decay raises
+the ratios of just the modes that it moves.
 
-To first order a mode keeps its shape, and a word adds φᵀCφ / 2ω + φᵀDφ / 2ω² to its damping ratio (Ewins 2000, 2.7). The file's ratios scatter: all of
-them together, and each by itself (`fit.COMMON_DAMPING_STD`, `fit.MODE_DAMPING_STD`).
+To first order a mode keeps its shape, and a word adds φᵀCφ / 2ω + φᵀDφ / 2ω² to its damping ratio
+(Ewins 2000, 2.7). The file's ratios scatter: all of them together, and each by itself
+(`fit.COMMON_DAMPING_STD`, `fit.MODE_DAMPING_STD`).
 """
 
 from __future__ import annotations
@@ -37,7 +39,8 @@ LUCK = 0.002  # how often the best of a word's places may do as well where nothi
 
 @dataclass(frozen=True)
 class Ratios:
-    """Measured damping ratios (modes,), their deviations, what the file gives, and the modes: shapes (N, modes), circular frequencies."""
+    """Measured damping ratios (modes,), their deviations, what the file gives, and the modes:
+    shapes (N, modes), circular frequencies."""
 
     measured: Real
     std: Real
@@ -51,10 +54,13 @@ class Ratios:
         return np.sqrt(MODE_DAMPING_STD**2 + (self.std / self.measured) ** 2)
 
     def strain(self, added: Real) -> Real:
-        """Squares of the log ratios in units of their scatter, the common shift at its best, when ``added`` (sizes, modes) is taken off: (sizes,)."""
+        """Squares of the log ratios in units of their scatter, the common shift at its best, when
+        ``added`` (sizes, modes) is taken off: (sizes,)."""
         u, w = np.log((self.measured - added) / self.file), 1.0 / self.spread**2
         common = (u * w).sum(axis=1) / (w.sum() + COMMON_DAMPING_STD**-2)
-        return np.asarray((w * (u - common[:, None]) ** 2).sum(axis=1) + (common / COMMON_DAMPING_STD) ** 2)
+        return np.asarray(
+            (w * (u - common[:, None]) ** 2).sum(axis=1) + (common / COMMON_DAMPING_STD) ** 2
+        )
 
     def rate(self, c: Candidate) -> Real:
         """What one unit of a candidate's parameter adds to each ratio, (modes,)."""
@@ -70,7 +76,8 @@ class Ratios:
 
 @dataclass(frozen=True)
 class DampingTrial:
-    """A word that explains the pattern: its size in units of its parameter with deviation, and the strain that it leaves."""
+    """A word that explains the pattern: its size in units of its parameter with deviation, and the
+    strain that it leaves."""
 
     candidate: Candidate
     size: float
@@ -84,24 +91,43 @@ def ratios_of(point: ModalPoint, original: Model) -> Ratios | None:
     for table, places in zip(point.residual.fit, point.places, strict=False):
         for i, place in enumerate(places.tolist()):
             zeta, std = float(table.damping[i]), float(table.damping_std[i])
-            if place >= 0 and np.isfinite(zeta) and zeta > 0.0 and point.modes.eigenvalues[place] > 0.0:
-                found.append((zeta, std if np.isfinite(std) and std > 0.0 else UNSTATED * zeta, place))
+            if (
+                place >= 0
+                and np.isfinite(zeta)
+                and zeta > 0.0
+                and point.modes.eigenvalues[place] > 0.0
+            ):
+                found.append(
+                    (zeta, std if np.isfinite(std) and std > 0.0 else UNSTATED * zeta, place)
+                )
     if len(found) < FEWEST:
         return None
     at = np.array([place for _, _, place in found])
     omega = np.sqrt(point.modes.eigenvalues[at])
-    given = file_damping(original, np.sqrt(np.maximum(point.modes.eigenvalues[point.modes.rigid:], 0.0)) / (2.0 * np.pi))[at - point.modes.rigid]
-    return Ratios(np.array([z for z, _, _ in found]), np.array([s for _, s, _ in found]), given, point.modes.shapes[:, at], omega)
+    given = file_damping(
+        original,
+        np.sqrt(np.maximum(point.modes.eigenvalues[point.modes.rigid :], 0.0)) / (2.0 * np.pi),
+    )[at - point.modes.rigid]
+    return Ratios(
+        np.array([z for z, _, _ in found]),
+        np.array([s for _, s, _ in found]),
+        given,
+        point.modes.shapes[:, at],
+        omega,
+    )
 
 
 def needed_drop(places: int, modes: int) -> float:
-    """Drop of the strain that luck gives the best of so many places (no more can differ than there are modes) once in `LUCK`: one-sided, one freedom."""
+    """Drop of the strain that luck gives the best of so many places (no more can differ than there
+    are modes) once in `LUCK`: one-sided, one freedom."""
     from scipy.stats import chi2
 
     return float(chi2.isf(2.0 * LUCK / max(1, min(places, modes)), 1))
 
 
-def damping_trials(ratios: Ratios, candidates: Sequence[Candidate]) -> tuple[float, list[DampingTrial]]:
+def damping_trials(
+    ratios: Ratios, candidates: Sequence[Candidate]
+) -> tuple[float, list[DampingTrial]]:
     """(strain of the file's pattern, words that bring it down by more than chance, best first)."""
     before = float(ratios.strain(np.zeros((1, len(ratios.omega))))[0])
     rates = [(c, ratios.rate(c)) for c in candidates if c.tangent and c.tangent[0]]
@@ -109,19 +135,31 @@ def damping_trials(ratios: Ratios, candidates: Sequence[Candidate]) -> tuple[flo
     words = [c.physics for c, _ in able]
     out = []
     for c, g in able:
-        most = 0.999 * float(np.min(np.where(g > 0.0, ratios.measured / np.where(g > 0.0, g, 1.0), np.inf)))
+        most = 0.999 * float(
+            np.min(np.where(g > 0.0, ratios.measured / np.where(g > 0.0, g, 1.0), np.inf))
+        )
         sizes = most * np.linspace(0.0, 1.0, STEPS + 1)
         strains = ratios.strain(sizes[:, None] * g)
         k = int(np.argmin(strains))
-        if before - strains[k] > max(needed_drop(words.count(c.physics), len(ratios.omega)), HALVED * before):
+        if before - strains[k] > max(
+            needed_drop(words.count(c.physics), len(ratios.omega)), HALVED * before
+        ):
             inside = sizes[strains <= strains[k] + 1.0]
-            out.append(DampingTrial(c, float(sizes[k]), float(max(np.ptp(inside) / 2.0, most / STEPS)), float(strains[k])))
+            out.append(
+                DampingTrial(
+                    c,
+                    float(sizes[k]),
+                    float(max(np.ptp(inside) / 2.0, most / STEPS)),
+                    float(strains[k]),
+                )
+            )
     return before, sorted(out, key=lambda t: t.strain)
 
 
 @dataclass(frozen=True)
 class DampingFound:
-    """What the damping ratios say: findings and evidence; for the updated model a rate of decay of all modes, or the model with a word and its parameters."""
+    """What the damping ratios say: findings and evidence; for the updated model a rate of decay of
+    all modes, or the model with a word and its parameters."""
 
     findings: tuple[Finding, ...] = ()
     evidence: tuple[str, ...] = ()
@@ -129,35 +167,68 @@ class DampingFound:
     damped: tuple[Model, Real] | None = None
 
 
-def damping_found(spec: Spec, model: Model, base: ModalFit, tables: Sequence[ModeTable], data: Tables) -> DampingFound:
-    """One rate of decay for all modes of a table, else a word that raises the damping of just the modes that it moves; ``model`` is the file's."""
+def damping_found(
+    spec: Spec, model: Model, base: ModalFit, tables: Sequence[ModeTable], data: Tables
+) -> DampingFound:
+    """One rate of decay for all modes of a table, else a word that raises the damping of just the
+    modes that it moves; ``model`` is the file's."""
     decay = _one_rate(tables)
     if decay.findings:
         return decay
-    words = [w for w in DAMPING_WORDS if spec.diagnose.physics is None or w in spec.diagnose.physics]
+    words = [
+        w for w in DAMPING_WORDS if spec.diagnose.physics is None or w in spec.diagnose.physics
+    ]
     ratios = ratios_of(base.point, model)
     if ratios is None or not words:
         return decay
     m = base.point.matrices
-    context = Context(base.model, m.K, m.M, data.top, data.bottom, (), (), release_from(spec), float(np.median(ratios.file)))
+    context = Context(
+        base.model,
+        m.K,
+        m.M,
+        data.top,
+        data.bottom,
+        (),
+        (),
+        release_from(spec),
+        float(np.median(ratios.file)),
+    )
     before, trials = damping_trials(ratios, [c for w in words for c in CATALOGUE[w](context)])
     if not trials or trials[0].candidate.model is None:
         return decay
     best, c, grown = trials[0], trials[0].candidate, trials[0].candidate.model
     name, _, how = c.report[0]
-    value, deviation = reported(grown, grown.parameters[-1], how, best.size, best.deviation, c.offset)
+    value, deviation = reported(
+        grown, grown.parameters[-1], how, best.size, best.deviation, c.offset
+    )
     near = [t for t in trials[1:] if t.strain <= best.strain + DAMPING_GAIN / 2]
-    field = [Competitor(t.strain, overlapping(t.candidate.place, c.place, grown), t in near) for t in trials[1:]]
+    field = [
+        Competitor(t.strain, overlapping(t.candidate.place, c.place, grown), t in near)
+        for t in trials[1:]
+    ]
     sure = confidence(standing_of(best.strain, before, field, abs(value) / max(deviation, 1e-12)))
-    says = (f"The damping ratios depart from the file's pattern (sum of squares {before:.3g} in units of ordinary scatter, {len(ratios.omega)} modes); "
-            f"{effect_of(c)} brings it to {best.strain:.3g}.")
-    found = Finding(c.physics, c.place, {name: value}, {name: deviation}, sure, tuple((t.candidate.physics, t.candidate.place) for t in near[:12]),
-                    sentence_of(c, {name: value}))
-    return DampingFound((found,), (*decay.evidence, says), None, (grown, np.append(base.point.p, best.size)))
+    says = (
+        f"The damping ratios depart from the file's pattern (sum of squares {before:.3g} in "
+        f"units of ordinary scatter, {len(ratios.omega)} modes); {effect_of(c)} brings it to "
+        f"{best.strain:.3g}."
+    )
+    found = Finding(
+        c.physics,
+        c.place,
+        {name: value},
+        {name: deviation},
+        sure,
+        tuple((t.candidate.physics, t.candidate.place) for t in near[:12]),
+        sentence_of(c, {name: value}),
+    )
+    return DampingFound(
+        (found,), (*decay.evidence, says), None, (grown, np.append(base.point.p, best.size))
+    )
 
 
 def _one_rate(tables: Sequence[ModeTable]) -> DampingFound:
-    """Mass-proportional damping, or an exponential window in the measurement, where it is all the damping that there is."""
+    """Mass-proportional damping, or an exponential window in the measurement, where it is all the
+    damping that there is."""
     evidence: list[str] = []
     for table in tables:
         if np.sum(np.isfinite(table.damping) & (table.damping > 0)) < MANY:
@@ -169,7 +240,14 @@ def _one_rate(tables: Sequence[ModeTable]) -> DampingFound:
         evidence.append(rates.says)
         if rates.verdict == "constant decay rate":
             values = {"alpha": rates.alpha}
-            found = Finding("mass_proportional_damping", Place(), values, {"alpha": rates.alpha_std}, 0.9, (),
-                            sentence("mass_proportional_damping", Place(), values))
+            found = Finding(
+                "mass_proportional_damping",
+                Place(),
+                values,
+                {"alpha": rates.alpha_std},
+                0.9,
+                (),
+                sentence("mass_proportional_damping", Place(), values),
+            )
             return DampingFound((found,), tuple(evidence), rates.alpha)
     return DampingFound(evidence=tuple(evidence))

@@ -1,4 +1,5 @@
-"""A model fitted to tables of modes: frequencies and, where measured, shapes, ordinary parameters within their scatter; its errors on what was held out."""
+"""A model fitted to tables of modes: frequencies and, where measured, shapes, ordinary parameters
+within their scatter; its errors on what was held out."""
 
 from __future__ import annotations
 
@@ -26,20 +27,30 @@ from cvxupdate.residual.pairing import follow
 from cvxupdate.residual.repeated import aligned, clusters
 from cvxupdate.update.trust_region import Options, iterate
 
-FREQUENCY_FLOOR, SHAPE_FLOOR = 0.003, 0.02  # what an ordinary model may miss of a frequency (relative) and of a shape's entry
-UNSTATED = 0.005  # relative deviation of a frequency where the table gives none: half a line in a hundred
+FREQUENCY_FLOOR, SHAPE_FLOOR = (
+    0.003,
+    0.02,
+)  # what an ordinary model may miss of a frequency (relative) and of a shape's entry
+UNSTATED = (
+    0.005  # relative deviation of a frequency where the table gives none: half a line in a hundred
+)
 CHANCE, LIKELY = 0.99, 0.95  # levels of chi-square
-SAME, APART = 1e-12, 1e-10  # relative differences of matrices, and of shapes in their mass, that are rounding
+SAME, APART = (
+    1e-12,
+    1e-10,
+)  # relative differences of matrices, and of shapes in their mass, that are rounding
 
 
 def chi_square(level: float, freedoms: int) -> float:
-    """What chi-square with so many freedoms does not exceed with probability ``level``; scipy.stats takes half a second to import."""
+    """What chi-square with so many freedoms does not exceed with probability ``level``; scipy.stats
+    takes half a second to import."""
     return float(2.0 * gammaincinv(freedoms / 2.0, level))
 
 
 @dataclass(frozen=True)
 class Tables:
-    """Tables to fit and to score only, with the allowance for what a model may miss in their deviations and the mesh's share taken out."""
+    """Tables to fit and to score only, with the allowance for what a model may miss in their
+    deviations and the mesh's share taken out."""
 
     fit: tuple[ModeTable, ...]
     hold: tuple[ModeTable, ...]
@@ -61,23 +72,41 @@ class Tables:
 
     @property
     def noise(self) -> float:
-        """R.m.s. relative error of the held-out frequencies that their deviations alone explain nineteen times in twenty; NaN where none are."""
+        """R.m.s. relative error of the held-out frequencies that their deviations alone explain
+        nineteen times in twenty; NaN where none are."""
         std = np.concatenate([np.zeros(0), *(t.frequency_std / t.frequency for t in self.hold)])
-        return float(np.sqrt(np.mean(std**2) * chi_square(LIKELY, len(std)) / len(std))) if len(std) else float("nan")
+        return (
+            float(np.sqrt(np.mean(std**2) * chi_square(LIKELY, len(std)) / len(std)))
+            if len(std)
+            else float("nan")
+        )
 
 
 def prepared(model: Model, tables: Sequence[ModeTable], mesh: MeshError) -> Tables:
-    """Deviations widened by what a model may miss; measured frequencies moved to where this mesh would have them.
+    """Deviations widened by what a model may miss; measured frequencies moved to where this mesh
+    would have them.
 
-    The mesh's own error is no physics (`cvxupdate.diagnose.mesh`); the modes of ``model`` say which shift is whose.
+    The mesh's own error is no physics (`cvxupdate.diagnose.mesh`); the modes of ``model`` say which
+    shift is whose.
     """
-    fit, hold = (tuple(t for t in tables if (t.origin.use == "fit") == use) for use in (True, False))
+    fit, hold = (
+        tuple(t for t in tables if (t.origin.use == "fit") == use) for use in (True, False)
+    )
     start = modal_residual(model, fit, hold, False).evaluate(model.zero())
     moved = []
     for k, t in enumerate((*fit, *hold)):
         own = start.frequencies(k)
         shift = np.where(np.isfinite(own), mesh.at(np.nan_to_num(own)), 0.0)
-        moved.append(_widened(replace(t, frequency=t.frequency / (1.0 + shift), frequency_std=t.frequency_std / (1.0 + shift)), shift * 2.0**-mesh.order))
+        moved.append(
+            _widened(
+                replace(
+                    t,
+                    frequency=t.frequency / (1.0 + shift),
+                    frequency_std=t.frequency_std / (1.0 + shift),
+                ),
+                shift * 2.0**-mesh.order,
+            )
+        )
     return Tables(tuple(moved[: len(fit)]), tuple(moved[len(fit) :]))
 
 
@@ -86,14 +115,19 @@ def _widened(table: ModeTable, missed: Real) -> ModeTable:
     wide = np.sqrt(std**2 + (FREQUENCY_FLOOR**2 + missed**2) * table.frequency**2)
     shape = table.shape_std
     if table.shapes is not None:
-        known = np.full(table.shapes.shape, np.nan) if shape is None else np.broadcast_to(shape, table.shapes.shape)
+        known = (
+            np.full(table.shapes.shape, np.nan)
+            if shape is None
+            else np.broadcast_to(shape, table.shapes.shape)
+        )
         shape = np.sqrt(np.where(np.isfinite(known), known, 0.05) ** 2 + SHAPE_FLOOR**2)
     return replace(table, frequency_std=wide, shape_std=shape, relative_only=False)
 
 
 @dataclass(frozen=True)
 class ModalFit:
-    """A model fitted to the tables: weighted squares (``cost``, priors included), ``rows``, deviations of the parameters."""
+    """A model fitted to the tables: weighted squares (``cost``, priors included), ``rows``,
+    deviations of the parameters."""
 
     model: Model
     point: ModalPoint
@@ -108,19 +142,27 @@ class ModalFit:
 
     @property
     def explained(self) -> bool:
-        """Whether noise, the allowance for what a model may miss and the priors alone would leave as much once in a hundred times (chi-square)."""
+        """Whether noise, the allowance for what a model may miss and the priors alone would leave
+        as much once in a hundred times (chi-square)."""
         return bool(self.cost <= chi_square(CHANCE, self.rows))
 
 
 def prior_scales(model: Model, wide: bool = False) -> Real:
-    """Standard deviations of the parameters before any table: groups scatter ordinarily (``wide``: their stiffness as far as a parameter error is followed;
-    frequencies alone would not keep mass and stiffness apart), physics under trial is free."""
-    return np.array([FREE if q.group is None else WIDE if wide and q.of != "mass" else scatter_of(q) for q in model.parameters])
+    """Standard deviations of the parameters before any table: groups scatter ordinarily (``wide``:
+    their stiffness as far as a parameter error is followed; frequencies alone would not keep mass
+    and stiffness apart), physics under trial is free."""
+    return np.array(
+        [
+            FREE if q.group is None else WIDE if wide and q.of != "mass" else scatter_of(q)
+            for q in model.parameters
+        ]
+    )
 
 
 def residual_of(model: Model, data: Tables, like: ModalResidual | None = None) -> ModalResidual:
-    """The tables beside a model's modes. ``like``: of a model that is the same structure today, with other parameters, whose modes and pairing are then those
-    of this one; found again where it is not, or where eigenvalues are repeated, for parameters say how those split.
+    """The tables beside a model's modes. ``like``: of a model that is the same structure today,
+    with other parameters, whose modes and pairing are then those of this one; found again where it
+    is not, or where eigenvalues are repeated, for parameters say how those split.
 
     Raises
     ------
@@ -130,14 +172,24 @@ def residual_of(model: Model, data: Tables, like: ModalResidual | None = None) -
     if like is None or like.model.labels != model.labels or clusters(like.start.modes):
         return modal_residual(model, data.fit, data.hold, data.shapes)
     mine, theirs = (m.matrices(m.zero()) for m in (model, like.model))
-    if any(abs(a - b).max() > SAME * abs(b).max() for a, b in ((mine.K, theirs.K), (mine.M, theirs.M))):
+    if any(
+        abs(a - b).max() > SAME * abs(b).max() for a, b in ((mine.K, theirs.K), (mine.M, theirs.M))
+    ):
         return modal_residual(model, data.fit, data.hold, data.shapes)
     return replace(like, model=model)
 
 
-def fit_modes(model: Model, data: Tables, start: Real, far: bool = False, wide: bool = False, like: ModalResidual | None = None) -> ModalFit:
-    """Weighted differences of eigenvalues and shapes plus Gaussian priors, minimised from ``start``; ``far``: modes are followed there from today's model;
-    ``wide`` as in `prior_scales`, ``like`` as in `residual_of`.
+def fit_modes(
+    model: Model,
+    data: Tables,
+    start: Real,
+    far: bool = False,
+    wide: bool = False,
+    like: ModalResidual | None = None,
+) -> ModalFit:
+    """Weighted differences of eigenvalues and shapes plus Gaussian priors, minimised from
+    ``start``; ``far``: modes are followed there from today's model; ``wide`` as in `prior_scales`,
+    ``like`` as in `residual_of`.
 
     Raises
     ------
@@ -147,22 +199,32 @@ def fit_modes(model: Model, data: Tables, start: Real, far: bool = False, wide: 
     residual = residual_of(model, data, like)
     residual = _walked(residual, start) if far else residual
     scales = prior_scales(model, wide)
-    bounds = Bounds(np.array([q.lower for q in model.parameters]), np.array([q.upper for q in model.parameters]))
-    problem = StepProblem(regularisers=(Tikhonov(1.0, 0.0, scales),), constraints=(bounds,), columns=tuple(q.name for q in model.parameters))
+    bounds = Bounds(
+        np.array([q.lower for q in model.parameters]), np.array([q.upper for q in model.parameters])
+    )
+    problem = StepProblem(
+        regularisers=(Tikhonov(1.0, 0.0, scales),),
+        constraints=(bounds,),
+        columns=tuple(q.name for q in model.parameters),
+    )
     point = iterate(residual, problem, SolverChoice(), Options(1e-4, 25, 0.3), start).point
     values, weights, _ = point.differences
     cost = float(np.sum((weights * values) ** 2) + np.sum((point.p / scales) ** 2))
     A, _ = point.system().weighted()
     grow = max(1.0, cost / max(1, len(values) - len(scales)))
-    spread = np.sqrt(np.maximum(np.diag(np.linalg.pinv(A.T @ A + np.diag(1.0 / scales**2))), 0.0) * grow)
+    spread = np.sqrt(
+        np.maximum(np.diag(np.linalg.pinv(A.T @ A + np.diag(1.0 / scales**2))), 0.0) * grow
+    )
     return ModalFit(model, point, cost, len(values), spread)
 
 
 def _walked(residual: ModalResidual, start: Real) -> ModalResidual:
-    """Pairs modes at ``start``, where a fit begins far off, by following them there step by step: one large step may mistake them.
+    """Pairs modes at ``start``, where a fit begins far off, by following them there step by step:
+    one large step may mistake them.
 
-    On the way they are sought in the space of the modes at both ends (Ritz). Modes that veer change their shapes but not their order, so without measured
-    shapes the order is the other way to pair them, and the better one counts.
+    On the way they are sought in the space of the modes at both ends (Ritz). Modes that veer change
+    their shapes but not their order, so without measured shapes the order is the other way to pair
+    them, and the better one counts.
 
     Raises
     ------
@@ -176,19 +238,26 @@ def _walked(residual: ModalResidual, start: Real) -> ModalResidual:
 
 
 def _nearly(residual: ModalResidual, end: ModalPoint) -> ModalPoint:
-    """The last point before ``end`` on the way there from today's model, in `SIZES` steps, its modes in the space of those at both ends."""
+    """The last point before ``end`` on the way there from today's model, in `SIZES` steps, its
+    modes in the space of those at both ends."""
     begin, count = residual.start, len(end.modes.eigenvalues)
     basis = _independent(np.hstack([begin.modes.shapes, end.modes.shapes]), end.matrices.M)
     fitted = _used(begin.places[: len(residual.fit)])
-    scored = np.setdiff1d(_used(begin.places), fitted)  # a fitted mode that was measured again goes with it
+    scored = np.setdiff1d(
+        _used(begin.places), fitted
+    )  # a fitted mode that was measured again goes with it
     now = first = np.concatenate([fitted, scored])
-    modes = Modes(begin.modes.eigenvalues, basis.T @ (end.matrices.M @ begin.modes.shapes), begin.modes.rigid)
+    modes = Modes(
+        begin.modes.eigenvalues, basis.T @ (end.matrices.M @ begin.modes.shapes), begin.modes.rigid
+    )
     for size in np.geomspace(1e-4, 1.0, SIZES)[:-1]:
         m = residual.model.matrices(size * end.p)
         K, M = (basis.T @ (x @ basis) for x in (m.K, m.M))
         values, V = la.eigh((K + K.T) / 2.0, (M + M.T) / 2.0)
         held, mass = modes.shapes[:, now], sp.csc_array(M)
-        modes = aligned(Modes(values[:count], V[:, :count], end.modes.rigid), replace(m, M=mass), held)
+        modes = aligned(
+            Modes(values[:count], V[:, :count], end.modes.rigid), replace(m, M=mass), held
+        )
         taken = follow(held[:, : len(fitted)], mass, modes)
         now = np.concatenate([taken, follow(held[:, len(fitted) :], mass, modes, taken)])
     went = {-1: -1} | dict(zip(first.tolist(), now.tolist(), strict=True))
@@ -202,7 +271,8 @@ def _used(places: Sequence[Index]) -> Index:
 
 
 def _independent(shapes: Real, M: sp.csc_array) -> Real:
-    """Columns (N, q) that span the same as ``shapes`` (N, n), orthonormal in M, those left out that rounding alone tells from the others."""
+    """Columns (N, q) that span the same as ``shapes`` (N, n), orthonormal in M, those left out that
+    rounding alone tells from the others."""
     shapes = shapes / np.sqrt(np.einsum("ij,ij->j", shapes, M @ shapes))
     values, vectors = la.eigh(shapes.T @ (M @ shapes))
     keep = values > APART * values[-1]
@@ -231,4 +301,10 @@ def metrics_of(before: ModalPoint, after: ModalPoint, fitted: bool) -> dict[str,
     pairs = [100.0 * np.abs(errors_of(point, fitted)) for point in (before, after)]
     if not len(pairs[0]) or not len(pairs[1]):
         return {}
-    return {f"frequency_error_percent_{name}": {"before": float(f(pairs[0])), "after": float(f(pairs[1]))} for name, f in (("mean", np.mean), ("max", np.max))}
+    return {
+        f"frequency_error_percent_{name}": {
+            "before": float(f(pairs[0])),
+            "after": float(f(pairs[1])),
+        }
+        for name, f in (("mean", np.mean), ("max", np.max))
+    }

@@ -1,8 +1,11 @@
-"""The short list for tables of modes: what a word at a place explains at its best size, however large.
+"""The short list for tables of modes: what a word at a place explains at its best size, however
+large.
 
-A support moves a mode by as much as it likes but its first derivative does not know that: to first order a roller shifts every frequency in proportion to
-the deflection there, while a stiff one turns the deflection into a node. So words that act on few DOFs are taken at finite sizes, in the space of the
-model's own modes (Ritz; Fox and Kapoor 1968 is the limit of a small size), and only the ordinary parameters are linearised.
+A support moves a mode by as much as it likes but its first derivative does not know that: to first
+order a roller shifts every frequency in proportion to the deflection there, while a stiff one turns
+the deflection into a node. So words that act on few DOFs are taken at finite sizes, in the space of
+the model's own modes (Ritz; Fox and Kapoor 1968 is the limit of a small size), and only the
+ordinary parameters are linearised.
 """
 
 from __future__ import annotations
@@ -26,7 +29,8 @@ SIZES = 16  # tried on each side, in geometric progression
 
 @dataclass(frozen=True)
 class Effort:
-    """``sizes`` tried on each side, ``finer`` ones between the neighbours of the best, in a basis of ``modes``."""
+    """``sizes`` tried on each side, ``finer`` ones between the neighbours of the best, in a basis
+    of ``modes``."""
 
     sizes: int
     finer: int
@@ -34,16 +38,26 @@ class Effort:
 
 
 FULL, QUICK = Effort(SIZES, 5, BASIS), Effort(6, 0, 20)
-MANY, CLOSER = 150, 24  # local candidates above which a quick pass chooses those that are looked at closely: so many of a word and a kind of DOF
-TOGETHER = 64  # candidates whose sizes are tried at a time: one call finds the modes of all, and their matrices stay small
+MANY, CLOSER = (
+    150,
+    24,
+    # local candidates above which a quick pass chooses those that are looked at closely: so many of
+    # a word and a kind of DOF
+)
+# candidates whose sizes are tried at a time: one call finds the modes of all, and their matrices
+# stay small
+TOGETHER = 64
 
 
 @dataclass(frozen=True)
 class Scene:
-    """Where sizes are tried: ``point`` with the ordinary parameters linearised, ``Q`` (rows + parameters, parameters) orthonormal columns of what they and
-    their priors explain, ``below`` the priors' residual, ``many`` modes of which the first are those of ``point``, ``used`` those that tables are paired with.
+    """Where sizes are tried: ``point`` with the ordinary parameters linearised, ``Q`` (rows +
+    parameters, parameters) orthonormal columns of what they and their priors explain, ``below`` the
+    priors' residual, ``many`` modes of which the first are those of ``point``, ``used`` those that
+    tables are paired with.
 
-    ``values`` are rows of measured eigenvalues: (place in ``used``, (rad/s)², weight); ``shapes`` measured ones: (place, DOFs, entries, deviations).
+    ``values`` are rows of measured eigenvalues: (place in ``used``, (rad/s)², weight); ``shapes``
+    measured ones: (place, DOFs, entries, deviations).
     """
 
     Q: Real
@@ -55,8 +69,9 @@ class Scene:
     total: float
 
     def left(self, eigenvalues: Real, entries: Sequence[Real]) -> Real:
-        """Squared weighted residuals (n,) of n sets of other modes, freed of what the ordinary parameters can take up: ``eigenvalues`` (n, used) of those in
-        ``used``, one by one, and for each of ``shapes`` the ``entries`` (n, DOFs) that the model has there."""
+        """Squared weighted residuals (n,) of n sets of other modes, freed of what the ordinary
+        parameters can take up: ``eigenvalues`` (n, used) of those in ``used``, one by one, and for
+        each of ``shapes`` the ``entries`` (n, DOFs) that the model has there."""
         places, measured, weights = (np.array([v[k] for v in self.values]) for k in range(3))
         parts = [weights * (measured - eigenvalues[:, places.astype(np.int64)])]
         for phi, (_, _, x, std) in zip(entries, self.shapes, strict=True):
@@ -68,14 +83,18 @@ class Scene:
         return np.asarray(np.einsum("ij,ij->i", r, r))
 
     def mixed(self, V: Real) -> list[Real]:
-        """The entries of `left` of modes (n, basis, used) given in the basis of the first of ``many``."""
-        return [V[:, :, u] @ self.many.shapes[rows, : V.shape[1]].T for u, rows, _, _ in self.shapes]
+        """The entries of `left` of modes (n, basis, used) given in the basis of the first of
+        ``many``."""
+        return [
+            V[:, :, u] @ self.many.shapes[rows, : V.shape[1]].T for u, rows, _, _ in self.shapes
+        ]
 
 
 @dataclass(frozen=True)
 class Change:
-    """What one unit of several words does to stiffness and mass in the basis: ``K`` (n, q, q), ``M`` (n, q, q) or None where mass stays;
-    ``inverse`` (n,): a compliance in series with the stiffness of its surroundings, p / (1 + p) units of it."""
+    """What one unit of several words does to stiffness and mass in the basis: ``K`` (n, q, q),
+    ``M`` (n, q, q) or None where mass stays; ``inverse`` (n,): a compliance in series with the
+    stiffness of its surroundings, p / (1 + p) units of it."""
 
     K: Real
     M: Real | None
@@ -88,8 +107,9 @@ class Change:
 
 @dataclass(frozen=True)
 class Trace:
-    """n words followed through s sizes each: the squared residual ``left`` (n, s), infinite where there is no structure; modes ``V`` (n, s, q, q) in the basis
-    and where the paired ones went, ``at`` (n, s, used)."""
+    """n words followed through s sizes each: the squared residual ``left`` (n, s), infinite where
+    there is no structure; modes ``V`` (n, s, q, q) in the basis and where the paired ones went,
+    ``at`` (n, s, used)."""
 
     left: Real
     V: Real
@@ -108,8 +128,18 @@ def scene(point: ModalPoint, scales: Real, many: Modes) -> Scene:
         for i, at in enumerate(point.places[k].tolist()):
             if at >= 0:
                 measured = (2.0 * np.pi * float(t.frequency[i])) ** 2
-                values.append((where[at], measured, float(t.frequency[i] / (2.0 * measured * t.frequency_std[i]))))
-    shapes = [(where[at], rows, x, std) for _, _, at, rows, x, std in point._shape_rows()] if point.residual.shapes else []
+                values.append(
+                    (
+                        where[at],
+                        measured,
+                        float(t.frequency[i] / (2.0 * measured * t.frequency_std[i])),
+                    )
+                )
+    shapes = (
+        [(where[at], rows, x, std) for _, _, at, rows, x, std in point._shape_rows()]
+        if point.residual.shapes
+        else []
+    )
     bare = Scene(Q, -point.p / scales, many, used, tuple(values), tuple(shapes), 0.0)
     entries = [point.modes.shapes[rows, used[u]][None] for u, rows, _, _ in shapes]
     return replace(bare, total=float(bare.left(point.modes.eigenvalues[used][None], entries)[0]))
@@ -125,31 +155,48 @@ def scan(where: Scene, candidates: Sequence[Candidate]) -> dict[int, tuple[float
     which = [k for k, c in enumerate(candidates) if local(c)]
     out: dict[int, tuple[float, float]] = {}
     if len(which) > MANY:
-        out = dict(zip(which, best_sizes(where, [candidates[k] for k in which], QUICK), strict=True))
+        out = dict(
+            zip(which, best_sizes(where, [candidates[k] for k in which], QUICK), strict=True)
+        )
         count: dict[tuple[str, str | None], int] = {}
         which = []
         for k in sorted(out, key=lambda k: out[k][0]):
             kind = (candidates[k].physics, candidates[k].place.dof)
             count[kind] = count.get(kind, 0) + 1
             which += [k] if count[kind] <= CLOSER else []
-    return out | dict(zip(which, best_sizes(where, [candidates[k] for k in which], FULL), strict=True))
+    return out | dict(
+        zip(which, best_sizes(where, [candidates[k] for k in which], FULL), strict=True)
+    )
 
 
-def best_sizes(where: Scene, candidates: Sequence[Candidate], effort: Effort) -> list[tuple[float, float]]:
-    """(squared residual that is left, size) of each of some local words at the best of its sizes."""
+def best_sizes(
+    where: Scene, candidates: Sequence[Candidate], effort: Effort
+) -> list[tuple[float, float]]:
+    """(squared residual that is left, size) of each of some local words at the best of its
+    sizes."""
     out = [(np.inf, 0.0)] * len(candidates)
     for heavy in (False, True):
-        alike = [k for k, c in enumerate(candidates) if any(b.M is not None for b in c.tangent[0]) == heavy]
+        alike = [
+            k
+            for k, c in enumerate(candidates)
+            if any(b.M is not None for b in c.tangent[0]) == heavy
+        ]
         for first in range(0, len(alike), TOGETHER):
             some = alike[first : first + TOGETHER]
-            for k, found in zip(some, _best(where, [candidates[k] for k in some], effort), strict=True):
+            for k, found in zip(
+                some, _best(where, [candidates[k] for k in some], effort), strict=True
+            ):
                 out[k] = found
     return out
 
 
-def _best(where: Scene, candidates: Sequence[Candidate], effort: Effort) -> list[tuple[float, float]]:
+def _best(
+    where: Scene, candidates: Sequence[Candidate], effort: Effort
+) -> list[tuple[float, float]]:
     """`best_sizes` of words that all change the mass or all leave it."""
-    enough = max(where.many.rigid + effort.modes, int(where.used.max(initial=0)) + 7)  # margin for modes that cross
+    enough = max(
+        where.many.rigid + effort.modes, int(where.used.max(initial=0)) + 7
+    )  # margin for modes that cross
     words = _change(where.many.shapes[:, :enough], candidates)
     runs = [(k, side) for k, c in enumerate(candidates) for side in _sides(c, effort.sizes)]
     best = [(np.inf, 0.0)] * len(candidates)
@@ -157,19 +204,34 @@ def _best(where: Scene, candidates: Sequence[Candidate], effort: Effort) -> list
         return best
     owner, sizes = np.array([k for k, _ in runs]), np.array([side for _, side in runs])
     q = words.K.shape[1]
-    V, at = np.broadcast_to(np.eye(q), (len(runs), q, q)), np.broadcast_to(where.used, (len(runs), len(where.used)))
+    V, at = (
+        np.broadcast_to(np.eye(q), (len(runs), q, q)),
+        np.broadcast_to(where.used, (len(runs), len(where.used))),
+    )
     coarse = _trace(where, words.of(owner), sizes, V, at)
     k, row = np.argmin(coarse.left, axis=1), np.arange(len(runs))
-    last = np.isfinite(coarse.left).sum(axis=1) - 1  # a trace ends where there is no structure any more
+    last = (
+        np.isfinite(coarse.left).sum(axis=1) - 1
+    )  # a trace ends where there is no structure any more
     low = np.where(k > 0, sizes[row, np.maximum(k - 1, 0)], 0.3 * sizes[:, 0])
     high = sizes[row, np.clip(k + 1, 0, np.maximum(last, 0))]
-    finer = np.sign(low)[:, None] * np.geomspace(np.abs(low), np.abs(high), effort.finer + 2, axis=1)[:, 1:-1]
+    finer = (
+        np.sign(low)[:, None]
+        * np.geomspace(np.abs(low), np.abs(high), effort.finer + 2, axis=1)[:, 1:-1]
+    )
     before = np.maximum(k - 1, 0)
-    V, at = np.where((k > 0)[:, None, None], coarse.V[row, before], V), np.where((k > 0)[:, None], coarse.at[row, before], at)
+    V, at = (
+        np.where((k > 0)[:, None, None], coarse.V[row, before], V),
+        np.where((k > 0)[:, None], coarse.at[row, before], at),
+    )
     fine = _trace(where, words.of(owner), finer, V, at)
     for r, o in enumerate(owner.tolist()):
         if last[r] >= 0:
-            best[o] = min(best[o], (float(coarse.left[r, k[r]]), float(sizes[r, k[r]])), *zip(fine.left[r].tolist(), finer[r].tolist(), strict=True))
+            best[o] = min(
+                best[o],
+                (float(coarse.left[r, k[r]]), float(sizes[r, k[r]])),
+                *zip(fine.left[r].tolist(), finer[r].tolist(), strict=True),
+            )
     return best
 
 
@@ -183,7 +245,11 @@ def _change(basis: Real, candidates: Sequence[Candidate]) -> Change:
                 if part is not None:
                     at = phi[b.dofs]
                     parts[name][k] += at.reshape(-1, q).T @ (part @ at).reshape(-1, q)
-    return Change(parts["K"], parts["M"] if np.any(parts["M"]) else None, np.array([c.report[0][2] == "inverse" for c in candidates]))
+    return Change(
+        parts["K"],
+        parts["M"] if np.any(parts["M"]) else None,
+        np.array([c.report[0][2] == "inverse" for c in candidates]),
+    )
 
 
 def _sides(c: Candidate, count: int) -> list[Real]:
@@ -196,16 +262,24 @@ def _sides(c: Candidate, count: int) -> list[Real]:
 
 
 def _trace(where: Scene, words: Change, sizes: Real, V: Real, at: Index) -> Trace:
-    """Modes followed through ``sizes`` (n, s) from where they were, ``V`` (n, q, q) and ``at`` (n, used); ends where more mass is taken off than there is.
+    """Modes followed through ``sizes`` (n, s) from where they were, ``V`` (n, q, q) and ``at`` (n,
+    used); ends where more mass is taken off than there is.
 
-    With M = W w Wᵀ the modes of I + p M come from T = W (1 + p w)^−½, so that one call finds those of all the words.
+    With M = W w Wᵀ the modes of I + p M come from T = W (1 + p w)^−½, so that one call finds those
+    of all the words.
     """
     n, q = V.shape[0], V.shape[1]
     there, alive = np.arange(n)[:, None], np.ones(n, dtype=bool)
     w, W = (np.zeros((n, q)), V) if words.M is None else np.linalg.eigh(words.M)
-    out = Trace(np.full(sizes.shape, np.inf), np.empty((*sizes.shape, q, q)), np.empty((*sizes.shape, at.shape[1]), dtype=np.int64))
+    out = Trace(
+        np.full(sizes.shape, np.inf),
+        np.empty((*sizes.shape, q, q)),
+        np.empty((*sizes.shape, at.shape[1]), dtype=np.int64),
+    )
     for s, p in enumerate(sizes.T):
-        effective = np.where(words.inverse, p / (1.0 + np.abs(p)), p)  # a compliance is never negative
+        effective = np.where(
+            words.inverse, p / (1.0 + np.abs(p)), p
+        )  # a compliance is never negative
         stiff = effective[:, None, None] * words.K
         stiff[:, np.arange(q), np.arange(q)] += where.many.eigenvalues[:q]
         before = np.take_along_axis(V, at[:, None, :], axis=2).transpose(0, 2, 1)
@@ -219,17 +293,27 @@ def _trace(where: Scene, words: Change, sizes: Real, V: Real, at: Index) -> Trac
             V = T @ V
             before = before + effective[:, None, None] * (before @ words.M)
         at = _went((before @ V) ** 2)
-        left = where.left(lam[there, at], where.mixed(np.take_along_axis(V, at[:, None, :], axis=2)))
-        if not where.shapes:  # modes that veer change their shapes and keep their order: either may be what the table means
+        left = where.left(
+            lam[there, at], where.mixed(np.take_along_axis(V, at[:, None, :], axis=2))
+        )
+        # modes that veer change their shapes and keep their order: either may be what the table
+        # means
+        if not where.shapes:
             left = np.minimum(left, where.left(lam[:, where.used], ()))
-        out.left[:, s], out.V[:, s], out.at[:, s] = np.where(alive & np.isfinite(left), left, np.inf), V, at
+        out.left[:, s], out.V[:, s], out.at[:, s] = (
+            np.where(alive & np.isfinite(left), left, np.inf),
+            V,
+            at,
+        )
     return out
 
 
 def _went(likeness: Real) -> Index:
     """The assignment of largest sum in each of ``likeness`` (n, used, q): (n, used)."""
     at = np.argmax(likeness, axis=2)
-    for k in np.flatnonzero(np.any(np.diff(np.sort(at, axis=1), axis=1) == 0, axis=1)):  # where each has its own best, that is it
+    for k in np.flatnonzero(
+        np.any(np.diff(np.sort(at, axis=1), axis=1) == 0, axis=1)
+    ):  # where each has its own best, that is it
         rows, columns = linear_sum_assignment(likeness[k], maximize=True)
         at[k] = columns[np.argsort(rows)]
     return at

@@ -1,4 +1,5 @@
-"""Words at places tried on tables of modes: to first order or at their best size, then refitted; singles, and pairs where no single one explains."""
+"""Words at places tried on tables of modes: to first order or at their best size, then refitted;
+singles, and pairs where no single one explains."""
 
 from __future__ import annotations
 
@@ -10,7 +11,14 @@ from typing import Any
 import numpy as np
 
 from cvxupdate.diagnose.effects import Effect, Key, key_of, regrown
-from cvxupdate.diagnose.modal_fit import ModalFit, Tables, error_of, fit_modes, prior_scales, residual_of
+from cvxupdate.diagnose.modal_fit import (
+    ModalFit,
+    Tables,
+    error_of,
+    fit_modes,
+    prior_scales,
+    residual_of,
+)
 from cvxupdate.diagnose.modal_scan import BASIS, scan, scene
 from cvxupdate.diagnose.refit import CHARGE
 from cvxupdate.diagnose.screen import Left, Score
@@ -23,17 +31,45 @@ from cvxupdate.physics import CATALOGUE
 from cvxupdate.physics.base import Candidate, Context, reported
 from cvxupdate.residual.modal import ModalPoint
 
-SHORT, EACH, NEAR = 14, 4, 0.25  # refitted: in all, of a word, and down to this part of the largest share
-FAR = 0.05  # r.m.s. relative error of the frequencies above which a derivative says little of what acts on whole members
-TRACED, MEMBERS = 24, 6  # such words followed through `WHOLE` sizes (the largest members first), and refitted
-WHOLE = (0.05, 0.1, 0.2, 0.35, 0.6, 1.0, 2.0, 4.0)  # of their parameter, on each side that it may take
-FAINT, TOGETHER = 1e-9, 256  # of a column: what is left of it then is rounding; columns scored at a time
-PARENTS, PARTNERS, CLOSE = 3, 6, 4.0  # firsts beside which a second is sought, seconds refitted beside each, misfit over the best one's of a first
+SHORT, EACH, NEAR = (
+    14,
+    4,
+    0.25,
+)  # refitted: in all, of a word, and down to this part of the largest share
+# r.m.s. relative error of the frequencies above which a derivative says little of what acts on
+# whole members
+FAR = 0.05
+TRACED, MEMBERS = (
+    24,
+    6,
+)  # such words followed through `WHOLE` sizes (the largest members first), and refitted
+WHOLE = (
+    0.05,
+    0.1,
+    0.2,
+    0.35,
+    0.6,
+    1.0,
+    2.0,
+    4.0,
+)  # of their parameter, on each side that it may take
+FAINT, TOGETHER = (
+    1e-9,
+    256,
+)  # of a column: what is left of it then is rounding; columns scored at a time
+PARENTS, PARTNERS, CLOSE = (
+    3,
+    6,
+    4.0,
+    # firsts beside which a second is sought, seconds refitted beside each, misfit over the best
+    # one's of a first
+)
 
 
 @dataclass(frozen=True)
 class ModalTrial:
-    """Effects on a model, fitted to the tables: r.m.s. relative error of the frequencies that were fitted and held out (NaN: none)."""
+    """Effects on a model, fitted to the tables: r.m.s. relative error of the frequencies that were
+    fitted and held out (NaN: none)."""
 
     effects: tuple[Effect, ...]
     fit: ModalFit
@@ -65,12 +101,25 @@ class ModalTrial:
 
     @cached_property
     def figures(self) -> list[tuple[dict[str, float], dict[str, float]]]:
-        """For every effect the contract's parameters and their deviations (linearised, grown with the misfit)."""
+        """For every effect the contract's parameters and their deviations (linearised, grown with
+        the misfit)."""
         out, model = [], self.fit.model
         at = len(model.parameters) - self.extra
         for e in self.effects:
-            rows = [(name, reported(model, model.parameters[at + k], how, float(self.fit.point.p[at + k]), float(self.fit.std[at + k]), e.candidate.offset))
-                    for name, k, how in e.candidate.report]
+            rows = [
+                (
+                    name,
+                    reported(
+                        model,
+                        model.parameters[at + k],
+                        how,
+                        float(self.fit.point.p[at + k]),
+                        float(self.fit.std[at + k]),
+                        e.candidate.offset,
+                    ),
+                )
+                for name, k, how in e.candidate.report
+            ]
             out.append(({name: v for name, (v, _) in rows}, {name: d for name, (_, d) in rows}))
             at += e.candidate.extra
         return out
@@ -90,9 +139,20 @@ class ModalBench:
         """Every word at every place on a fitted model."""
         m = found.model.matrices(found.point.p)
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in found.model.place)
-        context = Context(found.model, m.K, m.M, self.data.top, self.data.bottom, (), held, lambda node, kind: regrown(self.release(node, kind), found.model),
-                          0.005)
-        return [c for word in (self.words if words is None else words) for c in CATALOGUE[word](context)]
+        context = Context(
+            found.model,
+            m.K,
+            m.M,
+            self.data.top,
+            self.data.bottom,
+            (),
+            held,
+            lambda node, kind: regrown(self.release(node, kind), found.model),
+            0.005,
+        )
+        return [
+            c for word in (self.words if words is None else words) for c in CATALOGUE[word](context)
+        ]
 
 
 def trials_beside(bench: ModalBench, parent: ModalTrial, most: int = SHORT) -> list[ModalTrial]:
@@ -100,7 +160,8 @@ def trials_beside(bench: ModalBench, parent: ModalTrial, most: int = SHORT) -> l
     base = parent.fit
     candidates = [c for c in bench.candidates(base) if key_of(c) not in parent.keys]
     bench.tell(f"screening {len(candidates)} candidates")
-    # Ordinary parameters that gave way for want of a word come back where a word is tried at its best size.
+    # Ordinary parameters that gave way for want of a word come back where a word is tried at its
+    # best size.
     usual = np.where([q.group is not None for q in base.model.parameters], 0.0, base.point.p)
     scores = shares(base, candidates)
     large = _sized(base.point.residual.evaluate(usual, base.point), candidates)
@@ -124,20 +185,32 @@ def trials_beside(bench: ModalBench, parent: ModalTrial, most: int = SHORT) -> l
 
 
 def _even(x: float) -> float:
-    """Six digits: what mirror images of a symmetric structure share to rounding is a tie, and the first of them counts, on every machine the same."""
+    """Six digits: what mirror images of a symmetric structure share to rounding is a tie, and the
+    first of them counts, on every machine the same."""
     return float(f"{x:.5e}")
 
 
-def _members(bench: ModalBench, parent: ModalTrial, candidates: Sequence[Candidate]) -> list[ModalTrial]:
-    """Words of one parameter on whole groups, followed through several sizes; those that fit best somewhere are refitted from there."""
+def _members(
+    bench: ModalBench, parent: ModalTrial, candidates: Sequence[Candidate]
+) -> list[ModalTrial]:
+    """Words of one parameter on whole groups, followed through several sizes; those that fit best
+    somewhere are refitted from there."""
     able = [c for c in candidates if c.place.groups and c.extra == 1 and c.grow is not None]
-    traced = [(best, c) for c in sorted(able, key=lambda c: -len(c.place.elements))[:TRACED] if (best := _traced(bench.data, parent, c)) is not None]
+    traced = [
+        (best, c)
+        for c in sorted(able, key=lambda c: -len(c.place.elements))[:TRACED]
+        if (best := _traced(bench.data, parent, c)) is not None
+    ]
     out: list[ModalTrial] = []
     for (_, size), c in sorted(traced, key=lambda item: item[0][0])[:MEMBERS]:
         bench.tell(f"refitting {c.name}")
         try:
             start = np.append(parent.fit.point.p, size)
-            found = None if c.model is None else fit_modes(c.model, bench.data, start, True, like=parent.fit.point.residual)
+            found = (
+                None
+                if c.model is None
+                else fit_modes(c.model, bench.data, start, True, like=parent.fit.point.residual)
+            )
         except CvxupdateError:
             continue
         out += [] if found is None else [ModalTrial((*parent.effects, Effect(c)), found)]
@@ -145,7 +218,8 @@ def _members(bench: ModalBench, parent: ModalTrial, candidates: Sequence[Candida
 
 
 def _traced(data: Tables, parent: ModalTrial, c: Candidate) -> tuple[float, float] | None:
-    """(weighted squares, size) of the best of `WHOLE`, the modes followed from size to size; None where there is no structure at any."""
+    """(weighted squares, size) of the best of `WHOLE`, the modes followed from size to size; None
+    where there is no structure at any."""
     if c.model is None:
         return None
     q, out = c.model.parameters[-1], []
@@ -153,7 +227,11 @@ def _traced(data: Tables, parent: ModalTrial, c: Candidate) -> tuple[float, floa
         point: ModalPoint | None = None
         for size in [side * x for x in WHOLE if q.lower < side * x < q.upper]:
             try:
-                residual = residual_of(c.model, data, parent.fit.point.residual) if point is None else point.residual
+                residual = (
+                    residual_of(c.model, data, parent.fit.point.residual)
+                    if point is None
+                    else point.residual
+                )
                 point = residual.evaluate(np.append(parent.fit.point.p, size), point)
             except CvxupdateError:
                 break
@@ -163,33 +241,58 @@ def _traced(data: Tables, parent: ModalTrial, c: Candidate) -> tuple[float, floa
 
 
 def _sized(origin: ModalPoint, candidates: Sequence[Candidate]) -> dict[int, Score]:
-    """Scores of local words at their best size, by their number: a derivative says little of a word that is large."""
+    """Scores of local words at their best size, by their number: a derivative says little of a word
+    that is large."""
     at, model = origin.matrices, origin.residual.model
-    many = natural_modes(at.K, at.M, min(model.size, max(BASIS, len(origin.modes.eigenvalues))), rigid_body_modes(model, at.K, at.M))
+    many = natural_modes(
+        at.K,
+        at.M,
+        min(model.size, max(BASIS, len(origin.modes.eigenvalues))),
+        rigid_body_modes(model, at.K, at.M),
+    )
     around = scene(origin, prior_scales(model), many)
-    return {k: Score(candidates[k], 1.0 - left / around.total if around.total > 0 else 0.0, np.array([best]))
-            for k, (left, best) in scan(around, candidates).items()}
+    return {
+        k: Score(
+            candidates[k], 1.0 - left / around.total if around.total > 0 else 0.0, np.array([best])
+        )
+        for k, (left, best) in scan(around, candidates).items()
+    }
 
 
-def _planted(bench: ModalBench, parent: ModalTrial, s: Score, usual: Real | None) -> ModalTrial | None:
-    """A candidate fitted beside ``parent``, from its first-order size or (``usual``: where everything else begins) its best size."""
+def _planted(
+    bench: ModalBench, parent: ModalTrial, s: Score, usual: Real | None
+) -> ModalTrial | None:
+    """A candidate fitted beside ``parent``, from its first-order size or (``usual``: where
+    everything else begins) its best size."""
     c, n = s.candidate, len(parent.fit.model.parameters)
     if c.model is None:
         return None
     bench.tell(f"refitting {c.name}")
     start = np.zeros(len(c.model.parameters))
     start[:n] = parent.fit.point.p if usual is None else usual
-    low, high = (np.array([getattr(q, side) for q in c.model.parameters[n:]]) for side in ("lower", "upper"))
+    low, high = (
+        np.array([getattr(q, side) for q in c.model.parameters[n:]]) for side in ("lower", "upper")
+    )
     first = s.p if len(s.p) == c.extra else np.zeros(c.extra)
-    start[n:] = first if usual is not None else np.clip(first, np.maximum(low, -0.3), np.minimum(high, 1.0))
+    start[n:] = (
+        first if usual is not None else np.clip(first, np.maximum(low, -0.3), np.minimum(high, 1.0))
+    )
     try:
-        return ModalTrial((*parent.effects, Effect(c)), fit_modes(c.model, bench.data, start, usual is not None, like=parent.fit.point.residual))
+        return ModalTrial(
+            (*parent.effects, Effect(c)),
+            fit_modes(
+                c.model, bench.data, start, usual is not None, like=parent.fit.point.residual
+            ),
+        )
     except CvxupdateError:
         return None
 
 
-def pairs(bench: ModalBench, ordinary: ModalTrial, singles: Sequence[ModalTrial]) -> list[ModalTrial]:
-    """Two effects: a second sought beside each of the best firsts, then beside the second of the best pair alone (backfitting); best first."""
+def pairs(
+    bench: ModalBench, ordinary: ModalTrial, singles: Sequence[ModalTrial]
+) -> list[ModalTrial]:
+    """Two effects: a second sought beside each of the best firsts, then beside the second of the
+    best pair alone (backfitting); best first."""
     firsts = [t for t in singles if t.charged <= CLOSE * singles[0].charged][:PARENTS]
     pool: dict[frozenset[Key], ModalTrial] = {}
 
@@ -211,12 +314,24 @@ def pairs(bench: ModalBench, ordinary: ModalTrial, singles: Sequence[ModalTrial]
 def _alone(bench: ModalBench, ordinary: ModalTrial, pair: ModalTrial) -> ModalTrial | None:
     """The second effect of a pair by itself."""
     last = pair.effects[-1]
-    c = next((c for c in bench.candidates(ordinary.fit, (last.candidate.physics,)) if key_of(c) == last.key), None)
-    return None if c is None else _planted(bench, ordinary, Score(c, 1.0, pair.fit.point.p[-c.extra :]), None)
+    c = next(
+        (
+            c
+            for c in bench.candidates(ordinary.fit, (last.candidate.physics,))
+            if key_of(c) == last.key
+        ),
+        None,
+    )
+    return (
+        None
+        if c is None
+        else _planted(bench, ordinary, Score(c, 1.0, pair.fit.point.p[-c.extra :]), None)
+    )
 
 
 def shares(base: ModalFit, candidates: Sequence[Candidate]) -> list[Score]:
-    """Score of every candidate to first order: the share of the weighted residual that it explains, the ordinary parameters taken out, and its size."""
+    """Score of every candidate to first order: the share of the weighted residual that it explains,
+    the ordinary parameters taken out, and its size."""
     point = base.point
     A, _ = point.system().weighted()
     values, weights, _ = point.differences
@@ -231,7 +346,11 @@ def shares(base: ModalFit, candidates: Sequence[Candidate]) -> list[Score]:
     single: dict[tuple[str, int], Real] = {}
     columns: list[Real | None] = []
     for c in candidates:
-        parts = [single[(c.physics, e)] for e in c.members if (c.physics, e) in single] if len(c.members) > 1 and c.additive else []
+        parts = (
+            [single[(c.physics, e)] for e in c.members if (c.physics, e) in single]
+            if len(c.members) > 1 and c.additive
+            else []
+        )
         if parts and len(parts) == len(c.members):
             columns.append(np.sum(parts, axis=0)[:, None])
         elif c.tangent and all(c.tangent):
@@ -243,8 +362,11 @@ def shares(base: ModalFit, candidates: Sequence[Candidate]) -> list[Score]:
     return _scored(left, candidates, [None if J is None else weights[:, None] * J for J in columns])
 
 
-def _scored(left: Left, candidates: Sequence[Candidate], columns: Sequence[Real | None]) -> list[Score]:
-    """Scores of candidates with weighted columns (rows, n) each (None: it has none); those with a single one at a time."""
+def _scored(
+    left: Left, candidates: Sequence[Candidate], columns: Sequence[Real | None]
+) -> list[Score]:
+    """Scores of candidates with weighted columns (rows, n) each (None: it has none); those with a
+    single one at a time."""
     out = [Score(c, 0.0, np.zeros(c.extra)) for c in candidates]
     total = float(left.residual @ left.residual)
     if total <= 0.0:
@@ -256,7 +378,9 @@ def _scored(left: Left, candidates: Sequence[Candidate], columns: Sequence[Real 
         Jp = left.freed(J)
         norms = np.linalg.norm(Jp, axis=0)
         along = left.residual @ Jp
-        for k, norm, length, push in zip(some, norms.tolist(), np.linalg.norm(J, axis=0).tolist(), along.tolist(), strict=True):
+        for k, norm, length, push in zip(
+            some, norms.tolist(), np.linalg.norm(J, axis=0).tolist(), along.tolist(), strict=True
+        ):
             if norm > FAINT * max(length, 1e-300) and not (candidates[k].sign > 0 and push < 0.0):
                 out[k] = Score(candidates[k], push**2 / norm**2 / total, np.array([push / norm**2]))
     for k, several in enumerate(columns):
@@ -274,13 +398,21 @@ def _together(left: Left, c: Candidate, J: Real) -> Score:
         return nothing
     best = np.linalg.lstsq(Jp / norms, left.residual, rcond=1e-8)[0] / norms
     rest = left.residual - Jp @ best
-    return nothing if c.sign > 0 and best[0] < 0.0 else Score(c, 1.0 - float(rest @ rest) / total, best)
+    return (
+        nothing
+        if c.sign > 0 and best[0] < 0.0
+        else Score(c, 1.0 - float(rest @ rest) / total, best)
+    )
 
 
 def _column(point: ModalPoint, eigenvalues: Real, phi: Real) -> Callable[[Sequence[Any]], Real]:
-    """What gives the derivative of the rows of ``point.differences`` along one tangent: Fox and Kapoor's modal expansion over the modes at hand."""
+    """What gives the derivative of the rows of ``point.differences`` along one tangent: Fox and
+    Kapoor's modal expansion over the modes at hand."""
     residual = point.residual
-    places = np.array([i for k in range(len(residual.fit)) for i in point.places[k].tolist() if i >= 0], dtype=np.int64)
+    places = np.array(
+        [i for k in range(len(residual.fit)) for i in point.places[k].tolist() if i >= 0],
+        dtype=np.int64,
+    )
     shapes = np.vstack([point.modes.shapes, np.zeros((1, point.modes.shapes.shape[1]))])
     paired, own = np.ascontiguousarray(shapes[:, places]), point.modes.eigenvalues[places]
     rows = point._shape_rows() if residual.shapes else []
@@ -288,7 +420,18 @@ def _column(point: ModalPoint, eigenvalues: Real, phi: Real) -> Callable[[Sequen
     def column(blocks: Sequence[Any]) -> Real:
         parts = [_energies(paired, own, blocks)]
         for _, _, i, sensors, x, std in rows:
-            parts.append(_turned(shapes[:, i], float(point.modes.eigenvalues[i]), sensors, x, std, eigenvalues, phi, blocks))
+            parts.append(
+                _turned(
+                    shapes[:, i],
+                    float(point.modes.eigenvalues[i]),
+                    sensors,
+                    x,
+                    std,
+                    eigenvalues,
+                    phi,
+                    blocks,
+                )
+            )
         return np.concatenate(parts)
 
     return column
@@ -306,7 +449,16 @@ def _energies(shapes: Real, eigenvalues: Real, blocks: Sequence[Any]) -> Real:
     return out
 
 
-def _turned(shape: Real, eigenvalue: float, sensors: Any, x: Real, std: Real, eigenvalues: Real, phi: Real, blocks: Sequence[Any]) -> Real:
+def _turned(
+    shape: Real,
+    eigenvalue: float,
+    sensors: Any,
+    x: Real,
+    std: Real,
+    eigenvalues: Real,
+    phi: Real,
+    blocks: Sequence[Any],
+) -> Real:
     """Derivative of a shape (N + 1,) at ``sensors``, scaled to the measured ``x`` all the while."""
     force = _push(shape, eigenvalue, blocks)
     gap = eigenvalue - eigenvalues

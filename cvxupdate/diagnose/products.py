@@ -1,4 +1,5 @@
-"""Products of real matrices with complex arrays, in real arithmetic: a quarter of the work of converting the matrix, and one call for many columns."""
+"""Products of real matrices with complex arrays, in real arithmetic: a quarter of the work of
+converting the matrix, and one call for many columns."""
 
 from __future__ import annotations
 
@@ -18,5 +19,6 @@ def times(A: Real | Complex, z: NDArray[Any]) -> Complex:
 
 
 def drawn(shapes: Real, U: Complex) -> Complex:
-    """Modal forces (modes, points, cases) of drives ``U`` (points, references, cases) at shapes (modes, references)."""
+    """Modal forces (modes, points, cases) of drives ``U`` (points, references, cases) at shapes
+    (modes, references)."""
     return times(shapes, np.swapaxes(U, 0, 1))

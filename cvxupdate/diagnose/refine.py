@@ -1,7 +1,9 @@
-"""A written problem file on a finer mesh: what diagnosis took out as the mesh's own error is then not in the model any more.
+"""A written problem file on a finer mesh: what diagnosis took out as the mesh's own error is then
+not in the model any more.
 
-Nodes, groups, sections, supports, other elements and recordings stay as they are, with their numbers. Every rod and beam is divided evenly; its first part
-keeps the number, further parts and the nodes between get numbers above all others.
+Nodes, groups, sections, supports, other elements and recordings stay as they are, with their
+numbers. Every rod and beam is divided evenly; its first part keeps the number, further parts and
+the nodes between get numbers above all others.
 """
 
 from __future__ import annotations
@@ -19,14 +21,23 @@ from cvxupdate.spec.write import to_toml
 
 MODES = 12  # compared on two meshes
 
-LINES = {"rod": 4, "beam2d": 2, "beam3d": 2}  # parts: frequencies of rods converge with the square of the length, of beams with its fourth power
-SECOND_ORDER = 4  # parts of a beam that deforms in shear, which converges with the square where it is short
+LINES = {
+    "rod": 4,
+    "beam2d": 2,
+    "beam3d": 2,
+    # parts: frequencies of rods converge with the square of the length, of beams with its fourth
+    # power
+}
+SECOND_ORDER = (
+    4  # parts of a beam that deforms in shear, which converges with the square where it is short
+)
 SHEET = ("plate",)
 NOT_HERE = ("update", "constraints", "regularisation", "solver")  # they name elements
 
 
 def refined_text(text: str) -> str | None:
-    """The problem file ``text`` with every rod and beam divided; None where there is none, or plates, whose mesh is left to the analyst."""
+    """The problem file ``text`` with every rod and beam divided; None where there is none, or
+    plates, whose mesh is left to the analyst."""
     tables = tomllib.loads(text)
     model: dict[str, Any] = tables["model"]
     kinds = {block["type"] for block in model["elements"]}
@@ -58,25 +69,36 @@ def refined_text(text: str) -> str | None:
     if everywhere:
         model["supports"].append({"nodes": fresh, "dofs": everywhere})
     kept = {k: v for k, v in tables.items() if k not in NOT_HERE}
-    return to_toml(kept, ["The diagnosed model (problem.toml beside this file) on a finer mesh: every rod and beam divided, all numbers kept, new ones above.",
-                          "For comparison with recordings (cvxupdate correlate); update the other file."])
+    return to_toml(
+        kept,
+        [
+            "The diagnosed model (problem.toml beside this file) on a finer mesh: every rod "
+            "and beam divided, all numbers kept, new ones above.",
+            "For comparison with recordings (cvxupdate correlate); update the other file.",
+        ],
+    )
 
 
 def shift(coarse: Path, fine: Path) -> float:
-    """Largest relative difference of the lowest `MODES` frequencies of two problem files, which differ in their mesh only.
+    """Largest relative difference of the lowest `MODES` frequencies of two problem files, which
+    differ in their mesh only.
 
     Raises
     ------
     InputError, ModelError
         For a file that does not hold, a model that is no structure.
     """
-    f, g = (model_modes(build_model(load_problem(path)), MODES).flexible().frequencies for path in (coarse, fine))
+    f, g = (
+        model_modes(build_model(load_problem(path)), MODES).flexible().frequencies
+        for path in (coarse, fine)
+    )
     n = min(len(f), len(g))
     return float(np.abs(f[:n] / g[:n] - 1.0).max(initial=0.0))
 
 
 def _held_everywhere(model: dict[str, Any], nodes: set[int]) -> list[str]:
-    """Kinds of DOF that supports hold at every node by number (a plane structure in space): the nodes between are held alike."""
+    """Kinds of DOF that supports hold at every node by number (a plane structure in space): the
+    nodes between are held alike."""
     out = []
     for dof in model["dofs"]:
         held: set[int] = set()

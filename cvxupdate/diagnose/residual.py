@@ -1,4 +1,5 @@
-"""Output error of responses: model parameters, one damping ratio for each mode, sensor faults. A residual for the trust-region loop."""
+"""Output error of responses: model parameters, one damping ratio for each mode, sensor faults. A
+residual for the trust-region loop."""
 
 from __future__ import annotations
 
@@ -9,7 +10,16 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from cvxupdate.diagnose.forward import Changes, Receptances, Response, basis, by_point, receptances, respond, sensor_rows
+from cvxupdate.diagnose.forward import (
+    Changes,
+    Receptances,
+    Response,
+    basis,
+    by_point,
+    receptances,
+    respond,
+    sensor_rows,
+)
 from cvxupdate.diagnose.signals import Complex, Real, Signal
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes
@@ -21,9 +31,10 @@ from cvxupdate.system import LinearSystem
 class Fault:
     """A sensor fault under trial, one unknown p each.
 
-    ``how``: "gain", reading × (1 + p); "delay", reading late by p · ``unit`` seconds; "swap", the readings of ``channel`` and ``other`` exchanged: each
-    carries the share 1 + p of the other's and −p of its own, so p = 0 is the whole exchange (start there) and a p that a fit drives away from 0 says
-    that it was none. A recording that has only one of the two channels is left as it is.
+    ``how``: "gain", reading × (1 + p); "delay", reading late by p · ``unit`` seconds; "swap", the
+    readings of ``channel`` and ``other`` exchanged: each carries the share 1 + p of the other's and
+    −p of its own, so p = 0 is the whole exchange (start there) and a p that a fit drives away from
+    0 says that it was none. A recording that has only one of the two channels is left as it is.
     """
 
     channel: str
@@ -32,7 +43,8 @@ class Fault:
     other: str = ""
 
     def applied(self, p: float, signal: Signal, y: Complex) -> Complex:
-        """What the faulty sensors make of responses ``y`` (points, sensors, cases); linear in ``y``."""
+        """What the faulty sensors make of responses ``y`` (points, sensors, cases); linear in
+        ``y``."""
         out = y.copy()
         own = [k for k, label in enumerate(signal.sensors) if label == self.channel]
         if self.how == "swap":
@@ -46,7 +58,8 @@ class Fault:
         return out
 
     def rate(self, p: float, signal: Signal, y: Complex) -> Complex:
-        """Derivative of `applied` with respect to p. For a swap it is also what the share exchanged adds to sound readings ``y``."""
+        """Derivative of `applied` with respect to p. For a swap it is also what the share exchanged
+        adds to sound readings ``y``."""
         out = np.zeros(y.shape, dtype=complex)
         own = [k for k, label in enumerate(signal.sensors) if label == self.channel]
         if self.how == "swap":
@@ -56,21 +69,28 @@ class Fault:
         elif self.how == "gain":
             out[:, own] = y[:, own]
         else:
-            out[:, own] = self.applied(p, signal, y)[:, own] * (-1j * signal.s.imag * self.unit)[:, None, None]
+            out[:, own] = (
+                self.applied(p, signal, y)[:, own]
+                * (-1j * signal.s.imag * self.unit)[:, None, None]
+            )
         return out
 
     def _pairs(self, signal: Signal) -> list[tuple[int, int]]:
-        first, second = ([k for k, label in enumerate(signal.sensors) if label == wanted] for wanted in (self.channel, self.other))
+        first, second = (
+            [k for k, label in enumerate(signal.sensors) if label == wanted]
+            for wanted in (self.channel, self.other)
+        )
         return list(zip(first, second, strict=False))
 
 
 @dataclass(frozen=True)
 class Setting:
-    """What is fitted: model (undamped, its parameters: ordinary ones, then the physics), signals, file damping by mode, faults, band top (Hz),
-    ``mesh`` the relative mesh error of each damped mode's frequency.
+    """What is fitted: model (undamped, its parameters: ordinary ones, then the physics), signals,
+    file damping by mode, faults, band top (Hz), ``mesh`` the relative mesh error of each damped
+    mode's frequency.
 
-    The unknowns are, in order: the model's parameters; z₀, by which the logarithm of every damping ratio moves together; z_r, each mode's own;
-    the faults.
+    The unknowns are, in order: the model's parameters; z₀, by which the logarithm of every damping
+    ratio moves together; z_r, each mode's own; the faults.
     """
 
     model: Model
@@ -88,11 +108,19 @@ class Setting:
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of the unknowns."""
-        return (*(q.name for q in self.model.parameters), "damping", *(f"damping of mode {r + 1}" for r in range(self.damped)),
-                *(f"{f.how} of {f.channel}" + (f" and {f.other}" if f.other else "") for f in self.faults))
+        return (
+            *(q.name for q in self.model.parameters),
+            "damping",
+            *(f"damping of mode {r + 1}" for r in range(self.damped)),
+            *(
+                f"{f.how} of {f.channel}" + (f" and {f.other}" if f.other else "")
+                for f in self.faults
+            ),
+        )
 
     def evaluate(self, p: Real, before: ResponsePoint | None = None) -> ResponsePoint:
-        """The responses at ``p``; modes keep their damping ratio when they cross. ModelError where the model is no structure."""
+        """The responses at ``p``; modes keep their damping ratio when they cross. ModelError where
+        the model is no structure."""
         n = len(self.model.parameters)
         m = self.model.matrices(p[:n])
         modes = basis(m.K, m.M, self.top, rigid_body_modes(self.model, m.K, m.M))
@@ -106,12 +134,15 @@ class Setting:
             moved = modes.eigenvalues.copy()
             moved[owner] *= (1.0 + self.mesh) ** 2
             modes = Modes(moved, modes.shapes, modes.rigid)
-        return ResponsePoint(self, np.asarray(p, dtype=float), m, modes, np.asarray(owner, dtype=np.int64))
+        return ResponsePoint(
+            self, np.asarray(p, dtype=float), m, modes, np.asarray(owner, dtype=np.int64)
+        )
 
 
 @dataclass(frozen=True)
 class ResponsePoint:
-    """The responses at one vector of unknowns; ``owner`` (damped,) says which mode each damping ratio belongs to."""
+    """The responses at one vector of unknowns; ``owner`` (damped,) says which mode each damping
+    ratio belongs to."""
 
     setting: Setting
     p: Real
@@ -137,7 +168,10 @@ class ResponsePoint:
         near = max(self.low, int(self.owner.max(initial=-1)) + 1)
         out = []
         for signal in self.setting.signals:
-            sensors, inputs = (sensor_rows(self.setting.model, labels) for labels in (signal.sensors, signal.inputs))
+            sensors, inputs = (
+                sensor_rows(self.setting.model, labels)
+                for labels in (signal.sensors, signal.inputs)
+            )
             out.append(respond(signal, self.modes, sensors, inputs, self.damping, C, D, near))
         return tuple(out)
 
@@ -161,10 +195,11 @@ class ResponsePoint:
     @property
     def fault_values(self) -> Real:
         """The unknowns of the sensor faults."""
-        return self.p[len(self.p) - len(self.setting.faults):]
+        return self.p[len(self.p) - len(self.setting.faults) :]
 
     def faulty(self, signal: Signal, y: Complex, start: int = 0) -> Complex:
-        """Responses ``y`` (points, sensors, cases) after the sensor faults from number ``start`` on, one after the other."""
+        """Responses ``y`` (points, sensors, cases) after the sensor faults from number ``start``
+        on, one after the other."""
         for value, fault in list(zip(self.fault_values, self.setting.faults, strict=True))[start:]:
             y = fault.applied(float(value), signal, y)
         return y
@@ -174,7 +209,11 @@ class ResponsePoint:
         before = zip(self.fault_values[:number], self.setting.faults[:number], strict=True)
         for value, fault in before:
             y = fault.applied(float(value), signal, y)
-        return self.faulty(signal, self.setting.faults[number].rate(float(self.fault_values[number]), signal, y), number + 1)
+        return self.faulty(
+            signal,
+            self.setting.faults[number].rate(float(self.fault_values[number]), signal, y),
+            number + 1,
+        )
 
     def modelled(self) -> tuple[Complex, ...]:
         """Model rows (rows, sensors, cases) of every signal, sensor faults included."""
@@ -182,7 +221,8 @@ class ResponsePoint:
 
     @cached_property
     def differences(self) -> tuple[Real, Real, tuple[str, ...]]:
-        """(model − measured, weights, labels): real parts, then imaginary parts, signal by signal."""
+        """(model − measured, weights, labels): real parts, then imaginary parts, signal by
+        signal."""
         values, weights = [], []
         for signal, model in zip(self.setting.signals, self.modelled(), strict=True):
             gap, weight = (model - signal.Y).reshape(-1), 1.0 / signal.scale().reshape(-1)
@@ -194,35 +234,52 @@ class ResponsePoint:
     def jacobian(self) -> Real:
         """Derivative of `differences` with respect to every unknown, (rows, unknowns)."""
         model = self.setting.model
-        change = Changes.of(model.derivatives(self.p[: len(model.parameters)]), self.modes, self.low)
+        change = Changes.of(
+            model.derivatives(self.p[: len(model.parameters)]), self.modes, self.low
+        )
         parts = []
         for r in self.responses:
             damped, common = self._damping_columns(r)
             columns = np.concatenate([change.columns(r), common[:, None]], axis=1)
             if self.setting.faults:
-                rates = [self.fault_rate(number, r.signal, r.raw) for number in range(len(self.setting.faults))]
-                columns = np.stack([*(self.faulty(r.signal, c) for c in np.moveaxis(columns, 1, 0)), *rates], axis=1)
+                rates = [
+                    self.fault_rate(number, r.signal, r.raw)
+                    for number in range(len(self.setting.faults))
+                ]
+                columns = np.stack(
+                    [*(self.faulty(r.signal, c) for c in np.moveaxis(columns, 1, 0)), *rates],
+                    axis=1,
+                )
             rows = np.moveaxis(r.rows(columns), 1, -1).reshape(r.signal.Y.size, -1)
             at = len(model.parameters) + 1
-            stacked = np.hstack([rows[:, :at], damped.reshape(len(rows), len(self.owner)), rows[:, at:]])
+            stacked = np.hstack(
+                [rows[:, :at], damped.reshape(len(rows), len(self.owner)), rows[:, at:]]
+            )
             parts += [stacked.real, stacked.imag]
         return np.vstack(parts)
 
     def _damping_columns(self, r: Response) -> tuple[Complex, Complex]:
-        """Derivatives with respect to each log ζ, as rows (rows, sensors, cases, damped), and to z₀ (points, sensors, cases): they all move together."""
-        shear = 2.0 * np.sqrt(np.maximum(self.modes.eigenvalues, 0.0)) * self.damping  # ∂(2 ζ ω s)/∂ log ζ
+        """Derivatives with respect to each log ζ, as rows (rows, sensors, cases, damped), and to z₀
+        (points, sensors, cases): they all move together."""
+        shear = (
+            2.0 * np.sqrt(np.maximum(self.modes.eigenvalues, 0.0)) * self.damping
+        )  # ∂(2 ζ ω s)/∂ log ζ
         factor = -(r.drive * r.signal.s)[:, None]
         own = self.owner
         moved = factor * (shear[own, None, None] * r.q[own])  # (damped, points, cases)
-        common = factor[:, :, None] * np.matmul(np.swapaxes(by_point(r.a), 1, 2), by_point(shear[: r.near, None, None] * r.q))
+        common = factor[:, :, None] * np.matmul(
+            np.swapaxes(by_point(r.a), 1, 2), by_point(shear[: r.near, None, None] * r.q)
+        )
         if r.far is not None:
-            common = common + factor[:, :, None] * r.far.between(r.at[r.near:], shear[r.near:], 2)
+            common = common + factor[:, :, None] * r.far.between(r.at[r.near :], shear[r.near :], 2)
         if not len(own):
             return np.zeros((*r.signal.Y.shape, 0), dtype=complex), common
         if r.coupled or self.setting.faults:
             each = r.a[own][:, :, :, None] * moved[:, :, None, :]
             return r.rows(np.stack([self.faulty(r.signal, e) for e in each], axis=-1)), common
-        slim = r.rows(np.moveaxis(moved * r.inverse[own][:, :, None], 0, -1))  # (rows, cases, damped): every sensor sees it by its shape
+        slim = r.rows(
+            np.moveaxis(moved * r.inverse[own][:, :, None], 0, -1)
+        )  # (rows, cases, damped): every sensor sees it by its shape
         return slim[:, None] * r.at[own].T[None, :, None, :], common
 
     def system(self) -> LinearSystem:
@@ -233,11 +290,14 @@ class ResponsePoint:
 
 
 def channel_errors(signals: Sequence[Signal], modelled: Sequence[Complex]) -> float:
-    """Normalised error: ‖Y − Ŷ‖ / ‖Y‖ of each channel that responds, averaged (0 perfect, 1 as large as the signal)."""
+    """Normalised error: ‖Y − Ŷ‖ / ‖Y‖ of each channel that responds, averaged (0 perfect, 1 as
+    large as the signal)."""
     errors = []
     for signal, model in zip(signals, modelled, strict=True):
         gap = np.sqrt(np.sum(np.abs(model - signal.Y) ** 2, axis=(0, 2)))
-        errors += (gap / np.sqrt(np.sum(np.abs(signal.Y) ** 2, axis=(0, 2))))[signal.audible()].tolist()
+        errors += (gap / np.sqrt(np.sum(np.abs(signal.Y) ** 2, axis=(0, 2))))[
+            signal.audible()
+        ].tolist()
     return float(np.mean(errors)) if errors else float("nan")
 
 
@@ -245,5 +305,8 @@ def noise_errors(signals: Sequence[Signal]) -> float:
     """The same measure for noise alone: what a perfect model would be left with."""
     errors = []
     for signal in signals:
-        errors += (np.sqrt(np.sum(signal.std**2, axis=(0, 2))) / np.sqrt(np.sum(np.abs(signal.Y) ** 2, axis=(0, 2))))[signal.audible()].tolist()
+        errors += (
+            np.sqrt(np.sum(signal.std**2, axis=(0, 2)))
+            / np.sqrt(np.sum(np.abs(signal.Y) ** 2, axis=(0, 2)))
+        )[signal.audible()].tolist()
     return float(np.mean(errors)) if errors else float("nan")

@@ -1,4 +1,5 @@
-"""Which candidates are worth a refit: the largest shares of the residual, level by level, of every word."""
+"""Which candidates are worth a refit: the largest shares of the residual, level by level, of every
+word."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ MEMBERS = 16  # words on whole groups that are refitted whatever their share
 
 
 def shortlist(ranked: Sequence[Score], most: int = SHORT, each: int = PER_WORD) -> list[Score]:
-    """The best of every word that comes near the best of all, at most ``each`` of a word and ``most`` in all."""
+    """The best of every word that comes near the best of all, at most ``each`` of a word and
+    ``most`` in all."""
     order = sorted((s for s in ranked if s.share > 0.0), key=lambda s: -s.share)
     out: list[Score] = []
     count: dict[str, int] = {}
@@ -31,8 +33,15 @@ def shortlist(ranked: Sequence[Score], most: int = SHORT, each: int = PER_WORD) 
 
 
 def members(ranked: Sequence[Score], most: int = MEMBERS) -> list[Score]:
-    """Words on whole groups, members or the structure: few, and too large for a first-order share to be trusted; those of K and M, best first."""
-    whole = [s for s in ranked if s.candidate.place.groups and s.candidate.grow is not None and s.candidate.physics not in DAMPING_WORDS]
+    """Words on whole groups, members or the structure: few, and too large for a first-order share
+    to be trusted; those of K and M, best first."""
+    whole = [
+        s
+        for s in ranked
+        if s.candidate.place.groups
+        and s.candidate.grow is not None
+        and s.candidate.physics not in DAMPING_WORDS
+    ]
     return sorted(whole, key=lambda s: -s.share)[:most]
 
 

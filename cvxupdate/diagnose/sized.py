@@ -1,9 +1,12 @@
-"""Shares of candidates at several sizes, each exactly: what acts along a few directions changes a structure's receptances in closed form.
+"""Shares of candidates at several sizes, each exactly: what acts along a few directions changes a
+structure's receptances in closed form.
 
-A first-order share says nothing of an effect that carries resonances past one another: a spring to ground under a free structure has a derivative of
-rigid-body motion only. For a change p f(s) W Λ Wᵀ of the dynamic stiffness, with few columns W, the responses change by
-−l (Λ⁻¹ / (p f) + Wᵀ G W)⁻¹ r, where l, r are the receptances from W to the sensors and from the drives to W (Sherman, Morrison and Woodbury; Ewins
-2000, 6.4, coupling by FRFs). Springs, lumps, dampers, joints, hidden oscillators and slender elements are of that kind.
+A first-order share says nothing of an effect that carries resonances past one another: a spring to
+ground under a free structure has a derivative of rigid-body motion only. For a change p f(s) W Λ Wᵀ
+of the dynamic stiffness, with few columns W, the responses change by −l (Λ⁻¹ / (p f) + Wᵀ G W)⁻¹ r,
+where l, r are the receptances from W to the sensors and from the drives to W (Sherman, Morrison and
+Woodbury; Ewins 2000, 6.4, coupling by FRFs). Springs, lumps, dampers, joints, hidden oscillators
+and slender elements are of that kind.
 """
 
 from __future__ import annotations
@@ -25,8 +28,16 @@ from cvxupdate.fe.model import DerivativeBlock
 from cvxupdate.physics.base import Candidate
 
 DIRECTIONS = 3  # columns of W at most
-REACH = (0.2, 10.0)  # sizes: from this much of the one that rules the receptance at its own place where that is largest, to its typical one
-STEP, MOST = 1.5, 48  # ratio of two sizes, as narrow as a resonance is on the widest lines; how many at most
+REACH = (
+    0.2,
+    10.0,
+    # sizes: from this much of the one that rules the receptance at its own place where that is
+    # largest, to its typical one
+)
+STEP, MOST = (
+    1.5,
+    48,
+)  # ratio of two sizes, as narrow as a resonance is on the widest lines; how many at most
 MASSES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.2)  # of hidden oscillators, of the structure's
 GIVEN = (0.1, 0.3, 0.6, 0.9, 0.97)  # how far what is joined rigidly gives way
 FINEST = 24  # sets whose sizes are refined
@@ -38,7 +49,8 @@ OSCILLATORS = 40  # hidden oscillators looked at: those with the largest first-o
 
 @dataclass(frozen=True)
 class Change:
-    """Δ Z = γ f(s) W Λ Wᵀ: DOFs ``used`` (u,), ``W`` (u, r), Λ's diagonal ``weights`` (r,), ``f`` of the points, for amounts γ."""
+    """Δ Z = γ f(s) W Λ Wᵀ: DOFs ``used`` (u,), ``W`` (u, r), Λ's diagonal ``weights`` (r,), ``f``
+    of the points, for amounts γ."""
 
     used: np.ndarray
     W: Real
@@ -57,7 +69,13 @@ def change_of(c: Candidate) -> Change | None:
             return np.asarray(s**2 * soft / (s**2 + soft))
 
         return Change(np.array([row]), np.ones((1, 1)), np.ones(1), mass)
-    if c.grow is None or c.extra != 1 or len(c.tangent) != 1 or len(c.tangent[0]) != 1 or (len(c.members) > 0 and not c.additive):
+    if (
+        c.grow is None
+        or c.extra != 1
+        or len(c.tangent) != 1
+        or len(c.tangent[0]) != 1
+        or (len(c.members) > 0 and not c.additive)
+    ):
         return None
     block = c.tangent[0][0]
     found = [(part, f) for part, f in _parts(block) if part is not None]
@@ -77,12 +95,18 @@ def change_of(c: Candidate) -> Change | None:
 
 
 def _parts(b: DerivativeBlock) -> tuple[tuple[Real | None, Callable[[Complex], Complex]], ...]:
-    return ((b.K, np.ones_like), (b.M, np.square), (b.C, lambda s: s), (b.D, lambda s: np.full_like(s, 1j)))
+    return (
+        (b.K, np.ones_like),
+        (b.M, np.square),
+        (b.C, lambda s: s),
+        (b.D, lambda s: np.full_like(s, 1j)),
+    )
 
 
 def sized(point: ResponsePoint, ranked: Sequence[Score], left: Left) -> list[Score]:
-    """The scores of those of ``ranked`` that act along few directions, each at the best of several sizes, shares exact but for ordinary unknowns
-    (``left``: what they cannot take up at the point, `left_over`).
+    """The scores of those of ``ranked`` that act along few directions, each at the best of several
+    sizes, shares exact but for ordinary unknowns (``left``: what they cannot take up at the point,
+    `left_over`).
 
     Sizes are those within the parameter's bounds; a candidate that no size helps keeps no score.
     """
@@ -92,7 +116,12 @@ def sized(point: ResponsePoint, ranked: Sequence[Score], left: Left) -> list[Sco
     weights = [1.0 / s.scale() for s in point.setting.signals]
     heavy = float(point.setting.model.total_mass())
     modal = [_modal_receptance(point, r) for r in point.responses]
-    hidden = {id(s) for s in sorted((s for s in ranked if s.candidate.tuned is not None), key=lambda s: -s.share)[:OSCILLATORS]}
+    hidden = {
+        id(s)
+        for s in sorted(
+            (s for s in ranked if s.candidate.tuned is not None), key=lambda s: -s.share
+        )[:OSCILLATORS]
+    }
     out = []
     for score in ranked:
         if score.candidate.tuned is not None and id(score) not in hidden:
@@ -106,7 +135,9 @@ def sized(point: ResponsePoint, ranked: Sequence[Score], left: Left) -> list[Sco
             if not len(sizes):
                 break
             try:
-                columns = _responses(change, _amounts(score.candidate, sizes), point, modal, weights)
+                columns = _responses(
+                    change, _amounts(score.candidate, sizes), point, modal, weights
+                )
             except np.linalg.LinAlgError:
                 break
             norms = np.sum((left.residual[:, None] - left.freed(columns)) ** 2, axis=0)
@@ -116,29 +147,62 @@ def sized(point: ResponsePoint, ranked: Sequence[Score], left: Left) -> list[Sco
             best, least = float(sizes[k]), float(norms[k])
             sizes = _between(sizes, best)
         if least < total:
-            out.append(replace(score, share=1.0 - least / total, p=np.array([best, *np.zeros(len(score.p) - 1)]), exact=True))
+            out.append(
+                replace(
+                    score,
+                    share=1.0 - least / total,
+                    p=np.array([best, *np.zeros(len(score.p) - 1)]),
+                    exact=True,
+                )
+            )
     return out
 
 
 def sized_sets(point: ResponsePoint, ranked: Sequence[Score], left: Left) -> list[Score]:
-    """The same for words with one parameter that act along many directions, sets of elements first of all: in the basis of the point's lowest modes.
+    """The same for words with one parameter that act along many directions, sets of elements first
+    of all: in the basis of the point's lowest modes.
 
-    Of those with the largest first-order shares. A thickness is taken as a plate's or a bar's in bending: stiffness with its cube, mass as itself.
+    Of those with the largest first-order shares. A thickness is taken as a plate's or a bar's in
+    bending: stiffness with its cube, mass as itself.
     """
     if any(r.coupled for r in point.responses):
         return []
     total = float(left.residual @ left.residual)
     weights = [1.0 / s.scale() for s in point.setting.signals]
     low = min(point.low, *(len(r.q) for r in point.responses))
-    order = sorted((s for s in ranked if s.candidate.grow is not None and s.candidate.extra == 1 and len(s.candidate.tangent) == 1
-                    and s.candidate.report[0][2] == "factor" and change_of(s.candidate) is None), key=lambda s: -s.share)
+    order = sorted(
+        (
+            s
+            for s in ranked
+            if s.candidate.grow is not None
+            and s.candidate.extra == 1
+            and len(s.candidate.tangent) == 1
+            and s.candidate.report[0][2] == "factor"
+            and change_of(s.candidate) is None
+        ),
+        key=lambda s: -s.share,
+    )
 
     def tried(rates: Sequence[Real], score: Score, sizes: Real) -> Score | None:
-        stiff = ((1.0 + sizes) ** 3 - 1.0) / 3.0 if score.candidate.physics == "thickness_change" else sizes
-        columns = np.stack([_weighted(point, weights, _modal(point, rates, a, b)) for a, b in zip(stiff, sizes, strict=True)], axis=1)
+        stiff = (
+            ((1.0 + sizes) ** 3 - 1.0) / 3.0
+            if score.candidate.physics == "thickness_change"
+            else sizes
+        )
+        columns = np.stack(
+            [
+                _weighted(point, weights, _modal(point, rates, a, b))
+                for a, b in zip(stiff, sizes, strict=True)
+            ],
+            axis=1,
+        )
         norms = np.sum((left.residual[:, None] - left.freed(columns)) ** 2, axis=0)
         k = int(np.argmin(norms))
-        return replace(score, share=1.0 - float(norms[k]) / total, p=np.array([sizes[k]]), exact=True) if norms[k] < total else None
+        return (
+            replace(score, share=1.0 - float(norms[k]) / total, p=np.array([sizes[k]]), exact=True)
+            if norms[k] < total
+            else None
+        )
 
     found: list[tuple[Score, Real, list[Real]]] = []
     for score in order[:SETS]:
@@ -146,7 +210,9 @@ def sized_sets(point: ResponsePoint, ranked: Sequence[Score], left: Left) -> lis
         for block in score.candidate.tangent[0]:
             for k, part in enumerate(modal_blocks(point.modes.shapes[:, :low], block)[:2]):
                 rates[k] += 0.0 if part is None else part
-        sizes = np.array([x for x in SIZES if score.candidate.limits[0] < x < score.candidate.limits[1]])
+        sizes = np.array(
+            [x for x in SIZES if score.candidate.limits[0] < x < score.candidate.limits[1]]
+        )
         first = tried(rates, score, sizes)
         if first is not None:
             found.append((first, sizes, rates))
@@ -170,8 +236,8 @@ def _between(sizes: Real, best: float) -> Real:
 
 
 def _modal(point: ResponsePoint, rates: Sequence[Real], a: float, b: float) -> list[Complex]:
-    """The responses' change (points, sensors, cases) when K̃ and M̃ in the basis of the lowest modes change by a, b times ``rates``; modes keep their
-    damping in their order."""
+    """The responses' change (points, sensors, cases) when K̃ and M̃ in the basis of the lowest
+    modes change by a, b times ``rates``; modes keep their damping in their order."""
     low = len(rates[0])
     lam = np.maximum(point.modes.eigenvalues[:low], 0.0)
     try:
@@ -199,10 +265,14 @@ def _weighted(point: ResponsePoint, weights: Sequence[Real], changes: Sequence[C
     return np.concatenate(parts)
 
 
-def sized_whole(parent: ResponsePoint, hypothesis: Hypothesis, left: Left) -> tuple[Hypothesis, float]:
-    """A hypothesis beside a fitted parent with the best of several sizes of its last parameter to begin with, and the share it then explains.
+def sized_whole(
+    parent: ResponsePoint, hypothesis: Hypothesis, left: Left
+) -> tuple[Hypothesis, float]:
+    """A hypothesis beside a fitted parent with the best of several sizes of its last parameter to
+    begin with, and the share it then explains.
 
-    For what acts on whole members: too many directions for the closed form, so every size is a model of its own. Words with several parameters stay.
+    For what acts on whole members: too many directions for the closed form, so every size is a
+    model of its own. Words with several parameters stay.
     """
     effect = hypothesis.effects[-1]
     if effect.columns != 1:
@@ -211,7 +281,9 @@ def sized_whole(parent: ResponsePoint, hypothesis: Hypothesis, left: Left) -> tu
     before, weights, _ = parent.differences
     at = len(hypothesis.setting.model.parameters) - 1
     bound = hypothesis.setting.model.parameters[at]
-    sizes = np.array([float(hypothesis.start[at]), *(x for x in SIZES if bound.lower < x < bound.upper)])
+    sizes = np.array(
+        [float(hypothesis.start[at]), *(x for x in SIZES if bound.lower < x < bound.upper)]
+    )
     best, least = hypothesis, np.inf
     for _ in range(2):
         norms = np.full(len(sizes), np.inf)
@@ -222,21 +294,30 @@ def sized_whole(parent: ResponsePoint, hypothesis: Hypothesis, left: Left) -> tu
                 values = hypothesis.setting.evaluate(start).differences[0]
             except ModelError:
                 continue
-            norms[k] = float(np.sum((left.residual - left.freed((weights * (values - before))[:, None])[:, 0]) ** 2))
+            norms[k] = float(
+                np.sum(
+                    (left.residual - left.freed((weights * (values - before))[:, None])[:, 0]) ** 2
+                )
+            )
             if norms[k] < least:
                 best, least = replace(hypothesis, start=start), norms[k]
         order = np.argsort(sizes)
         k = int(np.argmin(norms[order]))
         near = sizes[order][[max(k - 1, 0), k, min(k + 1, len(sizes) - 1)]]
-        sizes = np.concatenate([np.linspace(near[0], near[1], 4)[1:-1], np.linspace(near[1], near[2], 4)[1:-1]])
+        sizes = np.concatenate(
+            [np.linspace(near[0], near[1], 4)[1:-1], np.linspace(near[1], near[2], 4)[1:-1]]
+        )
     return best, 1.0 - least / total
 
 
 def _modal_receptance(point: ResponsePoint, r: Response) -> Complex:
-    """1 / (s² + 2 ζ ω s + ω²) of every mode (points, modes); damping that couples modes is left out."""
+    """1 / (s² + 2 ζ ω s + ω²) of every mode (points, modes); damping that couples modes is left
+    out."""
     s = r.signal.s
     lam = np.maximum(point.modes.eigenvalues, 0.0)
-    return np.asarray(1.0 / (s[:, None] ** 2 + 2.0 * point.damping * np.sqrt(lam) * s[:, None] + lam))
+    return np.asarray(
+        1.0 / (s[:, None] ** 2 + 2.0 * point.damping * np.sqrt(lam) * s[:, None] + lam)
+    )
 
 
 def _at(change: Change, point: ResponsePoint, modal: Complex) -> Complex:
@@ -247,16 +328,22 @@ def _at(change: Change, point: ResponsePoint, modal: Complex) -> Complex:
     return np.asarray((modal.real @ pairs + 1j * (modal.imag @ pairs)).reshape(len(modal), r, r))
 
 
-def _sizes(c: Candidate, change: Change, point: ResponsePoint, modal: Complex, heavy: float) -> Real:
+def _sizes(
+    c: Candidate, change: Change, point: ResponsePoint, modal: Complex, heavy: float
+) -> Real:
     """Sizes p to try, in order."""
     if c.tuned is not None:
         return heavy * np.array(MASSES)
     s = point.responses[0].signal.s
-    own = np.abs(change.f(s)[:, None] * np.einsum("sii,i->si", _at(change, point, modal), change.weights)).max(axis=1)
+    own = np.abs(
+        change.f(s)[:, None] * np.einsum("sii,i->si", _at(change, point, modal), change.weights)
+    ).max(axis=1)
     largest, typical = max(float(own.max()), 1e-300), max(float(np.median(own)), 1e-300)
     reach = REACH[0] / largest, REACH[1] / typical
     steps = np.geomspace(*reach, min(MOST, 2 + int(np.log(reach[1] / reach[0]) / np.log(STEP))))
-    if c.report[0][2] == "inverse":  # a compliance beside the place's own: what is joined rigidly gives way at most wholly
+    if (
+        c.report[0][2] == "inverse"
+    ):  # a compliance beside the place's own: what is joined rigidly gives way at most wholly
         gamma = np.unique(np.concatenate([steps[steps < 1.0], GIVEN]))
         return np.asarray(gamma / (1.0 - gamma))
     p = steps if c.sign > 0 else np.concatenate([-steps[::-1], steps])
@@ -268,19 +355,29 @@ def _amounts(c: Candidate, p: Real) -> Real:
     return p / (1.0 + p) if c.tuned is None and c.report[0][2] == "inverse" else p
 
 
-def _responses(change: Change, gammas: Real, point: ResponsePoint, modal: Sequence[Complex], weights: Sequence[Real]) -> Real:
+def _responses(
+    change: Change,
+    gammas: Real,
+    point: ResponsePoint,
+    modal: Sequence[Complex],
+    weights: Sequence[Real],
+) -> Real:
     """Weighted change of every row for each size, (rows, sizes)."""
     parts = []
     for r, own, g, w in zip(point.responses, modal, point.green, weights, strict=True):
         moved = _moved(change, gammas, point, r, own, g)
         points, sensors, cases, sizes = moved.shape
-        rows = r.rows(point.faulty(r.signal, moved.reshape(points, sensors, cases * sizes))).reshape(-1, sensors, cases, sizes)
+        rows = r.rows(
+            point.faulty(r.signal, moved.reshape(points, sensors, cases * sizes))
+        ).reshape(-1, sensors, cases, sizes)
         flat = (w[..., None] * rows).reshape(-1, sizes)
         parts += [flat.real, flat.imag]
     return np.vstack(parts)
 
 
-def _moved(change: Change, gammas: Real, point: ResponsePoint, r: Response, modal: Complex, g: Receptances) -> Complex:
+def _moved(
+    change: Change, gammas: Real, point: ResponsePoint, r: Response, modal: Complex, g: Receptances
+) -> Complex:
     """The responses' change (points, sensors, cases, sizes)."""
     f = change.f(r.signal.s)
     G = _at(change, point, modal)
@@ -289,6 +386,11 @@ def _moved(change: Change, gammas: Real, point: ResponsePoint, r: Response, moda
     if len(change.weights) == 1:
         amount = gammas[None] * (f * change.weights[0])[:, None]
         factor = amount / (1.0 + amount * G[:, 0, 0, None])
-        return np.asarray(-(left[0][:, :, None, None] * right[0][:, None, :, None]) * factor[:, None, None, :])
-    inverse = np.linalg.inv(np.diag(1.0 / change.weights) / (gammas[None, :, None, None] * f[:, None, None, None]) + G[:, None])
+        return np.asarray(
+            -(left[0][:, :, None, None] * right[0][:, None, :, None]) * factor[:, None, None, :]
+        )
+    inverse = np.linalg.inv(
+        np.diag(1.0 / change.weights) / (gammas[None, :, None, None] * f[:, None, None, None])
+        + G[:, None]
+    )
     return np.asarray(-np.einsum("ips,pgij,jpc->pscg", left, inverse, right, optimize=True))

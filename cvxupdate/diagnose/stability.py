@@ -1,7 +1,9 @@
-"""Which words and places stay chosen when the recordings are resampled: a group-sparse convex program, its path, and half-samples of the rows.
+"""Which words and places stay chosen when the recordings are resampled: a group-sparse convex
+program, its path, and half-samples of the rows.
 
-Stability selection (Meinshausen and Bühlmann 2010) in complementary pairs (Shah and Samworth 2013) over the group lasso (Yuan and Lin 2006): all
-candidates of the first screening beside each other, ordinary unknowns taken out, signs respected, blocks of frequency and sensors drawn at random.
+Stability selection (Meinshausen and Bühlmann 2010) in complementary pairs (Shah and Samworth 2013)
+over the group lasso (Yuan and Lin 2006): all candidates of the first screening beside each other,
+ordinary unknowns taken out, signs respected, blocks of frequency and sensors drawn at random.
 """
 
 from __future__ import annotations
@@ -18,7 +20,8 @@ from cvxupdate.diagnose.residual import ResponsePoint
 from cvxupdate.diagnose.screen import Score, left_over
 from cvxupdate.diagnose.signals import Real
 
-MOST = 40  # candidates beside each other: the largest shares (sure independence screening; Fan and Lv 2008)
+# candidates beside each other: the largest shares (sure independence screening; Fan and Lv 2008)
+MOST = 40
 PAIRS = 6  # of complementary halves
 PATH = (0.6, 0.35, 0.2)  # weights, in shares of the one at which nothing moves
 CHOSEN = 6  # candidates at most that a weight may let in: beyond, the path has gone too far
@@ -28,7 +31,8 @@ SEED = 20100
 
 
 def stability(point: ResponsePoint, ranked: Sequence[Score]) -> list[tuple[Score, float]]:
-    """The candidates with the largest shares, each with the part of the half-samples in which the path chooses it; most stable first."""
+    """The candidates with the largest shares, each with the part of the half-samples in which the
+    path chooses it; most stable first."""
     best = sorted((s for s in ranked if s.share > 0.0), key=lambda s: -s.share)[:MOST]
     columns = [J for J in columns_of(point, [s.candidate for s in best]) if J is not None]
     if len(columns) != len(best) or not best:
@@ -38,7 +42,11 @@ def stability(point: ResponsePoint, ranked: Sequence[Score]) -> list[tuple[Score
     groups = tuple(tuple(names[a:b]) for a, b in pairwise(places))
     lower = np.full(len(names), -np.inf)
     lower[[int(a) for a, s in zip(places, best, strict=False) if s.candidate.sign > 0]] = 0.0
-    problem = StepProblem(regularisers=(GroupL1(1.0, groups),), constraints=(Bounds(lower, np.full(len(names), np.inf)),), columns=names)
+    problem = StepProblem(
+        regularisers=(GroupL1(1.0, groups),),
+        constraints=(Bounds(lower, np.full(len(names), np.inf)),),
+        columns=names,
+    )
     step = CompiledStep(problem, len(names), SolverChoice())
     J = np.hstack(columns)
     counts = np.zeros(len(best))
@@ -50,14 +58,19 @@ def stability(point: ResponsePoint, ranked: Sequence[Score]) -> list[tuple[Score
 
 
 def _halves(point: ResponsePoint) -> list[NDArray[np.bool_]]:
-    """Random halves of the rows with their complements: blocks of frequency of each sensor and recording, real and imaginary parts together."""
+    """Random halves of the rows with their complements: blocks of frequency of each sensor and
+    recording, real and imaginary parts together."""
     rng = np.random.default_rng(SEED)
     labels: list[NDArray[np.int64]] = []
     count = 0
     for signal in point.setting.signals:
         rows, sensors, cases = signal.Y.shape
         block = np.minimum(np.arange(rows) * BLOCKS // max(rows, 1), BLOCKS - 1)
-        label = count + (block[:, None, None] * sensors + np.arange(sensors)[None, :, None]) + np.zeros((1, 1, cases), dtype=np.int64)
+        label = (
+            count
+            + (block[:, None, None] * sensors + np.arange(sensors)[None, :, None])
+            + np.zeros((1, 1, cases), dtype=np.int64)
+        )
         labels += [label.reshape(-1)] * 2
         count += BLOCKS * sensors
     of = np.concatenate(labels)
@@ -68,7 +81,14 @@ def _halves(point: ResponsePoint) -> list[NDArray[np.bool_]]:
     return out
 
 
-def _chosen(point: ResponsePoint, J: Real, rows: NDArray[np.bool_], step: CompiledStep, problem: StepProblem, places: NDArray[np.int64]) -> Real:
+def _chosen(
+    point: ResponsePoint,
+    J: Real,
+    rows: NDArray[np.bool_],
+    step: CompiledStep,
+    problem: StepProblem,
+    places: NDArray[np.int64],
+) -> Real:
     """1 for each candidate that the path lets in on these rows."""
     left = left_over(point, rows)
     freed = left.freed(J[rows])

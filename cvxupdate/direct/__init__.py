@@ -1,17 +1,44 @@
-"""The closed-form methods of the literature (thesis 2.7): dense matrices in, dense matrices out, with their known faults measured."""
+"""The closed-form methods of the literature (thesis 2.7): dense matrices in, dense matrices out,
+with their known faults measured."""
 
 from cvxupdate.direct.assignment import minas_inman, symmetric_gain, zimmerman_widengren
 from cvxupdate.direct.baruch import baruch, baruch_shapes
 from cvxupdate.direct.berman_nagy import berman_mass, berman_nagy
 from cvxupdate.direct.caesar import caesar
-from cvxupdate.direct.error_matrix import flexibility, gysin, lieven_ewins, second_order, sidhu_ewins
+from cvxupdate.direct.error_matrix import (
+    flexibility,
+    gysin,
+    lieven_ewins,
+    second_order,
+    sidhu_ewins,
+)
 from cvxupdate.direct.fuh_chen import fuh_chen
 from cvxupdate.direct.mixing import caesar_link, luk, ross, thoren
 from cvxupdate.direct.result import DirectUpdate, Faults, faults, reproduced
 from cvxupdate.direct.wei import wei
 
 __all__ = [
-    "DirectUpdate", "Faults", "baruch", "baruch_shapes", "berman_mass", "berman_nagy", "caesar", "caesar_link", "faults", "flexibility",
-    "fuh_chen", "gysin", "lieven_ewins", "luk", "minas_inman", "reproduced", "ross", "second_order", "sidhu_ewins", "symmetric_gain", "thoren",
-    "wei", "zimmerman_widengren",
+    "DirectUpdate",
+    "Faults",
+    "baruch",
+    "baruch_shapes",
+    "berman_mass",
+    "berman_nagy",
+    "caesar",
+    "caesar_link",
+    "faults",
+    "flexibility",
+    "fuh_chen",
+    "gysin",
+    "lieven_ewins",
+    "luk",
+    "minas_inman",
+    "reproduced",
+    "ross",
+    "second_order",
+    "sidhu_ewins",
+    "symmetric_gain",
+    "thoren",
+    "wei",
+    "zimmerman_widengren",
 ]

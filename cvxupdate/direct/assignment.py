@@ -1,4 +1,5 @@
-"""Eigenstructure assignment by feedback: Minas and Inman (2.93 to 2.97), and the symmetric one of Zimmerman and Widengren."""
+"""Eigenstructure assignment by feedback: Minas and Inman (2.93 to 2.97), and the symmetric one of
+Zimmerman and Widengren."""
 
 from __future__ import annotations
 
@@ -16,15 +17,26 @@ from cvxupdate.errors import InputError
 Real = NDArray[np.float64]
 
 
-def minas_inman(K: Real, M: Real, C: Real, Phi: NDArray[Any], rates: NDArray[Any], B0: Real | None = None, D0: Real | None = None,
-                D1: Real | None = None) -> DirectUpdate:
-    """K_U = K − B₀ G D₀, C_U = C − B₀ G D₁ with the gain G that gives the structure the modes (2.96, 2.97); not symmetric as a rule.
+def minas_inman(
+    K: Real,
+    M: Real,
+    C: Real,
+    Phi: NDArray[Any],
+    rates: NDArray[Any],
+    B0: Real | None = None,
+    D0: Real | None = None,
+    D1: Real | None = None,
+) -> DirectUpdate:
+    """K_U = K − B₀ G D₀, C_U = C − B₀ G D₁ with the gain G that gives the structure the modes
+    (2.96, 2.97); not symmetric as a rule.
 
     Parameters
     ----------
     K, M, C : (N, N); Phi : (N, m) complex; rates : (m,) complex s, one of each conjugate pair.
-    B0 : (N, b) where the "actuators" push; None: the span of the force residual, so that the assignment is exact.
-    D0, D1 : (q, N) outputs of displacement and velocity with D₁ΦΛ + D₀Φ of full column rank; None: the modes' own span.
+    B0 : (N, b) where the "actuators" push; None: the span of the force residual, so that the
+    assignment is exact.
+    D0, D1 : (q, N) outputs of displacement and velocity with D₁ΦΛ + D₀Φ of full column rank; None:
+    the modes' own span.
 
     Raises
     ------
@@ -41,28 +53,37 @@ def minas_inman(K: Real, M: Real, C: Real, Phi: NDArray[Any], rates: NDArray[Any
     if D0 is None or D1 is None:
         size = float(np.mean(np.abs(rates)))
         basis = la.qr(np.vstack([X, XL / size]), mode="economic")[0]
-        D0, D1 = basis[: len(M)].T, basis[len(M):].T / size
+        D0, D1 = basis[: len(M)].T, basis[len(M) :].T / size
     outputs = D1 @ XL + D0 @ X
     if np.linalg.matrix_rank(outputs, tol=1e-12 * np.linalg.norm(outputs, 2)) < outputs.shape[1]:
-        raise InputError("minas_inman: the outputs D0, D1 cannot tell the modes apart. Choose more outputs, or leave them to the method.")
+        raise InputError(
+            "minas_inman: the outputs D0, D1 cannot tell the modes apart. Choose more "
+            "outputs, or leave them to the method."
+        )
     G = la.pinv(B0) @ force @ la.pinv(outputs)
     return DirectUpdate("Minas and Inman", M.copy(), K - B0 @ G @ D0, C - B0 @ G @ D1)
 
 
-def symmetric_gain(K: Real, M: Real, C: Real, Phi: NDArray[Any], rates: NDArray[Any]) -> tuple[Real, Real, Real, Real]:
-    """(Y, H_c, H_k, P): ΔC = Y H_c Yᵀ, ΔK = Y H_k Yᵀ in the span of the force residual Y (N, 2m), and P = H_k⁻¹ H_c.
+def symmetric_gain(
+    K: Real, M: Real, C: Real, Phi: NDArray[Any], rates: NDArray[Any]
+) -> tuple[Real, Real, Real, Real]:
+    """(Y, H_c, H_k, P): ΔC = Y H_c Yᵀ, ΔK = Y H_k Yᵀ in the span of the force residual Y (N, 2m),
+    and P = H_k⁻¹ H_c.
 
-    Assignment asks H_c a + H_k b = I with a = Yᵀ Φ Λ, b = Yᵀ Φ. Zimmerman and Widengren (1990) eliminate H_k and meet the algebraic Riccati
-    equation P (a − aᵀ) Pᵀ + b Pᵀ − P bᵀ = 0; with both symmetric matrices kept as unknowns the same solutions solve a linear system, whose least
-    one is taken. P is given back so that the Riccati equation can be checked.
+    Assignment asks H_c a + H_k b = I with a = Yᵀ Φ Λ, b = Yᵀ Φ. Zimmerman and Widengren (1990)
+    eliminate H_k and meet the algebraic Riccati equation P (a − aᵀ) Pᵀ + b Pᵀ − P bᵀ = 0; with both
+    symmetric matrices kept as unknowns the same solutions solve a linear system, whose least one is
+    taken. P is given back so that the Riccati equation can be checked.
     """
     X, block = realised(Phi, rates)
     rate = float(np.mean(np.abs(rates)))
     Y = -(M @ X @ block @ block + C @ X @ block + K @ X)
     s = la.svdvals(Y)
     if s[-1] <= 1e-10 * s[0]:
-        raise InputError("symmetric assignment: the force residuals of the modes are linearly dependent (a mode that the model has already, or one "
-                         "that is too many). Leave it out.")
+        raise InputError(
+            "symmetric assignment: the force residuals of the modes are linearly dependent "
+            "(a mode that the model has already, or one that is too many). Leave it out."
+        )
     a, b = Y.T @ X @ block / rate, Y.T @ X
     k = len(b)
     pairs = [(i, j) for i in range(k) for j in range(i, k)]
@@ -76,19 +97,30 @@ def symmetric_gain(K: Real, M: Real, C: Real, Phi: NDArray[Any], rates: NDArray[
     scale = np.linalg.norm(system, axis=0)
     x = la.lstsq(system / scale, right, cond=1e-15)[0] / scale
     H = []
-    for part, g in zip((x[: len(pairs)], x[len(pairs):]), (a, b), strict=True):
+    for part, g in zip((x[: len(pairs)], x[len(pairs) :]), (a, b), strict=True):
         T = np.zeros((k, k))
         for (i, j), value in zip(pairs, part, strict=True):
             T[i, j] = T[j, i] = value / max(float(np.linalg.norm(g)), np.finfo(float).tiny)
         H.append(T)
     if float(np.linalg.norm(H[0] @ a + H[1] @ b - np.eye(k))) > 1e-6 * np.sqrt(k):
-        raise InputError("symmetric assignment: no symmetric change in the span of the force residuals gives these modes.")
+        raise InputError(
+            "symmetric assignment: no symmetric change in the span of the force residuals "
+            "gives these modes."
+        )
     Hc, Hk = H[0] / rate, H[1]
     return Y, Hc, Hk, la.solve(Hk, Hc)
 
 
-def zimmerman_widengren(K: Real, M: Real, C: Real, Phi: NDArray[Any], rates: NDArray[Any]) -> DirectUpdate:
-    """Symmetric changes of C and K, of rank 2m, that give the structure the modes (Zimmerman and Widengren 1990); see `symmetric_gain`."""
+def zimmerman_widengren(
+    K: Real, M: Real, C: Real, Phi: NDArray[Any], rates: NDArray[Any]
+) -> DirectUpdate:
+    """Symmetric changes of C and K, of rank 2m, that give the structure the modes (Zimmerman and
+    Widengren 1990); see `symmetric_gain`."""
     check(len(M), Phi.real)
     Y, Hc, Hk, _ = symmetric_gain(K, M, C, Phi, rates)
-    return DirectUpdate("Zimmerman and Widengren", M.copy(), symmetric(K + Y @ Hk @ Y.T), symmetric(C + Y @ Hc @ Y.T))
+    return DirectUpdate(
+        "Zimmerman and Widengren",
+        M.copy(),
+        symmetric(K + Y @ Hk @ Y.T),
+        symmetric(C + Y @ Hc @ Y.T),
+    )

@@ -1,4 +1,5 @@
-"""Baruch and Bar Itzhack (1978): shapes corrected to orthogonality, then the stiffness changed least (2.73 to 2.77)."""
+"""Baruch and Bar Itzhack (1978): shapes corrected to orthogonality, then the stiffness changed
+least (2.73 to 2.77)."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ Real = NDArray[np.float64]
 def baruch_shapes(M: Real, Phi: Real) -> Real:
     """The shapes nearest to ``Phi`` in the mass norm with Φᵀ M Φ = I: Φ (Φᵀ M Φ)^-½ (2.75), (N, m).
 
-    ``Phi`` (N, m) is taken at the scale it has; scale it to unit modal mass first where its scale means nothing.
+    ``Phi`` (N, m) is taken at the scale it has; scale it to unit modal mass first where its scale
+    means nothing.
     """
     check(len(M), Phi)
     values, vectors = np.linalg.eigh(symmetric(Phi.T @ M @ Phi))
@@ -25,11 +27,13 @@ def baruch_shapes(M: Real, Phi: Real) -> Real:
 
 
 def baruch(K: Real, M: Real, Phi: Real, eigenvalues: Real, correct: bool = True) -> DirectUpdate:
-    """The symmetric K of least ‖M^-½ (K_U − K_A) M^-½‖ with K_U Φ = M Φ Λ; the mass is right (2.76, 2.77; Baruch 1978).
+    """The symmetric K of least ‖M^-½ (K_U − K_A) M^-½‖ with K_U Φ = M Φ Λ; the mass is right (2.76,
+    2.77; Baruch 1978).
 
     Parameters
     ----------
-    K, M : (N, N); Phi : (N, m); eigenvalues : (m,) λ = ω² in (rad/s)². correct : make the shapes orthogonal first.
+    K, M : (N, N); Phi : (N, m); eigenvalues : (m,) λ = ω² in (rad/s)². correct : make the shapes
+    orthogonal first.
 
     Raises
     ------
@@ -38,5 +42,7 @@ def baruch(K: Real, M: Real, Phi: Real, eigenvalues: Real, correct: bool = True)
     """
     check(len(M), Phi, eigenvalues)
     X = baruch_shapes(M, Phi) if correct else Phi
-    change = least_change_acting(M, X, M @ X * eigenvalues[None, :] - K @ X, float(np.linalg.norm(K @ X)))
+    change = least_change_acting(
+        M, X, M @ X * eigenvalues[None, :] - K @ X, float(np.linalg.norm(K @ X))
+    )
     return DirectUpdate("Baruch", M.copy(), K + change)

@@ -18,14 +18,24 @@ def berman_mass(M: Real, Phi: Real) -> Real:
 
 
 def berman_nagy(K: Real, M: Real, Phi: Real, eigenvalues: Real) -> DirectUpdate:
-    """Mass by `berman_mass`; then the symmetric K of least ‖M_A^-½ (K_U − K_A) M_A^-½‖ with K_U Φ = M_U Φ Λ (2.81 to 2.83).
+    """Mass by `berman_mass`; then the symmetric K of least ‖M_A^-½ (K_U − K_A) M_A^-½‖ with K_U Φ =
+    M_U Φ Λ (2.81 to 2.83).
 
     Parameters
     ----------
-    K, M : (N, N); Phi : (N, m), at the scale of unit modal mass of the structure; eigenvalues : (m,) λ = ω².
+    K, M : (N, N); Phi : (N, m), at the scale of unit modal mass of the structure; eigenvalues :
+    (m,) λ = ω².
 
-    The weight of the second step is M_A, as (2.81) has it; the printed (2.83) holds with M_U for M_A in its products.
+    The weight of the second step is M_A, as (2.81) has it; the printed (2.83) holds with M_U for
+    M_A in its products.
     """
     check(len(M), Phi, eigenvalues)
     mass = berman_mass(M, Phi)
-    return DirectUpdate("Berman and Nagy", mass, K + least_change_acting(M, Phi, mass @ Phi * eigenvalues[None, :] - K @ Phi, float(np.linalg.norm(K @ Phi))))
+    return DirectUpdate(
+        "Berman and Nagy",
+        mass,
+        K
+        + least_change_acting(
+            M, Phi, mass @ Phi * eigenvalues[None, :] - K @ Phi, float(np.linalg.norm(K @ Phi))
+        ),
+    )

@@ -1,4 +1,5 @@
-"""Error-matrix methods: where the model is wrong, to first or second order (2.89 to 2.92). They locate; they reproduce no mode exactly."""
+"""Error-matrix methods: where the model is wrong, to first or second order (2.89 to 2.92). They
+locate; they reproduce no mode exactly."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ Real = NDArray[np.float64]
 
 
 def flexibility(Phi: Real, eigenvalues: Real) -> Real:
-    """Φ Λ⁻¹ Φᵀ (N, N) in m/N; rigid-body modes (λ = 0) must be left out. Raises InputError for λ ≤ 0."""
+    """Φ Λ⁻¹ Φᵀ (N, N) in m/N; rigid-body modes (λ = 0) must be left out. Raises InputError for λ ≤
+    0."""
     check(len(Phi), Phi, eigenvalues)
     if np.any(eigenvalues <= 0.0):
         raise InputError("flexibility: an eigenvalue is not above 0; leave rigid-body modes out.")
@@ -21,22 +23,29 @@ def flexibility(Phi: Real, eigenvalues: Real) -> Real:
 
 
 def sidhu_ewins(K: Real, flexibility_x: Real, flexibility_a: Real | None = None) -> Real:
-    """ΔK ≈ K_A (K_A⁻¹ − K_X⁻¹) K_A (2.90; Sidhu and Ewins 1984), (N, N); the error is of second order in ΔK."""
+    """ΔK ≈ K_A (K_A⁻¹ − K_X⁻¹) K_A (2.90; Sidhu and Ewins 1984), (N, N); the error is of second
+    order in ΔK."""
     if flexibility_a is None:
         try:
             flexibility_a = la.inv(K)
         except la.LinAlgError as error:
-            raise InputError("sidhu_ewins: K is singular (a free structure); give flexibility_a of the flexible modes, as gysin does.") from error
+            raise InputError(
+                "sidhu_ewins: K is singular (a free structure); give flexibility_a of the "
+                "flexible modes, as gysin does."
+            ) from error
     return symmetric(K @ (flexibility_a - flexibility_x) @ K)
 
 
 def second_order(K: Real, flexibility_x: Real) -> Real:
-    """ΔK ≈ ΔK₁ + ΔK₁ K_A⁻¹ ΔK₁ with ΔK₁ of `sidhu_ewins` (Zhang and Lallement 1987); the error is of third order."""
+    """ΔK ≈ ΔK₁ + ΔK₁ K_A⁻¹ ΔK₁ with ΔK₁ of `sidhu_ewins` (Zhang and Lallement 1987); the error is
+    of third order."""
     first = sidhu_ewins(K, flexibility_x)
     return symmetric(first + first @ la.solve(K, first, assume_a="sym"))
 
 
-def gysin(K: Real, M: Real, Phi_a: Real, eigenvalues_a: Real, Phi_x: Real, eigenvalues_x: Real) -> tuple[Real, Real]:
+def gysin(
+    K: Real, M: Real, Phi_a: Real, eigenvalues_a: Real, Phi_x: Real, eigenvalues_x: Real
+) -> tuple[Real, Real]:
     """(ΔK, ΔM) from the same few modes of both, unit modal mass (2.91; Gysin 1986), (N, N) each."""
     check(len(M), Phi_a, eigenvalues_a)
     check(len(M), Phi_x, eigenvalues_x)
@@ -44,13 +53,18 @@ def gysin(K: Real, M: Real, Phi_a: Real, eigenvalues_a: Real, Phi_x: Real, eigen
     return dK, symmetric(M @ (Phi_a @ Phi_a.T - Phi_x @ Phi_x.T) @ M)
 
 
-def lieven_ewins(Phi_a: Real, eigenvalues_a: Real, Phi_x: Real, eigenvalues_x: Real, rank: int | None = None) -> tuple[Real, Real]:
-    """(ΔK, ΔM) by pseudo-inverses of the modal flexibilities, no system matrices needed (2.92; Lieven and Ewins 1990), (N, N) each.
+def lieven_ewins(
+    Phi_a: Real, eigenvalues_a: Real, Phi_x: Real, eigenvalues_x: Real, rank: int | None = None
+) -> tuple[Real, Real]:
+    """(ΔK, ΔM) by pseudo-inverses of the modal flexibilities, no system matrices needed (2.92;
+    Lieven and Ewins 1990), (N, N) each.
 
-    K = (Φ Λ⁻¹ Φᵀ)⁺: the printed (2.92) has Λ for Λ⁻¹, which is no stiffness. ``rank`` singular values are kept (None: all above 1e-12). Exact
-    when all modes of both are given.
+    K = (Φ Λ⁻¹ Φᵀ)⁺: the printed (2.92) has Λ for Λ⁻¹, which is no stiffness. ``rank`` singular
+    values are kept (None: all above 1e-12). Exact when all modes of both are given.
     """
-    stiff = [_pinv(flexibility(P, v), rank) for P, v in ((Phi_x, eigenvalues_x), (Phi_a, eigenvalues_a))]
+    stiff = [
+        _pinv(flexibility(P, v), rank) for P, v in ((Phi_x, eigenvalues_x), (Phi_a, eigenvalues_a))
+    ]
     mass = [_pinv(P @ P.T, rank) for P in (Phi_x, Phi_a)]
     return symmetric(stiff[0] - stiff[1]), symmetric(mass[0] - mass[1])
 

@@ -1,4 +1,5 @@
-"""What a direct method gives back, with the faults that such methods are known for (2.7), measured."""
+"""What a direct method gives back, with the faults that such methods are known for (2.7),
+measured."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ Real = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class DirectUpdate:
-    """Updated matrices (N, N), dense: ``M`` kg, ``K`` N/m, ``C`` N·s/m (None where the method has no damping)."""
+    """Updated matrices (N, N), dense: ``M`` kg, ``K`` N/m, ``C`` N·s/m (None where the method has
+    no damping)."""
 
     method: str
     M: Real
@@ -26,10 +28,12 @@ class DirectUpdate:
 class Faults:
     """What went wrong, each figure measured.
 
-    ``reproduction`` largest ‖M Φ Λ² + C Φ Λ + K Φ‖ / ‖terms‖ of an assigned mode; ``asymmetry`` of the worst matrix, relative; ``mass_min``,
-    ``stiffness_min`` smallest eigenvalues of the matrices scaled to the unit diagonal of the initial ones; ``new_entries`` entries (above 1e-9 of
-    the scaled largest) where the initial model has none; ``rigid`` largest relative force that a rigid-body mode of the initial model now
-    meets; ``spurious`` eigenvalues below the highest assigned one that neither the model nor the measurement had; ``says`` one sentence each.
+    ``reproduction`` largest ‖M Φ Λ² + C Φ Λ + K Φ‖ / ‖terms‖ of an assigned mode; ``asymmetry`` of
+    the worst matrix, relative; ``mass_min``, ``stiffness_min`` smallest eigenvalues of the matrices
+    scaled to the unit diagonal of the initial ones; ``new_entries`` entries (above 1e-9 of the
+    scaled largest) where the initial model has none; ``rigid`` largest relative force that a
+    rigid-body mode of the initial model now meets; ``spurious`` eigenvalues below the highest
+    assigned one that neither the model nor the measurement had; ``says`` one sentence each.
     """
 
     reproduction: float
@@ -42,42 +46,80 @@ class Faults:
     says: tuple[str, ...]
 
 
-def faults(update: DirectUpdate, K_A: Any, M_A: Any, Phi: NDArray[Any], eigenvalues: NDArray[Any], tolerance: float = 1e-8) -> Faults:
+def faults(
+    update: DirectUpdate,
+    K_A: Any,
+    M_A: Any,
+    Phi: NDArray[Any],
+    eigenvalues: NDArray[Any],
+    tolerance: float = 1e-8,
+) -> Faults:
     """Check an update against the initial model and the modes that it was to reproduce.
 
     Parameters
     ----------
     K_A, M_A : (N, N) initial matrices, sparse or dense; Phi : (N, m) assigned shapes.
-    eigenvalues : (m,) real λ = ω² (K φ = λ M φ), or complex rates s ((s² M + s C + K) φ = 0) when the update has C.
+    eigenvalues : (m,) real λ = ω² (K φ = λ M φ), or complex rates s ((s² M + s C + K) φ = 0) when
+    the update has C.
     """
     K0, M0 = _dense(K_A), _dense(M_A)
     reproduction = reproduced(update, Phi, eigenvalues)
     matrices = [m for m in (update.M, update.K, update.C) if m is not None]
-    asymmetry = max(float(np.abs(m - m.T).max() / max(np.abs(m).max(), np.finfo(float).tiny)) for m in matrices)
+    asymmetry = max(
+        float(np.abs(m - m.T).max() / max(np.abs(m).max(), np.finfo(float).tiny)) for m in matrices
+    )
     mass_min, stiffness_min = _smallest(update.M, M0), _smallest(update.K, K0)
     new = _new_entries(update.M, M0) + _new_entries(update.K, K0)
-    values, vectors = la.eigh(K0, M0) if np.all(la.eigvalsh(M0) > 0) else (np.zeros(0), np.zeros((len(K0), 0)))
-    rigid_modes = vectors[:, np.abs(values) < 1e-8 * np.abs(values).max(initial=1.0)] if values.size else vectors
+    values, vectors = (
+        la.eigh(K0, M0) if np.all(la.eigvalsh(M0) > 0) else (np.zeros(0), np.zeros((len(K0), 0)))
+    )
+    rigid_modes = (
+        vectors[:, np.abs(values) < 1e-8 * np.abs(values).max(initial=1.0)]
+        if values.size
+        else vectors
+    )
     rigid = 0.0
     if rigid_modes.shape[1]:
-        rigid = float(np.linalg.norm(update.K @ rigid_modes, axis=0).max() / (np.linalg.norm(update.K, 2) * np.linalg.norm(rigid_modes, axis=0).min()))
-    spurious = _spurious(update, values, eigenvalues) if values.size and not np.iscomplexobj(eigenvalues) and mass_min > 0 else 0
+        rigid = float(
+            np.linalg.norm(update.K @ rigid_modes, axis=0).max()
+            / (np.linalg.norm(update.K, 2) * np.linalg.norm(rigid_modes, axis=0).min())
+        )
+    spurious = (
+        _spurious(update, values, eigenvalues)
+        if values.size and not np.iscomplexobj(eigenvalues) and mass_min > 0
+        else 0
+    )
     says = []
     if reproduction > tolerance:
-        says.append(f"an assigned mode is not reproduced: its equation of motion fails by {reproduction:.1e}")
+        says.append(
+            "an assigned mode is not reproduced: its equation of motion fails by "
+            f"{reproduction:.1e}"
+        )
     if asymmetry > 1e-9:
         says.append(f"a matrix is not symmetric (by {asymmetry:.1e}): reciprocity is lost")
     if mass_min <= 0.0:
-        says.append(f"the mass matrix has lost its definiteness: smallest scaled eigenvalue {mass_min:.1e}")
+        says.append(
+            f"the mass matrix has lost its definiteness: smallest scaled eigenvalue {mass_min:.1e}"
+        )
     if stiffness_min < -1e-10:
-        says.append(f"the stiffness matrix has lost its definiteness: smallest scaled eigenvalue {stiffness_min:.1e}")
+        says.append(
+            "the stiffness matrix has lost its definiteness: smallest scaled eigenvalue "
+            f"{stiffness_min:.1e}"
+        )
     if new:
-        says.append(f"{new} entries appear where the model has no element: the connectivity is lost")
+        says.append(
+            f"{new} entries appear where the model has no element: the connectivity is lost"
+        )
     if rigid > 1e-9:
         says.append(f"a rigid-body motion now meets a force ({rigid:.1e} of the stiffness)")
     if spurious:
-        says.append(f"{spurious} mode(s) below the highest assigned one belong neither to the model nor to the measurement")
-    return Faults(reproduction, asymmetry, mass_min, stiffness_min, new, rigid, spurious, tuple(says))
+        says.append(
+            f"{spurious} mode(s) below the highest assigned one belong neither to the model "
+            "nor to the measurement"
+        )
+    return Faults(
+        reproduction, asymmetry, mass_min, stiffness_min, new, rigid, spurious, tuple(says)
+    )
 
 
 def reproduced(update: DirectUpdate, Phi: NDArray[Any], eigenvalues: NDArray[Any]) -> float:
@@ -85,9 +127,14 @@ def reproduced(update: DirectUpdate, Phi: NDArray[Any], eigenvalues: NDArray[Any
     if update.C is None:
         terms = [-(update.M @ Phi) * eigenvalues[None, :], update.K @ Phi]
     else:
-        terms = [(update.M @ Phi) * eigenvalues[None, :] ** 2, (update.C @ Phi) * eigenvalues[None, :], update.K @ Phi]
+        terms = [
+            (update.M @ Phi) * eigenvalues[None, :] ** 2,
+            (update.C @ Phi) * eigenvalues[None, :],
+            update.K @ Phi,
+        ]
     force = np.linalg.norm(np.sum(terms, axis=0), axis=0)
-    # For a shape of low frequency K φ is small beside |K| |φ|: rounding is counted against what is summed, as in any product.
+    # For a shape of low frequency K φ is small beside |K| |φ|: rounding is counted against what is
+    # summed, as in any product.
     size = np.linalg.norm(np.abs(update.K) @ np.abs(Phi), axis=0)
     return float((force / np.where(size > 0, size, 1.0)).max())
 

@@ -1,4 +1,5 @@
-"""The twelve-DOF prismatic beam in local axes, split by coefficient (Przemieniecki 1968, derived here from shape functions)."""
+"""The twelve-DOF prismatic beam in local axes, split by coefficient (Przemieniecki 1968, derived
+here from shape functions)."""
 
 from __future__ import annotations
 
@@ -11,14 +12,23 @@ from cvxupdate.fe.hermite import unit_matrices
 from cvxupdate.fe.sections import Section, section_constants
 from cvxupdate.fe.triads import line_triads
 
-# Places of (w₁, ψ₁, w₂, ψ₂) among the twelve local DOFs, and the sign of the rotation: θz = dv/dx, θy = −dw/dx.
+# Places of (w₁, ψ₁, w₂, ψ₂) among the twelve local DOFs, and the sign of the rotation: θz = dv/dx,
+# θy = −dw/dx.
 _PLANES = {"z": ((1, 5, 7, 11), 1.0), "y": ((2, 4, 8, 10), -1.0)}
 
 
-def beam_terms(xyz: Real, orientation: Real, planes: tuple[str, ...], lumped: bool, rotary_inertia: bool, torsion: bool) -> tuple[Term, ...]:
+def beam_terms(
+    xyz: Real,
+    orientation: Real,
+    planes: tuple[str, ...],
+    lumped: bool,
+    rotary_inertia: bool,
+    torsion: bool,
+) -> tuple[Term, ...]:
     """All terms of a beam, (e, 12, 12), in global axes.
 
-    ``planes`` names the bending axes that carry stiffness ("y": bending about local y, "z": about local z).
+    ``planes`` names the bending axes that carry stiffness ("y": bending about local y, "z": about
+    local z).
     """
     e = len(xyz)
     L = np.linalg.norm(xyz[:, 1] - xyz[:, 0], axis=1)
@@ -49,7 +59,9 @@ def beam_terms(xyz: Real, orientation: Real, planes: tuple[str, ...], lumped: bo
         for power in (0, 1, 2):
             add("K", f"N{axis}.{power}", places, SS * unit[f"G{power}"] / L[:, None, None])
         if lumped:
-            add("M", "rhoA", places, SS * np.diag([1 / 2, 1 / 24, 1 / 2, 1 / 24]) * L[:, None, None])
+            add(
+                "M", "rhoA", places, SS * np.diag([1 / 2, 1 / 24, 1 / 2, 1 / 24]) * L[:, None, None]
+            )
             continue
         for power in (0, 1, 2):
             add("M", f"rhoA{axis}.{power}", places, SS * unit[f"M{power}"] * L[:, None, None])
@@ -61,15 +73,22 @@ def beam_terms(xyz: Real, orientation: Real, planes: tuple[str, ...], lumped: bo
 def beam_coefficients(section: Section, p: Mapping[str, Values]) -> dict[str, Values]:
     """Scalars of `beam_terms`.
 
-    ``shear`` scales Φ = 12 E I / (κ G A L²): 0 is Euler–Bernoulli, 1 Timoshenko with the shear coefficient ``kappa``. Each plane's Φ acts on
-    its stiffness, geometric stiffness and consistent mass, translational and rotary (Friedman and Kosmatka 1993); lumped mass knows none.
-    Natural frequencies then converge as O(h²) where elements are shorter than deep (tests/fe/test_closed_forms.py says why), else as O(h⁴).
-    ``N`` is an axial preload in newtons, tension positive.
+    ``shear`` scales Φ = 12 E I / (κ G A L²): 0 is Euler–Bernoulli, 1 Timoshenko with the shear
+    coefficient ``kappa``. Each plane's Φ acts on its stiffness, geometric stiffness and consistent
+    mass, translational and rotary (Friedman and Kosmatka 1993); lumped mass knows none. Natural
+    frequencies then converge as O(h²) where elements are shorter than deep
+    (tests/fe/test_closed_forms.py says why), else as O(h⁴). ``N`` is an axial preload in newtons,
+    tension positive.
     """
     c = section_constants(section, p)
     E, rho = p["E"], p["rho"]
     G = E / (2.0 * (1.0 + p["nu"]))
-    out: dict[str, Values] = {"EA": E * c["A"], "rhoA": rho * c["A"], "GJ": G * c["J"], "rhoIp": rho * (c["Iy"] + c["Iz"])}
+    out: dict[str, Values] = {
+        "EA": E * c["A"],
+        "rhoA": rho * c["A"],
+        "GJ": G * c["J"],
+        "rhoIp": rho * (c["Iy"] + c["Iz"]),
+    }
     for axis in ("y", "z"):
         I = c["I" + axis]
         phi = p["shear"] * 12.0 * E * I / (p["kappa"] * G * c["A"] * p["length"] ** 2)

@@ -13,7 +13,8 @@ from cvxupdate.fe.elements.base import Element, Real, Term, Values
 
 Index = NDArray[np.int64]
 
-# Every element has these besides its own: factors for the p-values of (3.22), loss factor, and Rayleigh's two coefficients.
+# Every element has these besides its own: factors for the p-values of (3.22), loss factor, and
+# Rayleigh's two coefficients.
 COMMON = {"stiffness": 1.0, "mass": 1.0, "damping": 1.0, "eta": 0.0, "alpha": 0.0, "beta": 0.0}
 LINEAR = {("stiffness",): "K", ("mass",): "M"}  # factors that move one matrix each, in proportion
 STEP = 1e-30  # of complex-step differentiation: exact to rounding, no subtraction takes place
@@ -23,9 +24,11 @@ STEP = 1e-30  # of complex-step differentiation: exact to rounding, no subtracti
 class Block:
     """Elements of one type.
 
-    ``ids`` (n,), ``groups`` n names, ``dofs`` (n, d) places among the free DOFs (−1: fixed), ``direction`` the DOF kind of each
-    column (0..5 = x..rz), (1, d) where all elements agree, else (n, d), ``terms`` geometric factors (g, d, d), ``geometry`` (n,) which
-    of the g factors an element uses, ``properties`` one value per element, ``nodes`` (n, k) places among the model's nodes (None: not from drawn nodes).
+    ``ids`` (n,), ``groups`` n names, ``dofs`` (n, d) places among the free DOFs (−1: fixed),
+    ``direction`` the DOF kind of each column (0..5 = x..rz), (1, d) where all elements agree, else
+    (n, d), ``terms`` geometric factors (g, d, d), ``geometry`` (n,) which of the g factors an
+    element uses, ``properties`` one value per element, ``nodes`` (n, k) places among the model's
+    nodes (None: not from drawn nodes).
     """
 
     kind: Element
@@ -41,12 +44,14 @@ class Block:
     def scalars(self, properties: Mapping[str, Values]) -> list[tuple[str, int, Values]]:
         """(matrix, term, factor (elements,)) for K, M, C and D.
 
-        The p-values of stiffness, mass and damping are independent (3.22): a stiffness p-value leaves D alone, while a physical
-        parameter (E, I, h …) carries the loss factor with it.
+        The p-values of stiffness, mass and damping are independent (3.22): a stiffness p-value
+        leaves D alone, while a physical parameter (E, I, h …) carries the loss factor with it.
         """
         c = self.kind.coefficients(properties)
         p = properties
-        lossy, rayleigh_m, rayleigh_k = (bool(np.any(p[k] != 0.0)) for k in ("eta", "alpha", "beta"))
+        lossy, rayleigh_m, rayleigh_k = (
+            bool(np.any(p[k] != 0.0)) for k in ("eta", "alpha", "beta")
+        )
         out: list[tuple[str, int, Values]] = []
         for i, term in enumerate(self.terms):
             v = c[term.coefficient]
@@ -64,7 +69,9 @@ class Block:
                 out.append((term.matrix, i, p["damping"] * v))
         return out
 
-    def combine(self, scalars: list[tuple[str, int, Any]], rows: Index | None = None) -> dict[str, NDArray[Any]]:
+    def combine(
+        self, scalars: list[tuple[str, int, Any]], rows: Index | None = None
+    ) -> dict[str, NDArray[Any]]:
         """Element matrices {"K": (e, d, d), …} from scalars of all elements or of ``rows``."""
         geometry = self.geometry if rows is None else self.geometry[rows]
         out: dict[str, NDArray[Any]] = {}
@@ -76,18 +83,31 @@ class Block:
         return out
 
     def moves(self, names: tuple[str, ...], assumed: Mapping[str, float]) -> bool:
-        """Whether any of the properties ``names`` changes any matrix, with the properties ``assumed`` where they are zero today."""
-        local: dict[str, Values] = {k: np.where(v == 0.0, assumed.get(k, 0.0), v).astype(complex) for k, v in self.properties.items()}
+        """Whether any of the properties ``names`` changes any matrix, with the properties
+        ``assumed`` where they are zero today."""
+        local: dict[str, Values] = {
+            k: np.where(v == 0.0, assumed.get(k, 0.0), v).astype(complex)
+            for k, v in self.properties.items()
+        }
         for name in names:
-            local[name] = local[name] + 1j * STEP * np.where(local[name] == 0.0, 1.0, local[name].real)
+            local[name] = local[name] + 1j * STEP * np.where(
+                local[name] == 0.0, 1.0, local[name].real
+            )
         return any(bool(np.any(np.imag(f) != 0.0)) for _, _, f in self.scalars(local))
 
-    def derivative(self, properties: Mapping[str, Values], rows: Index, names: tuple[str, ...], scales: Real) -> dict[str, Real]:
-        """d(element matrices)/dp of ``rows`` where property names[i] moves by scales[i] · p; each (r, d, d), zero ones left out."""
+    def derivative(
+        self, properties: Mapping[str, Values], rows: Index, names: tuple[str, ...], scales: Real
+    ) -> dict[str, Real]:
+        """d(element matrices)/dp of ``rows`` where property names[i] moves by scales[i] · p; each
+        (r, d, d), zero ones left out."""
         if names in LINEAR:  # a factor on K or M: no complex step is needed
             local = {k: v[rows] for k, v in properties.items()}
             c = self.kind.coefficients(local)
-            plain = [(t.matrix, i, scales[0] * np.asarray(c[t.coefficient])) for i, t in enumerate(self.terms) if t.matrix == LINEAR[names]]
+            plain = [
+                (t.matrix, i, scales[0] * np.asarray(c[t.coefficient]))
+                for i, t in enumerate(self.terms)
+                if t.matrix == LINEAR[names]
+            ]
             return self.combine([(m, i, f) for m, i, f in plain if np.any(f != 0.0)], rows)
         local = {k: v[rows].astype(complex) for k, v in properties.items()}
         for name, scale in zip(names, scales, strict=True):

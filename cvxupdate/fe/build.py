@@ -11,7 +11,18 @@ import scipy.sparse as sp
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import COMMON, Block, Index
-from cvxupdate.fe.elements import Beam2D, Beam3D, Dashpot, Entries, Gyroscopic, Mass, Plate, Rod, Spring, Term
+from cvxupdate.fe.elements import (
+    Beam2D,
+    Beam3D,
+    Dashpot,
+    Entries,
+    Gyroscopic,
+    Mass,
+    Plate,
+    Rod,
+    Spring,
+    Term,
+)
 from cvxupdate.fe.elements.base import Element, Real
 from cvxupdate.fe.elements.matrix import read_matrix, split
 from cvxupdate.fe.model import KINDS, Model
@@ -43,7 +54,8 @@ def build_model(spec: Spec) -> Model:
     Raises
     ------
     ModelError
-        For anything that only geometry or matrices show: zero length, a plate that is no rectangle, an unreadable matrix.
+        For anything that only geometry or matrices show: zero length, a plate that is no rectangle,
+        an unreadable matrix.
     """
     text = spec.model
     position = {n.id: i for i, n in enumerate(text.nodes)}
@@ -62,7 +74,11 @@ def build_model(spec: Spec) -> Model:
     if isinstance(damping, sm.ModalDamping):
         zeta = damping.zeta if isinstance(damping.zeta, tuple) else (damping.zeta,)
     free = {label: name for label, name in zip(labels, names, strict=True)}
-    ties = tuple((f"n{node_ids[n]}.{KINDS[k]}", free[to]) for (n, k), to in _first_of_ties(text, position).items() if to in free)
+    ties = tuple(
+        (f"n{node_ids[n]}.{KINDS[k]}", free[to])
+        for (n, k), to in _first_of_ties(text, position).items()
+        if to in free
+    )
     model = Model(names, node_ids, xyz, dof_node, dof_kind, tuple(blocks), (), zeta, ties)
     return _with_whole(spec, model.with_parameters(parameters_of(spec, model)))
 
@@ -73,8 +89,20 @@ def _with_whole(spec: Spec, model: Model) -> Model:
     if whole is None:
         return model
     bounds = spec.constraints.bounds
-    lower = whole.lower if whole.lower is not None else bounds.lower if bounds is not None and bounds.lower is not None else -np.inf
-    upper = whole.upper if whole.upper is not None else bounds.upper if bounds is not None and bounds.upper is not None else np.inf
+    lower = (
+        whole.lower
+        if whole.lower is not None
+        else bounds.lower
+        if bounds is not None and bounds.lower is not None
+        else -np.inf
+    )
+    upper = (
+        whole.upper
+        if whole.upper is not None
+        else bounds.upper
+        if bounds is not None and bounds.upper is not None
+        else np.inf
+    )
     return with_entries(model, whole.matrices, whole.pattern, whole.symmetric, lower, upper)
 
 
@@ -85,7 +113,9 @@ def parameters_of(spec: Spec, model: Model) -> tuple[Parameter, ...]:
     bounds = spec.constraints.bounds
     lower = bounds.lower if bounds is not None and bounds.lower is not None else -np.inf
     upper = bounds.upper if bounds is not None and bounds.upper is not None else np.inf
-    return select_parameters(expand_parameters(spec.model, spec.update.parameters), model, lower, upper)
+    return select_parameters(
+        expand_parameters(spec.model, spec.update.parameters), model, lower, upper
+    )
 
 
 def _batches(text: sm.Model, active: tuple[str, ...]) -> Iterable[_Batch]:
@@ -100,7 +130,11 @@ def _batches(text: sm.Model, active: tuple[str, ...]) -> Iterable[_Batch]:
                 batch.ids.append(row.id)
                 batch.groups.append(row.group or "")
                 batch.nodes.append(row.nodes)
-                batch.orientation.append(getattr(row, "axis", None) or getattr(row, "orientation", None) or (0.0, 0.0, 0.0))
+                batch.orientation.append(
+                    getattr(row, "axis", None)
+                    or getattr(row, "orientation", None)
+                    or (0.0, 0.0, 0.0)
+                )
                 for name, value in _properties(row, kind, text).items():
                     batch.properties.setdefault(name, []).append(value)
     return found.values()
@@ -121,7 +155,14 @@ def _kinds(block: Any, row: Any, text: sm.Model, active: tuple[str, ...]) -> lis
     if block.type == "rod":
         return [Rod(section, block.mass)]
     if block.type == "beam2d":
-        return [Beam2D(section, "xz" if "ry" in active and "rz" not in active else "xy", block.mass, block.rotary_inertia)]
+        return [
+            Beam2D(
+                section,
+                "xz" if "ry" in active and "rz" not in active else "xy",
+                block.mass,
+                block.rotary_inertia,
+            )
+        ]
     return [Beam3D(section, block.mass, block.rotary_inertia)]
 
 
@@ -147,25 +188,49 @@ def _properties(row: Any, kind: Element, text: sm.Model) -> dict[str, float]:
         return {**out, "c": row.c}
     if isinstance(row, se.MassRow):
         sign = -1.0 if row.taken_off else 1.0
-        return {**out, "m": sign * row.m, "Ixx": sign * row.Ixx, "Iyy": sign * row.Iyy, "Izz": sign * row.Izz}
+        return {
+            **out,
+            "m": sign * row.m,
+            "Ixx": sign * row.Ixx,
+            "Iyy": sign * row.Iyy,
+            "Izz": sign * row.Izz,
+        }
     if isinstance(row, se.GyroscopicRow):
         return {**out, "Ip": row.Ip, "omega": row.omega}
     material, section = text.materials[row.material], text.sections[row.section]
     nu = material.nu if material.G is None else material.E / (2.0 * material.G) - 1.0
     out |= {"E": material.E, "nu": nu, "rho": material.rho}
     if isinstance(section, sm.PlateSection):
-        return {**out, "thickness": section.thickness, "Dx": section.Dx, "Dy": section.Dy, "D1": section.D1, "Dxy": section.Dxy}
-    shear = {"shear": 0.0, "kappa": shear_coefficient(section, nu)} if section.kappa is None else {"shear": 1.0, "kappa": section.kappa}
+        return {
+            **out,
+            "thickness": section.thickness,
+            "Dx": section.Dx,
+            "Dy": section.Dy,
+            "D1": section.D1,
+            "Dxy": section.Dxy,
+        }
+    shear = (
+        {"shear": 0.0, "kappa": shear_coefficient(section, nu)}
+        if section.kappa is None
+        else {"shear": 1.0, "kappa": section.kappa}
+    )
     out |= {"A": 1.0, "Iy": 1.0, "Iz": 1.0, "J": 1.0, "N": row.N, **shear}
     if isinstance(section, sm.Rectangle):
         return {**out, "width": section.width, "height": section.height}
     if isinstance(section, sm.Circle):
         return {**out, "diameter": section.diameter, "wall": section.wall or 0.0}
-    return {**out, "A": section.A, "Iy": section.Iy or 0.0, "Iz": section.Iz or 0.0, "J": section.J or 0.0}
+    return {
+        **out,
+        "A": section.A,
+        "Iy": section.Iy or 0.0,
+        "Iz": section.Iz or 0.0,
+        "J": section.J or 0.0,
+    }
 
 
 def _own(row: Any, text: sm.Model) -> dict[str, float]:
-    """What an element says of itself: factors on its matrices, its loss factor (else that of its material)."""
+    """What an element says of itself: factors on its matrices, its loss factor (else that of its
+    material)."""
     out = {word: getattr(row, f"{word}_factor", 1.0) for word in ("stiffness", "mass")}
     material = text.materials.get(getattr(row, "material", ""))
     eta = getattr(row, "eta", None)
@@ -174,7 +239,8 @@ def _own(row: Any, text: sm.Model) -> dict[str, float]:
 
 
 def shear_coefficient(section: Any, nu: float) -> float:
-    """kappa of a section for which the file gives none: 5/6, or that of a round bar or tube (Cowper 1966, hollow circle)."""
+    """kappa of a section for which the file gives none: 5/6, or that of a round bar or tube (Cowper
+    1966, hollow circle)."""
     if not isinstance(section, sm.Circle):
         return 5.0 / 6.0
     inner = 1.0 - 2.0 * section.wall / section.diameter if section.wall else 0.0
@@ -184,7 +250,8 @@ def shear_coefficient(section: Any, nu: float) -> float:
 
 @dataclass(frozen=True)
 class _Given:
-    """One matrix of a matrix row: which of K, M, C, D, its row's id and group, its labels and its entries."""
+    """One matrix of a matrix row: which of K, M, C, D, its row's id and group, its labels and its
+    entries."""
 
     matrix: str
     id: int
@@ -199,15 +266,30 @@ def _given(text: sm.Model, spec: Spec) -> Iterable[_Given]:
         if not isinstance(block, se.MatrixBlock):
             continue
         for row in block.rows:
-            for matrix, name in (("K", row.stiffness), ("M", row.mass), ("C", row.damping), ("D", row.structural)):
+            for matrix, name in (
+                ("K", row.stiffness),
+                ("M", row.mass),
+                ("C", row.damping),
+                ("D", row.structural),
+            ):
                 if name is None:
                     continue
                 own = name.lower().endswith((".mtx", ".npz"))
                 path = spec.path.parent / name if own else row.file
                 if path is None:
-                    raise ModelError(f"matrix row {row.id}: {name!r} names a variable, but no file is given. Add `file`.")
+                    raise ModelError(
+                        f"matrix row {row.id}: {name!r} names a variable, but no file is "
+                        "given. Add `file`."
+                    )
                 values = read_matrix(path, None if own else name)
-                yield _Given(matrix, row.id, row.group or "", _labels(row, path, values.shape[0]), values, _own(row, text))
+                yield _Given(
+                    matrix,
+                    row.id,
+                    row.group or "",
+                    _labels(row, path, values.shape[0]),
+                    values,
+                    _own(row, text),
+                )
 
 
 def _labels(row: se.MatrixRow, path: Any, size: int) -> tuple[tuple[int, int], ...]:
@@ -218,18 +300,23 @@ def _labels(row: se.MatrixRow, path: Any, size: int) -> tuple[tuple[int, int], .
     if isinstance(row.labels, str):
         if path.suffix.lower() == ".npz":
             with np.load(path, allow_pickle=False) as data:
-                names = [str(v) for v in np.atleast_1d(data[row.labels])] if row.labels in data else []
+                names = (
+                    [str(v) for v in np.atleast_1d(data[row.labels])] if row.labels in data else []
+                )
         else:
             names = [text.strip() for text in read_variables(path).texts.get(row.labels, ())]
     else:
         names = row.labels
     if len(names) != size:
-        raise ModelError(f"matrix row {row.id}: {len(names)} labels for a matrix of {size} rows. Give one label like \"n6.y\" for each.")
+        raise ModelError(
+            f"matrix row {row.id}: {len(names)} labels for a matrix of {size} rows. Give one "
+            'label like "n6.y" for each.'
+        )
     return tuple(parse_label(n) for n in names)
 
 
 def parse_label(label: str) -> tuple[int, int]:
-    """"n6.y" → (6, 1).
+    """ "n6.y" → (6, 1).
 
     Raises
     ------
@@ -238,7 +325,7 @@ def parse_label(label: str) -> tuple[int, int]:
     """
     node, _, kind = label.partition(".")
     if not node.startswith("n") or not node[1:].isdigit() or kind not in KINDS:
-        raise ModelError(f"the DOF label {label!r} is not understood. Write it like \"n6.y\".")
+        raise ModelError(f'the DOF label {label!r} is not understood. Write it like "n6.y".')
     return int(node[1:]), KINDS.index(kind)
 
 
@@ -246,9 +333,16 @@ Place = dict[tuple[int, int], int]
 _INERTIA = ("m", "m", "m", "Ixx", "Iyy", "Izz")
 
 
-def _number(text: sm.Model, position: dict[int, int], xyz: Real, active: tuple[str, ...], batches: list[_Batch],
-            given: list[_Given]) -> tuple[Place, Index, Real, list[tuple[int, int]]]:
-    """Free DOFs in the order of nodes and kinds: those that an element touches and no support holds."""
+def _number(
+    text: sm.Model,
+    position: dict[int, int],
+    xyz: Real,
+    active: tuple[str, ...],
+    batches: list[_Batch],
+    given: list[_Given],
+) -> tuple[Place, Index, Real, list[tuple[int, int]]]:
+    """Free DOFs in the order of nodes and kinds: those that an element touches and no support
+    holds."""
     node_ids = [n.id for n in text.nodes]
     extra = sorted({node for g in given for node, _ in g.labels} - set(position))
     for node in extra:  # DOFs of given matrices may have no drawn node
@@ -260,12 +354,21 @@ def _number(text: sm.Model, position: dict[int, int], xyz: Real, active: tuple[s
         kinds = [KINDS.index(d) for d in batch.kind.dofs if d in active]
         if isinstance(batch.kind, Mass):  # no inertia about an axis: no DOF of its own there
             amounts = [batch.properties[_INERTIA[k]] for k in kinds]
-            touched |= {(position[n], k) for k, amount in zip(kinds, amounts, strict=True)
-                        for (n,), value in zip(batch.nodes, amount, strict=True) if value != 0.0}
+            touched |= {
+                (position[n], k)
+                for k, amount in zip(kinds, amounts, strict=True)
+                for (n,), value in zip(batch.nodes, amount, strict=True)
+                if value != 0.0
+            }
             continue
         if not isinstance(batch.kind, Gyroscopic):  # it acts on what beams and masses have
             touched |= {(position[n], k) for nodes in batch.nodes for n in nodes for k in kinds}
-    held = {(position[n], KINDS.index(d)) for s in text.supports for n in (node_ids if s.nodes == "all" else s.nodes) for d in s.dofs}
+    held = {
+        (position[n], KINDS.index(d))
+        for s in text.supports
+        for n in (node_ids if s.nodes == "all" else s.nodes)
+        for d in s.dofs
+    }
     first = _first_of_ties(text, position)
     labels = sorted({first.get(t, t) for t in touched} - {first.get(h, h) for h in held})
     place = {label: i for i, label in enumerate(labels)}
@@ -273,7 +376,9 @@ def _number(text: sm.Model, position: dict[int, int], xyz: Real, active: tuple[s
     return place, np.array(node_ids, dtype=np.int64), xyz, labels
 
 
-def _first_of_ties(text: sm.Model, position: dict[int, int]) -> dict[tuple[int, int], tuple[int, int]]:
+def _first_of_ties(
+    text: sm.Model, position: dict[int, int]
+) -> dict[tuple[int, int], tuple[int, int]]:
     """DOF of a tied node → the DOF it is the same as."""
     first: dict[tuple[int, int], tuple[int, int]] = {}
     for tie in text.ties:
@@ -286,13 +391,23 @@ def _first_of_ties(text: sm.Model, position: dict[int, int]) -> dict[tuple[int, 
     return first
 
 
-def _block(batch: _Batch, text: sm.Model, position: dict[int, int], xyz: Real, active: tuple[str, ...], place: Place) -> Block:
+def _block(
+    batch: _Batch,
+    text: sm.Model,
+    position: dict[int, int],
+    xyz: Real,
+    active: tuple[str, ...],
+    place: Place,
+) -> Block:
     kind = batch.kind
     nodes = np.array([[position[n] for n in row] for row in batch.nodes], dtype=np.int64)
     points = xyz[nodes]
     keep = [i for i, d in enumerate(kind.dofs) if d in active]
     kinds = np.array([KINDS.index(kind.dofs[i]) for i in keep], dtype=np.int64)
-    dofs = np.array([[place.get((n, k), -1) for n in row for k in kinds] for row in nodes.tolist()], dtype=np.int64)
+    dofs = np.array(
+        [[place.get((n, k), -1) for n in row for k in kinds] for row in nodes.tolist()],
+        dtype=np.int64,
+    )
     orientation = np.array(batch.orientation)
     unique, geometry = _distinct(points, orientation)
     try:
@@ -300,26 +415,46 @@ def _block(batch: _Batch, text: sm.Model, position: dict[int, int], xyz: Real, a
     except ModelError as error:
         raise ModelError(f"elements {_span(batch.ids)}: {error}") from error
     columns = [n * len(kind.dofs) + i for n in range(kind.nodes) for i in keep]
-    kept = tuple(Term(t.matrix, t.coefficient, np.ascontiguousarray(t.values[:, columns][:, :, columns])) for t in terms)
+    kept = tuple(
+        Term(t.matrix, t.coefficient, np.ascontiguousarray(t.values[:, columns][:, :, columns]))
+        for t in terms
+    )
     kept = tuple(t for t in kept if np.any(t.values != 0.0))
     properties = {k: np.array(v, dtype=float) for k, v in batch.properties.items()}
     if kind.nodes == 2:
         properties["length"] = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
-    return Block(kind, np.array(batch.ids, dtype=np.int64), tuple(batch.groups), dofs, np.tile(kinds, kind.nodes)[None], kept, geometry, properties, nodes)
+    return Block(
+        kind,
+        np.array(batch.ids, dtype=np.int64),
+        tuple(batch.groups),
+        dofs,
+        np.tile(kinds, kind.nodes)[None],
+        kept,
+        geometry,
+        properties,
+        nodes,
+    )
 
 
 def _distinct(points: Real, orientation: Real) -> tuple[Index, Index]:
-    """Elements of one shape and attitude share their matrices: (first of each shape, shape of each element)."""
+    """Elements of one shape and attitude share their matrices: (first of each shape, shape of each
+    element)."""
     relative = (points - points[:, :1]).reshape(len(points), -1)
     size = np.abs(relative).max(axis=1, keepdims=True)
     size[size == 0.0] = 1.0
-    decade = np.floor(np.log10(size))  # twelve digits of each element's own size: a small one beside large ones keeps its own
-    key = np.hstack([np.round(np.hstack([relative / size, size / 10.0**decade, orientation]), 12), decade])
+    decade = np.floor(
+        np.log10(size)
+    )  # twelve digits of each element's own size: a small one beside large ones keeps its own
+    key = np.hstack(
+        [np.round(np.hstack([relative / size, size / 10.0**decade, orientation]), 12), decade]
+    )
     _, first, inverse = np.unique(key, axis=0, return_index=True, return_inverse=True)
     return first.astype(np.int64), inverse.reshape(-1).astype(np.int64)
 
 
-def _given_blocks(given: list[_Given], position: dict[int, int], place: Place, loss: dict[str, float]) -> list[Block]:
+def _given_blocks(
+    given: list[_Given], position: dict[int, int], place: Place, loss: dict[str, float]
+) -> list[Block]:
     """One block for each of K, M, C, D and entry size."""
     parts: dict[tuple[str, int], list[tuple[_Given, Index, Index, Real]]] = {}
     for g in given:
@@ -330,13 +465,26 @@ def _given_blocks(given: list[_Given], position: dict[int, int], place: Place, l
                 parts.setdefault((g.matrix, size), []).append((g, dofs[at], kinds[at], values))
     blocks = []
     for (matrix, size), members in parts.items():
-        ids = np.concatenate([np.full(len(dofs), g.id, dtype=np.int64) for g, dofs, _, _ in members])
+        ids = np.concatenate(
+            [np.full(len(dofs), g.id, dtype=np.int64) for g, dofs, _, _ in members]
+        )
         groups = tuple(g.group for g, dofs, _, _ in members for _ in range(len(dofs)))
         own = [({**COMMON, **loss, **g.own}, len(dofs)) for g, dofs, _, _ in members]
         properties = {k: np.concatenate([np.full(n, v[k]) for v, n in own]) for k in COMMON}
         dofs, kinds = np.vstack([m[1] for m in members]), np.vstack([m[2] for m in members])
         values = np.vstack([m[3] for m in members])
-        blocks.append(Block(Entries(matrix, size), ids, groups, dofs, kinds, (Term(matrix, "one", values),), np.arange(len(ids)), properties))
+        blocks.append(
+            Block(
+                Entries(matrix, size),
+                ids,
+                groups,
+                dofs,
+                kinds,
+                (Term(matrix, "one", values),),
+                np.arange(len(ids)),
+                properties,
+            )
+        )
     return blocks
 
 

@@ -1,8 +1,9 @@
 """The flexible part of K φ = λ M φ, with rigid-body modes taken out exactly.
 
-A free structure is held at as many DOFs as it has rigid-body modes R, so K_ff is regular; with φ = x − R Rᵀ M x (x zero at the held DOFs)
-K R = 0 gives φᵀ K φ = xᵀ K_ff x and φᵀ M φ = xᵀ M̃ x, M̃ = M − (M R)(M R)ᵀ (cf. the self-equilibrated flexibility of Craig and Bampton 1968).
-No shift has to be guessed and massless DOFs need no care. The pencil is taken as M̃ x = μ K_ff x, μ = 1/λ, because its
+A free structure is held at as many DOFs as it has rigid-body modes R, so K_ff is regular; with φ =
+x − R Rᵀ M x (x zero at the held DOFs) K R = 0 gives φᵀ K φ = xᵀ K_ff x and φᵀ M φ = xᵀ M̃ x, M̃ = M
+− (M R)(M R)ᵀ (cf. the self-equilibrated flexibility of Craig and Bampton 1968). No shift has to be
+guessed and massless DOFs need no care. The pencil is taken as M̃ x = μ K_ff x, μ = 1/λ, because its
 largest eigenvalues are those that rounding leaves whole.
 """
 
@@ -23,13 +24,17 @@ from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.factor import factorise
 from cvxupdate.fe.rigid import mass_normalised, rounding
 
-_SINGULAR = "stiffness and mass both vanish on some motion: the model is a mechanism. Add the missing element or support."
+_SINGULAR = (
+    "stiffness and mass both vanish on some motion: the model is a mechanism. Add the missing "
+    "element or support."
+)
 _EXTRA = 3  # modes beyond those wanted, among which a gap is sought for the Sturm count
 
 
 @dataclass(frozen=True)
 class Problem:
-    """K, M (N, N), mass-normalised motions ``R`` (N, r) with K R = 0, the DOFs ``held`` (r or more); ``shift`` s stands for K + s M."""
+    """K, M (N, N), mass-normalised motions ``R`` (N, r) with K R = 0, the DOFs ``held`` (r or
+    more); ``shift`` s stands for K + s M."""
 
     K: sp.csc_array
     M: sp.csc_array
@@ -78,7 +83,8 @@ class Problem:
 
 
 def flexible_modes(problem: Problem, count: int, dense: int) -> tuple[Real, Real]:
-    """The lowest ``count`` flexible eigenvalues, ascending, and shapes (N, ≤ count), by LAPACK up to ``dense`` DOFs.
+    """The lowest ``count`` flexible eigenvalues, ascending, and shapes (N, ≤ count), by LAPACK up
+    to ``dense`` DOFs.
 
     Raises
     ------
@@ -106,7 +112,9 @@ def unresisted(K: sp.csc_array, M: sp.csc_array, dense: int) -> Real:
     ModelError
         As `flexible_modes`.
     """
-    problem = Problem(K, M, np.zeros((K.shape[0], 0)), np.zeros(0, dtype=np.int64), True, _shift(K, M))
+    problem = Problem(
+        K, M, np.zeros((K.shape[0], 0)), np.zeros(0, dtype=np.int64), True, _shift(K, M)
+    )
     count = 8
     while True:
         values, shapes = flexible_modes(problem, count, dense)
@@ -118,7 +126,8 @@ def unresisted(K: sp.csc_array, M: sp.csc_array, dense: int) -> Real:
 
 
 def _shift(K: sp.csc_array, M: sp.csc_array) -> float:
-    """Well above what rounding of K makes of a zero eigenvalue, and small beside those of the mesh."""
+    """Well above what rounding of K makes of a zero eigenvalue, and small beside those of the
+    mesh."""
     k, m = np.abs(K.diagonal()), M.diagonal()
     heavy = (m > 0.0) & (k > 0.0)
     ratio = k[heavy] / m[heavy] if np.any(heavy) else np.ones(1)
@@ -143,14 +152,27 @@ def _check_mass(M: sp.csc_array, dense: int) -> None:
     d = M.diagonal()
     remedy = "A mass parameter has gone too far: set its lower bound."
     if np.any(d < 0.0):
-        raise ModelError(f"the mass matrix has a negative diagonal entry ({d.min():.3g} at DOF number {int(np.argmin(d))}). {remedy}")
+        raise ModelError(
+            f"the mass matrix has a negative diagonal entry ({d.min():.3g} at DOF number "
+            f"{int(np.argmin(d))}). {remedy}"
+        )
     scale = 1.0 / np.sqrt(np.where(d > 0.0, d, 1.0))
     if M.shape[0] > dense:
         factors = sp.diags_array(scale)
-        negative = bool(factorise(sp.csc_array(factors @ M @ factors + 1e-9 * sp.eye_array(M.shape[0])), "the mass matrix").negatives())
+        negative = bool(
+            factorise(
+                sp.csc_array(factors @ M @ factors + 1e-9 * sp.eye_array(M.shape[0])),
+                "the mass matrix",
+            ).negatives()
+        )
     else:
         try:
-            la.cholesky(scale[:, None] * M.toarray() * scale + 1e-9 * np.eye(M.shape[0]), lower=True, overwrite_a=True, check_finite=False)
+            la.cholesky(
+                scale[:, None] * M.toarray() * scale + 1e-9 * np.eye(M.shape[0]),
+                lower=True,
+                overwrite_a=True,
+                check_finite=False,
+            )
             negative = False
         except la.LinAlgError:
             negative = True
@@ -171,14 +193,20 @@ def _dense(problem: Problem, count: int, attempt: int = 0) -> tuple[Real, Real]:
     stiffness = problem.stiffness.toarray() - problem.shift * carried
     n = len(stiffness)
     try:
-        mu, x = la.eigh(problem.mass.toarray() - carried, stiffness, subset_by_index=[n - count, n - 1], check_finite=False)
+        mu, x = la.eigh(
+            problem.mass.toarray() - carried,
+            stiffness,
+            subset_by_index=[n - count, n - 1],
+            check_finite=False,
+        )
     except la.LinAlgError:
         return _dense(_shifted(problem, attempt), count, attempt + 1)
     return _ascending(problem, mu, x, count)
 
 
 def _few_masses(problem: Problem, count: int, heavy: Index, attempt: int = 0) -> tuple[Real, Real]:
-    """Mass on few DOFs of many: with the flexibilities F (N, k) of the heavy DOFs and M̃ = L Lᵀ there, Lᵀ F L y = μ y and x = F L y."""
+    """Mass on few DOFs of many: with the flexibilities F (N, k) of the heavy DOFs and M̃ = L Lᵀ
+    there, Lᵀ F L y = μ y and x = F L y."""
     unit = np.zeros((len(problem.free), len(heavy)))
     unit[heavy, np.arange(len(heavy))] = 1.0
     try:
@@ -193,12 +221,21 @@ def _few_masses(problem: Problem, count: int, heavy: Index, attempt: int = 0) ->
 
 
 def _sparse(problem: Problem, count: int, attempt: int = 0) -> tuple[Real, Real]:
-    """Shift-invert Lanczos; asked for more where the Sturm count says that a repeated mode was missed, shifted where K is not positive."""
+    """Shift-invert Lanczos; asked for more where the Sturm count says that a repeated mode was
+    missed, shifted where K is not positive."""
     wanted = count
     try:
-        for _ in range(3):  # the factors are let go before those of the Sturm count are made: they are most of the memory
-            values, shapes = _lanczos(problem, _inverse(problem), min(wanted + _EXTRA, len(problem.free) - 2))
-            if len(values) < count:  # one motion so soft that rounding swallows the others: nearly a mechanism
+        for _ in range(
+            3
+            # the factors are let go before those of the Sturm count are made: they are most of the
+            # memory
+        ):
+            values, shapes = _lanczos(
+                problem, _inverse(problem), min(wanted + _EXTRA, len(problem.free) - 2)
+            )
+            if (
+                len(values) < count
+            ):  # one motion so soft that rounding swallows the others: nearly a mechanism
                 break
             cut = _gap(values, count)
             below = factorise(problem.K - cut * problem.M, "K − μ M").negatives()
@@ -207,7 +244,9 @@ def _sparse(problem: Problem, count: int, attempt: int = 0) -> tuple[Real, Real]
                 return values[:count], shapes[:, :count]
             wanted += missed + _EXTRA
         else:
-            if attempt:  # K is positive by the shift and three counts disagree: it is the count that rounding has spoilt
+            # K is positive by the shift and three counts disagree: it is the count that rounding
+            # has spoilt
+            if attempt:
                 return values[:count], shapes[:, :count]
     except ModelError:
         pass
@@ -231,8 +270,9 @@ def _inverse(problem: Problem) -> Callable[[Real], Real]:
 
 
 def _gap(values: Real, wanted: int) -> float:
-    """The middle of the widest relative gap at or after the last mode wanted: there K − μ M is farthest from singular."""
-    last = values[wanted - 1:]
+    """The middle of the widest relative gap at or after the last mode wanted: there K − μ M is
+    farthest from singular."""
+    last = values[wanted - 1 :]
     if len(last) < 2:
         return float(last[0] + 1e-6 * abs(last[0]))
     at = int(np.argmax(np.diff(last)))
@@ -246,9 +286,21 @@ def _lanczos(problem: Problem, inverse: Callable[[Real], Real], count: int) -> t
     inertia = LinearOperator(shape, matvec=problem.inertia, dtype=float)
     start = inverse(problem.inertia(np.random.default_rng(0).standard_normal(n)))
     try:
-        values, x = eigsh(operator, count, inertia, sigma=0.0, OPinv=operator, v0=start, ncv=min(n - 1, 2 * count + 4))
+        values, x = eigsh(
+            operator,
+            count,
+            inertia,
+            sigma=0.0,
+            OPinv=operator,
+            v0=start,
+            ncv=min(n - 1, 2 * count + 4),
+        )
     except ArpackError as error:
-        raise ModelError(f"the natural modes did not converge ({error}). Is the mass matrix positive semidefinite?") from error
-    # One more inverse iteration takes out what Lanczos gathered in the null space of M (Nour-Omid et al. 1987).
+        raise ModelError(
+            f"the natural modes did not converge ({error}). Is the mass matrix positive "
+            "semidefinite?"
+        ) from error
+    # One more inverse iteration takes out what Lanczos gathered in the null space of M (Nour-Omid
+    # et al. 1987).
     x = inverse(problem.inertia(x)) * values
     return _ascending(problem, 1.0 / values, x, count)

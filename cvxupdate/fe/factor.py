@@ -24,16 +24,21 @@ class Factor:
         return np.asarray(self.lu.solve(np.ascontiguousarray(rhs)))
 
     def negatives(self) -> int | None:
-        """Number of negative eigenvalues of a real symmetric A by Sylvester's law of inertia; None where rows were exchanged."""
+        """Number of negative eigenvalues of a real symmetric A by Sylvester's law of inertia; None
+        where rows were exchanged."""
         if not np.array_equal(self.lu.perm_r, self.lu.perm_c):
             return None
         return int(np.sum(self.lu.U.diagonal() < 0.0))
 
 
-def factorise(A: sp.sparray, what: str = "the matrix", pivot: bool = False, ordered: bool = False) -> Factor:
-    """LU factors with a fill-reducing symmetric ordering; pivots stay on the diagonal unless ``pivot`` (for saddle-point matrices).
+def factorise(
+    A: sp.sparray, what: str = "the matrix", pivot: bool = False, ordered: bool = False
+) -> Factor:
+    """LU factors with a fill-reducing symmetric ordering; pivots stay on the diagonal unless
+    ``pivot`` (for saddle-point matrices).
 
-    ``ordered``: A has its fill-reducing order already (the argsort of ``perm_c`` of a matrix of the same pattern).
+    ``ordered``: A has its fill-reducing order already (the argsort of ``perm_c`` of a matrix of the
+    same pattern).
 
     Raises
     ------
@@ -42,8 +47,15 @@ def factorise(A: sp.sparray, what: str = "the matrix", pivot: bool = False, orde
     """
     try:
         order = "NATURAL" if ordered else "MMD_AT_PLUS_A"
-        lu = splu(sp.csc_array(A), permc_spec=order, diag_pivot_thresh=0.1 if pivot else 0.0, options={"SymmetricMode": not pivot})
+        lu = splu(
+            sp.csc_array(A),
+            permc_spec=order,
+            diag_pivot_thresh=0.1 if pivot else 0.0,
+            options={"SymmetricMode": not pivot},
+        )
     except RuntimeError as error:
-        raise ModelError(f"{what} is singular. The model is a mechanism, or a DOF has neither stiffness nor mass: "
-                         "add the missing element or support.") from error
+        raise ModelError(
+            f"{what} is singular. The model is a mechanism, or a DOF has neither stiffness "
+            "nor mass: add the missing element or support."
+        ) from error
     return Factor(lu)

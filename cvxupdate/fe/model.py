@@ -1,4 +1,5 @@
-"""The model: blocks of elements, free DOFs with labels, parameters. Frozen; every method takes the parameter values ``p``."""
+"""The model: blocks of elements, free DOFs with labels, parameters. Frozen; every method takes the
+parameter values ``p``."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ KINDS = ("x", "y", "z", "rx", "ry", "rz")
 
 @dataclass(frozen=True)
 class Matrices:
-    """Global matrices over the free DOFs, sparse (CSC), sharing one pattern: M q'' + C q' + (K + i D) q = f."""
+    """Global matrices over the free DOFs, sparse (CSC), sharing one pattern: M q'' + C q' + (K + i
+    D) q = f."""
 
     K: sp.csc_array
     M: sp.csc_array
@@ -31,7 +33,8 @@ class Matrices:
 
 @dataclass(frozen=True)
 class DerivativeBlock:
-    """Part of a parameter's derivative: free ``dofs`` (e, d), −1 where fixed, and dK, dM, dC, dD (e, d, d), None where zero."""
+    """Part of a parameter's derivative: free ``dofs`` (e, d), −1 where fixed, and dK, dM, dC, dD
+    (e, d, d), None where zero."""
 
     dofs: Index
     K: Real | None
@@ -44,9 +47,10 @@ class DerivativeBlock:
 class Model:
     """A structure.
 
-    ``labels`` N names of the free DOFs ("n6.y"); ``node_ids``, ``xyz`` (nodes, 3) and ``dof_node``, ``dof_kind`` (N,) place them;
-    ``modal_damping`` fractions of critical per mode (empty: none), used beside C where given; ``ties`` further names of free DOFs: ("n9.z", "n6.z") says
-    that node 9 moves along z as node 6 does.
+    ``labels`` N names of the free DOFs ("n6.y"); ``node_ids``, ``xyz`` (nodes, 3) and ``dof_node``,
+    ``dof_kind`` (N,) place them; ``modal_damping`` fractions of critical per mode (empty: none),
+    used beside C where given; ``ties`` further names of free DOFs: ("n9.z", "n6.z") says that node
+    9 moves along z as node 6 does.
     """
 
     labels: tuple[str, ...]
@@ -116,13 +120,23 @@ class Model:
             block = self.blocks[t.block]
             d = block.derivative(props[t.block], t.rows, t.properties, t.scales)
             if d:
-                out.append(DerivativeBlock(block.dofs[t.rows], d.get("K"), d.get("M"), d.get("C"), d.get("D")))
+                out.append(
+                    DerivativeBlock(
+                        block.dofs[t.rows], d.get("K"), d.get("M"), d.get("C"), d.get("D")
+                    )
+                )
         return tuple(out)
 
     def total_mass(self, p: ArrayLike | None = None) -> float:
-        """Mass in kg, supports included: what a translation carries, of each element along the first axis in which it has mass."""
-        return float(sum(self._pushed(b, b.combine(b.scalars(v))["M"])
-                         for b, v in zip(self.blocks, self.properties(p), strict=True) if any(t.matrix == "M" for t in b.terms)))
+        """Mass in kg, supports included: what a translation carries, of each element along the
+        first axis in which it has mass."""
+        return float(
+            sum(
+                self._pushed(b, b.combine(b.scalars(v))["M"])
+                for b, v in zip(self.blocks, self.properties(p), strict=True)
+                if any(t.matrix == "M" for t in b.terms)
+            )
+        )
 
     def mass_gradient(self, p: ArrayLike | None = None) -> Real:
         """d(total mass)/dp, (parameters,), kg."""
@@ -141,12 +155,23 @@ class Model:
         r = (block.direction == self._axis(block)).astype(float)
         if rows is not None and len(r) > 1:
             r = r[rows]
-        return float(np.einsum("eij,ei,ej->", masses, *(np.broadcast_to(r, masses.shape[:2]),) * 2).real)
+        return float(
+            np.einsum("eij,ei,ej->", masses, *(np.broadcast_to(r, masses.shape[:2]),) * 2).real
+        )
 
     def _axis(self, block: Block) -> int:
-        """The first translation a block knows; given matrices hold the entries of one matrix in several blocks, so they go together."""
+        """The first translation a block knows; given matrices hold the entries of one matrix in
+        several blocks, so they go together."""
         given = block.kind.name == "matrix"
-        alike = [b for b in self.blocks if b.kind.name == "matrix" and any(t.matrix == "M" for t in b.terms)] if given else [block]
+        alike = (
+            [
+                b
+                for b in self.blocks
+                if b.kind.name == "matrix" and any(t.matrix == "M" for t in b.terms)
+            ]
+            if given
+            else [block]
+        )
         first = min(int(b.direction.min()) for b in alike)
         return first if first < 3 else -1  # rotations alone carry no mass
 
@@ -175,13 +200,18 @@ class _Pattern:
 
 def _count(places: Index, values: NDArray[Any], length: int) -> NDArray[Any]:
     if np.iscomplexobj(values):
-        return np.asarray(np.bincount(places, values.real, length) + 1j * np.bincount(places, values.imag, length))
+        return np.asarray(
+            np.bincount(places, values.real, length) + 1j * np.bincount(places, values.imag, length)
+        )
     return np.bincount(places, values, length)
 
 
 def _pattern(blocks: Sequence[Block], size: int) -> _Pattern:
     if size == 0:
-        raise ModelError("the model has no free degree of freedom. Remove a support, or activate a DOF kind in model.dofs.")
+        raise ModelError(
+            "the model has no free degree of freedom. Remove a support, or activate a DOF "
+            "kind in model.dofs."
+        )
     keys, keeps = [], []
     for b in blocks:
         i = np.broadcast_to(b.dofs[:, :, None], (*b.dofs.shape, b.dofs.shape[1])).reshape(-1)
@@ -189,10 +219,17 @@ def _pattern(blocks: Sequence[Block], size: int) -> _Pattern:
         keep = (i >= 0) & (j >= 0)
         keeps.append(keep)
         keys.append(j[keep] * size + i[keep])
-    joined = np.concatenate([*keys, np.arange(size, dtype=np.int64) * (size + 1)])  # the diagonal is always there
+    joined = np.concatenate(
+        [*keys, np.arange(size, dtype=np.int64) * (size + 1)]
+    )  # the diagonal is always there
     unique, inverse = np.unique(joined, return_inverse=True)
     indptr = np.searchsorted(unique, np.arange(size + 1, dtype=np.int64) * size)
     ends = np.cumsum([len(k) for k in keys])
     places = np.split(inverse, ends)[: len(keys)]
-    return _Pattern((unique % size).astype(np.int64), indptr.astype(np.int64),
-                    tuple(_Scatter(k, np.asarray(v, dtype=np.int64)) for k, v in zip(keeps, places, strict=True)))
+    return _Pattern(
+        (unique % size).astype(np.int64),
+        indptr.astype(np.int64),
+        tuple(
+            _Scatter(k, np.asarray(v, dtype=np.int64)) for k, v in zip(keeps, places, strict=True)
+        ),
+    )

@@ -1,7 +1,8 @@
 """Updating parameters: a label and a block derivative.
 
-A parameter ``p`` moves a property of some elements: value = base + scale · p. The scale is the base value itself, so ``p`` is a relative
-change (the p-value of 3.22), except where the base is zero today and the problem file gives the size of one unit.
+A parameter ``p`` moves a property of some elements: value = base + scale · p. The scale is the base
+value itself, so ``p`` is a relative change (the p-value of 3.22), except where the base is zero
+today and the problem file gives the size of one unit.
 """
 
 from __future__ import annotations
@@ -14,15 +15,45 @@ from cvxupdate.fe.block import Index
 from cvxupdate.fe.elements.base import Real
 
 P_VALUES = ("stiffness", "mass", "damping")
-UNITS = {"E": "Pa", "nu": "1", "rho": "kg/m^3", "A": "m^2", "I": "m^4", "Iy": "m^4", "Iz": "m^4", "J": "m^4", "thickness": "m", "height": "m",
-         "width": "m", "diameter": "m", "wall": "m", "k": "N/m", "m": "kg", "c": "N*s/m", "Ixx": "kg*m^2", "Iyy": "kg*m^2", "Izz": "kg*m^2",
-         "eta": "1", "alpha": "1/s", "beta": "s", "Dx": "1", "Dy": "1", "D1": "1", "Dxy": "1", "N": "N", "shear": "1", "kappa": "1", "Ip": "kg*m^2",
-         "omega": "rad/s"}
+UNITS = {
+    "E": "Pa",
+    "nu": "1",
+    "rho": "kg/m^3",
+    "A": "m^2",
+    "I": "m^4",
+    "Iy": "m^4",
+    "Iz": "m^4",
+    "J": "m^4",
+    "thickness": "m",
+    "height": "m",
+    "width": "m",
+    "diameter": "m",
+    "wall": "m",
+    "k": "N/m",
+    "m": "kg",
+    "c": "N*s/m",
+    "Ixx": "kg*m^2",
+    "Iyy": "kg*m^2",
+    "Izz": "kg*m^2",
+    "eta": "1",
+    "alpha": "1/s",
+    "beta": "s",
+    "Dx": "1",
+    "Dy": "1",
+    "D1": "1",
+    "Dxy": "1",
+    "N": "N",
+    "shear": "1",
+    "kappa": "1",
+    "Ip": "kg*m^2",
+    "omega": "rad/s",
+}
 
 
 @dataclass(frozen=True)
 class Target:
-    """Elements ``rows`` of block number ``block`` whose ``properties`` move by ``scales`` (properties, rows) per unit of p."""
+    """Elements ``rows`` of block number ``block`` whose ``properties`` move by ``scales``
+    (properties, rows) per unit of p."""
 
     block: int
     rows: Index
@@ -32,7 +63,8 @@ class Target:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number to find. ``nominal`` and ``unit_size`` turn p into a physical value: nominal + unit_size · p (0 and 1 for a p-value)."""
+    """One number to find. ``nominal`` and ``unit_size`` turn p into a physical value: nominal +
+    unit_size · p (0 and 1 for a p-value)."""
 
     name: str
     of: str

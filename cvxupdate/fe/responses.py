@@ -1,6 +1,8 @@
-"""Frequency responses: the dynamic stiffness Z(ω) = K + iD + iωC − ω²M, factorised once a frequency, and the receptances Z⁻¹.
+"""Frequency responses: the dynamic stiffness Z(ω) = K + iD + iωC − ω²M, factorised once a
+frequency, and the receptances Z⁻¹.
 
-Undamped models stay real. Modal damping (Model.modal_damping) is carried by the C of `damping.modal_matrix`.
+Undamped models stay real. Modal damping (Model.modal_damping) is carried by the C of
+`damping.modal_matrix`.
 """
 
 from __future__ import annotations
@@ -28,8 +30,10 @@ WHAT = "the dynamic stiffness at {:.6g} Hz"
 class Condensed:
     """A model seen from its measured DOFs at one frequency, exactly (thesis 3.10–3.14).
 
-    ``T`` (N, n) = [I; −Z_ss⁻¹ Z_sn], None where every DOF is measured; ``Z`` (n, n) the reduced dynamic stiffness T^T Z T; ``force`` (n, r) the
-    unit forces carried to the measured DOFs; ``hidden`` (N, r) the motion of the others under forces of their own with the measured ones held.
+    ``T`` (N, n) = [I; −Z_ss⁻¹ Z_sn], None where every DOF is measured; ``Z`` (n, n) the reduced
+    dynamic stiffness T^T Z T; ``force`` (n, r) the unit forces carried to the measured DOFs;
+    ``hidden`` (N, r) the motion of the others under forces of their own with the measured ones
+    held.
     """
 
     T: Field | None
@@ -38,7 +42,8 @@ class Condensed:
     hidden: Field | None
 
     def field(self, x: Field) -> Field:
-        """Motion (N, r) of the whole model when the measured DOFs move by ``x`` (n, r) and the unit forces act."""
+        """Motion (N, r) of the whole model when the measured DOFs move by ``x`` (n, r) and the unit
+        forces act."""
         u = x if self.T is None else self.T @ x
         return u if self.hidden is None else u + self.hidden
 
@@ -77,25 +82,39 @@ def factor_at(m: Matrices, frequency: float) -> Factor:
     ModelError
         Where Z is singular: an undamped natural frequency, or 0 Hz of a free structure.
     """
-    return factorise_at(dynamic_stiffness(m, 2.0 * np.pi * frequency), frequency, "a natural frequency of the model")
+    return factorise_at(
+        dynamic_stiffness(m, 2.0 * np.pi * frequency), frequency, "a natural frequency of the model"
+    )
 
 
 def factorise_at(Z: sp.csc_array, frequency: float, why: str, ordered: bool = False) -> Factor:
     """`factorise`, with a message that names the frequency."""
-    words = f"{WHAT.format(frequency)} is singular: {why}. Move the frequency, or give the model damping."
+    words = (
+        f"{WHAT.format(frequency)} is singular: {why}. Move the frequency, or give the model "
+        "damping."
+    )
     try:
         factor = factorise(Z, WHAT.format(frequency), ordered=ordered)
     except ModelError as error:
         raise ModelError(words) from error
-    if frequency == 0.0 and Z.shape[0]:  # a free structure: rounding may leave a pivot where theory has none
+    if (
+        frequency == 0.0 and Z.shape[0]
+    ):  # a free structure: rounding may leave a pivot where theory has none
         pivots, size = np.abs(factor.lu.U.diagonal()), np.abs(Z.diagonal())
         if np.any(pivots < 1e-12 * size[np.argsort(factor.lu.perm_c)]):
             raise ModelError(words)
     return factor
 
 
-def receptance(model: Model, frequency: ArrayLike, responses: Index, references: Index, p: ArrayLike | None = None) -> Field:
-    """H (lines, responses, references) in m/N (rad/N·m …) at ``frequency`` (lines,) Hz; DOFs as places among the free ones.
+def receptance(
+    model: Model,
+    frequency: ArrayLike,
+    responses: Index,
+    references: Index,
+    p: ArrayLike | None = None,
+) -> Field:
+    """H (lines, responses, references) in m/N (rad/N·m …) at ``frequency`` (lines,) Hz; DOFs as
+    places among the free ones.
 
     Raises
     ------
@@ -113,10 +132,12 @@ def receptance(model: Model, frequency: ArrayLike, responses: Index, references:
 
 @dataclass(frozen=True)
 class Condenser:
-    """What `condense` needs of one model, sensors and forces at every frequency: the blocks of K, M, C, D, cut once.
+    """What `condense` needs of one model, sensors and forces at every frequency: the blocks of K,
+    M, C, D, cut once.
 
-    ``measured`` (n,) and ``references`` (r,) are places among the free DOFs; ``blocks`` the (K, M, C, D) of the unmeasured DOFs ("ss"), between them and
-    the measured ("sn"), and of the measured ("nn"); ``rest`` the unmeasured places.
+    ``measured`` (n,) and ``references`` (r,) are places among the free DOFs; ``blocks`` the (K, M,
+    C, D) of the unmeasured DOFs ("ss"), between them and the measured ("sn"), and of the measured
+    ("nn"); ``rest`` the unmeasured places.
     """
 
     size: int
@@ -127,7 +148,8 @@ class Condenser:
     complex: bool
 
     def at(self, frequency: float) -> Condensed:
-        """The model condensed at ``frequency`` (Hz): one factorisation, of Z_ss, the structure with its measured DOFs held.
+        """The model condensed at ``frequency`` (Hz): one factorisation, of Z_ss, the structure with
+        its measured DOFs held.
 
         Raises
         ------
@@ -151,7 +173,9 @@ class Condenser:
         load[:, :n] = -columns.toarray()
         load[np.searchsorted(self.rest, self.references[unseen]), n + np.arange(len(unseen))] = 1.0
         Zs = combined(self.blocks["ss"], omega, self.complex)
-        moved = factorise_at(Zs, frequency, "a natural frequency of the structure held at the measured DOFs").solve(load)
+        moved = factorise_at(
+            Zs, frequency, "a natural frequency of the structure held at the measured DOFs"
+        ).solve(load)
         T = np.zeros((self.size, n), dtype=kind)
         T[self.measured, np.arange(n)] = 1.0
         T[self.rest] = moved[:, :n]
@@ -174,15 +198,20 @@ def condenser(m: Matrices, measured: Index, references: Index) -> Condenser:
         For a model with something that spins: what is reduced here and differentiated is symmetric.
     """
     if m.C.nnz and abs(m.C - m.C.T).max() > 1e-12 * abs(m.C).max():
-        raise ModelError("the model has gyroscopic elements: its frequency responses are not symmetric, which updating by force balance or receptance "
-                         "needs. Take them out for `run`, or use `diagnose` or `correlate`.")
+        raise ModelError(
+            "the model has gyroscopic elements: its frequency responses are not symmetric, "
+            "which updating by force balance or receptance needs. Take them out for `run`, "
+            "or use `diagnose` or `correlate`."
+        )
     rest = np.setdiff1d(np.arange(m.K.shape[0]), measured)
 
     def cut(rows: Index, columns: Index) -> Matrices:
         return Matrices(*(sp.csc_array(getattr(m, name)[:, columns][rows]) for name in "KMCD"))
 
     blocks = {"ss": cut(rest, rest), "sn": cut(rest, measured), "nn": cut(measured, measured)}
-    return Condenser(m.K.shape[0], np.asarray(measured), np.asarray(references), rest, blocks, damped(m))
+    return Condenser(
+        m.K.shape[0], np.asarray(measured), np.asarray(references), rest, blocks, damped(m)
+    )
 
 
 def condense(m: Matrices, frequency: float, measured: Index, references: Index) -> Condensed:
@@ -193,7 +222,10 @@ def condense(m: Matrices, frequency: float, measured: Index, references: Index) 
 def combined(m: Matrices, omega: float, as_complex: bool) -> sp.csc_array:
     """K − ω²M, + i(D + ωC) where ``as_complex``; the entries alone where all share one pattern."""
     K, M = m.K, m.M
-    if not all(np.array_equal(K.indices, x.indices) and np.array_equal(K.indptr, x.indptr) for x in (M, m.C, m.D)):
+    if not all(
+        np.array_equal(K.indices, x.indices) and np.array_equal(K.indptr, x.indptr)
+        for x in (M, m.C, m.D)
+    ):
         Z = K - omega**2 * M
         return sp.csc_array(Z + 1j * (m.D + omega * m.C) if as_complex else Z)
     data = K.data - omega**2 * M.data
@@ -212,9 +244,11 @@ def _ordered(order: Index, size: int) -> Real | None:
 
 
 def held_frequencies(model: Model, measured: Index, count: int, p: Real | None = None) -> Real:
-    """The lowest natural frequencies (Hz) of the structure held at its measured DOFs (thesis 3.29); empty where nothing is left to move.
+    """The lowest natural frequencies (Hz) of the structure held at its measured DOFs (thesis 3.29);
+    empty where nothing is left to move.
 
-    There the reduced dynamic stiffness is singular, and near them far from linear in the parameters.
+    There the reduced dynamic stiffness is singular, and near them far from linear in the
+    parameters.
     """
     from cvxupdate.fe.modes import natural_modes
 
@@ -222,5 +256,7 @@ def held_frequencies(model: Model, measured: Index, count: int, p: Real | None =
     rest = np.setdiff1d(np.arange(model.size), measured)
     if not len(rest):
         return np.zeros(0)
-    modes = natural_modes(sp.csc_array(m.K[rest][:, rest]), sp.csc_array(m.M[rest][:, rest]), min(count, len(rest)))
+    modes = natural_modes(
+        sp.csc_array(m.K[rest][:, rest]), sp.csc_array(m.M[rest][:, rest]), min(count, len(rest))
+    )
     return modes.frequencies

@@ -12,7 +12,8 @@ from cvxupdate.fe.model import Model
 
 
 def rigid_motions(model: Model) -> Real:
-    """Three translations and three rotations about the centroid on the free DOFs, orthonormal columns of full rank, (N, ≤ 6)."""
+    """Three translations and three rotations about the centroid on the free DOFs, orthonormal
+    columns of full rank, (N, ≤ 6)."""
     r = model.xyz[model.dof_node] - model.xyz.mean(axis=0)
     size = np.abs(r).max() or 1.0
     R = np.zeros((model.size, 6))
@@ -27,9 +28,11 @@ def rigid_motions(model: Model) -> Real:
 
 
 def rigid_body_modes(model: Model, K: sp.csc_array, M: sp.csc_array) -> Real:
-    """Mass-normalised rigid-body modes (N, r): the rigid motions that K does not resist, to rounding.
+    """Mass-normalised rigid-body modes (N, r): the rigid motions that K does not resist, to
+    rounding.
 
-    A model that holds matrices from another program has no geometry to tell them by; the answer is then (N, 0).
+    A model that holds matrices from another program has no geometry to tell them by; the answer is
+    then (N, 0).
     """
     if any(b.kind.name == "matrix" for b in model.blocks):
         return np.zeros((model.size, 0))
@@ -37,7 +40,8 @@ def rigid_body_modes(model: Model, K: sp.csc_array, M: sp.csc_array) -> Real:
 
 
 def free_motions(model: Model, K: sp.csc_array) -> Real:
-    """Orthonormal rigid motions (N, r) that K does not resist, to rounding; some may carry no mass (a bar that spins about itself)."""
+    """Orthonormal rigid motions (N, r) that K does not resist, to rounding; some may carry no mass
+    (a bar that spins about itself)."""
     Q = rigid_motions(model)
     resisted = Q.T @ (K @ Q)
     _, vectors = np.linalg.eigh((resisted + resisted.T) / 2)
@@ -47,10 +51,12 @@ def free_motions(model: Model, K: sp.csc_array) -> Real:
 
 
 def rounding(K: sp.csc_array, shapes: Real) -> Real:
-    """The strain energy φᵀ K φ that rounding alone can make, for each column of ``shapes`` (N, m): 8 ε |φ|ᵀ |K| |φ|, (m,).
+    """The strain energy φᵀ K φ that rounding alone can make, for each column of ``shapes`` (N, m):
+    8 ε |φ|ᵀ |K| |φ|, (m,).
 
-    The bound is linear in the number of elements because equal elements carry equal errors. It depends on the shape, not on the
-    largest k/m of the model, so a soft suspension (far below 1 Hz at 100,000 DOFs) lies above it.
+    The bound is linear in the number of elements because equal elements carry equal errors. It
+    depends on the shape, not on the largest k/m of the model, so a soft suspension (far below 1 Hz
+    at 100,000 DOFs) lies above it.
     """
     moved = np.abs(shapes)
     return np.asarray(8.0 * np.finfo(float).eps * np.einsum("ij,ij->j", moved, abs(K) @ moved))
@@ -65,9 +71,11 @@ def mass_normalised(motions: Real, M: sp.csc_array) -> Real:
 
 
 def pins(R: Real, rotations: Real) -> Index:
-    """As many DOFs as there are rigid motions ``R`` (N, r), such that holding them is a statically determinate support.
+    """As many DOFs as there are rigid motions ``R`` (N, r), such that holding them is a statically
+    determinate support.
 
-    ``rotations`` (N,) is 1 for DOFs to be held only where nothing else does: a plate held by its rotations at one point is soft.
+    ``rotations`` (N,) is 1 for DOFs to be held only where nothing else does: a plate held by its
+    rotations at one point is soft.
     """
     if not R.shape[1]:
         return np.zeros(0, dtype=np.int64)

@@ -15,13 +15,23 @@ from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import P_VALUES, UNITS, Parameter, Target
 from cvxupdate.fe.sections import FACTORS, section_constants
 
-_NEEDS = {"stiffness": "K", "mass": "M", "eta": "K", "alpha": "M", "beta": "K"}  # the matrix that makes the word mean anything
-_AWAKE = {"shear": 1.0, "N": 1.0}  # physics through which nu and kappa act, though the model may not have it yet
+_NEEDS = {
+    "stiffness": "K",
+    "mass": "M",
+    "eta": "K",
+    "alpha": "M",
+    "beta": "K",
+}  # the matrix that makes the word mean anything
+_AWAKE = {
+    "shear": 1.0,
+    "N": 1.0,
+}  # physics through which nu and kappa act, though the model may not have it yet
 _POISSON_MAX = 0.495  # the isotropic rigidities lose their meaning at 1/2
 
 
 class Wanted(Protocol):
-    """What is asked for (`cvxupdate.spec.Target`): a name, a property, element numbers (none: all), own bounds, the size of one unit."""
+    """What is asked for (`cvxupdate.spec.Target`): a name, a property, element numbers (none: all),
+    own bounds, the size of one unit."""
 
     @property
     def name(self) -> str: ...  # noqa: D102
@@ -39,15 +49,20 @@ class Wanted(Protocol):
     def scale(self) -> float | None: ...  # noqa: D102
 
 
-def select_parameters(wanted: Sequence[Wanted], model: Model, lower: float = -np.inf, upper: float = np.inf) -> tuple[Parameter, ...]:
-    """Parameters in the order of ``wanted``; ``lower`` and ``upper`` bound p where an entry has no bound of its own.
+def select_parameters(
+    wanted: Sequence[Wanted], model: Model, lower: float = -np.inf, upper: float = np.inf
+) -> tuple[Parameter, ...]:
+    """Parameters in the order of ``wanted``; ``lower`` and ``upper`` bound p where an entry has no
+    bound of its own.
 
-    Without any lower bound a factor stays above 0.01 of its value: one that vanishes or changes sign is no structure any more.
+    Without any lower bound a factor stays above 0.01 of its value: one that vanishes or changes
+    sign is no structure any more.
 
     Raises
     ------
     ModelError
-        When an entry finds no element with the property, asks for a relative change of zero, or repeats a name.
+        When an entry finds no element with the property, asks for a relative change of zero, or
+        repeats a name.
     """
     places: dict[int, list[tuple[int, int]]] = {}
     for number, block in enumerate(model.blocks):
@@ -58,18 +73,23 @@ def select_parameters(wanted: Sequence[Wanted], model: Model, lower: float = -np
     seen: set[str] = set()
     for p in out:
         if p.name in seen:
-            raise ModelError(f"update.parameters: the name {p.name!r} stands for two parameters. Give one of them a `name`.")
+            raise ModelError(
+                f"update.parameters: the name {p.name!r} stands for two parameters. Give one "
+                "of them a `name`."
+            )
         seen.add(p.name)
     return tuple(out)
 
 
 def property_names(of: str) -> tuple[str, ...]:
-    """The stored properties that a word of the problem file moves: I stands for Iy and Iz together."""
+    """The stored properties that a word of the problem file moves: I stands for Iy and Iz
+    together."""
     return ("Iy", "Iz") if of == "I" else (of,)
 
 
 def has_property(block: Block, of: str) -> bool:
-    """Whether the elements of ``block`` have the property ``of`` and it can move one of their matrices (J of a plane beam cannot)."""
+    """Whether the elements of ``block`` have the property ``of`` and it can move one of their
+    matrices (J of a plane beam cannot)."""
     matrices = {t.matrix for t in block.terms}
     if of in _NEEDS:
         return _NEEDS[of] in matrices
@@ -80,7 +100,9 @@ def has_property(block: Block, of: str) -> bool:
     return all(n in block.kind.properties for n in names) and block.moves(names, _AWAKE)
 
 
-def _rows(wanted: Wanted, model: Model, places: dict[int, list[tuple[int, int]]], able: Sequence[bool]) -> list[Index]:
+def _rows(
+    wanted: Wanted, model: Model, places: dict[int, list[tuple[int, int]]], able: Sequence[bool]
+) -> list[Index]:
     ids = wanted.elements or tuple(places)
     rows: list[list[int]] = [[] for _ in model.blocks]
     for element in ids:
@@ -88,11 +110,16 @@ def _rows(wanted: Wanted, model: Model, places: dict[int, list[tuple[int, int]]]
             if able[number]:
                 rows[number].append(row)
     if not any(rows):
-        raise ModelError(f"update.parameters: {wanted.name}: no element there has the property {wanted.of!r}. Choose other elements or another `of`.")
+        raise ModelError(
+            f"update.parameters: {wanted.name}: no element there has the property "
+            f"{wanted.of!r}. Choose other elements or another `of`."
+        )
     return [np.array(r, dtype=np.int64) for r in rows]
 
 
-def _parameter(wanted: Wanted, model: Model, rows: Sequence[Index], lower: float, upper: float) -> Parameter:
+def _parameter(
+    wanted: Wanted, model: Model, rows: Sequence[Index], lower: float, upper: float
+) -> Parameter:
     names = property_names(wanted.of)
     targets, today = [], []
     for number, (block, chosen) in enumerate(zip(model.blocks, rows, strict=True)):
@@ -103,18 +130,25 @@ def _parameter(wanted: Wanted, model: Model, rows: Sequence[Index], lower: float
         targets.append(Target(number, chosen, names, scale))
         today.append(_today(block, names[0], chosen))
     if all(np.all(t.scales == 0.0) for t in targets):
-        raise ModelError(f"update.parameters: {wanted.name} is zero today, so a relative change means nothing. Give `scale`, the size of one unit of p.")
+        raise ModelError(
+            f"update.parameters: {wanted.name} is zero today, so a relative change means "
+            "nothing. Give `scale`, the size of one unit of p."
+        )
     values = np.concatenate(today)
     same = np.ptp(values) <= 1e-12 * np.abs(values).max()
     unit = UNITS.get(wanted.of, "1")
     if wanted.of in P_VALUES:
         nominal, size, unit = 0.0, 1.0, "1"
-    elif not same:  # elements of several values share one p: its physical reading is their common factor
+    elif (
+        not same
+    ):  # elements of several values share one p: its physical reading is their common factor
         nominal, size, unit = 1.0, 1.0, "1"
     else:
         nominal = float(values[0])
         size = nominal if nominal != 0.0 else float(wanted.scale or 1.0)
-    if unit in ("N/m", "N*s/m") and all(np.all(model.blocks[t.block].direction >= 3) for t in targets):
+    if unit in ("N/m", "N*s/m") and all(
+        np.all(model.blocks[t.block].direction >= 3) for t in targets
+    ):
         unit = {"N/m": "N*m/rad", "N*s/m": "N*m*s/rad"}[unit]
     low = wanted.lower if wanted.lower is not None else lower
     high = wanted.upper if wanted.upper is not None else upper
@@ -122,10 +156,25 @@ def _parameter(wanted: Wanted, model: Model, rows: Sequence[Index], lower: float
         low = -0.99
     if wanted.of == "nu" and nominal > 0.0:
         high = min(high, _POISSON_MAX / nominal - 1.0)
-    return Parameter(wanted.name, wanted.of, tuple(targets), float(low), float(high), nominal, size, unit, wanted.elements, wanted.group)
+    return Parameter(
+        wanted.name,
+        wanted.of,
+        tuple(targets),
+        float(low),
+        float(high),
+        nominal,
+        size,
+        unit,
+        wanted.elements,
+        wanted.group,
+    )
 
 
 def _today(block: Block, name: str, rows: Index) -> Real:
     section = getattr(block.kind, "section", None)
-    values: NDArray[Any] = section_constants(section, block.properties)[name] if section is not None and name in FACTORS else block.properties[name]
+    values: NDArray[Any] = (
+        section_constants(section, block.properties)[name]
+        if section is not None and name in FACTORS
+        else block.properties[name]
+    )
     return np.asarray(values[rows], dtype=float)

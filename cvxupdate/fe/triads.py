@@ -11,9 +11,9 @@ from cvxupdate.fe.elements.base import Real
 def line_triads(xyz: Real, orientation: Real) -> Real:
     """Local axes of two-node elements, (e, 3, 3), rows x, y, z.
 
-    Local x runs from the first node to the second; ``orientation`` (e, 3) lies in the local x–z plane. A row of zeros asks for
-    the usual default: global z, or global −x for a bar along z, so that in both cases local y is along global y (either way) for bars
-    in the x–z plane.
+    Local x runs from the first node to the second; ``orientation`` (e, 3) lies in the local x–z
+    plane. A row of zeros asks for the usual default: global z, or global −x for a bar along z, so
+    that in both cases local y is along global y (either way) for bars in the x–z plane.
 
     Raises
     ------
@@ -32,6 +32,9 @@ def line_triads(xyz: Real, orientation: Real) -> Real:
     ey = np.cross(v, ex)
     norm = np.linalg.norm(ey, axis=1, keepdims=True)
     if np.any(norm <= 1e-9 * np.linalg.norm(v, axis=1, keepdims=True)):
-        raise ModelError("the orientation vector of an element is parallel to its axis. Give a vector that lies in its local x-z plane.")
+        raise ModelError(
+            "the orientation vector of an element is parallel to its axis. Give a vector "
+            "that lies in its local x-z plane."
+        )
     ey = ey / norm
     return np.stack([ex, ey, np.cross(ex, ey)], axis=1)

@@ -1,7 +1,9 @@
-"""Whole symmetric matrices as parameters: one for every entry (pair of mirror entries) of K, M, C or D on a sparsity pattern.
+"""Whole symmetric matrices as parameters: one for every entry (pair of mirror entries) of K, M, C
+or D on a sparsity pattern.
 
-Entry (i, j) of A moves by p √(A_ii A_jj): p is a pure number, the same in every unit, and 1 is as much as a positive definite matrix can hold there
-(Kabe 1985 counts changes so too). To the rest of the package these are parameters like any other: small blocks of derivatives with labels.
+Entry (i, j) of A moves by p √(A_ii A_jj): p is a pure number, the same in every unit, and 1 is as
+much as a positive definite matrix can hold there (Kabe 1985 counts changes so too). To the rest of
+the package these are parameters like any other: small blocks of derivatives with labels.
 """
 
 from __future__ import annotations
@@ -18,7 +20,12 @@ from cvxupdate.fe.elements.base import Real, Term, Values
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter, Target
 
-UNITS = {"K": ("N/m", "N/rad", "N*m/rad"), "D": ("N/m", "N/rad", "N*m/rad"), "M": ("kg", "kg*m", "kg*m^2"), "C": ("N*s/m", "N*s/rad", "N*m*s/rad")}
+UNITS = {
+    "K": ("N/m", "N/rad", "N*m/rad"),
+    "D": ("N/m", "N/rad", "N*m/rad"),
+    "M": ("kg", "kg*m", "kg*m^2"),
+    "C": ("N*s/m", "N*s/rad", "N*m*s/rad"),
+}
 """Of an entry between translations, of a translation and a rotation, between rotations."""
 NONZERO = 1e-12  # of √(A_ii A_jj): an entry below is rounding of an assembly and counts as 0
 ALL_PAIRS = 400  # DOFs up to which every pair may be a parameter
@@ -26,7 +33,8 @@ ALL_PAIRS = 400  # DOFs up to which every pair may be a parameter
 
 @dataclass(frozen=True)
 class Entry:
-    """Entries of a whole matrix: a change that is zero today. ``size`` is 1 on the diagonal, 2 beside it."""
+    """Entries of a whole matrix: a change that is zero today. ``size`` is 1 on the diagonal, 2
+    beside it."""
 
     matrix: str
     size: int
@@ -45,32 +53,42 @@ class Entry:
 
 
 def entry_label(matrix: str, row: str, column: str) -> str:
-    """"K[n1.x, n2.x]"."""
+    """ "K[n1.x, n2.x]"."""
     return f"{matrix}[{row}, {column}]"
 
 
-def with_entries(model: Model, matrices: Sequence[str], pattern: str, symmetric: bool, lower: float, upper: float) -> Model:
+def with_entries(
+    model: Model, matrices: Sequence[str], pattern: str, symmetric: bool, lower: float, upper: float
+) -> Model:
     """``model`` with the entries of ``matrices`` ("K", "M", "C", "D") as further parameters.
 
-    ``pattern``: "model", the entries that are not 0 today; "nodes", every pair of DOFs of which some element holds both nodes; "all", every pair.
-    ``symmetric``: one parameter for (i, j) and (j, i), else one for each.
+    ``pattern``: "model", the entries that are not 0 today; "nodes", every pair of DOFs of which
+    some element holds both nodes; "all", every pair. ``symmetric``: one parameter for (i, j) and
+    (j, i), else one for each.
 
     Raises
     ------
     ModelError
-        When a matrix is zero, or has no diagonal to measure an entry by; or "all" for a large model.
+        When a matrix is zero, or has no diagonal to measure an entry by; or "all" for a large
+        model.
     """
     for matrix in dict.fromkeys(matrices):
         model = _with(model, matrix, pattern, symmetric, lower, upper)
     return model
 
 
-def _with(model: Model, matrix: str, pattern: str, symmetric: bool, lower: float, upper: float) -> Model:
+def _with(
+    model: Model, matrix: str, pattern: str, symmetric: bool, lower: float, upper: float
+) -> Model:
     A = sp.csc_array(getattr(model.matrices(), matrix))
     size = np.sqrt(np.abs(A.diagonal()))
     if not np.any(size):
-        remedy = "give the model damping, or leave the matrix out" if matrix in "CD" else "leave it out"
-        raise ModelError(f"update.whole: {matrix} is zero in the model, so its entries have no size; {remedy}.")
+        remedy = (
+            "give the model damping, or leave the matrix out" if matrix in "CD" else "leave it out"
+        )
+        raise ModelError(
+            f"update.whole: {matrix} is zero in the model, so its entries have no size; {remedy}."
+        )
     i, j = _pairs(model, A, size, pattern)
     values = np.asarray(A[i, j]).ravel()
     blocks, parameters = list(model.blocks), list(model.parameters)
@@ -85,26 +103,52 @@ def _with(model: Model, matrix: str, pattern: str, symmetric: bool, lower: float
             terms[:, -1, 0] = scale
         properties = {k: np.full(len(rows), v) for k, v in {**COMMON, "change": 0.0}.items()}
         number = len(blocks)
-        blocks.append(Block(Entry(matrix, at.shape[1]), np.zeros(len(rows), dtype=np.int64), ("",) * len(rows), at, model.dof_kind[at],
-                            (Term(matrix, "change", terms),), np.arange(len(rows)), properties))
+        blocks.append(
+            Block(
+                Entry(matrix, at.shape[1]),
+                np.zeros(len(rows), dtype=np.int64),
+                ("",) * len(rows),
+                at,
+                model.dof_kind[at],
+                (Term(matrix, "change", terms),),
+                np.arange(len(rows)),
+                properties,
+            )
+        )
         today = dict(zip(zip(i.tolist(), j.tolist(), strict=True), values.tolist(), strict=True))
         for k, (a, b) in enumerate(zip(rows.tolist(), columns.tolist(), strict=True)):
             unit = UNITS[matrix][int(model.dof_kind[a] >= 3) + int(model.dof_kind[b] >= 3)]
             target = Target(number, np.array([k], dtype=np.int64), ("change",), np.ones((1, 1)))
             nominal = today[(a, b) if a <= b else (b, a)]
-            parameters.append(Parameter(entry_label(matrix, model.labels[a], model.labels[b]), matrix, (target,), lower, upper, nominal, float(scale[k]), unit))
+            parameters.append(
+                Parameter(
+                    entry_label(matrix, model.labels[a], model.labels[b]),
+                    matrix,
+                    (target,),
+                    lower,
+                    upper,
+                    nominal,
+                    float(scale[k]),
+                    unit,
+                )
+            )
     return replace(model, blocks=tuple(blocks), parameters=tuple(parameters))
 
 
 def _pairs(model: Model, A: sp.csc_array, size: Real, pattern: str) -> tuple[Index, Index]:
-    """Rows and columns (i ≤ j) of the entries, column by column; DOFs without a diagonal have none."""
+    """Rows and columns (i ≤ j) of the entries, column by column; DOFs without a diagonal have
+    none."""
     if pattern == "all":
         if model.size > ALL_PAIRS:
-            raise ModelError(f"update.whole: pattern = \"all\" makes {model.size * (model.size + 1) // 2} parameters of {model.size} DOFs. "
-                             "Take \"nodes\" or \"model\".")
+            raise ModelError(
+                f'update.whole: pattern = "all" makes {model.size * (model.size + 1) // 2} '
+                f'parameters of {model.size} DOFs. Take "nodes" or "model".'
+            )
         i, j = np.triu_indices(model.size)
     else:
-        upper = sp.triu(A).tocoo()  # the pattern of the model holds every pair of DOFs of every element
+        upper = sp.triu(
+            A
+        ).tocoo()  # the pattern of the model holds every pair of DOFs of every element
         i, j = upper.coords
         if pattern == "model":
             keep = np.abs(upper.data) > NONZERO * size[i] * size[j]
@@ -118,5 +162,9 @@ def _pairs(model: Model, A: sp.csc_array, size: Real, pattern: str) -> tuple[Ind
 def _parts(i: Index, j: Index, symmetric: bool) -> list[tuple[Index, Index, bool]]:
     """(rows, columns, mirrored) of the diagonal and of what lies beside it."""
     on = i == j
-    beside = [(i[~on], j[~on], True)] if symmetric else [(i[~on], j[~on], False), (j[~on], i[~on], False)]
+    beside = (
+        [(i[~on], j[~on], True)]
+        if symmetric
+        else [(i[~on], j[~on], False), (j[~on], i[~on], False)]
+    )
     return [(i[on], j[on], False), *beside]

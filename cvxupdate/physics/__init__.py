@@ -1,6 +1,16 @@
-"""The catalogue: what the model gains by each physics word, where it can stand, its signs and its tell-tale. One list."""
+"""The catalogue: what the model gains by each physics word, where it can stand, its signs and its
+tell-tale. One list."""
 
-from cvxupdate.physics import added_mass, attached_resonator, changes, grounding_spring, gyroscopic, joint_flexibility, sensor_fault, viscous_damper
+from cvxupdate.physics import (
+    added_mass,
+    attached_resonator,
+    changes,
+    grounding_spring,
+    gyroscopic,
+    joint_flexibility,
+    sensor_fault,
+    viscous_damper,
+)
 
 CATALOGUE = {
     "stiffness_change": changes.stiffness_change,

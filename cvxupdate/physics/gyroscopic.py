@@ -1,7 +1,9 @@
-"""``gyroscopic``: what spins resists being turned with a moment square to the turning (Friswell, Penny, Garvey and Lees 2010, 5.3).
+"""``gyroscopic``: what spins resists being turned with a moment square to the turning (Friswell,
+Penny, Garvey and Lees 2010, 5.3).
 
-Tell-tale: a force in one plane moves the other, and exchanging force and sensor changes the sign of that response; pairs of equal modes split.
-Only what is round about its axis keeps constant matrices while it spins: shafts of round section, discs with two equal moments of inertia.
+Tell-tale: a force in one plane moves the other, and exchanging force and sensor changes the sign of
+that response; pairs of equal modes split. Only what is round about its axis keeps constant matrices
+while it spins: shafts of round section, discs with two equal moments of inertia.
 """
 
 from __future__ import annotations
@@ -16,7 +18,16 @@ from cvxupdate.fe.elements import Gyroscopic, Term
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.fe.sections import section_constants
-from cvxupdate.physics.base import Candidate, Context, Place, Wanted, append_parameters, given, new_ids, tangents
+from cvxupdate.physics.base import (
+    Candidate,
+    Context,
+    Place,
+    Wanted,
+    append_parameters,
+    given,
+    new_ids,
+    tangents,
+)
 
 ROUND = 1e-6  # relative difference of two moments of inertia of what is round
 SPEED = 0.1  # of the band's top: the unit of spin
@@ -27,7 +38,8 @@ Piece = tuple[tuple[int, ...], tuple[int, ...], float]
 
 @dataclass(frozen=True)
 class Rotor:
-    """What spins together: node places, the axis, pieces of shaft (node places, DOFs (12,), kg·m) and discs (node place, DOFs (3,), kg·m²)."""
+    """What spins together: node places, the axis, pieces of shaft (node places, DOFs (12,), kg·m)
+    and discs (node place, DOFs (3,), kg·m²)."""
 
     group: str
     elements: tuple[int, ...]
@@ -38,7 +50,8 @@ class Rotor:
 
 
 def candidates(context: Context) -> list[Candidate]:
-    """Every group of round beams along one line with the discs on it, and every disc on other supports; one spin each, either way round."""
+    """Every group of round beams along one line with the discs on it, and every disc on other
+    supports; one spin each, either way round."""
     model = context.model
     out = []
     for rotor in (*_shafts(model), *_single_discs(model)):
@@ -46,13 +59,31 @@ def candidates(context: Context) -> list[Candidate]:
         if not any(_acts(b) for b in blocks):
             continue
         ids = tuple(int(i) for b in blocks for i in b.ids)
-        wanted = Wanted(f"gyroscopic@{rotor.group or rotor.nodes}", "omega", ids, lower=-1e3, upper=1e3, scale=2.0 * np.pi * SPEED * context.top)
+        wanted = Wanted(
+            f"gyroscopic@{rotor.group or rotor.nodes}",
+            "omega",
+            ids,
+            lower=-1e3,
+            upper=1e3,
+            scale=2.0 * np.pi * SPEED * context.top,
+        )
         grown = append_parameters(_with(model, blocks), [wanted])
         place = Place(elements=rotor.elements, groups=(rotor.group,) if rotor.group else ())
         if not rotor.elements:
             place = Place(nodes=tuple(int(model.node_ids[n]) for n in rotor.nodes))
-        out.append(Candidate("gyroscopic", place, given(grown), 1, np.zeros(1), tangents(grown, 1), report=(("omega", 0, "value"),), members=rotor.elements,
-                             limits=(-1e3, 1e3)))
+        out.append(
+            Candidate(
+                "gyroscopic",
+                place,
+                given(grown),
+                1,
+                np.zeros(1),
+                tangents(grown, 1),
+                report=(("omega", 0, "value"),),
+                members=rotor.elements,
+                limits=(-1e3, 1e3),
+            )
+        )
     return out
 
 
@@ -63,13 +94,20 @@ def _with(model: Model, blocks: list[Block]) -> Model:
 def _acts(block: Block) -> bool:
     """Whether it couples two free DOFs."""
     free = block.dofs >= 0
-    return any(bool(np.any(t.values[block.geometry] * free[:, :, None] * free[:, None, :] != 0.0)) for t in block.terms)
+    return any(
+        bool(np.any(t.values[block.geometry] * free[:, :, None] * free[:, None, :] != 0.0))
+        for t in block.terms
+    )
 
 
 def _shafts(model: Model) -> Iterator[Rotor]:
     """Groups of parallel round beams whose nodes turn about both cross axes."""
     for block in model.blocks:
-        if block.kind.name != "beam3d" or block.nodes is None or not {3, 4, 5} & set(block.direction[0].tolist()):
+        if (
+            block.kind.name != "beam3d"
+            or block.nodes is None
+            or not {3, 4, 5} & set(block.direction[0].tolist())
+        ):
             continue
         section = getattr(block.kind, "section", None)
         if section is None:
@@ -80,19 +118,36 @@ def _shafts(model: Model) -> Iterator[Rotor]:
         for group in dict.fromkeys(block.groups):
             rows = [e for e, g in enumerate(block.groups) if g == group]
             ends = model.xyz[block.nodes[rows]]
-            axes = (ends[:, 1] - ends[:, 0]) / np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)[:, None]
+            axes = (ends[:, 1] - ends[:, 0]) / np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)[
+                :, None
+            ]
             along = axes @ axes[0]
             if not np.all(around[rows]) or np.any(np.abs(np.abs(along) - 1.0) > 1e-9):
                 continue
             shaft = []
             for e, same in zip(rows, along > 0.0, strict=True):
                 order = [0, 1] if same else [1, 0]
-                dofs = {(n, int(k)): int(d) for n, half in enumerate(np.split(block.dofs[e], 2))
-                        for k, d in zip(block.direction[0, : len(half)], half, strict=True)}
-                shaft.append((tuple(block.nodes[e][order].tolist()), tuple(dofs.get((n, k), -1) for n in order for k in range(6)),
-                              float(rho[e] * (Iy[e] + Iz[e]))))
+                dofs = {
+                    (n, int(k)): int(d)
+                    for n, half in enumerate(np.split(block.dofs[e], 2))
+                    for k, d in zip(block.direction[0, : len(half)], half, strict=True)
+                }
+                shaft.append(
+                    (
+                        tuple(block.nodes[e][order].tolist()),
+                        tuple(dofs.get((n, k), -1) for n in order for k in range(6)),
+                        float(rho[e] * (Iy[e] + Iz[e])),
+                    )
+                )
             nodes = tuple(dict.fromkeys(block.nodes[rows].reshape(-1).tolist()))
-            yield Rotor(group, tuple(int(block.ids[e]) for e in rows), nodes, axes[0], tuple(shaft), tuple(_discs(model, nodes, axes[0])))
+            yield Rotor(
+                group,
+                tuple(int(block.ids[e]) for e in rows),
+                nodes,
+                axes[0],
+                tuple(shaft),
+                tuple(_discs(model, nodes, axes[0])),
+            )
 
 
 def _discs(model: Model, nodes: tuple[int, ...], axis: Real) -> Iterator[Piece]:
@@ -104,13 +159,26 @@ def _discs(model: Model, nodes: tuple[int, ...], axis: Real) -> Iterator[Piece]:
 
 
 def _single_discs(model: Model) -> Iterator[Rotor]:
-    """Lumped inertias, not on a round shaft, of which two moments are equal: the axis is that of the third."""
+    """Lumped inertias, not on a round shaft, of which two moments are equal: the axis is that of
+    the third."""
     taken = {n for r in _shafts(model) for n in r.nodes}
     for node, inertia in _inertias(model):
         for i in range(3):
             polar, j, k = inertia[i], inertia[(i + 1) % 3], inertia[(i + 2) % 3]
-            if node not in taken and polar > 0.0 and j > 0.0 and abs(j - k) <= ROUND * j < abs(polar - j):
-                yield Rotor("", (), (node,), np.eye(3)[i], (), (((node,), _rotations(model, node), float(polar)),))
+            if (
+                node not in taken
+                and polar > 0.0
+                and j > 0.0
+                and abs(j - k) <= ROUND * j < abs(polar - j)
+            ):
+                yield Rotor(
+                    "",
+                    (),
+                    (node,),
+                    np.eye(3)[i],
+                    (),
+                    (((node,), _rotations(model, node), float(polar)),),
+                )
 
 
 def _inertias(model: Model) -> Iterator[tuple[int, Real]]:
@@ -118,7 +186,11 @@ def _inertias(model: Model) -> Iterator[tuple[int, Real]]:
     for block in model.blocks:
         if block.kind.name == "mass" and block.nodes is not None:
             moments = np.stack([block.properties[k] for k in ("Ixx", "Iyy", "Izz")], axis=1)
-            yield from ((int(n), row) for (n,), row in zip(block.nodes, moments, strict=True) if np.any(row > 0.0))
+            yield from (
+                (int(n), row)
+                for (n,), row in zip(block.nodes, moments, strict=True)
+                if np.any(row > 0.0)
+            )
 
 
 def _rotations(model: Model, node: int) -> tuple[int, ...]:
@@ -136,10 +208,25 @@ def _blocks(model: Model, rotor: Rotor) -> list[Block]:
         kind, n = Gyroscopic(nodes), len(pieces)
         at = np.array([x for x, _, _ in pieces], dtype=np.int64)
         terms: tuple[Term, ...] = kind.terms(model.xyz[at], np.tile(rotor.axis, (n, 1)))
-        properties = {**{k: np.full(n, v) for k, v in COMMON.items()}, "Ip": np.array([i for _, _, i in pieces]), "omega": np.zeros(n)}
+        properties = {
+            **{k: np.full(n, v) for k, v in COMMON.items()},
+            "Ip": np.array([i for _, _, i in pieces]),
+            "omega": np.zeros(n),
+        }
         direction = np.array([[3, 4, 5] if nodes == 1 else [0, 1, 2, 3, 4, 5] * 2])
         ids = np.arange(first, first + n, dtype=np.int64)
         first += n
-        out.append(Block(kind, ids, ("",) * n, np.array([d for _, d, _ in pieces], dtype=np.int64), direction, terms, np.arange(n), properties,
-                         at))
+        out.append(
+            Block(
+                kind,
+                ids,
+                ("",) * n,
+                np.array([d for _, d, _ in pieces], dtype=np.int64),
+                direction,
+                terms,
+                np.arange(n),
+                properties,
+                at,
+            )
+        )
     return out

@@ -1,4 +1,5 @@
-"""Which sets of elements a change may cover: single ones, runs along a line, patches of a plate, whole groups."""
+"""Which sets of elements a change may cover: single ones, runs along a line, patches of a plate,
+whole groups."""
 
 from __future__ import annotations
 
@@ -12,8 +13,8 @@ LONGEST = 4  # elements in a run; a plate's patch has at most 3 x 3
 
 
 def member_sets(model: Model, of: str) -> list[tuple[tuple[int, ...], tuple[str, ...]]]:
-    """(element numbers, groups) of every set for a property: single elements first, then groups, runs and patches; ``groups`` is filled where the
-    set is one."""
+    """(element numbers, groups) of every set for a property: single elements first, then groups,
+    runs and patches; ``groups`` is filled where the set is one."""
     out: list[tuple[tuple[int, ...], tuple[str, ...]]] = []
     seen: set[tuple[int, ...]] = set()
     groups: dict[str, set[int]] = {}
@@ -44,14 +45,20 @@ def member_sets(model: Model, of: str) -> list[tuple[tuple[int, ...], tuple[str,
         add(tuple(singles), tuple(name for name in groups if name))
     for member in straight(model, of):
         inside = {name: members for name, members in groups.items() if members <= set(member)}
-        add(member, tuple(name for name in inside if name) if set().union(*inside.values()) == set(member) else ())
+        add(
+            member,
+            tuple(name for name in inside if name)
+            if set().union(*inside.values()) == set(member)
+            else (),
+        )
     for run in lines:
         add(run, ())
     return out
 
 
 def straight(model: Model, of: str) -> list[tuple[int, ...]]:
-    """Whole members: line elements that follow each other straight on, whatever their groups; where several meet, each goes on along its own line.
+    """Whole members: line elements that follow each other straight on, whatever their groups; where
+    several meet, each goes on along its own line.
 
     An element with an end that is wholly held counts as straight where only two meet.
     """
@@ -62,13 +69,20 @@ def straight(model: Model, of: str) -> list[tuple[int, ...]]:
             continue
         half = block.dofs.shape[1] // 2
         for i, row in zip(block.ids.tolist(), block.dofs, strict=True):
-            nodes = [int(model.dof_node[part[part >= 0][0]]) if np.any(part >= 0) else -1 for part in (row[:half], row[half:])]
+            nodes = [
+                int(model.dof_node[part[part >= 0][0]]) if np.any(part >= 0) else -1
+                for part in (row[:half], row[half:])
+            ]
             found.append(i)
             a, b = nodes
-            away = model.xyz[b] - model.xyz[a] if min(nodes) >= 0 else np.full(3, np.nan)  # an end that is held has no place here
+            away = (
+                model.xyz[b] - model.xyz[a] if min(nodes) >= 0 else np.full(3, np.nan)
+            )  # an end that is held has no place here
             for node, side in ((a, 1.0), (b, -1.0)):
                 if node >= 0:
-                    ends.setdefault(node, []).append((i, side * away / max(float(np.linalg.norm(away)), 1e-300)))
+                    ends.setdefault(node, []).append(
+                        (i, side * away / max(float(np.linalg.norm(away)), 1e-300))
+                    )
     leader = {i: i for i in found}
 
     def lead(i: int) -> int:
@@ -89,7 +103,8 @@ def straight(model: Model, of: str) -> list[tuple[int, ...]]:
 
 
 def _runs(dofs: np.ndarray, ids: list[int]) -> list[tuple[int, ...]]:
-    """Runs of two to `LONGEST` two-node elements that share nodes one after the other, as listed in the file."""
+    """Runs of two to `LONGEST` two-node elements that share nodes one after the other, as listed in
+    the file."""
     half = dofs.shape[1] // 2
     out = []
     for start in range(len(ids)):
@@ -104,21 +119,58 @@ def _runs(dofs: np.ndarray, ids: list[int]) -> list[tuple[int, ...]]:
 
 def _patches(model: Model, dofs: np.ndarray, ids: list[int]) -> list[tuple[int, ...]]:
     """Rectangular patches up to 3 x 3, full rows and columns, told by the elements' centres."""
-    xyz = np.array([model.xyz[model.dof_node[row[row >= 0]]].mean(axis=0) if np.any(row >= 0) else np.full(3, np.nan) for row in dofs])
+    xyz = np.array(
+        [
+            model.xyz[model.dof_node[row[row >= 0]]].mean(axis=0)
+            if np.any(row >= 0)
+            else np.full(3, np.nan)
+            for row in dofs
+        ]
+    )
     ok = np.isfinite(xyz[:, 0])
     xs, ys = (np.unique(np.round(xyz[ok, k], 6)) for k in (0, 1))
     if len(xs) * len(ys) > 4 * len(ids) + 16:
         return []
-    grid = {(int(np.argmin(np.abs(xs - p[0]))), int(np.argmin(np.abs(ys - p[1])))): i for p, i in zip(xyz, ids, strict=True) if np.isfinite(p[0])}
+    grid = {
+        (int(np.argmin(np.abs(xs - p[0]))), int(np.argmin(np.abs(ys - p[1])))): i
+        for p, i in zip(xyz, ids, strict=True)
+        if np.isfinite(p[0])
+    }
     out = []
-    for w, h in ((2, 1), (1, 2), (2, 2), (3, 1), (1, 3), (3, 2), (2, 3), (3, 3), (len(xs), 1), (1, len(ys)), (len(xs), 2), (2, len(ys))):
+    for w, h in (
+        (2, 1),
+        (1, 2),
+        (2, 2),
+        (3, 1),
+        (1, 3),
+        (3, 2),
+        (2, 3),
+        (3, 3),
+        (len(xs), 1),
+        (1, len(ys)),
+        (len(xs), 2),
+        (2, len(ys)),
+    ):
         for x in range(len(xs) - w + 1):
             for y in range(len(ys) - h + 1):
                 cells = [(x + a, y + b) for a in range(w) for b in range(h)]
                 if all(c in grid for c in cells):
                     out.append(tuple(grid[c] for c in cells))
-    strips = [[{(x + a, y) for a in range(w) for y in range(len(ys))} for x in range(len(xs) - w + 1)] for w in (1, 2)]
-    bands = [[{(x, y + b) for x in range(len(xs)) for b in range(h)} for y in range(len(ys) - h + 1)] for h in (1, 2)]
-    for strip, band in zip(strips, bands, strict=True):  # crossing stiffeners: a strip across and one along, equally wide in elements
-        out += [tuple(grid[c] for c in sorted(across | along)) for across in strip for along in band if (across | along) <= set(grid)]
+    strips = [
+        [{(x + a, y) for a in range(w) for y in range(len(ys))} for x in range(len(xs) - w + 1)]
+        for w in (1, 2)
+    ]
+    bands = [
+        [{(x, y + b) for x in range(len(xs)) for b in range(h)} for y in range(len(ys) - h + 1)]
+        for h in (1, 2)
+    ]
+    for strip, band in zip(
+        strips, bands, strict=True
+    ):  # crossing stiffeners: a strip across and one along, equally wide in elements
+        out += [
+            tuple(grid[c] for c in sorted(across | along))
+            for across in strip
+            for along in band
+            if (across | along) <= set(grid)
+        ]
     return out

@@ -1,7 +1,9 @@
-"""``sensor_fault``: a channel with a wrong gain, sign or delay, or two channels exchanged: the measurement, not the structure.
+"""``sensor_fault``: a channel with a wrong gain, sign or delay, or two channels exchanged: the
+measurement, not the structure.
 
-A sign is a gain of −1. An exchange has no size of its own: its ``gain`` is the share of the other channel's motion that each reads, 1 for a true exchange;
-a fit that drives it away from 1 says that the channels were not exchanged (`EXCHANGED` is how near it must end).
+A sign is a gain of −1. An exchange has no size of its own: its ``gain`` is the share of the other
+channel's motion that each reads, 1 for a true exchange; a fit that drives it away from 1 says that
+the channels were not exchanged (`EXCHANGED` is how near it must end).
 """
 
 from __future__ import annotations
@@ -12,12 +14,14 @@ import numpy as np
 
 from cvxupdate.physics.base import Candidate, Context, Place, given
 
-MOST_PAIRS = 500  # of channels tried for an exchange; beyond, only those at one node and neighbours in the recording
+# of channels tried for an exchange; beyond, only those at one node and neighbours in the recording
+MOST_PAIRS = 500
 EXCHANGED = 0.1  # largest departure of an exchange's ``gain`` from 1
 
 
 def candidates(context: Context) -> list[Candidate]:
-    """Gains, delays and exchanges; tell-tale: one or two channels are off at all frequencies, the others are not."""
+    """Gains, delays and exchanges; tell-tale: one or two channels are off at all frequencies, the
+    others are not."""
     return faults(context) + swaps(context)
 
 
@@ -27,8 +31,18 @@ def faults(context: Context) -> list[Candidate]:
     for label in context.sensors:
         node, dof = _place(label)
         for how in ("gain", "delay"):
-            out.append(Candidate("sensor_fault", Place(nodes=(node,), dof=dof), given(context.model), 1, np.zeros(1), channel=label, sensor=how,
-                                 report=((how, 0, how),)))
+            out.append(
+                Candidate(
+                    "sensor_fault",
+                    Place(nodes=(node,), dof=dof),
+                    given(context.model),
+                    1,
+                    np.zeros(1),
+                    channel=label,
+                    sensor=how,
+                    report=((how, 0, how),),
+                )
+            )
     return out
 
 
@@ -37,13 +51,29 @@ def swaps(context: Context) -> list[Candidate]:
     labels = context.sensors
     pairs = list(itertools.combinations(range(len(labels)), 2))
     if len(pairs) > MOST_PAIRS:
-        pairs = [(a, b) for a, b in pairs if b == a + 1 or _place(labels[a])[0] == _place(labels[b])[0]]
+        pairs = [
+            (a, b) for a, b in pairs if b == a + 1 or _place(labels[a])[0] == _place(labels[b])[0]
+        ]
     out = []
     for a, b in pairs:
         (first, kind), (second, other) = _place(labels[a]), _place(labels[b])
-        place = Place(nodes=(first, second) if first != second else (first,), dof=kind if kind == other else None)
-        out.append(Candidate("sensor_fault", place, given(context.model), 1, np.zeros(1), channel=labels[a], sensor="swap", other=labels[b],
-                             report=(("gain", 0, "gain"),)))
+        place = Place(
+            nodes=(first, second) if first != second else (first,),
+            dof=kind if kind == other else None,
+        )
+        out.append(
+            Candidate(
+                "sensor_fault",
+                place,
+                given(context.model),
+                1,
+                np.zeros(1),
+                channel=labels[a],
+                sensor="swap",
+                other=labels[b],
+                report=(("gain", 0, "gain"),),
+            )
+        )
     return out
 
 

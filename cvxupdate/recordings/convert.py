@@ -10,8 +10,12 @@ from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.types import Complex, FrequencyResponse, Real
 
 DERIVATIVES = {"displacement": 0, "velocity": 1, "acceleration": 2}
-_ALIASES = {"receptance": "displacement", "mobility": "velocity", "accelerance": "acceleration",
-            "inertance": "acceleration"}
+_ALIASES = {
+    "receptance": "displacement",
+    "mobility": "velocity",
+    "accelerance": "acceleration",
+    "inertance": "acceleration",
+}
 
 
 def derivatives(quantity: str) -> int:
@@ -20,12 +24,15 @@ def derivatives(quantity: str) -> int:
     Raises
     ------
     RecordingError
-        When the quantity is not a motion (a strain or a voltage cannot be integrated to a displacement).
+        When the quantity is not a motion (a strain or a voltage cannot be integrated to a
+        displacement).
     """
     name = _ALIASES.get(quantity, quantity)
     if name not in DERIVATIVES:
-        raise RecordingError(f"FRF quantity {quantity!r} is not a motion; use displacement (receptance), "
-                             "velocity (mobility) or acceleration (accelerance)")
+        raise RecordingError(
+            f"FRF quantity {quantity!r} is not a motion; use displacement (receptance), "
+            "velocity (mobility) or acceleration (accelerance)"
+        )
     return DERIVATIVES[name]
 
 
@@ -35,10 +42,12 @@ def differentiator(frequency: Real, order: int) -> Complex:
 
 
 def convert(frf: FrequencyResponse, quantity: str) -> FrequencyResponse:
-    """The same FRFs as displacement, velocity or acceleration per force (Ewins, *Modal Testing*, section 2.2).
+    """The same FRFs as displacement, velocity or acceleration per force (Ewins, *Modal Testing*,
+    section 2.2).
 
-    H and its variance are multiplied by ``(i omega)**n`` and ``omega**(2 n)``. A line at 0 Hz is dropped when it would
-    have to be divided by zero. The names receptance, mobility and accelerance are understood too.
+    H and its variance are multiplied by ``(i omega)**n`` and ``omega**(2 n)``. A line at 0 Hz is
+    dropped when it would have to be divided by zero. The names receptance, mobility and accelerance
+    are understood too.
     """
     order = derivatives(quantity) - derivatives(frf.quantity)
     name = _ALIASES.get(quantity, quantity)

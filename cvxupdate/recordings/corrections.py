@@ -8,14 +8,23 @@ from dataclasses import replace
 import numpy as np
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Real, Recording, TimeHistory
+from cvxupdate.recordings.types import (
+    Channel,
+    FrequencyResponse,
+    ModeTable,
+    Real,
+    Recording,
+    TimeHistory,
+)
 from cvxupdate.spec.recordings import CorrectionRow
 
-PADDING = 2  # lengths of a record over which it is shifted, so that its end does not come round to its beginning
+# lengths of a record over which it is shifted, so that its end does not come round to its beginning
+PADDING = 2
 
 
 def corrected(recording: Recording, corrections: Sequence[CorrectionRow]) -> Recording:
-    """The recording as sound channels would have given it; what is exchanged stays in its column, with the other's label.
+    """The recording as sound channels would have given it; what is exchanged stays in its column,
+    with the other's label.
 
     Raises
     ------
@@ -25,7 +34,9 @@ def corrected(recording: Recording, corrections: Sequence[CorrectionRow]) -> Rec
     for row in corrections:
         own = _columns(recording, row.node, row.dof)
         if row.exchanged_with is not None:
-            recording = _exchanged(recording, own, _columns(recording, row.exchanged_with.node, row.exchanged_with.dof))
+            recording = _exchanged(
+                recording, own, _columns(recording, row.exchanged_with.node, row.exchanged_with.dof)
+            )
         elif row.delay is not None:
             recording = _advanced(recording, own, row.delay)
         elif row.gain is not None:
@@ -38,10 +49,17 @@ def _channels(recording: Recording) -> tuple[Channel, ...]:
 
 
 def _columns(recording: Recording, node: int, dof: str) -> list[int]:
-    found = [k for k, c in enumerate(_channels(recording)) if (c.node, c.dof) == (node, dof) and c.quantity != "force"]
+    found = [
+        k
+        for k, c in enumerate(_channels(recording))
+        if (c.node, c.dof) == (node, dof) and c.quantity != "force"
+    ]
     if not found:
         there = ", ".join(c.label for c in _channels(recording) if c.quantity != "force")
-        raise RecordingError(f"{recording.origin.source}: corrections: there is no response channel n{node}.{dof}. It has {there}.")
+        raise RecordingError(
+            f"{recording.origin.source}: corrections: there is no response channel "
+            f"n{node}.{dof}. It has {there}."
+        )
     return found
 
 
@@ -49,7 +67,10 @@ def _exchanged(recording: Recording, first: list[int], second: list[int]) -> Rec
     channels = list(_channels(recording))
     for a, b in zip(first, second, strict=False):
         one, other = channels[a], channels[b]
-        channels[a], channels[b] = replace(one, node=other.node, dof=other.dof), replace(other, node=one.node, dof=one.dof)
+        channels[a], channels[b] = (
+            replace(one, node=other.node, dof=other.dof),
+            replace(other, node=one.node, dof=one.dof),
+        )
     if isinstance(recording, FrequencyResponse):
         return replace(recording, responses=tuple(channels))
     return replace(recording, channels=tuple(channels))
@@ -90,8 +111,11 @@ def _advanced(recording: Recording, columns: list[int], delay: float) -> Recordi
 
 
 def shifted(data: Real, rate: float, delay: float) -> Real:
-    """Signals (samples, channels) earlier by ``delay`` s: exact for what is band-limited and at rest at both ends."""
+    """Signals (samples, channels) earlier by ``delay`` s: exact for what is band-limited and at
+    rest at both ends."""
     n = len(data)
     spectrum = np.fft.rfft(data, PADDING * n, axis=0)
     f = np.fft.rfftfreq(PADDING * n, 1.0 / rate)
-    return np.asarray(np.fft.irfft(spectrum * np.exp(2j * np.pi * f * delay)[:, None], PADDING * n, axis=0)[:n])
+    return np.asarray(
+        np.fft.irfft(spectrum * np.exp(2j * np.pi * f * delay)[:, None], PADDING * n, axis=0)[:n]
+    )

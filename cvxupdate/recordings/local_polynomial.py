@@ -1,7 +1,7 @@
 """FRFs of one record of any excitation, without leakage: the local polynomial method.
 
-R. Pintelon, J. Schoukens, G. Vandersteen, K. Barbé, Mech. Syst. Signal Process. 24 (2010) 573 and 596;
-Pintelon & Schoukens, *System Identification*, 2nd ed. (2012), chapter 7.
+R. Pintelon, J. Schoukens, G. Vandersteen, K. Barbé, Mech. Syst. Signal Process. 24 (2010) 573 and
+596; Pintelon & Schoukens, *System Identification*, 2nd ed. (2012), chapter 7.
 """
 
 from __future__ import annotations
@@ -16,21 +16,29 @@ _BATCH_LINES = 2048
 
 
 def _local_fit(U: Complex, Y: Complex, order: int, half: int) -> tuple[Complex, Real, Real]:
-    """H (lines, outputs, inputs), its variance, and the multiple coherence (lines, outputs) from full-record spectra.
+    """H (lines, outputs, inputs), its variance, and the multiple coherence (lines, outputs) from
+    full-record spectra.
 
-    Around each line the FRF and the transient are polynomials of degree ``order`` in the line number, fitted to
-    ``2 half + 1`` lines; the transient takes up the leakage: the state at the start minus the state at the end.
+    Around each line the FRF and the transient are polynomials of degree ``order`` in the line
+    number, fitted to ``2 half + 1`` lines; the transient takes up the leakage: the state at the
+    start minus the state at the end.
     """
     lines, inputs = U.shape
     offsets = np.arange(-half, half + 1)
     centre = np.arange(lines)
-    # at the ends of the band the window is shifted inward; r is measured from the line that is estimated
+    # at the ends of the band the window is shifted inward; r is measured from the line that is
+    # estimated
     index = np.clip(centre, half, lines - 1 - half)[:, None] + offsets[None, :]
     r = (index - centre[:, None]) / half
     powers = r[:, :, None] ** np.arange(order + 1)
     u, y = U[index], Y[index]
-    K = np.concatenate([(powers[:, :, :, None] * u[:, :, None, :]).reshape(lines, 2 * half + 1, -1),
-                        powers.astype(np.complex128)], axis=2)
+    K = np.concatenate(
+        [
+            (powers[:, :, :, None] * u[:, :, None, :]).reshape(lines, 2 * half + 1, -1),
+            powers.astype(np.complex128),
+        ],
+        axis=2,
+    )
     scale = np.linalg.norm(K, axis=1, keepdims=True)
     scale = np.where(scale > 0.0, scale, 1.0)
     Q, R = np.linalg.qr(K / scale)
@@ -60,28 +68,34 @@ def local_polynomial(
     references: tuple[int, ...] | None = None,
     band: tuple[float, float] | None = None,
 ) -> FrequencyResponse:
-    """FRFs at the full resolution 1/T of one record, leakage and starting transient removed, with variance.
+    """FRFs at the full resolution 1/T of one record, leakage and starting transient removed, with
+    variance.
 
     Parameters
     ----------
-    order : degree of the local polynomials. freedom : residual degrees of freedom of each local fit: the window holds
+    order : degree of the local polynomials. freedom : residual degrees of freedom of each local
+    fit: the window holds
         ``(order + 1)(references + 1) + freedom`` lines.
     quantity, references : as for `frf_from_time`. band : (lowest, highest) Hz.
 
-    Assumes that the FRF is smooth over the window: the half-power bandwidth of every mode should be wider than it,
-    i.e. a record of some ``(order + 1)(references + 1) + freedom`` times ``1 / (2 zeta f)``; else the error appears
-    in the variance. Neighbouring lines share data and are correlated over about one window. ``coherence`` is the
-    multiple coherence of the local fit (transient included).
+    Assumes that the FRF is smooth over the window: the half-power bandwidth of every mode should be
+    wider than it, i.e. a record of some ``(order + 1)(references + 1) + freedom`` times ``1 / (2
+    zeta f)``; else the error appears in the variance. Neighbouring lines share data and are
+    correlated over about one window. ``coherence`` is the multiple coherence of the local fit
+    (transient included).
 
     Raises
     ------
     RecordingError
-        When samples are not finite, the record is too short, or the references are dependent at every line.
+        When samples are not finite, the record is too short, or the references are dependent at
+        every line.
     """
     inputs, outputs, kind = split_channels(history.channels, quantity, references)
     data = np.asarray(history.data, dtype=np.float64)
     if not np.all(np.isfinite(data[:, [*inputs, *outputs]])):
-        raise RecordingError(f"{history.origin.name}: NaN or infinite samples; repair or cut the drop-outs first")
+        raise RecordingError(
+            f"{history.origin.name}: NaN or infinite samples; repair or cut the drop-outs first"
+        )
     samples = data.shape[0]
     unknowns = (order + 1) * (len(inputs) + 1)
     half = max(1, -(-(unknowns + freedom - 1) // 2))
@@ -89,8 +103,10 @@ def local_polynomial(
     frequency = np.arange(samples // 2 + 1) * history.rate / samples
     inside = np.flatnonzero((frequency >= low) & (frequency <= high) & (frequency > 0.0))
     if inside.size <= 2 * half + 1:
-        raise RecordingError(f"{history.origin.name}: {inside.size} lines in the band are too few for a local fit over "
-                             f"{2 * half + 1}; record longer, widen the band, or use h1")
+        raise RecordingError(
+            f"{history.origin.name}: {inside.size} lines in the band are too few for a local "
+            f"fit over {2 * half + 1}; record longer, widen the band, or use h1"
+        )
     first, last = int(inside[0]), int(inside[-1]) + 1
     U = np.fft.rfft(data[:, inputs], axis=0)[first:last]
     Y = np.fft.rfft(data[:, outputs], axis=0)[first:last]
@@ -99,19 +115,32 @@ def local_polynomial(
     coherence = np.empty(H.shape[:2])
     for start in range(0, last - first, _BATCH_LINES):
         stop = min(start + _BATCH_LINES, last - first)
-        # each batch carries its neighbours along so that no line inside the band sees a shifted window
+        # each batch carries its neighbours along so that no line inside the band sees a shifted
+        # window
         low_edge, high_edge = max(0, start - half), min(last - first, stop + half)
         if high_edge - low_edge < 2 * half + 1:
             low_edge = high_edge - (2 * half + 1)
         part = _local_fit(U[low_edge:high_edge], Y[low_edge:high_edge], order, half)
         here = slice(start - low_edge, stop - low_edge)
-        H[start:stop], variance[start:stop], coherence[start:stop] = part[0][here], part[1][here], part[2][here]
+        H[start:stop], variance[start:stop], coherence[start:stop] = (
+            part[0][here],
+            part[1][here],
+            part[2][here],
+        )
     power = np.abs(U) ** 2
     keep = np.all(np.isfinite(H), axis=(1, 2)) & np.all(power > 1e-14 * power.max(axis=0), axis=1)
     if not np.any(keep):
-        raise RecordingError(f"{history.origin.name}: the references are silent or copies of one another at every line")
+        raise RecordingError(
+            f"{history.origin.name}: the references are silent or copies of one another at "
+            "every line"
+        )
     return FrequencyResponse(
-        origin=history.origin, frequency=frequency[first:last][keep], H=H[keep], quantity=kind,
-        responses=tuple(history.channels[k] for k in outputs), references=tuple(history.channels[k] for k in inputs),
-        variance=variance[keep], coherence=coherence[keep],
+        origin=history.origin,
+        frequency=frequency[first:last][keep],
+        H=H[keep],
+        quantity=kind,
+        responses=tuple(history.channels[k] for k in outputs),
+        references=tuple(history.channels[k] for k in inputs),
+        variance=variance[keep],
+        coherence=coherence[keep],
     )

@@ -1,8 +1,9 @@
-"""Averaged cross spectra of a stream of samples, in memory that depends on the block and not on the record.
+"""Averaged cross spectra of a stream of samples, in memory that depends on the block and not on the
+record.
 
-Conventions (Bendat & Piersol, *Random Data*, 4th ed., chapters 6 and 9): ``Sxx[j, k] = mean(X_j conj(X_k))``,
-``Syx[i, j] = mean(Y_i conj(X_j))``. All spectra are averages of windowed block transforms, not scaled to a density:
-the scale cancels in every FRF and coherence.
+Conventions (Bendat & Piersol, *Random Data*, 4th ed., chapters 6 and 9): ``Sxx[j, k] = mean(X_j
+conj(X_k))``, ``Syx[i, j] = mean(Y_i conj(X_j))``. All spectra are averages of windowed block
+transforms, not scaled to a density: the scale cancels in every FRF and coherence.
 """
 
 from __future__ import annotations
@@ -25,9 +26,9 @@ BATCH_BYTES = 32_000_000
 class Spectra:
     """Averaged cross spectra of references x and responses y.
 
-    ``frequency`` (lines,) Hz; ``Sxx`` (lines, references, references); ``Syx`` (lines, responses, references);
-    ``Syy`` (lines, responses, responses) when ``full``, else its real diagonal (lines, responses);
-    ``averages`` the effective number of independent averages.
+    ``frequency`` (lines,) Hz; ``Sxx`` (lines, references, references); ``Syx`` (lines, responses,
+    references); ``Syy`` (lines, responses, responses) when ``full``, else its real diagonal (lines,
+    responses); ``averages`` the effective number of independent averages.
     """
 
     frequency: Real
@@ -39,12 +40,14 @@ class Spectra:
     @property
     def power(self) -> Real:
         """Auto spectra of the responses, (lines, responses)."""
-        return np.asarray(np.real(np.einsum("fii->fi", self.Syy)) if self.Syy.ndim == 3 else np.real(self.Syy))
+        return np.asarray(
+            np.real(np.einsum("fii->fi", self.Syy)) if self.Syy.ndim == 3 else np.real(self.Syy)
+        )
 
 
 def _batches(chunks: Iterable[Real], block: int, step: int, lead: int) -> Iterator[Real]:
-    """Overlapping blocks, several at a time, (blocks, block, channels); at most one chunk and one batch are in
-    memory."""
+    """Overlapping blocks, several at a time, (blocks, block, channels); at most one chunk and one
+    batch are in memory."""
     pending: Real | None = None
     for chunk in chunks:
         data = np.asarray(chunk, dtype=np.float64)
@@ -62,7 +65,8 @@ def _batches(chunks: Iterable[Real], block: int, step: int, lead: int) -> Iterat
 
 
 def slices(data: Real, columns: Iterable[int], length: int) -> Iterator[Real]:
-    """A long array in chunks of ``length`` samples, only the wanted columns; pages of a mapped file are given back after each."""
+    """A long array in chunks of ``length`` samples, only the wanted columns; pages of a mapped file
+    are given back after each."""
     wanted = list(columns)
     for start in range(0, data.shape[0], length):
         yield np.asarray(data[start : start + length, wanted], dtype=np.float64)
@@ -83,24 +87,31 @@ def spectra_from_chunks(
     total: int | None = None,
     progress: Progress | None = None,
 ) -> Spectra:
-    """Cross spectra of a stream, in memory that depends on the block, not on the length of the record.
+    """Cross spectra of a stream, in memory that depends on the block, not on the length of the
+    record.
 
     Parameters
     ----------
-    chunks : arrays (samples, channels) in time order, the first ``references`` columns being the references.
-    rate : Hz. block : samples. overlap : fraction of a block in [0, 1). taper : (block,) window, Hann if None.
-    detrend : take the mean of each block away. lead : zeros put before the record (a structure at rest).
+    chunks : arrays (samples, channels) in time order, the first ``references`` columns being the
+    references.
+    rate : Hz. block : samples. overlap : fraction of a block in [0, 1). taper : (block,) window,
+    Hann if None.
+    detrend : take the mean of each block away. lead : zeros put before the record (a structure at
+    rest).
     full : keep the whole matrix Syy (needed by H2 with several references).
     total, progress : number of blocks to come and a callback ``progress(blocks done, total)``.
 
     Raises
     ------
     RecordingError
-        When block or overlap make no sense, values are not finite, or the stream is shorter than a block.
+        When block or overlap make no sense, values are not finite, or the stream is shorter than a
+        block.
     """
     if block < 4 or not 0.0 <= overlap < 1.0:
-        raise RecordingError(f"block {block} samples with overlap {overlap} cannot be averaged; "
-                             "use at least 4 samples and an overlap in [0, 1)")
+        raise RecordingError(
+            f"block {block} samples with overlap {overlap} cannot be averaged; "
+            "use at least 4 samples and an overlap in [0, 1)"
+        )
     weights = window("hann", block) if taper is None else taper
     step = max(1, round(block * (1.0 - overlap)))
     lines = block // 2 + 1
@@ -108,8 +119,10 @@ def spectra_from_chunks(
     sums: list[Complex | Real] | None = None
     for batch in _batches(chunks, block, step, lead):
         if not np.all(np.isfinite(batch)):
-            raise RecordingError(f"blocks {done + 1} to {done + batch.shape[0]} of the time history hold NaN or "
-                                 "infinite samples; repair or cut the drop-outs first (cvxupdate inspect shows them)")
+            raise RecordingError(
+                f"blocks {done + 1} to {done + batch.shape[0]} of the time history hold NaN or "
+                "infinite samples; repair or cut the drop-outs first (cvxupdate inspect shows them)"
+            )
         if detrend:
             batch = batch - batch.mean(axis=1, keepdims=True)
         spectrum = np.fft.rfft(batch * weights[None, :, None], axis=1).transpose(1, 2, 0)
@@ -122,7 +135,9 @@ def spectra_from_chunks(
         if progress is not None:
             progress(done, total)
     if sums is None:
-        raise RecordingError(f"the time history is shorter than one block of {block} samples; use a shorter block")
+        raise RecordingError(
+            f"the time history is shorter than one block of {block} samples; use a shorter block"
+        )
     return Spectra(
         frequency=np.arange(lines) * rate / block,
         Sxx=np.asarray(sums[0] / done, dtype=np.complex128),

@@ -1,4 +1,5 @@
-"""From time histories to FRFs with their variance: H1, H2, Hv, block by block, for any number of references."""
+"""From time histories to FRFs with their variance: H1, H2, Hv, block by block, for any number of
+references."""
 
 from __future__ import annotations
 
@@ -11,7 +12,14 @@ from cvxupdate.recordings.channels import split_channels
 from cvxupdate.recordings.estimators import ESTIMATORS, frf_variance, multiple_coherence, usable
 from cvxupdate.recordings.local_polynomial import local_polynomial
 from cvxupdate.recordings.spectra import BATCH_BYTES, Progress, Spectra, slices, spectra_from_chunks
-from cvxupdate.recordings.types import Channel, Complex, FrequencyResponse, Origin, Real, TimeHistory
+from cvxupdate.recordings.types import (
+    Channel,
+    Complex,
+    FrequencyResponse,
+    Origin,
+    Real,
+    TimeHistory,
+)
 from cvxupdate.recordings.windows import exponential_window, find_impacts, force_window, window
 
 
@@ -21,18 +29,32 @@ def _default_block(samples: int) -> int:
 
 
 def _frf(
-    spectra: Spectra, method: str, origin: Origin, channels: tuple[Channel, ...],
-    columns: tuple[list[int], list[int], str], skip_dc: bool,
+    spectra: Spectra,
+    method: str,
+    origin: Origin,
+    channels: tuple[Channel, ...],
+    columns: tuple[list[int], list[int], str],
+    skip_dc: bool,
 ) -> FrequencyResponse:
     if method not in ESTIMATORS:
-        raise RecordingError(f"FRF method {method!r} is not known; choose one of {', '.join(ESTIMATORS)}, or lpm")
+        raise RecordingError(
+            f"FRF method {method!r} is not known; choose one of {', '.join(ESTIMATORS)}, or lpm"
+        )
     keep = usable(spectra.Sxx)
     if skip_dc:
         keep[0] = False
     if not np.any(keep):
-        raise RecordingError("the references are copies of one another (or silent) at every line: their FRFs cannot be "
-                             "told apart; use one reference, or uncorrelated forces")
-    part = Spectra(spectra.frequency[keep], spectra.Sxx[keep], spectra.Syx[keep], spectra.Syy[keep], spectra.averages)
+        raise RecordingError(
+            "the references are copies of one another (or silent) at every line: their FRFs "
+            "cannot be told apart; use one reference, or uncorrelated forces"
+        )
+    part = Spectra(
+        spectra.frequency[keep],
+        spectra.Sxx[keep],
+        spectra.Syx[keep],
+        spectra.Syy[keep],
+        spectra.averages,
+    )
     inputs, outputs, quantity = columns
     return FrequencyResponse(
         origin=origin,
@@ -58,21 +80,32 @@ def spectra_from_time(
     full: bool = False,
     progress: Progress | None = None,
 ) -> Spectra:
-    """`Spectra` of a recording; see `frf_from_time` for the arguments. ``columns``: references and responses."""
+    """`Spectra` of a recording; see `frf_from_time` for the arguments. ``columns``: references and
+    responses."""
     inputs, outputs = columns if columns is not None else split_channels(history.channels)[:2]
     samples = history.data.shape[0]
     length = _default_block(samples) if block is None else block
     if length > samples:
-        raise RecordingError(f"{history.origin.name}: block of {length} samples, but the record has {samples}; "
-                             "use a shorter block")
+        raise RecordingError(
+            f"{history.origin.name}: block of {length} samples, but the record has {samples}; "
+            "use a shorter block"
+        )
     step = max(1, round(length * (1.0 - overlap))) if 0.0 <= overlap < 1.0 else 1
     lead = length - step if from_rest else 0
     taper = window(window_name, length) * exponential_window(length, history.rate, decay)
     chunk = max(length, BATCH_BYTES // (8 * len(history.channels)))
     return spectra_from_chunks(
-        slices(history.data, [*inputs, *outputs], chunk), history.rate, len(inputs), block=length, overlap=overlap,
-        taper=taper, detrend=not from_rest and decay == 0.0, lead=lead, full=full,
-        total=(samples + lead - length) // step + 1, progress=progress,
+        slices(history.data, [*inputs, *outputs], chunk),
+        history.rate,
+        len(inputs),
+        block=length,
+        overlap=overlap,
+        taper=taper,
+        detrend=not from_rest and decay == 0.0,
+        lead=lead,
+        full=full,
+        total=(samples + lead - length) // step + 1,
+        progress=progress,
     )
 
 
@@ -93,34 +126,53 @@ def frf_from_time(
 
     Parameters
     ----------
-    method : ``"h1"``, ``"h2"``, ``"hv"`` (block averages), or ``"lpm"`` (`local_polynomial`: the whole record at
+    method : ``"h1"``, ``"h2"``, ``"hv"`` (block averages), or ``"lpm"`` (`local_polynomial`: the
+    whole record at
     once, leakage
-        and the start from rest removed; the best choice for a single run of a lightly damped structure).
-    window : name for `windows.window`. block : samples, default about sixteen half-overlapped blocks.
+        and the start from rest removed; the best choice for a single run of a lightly damped
+        structure).
+    window : name for `windows.window`. block : samples, default about sixteen half-overlapped
+    blocks.
     overlap : fraction of a block in [0, 1).
-    quantity : which response channels (displacement, velocity, acceleration); default: the only one there is.
-    references : columns of the references; default: all force channels. All references are solved for together.
-    decay : 1/s, an exponential window on all channels of each block. It is exact only where the structure is at rest
-        before each block; hand the same number to ``identify_modes(added_decay=...)`` to have it taken out.
-    from_rest : the record starts from rest: zeros are put before it so that its first samples get full weight.
-    progress : callback ``progress(blocks done, blocks in all)``; ``history.data`` may be a memory map of any length.
+    quantity : which response channels (displacement, velocity, acceleration); default: the only one
+    there is.
+    references : columns of the references; default: all force channels. All references are solved
+    for together.
+    decay : 1/s, an exponential window on all channels of each block. It is exact only where the
+    structure is at rest
+        before each block; hand the same number to ``identify_modes(added_decay=...)`` to have it
+        taken out.
+    from_rest : the record starts from rest: zeros are put before it so that its first samples get
+    full weight.
+    progress : callback ``progress(blocks done, blocks in all)``; ``history.data`` may be a memory
+    map of any length.
 
     Lines at which a reference has no power (and 0 Hz, where the mean was taken away) are left out.
 
     Raises
     ------
     RecordingError
-        When references or responses are missing, dependent or not finite, or the record is shorter than a block.
+        When references or responses are missing, dependent or not finite, or the record is shorter
+        than a block.
     """
     columns = split_channels(history.channels, quantity, references)
     if method == "lpm":
         return local_polynomial(history, quantity=quantity, references=references)
     full = method == "h2" and len(columns[0]) > 1
     spectra = spectra_from_time(
-        history, window_name=window, block=block, overlap=overlap, decay=decay, from_rest=from_rest,
-        columns=columns[:2], full=full, progress=progress,
+        history,
+        window_name=window,
+        block=block,
+        overlap=overlap,
+        decay=decay,
+        from_rest=from_rest,
+        columns=columns[:2],
+        full=full,
+        progress=progress,
     )
-    return _frf(spectra, method, history.origin, history.channels, columns, not from_rest and decay == 0.0)
+    return _frf(
+        spectra, method, history.origin, history.channels, columns, not from_rest and decay == 0.0
+    )
 
 
 def frf_from_impacts(
@@ -136,9 +188,10 @@ def frf_from_impacts(
 ) -> FrequencyResponse:
     """FRFs of an impact test with one hammer channel and any number of hits.
 
-    ``force_width`` (s, from the start of the block) limits the force to its pulse; ``decay`` (1/s) multiplies force and
-    responses by ``exp(-decay t)``: give it to ``identify_modes(added_decay=...)`` to have the added damping taken out.
-    No detrending and no Hann window: the structure is at rest before each hit. With one hit the variance is None.
+    ``force_width`` (s, from the start of the block) limits the force to its pulse; ``decay`` (1/s)
+    multiplies force and responses by ``exp(-decay t)``: give it to
+    ``identify_modes(added_decay=...)`` to have the added damping taken out. No detrending and no
+    Hann window: the structure is at rest before each hit. With one hit the variance is None.
 
     Raises
     ------
@@ -147,26 +200,39 @@ def frf_from_impacts(
     """
     inputs, outputs, kind = split_channels(history.channels, quantity)
     if len(inputs) != 1:
-        raise RecordingError(f"an impact test has one force channel, this recording has {len(inputs)}; "
-                             "use frf_from_time")
+        raise RecordingError(
+            f"an impact test has one force channel, this recording has {len(inputs)}; "
+            "use frf_from_time"
+        )
     force = np.asarray(history.data[:, inputs[0]], dtype=np.float64)
     starts = find_impacts(force, block=block, pretrigger=pretrigger, threshold=threshold)
     columns = [*inputs, *outputs]
-    blocks = np.stack([np.asarray(history.data[s : s + block][:, columns], dtype=np.float64) for s in starts])
+    blocks = np.stack(
+        [np.asarray(history.data[s : s + block][:, columns], dtype=np.float64) for s in starts]
+    )
     if force_width is not None:
-        blocks[:, :, 0] *= force_window(block, history.rate, force_width + pretrigger / history.rate)
+        blocks[:, :, 0] *= force_window(
+            block, history.rate, force_width + pretrigger / history.rate
+        )
     spectra = spectra_from_chunks(
-        iter(blocks), history.rate, 1, block=block, overlap=0.0, taper=exponential_window(block, history.rate, decay),
-        detrend=False, full=False,
+        iter(blocks),
+        history.rate,
+        1,
+        block=block,
+        overlap=0.0,
+        taper=exponential_window(block, history.rate, decay),
+        detrend=False,
+        full=False,
     )
     return _frf(spectra, method, history.origin, history.channels, (inputs, outputs, kind), False)
 
 
 def transmissibility(history: TimeHistory, reference: int, **options: object) -> FrequencyResponse:
-    """Responses per response: channel ``reference`` (a column) takes the place of the force; options as
-    `frf_from_time`.
+    """Responses per response: channel ``reference`` (a column) takes the place of the force;
+    options as `frf_from_time`.
 
-    Poles of a transmissibility are not those of the structure; `identify_modes` must not be used on it.
+    Poles of a transmissibility are not those of the structure; `identify_modes` must not be used on
+    it.
     """
     return frf_from_time(history, references=(reference,), **options)  # type: ignore[arg-type]
 
@@ -175,8 +241,8 @@ def transmissibility(history: TimeHistory, reference: int, **options: object) ->
 class OutputSpectra:
     """Cross power spectral densities of the responses alone.
 
-    ``frequency`` (lines,) Hz; ``density`` (lines, channels, channels), one-sided, unit²/Hz, Hermitian and positive
-    semi-definite; ``averages`` effective number; ``channels`` their labels.
+    ``frequency`` (lines,) Hz; ``density`` (lines, channels, channels), one-sided, unit²/Hz,
+    Hermitian and positive semi-definite; ``averages`` effective number; ``channels`` their labels.
     """
 
     frequency: Real
@@ -185,33 +251,51 @@ class OutputSpectra:
     averages: float
 
     def variance(self) -> Real:
-        """Variance of every entry, ``S_ii S_jj / averages`` (Bendat & Piersol 9.1), (lines, channels, channels)."""
+        """Variance of every entry, ``S_ii S_jj / averages`` (Bendat & Piersol 9.1), (lines,
+        channels, channels)."""
         power = np.real(np.einsum("fii->fi", self.density))
         return np.asarray(power[:, :, None] * power[:, None, :] / self.averages)
 
     def singular_values(self) -> Real:
-        """Singular values at each line (complex mode indicator, FDD), (lines, channels), largest first."""
+        """Singular values at each line (complex mode indicator, FDD), (lines, channels), largest
+        first."""
         return np.asarray(np.linalg.svd(self.density, compute_uv=False))
 
 
 def output_spectra(
-    history: TimeHistory, *, window_name: str = "hann", block: int | None = None, overlap: float = 0.5,
-    quantity: str | None = None, progress: Progress | None = None,
+    history: TimeHistory,
+    *,
+    window_name: str = "hann",
+    block: int | None = None,
+    overlap: float = 0.5,
+    quantity: str | None = None,
+    progress: Progress | None = None,
 ) -> OutputSpectra:
-    """Cross spectral densities where no force was recorded (Welch's method), one-sided, in unit²/Hz.
+    """Cross spectral densities where no force was recorded (Welch's method), one-sided, in
+    unit²/Hz.
 
     Raises
     ------
     RecordingError
         When there is no response channel, or the record is shorter than a block.
     """
-    kinds = [k for k, c in enumerate(history.channels)
-             if c.quantity != "force" and (quantity is None or c.quantity == quantity)]
+    kinds = [
+        k
+        for k, c in enumerate(history.channels)
+        if c.quantity != "force" and (quantity is None or c.quantity == quantity)
+    ]
     if not kinds:
-        raise RecordingError(f"no response channel of quantity {quantity or 'any motion'!r} in the time history")
+        raise RecordingError(
+            f"no response channel of quantity {quantity or 'any motion'!r} in the time history"
+        )
     length = _default_block(history.data.shape[0]) if block is None else block
     spectra = spectra_from_time(
-        history, window_name=window_name, block=length, overlap=overlap, columns=([], kinds), full=True,
+        history,
+        window_name=window_name,
+        block=length,
+        overlap=overlap,
+        columns=([], kinds),
+        full=True,
         progress=progress,
     )
     scale = 2.0 / (history.rate * float(np.sum(window(window_name, length) ** 2)))
@@ -219,4 +303,6 @@ def output_spectra(
     density[0] *= 0.5
     if length % 2 == 0:
         density[-1] *= 0.5
-    return OutputSpectra(spectra.frequency, density, tuple(history.channels[k] for k in kinds), spectra.averages)
+    return OutputSpectra(
+        spectra.frequency, density, tuple(history.channels[k] for k in kinds), spectra.averages
+    )

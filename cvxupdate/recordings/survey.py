@@ -1,8 +1,10 @@
-"""One pass over a long record, block by block: level, missing values, clipping, drop-outs and lines of every channel.
+"""One pass over a long record, block by block: level, missing values, clipping, drop-outs and lines
+of every channel.
 
-What `quality.samples` and `lines` say of a whole channel is put together from its blocks, so memory depends on the block and not on
-the record. Means, extremes, outermost levels, runs of equal values and spectra are those of the whole record; the converter's step, and
-whether values repeat, are those of the block that shows it best.
+What `quality.samples` and `lines` say of a whole channel is put together from its blocks, so memory
+depends on the block and not on the record. Means, extremes, outermost levels, runs of equal values
+and spectra are those of the whole record; the converter's step, and whether values repeat, are
+those of the block that shows it best.
 """
 
 from __future__ import annotations
@@ -15,7 +17,12 @@ from numpy.typing import NDArray
 
 from cvxupdate.recordings.lines import BLOCK, Line, block_power, lines_of_power
 from cvxupdate.recordings.quality.finding import ALPHA
-from cvxupdate.recordings.quality.samples import clipping_of, dropout_threshold, repeats, step_between
+from cvxupdate.recordings.quality.samples import (
+    clipping_of,
+    dropout_threshold,
+    repeats,
+    step_between,
+)
 from cvxupdate.recordings.read.contents import AnyArray, Told
 from cvxupdate.recordings.read.disk import release
 from cvxupdate.recordings.types import Real
@@ -52,15 +59,20 @@ class _Level:
     def add(self, x: Real) -> None:
         # Chan, Golub, LeVeque (1983): means and squares of two parts joined without cancellation
         mean, total = float(np.mean(x)), self.count + x.size
-        self.square += float(np.sum((x - mean) ** 2)) + (mean - self.mean) ** 2 * self.count * x.size / total
+        self.square += (
+            float(np.sum((x - mean) ** 2)) + (mean - self.mean) ** 2 * self.count * x.size / total
+        )
         self.mean += (mean - self.mean) * x.size / total
         self.count = total
         levels, counts = np.unique(x, return_counts=True)
         self.step = max(self.step, step_between(levels, x.size))
         self.middle = max(self.middle, repeats(counts))
-        # a level among the outermost of the record is among the outermost from its first sample on: nothing is lost
+        # a level among the outermost of the record is among the outermost from its first sample on:
+        # nothing is lost
         self.low = _joined(self.low, (levels[:_LEVELS], counts[:_LEVELS]), slice(0, _LEVELS))
-        self.high = _joined(self.high, (levels[-_LEVELS:], counts[-_LEVELS:]), slice(-_LEVELS, None))
+        self.high = _joined(
+            self.high, (levels[-_LEVELS:], counts[-_LEVELS:]), slice(-_LEVELS, None)
+        )
 
     def deviation(self) -> float:
         return float(np.sqrt(self.square / self.count))
@@ -68,11 +80,17 @@ class _Level:
     def clipped(self) -> int:
         if self.low[0].size < _LEVELS:
             return 0
-        test = clipping_of((self.low[1][:5], float(self.low[0][0])), (self.high[1][::-1][:5], float(self.high[0][-1])), self.middle)
+        test = clipping_of(
+            (self.low[1][:5], float(self.low[0][0])),
+            (self.high[1][::-1][:5], float(self.high[0][-1])),
+            self.middle,
+        )
         return int(test.value) if test.fault else 0
 
 
-def _joined(a: tuple[Real, NDArray[np.int64]], b: tuple[Real, NDArray[np.int64]], keep: slice) -> tuple[Real, NDArray[np.int64]]:
+def _joined(
+    a: tuple[Real, NDArray[np.int64]], b: tuple[Real, NDArray[np.int64]], keep: slice
+) -> tuple[Real, NDArray[np.int64]]:
     levels, place = np.unique(np.concatenate([a[0], b[0]]), return_inverse=True)
     counts = np.zeros(levels.size, dtype=np.int64)
     np.add.at(counts, place, np.concatenate([a[1], b[1]]))
@@ -80,13 +98,16 @@ def _joined(a: tuple[Real, NDArray[np.int64]], b: tuple[Real, NDArray[np.int64]]
 
 
 class _Runs:
-    """Runs of equal values with the r.m.s. slope beside them; a run that a block ends is finished in the next one."""
+    """Runs of equal values with the r.m.s. slope beside them; a run that a block ends is finished
+    in the next one."""
 
     def __init__(self, samples: int) -> None:
         self.threshold = dropout_threshold(samples, ALPHA)
         self.found: list[Real] = []  # (runs, 2): length, least slope beside
         self.tail: Real = np.zeros(0)
-        self.noted = -1  # last sample of the last run that is in ``found``, counted from the start of ``tail``
+        self.noted = (
+            -1
+        )  # last sample of the last run that is in ``found``, counted from the start of ``tail``
         self.inherited = np.nan  # slope before a run that was longer than memory should hold
 
     def add(self, x: Real, last: bool) -> None:
@@ -114,9 +135,18 @@ class _Runs:
         if not np.all(ready):
             first = int(np.flatnonzero(~ready)[0])
             keep = min(keep, max(int(start[first]) - 2 - _BESIDE, 0))
-            if window.size - keep > 4 * LONG:  # one value for millions of samples: what is known of it is noted, the rest follows
-                ready[first], self.inherited, noted, keep = True, float(before[first]), window.size - 1, window.size - 1
-        self.found.append(np.stack([stop - start + 1.0, beside], axis=1)[ready & fresh & np.isfinite(beside)])
+            if (
+                window.size - keep > 4 * LONG
+            ):  # one value for millions of samples: what is known of it is noted, the rest follows
+                ready[first], self.inherited, noted, keep = (
+                    True,
+                    float(before[first]),
+                    window.size - 1,
+                    window.size - 1,
+                )
+        self.found.append(
+            np.stack([stop - start + 1.0, beside], axis=1)[ready & fresh & np.isfinite(beside)]
+        )
         self.tail, self.noted = window[keep:].copy(), noted - keep
 
     def dropped(self, floor: float) -> int:
@@ -125,11 +155,16 @@ class _Runs:
 
 
 def _slope(power: Real, first: NDArray[np.int64], last: NDArray[np.int64]) -> Real:
-    """Root mean square of the slopes ``first`` to ``last`` (not included) from their running sum of squares; NaN for fewer than two."""
+    """Root mean square of the slopes ``first`` to ``last`` (not included) from their running sum of
+    squares; NaN for fewer than two."""
     first, last = np.clip(first, 0, power.size - 1), np.clip(last, 0, power.size - 1)
     count = last - first
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(np.where(count >= 2, np.sqrt(np.maximum(power[last] - power[first], 0.0) / count), np.nan))
+        return np.asarray(
+            np.where(
+                count >= 2, np.sqrt(np.maximum(power[last] - power[first], 0.0) / count), np.nan
+            )
+        )
 
 
 class _Spectrum:
@@ -149,12 +184,21 @@ class _Spectrum:
         self.rest = data[full * BLOCK :].copy()
 
     def lines(self, rate: float) -> tuple[Line, ...]:
-        return lines_of_power(self.power / self.blocks, self.blocks, BLOCK, rate) if self.blocks and np.isfinite(rate) else ()
+        return (
+            lines_of_power(self.power / self.blocks, self.blocks, BLOCK, rate)
+            if self.blocks and np.isfinite(rate)
+            else ()
+        )
 
 
 class _Channel:
     def __init__(self, samples: int) -> None:
-        self.missing, self.level, self.runs, self.spectrum = 0, _Level(), _Runs(samples), _Spectrum()
+        self.missing, self.level, self.runs, self.spectrum = (
+            0,
+            _Level(),
+            _Runs(samples),
+            _Spectrum(),
+        )
 
     def add(self, piece: AnyArray, last: bool) -> None:
         x: Real = np.asarray(np.abs(piece) if piece.dtype.kind == "c" else piece, dtype=np.float64)
@@ -174,11 +218,23 @@ class _Channel:
         moves = level.low[0].size >= _LEVELS  # a switched signal, or a dead channel, has no slopes
         dropped = self.runs.dropped(max(5.0 * level.step, 1e-3 * deviation)) if moves else 0
         lines = self.spectrum.lines(rate) if deviation > 0.0 else ()
-        return Survey(level.mean, deviation, float(level.low[0][0]), float(level.high[0][-1]), self.missing, level.clipped(), dropped, lines)
+        return Survey(
+            level.mean,
+            deviation,
+            float(level.low[0][0]),
+            float(level.high[0][-1]),
+            self.missing,
+            level.clipped(),
+            dropped,
+            lines,
+        )
 
 
-def survey(columns: Sequence[AnyArray], rate: float, told: Told | None = None, what: str = "") -> tuple[Survey, ...]:
-    """Every channel of a record in one pass, `LONG` samples at a time; ``columns`` are equally long, and may lie on disk.
+def survey(
+    columns: Sequence[AnyArray], rate: float, told: Told | None = None, what: str = ""
+) -> tuple[Survey, ...]:
+    """Every channel of a record in one pass, `LONG` samples at a time; ``columns`` are equally
+    long, and may lie on disk.
 
     ``told(what, samples done, samples in all)`` is called after each block.
     """

@@ -18,8 +18,9 @@ QUANTITIES = ("force", "displacement", "velocity", "acceleration", "strain", "vo
 class Channel:
     """One measured channel: where it sits, what it reads, in SI after ``scale`` was applied.
 
-    ``node`` is the node id of the model, ``dof`` one of x, y, z, rx, ry, rz, ``quantity`` one of `QUANTITIES`;
-    ``unit`` is the unit in the file before conversion, ``scale`` the factor from that unit to SI, sign and sensitivity included.
+    ``node`` is the node id of the model, ``dof`` one of x, y, z, rx, ry, rz, ``quantity`` one of
+    `QUANTITIES`; ``unit`` is the unit in the file before conversion, ``scale`` the factor from that
+    unit to SI, sign and sensitivity included.
     """
 
     node: int
@@ -38,7 +39,8 @@ class Channel:
 class Origin:
     """Where a recording comes from and what it may be used for.
 
-    ``use`` is ``"fit"`` or ``"hold-out"`` (never fitted, only scored); ``level`` the drive level (dimensionless, None if unknown).
+    ``use`` is ``"fit"`` or ``"hold-out"`` (never fitted, only scored); ``level`` the drive level
+    (dimensionless, None if unknown).
     """
 
     name: str
@@ -61,10 +63,10 @@ class TimeHistory:
 class FrequencyResponse:
     """Frequency response functions.
 
-    ``frequency`` (lines,) Hz; ``H`` (lines, responses, references) in SI per newton (or newton metre);
-    ``quantity`` of the response: displacement (receptance), velocity (mobility) or acceleration (accelerance);
-    ``variance`` the variance of the complex estimate E|H - EH|², same shape, None where it is not known;
-    ``coherence`` (lines, responses) or None.
+    ``frequency`` (lines,) Hz; ``H`` (lines, responses, references) in SI per newton (or newton
+    metre); ``quantity`` of the response: displacement (receptance), velocity (mobility) or
+    acceleration (accelerance); ``variance`` the variance of the complex estimate E|H - EH|², same
+    shape, None where it is not known; ``coherence`` (lines, responses) or None.
     """
 
     origin: Origin
@@ -81,10 +83,12 @@ class FrequencyResponse:
 class ModeTable:
     """Identified modes.
 
-    ``frequency``, ``frequency_std`` (modes,) Hz; ``damping``, ``damping_std`` (modes,) fraction of critical, NaN where unknown;
-    ``shapes`` (modes, channels) real or complex, NaN where unknown, None when no mode has one; ``shape_std`` likewise;
-    ``pairs`` (modes,) the number of the model's flexible mode (1 = lowest above the rigid-body modes) that the problem file pairs it with, 0 for "find it";
-    ``relative_only`` is True when the deviations in ``frequency_std`` are weights (no measured deviation was given).
+    ``frequency``, ``frequency_std`` (modes,) Hz; ``damping``, ``damping_std`` (modes,) fraction of
+    critical, NaN where unknown; ``shapes`` (modes, channels) real or complex, NaN where unknown,
+    None when no mode has one; ``shape_std`` likewise; ``pairs`` (modes,) the number of the model's
+    flexible mode (1 = lowest above the rigid-body modes) that the problem file pairs it with, 0 for
+    "find it"; ``relative_only`` is True when the deviations in ``frequency_std`` are weights (no
+    measured deviation was given).
     """
 
     origin: Origin

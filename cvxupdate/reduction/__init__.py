@@ -1,4 +1,5 @@
-"""Reduction and expansion: one transformation for both (thesis 2.4, 2.5), and the choice of sensor places."""
+"""Reduction and expansion: one transformation for both (thesis 2.4, 2.5), and the choice of sensor
+places."""
 
 from cvxupdate.reduction.dynamic import dynamic, gysin, kidder, petersmann
 from cvxupdate.reduction.modal import hybrid_tam, serep, serepa, tam
@@ -8,7 +9,25 @@ from cvxupdate.reduction.static import craig_bampton, guyan, irs, iterated_irs
 from cvxupdate.reduction.transformation import Transformation, expand_each, reduced_modes
 
 __all__ = [
-    "Partition", "Transformation", "Visibility", "craig_bampton", "dynamic", "effective_independence", "expand_each",
-    "guyan", "gysin", "hybrid_tam", "irs", "iterated_irs", "kidder", "partition", "petersmann", "qr_places",
-    "reduced_modes", "serep", "serepa", "tam", "visibility",
+    "Partition",
+    "Transformation",
+    "Visibility",
+    "craig_bampton",
+    "dynamic",
+    "effective_independence",
+    "expand_each",
+    "guyan",
+    "gysin",
+    "hybrid_tam",
+    "irs",
+    "iterated_irs",
+    "kidder",
+    "partition",
+    "petersmann",
+    "qr_places",
+    "reduced_modes",
+    "serep",
+    "serepa",
+    "tam",
+    "visibility",
 ]

@@ -1,4 +1,5 @@
-"""One transformation, x_N = T x_n, that both reduces a model and expands a measurement (2.45, 2.58)."""
+"""One transformation, x_N = T x_n, that both reduces a model and expands a measurement (2.45,
+2.58)."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ Real = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Transformation:
-    """x_N = T x: full-model DOFs from masters (and, for Craig–Bampton, modal coordinates after them).
+    """x_N = T x: full-model DOFs from masters (and, for Craig–Bampton, modal coordinates after
+    them).
 
     Parameters
     ----------
@@ -53,7 +55,10 @@ class Transformation:
         Raises `InputError` when K has another size.
         """
         if K.shape != (self.size, self.size):
-            raise InputError(f"{self.method}: cannot reduce a matrix of shape {K.shape}; T is for {self.size} DOFs")
+            raise InputError(
+                f"{self.method}: cannot reduce a matrix of shape {K.shape}; T is for "
+                f"{self.size} DOFs"
+            )
         return np.asarray(self.matrix.T @ np.asarray(K @ self.matrix))
 
     def expand(self, phi: Array) -> Array:
@@ -63,19 +68,26 @@ class Transformation:
         """
         values = np.asarray(phi)
         if values.ndim not in (1, 2) or values.shape[0] != self.matrix.shape[1]:
-            raise InputError(f"{self.method}: expands {self.matrix.shape[1]} rows (the masters"
-                             f"{' and modal coordinates' if self.generalised else ''}), got shape {values.shape}")
+            raise InputError(
+                f"{self.method}: expands {self.matrix.shape[1]} rows (the masters"
+                f"{' and modal coordinates' if self.generalised else ''}), got shape {values.shape}"
+            )
         if not np.all(np.isfinite(values)):
-            raise InputError(f"{self.method}: a shape has entries that are not finite; leave a channel that was not "
-                             "measured out of the masters")
+            raise InputError(
+                f"{self.method}: a shape has entries that are not finite; leave a channel "
+                "that was not measured out of the masters"
+            )
         return np.asarray(self.matrix @ values)
 
 
-def reduced_modes(transformation: Transformation, K: Any, M: Any, count: int | None = None) -> tuple[Real, Array]:
+def reduced_modes(
+    transformation: Transformation, K: Any, M: Any, count: int | None = None
+) -> tuple[Real, Array]:
     """Natural frequencies and shapes of the reduced model.
 
-    The pencil is projected on an orthonormal basis of the columns of T, so that SEREP from fewer modes than masters,
-    whose reduced matrices are singular, gives exactly its own modes and nothing else.
+    The pencil is projected on an orthonormal basis of the columns of T, so that SEREP from fewer
+    modes than masters, whose reduced matrices are singular, gives exactly its own modes and nothing
+    else.
 
     Returns
     -------
@@ -91,12 +103,15 @@ def reduced_modes(transformation: Transformation, K: Any, M: Any, count: int | N
 
 
 def expand_each(at: Callable[[float], Transformation], phi: Array, frequency: Real) -> Array:
-    """Expand every mode with the transformation of its own frequency (dynamic, Gysin): (n, modes) to (N, modes).
+    """Expand every mode with the transformation of its own frequency (dynamic, Gysin): (n, modes)
+    to (N, modes).
 
-    ``at`` makes the transformation at a frequency in Hz, e.g. ``lambda f: dynamic(split, f)``; ``frequency`` is
-    (modes,) in Hz. Raises `InputError` when the numbers of modes do not agree.
+    ``at`` makes the transformation at a frequency in Hz, e.g. ``lambda f: dynamic(split, f)``;
+    ``frequency`` is (modes,) in Hz. Raises `InputError` when the numbers of modes do not agree.
     """
     f = np.atleast_1d(np.asarray(frequency, dtype=np.float64))
     if phi.ndim != 2 or phi.shape[1] != f.size:
-        raise InputError(f"expand_each: shapes {phi.shape} need one frequency per column, got {f.size}")
+        raise InputError(
+            f"expand_each: shapes {phi.shape} need one frequency per column, got {f.size}"
+        )
     return np.column_stack([at(float(f[r])).expand(phi[:, r]) for r in range(f.size)])

@@ -1,4 +1,5 @@
-"""Results for people and programs: JSON, one self-contained HTML page, a short summary. Plotting and templates load on first use."""
+"""Results for people and programs: JSON, one self-contained HTML page, a short summary. Plotting
+and templates load on first use."""
 
 from __future__ import annotations
 
@@ -14,11 +15,20 @@ if TYPE_CHECKING:
     from cvxupdate.recordings.inspect import Inspection
     from cvxupdate.update.result import Updated
 
-__all__ = ["correlate_files", "correlate_summary", "inspect_json", "run_files", "run_summary", "solvers_files", "solvers_summary"]
+__all__ = [
+    "correlate_files",
+    "correlate_summary",
+    "inspect_json",
+    "run_files",
+    "run_summary",
+    "solvers_files",
+    "solvers_summary",
+]
 
 
 def correlate_files(compared: Compared) -> tuple[dict[str, str], str]:
-    """The files of `correlate`, {"result.json": text, "report.html": text}, and the JSON text by itself."""
+    """The files of `correlate`, {"result.json": text, "report.html": text}, and the JSON text by
+    itself."""
     from cvxupdate.report.as_json import correlate_data, dumps
     from cvxupdate.report.correlate_page import correlate_page
 
@@ -43,7 +53,8 @@ def inspect_json(found: Inspection) -> str:
 
 
 def run_files(updated: Updated) -> tuple[dict[str, str], str]:
-    """The files of `run`, {"result.json": text, "report.html": text}, and the JSON text by itself."""
+    """The files of `run`, {"result.json": text, "report.html": text}, and the JSON text by
+    itself."""
     from cvxupdate.report.as_json import dumps, run_data
     from cvxupdate.report.run_page import run_page
 
@@ -52,16 +63,21 @@ def run_files(updated: Updated) -> tuple[dict[str, str], str]:
 
 
 def run_summary(updated: Updated, folder: Path) -> RenderableType:
-    """What `run` prints on a terminal: the verdict, the fit, the parameters, and where the files lie."""
+    """What `run` prints on a terminal: the verdict, the fit, the parameters, and where the files
+    lie."""
     from cvxupdate.report.summary import run_text
 
     return run_text(updated, folder)
 
 
-def solvers_files(name: str, title: str, rows: Sequence[SolverRow], spread: float) -> tuple[dict[str, str], str]:
-    """The files of `solvers`, {"result.json": text, "report.html": text}, and the JSON text by itself.
+def solvers_files(
+    name: str, title: str, rows: Sequence[SolverRow], spread: float
+) -> tuple[dict[str, str], str]:
+    """The files of `solvers`, {"result.json": text, "report.html": text}, and the JSON text by
+    itself.
 
-    ``spread`` is the largest relative difference between the objectives of the solvers that reached the optimum, NaN when none did.
+    ``spread`` is the largest relative difference between the objectives of the solvers that reached
+    the optimum, NaN when none did.
     """
     from cvxupdate.report.as_json import dumps, solvers_data
     from cvxupdate.report.solvers_page import solvers_page
@@ -70,8 +86,11 @@ def solvers_files(name: str, title: str, rows: Sequence[SolverRow], spread: floa
     return {"result.json": text, "report.html": solvers_page(name, title, rows, spread)}, text
 
 
-def solvers_summary(name: str, rows: Sequence[SolverRow], spread: float, folder: Path) -> RenderableType:
-    """What `solvers` prints on a terminal: a row for each solver, how far the objectives agree, and where the files lie."""
+def solvers_summary(
+    name: str, rows: Sequence[SolverRow], spread: float, folder: Path
+) -> RenderableType:
+    """What `solvers` prints on a terminal: a row for each solver, how far the objectives agree, and
+    where the files lie."""
     from cvxupdate.report.summary import solvers_text
 
     return solvers_text(name, rows, spread, folder)

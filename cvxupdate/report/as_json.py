@@ -1,4 +1,5 @@
-"""Results as JSON: the keys of the contract, in one order, and no NaN or Infinity (they become null)."""
+"""Results as JSON: the keys of the contract, in one order, and no NaN or Infinity (they become
+null)."""
 
 from __future__ import annotations
 
@@ -17,7 +18,18 @@ if TYPE_CHECKING:
     from cvxupdate.correlate.result import Compared
     from cvxupdate.update.result import Updated
 
-FIRST = ("problem", "status", "reason", "method", "solver", "iterations", "parameters", "fit", "certificate", "time")
+FIRST = (
+    "problem",
+    "status",
+    "reason",
+    "method",
+    "solver",
+    "iterations",
+    "parameters",
+    "fit",
+    "certificate",
+    "time",
+)
 """The keys that everybody looks for stand first; the others follow in the order of `Updated`."""
 
 
@@ -25,7 +37,11 @@ def run_data(updated: Updated) -> dict[str, Any]:
     """`Updated` as plain data: what `result.json` of ``run`` holds."""
     raw = asdict(updated)
     if updated.status == "infeasible":
-        raw["certificate"] = {**raw["certificate"], "conflict": updated.conflict, "relaxation": updated.relaxation}
+        raw["certificate"] = {
+            **raw["certificate"],
+            "conflict": updated.conflict,
+            "relaxation": updated.relaxation,
+        }
     keys = FIRST + tuple(key for key in raw if key not in FIRST)
     out: dict[str, Any] = plain({key: raw[key] for key in keys})
     return out
@@ -34,44 +50,99 @@ def run_data(updated: Updated) -> dict[str, Any]:
 def correlate_data(compared: Compared) -> dict[str, Any]:
     """`Compared` as plain data: the keys that ``run`` has, and all measures under ``correlation``.
 
-    The curves of frequency responses are left out (they are those of the recordings and of the model), and FDAC has four decimals
-    (null with one response, where it is 1 everywhere).
+    The curves of frequency responses are left out (they are those of the recordings and of the
+    model), and FDAC has four decimals (null with one response, where it is 1 everywhere).
     """
-    shapes = [{**asdict(s), "correlation": {**asdict(s.correlation), "pairing": asdict(s.correlation.pairing)}} for s in compared.shapes]
-    frfs = [{**{k: v for k, v in asdict(f).items() if k not in ("frequency", "measured", "model", "variance")},
-             "correlation": {**asdict(f.correlation), "fdac": np.round(f.correlation.fdac, 4) if len(f.responses) > 1 else None}} for f in compared.frfs]
-    return dict(plain({
-        "problem": compared.problem, "status": compared.status, "reason": "the model was compared with the recordings; nothing was changed",
-        "method": "correlate", "solver": None, "iterations": 0, "parameters": [], "fit": compared.fit, "certificate": {}, "time": compared.time,
-        "title": compared.title, "source": compared.source, "path": compared.path, "model": compared.model,
-        "correlation": {"modes": [asdict(m) for m in compared.modes], "shapes": shapes, "frfs": frfs, "sensors": [asdict(s) for s in compared.sensors]},
-        "notes": compared.notes,
-    }))  # fmt: skip
+    shapes = [
+        {
+            **asdict(s),
+            "correlation": {**asdict(s.correlation), "pairing": asdict(s.correlation.pairing)},
+        }
+        for s in compared.shapes
+    ]
+    frfs = [
+        {
+            **{
+                k: v
+                for k, v in asdict(f).items()
+                if k not in ("frequency", "measured", "model", "variance")
+            },
+            "correlation": {
+                **asdict(f.correlation),
+                "fdac": np.round(f.correlation.fdac, 4) if len(f.responses) > 1 else None,
+            },
+        }
+        for f in compared.frfs
+    ]
+    return dict(
+        plain(
+            {
+                "problem": compared.problem,
+                "status": compared.status,
+                "reason": "the model was compared with the recordings; nothing was changed",
+                "method": "correlate",
+                "solver": None,
+                "iterations": 0,
+                "parameters": [],
+                "fit": compared.fit,
+                "certificate": {},
+                "time": compared.time,
+                "title": compared.title,
+                "source": compared.source,
+                "path": compared.path,
+                "model": compared.model,
+                "correlation": {
+                    "modes": [asdict(m) for m in compared.modes],
+                    "shapes": shapes,
+                    "frfs": frfs,
+                    "sensors": [asdict(s) for s in compared.sensors],
+                },
+                "notes": compared.notes,
+            }
+        )
+    )
 
 
 def solvers_data(name: str, title: str, rows: Sequence[SolverRow], spread: float) -> dict[str, Any]:
-    """The comparison of ``solvers`` as plain data; its status is optimal when any solver reached the optimum."""
+    """The comparison of ``solvers`` as plain data; its status is optimal when any solver reached
+    the optimum."""
     table = [
         {
-            "solver": row.solver, "status": row.status, "objective": row.objective, "iterations": row.iterations, "time": row.seconds,
-            "certificate": {("primal_residual" if k == "primal" else "dual_residual" if k == "dual" else k): v
-                            for k, v in row.certificate.as_dict().items()},
+            "solver": row.solver,
+            "status": row.status,
+            "objective": row.objective,
+            "iterations": row.iterations,
+            "time": row.seconds,
+            "certificate": {
+                ("primal_residual" if k == "primal" else "dual_residual" if k == "dual" else k): v
+                for k, v in row.certificate.as_dict().items()
+            },
             "note": row.note,
         }
         for row in rows
-    ]  # fmt: skip
-    out: dict[str, Any] = plain({"problem": name, "title": title, "status": overall(rows), "spread": spread, "solvers": table})
+    ]
+    out: dict[str, Any] = plain(
+        {
+            "problem": name,
+            "title": title,
+            "status": overall(rows),
+            "spread": spread,
+            "solvers": table,
+        }
+    )
     return out
 
 
 def overall(rows: Sequence[SolverRow]) -> str:
-    """One status for all solvers: optimal if any is, else infeasible if any says so, else stopped."""
+    """One status for all solvers: optimal if any is, else infeasible if any says so, else
+    stopped."""
     found = {row.status for row in rows}
     return next((s for s in ("optimal", "infeasible") if s in found), "stopped")
 
 
 def plain(value: object) -> Any:
-    """Any result as dictionaries, lists, text, numbers and None; numbers that are not finite become None.
+    """Any result as dictionaries, lists, text, numbers and None; numbers that are not finite become
+    None.
 
     Raises
     ------
@@ -94,7 +165,10 @@ def plain(value: object) -> Any:
         return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, Sequence | set | frozenset):
         return [plain(v) for v in value]
-    raise CvxupdateError(f"a result holds a {type(value).__name__}, which JSON cannot hold. This is a fault of cvxupdate; please report it.")
+    raise CvxupdateError(
+        f"a result holds a {type(value).__name__}, which JSON cannot hold. This is a fault of "
+        "cvxupdate; please report it."
+    )
 
 
 def dumps(data: Mapping[str, Any]) -> str:

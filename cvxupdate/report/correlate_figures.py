@@ -1,4 +1,5 @@
-"""The figures of `correlate` that need no structure: lines of 45°, matrices, bars, frequency responses and FDAC."""
+"""The figures of `correlate` that need no structure: lines of 45°, matrices, bars, frequency
+responses and FDAC."""
 
 from __future__ import annotations
 
@@ -42,19 +43,45 @@ def frequencies(modes: Sequence[ModePair]) -> str | None:
         low = min(0.96 * min(min(m.measured, m.model) for m in modes), top / 2)
         low = 0.0 if low < 0.25 * top else low
         ax.plot([low, top], [low, top], color=QUIET, lw=0.9, zorder=1)
-        for use, marker, colour, word in (("fit", "o", AFTER, "to fit"), ("hold-out", "D", HELD, "held out")):
+        for use, marker, colour, word in (
+            ("fit", "o", AFTER, "to fit"),
+            ("hold-out", "D", HELD, "held out"),
+        ):
             mine = [m for m in modes if m.use == use]
             if mine:
-                ax.plot([m.measured for m in mine], [m.model for m in mine], marker, color=colour, mew=0, ms=5.5, ls="", label=word, zorder=3)
-        ax.set(xlim=(low, top), ylim=(low, top), xlabel="measured frequency (Hz)", ylabel="model frequency (Hz)", aspect="equal")
+                ax.plot(
+                    [m.measured for m in mine],
+                    [m.model for m in mine],
+                    marker,
+                    color=colour,
+                    mew=0,
+                    ms=5.5,
+                    ls="",
+                    label=word,
+                    zorder=3,
+                )
+        ax.set(
+            xlim=(low, top),
+            ylim=(low, top),
+            xlabel="measured frequency (Hz)",
+            ylabel="model frequency (Hz)",
+            aspect="equal",
+        )
         if len({m.use for m in modes}) > 1:
             ax.legend(loc="upper left", handletextpad=0.2, borderaxespad=0.2)
 
-    return draw("frequencies", "Model frequency against measured frequency; the closer to the 45 degree line the better", WIDTH, 4.4, paint)
+    return draw(
+        "frequencies",
+        "Model frequency against measured frequency; the closer to the 45 degree line the better",
+        WIDTH,
+        4.4,
+        paint,
+    )
 
 
 def errors(modes: Sequence[ModePair]) -> str | None:
-    """Signed frequency error of every pair; the measured ± one standard deviation behind it where it is known."""
+    """Signed frequency error of every pair; the measured ± one standard deviation behind it where
+    it is known."""
     shown = list(modes)[:ROWS]
     if not shown:
         return None
@@ -63,21 +90,55 @@ def errors(modes: Sequence[ModePair]) -> str | None:
         y = list(range(len(shown)))
         sd = [100 * (m.standard_deviation or 0.0) / m.measured for m in shown]
         if any(sd):
-            ax.barh(y, [2 * s for s in sd], left=[-s for s in sd], height=0.9, color=BAND, label="measured ± 1 standard deviation", zorder=1)
-            ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), handlelength=1.0, handletextpad=0.4, borderaxespad=0.1)
-        ax.barh(y, [m.error_percent for m in shown], height=0.6, color=[AFTER if m.use == "fit" else HELD for m in shown], zorder=2)
+            ax.barh(
+                y,
+                [2 * s for s in sd],
+                left=[-s for s in sd],
+                height=0.9,
+                color=BAND,
+                label="measured ± 1 standard deviation",
+                zorder=1,
+            )
+            ax.legend(
+                loc="lower left",
+                bbox_to_anchor=(0.0, 1.0),
+                handlelength=1.0,
+                handletextpad=0.4,
+                borderaxespad=0.1,
+            )
+        ax.barh(
+            y,
+            [m.error_percent for m in shown],
+            height=0.6,
+            color=[AFTER if m.use == "fit" else HELD for m in shown],
+            zorder=2,
+        )
         ax.axvline(0.0, color=INK, lw=0.8, zorder=3)
         ax.set_yticks(y, [f"{m.measured:.5g} Hz" for m in shown])
         ax.set(ylim=(len(shown) - 0.4, -0.6), xlabel="(model − measured) / measured (%)")
         ax.grid(False, axis="y")
         ax.tick_params(axis="y", length=0)
 
-    return draw("errors", "Frequency error in per cent of each measured mode", WIDTH, 0.75 + 0.235 * len(shown), paint)
+    return draw(
+        "errors",
+        "Frequency error in per cent of each measured mode",
+        WIDTH,
+        0.75 + 0.235 * len(shown),
+        paint,
+    )
 
 
-def matrix(name: str, says: str, values: Real, rows: Sequence[str], columns: Sequence[str], labels: tuple[str, str],
-           paired: Sequence[tuple[int, int]] = ()) -> str | None:
-    """A matrix of values between 0 and 1 as shaded cells, the larger the darker; ``paired`` cells are framed."""
+def matrix(
+    name: str,
+    says: str,
+    values: Real,
+    rows: Sequence[str],
+    columns: Sequence[str],
+    labels: tuple[str, str],
+    paired: Sequence[tuple[int, int]] = (),
+) -> str | None:
+    """A matrix of values between 0 and 1 as shaded cells, the larger the darker; ``paired`` cells
+    are framed."""
     if not values.size:
         return None
     v = np.asarray(values)[:ROWS, :ROWS]
@@ -87,17 +148,40 @@ def matrix(name: str, says: str, values: Real, rows: Sequence[str], columns: Seq
         from matplotlib.colors import to_rgba
 
         n, m = v.shape
-        cells = [[(j - 0.5, i - 0.5), (j + 0.5, i - 0.5), (j + 0.5, i + 0.5), (j - 0.5, i + 0.5)] for i in range(n) for j in range(m)]
-        shade = [to_rgba(AFTER, float(np.clip(x, 0.0, 1.0)) if np.isfinite(x) else 0.0) for x in v.reshape(-1)]
-        ax.add_collection(PolyCollection(cells, facecolors=shade, edgecolors=BAND, linewidths=0.4, zorder=1))
+        cells = [
+            [(j - 0.5, i - 0.5), (j + 0.5, i - 0.5), (j + 0.5, i + 0.5), (j - 0.5, i + 0.5)]
+            for i in range(n)
+            for j in range(m)
+        ]
+        shade = [
+            to_rgba(AFTER, float(np.clip(x, 0.0, 1.0)) if np.isfinite(x) else 0.0)
+            for x in v.reshape(-1)
+        ]
+        ax.add_collection(
+            PolyCollection(cells, facecolors=shade, edgecolors=BAND, linewidths=0.4, zorder=1)
+        )
         for i, j in paired:
             if i < n and j < m:
-                ax.plot([j - 0.5, j + 0.5, j + 0.5, j - 0.5, j - 0.5], [i - 0.5, i - 0.5, i + 0.5, i + 0.5, i - 0.5], color=HELD, lw=1.5, zorder=3)
+                ax.plot(
+                    [j - 0.5, j + 0.5, j + 0.5, j - 0.5, j - 0.5],
+                    [i - 0.5, i - 0.5, i + 0.5, i + 0.5, i - 0.5],
+                    color=HELD,
+                    lw=1.5,
+                    zorder=3,
+                )
         if max(n, m) <= CELLS:
             for i in range(n):
                 for j in range(m):
-                    ax.text(j, i, fixed(float(v[i, j]), 2), ha="center", va="center", fontsize=8.5 if max(n, m) < 9 else 7,
-                            color=PAPER if v[i, j] > 0.55 else INK, zorder=4).set_in_layout(False)
+                    ax.text(
+                        j,
+                        i,
+                        fixed(float(v[i, j]), 2),
+                        ha="center",
+                        va="center",
+                        fontsize=8.5 if max(n, m) < 9 else 7,
+                        color=PAPER if v[i, j] > 0.55 else INK,
+                        zorder=4,
+                    ).set_in_layout(False)
         ax.set_xticks(range(m), list(columns)[:m], rotation=90 if m > 6 else 0)
         ax.set_yticks(range(n), list(rows)[:n])
         ax.set(xlim=(-0.5, m - 0.5), ylim=(n - 0.5, -0.5), ylabel=labels[0], xlabel=labels[1])
@@ -110,7 +194,8 @@ def matrix(name: str, says: str, values: Real, rows: Sequence[str], columns: Seq
 
 
 def shape_lines(name: str, found: ShapeComparison) -> str | None:
-    """Measured against model motion at every sensor for each paired mode, with the 45° line (thesis 2.2)."""
+    """Measured against model motion at every sensor for each paired mode, with the 45° line (thesis
+    2.2)."""
     c = found.correlation
     count = min(c.shapes_model.shape[1], 9)
     if not count:
@@ -128,7 +213,10 @@ def shape_lines(name: str, found: ShapeComparison) -> str | None:
             ax.plot([-top, top], [-top, top], color=QUIET, lw=0.8, zorder=1)
             ax.plot(x, a, "o", color=AFTER, ms=3.0, mew=0, ls="", zorder=3)
             ax.set(xlim=(-top, top), ylim=(-top, top), aspect="equal")
-            ax.set_title(f"mode {found.measured_number[k]}, MAC {fixed(float(c.pairing.mac[k]), 2)}", fontsize=8.5)
+            ax.set_title(
+                f"mode {found.measured_number[k]}, MAC {fixed(float(c.pairing.mac[k]), 2)}",
+                fontsize=8.5,
+            )
             ax.set_xticks([])
             ax.set_yticks([])
             if k % columns == 0:
@@ -136,31 +224,56 @@ def shape_lines(name: str, found: ShapeComparison) -> str | None:
             if k + columns >= count:
                 ax.set_xlabel("measured", fontsize=8.5)
 
-    says = "Model against measured motion at every sensor, mode by mode; a perfect shape lies on the 45 degree line"
+    says = (
+        "Model against measured motion at every sensor, mode by mode; a perfect shape lies on "
+        "the 45 degree line"
+    )
     return draw_panels(name, says, WIDTH, 1.68 * rows + 0.1, rows, columns, paint)
 
 
 def comac_bars(name: str, found: ShapeComparison) -> str | None:
     """COMAC of every sensor, the worst first."""
     values = np.asarray(found.correlation.comac)
-    order = [int(i) for i in np.argsort(np.where(np.isfinite(values), values, 2.0)) if np.isfinite(values[i])][: ROWS // 2]
+    order = [
+        int(i)
+        for i in np.argsort(np.where(np.isfinite(values), values, 2.0))
+        if np.isfinite(values[i])
+    ][: ROWS // 2]
     if not order:
         return None
-    return _bars(name, "Coordinate MAC of the sensors, the worst first", [found.labels[i] for i in order], [float(values[i]) for i in order], "COMAC", AFTER)
+    return _bars(
+        name,
+        "Coordinate MAC of the sensors, the worst first",
+        [found.labels[i] for i in order],
+        [float(values[i]) for i in order],
+        "COMAC",
+        AFTER,
+    )
 
 
 def group_bars(name: str, names: Sequence[str], share: Real, change: Real) -> str | None:
-    """The share of the imbalance that each group explains, with the change of stiffness that would do it."""
+    """The share of the imbalance that each group explains, with the change of stiffness that would
+    do it."""
     order = [int(i) for i in np.argsort(-share, kind="stable")][: ROWS // 2]
     if not order or not np.any(share > 0.0):
         return None
-    notes = [f"{100 * change[i]:+.0f} %".replace("-", "−") if share[i] > 0.005 else "" for i in order]
-    return _bars(name, "Share of the force imbalance that each group explains", [shortened(names[i]) for i in order], [float(share[i]) for i in order],
-                 "share of the imbalance explained", HELD, notes)
+    notes = [
+        f"{100 * change[i]:+.0f} %".replace("-", "−") if share[i] > 0.005 else "" for i in order
+    ]
+    return _bars(
+        name,
+        "Share of the force imbalance that each group explains",
+        [shortened(names[i]) for i in order],
+        [float(share[i]) for i in order],
+        "share of the imbalance explained",
+        HELD,
+        notes,
+    )
 
 
 def overlays(name: str, found: FrfComparison) -> str | None:
-    """Measured and model FRF moduli over frequency, with ± 2 standard deviations of the measured ones."""
+    """Measured and model FRF moduli over frequency, with ± 2 standard deviations of the measured
+    ones."""
     entries = chosen(found)
     if not entries:
         return None
@@ -174,23 +287,56 @@ def overlays(name: str, found: FrfComparison) -> str | None:
             if found.variance is not None:
                 sd = DEVIATIONS * np.sqrt(np.maximum(found.variance[::step, i, j], 0.0))
                 low = np.maximum(x - sd, 1e-3 * np.maximum(x, 1e-300))
-                ax.fill_between(f, low, x + sd, color=BAND, lw=0, label="measured ± 2 standard deviations", zorder=1)
+                ax.fill_between(
+                    f,
+                    low,
+                    x + sd,
+                    color=BAND,
+                    lw=0,
+                    label="measured ± 2 standard deviations",
+                    zorder=1,
+                )
             ax.plot(f, x, color=BEFORE, lw=1.1, label="measured", zorder=2)
             ax.plot(f, a, color=AFTER, lw=1.1, label="model", zorder=3)
             ax.set_yscale("log")
             if positive.size:
-                ax.set_ylim(0.3 * float(np.quantile(positive, 0.01)), 5.0 * max(float(positive.max()), float(np.quantile(a[np.isfinite(a)], 0.99))))
-            ax.set_title(f"{found.responses[i]} / {found.references[j]}   FRAC {fixed(float(found.correlation.frac[i, j]), 2)}, "
-                         f"error {fixed(float(found.correlation.error[i, j]), 2)}", fontsize=9, loc="left")
+                ax.set_ylim(
+                    0.3 * float(np.quantile(positive, 0.01)),
+                    5.0 * max(float(positive.max()), float(np.quantile(a[np.isfinite(a)], 0.99))),
+                )
+            ax.set_title(
+                f"{found.responses[i]} / {found.references[j]}   FRAC "
+                f"{fixed(float(found.correlation.frac[i, j]), 2)}, error "
+                f"{fixed(float(found.correlation.error[i, j]), 2)}",
+                fontsize=9,
+                loc="left",
+            )
             ax.set_ylabel(UNITS.get(found.quantity, ""))
             ax.grid(False, which="minor")
             ax.set_xlim(float(f[0]), float(f[-1]))
         axes[len(entries) - 1].set_xlabel("frequency (Hz)")
         handles, words = axes[0].get_legend_handles_labels()
-        axes[0].legend(handles, words, loc="lower left", bbox_to_anchor=(0.0, 1.13), ncols=3, handlelength=1.2, handletextpad=0.4, columnspacing=1.0,
-                       borderaxespad=0.0)
+        axes[0].legend(
+            handles,
+            words,
+            loc="lower left",
+            bbox_to_anchor=(0.0, 1.13),
+            ncols=3,
+            handlelength=1.2,
+            handletextpad=0.4,
+            columnspacing=1.0,
+            borderaxespad=0.0,
+        )
 
-    return draw_panels(name, "Measured and model frequency responses", 7.6, 1.9 * len(entries) + 0.4, len(entries), 1, paint)
+    return draw_panels(
+        name,
+        "Measured and model frequency responses",
+        7.6,
+        1.9 * len(entries) + 0.4,
+        len(entries),
+        1,
+        paint,
+    )
 
 
 def chosen(found: FrfComparison) -> list[tuple[int, int]]:
@@ -199,12 +345,17 @@ def chosen(found: FrfComparison) -> list[tuple[int, int]]:
     drive = [(i, j) for i, j in every if found.responses[i] == found.references[j]]
     rest = [e for e in every if e not in drive]
     room = OVERLAYS - len(drive[:OVERLAYS])
-    spread = sorted({round(k) for k in np.linspace(0, len(rest) - 1, min(room, len(rest)))}) if rest and room else []
+    spread = (
+        sorted({round(k) for k in np.linspace(0, len(rest) - 1, min(room, len(rest)))})
+        if rest and room
+        else []
+    )
     return drive[:OVERLAYS] + [rest[k] for k in spread]
 
 
 def fdac_map(name: str, found: FrfComparison, reference: int) -> str | None:
-    """FDAC over both frequency axes; a ridge beside the 45° line is a shift of frequency. None with one response, where it is 1 everywhere."""
+    """FDAC over both frequency axes; a ridge beside the 45° line is a shift of frequency. None with
+    one response, where it is 1 everywhere."""
     if len(found.responses) < 2:
         return None
     f, v = found.correlation.lines, np.asarray(found.correlation.fdac[:, :, reference])
@@ -212,30 +363,72 @@ def fdac_map(name: str, found: FrfComparison, reference: int) -> str | None:
     def paint(ax: Any) -> None:
         from matplotlib.colors import to_rgba
 
-        ax.contourf(f, f, v, levels=[*LEVELS, 1.0001], colors=[to_rgba(AFTER, a) for a in (0.1, 0.22, 0.38, 0.55, 0.75, 1.0)], zorder=1)
+        ax.contourf(
+            f,
+            f,
+            v,
+            levels=[*LEVELS, 1.0001],
+            colors=[to_rgba(AFTER, a) for a in (0.1, 0.22, 0.38, 0.55, 0.75, 1.0)],
+            zorder=1,
+        )
         ax.plot([f[0], f[-1]], [f[0], f[-1]], color=HELD, lw=0.9, zorder=3)
         ends = (float(f[0]), float(f[-1]))
-        ax.set(xlabel="measured frequency (Hz)", ylabel="model frequency (Hz)", aspect="equal", xlim=ends, ylim=ends)
+        ax.set(
+            xlabel="measured frequency (Hz)",
+            ylabel="model frequency (Hz)",
+            aspect="equal",
+            xlim=ends,
+            ylim=ends,
+        )
         ax.grid(False)
 
-    return draw(name, f"FDAC of model and measured responses to {found.references[reference]}", WIDTH, 4.4, paint)
+    return draw(
+        name,
+        f"FDAC of model and measured responses to {found.references[reference]}",
+        WIDTH,
+        4.4,
+        paint,
+    )
 
 
 def visibility(name: str, found: SensorReport) -> str | None:
-    """MAC of the model's modes with one another as the sensors see them: off the diagonal it should be pale."""
+    """MAC of the model's modes with one another as the sensors see them: off the diagonal it should
+    be pale."""
     if len(found.labels) < 2 or len(found.frequency) < 2:
         return None
     words = [number(float(f), 3) for f in found.frequency]
-    return matrix(name, "MAC of the model's modes with one another at the sensors", np.asarray(found.alike), words, words,
-                  ("model mode (Hz)", "model mode (Hz)"))
+    return matrix(
+        name,
+        "MAC of the model's modes with one another at the sensors",
+        np.asarray(found.alike),
+        words,
+        words,
+        ("model mode (Hz)", "model mode (Hz)"),
+    )
 
 
-def _bars(name: str, says: str, words: Sequence[str], values: Sequence[float], label: str, colour: str, notes: Sequence[str] = ()) -> str:
+def _bars(
+    name: str,
+    says: str,
+    words: Sequence[str],
+    values: Sequence[float],
+    label: str,
+    colour: str,
+    notes: Sequence[str] = (),
+) -> str:
     def paint(ax: Any) -> None:
         y = range(len(values))
         ax.barh(y, values, height=0.62, color=colour, zorder=2)
         for row, note in enumerate(notes):
-            ax.annotate(note, (values[row], row), (4, 0), textcoords="offset points", va="center", fontsize=8.5, color=INK)
+            ax.annotate(
+                note,
+                (values[row], row),
+                (4, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=8.5,
+                color=INK,
+            )
         ax.set_yticks(y, list(words))
         ax.set(xlim=(0.0, 1.0 if not notes else max(1.15 * max(values), 0.05)), xlabel=label)
         ax.invert_yaxis()

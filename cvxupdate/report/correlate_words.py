@@ -31,20 +31,33 @@ def compared_verdict(compared: Compared) -> Verdict:
     if compared.modes:
         errors = [abs(m.error_percent) for m in compared.modes]
         mean = float(np.mean(errors))
-        parts.append(f"{count(len(errors), 'measured mode')} paired with the model's: mean frequency error {fixed(mean)} %, largest {fixed(max(errors))} %")
+        parts.append(
+            f"{count(len(errors), 'measured mode')} paired with the model's: mean frequency "
+            f"error {fixed(mean)} %, largest {fixed(max(errors))} %"
+        )
         marks.append(_mark(mean, GOOD_ERROR, POOR_ERROR))
     macs = [m.mac for m in compared.modes if m.mac is not None]
     if macs:
         parts.append(f"MAC {fixed(min(macs))} to {fixed(max(macs))}")
         marks.append(_mark(1.0 - min(macs), 1.0 - GOOD_MAC, 1.0 - POOR_MAC))
-    for key, word in (("fit", "error of the frequency responses"), ("hold_out", "of those held out")):
+    for key, word in (
+        ("fit", "error of the frequency responses"),
+        ("hold_out", "of those held out"),
+    ):
         pair = compared.fit.get(key, {}).get("frf_error")
         if pair is not None:
-            parts.append(f"{word} {number(pair['before'], 3)}" + ("" if parts or key != "fit" else " (1: as large as the responses)"))
+            parts.append(
+                f"{word} {number(pair['before'], 3)}"
+                + ("" if parts or key != "fit" else " (1: as large as the responses)")
+            )
             marks.append(_mark(pair["before"], GOOD_FRF, POOR_FRF))
     headline = "; ".join(parts)
     tone = ("good", "fair", "bad")[max(marks, default=1)]
-    return Verdict(tone, f"{headline[:1].upper()}{headline[1:]}.", tuple(swaps(compared.modes)) + tuple(_weak(compared)))
+    return Verdict(
+        tone,
+        f"{headline[:1].upper()}{headline[1:]}.",
+        tuple(swaps(compared.modes)) + tuple(_weak(compared)),
+    )
 
 
 def swaps(modes: tuple[ModePair, ...]) -> list[str]:
@@ -61,7 +74,10 @@ def swaps(modes: tuple[ModePair, ...]) -> list[str]:
                 here = [mine[i] for i in block]
                 words = "are swapped" if len(here) == 2 else "come in another order"
                 names = _join([f"{number(m.measured)} Hz" for m in here])
-                out.append(f"The modes measured at {names} {words} in the model: they are its modes {_join([str(m.mode) for m in here])}.")
+                out.append(
+                    f"The modes measured at {names} {words} in the model: they are its modes "
+                    f"{_join([str(m.mode) for m in here])}."
+                )
                 block = []
     return out
 
@@ -70,42 +86,79 @@ def _weak(compared: Compared) -> list[str]:
     out = []
     weak = [m for m in compared.modes if m.mac is not None and m.mac < POOR_MAC]
     if weak:
-        out.append(f"The shapes of {_join([f'{number(m.measured)} Hz' for m in weak])} hardly resemble the model's (MAC below {POOR_MAC}): "
-                   "look at them before anything is updated.")
+        out.append(
+            f"The shapes of {_join([f'{number(m.measured)} Hz' for m in weak])} hardly "
+            f"resemble the model's (MAC below {POOR_MAC}): look at them before anything is "
+            "updated."
+        )
     guessed = [m for m in compared.modes if m.by == "frequency"]
     if guessed and len(guessed) < 4:
-        out.append(f"{_join([f'{number(m.measured)} Hz' for m in guessed])} {'was' if len(guessed) == 1 else 'were'} paired by frequency alone.")
+        out.append(
+            f"{_join([f'{number(m.measured)} Hz' for m in guessed])} "
+            f"{'was' if len(guessed) == 1 else 'were'} paired by frequency alone."
+        )
     elif guessed:
-        out.append(f"{len(guessed)} modes were paired by frequency alone: close modes may be confused. Give shapes, or `mode` in the table.")
+        out.append(
+            f"{len(guessed)} modes were paired by frequency alone: close modes may be "
+            "confused. Give shapes, or `mode` in the table."
+        )
     return out
 
 
 def balance_sentence(found: ShapeComparison) -> str:
-    """What the force balance says: how much is out of balance, and whether one place explains it."""
+    """What the force balance says: how much is out of balance, and whether one place explains
+    it."""
     b = found.correlation.element_balance or found.groups
     if b is None:
         return ""
     if b.imbalance < NO_MOVE:
-        return "The measured shapes are in balance with the model's matrices: nothing is to be located."
-    who, names = ("element", [f"e{i}" for i in found.element_ids.tolist()]) if found.correlation.element_balance else ("group", list(found.group_names))
+        return (
+            "The measured shapes are in balance with the model's matrices: nothing is to be "
+            "located."
+        )
+    who, names = (
+        ("element", [f"e{i}" for i in found.element_ids.tolist()])
+        if found.correlation.element_balance
+        else ("group", list(found.group_names))
+    )
     share, change, what = _first(b)
     best = int(np.argmax(share))
     level = fixed(100 * b.imbalance, 0 if b.imbalance > 0.1 else 2)
-    text = f"{level} % of the elastic forces of the measured shapes is out of balance (r.m.s. over the modes). "
+    text = (
+        f"{level} % of the elastic forces of the measured shapes is out of balance (r.m.s. over "
+        "the modes). "
+    )
     if b.imbalance > TOO_MUCH:
-        return text + "With so much out of balance the shares below locate nothing: noise in the shapes, or many faults at once, look like this."
+        return (
+            text + "With so much out of balance the shares below locate nothing: noise in the "
+            "shapes, or many faults at once, look like this."
+        )
     if share[best] < 0.3:
-        return text + f"No single {who} explains more than {fixed(100 * float(share[best]), 0)} % of that: the cause is spread, or it is noise."
+        return (
+            text + f"No single {who} explains more than {fixed(100 * float(share[best]), 0)} % of "
+            "that: the cause is spread, or it is noise."
+        )
     delta = f"{100 * float(change[best]):+.0f} %".replace("-", "−")
     rest = np.delete(share, best)
     runner = f"; the next explains {fixed(100 * float(rest.max()), 0)} %" if rest.size else ""
-    limit = " That is as low as it can go, so it is hardly the whole cause." if change[best] <= -0.999 else ""
-    return text + (f"{names[best]} alone explains {fixed(100 * float(share[best]), 0)} % of that, by a change of its {what} of {delta}{runner}.{limit}")
+    limit = (
+        " That is as low as it can go, so it is hardly the whole cause."
+        if change[best] <= -0.999
+        else ""
+    )
+    return text + (
+        f"{names[best]} alone explains {fixed(100 * float(share[best]), 0)} % of that, by a "
+        f"change of its {what} of {delta}{runner}.{limit}"
+    )
 
 
 def _first(b: ElementBalance) -> tuple[np.ndarray, np.ndarray, str]:
     """Share and change of what explains more at best: stiffness or mass."""
-    if b.mass is not None and b.mass_change is not None and float(b.mass.max(initial=0.0)) > float(b.stiffness.max(initial=0.0)):
+    if (
+        b.mass is not None
+        and b.mass_change is not None
+        and float(b.mass.max(initial=0.0)) > float(b.stiffness.max(initial=0.0))
+    ):
         return b.mass, b.mass_change, "mass"
     return b.stiffness, b.stiffness_change, "stiffness"
 

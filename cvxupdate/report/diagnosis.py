@@ -15,8 +15,9 @@ __all__ = ["diagnosis_files", "diagnosis_summary"]
 
 
 def diagnosis_files(found: Diagnosis, spec: Spec) -> tuple[dict[str, str], str]:
-    """{"diagnosis.json": text, "report.html": text, "updated/problem.toml": text, "updated/refined.toml": text} (the last two where a model was found, and
-    where a finer mesh makes a difference to it), and the JSON text by itself.
+    """{"diagnosis.json": text, "report.html": text, "updated/problem.toml": text,
+    "updated/refined.toml": text} (the last two where a model was found, and where a finer mesh
+    makes a difference to it), and the JSON text by itself.
 
     ``spec`` is drawn.
     """
@@ -30,7 +31,8 @@ def diagnosis_files(found: Diagnosis, spec: Spec) -> tuple[dict[str, str], str]:
 
 
 def diagnosis_summary(found: Diagnosis, folder: Path) -> RenderableType:
-    """What ``diagnose`` prints on a terminal: verdict sentence, findings, fit before and after, where the files lie."""
+    """What ``diagnose`` prints on a terminal: verdict sentence, findings, fit before and after,
+    where the files lie."""
     from cvxupdate.report.diagnosis_text import diagnosis_text
 
     return diagnosis_text(found, folder)

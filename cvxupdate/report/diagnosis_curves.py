@@ -1,4 +1,5 @@
-"""The curves of a diagnosis: responses before and after, what remains against noise, modes, and the map of where a cause may sit."""
+"""The curves of a diagnosis: responses before and after, what remains against noise, modes, and the
+map of where a cause may sit."""
 
 from __future__ import annotations
 
@@ -27,9 +28,18 @@ FAINT = 0.02
 
 def caption(c: Curve) -> str:
     """What the curve is, in words."""
-    force = " and ".join(label_words(d) for d in c.driven[:2]) + (" and more" if len(c.driven) > 2 else "")
-    kept = "a recording that was never fitted" if c.use == "hold-out" else "a recording that was fitted"
-    return f"{c.quantity.capitalize()} {label_words(c.sensor)} under a force {force}, from {kept} ({c.recording})."
+    force = " and ".join(label_words(d) for d in c.driven[:2]) + (
+        " and more" if len(c.driven) > 2 else ""
+    )
+    kept = (
+        "a recording that was never fitted"
+        if c.use == "hold-out"
+        else "a recording that was fitted"
+    )
+    return (
+        f"{c.quantity.capitalize()} {label_words(c.sensor)} under a force {force}, from {kept} "
+        f"({c.recording})."
+    )
 
 
 def overlay(shown: Shown | None) -> tuple[str, str] | None:
@@ -37,7 +47,13 @@ def overlay(shown: Shown | None) -> tuple[str, str] | None:
     if shown is None or not shown.curves:
         return None
     first, says = shown.curves[0], caption(shown.curves[0])
-    return draw("overlay", f"Measured response with the model before and after. {says}", WIDTH, 3.3, lambda ax: _curve(ax, first, True)), says
+    return draw(
+        "overlay",
+        f"Measured response with the model before and after. {says}",
+        WIDTH,
+        3.3,
+        lambda ax: _curve(ax, first, True),
+    ), says
 
 
 def other_curves(shown: Shown | None) -> tuple[str, list[str]] | None:
@@ -51,25 +67,52 @@ def other_curves(shown: Shown | None) -> tuple[str, list[str]] | None:
             ax.set_visible(k < len(rest))
             if k < len(rest):
                 _curve(ax, rest[k], False)
-                ax.set_title(f"{label_words(rest[k].sensor)[3:]}, {'held out' if rest[k].use == 'hold-out' else 'fitted'}", fontsize=9.5)
+                ax.set_title(
+                    f"{label_words(rest[k].sensor)[3:]}, "
+                    f"{'held out' if rest[k].use == 'hold-out' else 'fitted'}",
+                    fontsize=9.5,
+                )
 
     rows = -(-len(rest) // 2)
     columns = min(len(rest), 2)
-    return (draw_panels("curves", "Measured responses with the model before and after", WIDTH * columns, 2.9 * rows, rows, columns, paint),
-            [caption(c) for c in rest])
+    return (
+        draw_panels(
+            "curves",
+            "Measured responses with the model before and after",
+            WIDTH * columns,
+            2.9 * rows,
+            rows,
+            columns,
+            paint,
+        ),
+        [caption(c) for c in rest],
+    )
 
 
 def _curve(ax: Any, c: Curve, legend: bool) -> None:
     floor = 0.2 * float(np.min(c.measured[c.measured > 0], initial=np.inf))
     if np.any(c.noise > 0):
-        ax.fill_between(c.frequency, np.full(len(c.frequency), min(floor, float(c.noise.min()))), c.noise, color=BAND, lw=0, zorder=0, label="noise")
+        ax.fill_between(
+            c.frequency,
+            np.full(len(c.frequency), min(floor, float(c.noise.min()))),
+            c.noise,
+            color=BAND,
+            lw=0,
+            zorder=0,
+            label="noise",
+        )
     ax.plot(c.frequency, c.before, color=BEFORE, lw=1.4, label="model before", zorder=2)
     ax.plot(c.frequency, c.measured, color=INK, lw=3.4, alpha=0.3, label="measured", zorder=3)
     ax.plot(c.frequency, c.after, color=AFTER, lw=1.2, label="model after", zorder=4)
     everything = np.concatenate([c.measured, c.before, c.after])
     top = float(everything.max())
-    ax.set(yscale="log", xlim=(float(c.frequency[0]), float(c.frequency[-1])), ylim=(max(floor, 1e-6 * top), 1.6 * top), xlabel="frequency (Hz)",
-           ylabel=f"{UNITS[c.quantity]}{' per N' if c.per_force else '·s'}")
+    ax.set(
+        yscale="log",
+        xlim=(float(c.frequency[0]), float(c.frequency[-1])),
+        ylim=(max(floor, 1e-6 * top), 1.6 * top),
+        xlabel="frequency (Hz)",
+        ylabel=f"{UNITS[c.quantity]}{' per N' if c.per_force else '·s'}",
+    )
     if legend:
         _legend(ax, ("measured", "model before", "model after", "noise"))
 
@@ -77,8 +120,17 @@ def _curve(ax: Any, c: Curve, legend: bool) -> None:
 def _legend(ax: Any, order: Sequence[str]) -> None:
     handles = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
     shown = [word for word in order if word in handles]
-    ax.legend([handles[word] for word in shown], shown, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(shown), handlelength=1.2, handletextpad=0.4,
-              columnspacing=1.0, borderaxespad=0.1)
+    ax.legend(
+        [handles[word] for word in shown],
+        shown,
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=len(shown),
+        handlelength=1.2,
+        handletextpad=0.4,
+        columnspacing=1.0,
+        borderaxespad=0.1,
+    )
 
 
 def remains(shown: Shown | None) -> str | None:
@@ -90,11 +142,25 @@ def remains(shown: Shown | None) -> str | None:
     def one(ax: Any, s: Spectrum, legend: bool) -> None:
         values = np.concatenate([s.before, s.after, s.noise])
         low = max(0.5 * float(values[values > 0].min(initial=1.0)), 1e-6)
-        ax.fill_between(s.frequency, np.full(len(s.frequency), low), np.maximum(s.noise, low), color=BAND, lw=0, step="mid", label="noise", zorder=0)
+        ax.fill_between(
+            s.frequency,
+            np.full(len(s.frequency), low),
+            np.maximum(s.noise, low),
+            color=BAND,
+            lw=0,
+            step="mid",
+            label="noise",
+            zorder=0,
+        )
         ax.step(s.frequency, s.before, where="mid", color=BEFORE, lw=1.4, label="before", zorder=2)
         ax.step(s.frequency, s.after, where="mid", color=AFTER, lw=1.4, label="after", zorder=3)
-        ax.set(yscale="log", xlim=(float(s.frequency[0]), float(s.frequency[-1])), ylim=(low, 1.5 * float(values.max())), xlabel="frequency (Hz)",
-               ylabel="what remains (1: the signal)")
+        ax.set(
+            yscale="log",
+            xlim=(float(s.frequency[0]), float(s.frequency[-1])),
+            ylim=(low, 1.5 * float(values.max())),
+            xlabel="frequency (Hz)",
+            ylabel="what remains (1: the signal)",
+        )
         if len(spectra) > 1:
             ax.set_title("held out" if s.use == "hold-out" else "fitted", fontsize=9.5, loc="right")
         if legend:
@@ -104,8 +170,16 @@ def remains(shown: Shown | None) -> str | None:
         for k, ax in enumerate(axes):
             one(ax, spectra[k], k == 0)
 
-    return draw_panels("remains", "What the model leaves unexplained at each frequency before and after, against the noise of the recordings",
-                       WIDTH * len(spectra), 3.1, 1, len(spectra), paint)
+    return draw_panels(
+        "remains",
+        "What the model leaves unexplained at each frequency before and after, against the "
+        "noise of the recordings",
+        WIDTH * len(spectra),
+        3.1,
+        1,
+        len(spectra),
+        paint,
+    )
 
 
 def mode_bars(shown: Shown | None) -> str | None:
@@ -118,45 +192,130 @@ def mode_bars(shown: Shown | None) -> str | None:
         for k, m in enumerate(modes):
             ax.plot([100 * m.before, 100 * m.after], [k, k], color=BEFORE, lw=0.8, zorder=1)
         y = np.arange(len(modes))
-        ax.plot([100 * m.before for m in modes], y, "o", color=BEFORE, ms=5.5, mew=0, ls="", label="model before", zorder=2)
-        for use, colour, word in (("fit", AFTER, "model after"), ("hold-out", HELD, "model after, held out")):
+        ax.plot(
+            [100 * m.before for m in modes],
+            y,
+            "o",
+            color=BEFORE,
+            ms=5.5,
+            mew=0,
+            ls="",
+            label="model before",
+            zorder=2,
+        )
+        for use, colour, word in (
+            ("fit", AFTER, "model after"),
+            ("hold-out", HELD, "model after, held out"),
+        ):
             mine = [(100 * m.after, k) for k, m in enumerate(modes) if m.use == use]
             if mine:
-                ax.plot(*zip(*mine, strict=True), "o", color=colour, ms=5.5, mew=0, ls="", label=word, zorder=3)
+                ax.plot(
+                    *zip(*mine, strict=True),
+                    "o",
+                    color=colour,
+                    ms=5.5,
+                    mew=0,
+                    ls="",
+                    label=word,
+                    zorder=3,
+                )
         ax.axvline(0.0, color=INK, lw=0.9, zorder=0)
         ax.set_yticks(y, [f"{m.frequency:.4g}" for m in modes])
-        ax.set(ylim=(len(modes) - 0.4, -0.6), xlabel="error of the model's frequency (%)", ylabel="measured frequency (Hz)")
+        ax.set(
+            ylim=(len(modes) - 0.4, -0.6),
+            xlabel="error of the model's frequency (%)",
+            ylabel="measured frequency (Hz)",
+        )
         ax.grid(False, axis="y")
         _legend(ax, ("model before", "model after", "model after, held out"))
 
-    return draw("modes", "Error of each natural frequency before and after", WIDTH, 1.2 + 0.22 * len(modes), paint)
+    return draw(
+        "modes",
+        "Error of each natural frequency before and after",
+        WIDTH,
+        1.2 + 0.22 * len(modes),
+        paint,
+    )
 
 
 def map_picture(shown: Shown | None, spec: Spec) -> str | None:
-    """The structure with the share of the mismatch that the best word at each place could explain: nodes as circles, elements thick."""
+    """The structure with the share of the mismatch that the best word at each place could explain:
+    nodes as circles, elements thick."""
     sketch = sketch_of(spec)
     if shown is None or sketch is None or not (shown.nodes or shown.elements):
         return None
     drawing = cast("Drawing", sketch)
     at_node = {int(n): k for k, n in enumerate(sketch.node_ids)}
     top = max([*shown.nodes.values(), *shown.elements.values()])
-    view = view_of(sketch.xyz, np.array([False] * 3) if np.ptp(sketch.xyz, axis=0).min() == 0.0 else np.asarray(sketch.moves.any(axis=0)))
+    view = view_of(
+        sketch.xyz,
+        np.array([False] * 3)
+        if np.ptp(sketch.xyz, axis=0).min() == 0.0
+        else np.asarray(sketch.moves.any(axis=0)),
+    )
     flat = view.project(sketch.xyz)
-    lively = sorted(((at_node[n], s) for n, s in shown.nodes.items() if n in at_node and s > FAINT * top), key=lambda item: -item[1])
-    best = max(((s, f"node {n}", at_node[n]) for n, s in shown.nodes.items() if n in at_node), default=None)
+    lively = sorted(
+        ((at_node[n], s) for n, s in shown.nodes.items() if n in at_node and s > FAINT * top),
+        key=lambda item: -item[1],
+    )
+    best = max(
+        ((s, f"node {n}", at_node[n]) for n, s in shown.nodes.items() if n in at_node), default=None
+    )
 
     def paint(ax: Any) -> None:
-        skeleton(ax, drawing, view, {e: s for e, s in shown.elements.items() if s > FAINT * top} or None)
+        skeleton(
+            ax, drawing, view, {e: s for e, s in shown.elements.items() if s > FAINT * top} or None
+        )
         rows = [k for k, _ in lively]
-        ax.scatter(flat[rows, 0], flat[rows, 1], s=[20 + 240 * (s / top) ** 2 for _, s in lively], color=HELD, alpha=0.45, linewidths=0, zorder=5)
-        ax.plot(flat[list(sketch.held), 0], flat[list(sketch.held), 1], "^", color=QUIET, ms=8, mew=0, ls="", zorder=3)
+        ax.scatter(
+            flat[rows, 0],
+            flat[rows, 1],
+            s=[20 + 240 * (s / top) ** 2 for _, s in lively],
+            color=HELD,
+            alpha=0.45,
+            linewidths=0,
+            zorder=5,
+        )
+        ax.plot(
+            flat[list(sketch.held), 0],
+            flat[list(sketch.held), 1],
+            "^",
+            color=QUIET,
+            ms=8,
+            mew=0,
+            ls="",
+            zorder=3,
+        )
         if best is not None and len(flat) > CROWD:
-            ax.annotate(best[1], (flat[best[2], 0], flat[best[2], 1]), (8, 8), textcoords="offset points", fontsize=9, color=INK, zorder=8)
+            ax.annotate(
+                best[1],
+                (flat[best[2], 0], flat[best[2], 1]),
+                (8, 8),
+                textcoords="offset points",
+                fontsize=9,
+                color=INK,
+                zorder=8,
+            )
         if len(flat) <= CROWD:
             for n, point in zip(sketch.node_ids.tolist(), flat, strict=True):
-                ax.annotate(str(n), (point[0], point[1]), (3, -10), textcoords="offset points", ha="left", va="top", fontsize=7.5, color=QUIET)
+                ax.annotate(
+                    str(n),
+                    (point[0], point[1]),
+                    (3, -10),
+                    textcoords="offset points",
+                    ha="left",
+                    va="top",
+                    fontsize=7.5,
+                    color=QUIET,
+                )
         _bare(ax, view)
         ax.margins(0.12)
 
-    return draw("map", "Share of the mismatch that the best kind of physics at each place could explain, drawn on the structure", WIDTH,
-                max(1.7, _height(view, drawing)), paint)
+    return draw(
+        "map",
+        "Share of the mismatch that the best kind of physics at each place could explain, "
+        "drawn on the structure",
+        WIDTH,
+        max(1.7, _height(view, drawing)),
+        paint,
+    )

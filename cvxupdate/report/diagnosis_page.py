@@ -1,4 +1,5 @@
-"""The page of ``diagnose``: what is missing and where, the proof, and what the recordings cannot tell."""
+"""The page of ``diagnose``: what is missing and where, the proof, and what the recordings cannot
+tell."""
 
 from __future__ import annotations
 
@@ -8,7 +9,14 @@ from markupsafe import Markup
 
 from cvxupdate.report.diagnosis_curves import map_picture, mode_bars, other_curves, overlay, remains
 from cvxupdate.report.diagnosis_figures import fit_bars, place_picture
-from cvxupdate.report.diagnosis_words import VERDICTS, equivalents, fit_rows, physics_words, place_words, values_words
+from cvxupdate.report.diagnosis_words import (
+    VERDICTS,
+    equivalents,
+    fit_rows,
+    physics_words,
+    place_words,
+    values_words,
+)
 from cvxupdate.report.numbers import fixed, number, seconds
 from cvxupdate.report.page import command, render
 from cvxupdate.report.words import METRICS
@@ -17,8 +25,13 @@ if TYPE_CHECKING:
     from cvxupdate.diagnose.finding import Diagnosis
     from cvxupdate.spec import Spec
 
-BARS_SAY = "How far the model's answer lies from the recordings: 0 is perfect, 1 is an error as large as the signal. Held-out recordings were never fitted."
-MODES_SAY = "Each line is a measured natural frequency: how far the model was off, and how far it is now."
+BARS_SAY = (
+    "How far the model's answer lies from the recordings: 0 is perfect, 1 is an error as large "
+    "as the signal. Held-out recordings were never fitted."
+)
+MODES_SAY = (
+    "Each line is a measured natural frequency: how far the model was off, and how far it is now."
+)
 MOST_ROWS = 40
 """Candidates shown at most; diagnosis.json holds them all."""
 
@@ -28,28 +41,58 @@ def diagnosis_page(found: Diagnosis, spec: Spec) -> str:
     tone, meaning = VERDICTS[found.verdict]
     first, others = overlay(found.shown), other_curves(found.shown)
     modes = None if first else mode_bars(found.shown)
-    return render("diagnosis.html", {
-        "d": found, "tone": tone, "meaning": meaning, "place": _svg(place_picture(found, spec)), "bars": _svg(fit_bars(found)), "bars_say": BARS_SAY,
-        "fit": fit_rows(found),
-        "overlay": _svg(first[0] if first else modes), "overlay_says": first[1] if first else MODES_SAY, "curves": _svg(others[0] if others else None),
-        "remains": _svg(remains(found.shown)), "map": _svg(map_picture(found.shown, spec)), "updated": found.updated is not None,
-        "findings": [finding_part(f) for f in found.findings], "candidates": candidate_rows(found), "more": max(0, len(found.candidates) - MOST_ROWS),
-        "metrics": metric_rows(found), "source": spec.source, "command": command("diagnose", found.path), "time": seconds(found.time),
-    })  # fmt: skip
+    return render(
+        "diagnosis.html",
+        {
+            "d": found,
+            "tone": tone,
+            "meaning": meaning,
+            "place": _svg(place_picture(found, spec)),
+            "bars": _svg(fit_bars(found)),
+            "bars_say": BARS_SAY,
+            "fit": fit_rows(found),
+            "overlay": _svg(first[0] if first else modes),
+            "overlay_says": first[1] if first else MODES_SAY,
+            "curves": _svg(others[0] if others else None),
+            "remains": _svg(remains(found.shown)),
+            "map": _svg(map_picture(found.shown, spec)),
+            "updated": found.updated is not None,
+            "findings": [finding_part(f) for f in found.findings],
+            "candidates": candidate_rows(found),
+            "more": max(0, len(found.candidates) - MOST_ROWS),
+            "metrics": metric_rows(found),
+            "source": spec.source,
+            "command": command("diagnose", found.path),
+            "time": seconds(found.time),
+        },
+    )
 
 
 def finding_part(f: Any) -> dict[str, Any]:
     """One finding for the page: words, figures with deviations, what is equivalent."""
-    return {"physics": physics_words(f.physics), "word": f.physics, "where": place_words(f.place.to_json()), "says": f.says,
-            "confidence": f"{100 * f.confidence:.0f} %",
-            "values": values_words(f.parameters, f.deviations, f.physics, f.place.dof), "equivalent": equivalents(f.equivalent)}
+    return {
+        "physics": physics_words(f.physics),
+        "word": f.physics,
+        "where": place_words(f.place.to_json()),
+        "says": f.says,
+        "confidence": f"{100 * f.confidence:.0f} %",
+        "values": values_words(f.parameters, f.deviations, f.physics, f.place.dof),
+        "equivalent": equivalents(f.equivalent),
+    }
 
 
 def candidate_rows(found: Diagnosis) -> list[dict[str, str]]:
     """Every word at every place that was tried, best first."""
-    return [{"physics": physics_words(c["physics"]), "where": place_words(c["location"]), "score": number(c.get("score"), 3),
-             "hold_out": number(c.get("hold_out_score"), 3), "share": "" if c.get("share") is None else f"{100 * float(c['share']):.0f} %"}
-            for c in found.candidates[:MOST_ROWS]]
+    return [
+        {
+            "physics": physics_words(c["physics"]),
+            "where": place_words(c["location"]),
+            "score": number(c.get("score"), 3),
+            "hold_out": number(c.get("hold_out_score"), 3),
+            "share": "" if c.get("share") is None else f"{100 * float(c['share']):.0f} %",
+        }
+        for c in found.candidates[:MOST_ROWS]
+    ]
 
 
 def metric_rows(found: Diagnosis) -> list[dict[str, str]]:
@@ -58,7 +101,12 @@ def metric_rows(found: Diagnosis) -> list[dict[str, str]]:
     for key, what in (("fit", "fitted"), ("hold_out", "held out")):
         for metric, pair in found.metrics.get(key, {}).items():
             name, unit = METRICS.get(metric, (metric, ""))
-            values = {k: f"{fixed(pair.get(k))} %" if unit == "%" and pair.get(k) is not None else number(pair.get(k), 3) for k in ("before", "after")}
+            values = {
+                k: f"{fixed(pair.get(k))} %"
+                if unit == "%" and pair.get(k) is not None
+                else number(pair.get(k), 3)
+                for k in ("before", "after")
+            }
             if pair.get("before") is not None:
                 out.append({"name": name, "what": what, **values})
     return out

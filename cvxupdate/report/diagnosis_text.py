@@ -10,7 +10,14 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from cvxupdate.report.diagnosis_words import VERDICTS, equivalents, fit_rows, physics_words, place_words, values_words
+from cvxupdate.report.diagnosis_words import (
+    VERDICTS,
+    equivalents,
+    fit_rows,
+    physics_words,
+    place_words,
+    values_words,
+)
 from cvxupdate.report.numbers import seconds
 
 if TYPE_CHECKING:
@@ -22,11 +29,25 @@ TONES = {"good": "bold green", "fair": "bold yellow", "bad": "bold red"}
 def diagnosis_text(found: Diagnosis, folder: Path) -> RenderableType:
     """Verdict sentence, findings with figures, fit before and after, files."""
     tone, meaning = VERDICTS[found.verdict]
-    parts: list[RenderableType] = [Text(found.title or found.problem, style="bold"), Text(found.says, style=TONES[tone])]
+    parts: list[RenderableType] = [
+        Text(found.title or found.problem, style="bold"),
+        Text(found.says, style=TONES[tone]),
+    ]
     for f in found.findings:
-        values = ", ".join(f"{name} = {value}" for name, value in values_words(f.parameters, f.deviations, f.physics, f.place.dof))
-        parts.append(Text(f"  {physics_words(f.physics)}, {place_words(f.place.to_json())}: {values}; confidence {100 * f.confidence:.0f} %"))
-        parts += [Text(f"    cannot be told from: {line}", style="dim") for line in equivalents(f.equivalent)[:4]]
+        values = ", ".join(
+            f"{name} = {value}"
+            for name, value in values_words(f.parameters, f.deviations, f.physics, f.place.dof)
+        )
+        parts.append(
+            Text(
+                f"  {physics_words(f.physics)}, {place_words(f.place.to_json())}: {values}; "
+                f"confidence {100 * f.confidence:.0f} %"
+            )
+        )
+        parts += [
+            Text(f"    cannot be told from: {line}", style="dim")
+            for line in equivalents(f.equivalent)[:4]
+        ]
     rows = fit_rows(found)
     if rows:
         table = Table(box=box.SIMPLE_HEAD, pad_edge=False)

@@ -18,7 +18,19 @@ VERDICTS = {
 }
 """Verdict → (tone, what it means)."""
 
-UNITS = {"m": "kg", "k": "N/m", "c": "N·s/m", "N": "N", "alpha": "1/s", "delay": "s", "omega": "rad/s", "k3": "N/m³", "gap": "m", "force": "N", "c2": "N·s²/m²"}
+UNITS = {
+    "m": "kg",
+    "k": "N/m",
+    "c": "N·s/m",
+    "N": "N",
+    "alpha": "1/s",
+    "delay": "s",
+    "omega": "rad/s",
+    "k3": "N/m³",
+    "gap": "m",
+    "force": "N",
+    "c2": "N·s²/m²",
+}
 MOST_NAMED = 12
 """Elements named in a place at most."""
 
@@ -40,31 +52,54 @@ def place_words(location: Mapping[str, Any]) -> str:
     dof = location.get("dof")
     parts = []
     if groups:
-        parts.append(("group " if len(groups) == 1 else "groups ") + ", ".join(str(g) for g in groups))
+        parts.append(
+            ("group " if len(groups) == 1 else "groups ") + ", ".join(str(g) for g in groups)
+        )
     elif elements:
-        parts.append(("element " if len(elements) == 1 else "elements ") + ", ".join(str(e) for e in elements[:MOST_NAMED])
-                     + (f" and {len(elements) - MOST_NAMED} more" if len(elements) > MOST_NAMED else ""))
+        parts.append(
+            ("element " if len(elements) == 1 else "elements ")
+            + ", ".join(str(e) for e in elements[:MOST_NAMED])
+            + (f" and {len(elements) - MOST_NAMED} more" if len(elements) > MOST_NAMED else "")
+        )
     if nodes:
-        parts.append(f"node {nodes[0]}" if len(nodes) == 1 else "between nodes " + " and ".join(str(n) for n in nodes))
+        parts.append(
+            f"node {nodes[0]}"
+            if len(nodes) == 1
+            else "between nodes " + " and ".join(str(n) for n in nodes)
+        )
     return (" at ".join(parts) or "the whole structure") + (f", {dof}" if dof else "")
 
 
 def unit_of(parameter: str, dof: str | None) -> str:
-    """The unit of a finding's parameter; a stiffness or a damper about an axis counts per radian."""
+    """The unit of a finding's parameter; a stiffness or a damper about an axis counts per
+    radian."""
     turns = dof in ("rx", "ry", "rz")
-    return {"k": "N·m/rad", "c": "N·m·s/rad"}.get(parameter, UNITS.get(parameter, "")) if turns else UNITS.get(parameter, "")
+    return (
+        {"k": "N·m/rad", "c": "N·m·s/rad"}.get(parameter, UNITS.get(parameter, ""))
+        if turns
+        else UNITS.get(parameter, "")
+    )
 
 
-def values_words(parameters: Mapping[str, float], deviations: Mapping[str, float], physics: str, dof: str | None) -> list[tuple[str, str]]:
+def values_words(
+    parameters: Mapping[str, float], deviations: Mapping[str, float], physics: str, dof: str | None
+) -> list[tuple[str, str]]:
     """(name, value ± standard deviation with unit) of a finding's parameters."""
     about = "ry" if physics == "joint_flexibility" and dof is None else dof
-    return [(name, f"{with_deviation(value, deviations.get(name))} {unit_of(name, about)}".strip()) for name, value in parameters.items()]
+    return [
+        (name, f"{with_deviation(value, deviations.get(name))} {unit_of(name, about)}".strip())
+        for name, value in parameters.items()
+    ]
 
 
 def fit_rows(found: Diagnosis) -> list[tuple[str, str, str]]:
     """(recordings, before, after): the normalised error of the response, or of the frequencies."""
     names = {"fit": "fitted", "hold_out": "held out"}
-    return [(names.get(key, key), number(v.get("before"), 3), number(v.get("after"), 3)) for key, v in found.fit.items() if v.get("before") is not None]
+    return [
+        (names.get(key, key), number(v.get("before"), 3), number(v.get("after"), 3))
+        for key, v in found.fit.items()
+        if v.get("before") is not None
+    ]
 
 
 def equivalents(pairs: Sequence[tuple[str, Any]]) -> list[str]:

@@ -1,4 +1,5 @@
-"""The figures of a report, each a pure function of a result that gives an SVG element, or None when there is nothing to draw."""
+"""The figures of a report, each a pure function of a result that gives an SVG element, or None when
+there is nothing to draw."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ INTERVAL = 2.0
 
 
 def frequencies(modes: Sequence[ModeResult], moved: bool) -> str | None:
-    """Model frequency against measured frequency, before and after, with the 45° line (thesis Fig. 9.8)."""
+    """Model frequency against measured frequency, before and after, with the 45° line (thesis Fig.
+    9.8)."""
     if not modes:
         return None
 
@@ -39,35 +41,101 @@ def frequencies(modes: Sequence[ModeResult], moved: bool) -> str | None:
                 continue
             word = "" if use == "fit" else ", held out"
             x = [m.measured for m in mine]
-            ax.plot(x, [m.before for m in mine], marker, mfc="none", mec=BEFORE, mew=1.2, ms=6.5, ls="", label=f"before{word}", zorder=2)
+            ax.plot(
+                x,
+                [m.before for m in mine],
+                marker,
+                mfc="none",
+                mec=BEFORE,
+                mew=1.2,
+                ms=6.5,
+                ls="",
+                label=f"before{word}",
+                zorder=2,
+            )
             if moved:
-                ax.plot(x, [m.after for m in mine], marker, color=AFTER if use == "fit" else HELD, mew=0, ms=4.2, ls="", label=f"after{word}", zorder=3)
-        ax.set(xlim=(low, top), ylim=(low, top), xlabel="measured frequency (Hz)", ylabel="model frequency (Hz)", aspect="equal")
+                ax.plot(
+                    x,
+                    [m.after for m in mine],
+                    marker,
+                    color=AFTER if use == "fit" else HELD,
+                    mew=0,
+                    ms=4.2,
+                    ls="",
+                    label=f"after{word}",
+                    zorder=3,
+                )
+        ax.set(
+            xlim=(low, top),
+            ylim=(low, top),
+            xlabel="measured frequency (Hz)",
+            ylabel="model frequency (Hz)",
+            aspect="equal",
+        )
         ax.legend(loc="upper left", handletextpad=0.2, borderaxespad=0.2)
 
-    return draw("frequencies", "Model frequency against measured frequency before and after; the closer to the 45 degree line the better", WIDTH, 4.4, paint)
+    return draw(
+        "frequencies",
+        "Model frequency against measured frequency before and after; the closer to the 45 "
+        "degree line the better",
+        WIDTH,
+        4.4,
+        paint,
+    )
 
 
 def mode_errors(modes: Sequence[ModeResult], moved: bool, deviations: bool) -> str | None:
-    """Signed frequency error of every mode before and after; ``deviations`` adds the measured ± standard deviation."""
+    """Signed frequency error of every mode before and after; ``deviations`` adds the measured ±
+    standard deviation."""
     shown = list(modes)[:ROWS]
     if not shown:
         return None
 
     def paint(ax: Any) -> None:
         y = list(range(len(shown)))
-        before, after = ([100 * (f - m.measured) / m.measured for m, f in zip(shown, fs, strict=True)]
-                         for fs in ([m.before for m in shown], [m.after for m in shown]))
+        before, after = (
+            [100 * (f - m.measured) / m.measured for m, f in zip(shown, fs, strict=True)]
+            for fs in ([m.before for m in shown], [m.after for m in shown])
+        )
         if deviations:
             sd = [100 * m.standard_deviation / m.measured for m in shown]
-            ax.barh(y, [2 * s for s in sd], left=[-s for s in sd], height=0.9, color=BAND, label="measured ± 1 standard deviation", zorder=1)
+            ax.barh(
+                y,
+                [2 * s for s in sd],
+                left=[-s for s in sd],
+                height=0.9,
+                color=BAND,
+                label="measured ± 1 standard deviation",
+                zorder=1,
+            )
         half = 0.36 if moved else 0.6
-        ax.barh([v - half / 2 if moved else v for v in y], before, height=half, color=BEFORE, label="before", zorder=2)
+        ax.barh(
+            [v - half / 2 if moved else v for v in y],
+            before,
+            height=half,
+            color=BEFORE,
+            label="before",
+            zorder=2,
+        )
         if moved:
-            for use, colour, word in (("fit", AFTER, "after"), ("hold-out", HELD, "after, held out of the fit")):
-                mine = [(v + half / 2, e) for v, e, m in zip(y, after, shown, strict=True) if m.use == use]
+            for use, colour, word in (
+                ("fit", AFTER, "after"),
+                ("hold-out", HELD, "after, held out of the fit"),
+            ):
+                mine = [
+                    (v + half / 2, e)
+                    for v, e, m in zip(y, after, shown, strict=True)
+                    if m.use == use
+                ]
                 if mine:
-                    ax.barh([v for v, _ in mine], [e for _, e in mine], height=half, color=colour, label=word, zorder=2)
+                    ax.barh(
+                        [v for v, _ in mine],
+                        [e for _, e in mine],
+                        height=half,
+                        color=colour,
+                        label=word,
+                        zorder=2,
+                    )
         ax.axvline(0.0, color=INK, lw=0.8, zorder=3)
         ax.set_yticks(y, [f"{m.measured:.5g} Hz" for m in shown])
         ax.set(ylim=(len(shown) - 0.4, -0.6), xlabel="(model − measured) / measured (%)")
@@ -75,7 +143,13 @@ def mode_errors(modes: Sequence[ModeResult], moved: bool, deviations: bool) -> s
         ax.tick_params(axis="y", length=0)
         _legend_above(ax, 2)
 
-    return draw("errors", "Frequency error in per cent of each measured mode, before and after the update", WIDTH, 0.95 + 0.235 * len(shown), paint)
+    return draw(
+        "errors",
+        "Frequency error in per cent of each measured mode, before and after the update",
+        WIDTH,
+        0.95 + 0.235 * len(shown),
+        paint,
+    )
 
 
 def parameters(found: Sequence[ParameterResult], moved: bool) -> str | None:
@@ -92,7 +166,15 @@ def parameters(found: Sequence[ParameterResult], moved: bool) -> str | None:
             def at(value: float, low: float = low, high: float = high) -> float:
                 return (value - low) / (high - low)
 
-            ax.plot([0, 1], [row, row], color=GRID, lw=6, solid_capstyle="butt", zorder=1, ls="-" if bounded else (0, (0.6, 0.6)))
+            ax.plot(
+                [0, 1],
+                [row, row],
+                color=GRID,
+                lw=6,
+                solid_capstyle="butt",
+                zorder=1,
+                ls="-" if bounded else (0, (0.6, 0.6)),
+            )
             if bounded:
                 ax.plot([0, 1], [row, row], "|", color=QUIET, ms=10, mew=1.2, zorder=2)
             ax.plot([at(q.before)], [row], "o", mfc="none", mec=BEFORE, mew=1.3, ms=7, zorder=4)
@@ -100,12 +182,40 @@ def parameters(found: Sequence[ParameterResult], moved: bool) -> str | None:
                 if q.standard_deviation is not None:
                     reach = INTERVAL * q.standard_deviation
                     a, b = max(at(q.after - reach), -0.04), min(at(q.after + reach), 1.04)
-                    ax.plot([a, b], [row, row], color=AFTER, lw=2.2, solid_capstyle="butt", zorder=3)
-                ax.plot([at(q.after)], [row], "o", color=HELD if q.at_bound else AFTER, mew=0, ms=6, zorder=5)
+                    ax.plot(
+                        [a, b], [row, row], color=AFTER, lw=2.2, solid_capstyle="butt", zorder=3
+                    )
+                ax.plot(
+                    [at(q.after)],
+                    [row],
+                    "o",
+                    color=HELD if q.at_bound else AFTER,
+                    mew=0,
+                    ms=6,
+                    zorder=5,
+                )
             factor, unit = prefix_of(q.unit, low, high)
             ends = [short(v / factor, 3) for v in (low, high)]
-            ax.annotate(ends[0], (0, row), (0, -8), textcoords="offset points", ha="center", va="top", fontsize=9, color=QUIET)
-            ax.annotate(f"{ends[1]} {unit}".strip(), (1, row), (0, -8), textcoords="offset points", ha="center", va="top", fontsize=9, color=QUIET)
+            ax.annotate(
+                ends[0],
+                (0, row),
+                (0, -8),
+                textcoords="offset points",
+                ha="center",
+                va="top",
+                fontsize=9,
+                color=QUIET,
+            )
+            ax.annotate(
+                f"{ends[1]} {unit}".strip(),
+                (1, row),
+                (0, -8),
+                textcoords="offset points",
+                ha="center",
+                va="top",
+                fontsize=9,
+                color=QUIET,
+            )
         ax.set_yticks(range(len(shown)), [shortened(q.name) for q in shown])
         ax.set(xlim=(-0.07, 1.1), ylim=(len(shown) - 0.35, -0.5))
         ax.set_xticks([])
@@ -114,13 +224,21 @@ def parameters(found: Sequence[ParameterResult], moved: bool) -> str | None:
         for side in ("left", "bottom"):
             ax.spines[side].set_visible(False)
 
-    return draw("parameters", "Each parameter between its bounds: before, and after with plus or minus two standard deviations", WIDTH,
-                0.25 + 0.44 * len(shown), paint)
+    return draw(
+        "parameters",
+        "Each parameter between its bounds: before, and after with plus or minus two "
+        "standard deviations",
+        WIDTH,
+        0.25 + 0.44 * len(shown),
+        paint,
+    )
 
 
 def convergence(updated: Updated) -> str | None:
     """The objective after each iteration; steps that were refused are hollow."""
-    lines = [(int(h["number"]), float(h["objective"]), bool(h["accepted"])) for h in updated.history]
+    lines = [
+        (int(h["number"]), float(h["objective"]), bool(h["accepted"])) for h in updated.history
+    ]
     first = updated.fit.get("fit", {}).get("objective", {}).get("before")
     path = ([(0, float(first), True)] if first is not None else []) + lines
     if len(path) < 2:
@@ -129,7 +247,16 @@ def convergence(updated: Updated) -> str | None:
     def paint(ax: Any) -> None:
         ax.plot([n for n, _, _ in path], [v for _, v, _ in path], color=AFTER, zorder=2)
         for n, v, accepted in path:
-            ax.plot([n], [v], "o", color=AFTER, mfc=AFTER if accepted else "none", mew=1.2, ms=5.5, zorder=3)
+            ax.plot(
+                [n],
+                [v],
+                "o",
+                color=AFTER,
+                mfc=AFTER if accepted else "none",
+                mew=1.2,
+                ms=5.5,
+                zorder=3,
+            )
         positive = [v for _, v, _ in path if v > 0]
         if len(positive) == len(path) and max(positive) > 20 * min(positive):
             ax.set_yscale("log")
@@ -141,7 +268,8 @@ def convergence(updated: Updated) -> str | None:
 
 
 def solver_bars(rows: Sequence[SolverRow]) -> str | None:
-    """Time of each solver that reached the optimum, on a logarithmic scale, with its largest residual beside it."""
+    """Time of each solver that reached the optimum, on a logarithmic scale, with its largest
+    residual beside it."""
     shown = [r for r in rows if r.status == "optimal" and r.seconds > 0]
     if not shown:
         return None
@@ -152,8 +280,15 @@ def solver_bars(rows: Sequence[SolverRow]) -> str | None:
         low = 10.0 ** math.floor(math.log10(min(ms)) - 0.2)
         ax.barh(y, [v - low for v in ms], left=low, height=0.55, color=AFTER, zorder=2)
         for row, (v, r) in enumerate(zip(ms, shown, strict=True)):
-            ax.annotate(f"{number(v, 3)} ms, residual {_small(r.certificate.worst)}", (v, row), (4, 0),
-                        textcoords="offset points", va="center", fontsize=9, color=INK)
+            ax.annotate(
+                f"{number(v, 3)} ms, residual {_small(r.certificate.worst)}",
+                (v, row),
+                (4, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=9,
+                color=INK,
+            )
         ax.set_xscale("log")
         ax.set(xlim=(low, 40 * max(ms)), xlabel="time inside the solver (ms)")
         ax.set_yticks(y, [r.solver for r in shown])
@@ -162,7 +297,13 @@ def solver_bars(rows: Sequence[SolverRow]) -> str | None:
         ax.grid(False, which="minor")
         ax.tick_params(axis="y", length=0)
 
-    return draw("solvers", "Time of each solver, and the largest residual of its certificate", WIDTH, 0.75 + 0.32 * len(shown), paint)
+    return draw(
+        "solvers",
+        "Time of each solver, and the largest residual of its certificate",
+        WIDTH,
+        0.75 + 0.32 * len(shown),
+        paint,
+    )
 
 
 def strongest(found: Sequence[ParameterResult], most: int) -> list[ParameterResult]:
@@ -175,7 +316,7 @@ def strongest(found: Sequence[ParameterResult], most: int) -> list[ParameterResu
 
 def shortened(name: str, most: int = 18) -> str:
     """A name that fits beside a figure."""
-    return name if len(name) <= most else name[: most // 2] + "…" + name[-(most // 2 - 1):]
+    return name if len(name) <= most else name[: most // 2] + "…" + name[-(most // 2 - 1) :]
 
 
 def _small(value: float) -> str:
@@ -194,4 +335,12 @@ def _window(q: ParameterResult) -> tuple[float, float]:
 
 
 def _legend_above(ax: Any, columns: int) -> None:
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, handlelength=1.0, handletextpad=0.4, columnspacing=1.2, borderaxespad=0.1)
+    ax.legend(
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=columns,
+        handlelength=1.0,
+        handletextpad=0.4,
+        columnspacing=1.2,
+        borderaxespad=0.1,
+    )

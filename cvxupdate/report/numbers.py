@@ -13,7 +13,8 @@ SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
 def number(value: float | None, digits: int = 4) -> str:
-    """``digits`` significant digits; powers of ten outside 0.001 … 99 999; a dash for None and NaN."""
+    """``digits`` significant digits; powers of ten outside 0.001 … 99 999; a dash for None and
+    NaN."""
     if value is None or not math.isfinite(value):
         return NOTHING
     if value == 0.0:
@@ -32,13 +33,19 @@ def short(value: float | None, digits: int = 5) -> str:
 
 def typeset(text: str) -> str:
     """A sentence with 4.8e-09 written as 4.8·10⁻⁹."""
-    return re.sub(r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?\d+)\b",
-                  lambda m: _signs(m[1]) + "·10" + str(int(m[2])).translate(SUPERSCRIPTS), text)
+    return re.sub(
+        r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?\d+)\b",
+        lambda m: _signs(m[1]) + "·10" + str(int(m[2])).translate(SUPERSCRIPTS),
+        text,
+    )
 
 
 def decimals(values: Iterable[float], most: int = 6) -> int:
     """Decimals that write every value as it was given, up to ``most``."""
-    return max((len(f"{v:.{most}f}".rstrip("0").split(".")[1]) for v in values if math.isfinite(v)), default=0)
+    return max(
+        (len(f"{v:.{most}f}".rstrip("0").split(".")[1]) for v in values if math.isfinite(v)),
+        default=0,
+    )
 
 
 def power(value: float, digits: int = 2) -> str:
@@ -49,7 +56,9 @@ def power(value: float, digits: int = 2) -> str:
 
 def signed(value: float | None, decimals: int = 2) -> str:
     """With its sign, ± digits after the point."""
-    return NOTHING if value is None or not math.isfinite(value) else _signs(f"{value:+.{decimals}f}")
+    return (
+        NOTHING if value is None or not math.isfinite(value) else _signs(f"{value:+.{decimals}f}")
+    )
 
 
 def fixed(value: float | None, decimals: int = 2) -> str:
@@ -59,11 +68,16 @@ def fixed(value: float | None, decimals: int = 2) -> str:
 
 def unit_text(unit: str) -> str:
     """The unit in print: kg/m^3 becomes kg/m³, N*m becomes N·m, 1 becomes nothing."""
-    return "" if unit == "1" else unit.replace("^2", "²").replace("^3", "³").replace("^4", "⁴").replace("*", "·")
+    return (
+        ""
+        if unit == "1"
+        else unit.replace("^2", "²").replace("^3", "³").replace("^4", "⁴").replace("*", "·")
+    )
 
 
 def prefix_of(unit: str, *values: float | None) -> tuple[float, str]:
-    """(factor, unit) that bring the largest of the values between 1 and 1000, for units that are used with prefixes."""
+    """(factor, unit) that bring the largest of the values between 1 and 1000, for units that are
+    used with prefixes."""
     largest = max((abs(v) for v in values if v is not None and math.isfinite(v)), default=0.0)
     if unit in PREFIXED:
         for factor, letter in PREFIXES:

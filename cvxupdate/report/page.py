@@ -18,9 +18,16 @@ from cvxupdate.report.numbers import typeset
 
 @functools.cache
 def environment() -> jinja2.Environment:
-    """The templates of this package; a name that the context lacks is an error, not an empty place."""
+    """The templates of this package; a name that the context lacks is an error, not an empty
+    place."""
     loader = jinja2.FileSystemLoader(Path(__file__).parent / "templates")
-    made = jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    made = jinja2.Environment(
+        loader=loader,
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
     made.filters["typeset"] = typeset
     return made
 
@@ -28,7 +35,12 @@ def environment() -> jinja2.Environment:
 def render(template: str, context: dict[str, Any]) -> str:
     """The page, with what every page says: version, Python, date (UTC)."""
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
-    common = {"version": version(), "python": platform.python_version(), "packages": packages(), "date": today}
+    common = {
+        "version": version(),
+        "python": platform.python_version(),
+        "packages": packages(),
+        "date": today,
+    }
     return environment().get_template(template).render(common | context)
 
 
@@ -52,7 +64,8 @@ def packages() -> str:
 
 
 def command(verb: str, path: str) -> str:
-    """The command line that does the same again, the path as seen from here where that is shorter."""
+    """The command line that does the same again, the path as seen from here where that is
+    shorter."""
     given = Path(path)
     with contextlib.suppress(ValueError, OSError):
         given = given.resolve().relative_to(Path.cwd())

@@ -10,9 +10,28 @@ from markupsafe import Markup
 
 from cvxupdate.report import figures
 from cvxupdate.report.accuracy import accuracy_sections
-from cvxupdate.report.numbers import NOTHING, count, decimals, fixed, number, power, prefix_of, seconds, short, signed, with_deviation
+from cvxupdate.report.numbers import (
+    NOTHING,
+    count,
+    decimals,
+    fixed,
+    number,
+    power,
+    prefix_of,
+    seconds,
+    short,
+    signed,
+    with_deviation,
+)
 from cvxupdate.report.page import command, render
-from cvxupdate.report.words import CERTIFICATE, METRICS, certificate_sentence, conflict_sentence, definite_sentence, verdict
+from cvxupdate.report.words import (
+    CERTIFICATE,
+    METRICS,
+    certificate_sentence,
+    conflict_sentence,
+    definite_sentence,
+    verdict,
+)
 
 if TYPE_CHECKING:
     from cvxupdate.update.result import ModeResult, ParameterResult, Updated
@@ -23,13 +42,36 @@ MOST_OPEN = 12
 """Undetermined combinations at most."""
 
 PROPERTIES = {
-    "stiffness": "stiffness (p-value)", "mass": "mass (p-value)", "damping": "damping (p-value)", "E": "Young's modulus", "nu": "Poisson's ratio",
-    "rho": "density", "A": "area", "I": "second moment of area", "Iy": "second moment of area, y", "Iz": "second moment of area, z",
-    "J": "torsion constant", "thickness": "thickness", "height": "height", "width": "width", "diameter": "diameter", "wall": "wall thickness",
-    "k": "spring stiffness", "m": "mass", "c": "damper", "eta": "loss factor", "alpha": "mass-proportional damping",
-    "beta": "stiffness-proportional damping", "Dx": "bending rigidity Dx (factor)", "Dy": "bending rigidity Dy (factor)", "D1": "coupling rigidity D1 (factor)",
-    "Dxy": "twisting rigidity Dxy (factor)", "Ixx": "rotary inertia, x", "Iyy": "rotary inertia, y", "Izz": "rotary inertia, z",
-}  # fmt: skip
+    "stiffness": "stiffness (p-value)",
+    "mass": "mass (p-value)",
+    "damping": "damping (p-value)",
+    "E": "Young's modulus",
+    "nu": "Poisson's ratio",
+    "rho": "density",
+    "A": "area",
+    "I": "second moment of area",
+    "Iy": "second moment of area, y",
+    "Iz": "second moment of area, z",
+    "J": "torsion constant",
+    "thickness": "thickness",
+    "height": "height",
+    "width": "width",
+    "diameter": "diameter",
+    "wall": "wall thickness",
+    "k": "spring stiffness",
+    "m": "mass",
+    "c": "damper",
+    "eta": "loss factor",
+    "alpha": "mass-proportional damping",
+    "beta": "stiffness-proportional damping",
+    "Dx": "bending rigidity Dx (factor)",
+    "Dy": "bending rigidity Dy (factor)",
+    "D1": "coupling rigidity D1 (factor)",
+    "Dxy": "twisting rigidity Dxy (factor)",
+    "Ixx": "rotary inertia, x",
+    "Iyy": "rotary inertia, y",
+    "Izz": "rotary inertia, z",
+}
 
 
 def run_page(updated: Updated) -> str:
@@ -42,25 +84,61 @@ def run_page(updated: Updated) -> str:
         "parameters": figures.parameters(updated.parameters, moved),
         "convergence": figures.convergence(updated),
     }
-    return render("run.html", {
-        "u": updated, "moved": moved, "verdict": verdict(updated), "status": updated.status,
-        "figure": {key: Markup(svg) if svg else None for key, svg in pictures.items()},
-        "asked": asked(updated), "metrics": metric_rows(updated),
-        "modes": mode_rows(updated.modes[:MOST_ROWS], stated), "more_modes": max(0, len(updated.modes) - MOST_ROWS),
-        "bars": figures.ROWS, "intervals": figures.INTERVALS, "open": MOST_OPEN, "several": len({m.recording for m in updated.modes}) > 1,
-        "mac": any(m.mac_before is not None for m in updated.modes),
-        "parameters": [parameter_row(q) for q in figures.strongest(updated.parameters, MOST_ROWS)],
-        "more_parameters": max(0, len(updated.parameters) - MOST_ROWS),
-        "history": [{"number": h["number"], "objective": number(h["objective"], 7), "ratio": number(h["ratio"], 4), "step": number(h["step"], 3),
-                     "radius": number(h["radius"], 3), "accepted": "taken" if h["accepted"] else "refused"} for h in updated.history[:MOST_ROWS]],
-        "certificate": [{"name": name, "value": _residual(updated.certificate[key]), "meaning": meaning}
-                        for key, name, meaning in CERTIFICATE if key in updated.certificate],
-        "certificate_says": certificate_sentence(updated), "definite_says": definite_sentence(updated), "conflict_says": conflict_sentence(updated),
-        "undetermined": [{"says": c["says"], "deviation": number(c["standard_deviation"], 3),
-                          "share": ", ".join(f"{signed(v)} {name}" for name, v in c["coefficients"].items())} for c in updated.undetermined[:MOST_OPEN]],
-        "accuracy": accuracy_sections(updated),
-        "command": command("run", updated.path), "time": seconds(updated.time),
-    })  # fmt: skip
+    return render(
+        "run.html",
+        {
+            "u": updated,
+            "moved": moved,
+            "verdict": verdict(updated),
+            "status": updated.status,
+            "figure": {key: Markup(svg) if svg else None for key, svg in pictures.items()},
+            "asked": asked(updated),
+            "metrics": metric_rows(updated),
+            "modes": mode_rows(updated.modes[:MOST_ROWS], stated),
+            "more_modes": max(0, len(updated.modes) - MOST_ROWS),
+            "bars": figures.ROWS,
+            "intervals": figures.INTERVALS,
+            "open": MOST_OPEN,
+            "several": len({m.recording for m in updated.modes}) > 1,
+            "mac": any(m.mac_before is not None for m in updated.modes),
+            "parameters": [
+                parameter_row(q) for q in figures.strongest(updated.parameters, MOST_ROWS)
+            ],
+            "more_parameters": max(0, len(updated.parameters) - MOST_ROWS),
+            "history": [
+                {
+                    "number": h["number"],
+                    "objective": number(h["objective"], 7),
+                    "ratio": number(h["ratio"], 4),
+                    "step": number(h["step"], 3),
+                    "radius": number(h["radius"], 3),
+                    "accepted": "taken" if h["accepted"] else "refused",
+                }
+                for h in updated.history[:MOST_ROWS]
+            ],
+            "certificate": [
+                {"name": name, "value": _residual(updated.certificate[key]), "meaning": meaning}
+                for key, name, meaning in CERTIFICATE
+                if key in updated.certificate
+            ],
+            "certificate_says": certificate_sentence(updated),
+            "definite_says": definite_sentence(updated),
+            "conflict_says": conflict_sentence(updated),
+            "undetermined": [
+                {
+                    "says": c["says"],
+                    "deviation": number(c["standard_deviation"], 3),
+                    "share": ", ".join(
+                        f"{signed(v)} {name}" for name, v in c["coefficients"].items()
+                    ),
+                }
+                for c in updated.undetermined[:MOST_OPEN]
+            ],
+            "accuracy": accuracy_sections(updated),
+            "command": command("run", updated.path),
+            "time": seconds(updated.time),
+        },
+    )
 
 
 def asked(updated: Updated) -> list[tuple[str, list[str]]]:
@@ -73,16 +151,37 @@ def asked(updated: Updated) -> list[tuple[str, list[str]]]:
     if updated.source:
         out.append(("Source", [updated.source]))
     if {"nodes", "elements", "dofs"} <= m.keys():
-        sizes = f"{count(m['nodes'], 'node')}, {count(m['elements'], 'element')}, {count(m['dofs'], 'free degree', 'free degrees')} of freedom"
+        sizes = (
+            f"{count(m['nodes'], 'node')}, {count(m['elements'], 'element')}, "
+            f"{count(m['dofs'], 'free degree', 'free degrees')} of freedom"
+        )
         out.append(("Model", [sizes, *_mass(m)]))
     if use:
-        out.append(("Recordings", [f"{name}: {count(n, 'mode')}, {'fitted' if u == 'fit' else 'held out: scored, never fitted'}"
-                                   for (name, u), n in use.items()]))
+        out.append(
+            (
+                "Recordings",
+                [
+                    f"{name}: {count(n, 'mode')}, "
+                    f"{'fitted' if u == 'fit' else 'held out: scored, never fitted'}"
+                    for (name, u), n in use.items()
+                ],
+            )
+        )
     out.append(("Method", [f"{updated.method}, convex steps solved by {updated.solver}"]))
     out.append(("Parameters", [_parameter_words(updated)]))
     clauses = [str(c) for c in m.get("clauses", ())]
-    out.append(("Constraints", ["bounds on each parameter, listed below" if any(q.lower is not None or q.upper is not None for q in updated.parameters)
-                                else "no bounds", *clauses[:20], *([f"and {len(clauses) - 20} more"] if len(clauses) > 20 else [])]))
+    out.append(
+        (
+            "Constraints",
+            [
+                "bounds on each parameter, listed below"
+                if any(q.lower is not None or q.upper is not None for q in updated.parameters)
+                else "no bounds",
+                *clauses[:20],
+                *([f"and {len(clauses) - 20} more"] if len(clauses) > 20 else []),
+            ],
+        )
+    )
     for r in updated.regularisation:
         rule = f", chosen by {r['rule']}" if r.get("rule") else ""
         note = f" ({r['note']})" if r.get("note") else ""
@@ -97,22 +196,38 @@ def metric_rows(updated: Updated) -> list[dict[str, str]]:
     for key, what in (("fit", "fitted"), ("hold_out", "held out")):
         for metric, pair in updated.fit.get(key, {}).items():
             name, unit = METRICS.get(metric, (metric, ""))
-            before, after = (f"{fixed(v)} %" if unit == "%" else number(v) for v in (pair["before"], pair["after"]))
+            before, after = (
+                f"{fixed(v)} %" if unit == "%" else number(v)
+                for v in (pair["before"], pair["after"])
+            )
             out.append({"name": name, "what": what, "before": before, "after": after})
     return out
 
 
 def mode_rows(modes: Sequence[ModeResult], stated: bool) -> list[dict[str, str]]:
-    """Modes as text; ``stated`` says whether the recordings gave deviations. A column has the same decimals throughout."""
+    """Modes as text; ``stated`` says whether the recordings gave deviations. A column has the same
+    decimals throughout."""
     given = min(decimals(m.measured for m in modes), 4)
     places = max(given, 2 if max((m.measured for m in modes), default=0.0) > 20.0 else 4)
-    return [{
-        "mode": str(m.model_mode_before) if m.model_mode_before == m.model_mode_after else f"{m.model_mode_before} → {m.model_mode_after}",
-        "recording": m.recording, "use": m.use, "measured": with_deviation(m.measured, m.standard_deviation) if stated else fixed(m.measured, given),
-        "before": fixed(m.before, places), "after": fixed(m.after, places),
-        "error_before": signed(100 * (m.before - m.measured) / m.measured), "error_after": signed(100 * (m.after - m.measured) / m.measured),
-        "mac_before": fixed(m.mac_before, 3), "mac_after": fixed(m.mac_after, 3),
-    } for m in modes]  # fmt: skip
+    return [
+        {
+            "mode": str(m.model_mode_before)
+            if m.model_mode_before == m.model_mode_after
+            else f"{m.model_mode_before} → {m.model_mode_after}",
+            "recording": m.recording,
+            "use": m.use,
+            "measured": with_deviation(m.measured, m.standard_deviation)
+            if stated
+            else fixed(m.measured, given),
+            "before": fixed(m.before, places),
+            "after": fixed(m.after, places),
+            "error_before": signed(100 * (m.before - m.measured) / m.measured),
+            "error_after": signed(100 * (m.after - m.measured) / m.measured),
+            "mac_before": fixed(m.mac_before, 3),
+            "mac_after": fixed(m.mac_after, 3),
+        }
+        for m in modes
+    ]
 
 
 def parameter_row(q: ParameterResult) -> dict[str, Any]:
@@ -121,14 +236,30 @@ def parameter_row(q: ParameterResult) -> dict[str, Any]:
     deviation = None if q.standard_deviation is None else q.standard_deviation / factor
     low, high = (NOTHING if v is None else short(v / factor) for v in (q.lower, q.upper))
     if q.group is not None:
-        where = f"group {q.group}" + (f" ({count(len(q.elements), 'element')})" if q.elements else "")
+        where = f"group {q.group}" + (
+            f" ({count(len(q.elements), 'element')})" if q.elements else ""
+        )
     elif q.element is not None:
         where = f"element {q.element}"
     else:
         where = count(len(q.elements), "element") if q.elements else "whole model"
-    note = f"at its {q.bound} bound" if q.at_bound else "not determined" if q.standard_deviation is None else ""
-    return {"name": q.name, "of": PROPERTIES.get(q.of, q.of), "where": where, "before": short(q.before / factor),
-            "after": with_deviation(q.after / factor, deviation), "bounds": f"{low} … {high}", "unit": unit or "–", "note": note}
+    note = (
+        f"at its {q.bound} bound"
+        if q.at_bound
+        else "not determined"
+        if q.standard_deviation is None
+        else ""
+    )
+    return {
+        "name": q.name,
+        "of": PROPERTIES.get(q.of, q.of),
+        "where": where,
+        "before": short(q.before / factor),
+        "after": with_deviation(q.after / factor, deviation),
+        "bounds": f"{low} … {high}",
+        "unit": unit or "–",
+        "note": note,
+    }
 
 
 def _parameter_words(updated: Updated) -> str:
@@ -141,8 +272,18 @@ def _mass(m: dict[str, Any]) -> list[str]:
     if "mass_before" not in m:
         return []
     before, after = number(m["mass_before"], 5), number(m.get("mass_after"), 5)
-    return [f"total mass {before} kg" if before == after else f"total mass {before} kg before, {after} kg after"]
+    return [
+        f"total mass {before} kg"
+        if before == after
+        else f"total mass {before} kg before, {after} kg after"
+    ]
 
 
 def _residual(value: float | None) -> str:
-    return NOTHING if value is None or not math.isfinite(value) else "0" if value == 0.0 else power(value)
+    return (
+        NOTHING
+        if value is None or not math.isfinite(value)
+        else "0"
+        if value == 0.0
+        else power(value)
+    )

@@ -20,18 +20,41 @@ def solvers_page(name: str, title: str, rows: Sequence[SolverRow], spread: float
     """The HTML text of a report on `solvers`."""
     svg = figures.solver_bars(rows)
     solved = sum(r.status == "optimal" for r in rows)
-    return render("solvers.html", {
-        "name": name, "title": title, "status": overall(rows), "solved": solved, "spread": _small(spread) if solved else NOTHING,
-        "agree": solved > 1 and spread <= 1e-6, "figure": Markup(svg) if svg else None, "rows": [_row(r) for r in rows],
-    })  # fmt: skip
+    return render(
+        "solvers.html",
+        {
+            "name": name,
+            "title": title,
+            "status": overall(rows),
+            "solved": solved,
+            "spread": _small(spread) if solved else NOTHING,
+            "agree": solved > 1 and spread <= 1e-6,
+            "figure": Markup(svg) if svg else None,
+            "rows": [_row(r) for r in rows],
+        },
+    )
 
 
 def _row(row: SolverRow) -> dict[str, str]:
     c = row.certificate.as_dict()
-    return {"solver": row.solver, "status": row.status, "note": row.note, "iterations": str(row.iterations) if row.iterations else NOTHING,
-            "objective": f"{row.objective:.10g}" if row.objective == row.objective else NOTHING,
-            "time": seconds(row.seconds) if row.seconds > 0 else NOTHING, **{key: _small(value) for key, value in c.items()}}
+    return {
+        "solver": row.solver,
+        "status": row.status,
+        "note": row.note,
+        "iterations": str(row.iterations) if row.iterations else NOTHING,
+        "objective": f"{row.objective:.10g}" if row.objective == row.objective else NOTHING,
+        "time": seconds(row.seconds) if row.seconds > 0 else NOTHING,
+        **{key: _small(value) for key, value in c.items()},
+    }
 
 
 def _small(value: float | None) -> str:
-    return NOTHING if value is None or value != value else "0" if value == 0.0 else power(value) if abs(value) < 1e-3 else number(value, 3)
+    return (
+        NOTHING
+        if value is None or value != value
+        else "0"
+        if value == 0.0
+        else power(value)
+        if abs(value) < 1e-3
+        else number(value, 3)
+    )

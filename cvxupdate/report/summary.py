@@ -13,7 +13,17 @@ from rich.text import Text
 
 from cvxupdate.report.correlate_words import compared_verdict
 from cvxupdate.report.figures import strongest
-from cvxupdate.report.numbers import NOTHING, count, fixed, number, power, prefix_of, seconds, signed, with_deviation
+from cvxupdate.report.numbers import (
+    NOTHING,
+    count,
+    fixed,
+    number,
+    power,
+    prefix_of,
+    seconds,
+    signed,
+    with_deviation,
+)
 from cvxupdate.report.words import METRICS, conflict_sentence, verdict
 
 if TYPE_CHECKING:
@@ -29,14 +39,25 @@ MOST_PAIRS = 40
 def run_text(updated: Updated, folder: Path) -> RenderableType:
     """Verdict, fit, parameters, files; for an infeasible problem the conflict and the ways out."""
     says = verdict(updated)
-    parts: list[RenderableType] = [Text(updated.title or updated.problem, style="bold"), Text(says.headline, style=TONES[says.tone])]
+    parts: list[RenderableType] = [
+        Text(updated.title or updated.problem, style="bold"),
+        Text(says.headline, style=TONES[says.tone]),
+    ]
     parts += [Text(line) for line in says.sentences]
     if updated.conflict:
         parts.append(Text(conflict_sentence(updated)))
-        parts += [Text(f"  - {line}") for line in updated.conflict[:MOST]] + [Text(f"  > {line}") for line in updated.relaxation[:3]]
+        parts += [Text(f"  - {line}") for line in updated.conflict[:MOST]] + [
+            Text(f"  > {line}") for line in updated.relaxation[:3]
+        ]
     else:
         parts += [_fit(updated), _parameters(updated)]
-    parts.append(Text(f"{updated.status}, {count(updated.iterations, 'iteration')}, {updated.solver}, {seconds(updated.time)}", style="dim"))
+    parts.append(
+        Text(
+            f"{updated.status}, {count(updated.iterations, 'iteration')}, {updated.solver}, "
+            f"{seconds(updated.time)}",
+            style="dim",
+        )
+    )
     parts.append(_where(folder))
     return Group(*parts)
 
@@ -44,40 +65,71 @@ def run_text(updated: Updated, folder: Path) -> RenderableType:
 def correlate_text(compared: Compared, folder: Path) -> RenderableType:
     """Verdict, pairs of modes, responses, notes, files."""
     says = compared_verdict(compared)
-    parts: list[RenderableType] = [Text(compared.title or compared.problem, style="bold"), Text(says.headline, style=TONES[says.tone])]
+    parts: list[RenderableType] = [
+        Text(compared.title or compared.problem, style="bold"),
+        Text(says.headline, style=TONES[says.tone]),
+    ]
     parts += [Text(line) for line in says.sentences]
     if compared.modes:
         table = _table("", "measured", "mode of the model", "model", "error", "MAC")
         for m in compared.modes[:MOST_PAIRS]:
-            table.add_row(f"{m.measured:.5g} Hz{'' if m.use == 'fit' else ', held out'}", str(m.mode), f"{m.model:.5g} Hz", f"{signed(m.error_percent)} %",
-                          fixed(m.mac, 3))
+            table.add_row(
+                f"{m.measured:.5g} Hz{'' if m.use == 'fit' else ', held out'}",
+                str(m.mode),
+                f"{m.model:.5g} Hz",
+                f"{signed(m.error_percent)} %",
+                fixed(m.mac, 3),
+            )
         parts.append(table)
     if compared.frfs:
         table = _table("", "frequency responses", "error", "lowest FRAC")
         for f in compared.frfs[:MOST_PAIRS]:
             finite = f.correlation.frac[f.correlation.frac == f.correlation.frac]
             least = float(finite.min()) if finite.size else None
-            table.add_row(f.recording + ("" if f.use == "fit" else ", held out"), number(f.correlation.total, 3), fixed(least))
+            table.add_row(
+                f.recording + ("" if f.use == "fit" else ", held out"),
+                number(f.correlation.total, 3),
+                fixed(least),
+            )
         parts.append(table)
     parts += [Text(f"Note: {line}") for line in compared.notes[:MOST]]
     parts += [Text(f"nothing was changed, {seconds(compared.time)}", style="dim"), _where(folder)]
     return Group(*parts)
 
 
-def solvers_text(name: str, rows: Sequence[SolverRow], spread: float, folder: Path) -> RenderableType:
+def solvers_text(
+    name: str, rows: Sequence[SolverRow], spread: float, folder: Path
+) -> RenderableType:
     """A row for each solver, and how far they agree."""
-    table = _table(f"{name}: one step, every solver", "solver", "status", "objective", "residual", "time")
+    table = _table(
+        f"{name}: one step, every solver", "solver", "status", "objective", "residual", "time"
+    )
     for row in rows:
         optimal = row.status == "optimal"
-        table.add_row(row.solver, row.status, f"{row.objective:.9g}" if row.objective == row.objective else NOTHING,
-                      power(row.certificate.worst) if optimal and row.certificate.worst > 0 else NOTHING, seconds(row.seconds) if row.seconds > 0 else NOTHING)
+        table.add_row(
+            row.solver,
+            row.status,
+            f"{row.objective:.9g}" if row.objective == row.objective else NOTHING,
+            power(row.certificate.worst) if optimal and row.certificate.worst > 0 else NOTHING,
+            seconds(row.seconds) if row.seconds > 0 else NOTHING,
+        )
     solved = sum(r.status == "optimal" for r in rows)
     if solved > 1:
-        line = Text(f"{solved} solvers agree on the objective within {power(spread) if spread > 0 else '0'} (relative).", style=TONES["good"])
+        line = Text(
+            f"{solved} solvers agree on the objective within "
+            f"{power(spread) if spread > 0 else '0'} (relative).",
+            style=TONES["good"],
+        )
     elif solved:
-        line = Text("Only one solver reached the optimum; there is nothing to compare it with.", style=TONES["fair"])
+        line = Text(
+            "Only one solver reached the optimum; there is nothing to compare it with.",
+            style=TONES["fair"],
+        )
     else:
-        line = Text("No solver reached the optimum. " + next((r.note for r in rows if r.note), ""), style=TONES["bad"])
+        line = Text(
+            "No solver reached the optimum. " + next((r.note for r in rows if r.note), ""),
+            style=TONES["bad"],
+        )
     return Group(table, line, _where(folder))
 
 
@@ -86,7 +138,10 @@ def _fit(updated: Updated) -> Table:
     for key, heading in (("fit", ""), ("hold_out", ", held out")):
         for metric, pair in updated.fit.get(key, {}).items():
             name, unit = METRICS.get(metric, (metric, ""))
-            values = [f"{fixed(v)} %" if unit == "%" else number(v) for v in (pair["before"], pair["after"])]
+            values = [
+                f"{fixed(v)} %" if unit == "%" else number(v)
+                for v in (pair["before"], pair["after"])
+            ]
             table.add_row(name + heading, *values)
     return table
 
@@ -105,17 +160,40 @@ def _parameters(updated: Updated) -> Table:
 def _row(q: ParameterResult) -> tuple[str, ...]:
     factor, unit = prefix_of(q.unit, q.before, q.after)
     deviation = None if q.standard_deviation is None else q.standard_deviation / factor
-    after = with_deviation(q.after / factor, deviation) + ("" if deviation is not None else " (not determined)")
-    return q.name, number(q.before / factor, 5), after, unit, f"at its {q.bound} bound" if q.at_bound else ""
+    after = with_deviation(q.after / factor, deviation) + (
+        "" if deviation is not None else " (not determined)"
+    )
+    return (
+        q.name,
+        number(q.before / factor, 5),
+        after,
+        unit,
+        f"at its {q.bound} bound" if q.at_bound else "",
+    )
 
 
 def _table(title: str, *columns: str) -> Table:
     table = Table(title=title or None, box=box.SIMPLE_HEAD, title_justify="left", pad_edge=False)
     for k, column in enumerate(columns):
-        numeric = column in ("before", "after", "objective", "residual", "time", "model", "error", "MAC", "lowest FRAC") or column.startswith("after")
+        numeric = column in (
+            "before",
+            "after",
+            "objective",
+            "residual",
+            "time",
+            "model",
+            "error",
+            "MAC",
+            "lowest FRAC",
+        ) or column.startswith("after")
         table.add_column(column, justify="right" if numeric else "left", no_wrap=numeric or k == 0)
     return table
 
 
 def _where(folder: Path) -> Text:
-    return Text(f"Report: {folder / 'report.html'}\nData:   {folder / 'result.json'}", style="dim", no_wrap=True, overflow="ignore")
+    return Text(
+        f"Report: {folder / 'report.html'}\nData:   {folder / 'result.json'}",
+        style="dim",
+        no_wrap=True,
+        overflow="ignore",
+    )

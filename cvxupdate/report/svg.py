@@ -1,4 +1,5 @@
-"""Matplotlib figures as inline SVG: text stays text, colours follow the page (light, dark, print), the same input gives the same bytes."""
+"""Matplotlib figures as inline SVG: text stays text, colours follow the page (light, dark, print),
+the same input gives the same bytes."""
 
 from __future__ import annotations
 
@@ -9,29 +10,82 @@ from collections.abc import Callable
 from typing import Any
 
 # Matplotlib wants colours; these stand for the page's own and are replaced by CSS variables below.
-INK, QUIET, GRID, BEFORE, AFTER, HELD, BAND, PAPER = "#010a01", "#020a02", "#030a03", "#040a04", "#050a05", "#060a06", "#070a07", "#080a08"
-VARIABLES = {INK: "ink", QUIET: "quiet", GRID: "line", BEFORE: "before", AFTER: "after", HELD: "held", BAND: "band", PAPER: "paper"}
+INK, QUIET, GRID, BEFORE, AFTER, HELD, BAND, PAPER = (
+    "#010a01",
+    "#020a02",
+    "#030a03",
+    "#040a04",
+    "#050a05",
+    "#060a06",
+    "#070a07",
+    "#080a08",
+)
+VARIABLES = {
+    INK: "ink",
+    QUIET: "quiet",
+    GRID: "line",
+    BEFORE: "before",
+    AFTER: "after",
+    HELD: "held",
+    BAND: "band",
+    PAPER: "paper",
+}
 
 RC = {
-    "svg.fonttype": "none", "svg.hashsalt": "cvxupdate", "font.family": "sans-serif", "font.size": 10.0, "axes.titlesize": 10.0, "axes.labelsize": 10.0,
-    "xtick.labelsize": 9.5, "ytick.labelsize": 9.5, "legend.fontsize": 9.5, "text.color": INK, "axes.labelcolor": INK, "axes.edgecolor": QUIET,
-    "xtick.color": QUIET, "ytick.color": QUIET, "xtick.labelcolor": INK, "ytick.labelcolor": INK, "grid.color": GRID, "grid.linewidth": 0.6,
-    "axes.linewidth": 0.8, "axes.grid": True, "axes.axisbelow": True, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False,
-    "axes.facecolor": "none", "figure.facecolor": "none", "savefig.facecolor": "none", "axes.unicode_minus": True, "mathtext.default": "regular",
-    "lines.linewidth": 1.4, "path.simplify": True,
-}  # fmt: skip
+    "svg.fonttype": "none",
+    "svg.hashsalt": "cvxupdate",
+    "font.family": "sans-serif",
+    "font.size": 10.0,
+    "axes.titlesize": 10.0,
+    "axes.labelsize": 10.0,
+    "xtick.labelsize": 9.5,
+    "ytick.labelsize": 9.5,
+    "legend.fontsize": 9.5,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": QUIET,
+    "xtick.color": QUIET,
+    "ytick.color": QUIET,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "axes.linewidth": 0.8,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "legend.frameon": False,
+    "axes.facecolor": "none",
+    "figure.facecolor": "none",
+    "savefig.facecolor": "none",
+    "axes.unicode_minus": True,
+    "mathtext.default": "regular",
+    "lines.linewidth": 1.4,
+    "path.simplify": True,
+}
 
 
 def draw(name: str, says: str, width: float, height: float, paint: Callable[[Any], None]) -> str:
     """An SVG element of ``width`` × ``height`` inches; ``paint(axes)`` draws it.
 
-    ``name`` makes the ids in it unique on the page, ``says`` is read out to those who cannot see it.
+    ``name`` makes the ids in it unique on the page, ``says`` is read out to those who cannot see
+    it.
     """
     return draw_panels(name, says, width, height, 1, 1, lambda axes: paint(axes[0]))
 
 
-def draw_panels(name: str, says: str, width: float, height: float, rows: int, columns: int, paint: Callable[[list[Any]], None]) -> str:
-    """As `draw`, with ``rows`` × ``columns`` panels: ``paint(axes)`` gets their list, row by row."""
+def draw_panels(
+    name: str,
+    says: str,
+    width: float,
+    height: float,
+    rows: int,
+    columns: int,
+    paint: Callable[[list[Any]], None],
+) -> str:
+    """As `draw`, with ``rows`` × ``columns`` panels: ``paint(axes)`` gets their list, row by
+    row."""
     import matplotlib
     from matplotlib.figure import Figure
 
@@ -39,13 +93,18 @@ def draw_panels(name: str, says: str, width: float, height: float, rows: int, co
         figure = Figure(figsize=(width, height), layout="constrained")
         paint(list(figure.subplots(rows, columns, squeeze=False).flat))
         buffer = io.StringIO()
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+        figure.savefig(
+            buffer,
+            format="svg",
+            metadata={"Date": None, "Creator": None, "Format": None, "Type": None},
+        )
     return inline(buffer.getvalue(), name, says)
 
 
 def inline(svg: str, name: str, says: str) -> str:
-    """A stand-alone SVG file made fit for a page: no prologue, own ids, colours and font of the page."""
-    svg = svg[svg.index("<svg"):]
+    """A stand-alone SVG file made fit for a page: no prologue, own ids, colours and font of the
+    page."""
+    svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.S)
     svg = re.sub(r'\bid="', f'id="{name}-', svg)
     svg = re.sub(r'(xlink:href="|url\()#', rf"\g<1>#{name}-", svg)

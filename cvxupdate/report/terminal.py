@@ -1,4 +1,5 @@
-"""What a terminal shows on standard error while work goes on: a bar while files are read, a line for everything else."""
+"""What a terminal shows on standard error while work goes on: a bar while files are read, a line
+for everything else."""
 
 from __future__ import annotations
 
@@ -21,10 +22,21 @@ class Display:
     def read(self, what: str, done: int, total: int) -> None:
         """Show a bar: ``done`` of ``total``."""
         if self._bar is None:
-            from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+            from rich.progress import (
+                BarColumn,
+                Progress,
+                TaskProgressColumn,
+                TextColumn,
+                TimeRemainingColumn,
+            )
 
             self._stop()
-            columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
+            columns = (
+                TextColumn("{task.description}"),
+                BarColumn(),
+                TaskProgressColumn(),
+                TimeRemainingColumn(),
+            )
             self._bar = Progress(*columns, console=self._console, transient=True)
             self._bar.start()
         task = next((t for t in self._bar.tasks if t.description == what), None)

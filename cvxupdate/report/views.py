@@ -1,4 +1,5 @@
-"""From nodes in space to a flat figure: which axes or which isometric view show the structure and its motion best."""
+"""From nodes in space to a flat figure: which axes or which isometric view show the structure and
+its motion best."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ AXES = "xyz"
 
 @dataclass(frozen=True)
 class View:
-    """``project`` takes (…, 3) to (…, 2), lengths kept in m; ``axes`` names the two axes of a flat view, empty for an isometric one.
+    """``project`` takes (…, 3) to (…, 2), lengths kept in m; ``axes`` names the two axes of a flat
+    view, empty for an isometric one.
 
     ``aside`` is True for motion along a line, which is drawn across it.
     """
@@ -34,8 +36,8 @@ class View:
 def view_of(xyz: Real, moving: NDArray[np.bool_]) -> View:
     """The view of nodes ``xyz`` (n, 3) whose measured or free translations are ``moving`` (3,).
 
-    Two axes hold a plane structure that moves in its plane, and a line; everything else is seen from above and aside, with z upwards, from where the
-    nodes spread most over the figure.
+    Two axes hold a plane structure that moves in its plane, and a line; everything else is seen
+    from above and aside, with z upwards, from where the nodes spread most over the figure.
     """
     size = np.ptp(xyz, axis=0)
     wide = size > 1e-6 * max(float(size.max()), 1e-300)
@@ -68,5 +70,11 @@ def view_of(xyz: Real, moving: NDArray[np.bool_]) -> View:
 def _from(azimuth: float) -> Real:
     """Orthographic view from ``azimuth`` and ELEVATION: rows are right and up in space."""
     right = np.array([-math.sin(azimuth), math.cos(azimuth), 0.0])
-    eye = np.array([math.cos(ELEVATION) * math.cos(azimuth), math.cos(ELEVATION) * math.sin(azimuth), math.sin(ELEVATION)])
+    eye = np.array(
+        [
+            math.cos(ELEVATION) * math.cos(azimuth),
+            math.cos(ELEVATION) * math.sin(azimuth),
+            math.sin(ELEVATION),
+        ]
+    )
     return np.vstack([right, np.cross(eye, right)])

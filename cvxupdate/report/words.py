@@ -23,13 +23,18 @@ METRICS = {
 """The contract's metrics in words, with their unit."""
 
 INDEFINITE = 1e-10
-"""Below minus this an eigenvalue of a matrix scaled to a unit diagonal is negative, and not only rounded."""
+"""Below minus this an eigenvalue of a matrix scaled to a unit diagonal is negative, and not only
+rounded."""
 
 BETTER_HIGH = ("mac_mean", "mac_min")
 
 CERTIFICATE = (
     ("primal_residual", "primal residual", "the constraints and definitions hold"),
-    ("dual_residual", "dual residual", "stationarity: no direction lowers the objective except through a constraint"),
+    (
+        "dual_residual",
+        "dual residual",
+        "stationarity: no direction lowers the objective except through a constraint",
+    ),
     ("gap", "duality gap", "distance between the objective and a proven lower limit"),
     ("complementarity", "complementarity", "only constraints that hold with equality push"),
     ("primal_cone", "primal cone", "inequalities are kept"),
@@ -51,10 +56,16 @@ def verdict(updated: Updated) -> Verdict:
     """One line that says what came of it, and what to mind."""
     minds = tuple(_minds(updated))
     if updated.status == "infeasible":
-        return Verdict("bad", "The constraints contradict one another; the model was not updated.", ())
+        return Verdict(
+            "bad", "The constraints contradict one another; the model was not updated.", ()
+        )
     gain = _gain(updated)
     if updated.status not in ("converged", "optimal"):
-        return Verdict("fair", f"Stopped before convergence. {gain}".strip(), (f"Why: {updated.reason}.", *minds))
+        return Verdict(
+            "fair",
+            f"Stopped before convergence. {gain}".strip(),
+            (f"Why: {updated.reason}.", *minds),
+        )
     return Verdict("fair" if worse(updated) else "good", gain or "The update converged.", minds)
 
 
@@ -73,17 +84,33 @@ def _gain(updated: Updated) -> str:
     metrics = updated.fit.get("fit", {})
     held = updated.fit.get("hold_out", {})
     n, h = sum(m.use == "fit" for m in updated.modes), sum(m.use != "fit" for m in updated.modes)
-    key = next((k for k in ("frequency_error_percent_mean", "frf_error", "response_error", "objective") if k in metrics), None)
+    key = next(
+        (
+            k
+            for k in ("frequency_error_percent_mean", "frf_error", "response_error", "objective")
+            if k in metrics
+        ),
+        None,
+    )
     if key is None:
         return ""
     name, unit = METRICS[key]
     pair = metrics[key]
     over = f" over {count(n, 'fitted mode')}" if key.startswith("frequency") and n else ""
-    text = f"The {name}{over} went from {_amount(pair['before'], unit)} to {_amount(pair['after'], unit)}"
+    text = (
+        f"The {name}{over} went from {_amount(pair['before'], unit)} to "
+        f"{_amount(pair['after'], unit)}"
+    )
     if key in held:
         mode = held[key]
-        who = f"over {count(h, 'mode')} held out of the fit" if key.startswith("frequency") and h else "on the recordings held out of the fit"
-        text += f", and {who} from {_amount(mode['before'], unit)} to {_amount(mode['after'], unit)}"
+        who = (
+            f"over {count(h, 'mode')} held out of the fit"
+            if key.startswith("frequency") and h
+            else "on the recordings held out of the fit"
+        )
+        text += (
+            f", and {who} from {_amount(mode['before'], unit)} to {_amount(mode['after'], unit)}"
+        )
     return text + "."
 
 
@@ -96,13 +123,22 @@ def _minds(updated: Updated) -> list[str]:
     bad = worse(updated)
     if bad:
         names = " and ".join(METRICS.get(k, (k, ""))[0] for k in bad)
-        out.append(f"The {names} of the hold-out got worse: the update follows what only the fitted recordings contain. Use fewer parameters or more data.")
+        out.append(
+            f"The {names} of the hold-out got worse: the update follows what only the fitted "
+            "recordings contain. Use fewer parameters or more data."
+        )
     limits = [p.name for p in updated.parameters if p.at_bound]
     if limits:
         shown = ", ".join(limits[:6]) + (f" and {len(limits) - 6} more" if len(limits) > 6 else "")
-        out.append(f"{shown} ended on a bound: the recordings ask for more than the bound allows, or the model lacks something else.")
+        out.append(
+            f"{shown} ended on a bound: the recordings ask for more than the bound allows, or "
+            "the model lacks something else."
+        )
     if updated.undetermined:
-        out.append(f"{count(len(updated.undetermined), 'combination')} of parameters cannot be told from these recordings; the report names them.")
+        out.append(
+            f"{count(len(updated.undetermined), 'combination')} of parameters cannot be told "
+            "from these recordings; the report names them."
+        )
     return out
 
 
@@ -113,33 +149,64 @@ def certificate_sentence(updated: Updated) -> str:
         proof = c.get("infeasibility")
         text = "No values of the parameters satisfy all clauses. "
         if proof:
-            text += (f"The proof is a weighting of the clauses that adds up to a contradiction (Farkas' lemma): it separates by "
-                     f"{power(proof['separation'])}, with errors of {power(max(proof['stationarity'], proof['dual_cone']))} at most.")
+            text += (
+                "The proof is a weighting of the clauses that adds up to a contradiction "
+                f"(Farkas' lemma): it separates by {power(proof['separation'])}, with errors "
+                f"of {power(max(proof['stationarity'], proof['dual_cone']))} at most."
+            )
         return text.strip()
-    values = [c[key] for key, _, _ in CERTIFICATE if c.get(key) is not None and math.isfinite(c[key])]
+    values = [
+        c[key] for key, _, _ in CERTIFICATE if c.get(key) is not None and math.isfinite(c[key])
+    ]
     if not values:
         return "The last step returned no point, so there is nothing to certify."
     worst = power(max(values)) if max(values) > 0 else "0"
     if c.get("optimal"):
-        return (f"The last convex step is solved: no admissible parameters lower its objective by more than a relative {worst}. "
-                "The figures were recomputed from the solver's answer, not taken from it.")
-    return f"The last convex step was not solved to the accuracy required: the largest relative residual is {worst}."
+        return (
+            "The last convex step is solved: no admissible parameters lower its objective by "
+            f"more than a relative {worst}. The figures were recomputed from the solver's "
+            "answer, not taken from it."
+        )
+    return (
+        "The last convex step was not solved to the accuracy required: the largest relative "
+        f"residual is {worst}."
+    )
 
 
 def definite_sentence(updated: Updated) -> str:
-    """Whether the updated matrices still belong to a structure; empty where it was not computed or nothing was updated."""
-    mass, stiffness = (updated.model.get(f"{name}_eigenvalue_min") for name in ("mass", "stiffness"))
+    """Whether the updated matrices still belong to a structure; empty where it was not computed or
+    nothing was updated."""
+    mass, stiffness = (
+        updated.model.get(f"{name}_eigenvalue_min") for name in ("mass", "stiffness")
+    )
     if updated.status == "infeasible" or mass is None or stiffness is None:
         return ""
-    bad = [f"the {name} matrix ({power(value)})" for name, value in (("mass", mass), ("stiffness", stiffness)) if value < -INDEFINITE]
+    bad = [
+        f"the {name} matrix ({power(value)})"
+        for name, value in (("mass", mass), ("stiffness", stiffness))
+        if value < -INDEFINITE
+    ]
     if bad:
-        return f"The updated model is no structure: {' and '.join(bad)} has a negative eigenvalue (scaled to a unit diagonal)."
-    rigid = "it lets the structure move rigidly" if stiffness < INDEFINITE else "it is positive definite"
-    return f"The updated matrices are those of a structure: no eigenvalue of mass or stiffness is negative; as to stiffness, {rigid}."
+        return (
+            f"The updated model is no structure: {' and '.join(bad)} has a negative eigenvalue "
+            "(scaled to a unit diagonal)."
+        )
+    rigid = (
+        "it lets the structure move rigidly"
+        if stiffness < INDEFINITE
+        else "it is positive definite"
+    )
+    return (
+        "The updated matrices are those of a structure: no eigenvalue of mass or stiffness is "
+        f"negative; as to stiffness, {rigid}."
+    )
 
 
 def conflict_sentence(updated: Updated) -> str:
     """How to read the list of clauses in conflict."""
     if len(updated.conflict) == 1:
         return "This clause alone cannot hold:"
-    return f"These {len(updated.conflict)} clauses cannot hold together; without any one of them the rest can:"
+    return (
+        f"These {len(updated.conflict)} clauses cannot hold together; without any one of them the "
+        "rest can:"
+    )

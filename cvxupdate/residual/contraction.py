@@ -1,4 +1,5 @@
-"""∂Z/∂p between two sets of vectors, for all parameters at once: element blocks times the vectors' rows, never a full matrix."""
+"""∂Z/∂p between two sets of vectors, for all parameters at once: element blocks times the vectors'
+rows, never a full matrix."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ ENTRIES = 400_000  # gathered entries of several lines at a time, for the same r
 
 @dataclass(frozen=True)
 class Part:
-    """Elements of one size: ``dofs`` (e, d), the size of the model where fixed; ``column`` (e,) rising; dK, dM, dC, dD (e, d, d) or None."""
+    """Elements of one size: ``dofs`` (e, d), the size of the model where fixed; ``column`` (e,)
+    rising; dK, dM, dC, dD (e, d, d) or None."""
 
     dofs: Index
     column: Index
@@ -66,7 +68,9 @@ class Derivatives:
         """leftᵀ (∂Z/∂p_j) right for left (N, n) and right (N, r): (n, r, parameters)."""
         kind = np.result_type(left, right, complex if self.damped else float)
         out = np.zeros((self.count, left.shape[1], right.shape[1]), dtype=kind)
-        left, right = (np.vstack([v, np.zeros((1, v.shape[1]), dtype=v.dtype)]) for v in (left, right))
+        left, right = (
+            np.vstack([v, np.zeros((1, v.shape[1]), dtype=v.dtype)]) for v in (left, right)
+        )
         for part in self.parts:
             for first in range(0, len(part.column), CHUNK):
                 some = slice(first, first + CHUNK)
@@ -77,12 +81,12 @@ class Derivatives:
                 out[column[starts]] += np.add.reduceat(each, starts, axis=0)
         return np.moveaxis(out, 0, 2)
 
-
     def over_lines(self, omega: Real, X: Field, left: Index, right: Index) -> Field:
         """X[:, k, left]ᵀ (∂Z/∂p_j) X[:, k, right] at every line k: (f, n, r, parameters).
 
-        ``omega`` (f,) rad/s; ``X`` (N + 1, f, k) with a last row of zeros, ``left`` (n,) and ``right`` (r,) among its k columns. The matrices of each
-        element meet the fields of all lines in one product.
+        ``omega`` (f,) rad/s; ``X`` (N + 1, f, k) with a last row of zeros, ``left`` (n,) and
+        ``right`` (r,) among its k columns. The matrices of each element meet the fields of all
+        lines in one product.
         """
         lines, n, r = len(omega), len(left), len(right)
         kind = np.result_type(X, complex if self.damped else float)
@@ -101,7 +105,9 @@ class Derivatives:
                 if part.M is not None:
                     push = push - square * _times(part.M[some], flat).reshape(driven.shape)
                 if part.C is not None:
-                    push = push + 1j * omega[:, None] * _times(part.C[some], flat).reshape(driven.shape)
+                    push = push + 1j * omega[:, None] * _times(part.C[some], flat).reshape(
+                        driven.shape
+                    )
                 if part.D is not None:
                     push = push + 1j * _times(part.D[some], flat).reshape(driven.shape)
                 _add(out, part.column[some], local[..., left], push)
@@ -109,9 +115,11 @@ class Derivatives:
 
 
 def _add(out: Field, column: Index, left: Field, push: Field) -> None:
-    """out[j] += Σ leftᵀ push over the elements of parameter j, line by line; ``left`` (e, d, f, n), ``push`` (e, d, f, r), ``column`` (e,) rising.
+    """out[j] += Σ leftᵀ push over the elements of parameter j, line by line; ``left`` (e, d, f, n),
+    ``push`` (e, d, f, r), ``column`` (e,) rising.
 
-    Parameters of many elements take one product each, those of few are summed after a product for every element.
+    Parameters of many elements take one product each, those of few are summed after a product for
+    every element.
     """
     starts = np.flatnonzero(np.diff(column, prepend=-1))
     if len(column) < MANY * len(starts):
@@ -132,7 +140,8 @@ def _times(matrices: Real, fields: Field) -> Field:
 
 
 def constant(model: Model) -> bool:
-    """Whether the derivatives are the same at every p: nothing but p-values, each a factor on one matrix of its elements."""
+    """Whether the derivatives are the same at every p: nothing but p-values, each a factor on one
+    matrix of its elements."""
     return all(q.of in P_VALUES for q in model.parameters)
 
 
@@ -145,10 +154,14 @@ def derivatives(model: Model, p: Real) -> Derivatives:
             block = model.blocks[t.block]
             d = block.derivative(properties[t.block], t.rows, t.properties, t.scales)
             if d:
-                b = DerivativeBlock(block.dofs[t.rows], d.get("K"), d.get("M"), d.get("C"), d.get("D"))
+                b = DerivativeBlock(
+                    block.dofs[t.rows], d.get("K"), d.get("M"), d.get("C"), d.get("D")
+                )
                 key = (b.dofs.shape[1], *(getattr(b, m) is not None for m in "KMCD"))
                 found.setdefault(key, []).append((j, b))
-    return Derivatives(tuple(_part(members, model.size) for members in found.values()), len(model.parameters))
+    return Derivatives(
+        tuple(_part(members, model.size) for members in found.values()), len(model.parameters)
+    )
 
 
 def _part(members: Sequence[tuple[int, DerivativeBlock]], size: int) -> Part:
@@ -156,6 +169,12 @@ def _part(members: Sequence[tuple[int, DerivativeBlock]], size: int) -> Part:
     column = np.concatenate([np.full(len(b.dofs), j, dtype=np.int64) for j, b in members])
 
     def joined(name: str) -> Real | None:
-        return np.concatenate([getattr(b, name) for _, b in members]) if getattr(members[0][1], name) is not None else None
+        return (
+            np.concatenate([getattr(b, name) for _, b in members])
+            if getattr(members[0][1], name) is not None
+            else None
+        )
 
-    return Part(np.where(dofs < 0, size, dofs), column, joined("K"), joined("M"), joined("C"), joined("D"))
+    return Part(
+        np.where(dofs < 0, size, dofs), column, joined("K"), joined("M"), joined("C"), joined("D")
+    )

@@ -1,16 +1,21 @@
-"""Frequency responses against the model: force balance, exactly reduced (3.13–3.26), weighted by the dynamic flexibility (3.34–3.37), or output error (3.30).
+"""Frequency responses against the model: force balance, exactly reduced (3.13–3.26), weighted by
+the dynamic flexibility (3.34–3.37), or output error (3.30).
 
-With x the measured column of receptances, T = [I; −Z_ss⁻¹ Z_sn] and f the unit force carried to the measured DOFs,
+With x the measured column of receptances, T = [I; −Z_ss⁻¹ Z_sn] and f the unit force carried to the
+measured DOFs,
 
-    force-balance   ε = f − Z_red x                     ∂ε = −Tᵀ ∂Z (T x)
-    flexibility     H_w (f − Z_red x)                   H_w = Z_red⁻¹ at the parameters ``at``, held fixed
-    receptance      H f − x                             ∂  = −(T H)ᵀ ∂Z (T H f)
+    force-balance   ε = f − Z_red x                     ∂ε = −Tᵀ ∂Z (T x) flexibility     H_w (f −
+    Z_red x)                   H_w = Z_red⁻¹ at the parameters ``at``, held fixed receptance      H
+    f − x                             ∂  = −(T H)ᵀ ∂Z (T H f)
 
-The noise δ of x enters ε as −Z_red(p) δ, in A as much as in b. So the rows of the first have the deviation of that product, which depends on p, and those
-of the second, whose H_w takes Z_red out again, the deviation of x itself: that is the first with the whole covariance Z Σ Zᴴ of its rows, and at ``at`` it
-equals the output error. `update.rfm` takes ``at`` anew until it belongs to the solution: with the weights of the start, p is badly biased. What bias is
-left, because A itself is noisy, the output error does not have, and it ends the work: with errors in the variables x̂ = H(p) f is the likeliest x that
-balances, so the output error is the maximum likelihood of the force balance (`examples/rfm_noise_in_a.py` measures all of them).
+The noise δ of x enters ε as −Z_red(p) δ, in A as much as in b. So the rows of the first have the
+deviation of that product, which depends on p, and those of the second, whose H_w takes Z_red out
+again, the deviation of x itself: that is the first with the whole covariance Z Σ Zᴴ of its rows,
+and at ``at`` it equals the output error. `update.rfm` takes ``at`` anew until it belongs to the
+solution: with the weights of the start, p is badly biased. What bias is left, because A itself is
+noisy, the output error does not have, and it ends the work: with errors in the variables x̂ = H(p)
+f is the likeliest x that balances, so the output error is the maximum likelihood of the force
+balance (`examples/rfm_noise_in_a.py` measures all of them).
 """
 
 from __future__ import annotations
@@ -37,7 +42,8 @@ KINDS = ("force-balance", "flexibility", "receptance")
 
 @dataclass(frozen=True)
 class FrfResidual:
-    """What is compared: a model, recordings at their lines, one of `KINDS`, and the parameters ``at`` which its weights are taken (None: 0)."""
+    """What is compared: a model, recordings at their lines, one of `KINDS`, and the parameters
+    ``at`` which its weights are taken (None: 0)."""
 
     model: Model
     data: tuple[FrfData, ...]
@@ -70,9 +76,13 @@ class FrfResidual:
         v, A = parts(np.concatenate(values), self.real), parts(np.concatenate(rows), self.real)
         return FrfPoint(self, np.asarray(p, dtype=float), v, A)
 
-    def _line(self, c: Condensed, d: Derivatives, omega: float, x: Field, flexibility: Field | None) -> tuple[Field, Field]:
+    def _line(
+        self, c: Condensed, d: Derivatives, omega: float, x: Field, flexibility: Field | None
+    ) -> tuple[Field, Field]:
         epsilon = c.force - c.Z @ x
-        left = np.eye(len(x)) if flexibility is None or self.kind == "force-balance" else flexibility
+        left = (
+            np.eye(len(x)) if flexibility is None or self.kind == "force-balance" else flexibility
+        )
         return left @ epsilon, -d.between(omega, c.carried(left.T), c.field(x))
 
     @cached_property
@@ -84,14 +94,21 @@ class FrfResidual:
     def real(self) -> bool:
         """Whether every row is real: undamped model and data."""
         m = matrices_with_damping(self.model)
-        return not damped(m) and all(data.real for data in self.data) and not derivatives(self.model, self.model.zero()).damped
+        return (
+            not damped(m)
+            and all(data.real for data in self.data)
+            and not derivatives(self.model, self.model.zero()).damped
+        )
 
     @cached_property
     def _weights(self) -> tuple[list[Field | None], ...]:
-        """H_w of every line (the reduced Z itself for force-balance), None where the kind needs none."""
+        """H_w of every line (the reduced Z itself for force-balance), None where the kind needs
+        none."""
         if self.kind == "receptance":
             return tuple([None] * len(data.frequency) for data in self.data)
-        m: Matrices = matrices_with_damping(self.model, self.model.zero() if self.at is None else self.at)
+        m: Matrices = matrices_with_damping(
+            self.model, self.model.zero() if self.at is None else self.at
+        )
         out: list[list[Field | None]] = []
         for data in self.data:
             cut = condenser(m, data.responses, data.references)
@@ -105,7 +122,11 @@ class FrfResidual:
         found = []
         for data, weights in zip(self.data, self._weights, strict=True):
             for std, Z in zip(data.std, weights, strict=True):
-                spread = np.sqrt(np.abs(Z) ** 2 @ std**2) if self.kind == "force-balance" and Z is not None else std
+                spread = (
+                    np.sqrt(np.abs(Z) ** 2 @ std**2)
+                    if self.kind == "force-balance" and Z is not None
+                    else std
+                )
                 found.append(spread[data.used])
         std = np.concatenate(found)
         return 1.0 / std if self.real else np.sqrt(2.0) / np.concatenate([std, std])
@@ -114,14 +135,25 @@ class FrfResidual:
     def labels(self) -> tuple[str, ...]:
         """What each real row is."""
         names = self.model.labels
-        some = [f"{data.name}: {names[i]}/{names[j]} at {f:.6g} Hz" for data in self.data for f in data.frequency.tolist()
-                for k, i in enumerate(data.responses.tolist()) for m, j in enumerate(data.references.tolist()) if data.used[k, m]]
-        return tuple(some) if self.real else (*(f"{s} (real)" for s in some), *(f"{s} (imaginary)" for s in some))
+        some = [
+            f"{data.name}: {names[i]}/{names[j]} at {f:.6g} Hz"
+            for data in self.data
+            for f in data.frequency.tolist()
+            for k, i in enumerate(data.responses.tolist())
+            for m, j in enumerate(data.references.tolist())
+            if data.used[k, m]
+        ]
+        return (
+            tuple(some)
+            if self.real
+            else (*(f"{s} (real)" for s in some), *(f"{s} (imaginary)" for s in some))
+        )
 
 
 @dataclass(frozen=True)
 class FrfPoint:
-    """The comparison at one parameter vector: ``values`` (rows,) model − measured, ``jacobian`` (rows, parameters)."""
+    """The comparison at one parameter vector: ``values`` (rows,) model − measured, ``jacobian``
+    (rows, parameters)."""
 
     residual: FrfResidual
     p: Real
@@ -134,9 +166,16 @@ class FrfPoint:
         return self.values, self.residual.weights, self.residual.labels
 
     def system(self) -> LinearSystem:
-        """Linearised at this point; exact everywhere where every DOF is measured, the weights are fixed and the model is linear in p (3.9)."""
+        """Linearised at this point; exact everywhere where every DOF is measured, the weights are
+        fixed and the model is linear in p (3.9)."""
         columns = tuple(q.name for q in self.residual.model.parameters)
-        return LinearSystem(self.jacobian, self.jacobian @ self.p - self.values, self.residual.weights, columns, self.residual.labels)
+        return LinearSystem(
+            self.jacobian,
+            self.jacobian @ self.p - self.values,
+            self.residual.weights,
+            columns,
+            self.residual.labels,
+        )
 
 
 def parts(values: Field, real: bool) -> Real:

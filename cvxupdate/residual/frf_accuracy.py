@@ -1,5 +1,6 @@
-"""How accurate recordings must be (thesis chapter 5): the spectral radius (5.6), the bearable error (5.12), the relative errors (5.15), and the
-characteristic log function (5.32), from the model alone: before any updating."""
+"""How accurate recordings must be (thesis chapter 5): the spectral radius (5.6), the bearable error
+(5.12), the relative errors (5.15), and the characteristic log function (5.32), from the model
+alone: before any updating."""
 
 from __future__ import annotations
 
@@ -18,8 +19,9 @@ from cvxupdate.residual.contraction import derivatives
 class Accuracy:
     """Per line, (f,): Frobenius norms over the measured DOFs.
 
-    ``error`` log₁₀‖ε‖ and ``system`` log₁₀(‖ΔZ‖/‖Z + ΔZ‖²) of (5.12); ``log_function`` their difference (5.32), below 0 where the noise is borne;
-    ``bearable`` the relative noise at which it is 0; ``radius`` an estimate of the spectral radius (5.6), the series converges below 1;
+    ``error`` log₁₀‖ε‖ and ``system`` log₁₀(‖ΔZ‖/‖Z + ΔZ‖²) of (5.12); ``log_function`` their
+    difference (5.32), below 0 where the noise is borne; ``bearable`` the relative noise at which it
+    is 0; ``radius`` an estimate of the spectral radius (5.6), the series converges below 1;
     ``relative_error`` ‖ε‖/‖H_X − ε‖ and ``relative_model`` ‖ΔZ‖/‖Z + ΔZ‖ of (5.15).
     """
 
@@ -37,11 +39,20 @@ class Accuracy:
         return self.error - self.system
 
 
-def accuracy(model: Model, frequency: Real, measured: Index, noise: float, change: Real | float = 0.05, rounds: int = 8) -> Accuracy:
-    """The log function of a test: the receptance matrix of the ``measured`` DOFs with relative r.m.s. ``noise`` on every entry.
+def accuracy(
+    model: Model,
+    frequency: Real,
+    measured: Index,
+    noise: float,
+    change: Real | float = 0.05,
+    rounds: int = 8,
+) -> Accuracy:
+    """The log function of a test: the receptance matrix of the ``measured`` DOFs with relative
+    r.m.s. ``noise`` on every entry.
 
-    ``change``: the parameter error that is sought: p itself (n,) where it is known, or the deviation that every parameter may have (a number): then
-    ‖ΔZ‖ is the root of the mean square over independent parameters. The spectral radius is the mean over ``rounds`` seeded draws.
+    ``change``: the parameter error that is sought: p itself (n,) where it is known, or the
+    deviation that every parameter may have (a number): then ‖ΔZ‖ is the root of the mean square
+    over independent parameters. The spectral radius is the mean over ``rounds`` seeded draws.
 
     Raises
     ------
@@ -63,14 +74,31 @@ def accuracy(model: Model, frequency: Real, measured: Index, noise: float, chang
             delta = float(np.linalg.norm(Z - c.Z))
         else:
             Z = c.Z
-            blocks = d.between(2.0 * np.pi * f, c.carried(np.eye(len(measured))), c.carried(np.eye(len(measured))))
+            blocks = d.between(
+                2.0 * np.pi * f, c.carried(np.eye(len(measured))), c.carried(np.eye(len(measured)))
+            )
             delta = float(change) * float(np.linalg.norm(blocks))
         H = np.linalg.inv(Z)
         norm, size = float(np.linalg.norm(Z)), float(np.linalg.norm(H))
-        radius = np.mean([_radius(Z, H, noise, rng, damped(base)) for _ in range(rounds)]) if rounds else np.nan
-        rows.append((np.log10(noise * size), np.log10(delta / norm**2), delta / norm**2 / size, radius, noise, delta / norm))
+        radius = (
+            np.mean([_radius(Z, H, noise, rng, damped(base)) for _ in range(rounds)])
+            if rounds
+            else np.nan
+        )
+        rows.append(
+            (
+                np.log10(noise * size),
+                np.log10(delta / norm**2),
+                delta / norm**2 / size,
+                radius,
+                noise,
+                delta / norm,
+            )
+        )
     error, system, bearable, radius_, relative, model_ = np.array(rows).T
-    return Accuracy(np.asarray(frequency, dtype=float), error, system, bearable, radius_, relative, model_)
+    return Accuracy(
+        np.asarray(frequency, dtype=float), error, system, bearable, radius_, relative, model_
+    )
 
 
 def _radius(Z: Real, H: Real, noise: float, rng: np.random.Generator, both: bool) -> float:

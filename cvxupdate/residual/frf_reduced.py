@@ -1,8 +1,11 @@
-"""Output error on a reduced basis: modes and static residual vectors, so that an iteration costs nothing that grows with the model.
+"""Output error on a reduced basis: modes and static residual vectors, so that an iteration costs
+nothing that grows with the model.
 
-With V (N, k) the receptances are B (VᵀZV)⁻¹ Bᵀ, B = V at the sensors and forces, and ∂Z/∂p_j enters as Vᵀ ∂K_j V and so on, formed once. They belong to
-the parameters ``at``: K(p) ≈ VᵀK V + Σ Δp_j VᵀK_jV is exact for p-values and first order for others, and the basis is best near ``at``; `update.rfm` makes
-it anew when the parameters have moved, and ends with the full model's word (Balmès 1996; Craig and Bampton 1968 for the residual vectors).
+With V (N, k) the receptances are B (VᵀZV)⁻¹ Bᵀ, B = V at the sensors and forces, and ∂Z/∂p_j enters
+as Vᵀ ∂K_j V and so on, formed once. They belong to the parameters ``at``: K(p) ≈ VᵀK V + Σ Δp_j
+VᵀK_jV is exact for p-values and first order for others, and the basis is best near ``at``;
+`update.rfm` makes it anew when the parameters have moved, and ends with the full model's word
+(Balmès 1996; Craig and Bampton 1968 for the residual vectors).
 """
 
 from __future__ import annotations
@@ -32,7 +35,8 @@ MODES = 400
 
 @dataclass(frozen=True)
 class Basis:
-    """``V`` (N, k), orthonormal in M, made at ``p``; reduced K, M, C, D (k, k) and their derivatives (parameters, k, k), None where zero."""
+    """``V`` (N, k), orthonormal in M, made at ``p``; reduced K, M, C, D (k, k) and their
+    derivatives (parameters, k, k), None where zero."""
 
     p: Real
     V: Real
@@ -49,18 +53,26 @@ class Basis:
         return out
 
 
-def make_basis(model: Model, p: Real, top: float, places: Index, shifts: tuple[float, ...]) -> Basis:
-    """Modes up to 1.5 ``top`` (Hz) and the responses to unit forces at ``places`` at each of ``shifts`` (Hz).
+def make_basis(
+    model: Model, p: Real, top: float, places: Index, shifts: tuple[float, ...]
+) -> Basis:
+    """Modes up to 1.5 ``top`` (Hz) and the responses to unit forces at ``places`` at each of
+    ``shifts`` (Hz).
 
-    With one low shift these are the residual vectors in which the modes left out answer statically; at each further shift the basis is exact as well.
+    With one low shift these are the residual vectors in which the modes left out answer statically;
+    at each further shift the basis is exact as well.
 
     Raises
     ------
     ModelError
-        When the model at ``p`` is no structure, has modal damping, or carries more than 400 modes in the band.
+        When the model at ``p`` is no structure, has modal damping, or carries more than 400 modes
+        in the band.
     """
     if model.modal_damping and any(model.modal_damping):
-        raise ModelError("a reduced basis needs element damping. Use structural or Rayleigh damping, or the full model.")
+        raise ModelError(
+            "a reduced basis needs element damping. Use structural or Rayleigh damping, or "
+            "the full model."
+        )
     m = model.matrices(p)
     count = 20
     while True:
@@ -68,17 +80,26 @@ def make_basis(model: Model, p: Real, top: float, places: Index, shifts: tuple[f
         if modes.frequencies[-1] > BEYOND * top or len(modes.frequencies) >= model.size:
             break
         if count >= MODES:
-            raise ModelError(f"the model has more than {MODES} modes below {BEYOND * top:.5g} Hz. Narrow the band, or use the full model.")
+            raise ModelError(
+                f"the model has more than {MODES} modes below {BEYOND * top:.5g} Hz. Narrow "
+                "the band, or use the full model."
+            )
         count *= 2
     shapes = modes.shapes[:, modes.frequencies <= BEYOND * top]
     unit = np.zeros((model.size, len(places)))
     unit[places, np.arange(len(places))] = 1.0
-    static = [factorise(sp.csc_array(m.K - (2 * np.pi * f) ** 2 * m.M), f"the dynamic stiffness at {f:g} Hz").solve(unit) for f in shifts]
+    static = [
+        factorise(
+            sp.csc_array(m.K - (2 * np.pi * f) ** 2 * m.M), f"the dynamic stiffness at {f:g} Hz"
+        ).solve(unit)
+        for f in shifts
+    ]
     return reduce_to(model, p, m, orthonormal(np.hstack([shapes, *static]), m.M))
 
 
 def orthonormal(V: Real, M: sp.csc_array) -> Real:
-    """A basis of the columns of V, orthonormal in M; directions below 1e-10 of the largest, or without mass, are made orthonormal as they are."""
+    """A basis of the columns of V, orthonormal in M; directions below 1e-10 of the largest, or
+    without mass, are made orthonormal as they are."""
     V = V / np.linalg.norm(V, axis=0)
     V = la.qr(V, mode="economic", pivoting=True)[0]
     w, X = la.eigh(V.T @ (M @ V))
@@ -104,7 +125,9 @@ def _projected(d: Derivatives, V: Real, name: str) -> Real | None:
             continue
         cuts = np.append(np.flatnonzero(np.diff(part.column, prepend=-1)), len(part.column))
         for first, last in zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True):
-            for begin in range(first, last, CHUNK):  # VᵀKV of one parameter's elements as one product of tall matrices
+            for begin in range(
+                first, last, CHUNK
+            ):  # VᵀKV of one parameter's elements as one product of tall matrices
                 some = slice(begin, min(begin + CHUNK, last))
                 local = padded[part.dofs[some]]
                 push = values[some] @ local
@@ -133,10 +156,13 @@ class ReducedResidual:
                 if lossy:
                     Z = Z + 1j * (reduced["D"] + w * reduced["C"])
                 X = np.linalg.solve(Z, np.hstack([B.T, F.T]))
-                left, right = X[:, : len(B)], X[:, len(B):]
+                left, right = X[:, : len(B)], X[:, len(B) :]
                 values.append((B @ right - data.X[k])[data.used])
-                # −leftᵀ ∂Z right = Σ over (k, k) of −outer(left, right) · ∂Z: one product with the flattened derivatives
-                pairs = (left[:, None, :, None] * right[None, :, None, :]).reshape(X.shape[0] ** 2, -1)[:, data.used.reshape(-1)]
+                # −leftᵀ ∂Z right = Σ over (k, k) of −outer(left, right) · ∂Z: one product with the
+                # flattened derivatives
+                pairs = (left[:, None, :, None] * right[None, :, None, :]).reshape(
+                    X.shape[0] ** 2, -1
+                )[:, data.used.reshape(-1)]
                 out: Field = np.zeros((count, pairs.shape[1]), dtype=pairs.dtype)
                 for name, factor in (("K", 1.0), ("M", -(w**2)), ("C", 1j * w), ("D", 1j)):
                     change = self.basis.change[name]
@@ -144,7 +170,12 @@ class ReducedResidual:
                         out = out + factor * (change.reshape(count, -1) @ pairs)
                 rows.append(-out.T)
         real = self.full.real
-        return ReducedPoint(self, np.asarray(p, dtype=float), parts(np.concatenate(values), real), parts(np.concatenate(rows), real))
+        return ReducedPoint(
+            self,
+            np.asarray(p, dtype=float),
+            parts(np.concatenate(values), real),
+            parts(np.concatenate(rows), real),
+        )
 
 
 @dataclass(frozen=True)

@@ -14,18 +14,37 @@ from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.recordings.types import ModeTable
-from cvxupdate.residual.eigen import derivatives_of, eigenvalue_derivatives, shape_derivatives, splitting
-from cvxupdate.residual.pairing import MARGIN, Index, Start, channel_rows, follow, pairing_modes, real_shapes, shape_entries, start_pairing, visible
+from cvxupdate.residual.eigen import (
+    derivatives_of,
+    eigenvalue_derivatives,
+    shape_derivatives,
+    splitting,
+)
+from cvxupdate.residual.pairing import (
+    MARGIN,
+    Index,
+    Start,
+    channel_rows,
+    follow,
+    pairing_modes,
+    real_shapes,
+    shape_entries,
+    start_pairing,
+    visible,
+)
 from cvxupdate.residual.repeated import aligned, clusters, oriented, turned
 from cvxupdate.system import LinearSystem
 
 
 @dataclass(frozen=True)
 class ModalResidual:
-    """What is compared: a model, tables to fit and tables to score only, whether shapes count, and the initial pairing.
+    """What is compared: a model, tables to fit and tables to score only, whether shapes count, and
+    the initial pairing.
 
-    ``count`` flexible modes are computed at every point; ``start`` pairs ``fit + hold_out`` in that order. ``muted`` are the (table, mode) whose shape is
-    left out because its eigenvalue is repeated in the initial model, ``unseen`` those whose partner does not move any of the sensors there.
+    ``count`` flexible modes are computed at every point; ``start`` pairs ``fit + hold_out`` in that
+    order. ``muted`` are the (table, mode) whose shape is left out because its eigenvalue is
+    repeated in the initial model, ``unseen`` those whose partner does not move any of the sensors
+    there.
     """
 
     model: Model
@@ -43,9 +62,11 @@ class ModalResidual:
         return self.fit + self.hold_out
 
     def evaluate(self, p: Real, before: ModalPoint | None = None) -> ModalPoint:
-        """The model's modes at ``p`` (n,), each measured mode followed from the point ``before`` (None: from ``start``).
+        """The model's modes at ``p`` (n,), each measured mode followed from the point ``before``
+        (None: from ``start``).
 
-        The fitted modes are followed first, then those to score among what is left. Shapes of a repeated eigenvalue are turned to those before.
+        The fitted modes are followed first, then those to score among what is left. Shapes of a
+        repeated eigenvalue are turned to those before.
 
         Raises
         ------
@@ -54,14 +75,25 @@ class ModalResidual:
         """
         p = np.asarray(p, dtype=float)
         m = self.model.matrices(p)
-        first, places = (self.start.modes, self.start.places) if before is None else (before.modes, before.places)
+        first, places = (
+            (self.start.modes, self.start.places)
+            if before is None
+            else (before.modes, before.places)
+        )
         modes = model_modes(self.model, self.count, p, m)
-        fitted = _used(places[:len(self.fit)])
-        scored = np.setdiff1d(_used(places[len(self.fit):]), fitted)  # a fitted mode that was measured again goes with it
+        fitted = _used(places[: len(self.fit)])
+        scored = np.setdiff1d(
+            _used(places[len(self.fit) :]), fitted
+        )  # a fitted mode that was measured again goes with it
         modes = aligned(modes, m, first.shapes[:, np.concatenate([fitted, scored])])
         went = {-1: -1}
         for used in (fitted, scored):
-            found = follow(first.shapes[:, used], m.M, modes, np.array([v for v in went.values() if v >= 0], dtype=np.int64))
+            found = follow(
+                first.shapes[:, used],
+                m.M,
+                modes,
+                np.array([v for v in went.values() if v >= 0], dtype=np.int64),
+            )
             went |= dict(zip(used.tolist(), found.tolist(), strict=True))
         moved = tuple(np.array([went[i] for i in q.tolist()], dtype=np.int64) for q in places)
         return ModalPoint(self, p, m, modes, moved)
@@ -74,7 +106,8 @@ def _used(places: Sequence[Index]) -> Index:
 
 @dataclass(frozen=True)
 class ModalPoint:
-    """The comparison at one parameter vector; ``places`` say which of ``modes`` each measured mode is, table by table."""
+    """The comparison at one parameter vector; ``places`` say which of ``modes`` each measured mode
+    is, table by table."""
 
     residual: ModalResidual
     p: Real
@@ -89,9 +122,11 @@ class ModalPoint:
 
     @cached_property
     def differences(self) -> tuple[Real, Real, tuple[str, ...]]:
-        """(model − measured, weights, labels) of the rows to fit: eigenvalues in (rad/s)², then shape entries.
+        """(model − measured, weights, labels) of the rows to fit: eigenvalues in (rad/s)², then
+        shape entries.
 
-        The deviation of an eigenvalue is 2 λ σ_f / f. A shape is scaled to the measured one by least squares (the modal scale factor 2.3).
+        The deviation of an eigenvalue is 2 λ σ_f / f. A shape is scaled to the measured one by
+        least squares (the modal scale factor 2.3).
         """
         values, weights, labels = [], [], []
         for k, table in enumerate(self.residual.fit):
@@ -108,33 +143,65 @@ class ModalPoint:
                 values.append((scaled - x).tolist())
                 weights.append((1.0 / std).tolist())
                 table = self.residual.fit[k]
-                labels += [f"{table.origin.name}: shape of {table.frequency[i]:.5g} Hz at {self.residual.model.labels[r]}" for r in rows]
-        return np.array([v for part in values for v in part]), np.array([w for part in weights for w in part]), tuple(labels)
+                labels += [
+                    f"{table.origin.name}: shape of {table.frequency[i]:.5g} Hz at "
+                    f"{self.residual.model.labels[r]}"
+                    for r in rows
+                ]
+        return (
+            np.array([v for part in values for v in part]),
+            np.array([w for part in weights for w in part]),
+            tuple(labels),
+        )
 
     def system(self) -> LinearSystem:
         """Linearised at this point: A p − b ≈ model(p) − measured."""
         model = self.residual.model
         derivatives = derivatives_of(model, self.p)
-        at = np.array([i for k in range(len(self.residual.fit)) for i in self.places[k].tolist() if i >= 0], dtype=np.int64)
-        rows = [eigenvalue_derivatives(self.modes.eigenvalues[at], self.modes.shapes[:, at], derivatives)]
+        at = np.array(
+            [i for k in range(len(self.residual.fit)) for i in self.places[k].tolist() if i >= 0],
+            dtype=np.int64,
+        )
+        rows = [
+            eigenvalue_derivatives(
+                self.modes.eigenvalues[at], self.modes.shapes[:, at], derivatives
+            )
+        ]
         if self.residual.shapes:
             for _, _, i, sensors, x, std in self._shape_rows():
                 phi = self.modes.shapes[:, i]
-                others = next((self.modes.shapes[:, at[at != i]] for at in clusters(self.modes) if i in at), None)
-                d = shape_derivatives(self.matrices, float(self.modes.eigenvalues[i]), phi, sensors, derivatives, others)
+                others = next(
+                    (self.modes.shapes[:, at[at != i]] for at in clusters(self.modes) if i in at),
+                    None,
+                )
+                d = shape_derivatives(
+                    self.matrices,
+                    float(self.modes.eigenvalues[i]),
+                    phi,
+                    sensors,
+                    derivatives,
+                    others,
+                )
                 rows.append(_scaled_derivative(phi[sensors], d, x, std))
         A = np.vstack(rows)
         values, weights, labels = self.differences
-        return LinearSystem(A, A @ self.p - values, weights, tuple(q.name for q in model.parameters), labels)
+        return LinearSystem(
+            A, A @ self.p - values, weights, tuple(q.name for q in model.parameters), labels
+        )
 
     def _shape_rows(self) -> list[tuple[int, int, int, Index, Real, Real]]:
-        """(table, measured mode, place, sensors, measured entries, deviations) of every shape that is fitted."""
+        """(table, measured mode, place, sensors, measured entries, deviations) of every shape that
+        is fitted."""
         out = []
         for k, table in enumerate(self.residual.fit):
             if table.shapes is None:
                 continue
             rows, shapes = channel_rows(table, self.residual.model), real_shapes(table.shapes)
-            deviations = np.full(shapes.shape, np.nan) if table.shape_std is None else np.broadcast_to(table.shape_std, shapes.shape)
+            deviations = (
+                np.full(shapes.shape, np.nan)
+                if table.shape_std is None
+                else np.broadcast_to(table.shape_std, shapes.shape)
+            )
             for i, at in enumerate(self.places[k].tolist()):
                 if at < 0 or (k, i) in self.residual.muted | self.residual.unseen:
                     continue
@@ -162,9 +229,16 @@ def _scaled_derivative(phi: Real, d: Real, x: Real, std: Real) -> Real:
     return q * d + np.outer(phi, dq)
 
 
-def modal_residual(model: Model, fit: Sequence[ModeTable], hold_out: Sequence[ModeTable], shapes: bool, pairing: str = "auto",
-                   given: Sequence[Index] | None = None) -> ModalResidual:
-    """Pair the measured modes with those of the initial model (p = 0); ``given`` are places of the fitted ones that are known already.
+def modal_residual(
+    model: Model,
+    fit: Sequence[ModeTable],
+    hold_out: Sequence[ModeTable],
+    shapes: bool,
+    pairing: str = "auto",
+    given: Sequence[Index] | None = None,
+) -> ModalResidual:
+    """Pair the measured modes with those of the initial model (p = 0); ``given`` are places of the
+    fitted ones that are known already.
 
     Raises
     ------
@@ -174,13 +248,19 @@ def modal_residual(model: Model, fit: Sequence[ModeTable], hold_out: Sequence[Mo
     tables = (*fit, *hold_out)
     modes = pairing_modes(model, tables, pairing)
     if not len(modes.eigenvalues):
-        raise ModelError("the model has no natural modes: it carries no mass. Add density or lumped masses.")
+        raise ModelError(
+            "the model has no natural modes: it carries no mass. Add density or lumped masses."
+        )
     modes, known = oriented(modes, model, fit)
     start = start_pairing(model, modes, tables, pairing, len(fit), given)
     used = _used(start.places)
-    if not len(_used(start.places[:len(fit)])) and any(len(t.frequency) for t in fit):
-        raise InputError("no measured mode can be compared: the model has rigid-body modes only. Refine the model, or hold it.")
-    # Modes that are rigid today count too: a support stiffness that grows from zero makes them flexible.
+    if not len(_used(start.places[: len(fit)])) and any(len(t.frequency) for t in fit):
+        raise InputError(
+            "no measured mode can be compared: the model has rigid-body modes only. Refine "
+            "the model, or hold it."
+        )
+    # Modes that are rigid today count too: a support stiffness that grows from zero makes them
+    # flexible.
     count = int(used.max(initial=0)) + 1 + MARGIN
     repeated = [at for at in clusters(modes) if np.isin(at, used).any()]
     if repeated and model.parameters:
@@ -188,14 +268,35 @@ def modal_residual(model: Model, fit: Sequence[ModeTable], hold_out: Sequence[Mo
         for at in repeated:
             if int(at[0]) in known:
                 continue
-            modes = turned(modes, at, splitting(float(modes.eigenvalues[at].mean()), modes.shapes[:, at], derivatives))
+            modes = turned(
+                modes,
+                at,
+                splitting(float(modes.eigenvalues[at].mean()), modes.shapes[:, at], derivatives),
+            )
     several = {int(i) for at in repeated for i in at}
-    muted = frozenset((k, i) for k, places in enumerate(start.places) for i, at in enumerate(places.tolist()) if at in several)
-    return ModalResidual(model, tuple(fit), tuple(hold_out), shapes, replace(start, modes=modes), count, muted, _unseen(model, modes, fit, start.places))
+    muted = frozenset(
+        (k, i)
+        for k, places in enumerate(start.places)
+        for i, at in enumerate(places.tolist())
+        if at in several
+    )
+    return ModalResidual(
+        model,
+        tuple(fit),
+        tuple(hold_out),
+        shapes,
+        replace(start, modes=modes),
+        count,
+        muted,
+        _unseen(model, modes, fit, start.places),
+    )
 
 
-def _unseen(model: Model, modes: Modes, fit: Sequence[ModeTable], places: Sequence[Index]) -> frozenset[tuple[int, int]]:
-    """The (table, mode) with a shape whose partner moves none of the sensors: scaled to the measured shape, its rounding would pass for one."""
+def _unseen(
+    model: Model, modes: Modes, fit: Sequence[ModeTable], places: Sequence[Index]
+) -> frozenset[tuple[int, int]]:
+    """The (table, mode) with a shape whose partner moves none of the sensors: scaled to the
+    measured shape, its rounding would pass for one."""
     out = set()
     for k, table in enumerate(fit):
         for i, at in enumerate(places[k].tolist()):
@@ -206,28 +307,42 @@ def _unseen(model: Model, modes: Modes, fit: Sequence[ModeTable], places: Sequen
 
 
 def another_pairing(point: ModalPoint) -> Start | None:
-    """Another pairing of those fitted modes whose partner was a guess, with the modes of the model as it is at ``point``.
+    """Another pairing of those fitted modes whose partner was a guess, with the modes of the model
+    as it is at ``point``.
 
-    Modes paired by frequency alone may go to any mode that no other measured mode has; modes that shared a repeated eigenvalue at the start may change
-    places among themselves (which was which meant nothing there). The assignment of least weighted squared eigenvalue differences; None where that is
-    the pairing at hand.
+    Modes paired by frequency alone may go to any mode that no other measured mode has; modes that
+    shared a repeated eigenvalue at the start may change places among themselves (which was which
+    meant nothing there). The assignment of least weighted squared eigenvalue differences; None
+    where that is the pairing at hand.
     """
     fit, start = point.residual.fit, point.residual.start
-    every = [(k, i) for k, places in enumerate(point.places[:len(fit)]) for i in np.flatnonzero(places >= 0).tolist()]
+    every = [
+        (k, i)
+        for k, places in enumerate(point.places[: len(fit)])
+        for i in np.flatnonzero(places >= 0).tolist()
+    ]
     held = {int(point.places[k][i]) for k, i in every if not (start.loose and start.loose[k][i])}
-    mine: dict[int, list[tuple[int, int]]] = {}  # place → who is there: one mode in several tables stays together
+    mine: dict[
+        int, list[tuple[int, int]]
+    ] = {}  # place → who is there: one mode in several tables stays together
     for k, i in every:
         mine.setdefault(int(point.places[k][i]), []).append((k, i))
     loose = [at for at in mine if at not in held]
     free = [i for i in range(point.modes.rigid, len(point.modes.eigenvalues)) if i not in held]
     groups = [(loose, free)]
     for at in clusters(start.modes):
-        alike = [place for place, who in mine.items() if place in held and all(start.places[k][i] in at for k, i in who)]
+        alike = [
+            place
+            for place, who in mine.items()
+            if place in held and all(start.places[k][i] in at for k, i in who)
+        ]
         groups.append((alike, alike))
     places = [q.copy() for q in point.places]
     for who, where in groups:
         f = point.modes.frequencies[where]
-        cost = np.array([np.sum([_distance(fit[k], i, f) for k, i in mine[at]], axis=0) for at in who]).reshape(len(who), len(where))
+        cost = np.array(
+            [np.sum([_distance(fit[k], i, f) for k, i in mine[at]], axis=0) for at in who]
+        ).reshape(len(who), len(where))
         for x, a in zip(*linear_sum_assignment(cost), strict=True):
             for k, i in mine[who[int(x)]]:
                 places[k][i] = where[int(a)]

@@ -19,13 +19,18 @@ from cvxupdate.recordings.types import ModeTable
 
 Index = NDArray[np.int64]
 MARGIN = 6  # model modes beyond the highest paired one, for modes that cross
-AGAIN = 0.01  # relative distance of frequencies in two tables that are one mode measured twice (between tests of one structure they differ by less)
-UNSEEN = 1e-6  # part of a shape's largest entry below which its entries are rounding (bending in y, at sensors in z)
+# relative distance of frequencies in two tables that are one mode measured twice (between tests of
+# one structure they differ by less)
+AGAIN = 0.01
+# part of a shape's largest entry below which its entries are rounding (bending in y, at sensors in
+# z)
+UNSEEN = 1e-6
 LIKE = 0.5  # MAC below which they are not, where both shapes are known
 
 
 def real_shapes(shapes: NDArray[np.complex128] | Real) -> Real:
-    """Shapes (modes, channels) turned by the phase that makes each most nearly real; NaN entries stay."""
+    """Shapes (modes, channels) turned by the phase that makes each most nearly real; NaN entries
+    stay."""
     if not np.iscomplexobj(shapes):
         return np.asarray(shapes, dtype=float)
     turn = np.exp(-0.5j * np.angle(np.nansum(shapes**2, axis=1)))
@@ -44,16 +49,21 @@ def channel_rows(table: ModeTable, model: Model) -> Index:
     out = []
     for channel in table.channels:
         if channel.node not in held:
-            raise RecordingError(f"{table.origin.source}: channel {channel.label} sits at node {channel.node}, which the model does not have.")
+            raise RecordingError(
+                f"{table.origin.source}: channel {channel.label} sits at node {channel.node}, "
+                "which the model does not have."
+            )
         out.append(model.place.get(channel.label, -1))
     return np.array(out, dtype=np.int64)
 
 
 @dataclass(frozen=True)
 class Start:
-    """A pairing: ``modes`` of a model and, for each table, the place of every measured mode among all of them (−1: none).
+    """A pairing: ``modes`` of a model and, for each table, the place of every measured mode among
+    all of them (−1: none).
 
-    ``loose`` says, table by table, which modes were paired by frequency alone, so that another pairing may be tried.
+    ``loose`` says, table by table, which modes were paired by frequency alone, so that another
+    pairing may be tried.
     """
 
     modes: Modes
@@ -66,7 +76,8 @@ Who = tuple[int, int]  # (table, measured mode)
 
 @dataclass(frozen=True)
 class _Book:
-    """The pairing in the making: ``places`` among the flexible modes, ``taken`` by whom first, ``loose`` as in `Start`."""
+    """The pairing in the making: ``places`` among the flexible modes, ``taken`` by whom first,
+    ``loose`` as in `Start`."""
 
     tables: Sequence[ModeTable]
     flexible: Modes
@@ -75,14 +86,18 @@ class _Book:
     taken: dict[int, Who]
 
     def free(self) -> Index:
-        return np.array([i for i in range(len(self.flexible.eigenvalues)) if i not in self.taken], dtype=np.int64)
+        return np.array(
+            [i for i in range(len(self.flexible.eigenvalues)) if i not in self.taken],
+            dtype=np.int64,
+        )
 
     def pair(self, k: int, i: int, mode: int, loose: bool = False) -> None:
         self.places[k][i], self.loose[k][i] = mode, loose
         self.taken.setdefault(mode, (k, i))
 
     def shared(self, k: int, i: int, mode: int) -> bool:
-        """Whether mode ``i`` of table ``k`` may have a mode of the model that another table has already: that one says `mode` too, or it is the same again."""
+        """Whether mode ``i`` of table ``k`` may have a mode of the model that another table has
+        already: that one says `mode` too, or it is the same again."""
         if mode in self.places[k]:
             return False
         other, j = self.taken[mode]
@@ -98,7 +113,8 @@ def needed_modes(tables: Sequence[ModeTable]) -> int:
 
 
 def pairing_modes(model: Model, tables: Sequence[ModeTable], rule: str) -> Modes:
-    """Modes of the initial model, enough to pair: a table may begin far above the model's lowest mode.
+    """Modes of the initial model, enough to pair: a table may begin far above the model's lowest
+    mode.
 
     Raises
     ------
@@ -116,24 +132,40 @@ def pairing_modes(model: Model, tables: Sequence[ModeTable], rule: str) -> Modes
         count *= 2
 
 
-def start_pairing(model: Model, modes: Modes, tables: Sequence[ModeTable], rule: str = "auto", first: int | None = None,
-                  given: Sequence[Index] | None = None) -> Start:
-    """Pair all measured modes at once, so that no model mode serves twice in a table, nor two modes of different tables unless they are one.
+def start_pairing(
+    model: Model,
+    modes: Modes,
+    tables: Sequence[ModeTable],
+    rule: str = "auto",
+    first: int | None = None,
+    given: Sequence[Index] | None = None,
+) -> Start:
+    """Pair all measured modes at once, so that no model mode serves twice in a table, nor two modes
+    of different tables unless they are one.
 
-    A mode that the problem file pairs keeps its partner. The others go by MAC where they have shapes, else by frequency (the assignment of
-    least squared relative distance, whatever the order). ``rule`` "fixed", "mac" or "frequency" forbids the other ways. The ``first`` tables (those to
-    fit; None: all) choose before the others, so that what is only scored never changes what is fitted; ``given`` are places of theirs already found.
+    A mode that the problem file pairs keeps its partner. The others go by MAC where they have
+    shapes, else by frequency (the assignment of least squared relative distance, whatever the
+    order). ``rule`` "fixed", "mac" or "frequency" forbids the other ways. The ``first`` tables
+    (those to fit; None: all) choose before the others, so that what is only scored never changes
+    what is fitted; ``given`` are places of theirs already found.
 
-    Tables may be parts of one list of modes or measurements of the same modes again: partners that the file names count in each table on its own, and an
-    open mode whose frequency another table has within `AGAIN` (and whose shape is not unlike that one's) is taken to be the same mode.
+    Tables may be parts of one list of modes or measurements of the same modes again: partners that
+    the file names count in each table on its own, and an open mode whose frequency another table
+    has within `AGAIN` (and whose shape is not unlike that one's) is taken to be the same mode.
 
     Raises
     ------
     InputError
-        When the rule cannot pair every mode: a fixed partner that is not there or is used twice in a table, no shapes for "mac".
+        When the rule cannot pair every mode: a fixed partner that is not there or is used twice in
+        a table, no shapes for "mac".
     """
-    book = _Book(tables, modes.flexible(), [np.full(len(t.frequency), -1, dtype=np.int64) for t in tables],
-                 [np.zeros(len(t.frequency), dtype=bool) for t in tables], {})
+    book = _Book(
+        tables,
+        modes.flexible(),
+        [np.full(len(t.frequency), -1, dtype=np.int64) for t in tables],
+        [np.zeros(len(t.frequency), dtype=bool) for t in tables],
+        {},
+    )
     count = len(tables) if first is None else first
     if given is None:
         _pair(model, book, range(count), rule, True)
@@ -143,11 +175,14 @@ def start_pairing(model: Model, modes: Modes, tables: Sequence[ModeTable], rule:
                 if place >= modes.rigid:
                     book.pair(k, i, place - modes.rigid)
     _pair(model, book, range(count, len(tables)), rule, given is None)
-    return Start(modes, tuple(np.where(p >= 0, p + modes.rigid, -1) for p in book.places), tuple(book.loose))
+    return Start(
+        modes, tuple(np.where(p >= 0, p + modes.rigid, -1) for p in book.places), tuple(book.loose)
+    )
 
 
 def _pair(model: Model, book: _Book, numbers: Sequence[int], rule: str, strict: bool) -> None:
-    """Pair the tables ``numbers``; a partner that is taken is an error, or where not ``strict`` leaves the mode without one."""
+    """Pair the tables ``numbers``; a partner that is taken is an error, or where not ``strict``
+    leaves the mode without one."""
     open_: list[tuple[int, int]] = []
     for k in numbers:
         table = book.tables[k]
@@ -155,27 +190,47 @@ def _pair(model: Model, book: _Book, numbers: Sequence[int], rule: str, strict: 
             if rule in ("mac", "frequency") or (pair <= 0 and rule != "fixed"):
                 open_.append((k, i))
             elif pair <= 0:
-                raise InputError(f"{table.origin.source}: pairing is fixed, but the mode at {table.frequency[i]:.4g} Hz names no `mode`. Give one.")
+                raise InputError(
+                    f"{table.origin.source}: pairing is fixed, but the mode at "
+                    f"{table.frequency[i]:.4g} Hz names no `mode`. Give one."
+                )
             elif pair > len(book.flexible.eigenvalues):
-                raise InputError(f"{table.origin.source}: the mode at {table.frequency[i]:.4g} Hz has mode = {pair}, but the model has only "
-                                 f"{len(book.flexible.eigenvalues)} flexible modes. Correct `mode`, or refine the model.")
+                raise InputError(
+                    f"{table.origin.source}: the mode at {table.frequency[i]:.4g} Hz has mode "
+                    f"= {pair}, but the model has only {len(book.flexible.eigenvalues)} "
+                    "flexible modes. Correct `mode`, or refine the model."
+                )
             elif pair - 1 not in book.taken or book.shared(k, i, pair - 1):
                 book.pair(k, i, pair - 1)
             elif strict:
                 other, j = book.taken[pair - 1]
-                raise InputError(f"{table.origin.source}: the measured modes {book.tables[other].frequency[j]:.4g} Hz and {table.frequency[i]:.4g} Hz are "
-                                 f"both paired with mode {pair} of the model. Give each its own `mode`.")
+                raise InputError(
+                    f"{table.origin.source}: the measured modes "
+                    f"{book.tables[other].frequency[j]:.4g} Hz and {table.frequency[i]:.4g} "
+                    f"Hz are both paired with mode {pair} of the model. Give each its own "
+                    "`mode`."
+                )
     repeats = _again(model, book, open_, numbers)
     new = [who for who in open_ if who not in repeats]
     left = new if rule == "frequency" else _by_shape(model, book, new)
     if left and rule == "mac":
         k, i = left[0]
-        why = "has no shape at two DOFs of the model" if len(shape_entries(model, book.tables[k], i)[0]) < 2 else "resembles none of the model's that is left"
-        raise InputError(f"{book.tables[k].origin.source}: pairing is by MAC, but the mode at {book.tables[k].frequency[i]:.4g} Hz {why}. "
-                         "Use pairing = \"auto\", or give its `mode`.")
+        why = (
+            "has no shape at two DOFs of the model"
+            if len(shape_entries(model, book.tables[k], i)[0]) < 2
+            else "resembles none of the model's that is left"
+        )
+        raise InputError(
+            f"{book.tables[k].origin.source}: pairing is by MAC, but the mode at "
+            f"{book.tables[k].frequency[i]:.4g} Hz {why}. "
+            'Use pairing = "auto", or give its `mode`.'
+        )
     free = book.free()
     if left and len(free):
-        found = pair_frequencies(book.flexible.frequencies[free], np.array([book.tables[k].frequency[i] for k, i in left]))
+        found = pair_frequencies(
+            book.flexible.frequencies[free],
+            np.array([book.tables[k].frequency[i] for k, i in left]),
+        )
         for a, x in zip(found.model, found.measured, strict=True):
             book.pair(*left[int(x)], int(free[a]), loose=True)
     for (k, i), (other, j) in repeats.items():
@@ -184,23 +239,42 @@ def _pair(model: Model, book: _Book, numbers: Sequence[int], rule: str, strict: 
             book.pair(k, i, mode, loose=bool(book.loose[other][j]))
 
 
-def _again(model: Model, book: _Book, open_: Sequence[Who], numbers: Sequence[int]) -> dict[Who, Who]:
-    """Open modes that another table measured too, each with that one; of two that are open, the one with the fuller shape stays to be paired."""
+def _again(
+    model: Model, book: _Book, open_: Sequence[Who], numbers: Sequence[int]
+) -> dict[Who, Who]:
+    """Open modes that another table measured too, each with that one; of two that are open, the one
+    with the fuller shape stays to be paired."""
     out: dict[Who, Who] = {}
-    known: list[Who] = [(k, i) for k in range(len(book.tables)) if k not in numbers for i in np.flatnonzero(book.places[k] >= 0).tolist()]
-    full = {k: 0 if (shapes := book.tables[k].shapes) is None else int(np.isfinite(shapes).sum()) for k in numbers}
+    known: list[Who] = [
+        (k, i)
+        for k in range(len(book.tables))
+        if k not in numbers
+        for i in np.flatnonzero(book.places[k] >= 0).tolist()
+    ]
+    full = {
+        k: 0 if (shapes := book.tables[k].shapes) is None else int(np.isfinite(shapes).sum())
+        for k in numbers
+    }
     for k in sorted(numbers, key=lambda k: -full[k]):
         mine = [i for kk, i in open_ if kk == k]
         if mine and known:
-            near = pair_frequencies(np.array([book.tables[a].frequency[b] for a, b in known]), book.tables[k].frequency[mine], limit=AGAIN)
-            twins = [((k, mine[int(x)]), known[int(a)]) for a, x in zip(near.model, near.measured, strict=True)]
+            near = pair_frequencies(
+                np.array([book.tables[a].frequency[b] for a, b in known]),
+                book.tables[k].frequency[mine],
+                limit=AGAIN,
+            )
+            twins = [
+                ((k, mine[int(x)]), known[int(a)])
+                for a, x in zip(near.model, near.measured, strict=True)
+            ]
             out |= {who: twin for who, twin in twins if _alike(model, book, who, twin)}
         known += [(k, i) for i in range(len(book.tables[k].frequency)) if (k, i) not in out]
     return out
 
 
 def _alike(model: Model, book: _Book, a: Who, b: Who) -> bool:
-    """Whether two measured shapes agree where both are known; True where fewer than two DOFs are."""
+    """Whether two measured shapes agree where both are known; True where fewer than two DOFs
+    are."""
     (rows, x), (others, y) = (shape_entries(model, book.tables[k], i) for k, i in (a, b))
     _, at, to = np.intersect1d(rows, others, return_indices=True)
     if len(at) < 2:
@@ -210,17 +284,22 @@ def _alike(model: Model, book: _Book, a: Who, b: Who) -> bool:
 
 
 def shape_entries(model: Model, table: ModeTable, i: int) -> tuple[Index, Real]:
-    """(free DOFs, values) of the entries of shape ``i`` that are known and that the model can move."""
+    """(free DOFs, values) of the entries of shape ``i`` that are known and that the model can
+    move."""
     if table.shapes is None:
         return np.zeros(0, dtype=np.int64), np.zeros(0)
-    rows, shape = channel_rows(table, model), real_shapes(table.shapes[i:i + 1])[0]
+    rows, shape = channel_rows(table, model), real_shapes(table.shapes[i : i + 1])[0]
     ok = (rows >= 0) & np.isfinite(shape)
     return rows[ok], shape[ok]
 
 
 def visible(shapes: Real, rows: Index) -> NDArray[np.bool_]:
-    """Which shapes (N, m) move any of the DOFs ``rows`` by more than rounding (`UNSEEN` of their largest entry), (m,): else what is there is no shape."""
-    return np.asarray(np.abs(shapes[rows]).max(axis=0, initial=0.0) > UNSEEN * np.abs(shapes).max(axis=0, initial=0.0))
+    """Which shapes (N, m) move any of the DOFs ``rows`` by more than rounding (`UNSEEN` of their
+    largest entry), (m,): else what is there is no shape."""
+    return np.asarray(
+        np.abs(shapes[rows]).max(axis=0, initial=0.0)
+        > UNSEEN * np.abs(shapes).max(axis=0, initial=0.0)
+    )
 
 
 def _by_shape(model: Model, book: _Book, open_: list[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -237,8 +316,13 @@ def _by_shape(model: Model, book: _Book, open_: list[tuple[int, int]]) -> list[t
         rows = channel_rows(table, model)
         seen = rows >= 0
         free = free[visible(book.flexible.shapes[:, free], rows[seen])]
-        found = pair_modes(book.flexible.shapes[rows[seen]][:, free], real_shapes(table.shapes)[chosen][:, seen].T, book.flexible.frequencies[free],
-                           table.frequency[chosen], threshold=0.3)
+        found = pair_modes(
+            book.flexible.shapes[rows[seen]][:, free],
+            real_shapes(table.shapes)[chosen][:, seen].T,
+            book.flexible.frequencies[free],
+            table.frequency[chosen],
+            threshold=0.3,
+        )
         for a, x in zip(found.model, found.measured, strict=True):
             book.pair(k, chosen[int(x)], int(free[a]))
         paired = {chosen[int(x)] for x in found.measured}
@@ -247,9 +331,11 @@ def _by_shape(model: Model, book: _Book, open_: list[tuple[int, int]]) -> list[t
 
 
 def follow(shapes: Real, M: sp.csc_array, modes: Modes, taken: Index | None = None) -> Index:
-    """Where earlier mass-normalised ``shapes`` (N, m) went among ``modes``: the assignment of largest Σ (φᵀ M φ')², (m,).
+    """Where earlier mass-normalised ``shapes`` (N, m) went among ``modes``: the assignment of
+    largest Σ (φᵀ M φ')², (m,).
 
-    Modes that cross keep their identity, because the shapes of one structure stay orthogonal in its mass matrix. Modes ``taken`` are left out.
+    Modes that cross keep their identity, because the shapes of one structure stay orthogonal in its
+    mass matrix. Modes ``taken`` are left out.
 
     Raises
     ------
@@ -258,7 +344,10 @@ def follow(shapes: Real, M: sp.csc_array, modes: Modes, taken: Index | None = No
     """
     free = np.setdiff1d(np.arange(len(modes.eigenvalues)), [] if taken is None else taken)
     if len(free) < shapes.shape[1]:
-        raise ModelError(f"the model has only {len(free)} modes left for the {shapes.shape[1]} that are followed: a mass has vanished. Bound it from below.")
+        raise ModelError(
+            f"the model has only {len(free)} modes left for the {shapes.shape[1]} that are "
+            "followed: a mass has vanished. Bound it from below."
+        )
     likeness = (shapes.T @ (M @ modes.shapes[:, free])) ** 2
     rows, columns = linear_sum_assignment(likeness, maximize=True)
     return np.asarray(free[columns[np.argsort(rows)]], dtype=np.int64)

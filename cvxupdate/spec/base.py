@@ -13,15 +13,19 @@ Loc = tuple[str | int, ...]
 
 
 class Part(BaseModel):
-    """A table of the problem file: frozen; an unknown key, a number in quotes, NaN and infinity are errors."""
+    """A table of the problem file: frozen; an unknown key, a number in quotes, NaN and infinity are
+    errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
 class Table:
-    """Marks a list of rows that may be given as ``{ file = "x.csv" }`` as well; only the JSON Schema needs to know."""
+    """Marks a list of rows that may be given as ``{ file = "x.csv" }`` as well; only the JSON
+    Schema needs to know."""
 
-    def __get_pydantic_json_schema__(self, core_schema: Any, handler: Callable[[Any], dict[str, Any]]) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(
+        self, core_schema: Any, handler: Callable[[Any], dict[str, Any]]
+    ) -> dict[str, Any]:
         """The schema of the rows, or of the table that names a CSV file."""
         rows = handler(core_schema)
         file = {
@@ -51,5 +55,7 @@ Text = Annotated[str, Field(min_length=1)]
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
 Count = Annotated[int, Field(ge=1, le=1_000_000)]
-Vector = Annotated[tuple[float, float, float], one_of("a vector of three numbers, e.g. [0.0, 0.0, 1.0]")]
+Vector = Annotated[
+    tuple[float, float, float], one_of("a vector of three numbers, e.g. [0.0, 0.0, 1.0]")
+]
 Dofs = Annotated[tuple[DofKind, ...], Field(min_length=1)]

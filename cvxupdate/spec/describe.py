@@ -1,6 +1,8 @@
-"""Tables of the grammar in Markdown, straight from the models: ``python -m cvxupdate.spec.describe docs/problem-files.md``.
+"""Tables of the grammar in Markdown, straight from the models: ``python -m cvxupdate.spec.describe
+docs/problem-files.md``.
 
-The page holds ``<!-- keys: Node -->`` … ``<!-- end -->``; what stands between is written anew, and a test compares.
+The page holds ``<!-- keys: Node -->`` … ``<!-- end -->``; what stands between is written anew, and
+a test compares.
 """
 
 from __future__ import annotations
@@ -14,7 +16,13 @@ from cvxupdate.spec.grammar import ProblemFile
 from cvxupdate.spec.problem import schema
 
 _MARKED = re.compile(r"<!-- keys: (?P<name>\w+) -->\n.*?<!-- end -->", re.DOTALL)
-_WORDS = {"number": "number", "integer": "integer", "string": "text", "boolean": "true/false", "null": ""}
+_WORDS = {
+    "number": "number",
+    "integer": "integer",
+    "string": "text",
+    "boolean": "true/false",
+    "null": "",
+}
 
 
 def fill(page: str) -> str:
@@ -26,7 +34,9 @@ def fill(page: str) -> str:
         When the page asks for a table that the grammar does not have.
     """
     whole = schema()
-    return _MARKED.sub(lambda m: f"<!-- keys: {m['name']} -->\n{_table(whole, m['name'])}\n<!-- end -->", page)
+    return _MARKED.sub(
+        lambda m: f"<!-- keys: {m['name']} -->\n{_table(whole, m['name'])}\n<!-- end -->", page
+    )
 
 
 def described(page: str) -> frozenset[str]:
@@ -40,7 +50,13 @@ def _table(whole: dict[str, Any], name: str) -> str:
     strict = ProblemFile.model_json_schema()["$defs"].get(name, {}).get("required", ())
     rows = ["| key | type | default | meaning |", "|---|---|---|---|"]
     for key, value in part["properties"].items():
-        default = "**required**" if key in required else "row or block" if key in strict else _default(value)
+        default = (
+            "**required**"
+            if key in required
+            else "row or block"
+            if key in strict
+            else _default(value)
+        )
         meaning = value.get("description", "").replace("|", "\\|").replace("\n", " ")
         rows.append(f"| `{key}` | {_type(whole, value)} | {default} | {meaning} |")
     return "\n".join(rows)
@@ -79,7 +95,11 @@ def _type(whole: dict[str, Any], value: dict[str, Any]) -> str:
             return "`{ file, dataset }`"
         return f"table of {_type(whole, value.get('additionalProperties') or {})}"
     limits = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
-    said = [f"{sign} {value[word]:g}" for word, sign in limits.items() if word in value and abs(value[word]) < 1e5]
+    said = [
+        f"{sign} {value[word]:g}"
+        for word, sign in limits.items()
+        if word in value and abs(value[word]) < 1e5
+    ]
     word = "file" if value.get("format") == "path" else _WORDS[value["type"]]
     return f"{word} {', '.join(said)}".strip() if word else ""
 

@@ -1,7 +1,8 @@
 """Element blocks of a problem file.
 
-A block holds rows; a property given once on the block counts for every row that does not give its own
-(``INHERITED`` lists which), so after loading every row is complete and the block's own copy may be ignored.
+A block holds rows; a property given once on the block counts for every row that does not give its
+own (``INHERITED`` lists which), so after loading every row is complete and the block's own copy may
+be ignored.
 """
 
 from __future__ import annotations
@@ -11,7 +12,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from cvxupdate.spec.base import DofKind, Dofs, Id, NonNegative, Part, Positive, Table, Text, Vector, one_of
+from cvxupdate.spec.base import (
+    DofKind,
+    Dofs,
+    Id,
+    NonNegative,
+    Part,
+    Positive,
+    Table,
+    Text,
+    Vector,
+    one_of,
+)
 
 Group = Annotated[Text | None, Field(description="name of the group the element belongs to")]
 OneNode = Annotated[tuple[Id, ...], Field(min_length=1, max_length=1)]
@@ -19,13 +31,21 @@ OneOrTwoNodes = Annotated[tuple[Id, ...], Field(min_length=1, max_length=2)]
 TwoNodes = Annotated[tuple[Id, ...], Field(min_length=2, max_length=2)]
 FourNodes = Annotated[tuple[Id, ...], Field(min_length=4, max_length=4)]
 MassKind = Annotated[Literal["consistent", "lumped"], Field(description="mass matrix")]
-StiffnessFactor = Annotated[Positive, Field(description="factor on the stiffness matrix (structural damping is not scaled by it)")]
+StiffnessFactor = Annotated[
+    Positive,
+    Field(description="factor on the stiffness matrix (structural damping is not scaled by it)"),
+]
 MassFactor = Annotated[Positive, Field(description="factor on the mass matrix")]
-Loss = Annotated[NonNegative | None, Field(description="loss factor; absent: that of the material, else of [model.damping]")]
+Loss = Annotated[
+    NonNegative | None,
+    Field(description="loss factor; absent: that of the material, else of [model.damping]"),
+]
 ElementId = Annotated[Id, Field(description="element number, unique in the model")]
 Labels = Annotated[
     Literal["auto"] | Text | tuple[Text, ...],
-    one_of('"auto", the name of a variable in the file, or a list of labels such as ["n6.x", "n6.y"]'),
+    one_of(
+        '"auto", the name of a variable in the file, or a list of labels such as ["n6.x", "n6.y"]'
+    ),
 ]
 
 
@@ -36,7 +56,9 @@ class SpringRow(Part):
     nodes: OneOrTwoNodes = Field(description="[i] is to ground, [i, j] between")
     k: NonNegative = Field(description="stiffness [N/m or N·m/rad]")
     dof: DofKind | None = Field(default=None, description="DOF along which it acts")
-    dofs: Dofs | None = Field(default=None, description="several DOFs instead of `dof`, each with the same value")
+    dofs: Dofs | None = Field(
+        default=None, description="several DOFs instead of `dof`, each with the same value"
+    )
     stiffness_factor: StiffnessFactor = 1.0
     eta: Loss = None
     group: Group = None
@@ -54,7 +76,9 @@ class DashpotRow(Part):
     nodes: OneOrTwoNodes = Field(description="[i] is to ground, [i, j] between")
     c: NonNegative = Field(description="viscous coefficient [N·s/m or N·m·s/rad]")
     dof: DofKind | None = Field(default=None, description="DOF along which it acts")
-    dofs: Dofs | None = Field(default=None, description="several DOFs instead of `dof`, each with the same value")
+    dofs: Dofs | None = Field(
+        default=None, description="several DOFs instead of `dof`, each with the same value"
+    )
     group: Group = None
 
     @property
@@ -72,7 +96,10 @@ class MassRow(Part):
     Ixx: NonNegative = Field(default=0.0, description="inertia about x through the node [kg·m²]")
     Iyy: NonNegative = Field(default=0.0, description="inertia about y [kg·m²]")
     Izz: NonNegative = Field(default=0.0, description="inertia about z [kg·m²]")
-    taken_off: bool = Field(default=False, description="the lump is taken off what the other elements have: it counts negative")
+    taken_off: bool = Field(
+        default=False,
+        description="the lump is taken off what the other elements have: it counts negative",
+    )
     mass_factor: MassFactor = 1.0
     group: Group = None
 
@@ -82,8 +109,13 @@ class GyroscopicRow(Part):
 
     id: ElementId
     nodes: OneOrTwoNodes = Field(description="[i] is a disc, [i, j] a piece of shaft")
-    Ip: NonNegative = Field(description="polar moment of inertia: of a disc [kg·m²], of a shaft for each metre [kg·m] (density times Iy + Iz)")
-    omega: float = Field(description="spin [rad/s], right-handed about the axis; a shaft's axis runs from i to j")
+    Ip: NonNegative = Field(
+        description="polar moment of inertia: of a disc [kg·m²], of a shaft for each metre [kg·m] "
+        "(density times Iy + Iz)"
+    )
+    omega: float = Field(
+        description="spin [rad/s], right-handed about the axis; a shaft's axis runs from i to j"
+    )
     axis: Vector | None = Field(default=None, description="axis of a disc [x, y, z]")
     group: Group = None
 
@@ -96,7 +128,9 @@ class LineRow(Part):
     material: Text = Field(description="name of a material")
     section: Text = Field(description="name of a section")
     group: Group = None
-    orientation: Vector | None = Field(default=None, description="vector [x, y, z] in the local x–z plane [m]")
+    orientation: Vector | None = Field(
+        default=None, description="vector [x, y, z] in the local x–z plane [m]"
+    )
     N: float = Field(default=0.0, description="axial preload of a beam, tension positive [N]")
     stiffness_factor: StiffnessFactor = 1.0
     mass_factor: MassFactor = 1.0
@@ -107,7 +141,10 @@ class PlateRow(Part):
     """A rectangular plate element in the x–y plane."""
 
     id: ElementId
-    nodes: FourNodes = Field(description="four corners, counter-clockwise seen from +z; local x runs from first to second")
+    nodes: FourNodes = Field(
+        description="four corners, counter-clockwise seen from +z; "
+        "local x runs from first to second"
+    )
     material: Text = Field(description="name of a material")
     section: Text = Field(description="name of a section of shape plate")
     stiffness_factor: StiffnessFactor = 1.0
@@ -119,18 +156,26 @@ class PlateRow(Part):
 class MatrixRow(Part):
     """One element or group matrix from another finite-element program.
 
-    A value that ends in ``.mtx`` or ``.npz`` is itself a file (Matrix Market, or ``scipy.sparse.save_npz``),
-    anything else the name of a variable in ``file``.
+    A value that ends in ``.mtx`` or ``.npz`` is itself a file (Matrix Market, or
+    ``scipy.sparse.save_npz``), anything else the name of a variable in ``file``.
     """
 
     id: ElementId
-    stiffness: Text | None = Field(default=None, description="stiffness matrix: variable in the file, or a .mtx/.npz file")
+    stiffness: Text | None = Field(
+        default=None, description="stiffness matrix: variable in the file, or a .mtx/.npz file"
+    )
     mass: Text | None = Field(default=None, description="mass matrix, likewise")
     damping: Text | None = Field(default=None, description="viscous damping matrix, likewise")
-    structural: Text | None = Field(default=None, description="structural (hysteretic) damping matrix, likewise")
+    structural: Text | None = Field(
+        default=None, description="structural (hysteretic) damping matrix, likewise"
+    )
     file: Path | None = Field(default=None, description=".mat or .npz file with the variables")
-    dataset: Text | None = Field(default=None, description="data set under CVXUPDATE_DATA that holds the file")
-    labels: Labels = Field(default="auto", description='DOF labels of the rows of the matrix; "auto": row i is n<i>.x')
+    dataset: Text | None = Field(
+        default=None, description="data set under CVXUPDATE_DATA that holds the file"
+    )
+    labels: Labels = Field(
+        default="auto", description='DOF labels of the rows of the matrix; "auto": row i is n<i>.x'
+    )
     stiffness_factor: StiffnessFactor = 1.0
     mass_factor: MassFactor = 1.0
     eta: Loss = None
@@ -141,7 +186,9 @@ class SpringBlock(Part):
     """Springs."""
 
     type: Literal["spring"]
-    rows: Annotated[tuple[SpringRow, ...], Table()] = Field(min_length=1, description="the elements")
+    rows: Annotated[tuple[SpringRow, ...], Table()] = Field(
+        min_length=1, description="the elements"
+    )
     k: NonNegative | None = Field(default=None, description="for every row without its own")
     dof: DofKind | None = Field(default=None, description="for every row without its own")
     dofs: Dofs | None = Field(default=None, description="for every row without its own")
@@ -152,7 +199,9 @@ class DashpotBlock(Part):
     """Viscous dampers."""
 
     type: Literal["dashpot"]
-    rows: Annotated[tuple[DashpotRow, ...], Table()] = Field(min_length=1, description="the elements")
+    rows: Annotated[tuple[DashpotRow, ...], Table()] = Field(
+        min_length=1, description="the elements"
+    )
     c: NonNegative | None = Field(default=None, description="for every row without its own")
     dof: DofKind | None = Field(default=None, description="for every row without its own")
     dofs: Dofs | None = Field(default=None, description="for every row without its own")
@@ -175,7 +224,9 @@ class GyroscopicBlock(Part):
     """What spins: a skew-symmetric velocity term."""
 
     type: Literal["gyroscopic"]
-    rows: Annotated[tuple[GyroscopicRow, ...], Table()] = Field(min_length=1, description="the elements")
+    rows: Annotated[tuple[GyroscopicRow, ...], Table()] = Field(
+        min_length=1, description="the elements"
+    )
     Ip: NonNegative | None = Field(default=None, description="for every row without its own")
     omega: float | None = Field(default=None, description="for every row without its own")
     axis: Vector | None = Field(default=None, description="for every row without its own")
@@ -183,12 +234,15 @@ class GyroscopicBlock(Part):
 
 
 class LineBlock(Part):
-    """Rods and beams: ``rod`` axial only, ``beam2d`` in a plane, ``beam3d`` in space (Euler–Bernoulli; Timoshenko where the section has `kappa`)."""
+    """Rods and beams: ``rod`` axial only, ``beam2d`` in a plane, ``beam3d`` in space
+    (Euler–Bernoulli; Timoshenko where the section has `kappa`)."""
 
     type: Literal["rod", "beam2d", "beam3d"]
     rows: Annotated[tuple[LineRow, ...], Table()] = Field(min_length=1, description="the elements")
     mass: MassKind = "consistent"
-    rotary_inertia: bool = Field(default=True, description="rotary-inertia terms in the mass matrix of a beam")
+    rotary_inertia: bool = Field(
+        default=True, description="rotary-inertia terms in the mass matrix of a beam"
+    )
     material: Text | None = Field(default=None, description="for every row without its own")
     section: Text | None = Field(default=None, description="for every row without its own")
     orientation: Vector | None = Field(default=None, description="for every row without its own")
@@ -210,14 +264,18 @@ class MatrixBlock(Part):
     """Matrices from another program: K = Σ (1 + p_i) K_i, a row for each K_i, M_i, C_i, D_i."""
 
     type: Literal["matrix"]
-    rows: Annotated[tuple[MatrixRow, ...], Table()] = Field(min_length=1, description="the matrices")
+    rows: Annotated[tuple[MatrixRow, ...], Table()] = Field(
+        min_length=1, description="the matrices"
+    )
     file: Path | None = Field(default=None, description="for every row without its own")
     dataset: Text | None = Field(default=None, description="for every row without its own")
     labels: Labels | None = Field(default=None, description="for every row without its own")
     group: Group = None
 
 
-Block = SpringBlock | DashpotBlock | MassBlock | GyroscopicBlock | LineBlock | PlateBlock | MatrixBlock
+Block = (
+    SpringBlock | DashpotBlock | MassBlock | GyroscopicBlock | LineBlock | PlateBlock | MatrixBlock
+)
 Row = SpringRow | DashpotRow | MassRow | GyroscopicRow | LineRow | PlateRow | MatrixRow
 
 INHERITED: dict[str, tuple[str, ...]] = {

@@ -1,4 +1,5 @@
-"""A problem file as a whole: `ProblemFile` is the grammar, `Spec` what the rest of the package gets."""
+"""A problem file as a whole: `ProblemFile` is the grammar, `Spec` what the rest of the package
+gets."""
 
 from __future__ import annotations
 
@@ -20,20 +21,27 @@ class ProblemFile(Part):
     title: str = Field(default="", description="a line for the report")
     source: str = Field(default="", description="where the numbers come from")
     model: Model = Field(description="the finite-element model")
-    recordings: tuple[Annotated[Recording, Field(discriminator="kind")], ...] = Field(default=(), description="what was measured")
+    recordings: tuple[Annotated[Recording, Field(discriminator="kind")], ...] = Field(
+        default=(), description="what was measured"
+    )
     update: Update | None = Field(default=None, description="what `run` does")
-    constraints: Constraints = Field(default=Constraints(), description="clauses of the convex step")
-    regularisation: tuple[Regulariser, ...] = Field(default=(), description="a penalty, or a list of them")
+    constraints: Constraints = Field(
+        default=Constraints(), description="clauses of the convex step"
+    )
+    regularisation: tuple[Regulariser, ...] = Field(
+        default=(), description="a penalty, or a list of them"
+    )
     solver: Solver = Field(default=Solver(), description="the solver of the convex step")
     diagnose: Diagnose = Field(default=Diagnose(), description="what `diagnose` may consider")
 
 
 @dataclass(frozen=True)
 class Spec:
-    """A problem file that holds: typed, complete, every path absolute or relative to the working directory.
+    """A problem file that holds: typed, complete, every path absolute or relative to the working
+    directory.
 
-    ``name`` is the folder of a ``problem.toml``, else the stem of the file; ``update`` is None when the file has no
-    [update]; ``diagnose.physics`` is None for "everything".
+    ``name`` is the folder of a ``problem.toml``, else the stem of the file; ``update`` is None when
+    the file has no [update]; ``diagnose.physics`` is None for "everything".
     """
 
     path: Path

@@ -25,11 +25,21 @@ class Material(Part):
     E: Positive = Field(description="Young's modulus [Pa]")
     nu: Annotated[float, Field(gt=-1.0, le=0.5)] = Field(default=0.3, description="Poisson's ratio")
     rho: NonNegative = Field(default=0.0, description="density [kg/m³]")
-    G: Positive | None = Field(default=None, description="shear modulus [Pa]; absent: E / (2 (1 + nu))")
-    eta: NonNegative | None = Field(default=None, description="loss factor; absent: that of [model.damping]")
+    G: Positive | None = Field(
+        default=None, description="shear modulus [Pa]; absent: E / (2 (1 + nu))"
+    )
+    eta: NonNegative | None = Field(
+        default=None, description="loss factor; absent: that of [model.damping]"
+    )
 
 
-Kappa = Annotated[Positive | None, Field(description="shear coefficient; given, beams deform in shear too (Timoshenko); absent: Euler–Bernoulli")]
+Kappa = Annotated[
+    Positive | None,
+    Field(
+        description="shear coefficient; given, beams deform in shear too (Timoshenko); absent: "
+        "Euler–Bernoulli"
+    ),
+]
 
 
 class Rectangle(Part):
@@ -66,8 +76,12 @@ class General(Part):
 
     shape: Literal["general"]
     A: Positive = Field(description="area [m²]")
-    Iy: Positive | None = Field(default=None, description="second moment about local y (bending in local z) [m⁴]")
-    Iz: Positive | None = Field(default=None, description="second moment about local z (bending in local y) [m⁴]")
+    Iy: Positive | None = Field(
+        default=None, description="second moment about local y (bending in local z) [m⁴]"
+    )
+    Iz: Positive | None = Field(
+        default=None, description="second moment about local z (bending in local y) [m⁴]"
+    )
     J: Positive | None = Field(default=None, description="torsion constant [m⁴]")
     kappa: Kappa = None
 
@@ -78,16 +92,20 @@ Section = Annotated[Rectangle | Circle | PlateSection | General, Field(discrimin
 class Support(Part):
     """DOFs held at zero; kinds that are not active in the model are held anyway."""
 
-    nodes: Annotated[Literal["all"] | Annotated[tuple[Id, ...], Field(min_length=1)], one_of('"all", or a list of node numbers')] = Field(
-        description='node numbers, or "all"'
-    )
+    nodes: Annotated[
+        Literal["all"] | Annotated[tuple[Id, ...], Field(min_length=1)],
+        one_of('"all", or a list of node numbers'),
+    ] = Field(description='node numbers, or "all"')
     dofs: Dofs = Field(description="DOF kinds held")
 
 
 class Tie(Part):
-    """Nodes at one point that share some of their DOFs, as where a joint gives way: the others are joined by springs."""
+    """Nodes at one point that share some of their DOFs, as where a joint gives way: the others are
+    joined by springs."""
 
-    nodes: Annotated[tuple[Id, ...], Field(min_length=2)] = Field(description="the DOFs are those of the first node")
+    nodes: Annotated[tuple[Id, ...], Field(min_length=2)] = Field(
+        description="the DOFs are those of the first node"
+    )
     dofs: Dofs = Field(description="DOF kinds shared")
 
 
@@ -112,9 +130,18 @@ class ModalDamping(Part):
     kind: Literal["modal"]
     zeta: Annotated[
         NonNegative | Annotated[tuple[NonNegative, ...], Field(min_length=1)],
-        one_of("a number ≥ 0, or a list of them from the lowest flexible mode on (the last counts for the rest)"),
-    ] = Field(description="fraction of critical: one for all, or a list from the lowest flexible mode on")
-    alpha: NonNegative = Field(default=0.0, description="beside it, a factor on the mass matrix: the same decay rate alpha / 2 for every mode [1/s]")
+        one_of(
+            "a number ≥ 0, or a list of them from the lowest flexible mode on (the last "
+            "counts for the rest)"
+        ),
+    ] = Field(
+        description="fraction of critical: one for all, or a list from the lowest flexible mode on"
+    )
+    alpha: NonNegative = Field(
+        default=0.0,
+        description="beside it, a factor on the mass matrix: the same decay rate alpha "
+        "/ 2 for every mode [1/s]",
+    )
 
 
 Damping = Annotated[StructuralDamping | RayleighDamping | ModalDamping, Field(discriminator="kind")]
@@ -124,10 +151,14 @@ class Model(Part):
     """A finite-element model in text."""
 
     dofs: Dofs = Field(description="the active DOF kinds")
-    nodes: Annotated[tuple[Node, ...], Table()] = Field(default=(), description="the nodes; may be left out when a matrix block brings the DOFs")
+    nodes: Annotated[tuple[Node, ...], Table()] = Field(
+        default=(), description="the nodes; may be left out when a matrix block brings the DOFs"
+    )
     materials: dict[str, Material] = Field(default={}, description="by name")
     sections: dict[str, Section] = Field(default={}, description="by name")
-    elements: tuple[Annotated[Block, Field(discriminator="type")], ...] = Field(min_length=1, description="the blocks")
+    elements: tuple[Annotated[Block, Field(discriminator="type")], ...] = Field(
+        min_length=1, description="the blocks"
+    )
     supports: tuple[Support, ...] = Field(default=(), description="absent: free")
     ties: tuple[Tie, ...] = Field(default=(), description="nodes that share DOFs")
     damping: Damping | None = Field(default=None, description="absent: undamped")

@@ -1,4 +1,5 @@
-"""Rows of [update] ``parameters`` written out: one target for each parameter, with its name and elements."""
+"""Rows of [update] ``parameters`` written out: one target for each parameter, with its name and
+elements."""
 
 from __future__ import annotations
 
@@ -11,16 +12,22 @@ from cvxupdate.spec.update import ParameterRow
 
 DAMPING_WORDS = ("alpha", "beta", "eta")
 """What may be changed without naming elements: the constants of [model.damping]."""
-SECTION_SHAPES = {"height": "rectangle", "width": "rectangle", "diameter": "circle", "wall": "circle"}
+SECTION_SHAPES = {
+    "height": "rectangle",
+    "width": "rectangle",
+    "diameter": "circle",
+    "wall": "circle",
+}
 """The shape of section that has the property, where not all have."""
 
 
 @dataclass(frozen=True)
 class Target:
-    """One parameter in text: its ``name``, the property ``of``, the ``elements`` it acts on (none: every one that has it).
+    """One parameter in text: its ``name``, the property ``of``, the ``elements`` it acts on (none:
+    every one that has it).
 
-    ``group`` is the group where the elements are one group; ``lower``, ``upper`` and ``scale`` as in the file;
-    ``row`` is the index of the row of ``parameters`` it comes from.
+    ``group`` is the group where the elements are one group; ``lower``, ``upper`` and ``scale`` as
+    in the file; ``row`` is the index of the row of ``parameters`` it comes from.
     """
 
     name: str
@@ -36,19 +43,23 @@ class Target:
 def expand_parameters(model: Model, rows: Iterable[ParameterRow]) -> tuple[Target, ...]:
     """The parameters in the order of the file; a row that finds no element gives none.
 
-    Names: ``e12.stiffness`` for one element, ``e1+e2.E`` or ``e3..e9(6).E`` for several tied together, ``column.E`` for a
-    group, ``a+b.E`` for tied groups, ``all.rho``, ``steel.E`` for a material, ``damping.alpha`` where the row names no
-    elements. A ``name`` in the file is the whole name of a single parameter; where ``each`` gives several they are called
-    ``name.e12`` or ``name.column``.
+    Names: ``e12.stiffness`` for one element, ``e1+e2.E`` or ``e3..e9(6).E`` for several tied
+    together, ``column.E`` for a group, ``a+b.E`` for tied groups, ``all.rho``, ``steel.E`` for a
+    material, ``damping.alpha`` where the row names no elements. A ``name`` in the file is the whole
+    name of a single parameter; where ``each`` gives several they are called ``name.e12`` or
+    ``name.column``.
     """
     rows = tuple(rows)
     carriers = {of: carriers_of(model, of) for of in {row.of for row in rows}}
     groups, made_of = groups_of(model), _by_material(model)
-    return tuple(t for i, row in enumerate(rows) for t in _expand(i, row, carriers[row.of], groups, made_of))
+    return tuple(
+        t for i, row in enumerate(rows) for t in _expand(i, row, carriers[row.of], groups, made_of)
+    )
 
 
 def carriers_of(model: Model, of: str) -> dict[int, None]:
-    """Numbers of the elements that have the property, in the order of the file (a dict for its fast look-up)."""
+    """Numbers of the elements that have the property, in the order of the file (a dict for its fast
+    look-up)."""
     return {row.id: None for block, row in rows_of(model) if has_property(model, block, row, of)}
 
 
@@ -74,8 +85,18 @@ def has_property(model: Model, block: Block, row: Row, of: str) -> bool:
     if of not in OF_BY_TYPE[block.type]:
         return False
     if isinstance(row, MatrixRow):
-        has = {"stiffness": row.stiffness, "mass": row.mass, "eta": row.stiffness, "alpha": row.mass, "beta": row.stiffness}
-        return (row.damping or row.structural or lossy(model, row)) is not None if of == "damping" else has[of] is not None
+        has = {
+            "stiffness": row.stiffness,
+            "mass": row.mass,
+            "eta": row.stiffness,
+            "alpha": row.mass,
+            "beta": row.stiffness,
+        }
+        return (
+            (row.damping or row.structural or lossy(model, row)) is not None
+            if of == "damping"
+            else has[of] is not None
+        )
     if of == "damping" and not isinstance(row, DashpotRow):
         return lossy(model, row) is not None
     if of in SECTION_SHAPES:
@@ -105,7 +126,13 @@ def _by_material(model: Model) -> dict[str, list[int]]:
     return out
 
 
-def _expand(index: int, row: ParameterRow, carriers: dict[int, None], groups: dict[str, list[int]], made_of: dict[str, list[int]]) -> Iterator[Target]:
+def _expand(
+    index: int,
+    row: ParameterRow,
+    carriers: dict[int, None],
+    groups: dict[str, list[int]],
+    made_of: dict[str, list[int]],
+) -> Iterator[Target]:
     def target(stem: str, elements: Iterable[int], group: str | None = None) -> Target:
         name = row.name if row.each is None else f"{row.name}.{stem}"
         name = name if row.name is not None and name is not None else f"{stem}.{row.of}"
@@ -127,7 +154,12 @@ def _expand(index: int, row: ParameterRow, carriers: dict[int, None], groups: di
         yield target(stem or _numbers(mine), mine, row.group)
 
 
-def _selection(row: ParameterRow, carriers: dict[int, None], groups: dict[str, list[int]], made_of: dict[str, list[int]]) -> tuple[str, Iterable[int]]:
+def _selection(
+    row: ParameterRow,
+    carriers: dict[int, None],
+    groups: dict[str, list[int]],
+    made_of: dict[str, list[int]],
+) -> tuple[str, Iterable[int]]:
     """What stands before the dot of the name, and the elements that the row names."""
     if row.group is not None:
         return row.group, groups.get(row.group, [])

@@ -28,7 +28,12 @@ class Places:
         out: Loc = ()
         for step in complaint.loc:
             moved = self.kept.get(out)
-            out = (*out, moved[step] if moved is not None and isinstance(step, int) and step < len(moved) else step)
+            out = (
+                *out,
+                moved[step]
+                if moved is not None and isinstance(step, int) and step < len(moved)
+                else step,
+            )
         return replace(complaint, loc=out)
 
     def fault(self, complaint: Complaint) -> Fault:
@@ -41,7 +46,9 @@ class Places:
             rest = loc[length:]
             if not rest or not isinstance(rest[0], int):
                 continue
-            key = f"line {table.lines[rest[0]]}" + (f", column {_key(rest[1:])}" if rest[1:] else "")
+            key = f"line {table.lines[rest[0]]}" + (
+                f", column {_key(rest[1:])}" if rest[1:] else ""
+            )
             return Fault(str(table.path), key, complaint.problem, complaint.remedy)
         if self.prepared.wrapped and loc[:2] == ("regularisation", 0):
             loc = ("regularisation", *loc[2:])
@@ -49,9 +56,12 @@ class Places:
 
 
 def gather(complaints: Sequence[Complaint], places: Places) -> tuple[Fault, ...]:
-    """All faults, without repetitions; many alike in one list are cut to the first ones and a count."""
+    """All faults, without repetitions; many alike in one list are cut to the first ones and a
+    count."""
     order = {name: i for i, name in enumerate(places.prepared.data)}
-    complaints = sorted(complaints, key=lambda c: order.get(str(c.loc[0]) if c.loc else "", len(order)))
+    complaints = sorted(
+        complaints, key=lambda c: order.get(str(c.loc[0]) if c.loc else "", len(order))
+    )
     alike: dict[tuple[object, ...], int] = {}
     faults: dict[tuple[str, str, str], Fault] = {}
     for complaint in complaints:
@@ -59,7 +69,10 @@ def gather(complaints: Sequence[Complaint], places: Places) -> tuple[Fault, ...]
         at = (fault.file, fault.key, fault.problem)
         if at in faults:
             continue
-        kind: tuple[object, ...] = (*("#" if isinstance(s, int) else s for s in complaint.loc), complaint.remedy)
+        kind: tuple[object, ...] = (
+            *("#" if isinstance(s, int) else s for s in complaint.loc),
+            complaint.remedy,
+        )
         alike[kind] = alike.get(kind, 0) + 1
         if alike[kind] <= MOST_ALIKE:
             faults[at] = fault
@@ -67,7 +80,9 @@ def gather(complaints: Sequence[Complaint], places: Places) -> tuple[Fault, ...]
         if count > MOST_ALIKE:
             key = _key(tuple(str(s) for s in group[:-1])).replace(".#", "[…]")
             text = f"{count - MOST_ALIKE} more faults of the same kind."
-            faults[("", key, text + str(group))] = Fault(str(places.prepared.path), key, text, str(group[-1]))
+            faults[("", key, text + str(group))] = Fault(
+                str(places.prepared.path), key, text, str(group[-1])
+            )
     return tuple(faults.values())
 
 

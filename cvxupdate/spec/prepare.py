@@ -1,4 +1,5 @@
-"""From parsed TOML to what pydantic reads: CSV tables in place, paths resolved, block values pushed into rows."""
+"""From parsed TOML to what pydantic reads: CSV tables in place, paths resolved, block values pushed
+into rows."""
 
 from __future__ import annotations
 
@@ -62,7 +63,8 @@ def prepare(raw: dict[str, Any], path: Path) -> Prepared:
 
 
 def section_of(loc: Loc) -> str:
-    """The section a place belongs to: ``nodes``, ``elements`` … of the model, or the name of the top-level table."""
+    """The section a place belongs to: ``nodes``, ``elements`` … of the model, or the name of the
+    top-level table."""
     return str(loc[1]) if loc[0] == "model" and len(loc) > 1 else str(loc[0])
 
 
@@ -108,10 +110,20 @@ def _inline(out: Prepared, table: dict[str, Any], key: str, at: Loc, base: Path)
         return
     loc = (*at, key)
     file, dataset = named.get("file"), named.get("dataset")
-    faults = [Complaint((*loc, k), f"unknown key '{k}'.", "A table of rows takes `file` and `dataset` only.") for k in named if k not in ("file", "dataset")]
+    faults = [
+        Complaint(
+            (*loc, k), f"unknown key '{k}'.", "A table of rows takes `file` and `dataset` only."
+        )
+        for k in named
+        if k not in ("file", "dataset")
+    ]
     rows: list[dict[str, Any]] = []
     if not isinstance(file, str) or not isinstance(dataset, str | None):
-        faults.append(Complaint(loc, "is neither a list of rows nor a file.", 'Give rows, or { file = "x.csv" }.'))
+        faults.append(
+            Complaint(
+                loc, "is neither a list of rows nor a file.", 'Give rows, or { file = "x.csv" }.'
+            )
+        )
     else:
         path = locate(file, dataset, base)
         wrong = unusable(path, dataset)
@@ -147,10 +159,15 @@ def _resolve(table: dict[str, Any], base: Path) -> None:
 
 
 def _resolve_matrices(row: dict[str, Any], base: Path) -> None:
-    """A matrix that is a file of its own, as an absolute path (after the row has its `dataset` from the block)."""
+    """A matrix that is a file of its own, as an absolute path (after the row has its `dataset` from
+    the block)."""
     for key in MATRICES:
         name, dataset = row.get(key), row.get("dataset")
-        if isinstance(name, str) and name.lower().endswith(MATRIX_FILES) and isinstance(dataset, str | None):
+        if (
+            isinstance(name, str)
+            and name.lower().endswith(MATRIX_FILES)
+            and isinstance(dataset, str | None)
+        ):
             row[key] = os.path.abspath(locate(name, dataset, base))
 
 
@@ -162,7 +179,11 @@ def _inherit(out: Prepared, block: dict[str, Any], loc: Loc) -> None:
     from_block: dict[str, frozenset[int]] = {}
     own = [set(row) for _, row in rows]
     for key, value in given.items():
-        takers = [(i, row) for (i, row), has in zip(rows, own, strict=True) if key not in has and EXCLUSIVE.get(key) not in has]
+        takers = [
+            (i, row)
+            for (i, row), has in zip(rows, own, strict=True)
+            if key not in has and EXCLUSIVE.get(key) not in has
+        ]
         for _, row in takers:
             row[key] = value
         from_block[key] = frozenset(i for i, _ in takers)

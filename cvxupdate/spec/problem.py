@@ -45,14 +45,28 @@ def check_problem(path: str | os.PathLike[str]) -> tuple[Fault, ...]:
 def schema() -> dict[str, Any]:
     """JSON Schema (draft 2020-12) of problem files, for editors and other programs."""
     out = ProblemFile.model_json_schema()
-    out = {"$schema": "https://json-schema.org/draft/2020-12/schema", **out, "title": "cvxupdate problem file"}
+    out = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **out,
+        "title": "cvxupdate problem file",
+    }
     # A row may leave out what its block gives.
-    rows = {"spring": "SpringRow", "dashpot": "DashpotRow", "mass": "MassRow", "gyroscopic": "GyroscopicRow", "rod": "LineRow", "plate": "PlateRow"}
+    rows = {
+        "spring": "SpringRow",
+        "dashpot": "DashpotRow",
+        "mass": "MassRow",
+        "gyroscopic": "GyroscopicRow",
+        "rod": "LineRow",
+        "plate": "PlateRow",
+    }
     for kind, name in rows.items():
         part = out["$defs"][name]
         part["required"] = [key for key in part.get("required", []) if key not in INHERITED[kind]]
     one = out["properties"]["regularisation"]
-    out["properties"]["regularisation"] = {"anyOf": [one["items"], one], "description": one["description"]}
+    out["properties"]["regularisation"] = {
+        "anyOf": [one["items"], one],
+        "description": one["description"],
+    }
     return out
 
 
@@ -81,8 +95,11 @@ def _examine(path: Path) -> tuple[tuple[Fault, ...], Spec | None]:
 
 
 def _known(complaint: Complaint, prepared: Prepared) -> bool:
-    """Whether a missing table is missing only because its CSV file could not be read, which was said already."""
-    return complaint.problem == "is missing." and any(c.loc[: len(complaint.loc)] == complaint.loc for c in prepared.complaints)
+    """Whether a missing table is missing only because its CSV file could not be read, which was
+    said already."""
+    return complaint.problem == "is missing." and any(
+        c.loc[: len(complaint.loc)] == complaint.loc for c in prepared.complaints
+    )
 
 
 def _spec(path: Path, parsed: ProblemFile) -> Spec:
@@ -113,22 +130,35 @@ def _read(path: Path) -> dict[str, Any] | Fault:
         return fault("holds a NUL character, so it names no file.", "Correct the name.")
     if os.path.isdir(path):
         inside = path / "problem.toml"
-        return fault("is a folder.", f"Name the problem file in it: {inside}." if inside.is_file() else "Name a problem file.")
+        return fault(
+            "is a folder.",
+            f"Name the problem file in it: {inside}."
+            if inside.is_file()
+            else "Name a problem file.",
+        )
     try:
         if os.path.getsize(path) > LARGEST:
-            return fault(f"is larger than {LARGEST // 1_000_000} MB: surely not a problem file.", "Name the .toml file.")
+            return fault(
+                f"is larger than {LARGEST // 1_000_000} MB: surely not a problem file.",
+                "Name the .toml file.",
+            )
         blob = path.read_bytes()
     except FileNotFoundError:
         return fault("there is no such file.", "Check the name and the folder you are in.")
     except OSError as error:
         return fault(f"cannot be read: {error.strerror}.", "Check the name and the permissions.")
     if blob.startswith((b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")):
-        return fault("begins with a byte-order mark.", "Save the file as UTF-8 without BOM; TOML does not allow one.")
+        return fault(
+            "begins with a byte-order mark.",
+            "Save the file as UTF-8 without BOM; TOML does not allow one.",
+        )
     try:
         text = blob.decode("utf-8")
     except UnicodeDecodeError as error:
         line = blob.count(b"\n", 0, error.start) + 1
-        return fault(f"is not UTF-8 text (line {line}, byte {error.start}).", "Save the file as UTF-8.")
+        return fault(
+            f"is not UTF-8 text (line {line}, byte {error.start}).", "Save the file as UTF-8."
+        )
     if not text.strip():
         return fault("is empty.", "Write a problem file; docs/problem-files.md shows one.")
     try:
@@ -136,4 +166,7 @@ def _read(path: Path) -> dict[str, Any] | Fault:
     except RecursionError:
         return fault("is nested too deeply.", "A problem file needs four levels at most.")
     except ValueError as error:  # TOMLDecodeError, or an integer of thousands of digits
-        return fault(f"is not valid TOML: {error}.", "Correct that place; quotes, brackets and commas are the usual causes.")
+        return fault(
+            f"is not valid TOML: {error}.",
+            "Correct that place; quotes, brackets and commas are the usual causes.",
+        )

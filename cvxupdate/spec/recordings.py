@@ -10,9 +10,14 @@ from pydantic_core import PydanticCustomError
 
 from cvxupdate.spec.base import Count, DofKind, Id, NonNegative, Part, Positive, Table, Text, one_of
 
-Quantity = Literal["force", "displacement", "velocity", "acceleration", "strain", "voltage", "unknown"]
+Quantity = Literal[
+    "force", "displacement", "velocity", "acceleration", "strain", "voltage", "unknown"
+]
 Motion = Literal["displacement", "velocity", "acceleration"]
-Column = Annotated[Annotated[int, Field(ge=0)] | Text, one_of("a column number ≥ 0 (the first is 0), or the name of a column")]
+Column = Annotated[
+    Annotated[int, Field(ge=0)] | Text,
+    one_of("a column number ≥ 0 (the first is 0), or the name of a column"),
+]
 ShapeEntry = Annotated[float | tuple[float, float], one_of("a number, or [real, imaginary]")]
 
 
@@ -28,24 +33,49 @@ Sign = Annotated[Literal[1, -1], BeforeValidator(_no_bool)]
 class ChannelRow(Part):
     """One measured channel."""
 
-    column: Column = Field(description="place in the file or in `shape`: number (first is 0) or name")
+    column: Column = Field(
+        description="place in the file or in `shape`: number (first is 0) or name"
+    )
     quantity: Quantity = Field(description="what it reads")
-    node: Id | None = Field(default=None, description="node of the model; needed unless quantity is voltage or unknown")
+    node: Id | None = Field(
+        default=None, description="node of the model; needed unless quantity is voltage or unknown"
+    )
     dof: DofKind | None = Field(default=None, description="DOF kind; needed with `node`")
-    unit: Text | None = Field(default=None, description="unit in the file, e.g. g, in/s, kip, V; absent: what the file states, else SI")
-    sensitivity: Annotated[Positive | Text, one_of('a number > 0 (file units per SI unit), or text such as "100 mV/g"')] | None = Field(
-        default=None, description='transducer output per unit of the quantity: file units per SI unit, or text such as "100 mV/g"'
+    unit: Text | None = Field(
+        default=None,
+        description="unit in the file, e.g. g, in/s, kip, V; absent: what the file states, else SI",
+    )
+    sensitivity: (
+        Annotated[
+            Positive | Text,
+            one_of('a number > 0 (file units per SI unit), or text such as "100 mV/g"'),
+        ]
+        | None
+    ) = Field(
+        default=None,
+        description="transducer output per unit of the quantity: file units per SI unit, or text "
+        'such as "100 mV/g"',
     )
     sign: Sign = Field(default=1, description="-1 for a sensor mounted the other way round")
     name: Text | None = Field(default=None, description="name for messages and figures")
-    index: tuple[Annotated[int, Field(ge=0)], ...] = Field(default=(), description="row of an array with more axes: its leading indices")
-    form: Literal["complex", "real-imaginary", "magnitude-phase", "db-phase"] = Field(
-        default="complex", description="FRF in columns: how `column` (and `pair`) write a complex number; dB = 20 log10 of the unit"
+    index: tuple[Annotated[int, Field(ge=0)], ...] = Field(
+        default=(), description="row of an array with more axes: its leading indices"
     )
-    pair: Column | None = Field(default=None, description="FRF in columns: column of the imaginary part or phase")
+    form: Literal["complex", "real-imaginary", "magnitude-phase", "db-phase"] = Field(
+        default="complex",
+        description="FRF in columns: how `column` (and `pair`) write a complex number; "
+        "dB = 20 log10 of the unit",
+    )
+    pair: Column | None = Field(
+        default=None, description="FRF in columns: column of the imaginary part or phase"
+    )
     phase_unit: Literal["deg", "rad"] = Field(default="deg", description="unit of the phase")
-    coherence: Column | None = Field(default=None, description="FRF in columns: column of the coherence")
-    reference: Annotated[int, Field(ge=0)] = Field(default=0, description="FRF in columns: place of its reference in `references`")
+    coherence: Column | None = Field(
+        default=None, description="FRF in columns: column of the coherence"
+    )
+    reference: Annotated[int, Field(ge=0)] = Field(
+        default=0, description="FRF in columns: place of its reference in `references`"
+    )
 
 
 class ReferenceRow(Part):
@@ -64,13 +94,18 @@ class ChannelName(Part):
 
 
 class CorrectionRow(Part):
-    """A fault of a response channel that is taken out of the recording, e.g. one that `diagnose` found; faults are taken out in the order given."""
+    """A fault of a response channel that is taken out of the recording, e.g. one that `diagnose`
+    found; faults are taken out in the order given."""
 
     node: Id = Field(description="node that the channel is labelled with")
     dof: DofKind = Field(description="DOF kind that it is labelled with")
-    gain: float | None = Field(default=None, description="it reads this many times what it should (-1: wrong sign)")
+    gain: float | None = Field(
+        default=None, description="it reads this many times what it should (-1: wrong sign)"
+    )
     delay: float | None = Field(default=None, description="it lags by this [s]")
-    exchanged_with: ChannelName | None = Field(default=None, description="the channel whose cable or place it has, and which has its own")
+    exchanged_with: ChannelName | None = Field(
+        default=None, description="the channel whose cable or place it has, and which has its own"
+    )
 
 
 class ModeRow(Part):
@@ -80,67 +115,121 @@ class ModeRow(Part):
     frequency_std: Positive | None = Field(default=None, description="standard deviation [Hz]")
     damping: NonNegative | None = Field(default=None, description="fraction of critical")
     damping_std: Positive | None = Field(default=None, description="standard deviation")
-    shape: tuple[ShapeEntry, ...] | None = Field(default=None, description="a number or [re, im] for each channel")
-    shape_std: Annotated[Positive | tuple[Positive, ...], one_of("a number > 0, or a list of them, one for each entry of the shape")] | None = Field(
-        default=None, description="standard deviation of the entries: one number or a list"
+    shape: tuple[ShapeEntry, ...] | None = Field(
+        default=None, description="a number or [re, im] for each channel"
     )
-    mode: Count | None = Field(default=None, description="flexible mode of the initial model that this mode is paired with (1 = lowest)")
+    shape_std: (
+        Annotated[
+            Positive | tuple[Positive, ...],
+            one_of("a number > 0, or a list of them, one for each entry of the shape"),
+        ]
+        | None
+    ) = Field(default=None, description="standard deviation of the entries: one number or a list")
+    mode: Count | None = Field(
+        default=None,
+        description="flexible mode of the initial model that this mode is paired with (1 = lowest)",
+    )
 
 
 class Reading(Part):
     """What every recording may say about itself and its file."""
 
-    use: Literal["fit", "hold-out"] = Field(default="fit", description="a hold-out is never fitted, only scored")
-    level: NonNegative | None = Field(default=None, description="drive level, for one structure at several amplitudes")
+    use: Literal["fit", "hold-out"] = Field(
+        default="fit", description="a hold-out is never fitted, only scored"
+    )
+    level: NonNegative | None = Field(
+        default=None, description="drive level, for one structure at several amplitudes"
+    )
     name: Text | None = Field(default=None, description="name for messages and figures")
     source: Text | None = Field(default=None, description="where it comes from")
-    file: Path | None = Field(default=None, description="UFF, MAT, HDF5, NPZ, CSV or text, relative to the problem file")
-    dataset: Text | None = Field(default=None, description="data set under CVXUPDATE_DATA that holds the file")
+    file: Path | None = Field(
+        default=None, description="UFF, MAT, HDF5, NPZ, CSV or text, relative to the problem file"
+    )
+    dataset: Text | None = Field(
+        default=None, description="data set under CVXUPDATE_DATA that holds the file"
+    )
     response: Motion | None = Field(default=None, description="quantity of the responses")
-    channels: Annotated[tuple[ChannelRow, ...], Table()] | None = Field(default=None, description="the channels")
+    channels: Annotated[tuple[ChannelRow, ...], Table()] | None = Field(
+        default=None, description="the channels"
+    )
     band: tuple[NonNegative, Positive] | None = Field(
-        default=None, description="[lowest, highest] frequency used [Hz]; of a time history: of the FRF that is estimated from it, the samples stay as they are"
+        default=None,
+        description="[lowest, highest] frequency used [Hz]; of a time history: of the FRF that is "
+        "estimated from it, the samples stay as they are",
     )
-    corrections: tuple[CorrectionRow, ...] = Field(default=(), description="faults of channels to be taken out")
-    format: Text | None = Field(default=None, description="file format, where the file's ending does not say it")
+    corrections: tuple[CorrectionRow, ...] = Field(
+        default=(), description="faults of channels to be taken out"
+    )
+    format: Text | None = Field(
+        default=None, description="file format, where the file's ending does not say it"
+    )
     variables: dict[str, str] = Field(
-        default={}, description="names of the arrays inside the file, where they differ (FRF: frequency, H, coherence, variance, response_node …)"
+        default={},
+        description="names of the arrays inside the file, where they differ (FRF: frequency, H, "
+        "coherence, variance, response_node …)",
     )
-    delimiter: Text | None = Field(default=None, description="text files: what separates the columns")
-    decimal: Literal[".", ","] | None = Field(default=None, description="text files: the decimal mark")
+    delimiter: Text | None = Field(
+        default=None, description="text files: what separates the columns"
+    )
+    decimal: Literal[".", ","] | None = Field(
+        default=None, description="text files: the decimal mark"
+    )
     encoding: Text | None = Field(default=None, description="text files: e.g. latin-1")
-    skip_rows: Annotated[int, Field(ge=0)] | None = Field(default=None, description="text files: lines to leave out on top")
-    header_lines: Annotated[int, Field(ge=0)] | None = Field(default=None, description="text files: lines of header")
+    skip_rows: Annotated[int, Field(ge=0)] | None = Field(
+        default=None, description="text files: lines to leave out on top"
+    )
+    header_lines: Annotated[int, Field(ge=0)] | None = Field(
+        default=None, description="text files: lines of header"
+    )
 
 
 class FrfRecording(Reading):
     """Measured frequency response functions."""
 
     kind: Literal["frf"]
-    frequency_column: Column | None = Field(default=None, description="column of the frequency [Hz]")
-    references: tuple[ReferenceRow, ...] | None = Field(
-        default=None, description="places of excitation, for FRFs in columns; [] for a spectrum, where no force was recorded"
+    frequency_column: Column | None = Field(
+        default=None, description="column of the frequency [Hz]"
     )
-    averages: Positive | None = Field(default=None, description="number of averages, for the variance from coherence; absent: estimated")
+    references: tuple[ReferenceRow, ...] | None = Field(
+        default=None,
+        description="places of excitation, for FRFs in columns; [] for a spectrum, "
+        "where no force was recorded",
+    )
+    averages: Positive | None = Field(
+        default=None,
+        description="number of averages, for the variance from coherence; absent: estimated",
+    )
 
 
 class TimeRecording(Reading):
     """Measured time histories."""
 
     kind: Literal["time"]
-    rate: Positive | None = Field(default=None, description="sampling rate [Hz]; absent: the file or `time_column` says it")
+    rate: Positive | None = Field(
+        default=None, description="sampling rate [Hz]; absent: the file or `time_column` says it"
+    )
     time_column: Column | None = Field(default=None, description="column of the time [s]")
-    start: Annotated[int, Field(ge=0)] | None = Field(default=None, description="first sample used (counted from 0)")
-    stop: Annotated[int, Field(ge=0)] | None = Field(default=None, description="sample behind the last one used")
+    start: Annotated[int, Field(ge=0)] | None = Field(
+        default=None, description="first sample used (counted from 0)"
+    )
+    stop: Annotated[int, Field(ge=0)] | None = Field(
+        default=None, description="sample behind the last one used"
+    )
 
 
 class ModesRecording(Reading):
     """A table of identified modes."""
 
     kind: Literal["modes"]
-    rows: Annotated[tuple[ModeRow, ...], Table()] = Field(default=(), description="the modes; a .csv `file` with these columns is read into them")
-    frequency_std: Positive | None = Field(default=None, description="for every row without its own [Hz]")
-    frequency_std_relative: Positive | None = Field(default=None, description="for every row without its own, as a fraction of its frequency")
+    rows: Annotated[tuple[ModeRow, ...], Table()] = Field(
+        default=(), description="the modes; a .csv `file` with these columns is read into them"
+    )
+    frequency_std: Positive | None = Field(
+        default=None, description="for every row without its own [Hz]"
+    )
+    frequency_std_relative: Positive | None = Field(
+        default=None, description="for every row without its own, as a fraction of its frequency"
+    )
 
 
 Recording = FrfRecording | TimeRecording | ModesRecording

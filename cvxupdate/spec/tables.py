@@ -11,7 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-LISTS = frozenset({"nodes", "shape", "orientation", "axis", "elements", "groups", "dofs", "labels", "index"})
+LISTS = frozenset(
+    {"nodes", "shape", "orientation", "axis", "elements", "groups", "dofs", "labels", "index"}
+)
 """Columns whose cell holds a list, separated by blanks or ``;``."""
 TEXTS = frozenset(
     {
@@ -48,32 +50,41 @@ class TableError(Exception):
 
 @dataclass(frozen=True)
 class TableFile:
-    """Where the rows of a table came from; ``lines[i]`` is the line of row i (the first line is 1)."""
+    """Where the rows of a table came from; ``lines[i]`` is the line of row i (the first line is
+    1)."""
 
     path: Path
     lines: tuple[int, ...]
 
 
-def locate(file: str, dataset: str | None, base: Path, environ: Mapping[str, str] = os.environ) -> Path:
-    """The path that ``file`` (and ``dataset``) names; an unset CVXUPDATE_DATA stays visible in it."""
+def locate(
+    file: str, dataset: str | None, base: Path, environ: Mapping[str, str] = os.environ
+) -> Path:
+    """The path that ``file`` (and ``dataset``) names; an unset CVXUPDATE_DATA stays visible in
+    it."""
     if dataset is None:
         return base / file
     return Path(environ.get(DATA_VARIABLE) or f"${DATA_VARIABLE}") / dataset / file
 
 
-def unusable(path: Path, dataset: str | None, environ: Mapping[str, str] = os.environ) -> tuple[str, str] | None:
-    """What is wrong with a file that a problem file names, and the remedy; None when it can be opened."""
+def unusable(
+    path: Path, dataset: str | None, environ: Mapping[str, str] = os.environ
+) -> tuple[str, str] | None:
+    """What is wrong with a file that a problem file names, and the remedy; None when it can be
+    opened."""
     if dataset is not None and not environ.get(DATA_VARIABLE):
         return (
             f"needs data set '{dataset}', but the environment variable {DATA_VARIABLE} is not set.",
-            f"Set {DATA_VARIABLE} to the folder that holds the data sets; problems/real/README.md says where to get them.",
+            f"Set {DATA_VARIABLE} to the folder that holds the data sets; "
+            "problems/real/README.md says where to get them.",
         )
     if "\0" in str(path):
         return "holds a NUL character, so it names no file.", "Correct the name."
     if dataset is not None and not os.path.isdir(os.path.join(environ[DATA_VARIABLE], dataset)):
         return (
             f"data set '{dataset}' is not in {environ[DATA_VARIABLE]}.",
-            f"Put it there, or set {DATA_VARIABLE} to the folder that holds it; see problems/real/README.md.",
+            f"Put it there, or set {DATA_VARIABLE} to the folder that holds it; see "
+            "problems/real/README.md.",
         )
     if os.path.isdir(path):
         return f"'{path}' is a folder.", "Name a file in it."
@@ -85,43 +96,65 @@ def unusable(path: Path, dataset: str | None, environ: Mapping[str, str] = os.en
     if not os.access(path, os.R_OK):
         return f"'{path}' may not be read.", "Change the permissions of the file."
     if os.path.getsize(path) == 0:
-        return f"'{path}' is empty (0 bytes).", "Put the data there again; the copy may have been cut off."
+        return (
+            f"'{path}' is empty (0 bytes).",
+            "Put the data there again; the copy may have been cut off.",
+        )
     return None
 
 
 def read_table(path: Path) -> tuple[list[dict[str, Any]], TableFile]:
     """Rows of a CSV file with one header line.
 
-    The columns are separated by ``,``, ``;`` or tabs (whichever the header uses); empty cells are absent keys; blank
-    lines and lines that begin with ``#`` are left out; a cell of a list column holds its items separated by blanks.
+    The columns are separated by ``,``, ``;`` or tabs (whichever the header uses); empty cells are
+    absent keys; blank lines and lines that begin with ``#`` are left out; a cell of a list column
+    holds its items separated by blanks.
 
     Raises
     ------
     TableError
-        When the file is not UTF-8 text, has no header or no rows, or a row is longer than the header.
+        When the file is not UTF-8 text, has no header or no rows, or a row is longer than the
+        header.
     """
     try:
         text = path.read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise TableError(f"is not UTF-8 text (byte {error.start}).", "Save it as UTF-8.") from None
     except OSError as error:
-        raise TableError(f"cannot be read: {error.strerror}.", "Check the name and the permissions.") from None
-    lines = [(i, line) for i, line in enumerate(io.StringIO(text), 1) if line.strip() and not line.lstrip().startswith("#")]
+        raise TableError(
+            f"cannot be read: {error.strerror}.", "Check the name and the permissions."
+        ) from None
+    lines = [
+        (i, line)
+        for i, line in enumerate(io.StringIO(text), 1)
+        if line.strip() and not line.lstrip().startswith("#")
+    ]
     if not lines:
-        raise TableError("is empty.", "Give a header line with the column names, then one row a line.")
+        raise TableError(
+            "is empty.", "Give a header line with the column names, then one row a line."
+        )
     delimiter = max(",;\t", key=lines[0][1].count)
     try:
-        cells = [next(csv.reader([line], delimiter=delimiter, strict=True), []) for _, line in lines]
+        cells = [
+            next(csv.reader([line], delimiter=delimiter, strict=True), []) for _, line in lines
+        ]
     except csv.Error as error:
         raise TableError(f"is not a CSV file ({error}).", "Check quotes and separators.") from None
     header = [name.strip() for name in cells[0]]
     if "" in header or len(set(header)) < len(header):
-        raise TableError("line 1: an empty or repeated column name.", "Give every column its own name.")
+        raise TableError(
+            "line 1: an empty or repeated column name.", "Give every column its own name."
+        )
     rows: list[dict[str, Any]] = []
     for (number, _), row in zip(lines[1:], cells[1:], strict=True):
         if len(row) > len(header):
-            raise TableError(f"line {number}: {len(row)} cells under {len(header)} column names.", "Check the separators.")
-        rows.append({k: _cell(k, v.strip()) for k, v in zip(header, row, strict=False) if v.strip()})
+            raise TableError(
+                f"line {number}: {len(row)} cells under {len(header)} column names.",
+                "Check the separators.",
+            )
+        rows.append(
+            {k: _cell(k, v.strip()) for k, v in zip(header, row, strict=False) if v.strip()}
+        )
     return rows, TableFile(path, tuple(number for number, _ in lines[1:]))
 
 

@@ -9,26 +9,74 @@ from pydantic import BeforeValidator, Field
 from cvxupdate.spec.base import Count, Id, NonNegative, Part, Positive, Table, Text, Vector, one_of
 
 Of = Literal[
-    "stiffness", "mass", "damping", "E", "nu", "rho", "A", "I", "Iy", "Iz", "J", "Ixx", "Iyy", "Izz",
-    "thickness", "height", "width", "diameter", "wall",
-    "Dx", "Dy", "D1", "Dxy", "k", "m", "c", "eta", "alpha", "beta", "Ip", "omega", "N", "kappa",
-]  # fmt: skip
+    "stiffness",
+    "mass",
+    "damping",
+    "E",
+    "nu",
+    "rho",
+    "A",
+    "I",
+    "Iy",
+    "Iz",
+    "J",
+    "Ixx",
+    "Iyy",
+    "Izz",
+    "thickness",
+    "height",
+    "width",
+    "diameter",
+    "wall",
+    "Dx",
+    "Dy",
+    "D1",
+    "Dxy",
+    "k",
+    "m",
+    "c",
+    "eta",
+    "alpha",
+    "beta",
+    "Ip",
+    "omega",
+    "N",
+    "kappa",
+]
 NonNegativeCount = Annotated[int, Field(ge=0)]
 Names = Annotated[tuple[Text, ...], Field(min_length=1)]
 SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "QUADPROG", "HIGHS")
 PHYSICS = (
-    "stiffness_change", "mass_change", "thickness_change", "orthotropy", "added_mass", "grounding_spring",
-    "joint_flexibility", "shear_deformation", "axial_preload", "gyroscopic", "attached_resonator", "viscous_damper",
-    "structural_damping", "mass_proportional_damping", "cubic_stiffness", "clearance", "dry_friction", "hysteresis",
-    "quadratic_damping", "sensor_fault",
-)  # fmt: skip
+    "stiffness_change",
+    "mass_change",
+    "thickness_change",
+    "orthotropy",
+    "added_mass",
+    "grounding_spring",
+    "joint_flexibility",
+    "shear_deformation",
+    "axial_preload",
+    "gyroscopic",
+    "attached_resonator",
+    "viscous_damper",
+    "structural_damping",
+    "mass_proportional_damping",
+    "cubic_stiffness",
+    "clearance",
+    "dry_friction",
+    "hysteresis",
+    "quadratic_damping",
+    "sensor_fault",
+)
 """The physics words of the contract."""
 
 
 class ParameterRow(Part):
-    """One parameter, or one for each element or group: what it acts on, and the property it changes.
+    """One parameter, or one for each element or group: what it acts on, and the property it
+    changes.
 
-    Exactly one of ``elements``, ``group``, ``groups``, ``material`` (none for the damping of the whole model).
+    Exactly one of ``elements``, ``group``, ``groups``, ``material`` (none for the damping of the
+    whole model).
     """
 
     of: Of = Field(description="the property it changes")
@@ -43,23 +91,37 @@ class ParameterRow(Part):
     groups: Names | None = Field(default=None, description="several groups")
     material: Text | None = Field(default=None, description="all elements of a material")
     each: Literal["element", "group"] | None = Field(
-        default=None, description="a parameter for each element or each group; absent: one for all (a macro element)"
+        default=None,
+        description="a parameter for each element or each group; "
+        "absent: one for all (a macro element)",
     )
     name: Text | None = Field(default=None, description="name in results and constraints")
     lower: float | None = Field(default=None, description="lower bound of the relative change p")
     upper: float | None = Field(default=None, description="upper bound of the relative change p")
-    scale: Positive | None = Field(default=None, description="size of one unit of p in the unit of the property, where the nominal value is 0")
+    scale: Positive | None = Field(
+        default=None,
+        description="size of one unit of p in the unit of the "
+        "property, where the nominal value is 0",
+    )
 
 
 class Whole(Part):
-    """Whole symmetric matrices: every entry on a pattern is a parameter. Entry (i, j) of A moves by p √(A_ii A_jj)."""
+    """Whole symmetric matrices: every entry on a pattern is a parameter. Entry (i, j) of A moves by
+    p √(A_ii A_jj)."""
 
-    matrices: Annotated[tuple[Literal["K", "M", "C", "D"], ...], Field(min_length=1)] = Field(description="the matrices")
+    matrices: Annotated[tuple[Literal["K", "M", "C", "D"], ...], Field(min_length=1)] = Field(
+        description="the matrices"
+    )
     pattern: Literal["model", "nodes", "all"] = Field(
         default="model",
-        description="entries that may change: those that are not 0 in the model, those between DOFs of nodes that share an element, or every one",
+        description="entries that may change: those that are not 0 in the model, those "
+        "between DOFs of nodes that share an element, or every one",
     )
-    symmetric: bool = Field(default=True, description="false: (i, j) and (j, i) are two parameters, held equal by the clause `symmetry`")
+    symmetric: bool = Field(
+        default=True,
+        description="false: (i, j) and (j, i) are two parameters, "
+        "held equal by the clause `symmetry`",
+    )
     lower: float | None = Field(default=None, description="lower bound of every p")
     upper: float | None = Field(default=None, description="upper bound of every p")
 
@@ -68,49 +130,89 @@ class Update(Part):
     """What ``run`` does."""
 
     method: Literal["frequencies", "sensitivity", "rfm", "ceam"] = Field(description="the method")
-    parameters: Annotated[tuple[ParameterRow, ...], Table()] = Field(default=(), description="the parameters; none are needed beside `whole`")
-    whole: Whole | None = Field(default=None, description="ceam: whole matrices on a sparsity pattern; the names are like K[n1.x, n2.x]")
+    parameters: Annotated[tuple[ParameterRow, ...], Table()] = Field(
+        default=(), description="the parameters; none are needed beside `whole`"
+    )
+    whole: Whole | None = Field(
+        default=None,
+        description="ceam: whole matrices on a sparsity pattern; the names are like K[n1.x, n2.x]",
+    )
     loss: Literal["least-squares", "l1", "huber", "norm"] = Field(
-        default="least-squares", description="measure of the residual; norm (not squared) beside the penalty robust is worst-case least squares"
+        default="least-squares",
+        description="measure of the residual; norm (not squared) beside the penalty "
+        "robust is worst-case least squares",
     )
     max_iterations: Count = Field(default=30, description="iterations of the loop at most")
-    tolerance: Positive = Field(default=1e-6, description="relative decrease of the objective at which the loop ends")
+    tolerance: Positive = Field(
+        default=1e-6, description="relative decrease of the objective at which the loop ends"
+    )
     pairing: Literal["auto", "mac", "frequency", "fixed"] = Field(
         default="auto",
-        description="how measured modes find the model's; auto: as fixed by `mode`, else MAC, else frequency",
+        description="how measured modes find the model's; auto: as fixed by `mode`, else MAC, else "
+        "frequency",
     )
-    trust_radius: Positive | None = Field(default=None, description="first trust-region radius; absent: chosen")
+    trust_radius: Positive | None = Field(
+        default=None, description="first trust-region radius; absent: chosen"
+    )
     form: Literal["additive", "multiplicative"] = Field(
         default="additive",
-        description="multiplicative: the trust region is a share of each parameter's present factor 1 + p (3.50), so that none changes its sign",
+        description="multiplicative: the trust region is a share of each parameter's "
+        "present factor 1 + p (3.50), so that none changes its sign",
     )
-    line_search: bool = Field(default=False, description="search along a step that gains less than a quarter of what it promised (3.52)")
+    line_search: bool = Field(
+        default=False,
+        description="search along a step that gains less than a quarter of what it promised (3.52)",
+    )
     second_order: bool = Field(
-        default=False, description="second-order terms along each step: fewer iterations, each with a second convex step and evaluation"
+        default=False,
+        description="second-order terms along each step: fewer iterations, each with a "
+        "second convex step and evaluation",
     )
     residual: Literal["auto", "force-balance", "flexibility", "receptance"] = Field(
         default="auto",
-        description="rfm: force balance (3.9, 3.16), weighted by the dynamic flexibility (3.37), both with weights taken anew at the solution, or output "
-        "error (3.30); auto: flexibility, then output error",
+        description="rfm: force balance (3.9, 3.16), weighted by the dynamic "
+        "flexibility (3.37), both with weights taken anew at the solution, "
+        "or output error (3.30); auto: flexibility, then output error",
     )
     frequency_points: Annotated[
-        Literal["between", "best", "log-function", "all"] | Annotated[tuple[Positive, ...], Field(min_length=1)],
+        Literal["between", "best", "log-function", "all"]
+        | Annotated[tuple[Positive, ...], Field(min_length=1)],
         one_of('"between", "best", "log-function", "all", or a list of frequencies [Hz]'),
     ] = Field(
         default="between",
-        description="rfm: lines that are fitted: between resonances (3.5.5); best, those that tell most of the parameters; log-function, where the data may "
-        "be least accurate (5.32); all; or those nearest to a list",
+        description="rfm: lines that are fitted: between resonances (3.5.5); best, "
+        "those that tell most of the parameters; log-function, where the "
+        "data may be least accurate (5.32); all; or those nearest to a list",
     )
-    points: Count | None = Field(default=None, description="rfm: how many lines of each recording; absent: enough for the modes and parameters")
+    points: Count | None = Field(
+        default=None,
+        description="rfm: how many lines of each recording; absent: "
+        "enough for the modes and parameters",
+    )
     basis: Literal["full", "reduced"] = Field(
-        default="full", description="rfm: reduced fits the output error on modes and static residual vectors, for large models"
+        default="full",
+        description="rfm: reduced fits the output error on modes and static residual "
+        "vectors, for large models",
     )
-    noise: Positive | None = Field(default=None, description="rfm: relative standard deviation of the FRFs; absent: what the recordings say")
-    expansion: Literal["dynamic", "null-space", "guyan", "irs", "gysin", "serep", "serepa", "tam", "hybrid"] = Field(
-        default="null-space", description="ceam: how DOFs that were not measured are found; null-space, dynamic and gysin are repeated as the model improves"
+    noise: Positive | None = Field(
+        default=None,
+        description="rfm: relative standard deviation of the FRFs; absent: what the recordings say",
     )
-    self_assign: NonNegativeCount = Field(default=0, description="ceam: number of the model's own modes above the measured ones to be kept as well")
-    stages: Literal[1, 2] = Field(default=1, description="ceam: 2 assigns the eigenvalues with the model's own shapes first")
+    expansion: Literal[
+        "dynamic", "null-space", "guyan", "irs", "gysin", "serep", "serepa", "tam", "hybrid"
+    ] = Field(
+        default="null-space",
+        description="ceam: how DOFs that were not measured are found; null-space, "
+        "dynamic and gysin are repeated as the model improves",
+    )
+    self_assign: NonNegativeCount = Field(
+        default=0,
+        description="ceam: number of the model's own modes above the "
+        "measured ones to be kept as well",
+    )
+    stages: Literal[1, 2] = Field(
+        default=1, description="ceam: 2 assigns the eigenvalues with the model's own shapes first"
+    )
 
 
 class Bounds(Part):
@@ -123,13 +225,17 @@ class Bounds(Part):
 class Tied(Part):
     """Parameters that share one value."""
 
-    parameters: Annotated[tuple[Text, ...], Field(min_length=2)] = Field(description="names of at least two parameters")
+    parameters: Annotated[tuple[Text, ...], Field(min_length=2)] = Field(
+        description="names of at least two parameters"
+    )
 
 
 class Linear(Part):
     """A linear clause, Σ a_i p_i = or ≤ or ≥ a number."""
 
-    coefficients: Annotated[dict[str, float], Field(min_length=1)] = Field(description="a_i by name of the parameter")
+    coefficients: Annotated[dict[str, float], Field(min_length=1)] = Field(
+        description="a_i by name of the parameter"
+    )
     equals: float | None = Field(default=None, description="right-hand side")
     at_most: float | None = Field(default=None, description="upper limit")
     at_least: float | None = Field(default=None, description="lower limit")
@@ -143,35 +249,54 @@ class TotalMass(Part):
 
 
 class MassPositive(Part):
-    """The mass stays positive: of every element, of the assembled matrix (a linear matrix inequality), or both."""
+    """The mass stays positive: of every element, of the assembled matrix (a linear matrix
+    inequality), or both."""
 
     elements: bool = Field(default=True, description="every mass p-value stays above -1")
-    matrix: bool = Field(default=False, description="the assembled mass matrix stays positive definite")
-    floor: NonNegative = Field(default=1e-3, description="smallest eigenvalue, of the matrix scaled to a unit diagonal; smallest 1 + p of an element")
+    matrix: bool = Field(
+        default=False, description="the assembled mass matrix stays positive definite"
+    )
+    floor: NonNegative = Field(
+        default=1e-3,
+        description="smallest eigenvalue, of the matrix scaled to a unit diagonal; "
+        "smallest 1 + p of an element",
+    )
 
 
 class StiffnessPositive(Part):
     """The stiffness stays positive semidefinite, and rigid-body modes stay free."""
 
-    matrix: bool = Field(default=True, description="the assembled stiffness matrix stays positive semidefinite")
+    matrix: bool = Field(
+        default=True, description="the assembled stiffness matrix stays positive semidefinite"
+    )
     rigid_modes: bool = Field(default=True, description="what moved freely still does: K Phi_R = 0")
-    floor: NonNegative = Field(default=0.0, description="smallest eigenvalue beside rigid-body modes, of the matrix scaled to a unit diagonal")
+    floor: NonNegative = Field(
+        default=0.0,
+        description="smallest eigenvalue beside rigid-body modes, of "
+        "the matrix scaled to a unit diagonal",
+    )
 
 
 class Inertia(Part):
-    """Mass properties of the whole structure as a rigid body; what is not given is kept, or left free with `conserve = false`."""
+    """Mass properties of the whole structure as a rigid body; what is not given is kept, or left
+    free with `conserve = false`."""
 
     conserve: bool = Field(default=True, description="keep what is not given below")
     mass: Positive | None = Field(default=None, description="weighed mass [kg]")
     centre: Vector | None = Field(default=None, description="centre of gravity [m]")
-    moments: Vector | None = Field(default=None, description="moments of inertia Ixx, Iyy, Izz about the centre of gravity [kg m^2]")
+    moments: Vector | None = Field(
+        default=None,
+        description="moments of inertia Ixx, Iyy, Izz about the centre of gravity [kg m^2]",
+    )
 
 
 class ModeClause(Part):
     """A measured mode that the updated model must reproduce, shape included."""
 
     mode: Count = Field(description="number of the row among the fitted modes (1 = first)")
-    within: Positive | None = Field(default=None, description="r.m.s. in its standard deviations; absent: exactly")
+    within: Positive | None = Field(
+        default=None, description="r.m.s. in its standard deviations; absent: exactly"
+    )
 
 
 class Mirror(Part):
@@ -192,7 +317,9 @@ class Budget(Part):
     """A budget on the whole change."""
 
     at_most: NonNegative = Field(description="largest norm of p")
-    norm: Literal["l1", "l2"] = Field(default="l2", description="l2: root of the sum of squares; l1: sum of absolute values")
+    norm: Literal["l1", "l2"] = Field(
+        default="l2", description="l2: root of the sum of squares; l1: sum of absolute values"
+    )
 
 
 class Smoothness(Part):
@@ -202,11 +329,13 @@ class Smoothness(Part):
 
 
 class Symmetry(Part):
-    """Matrices stay symmetric: entries (i, j) and (j, i) of `update.whole` are equal. Elements are symmetric by themselves."""
+    """Matrices stay symmetric: entries (i, j) and (j, i) of `update.whole` are equal. Elements are
+    symmetric by themselves."""
 
 
 class Connectivity(Part):
-    """No element appears that was not there: entries and properties that are 0 in the model stay 0."""
+    """No element appears that was not there: entries and properties that are 0 in the model stay
+    0."""
 
 
 class TrustRegion(Part):
@@ -223,7 +352,9 @@ class Constraints(Part):
     linear: tuple[Linear, ...] = Field(default=(), description="linear clauses")
     total_mass: TotalMass | None = Field(default=None, description="total mass")
     mass_positive: MassPositive | None = Field(default=None, description="mass positive definite")
-    stiffness_positive: StiffnessPositive | None = Field(default=None, description="stiffness positive semidefinite, rigid-body modes kept")
+    stiffness_positive: StiffnessPositive | None = Field(
+        default=None, description="stiffness positive semidefinite, rigid-body modes kept"
+    )
     inertia: Inertia | None = Field(default=None, description="rigid-body mass properties")
     modes: tuple[ModeClause, ...] = Field(default=(), description="modes to be reproduced")
     mirror: tuple[Mirror, ...] = Field(default=(), description="planes of symmetry")
@@ -238,7 +369,9 @@ class Constraints(Part):
 class Regulariser(Part):
     """A penalty on p."""
 
-    kind: Literal["none", "tikhonov", "l1", "group-l1", "total-variation", "entropy", "robust"] = Field(description="the penalty")
+    kind: Literal["none", "tikhonov", "l1", "group-l1", "total-variation", "entropy", "robust"] = (
+        Field(description="the penalty")
+    )
     weight: Annotated[
         NonNegative | Literal["l-curve", "gcv", "discrepancy"],
         one_of('a number ≥ 0, or one of "l-curve", "gcv", "discrepancy"'),
@@ -270,5 +403,7 @@ class Diagnose(Part):
     )
     scatter: Annotated[float, Field(gt=0.0, le=1.0)] = Field(
         default=1.0,
-        description="part of the usual scatter of groups (2 % stiffness, 1.2 % mass) that remains: below 1 for a model calibrated on this very structure",
+        description="part of the usual scatter of groups (2 % stiffness, 1.2 % mass) "
+        "that remains: below 1 for a model calibrated on this very "
+        "structure",
     )

@@ -16,14 +16,23 @@ from cvxupdate.spec.grammar import ProblemFile
 from cvxupdate.spec.prepare import Complaint, Prepared
 
 _TYPES = {
-    "float_type": "a number", "int_type": "a whole number", "string_type": 'text in quotes ("…")', "bool_type": "true or false",
-    "tuple_type": "a list […]", "dict_type": "a table", "model_type": "a table", "model_attributes_type": "a table",
-    "is_instance_of": 'a file name in quotes ("…")', "path_type": 'a file name in quotes ("…")',
-}  # fmt: skip
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "string_type": 'text in quotes ("…")',
+    "bool_type": "true or false",
+    "tuple_type": "a list […]",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+    "is_instance_of": 'a file name in quotes ("…")',
+    "path_type": 'a file name in quotes ("…")',
+}
 _LIMITS = {
-    "greater_than": ("gt", "greater than"), "greater_than_equal": ("ge", "at least"), "less_than": ("lt", "less than"),
+    "greater_than": ("gt", "greater than"),
+    "greater_than_equal": ("ge", "at least"),
+    "less_than": ("lt", "less than"),
     "less_than_equal": ("le", "at most"),
-}  # fmt: skip
+}
 _KINDS_OF_TEXT = ("type", "kind", "shape")
 
 
@@ -43,14 +52,20 @@ def _toml(value: Any) -> str:
     if isinstance(value, tuple | list):
         return "[" + ", ".join(_toml(v) for v in value[:12]) + ("…]" if len(value) > 12 else "]")
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{k} = {_toml(v)}" for k, v in list(value.items())[:6]) + ("…}" if len(value) > 6 else "}")
+        return (
+            "{"
+            + ", ".join(f"{k} = {_toml(v)}" for k, v in list(value.items())[:6])
+            + ("…}" if len(value) > 6 else "}")
+        )
     return repr(value) if isinstance(value, str) else str(value)
 
 
 def nearest(wrong: object, names: Iterable[object], what: str = "") -> str:
     """The remedy for a name that does not exist: the nearest one, and the list when it is short."""
     known = sorted({str(n) for n in names})
-    close = difflib.get_close_matches(str(wrong), known, n=1, cutoff=0.6) or [k for k in known if k.lower() == str(wrong).lower()]
+    close = difflib.get_close_matches(str(wrong), known, n=1, cutoff=0.6) or [
+        k for k in known if k.lower() == str(wrong).lower()
+    ]
     if close:
         return f"Did you mean '{close[0]}'?"
     if not known:
@@ -76,11 +91,14 @@ def strip_tags(loc: Loc) -> Loc:
 def findings(error: ValidationError) -> list[ErrorDetails]:
     """What pydantic found, without lists that are too short only because their items are faulty."""
     details = error.errors(include_url=False)
-    return [d for d in details if d["type"] != "too_short" or len(d["input"]) < d["ctx"]["min_length"]]
+    return [
+        d for d in details if d["type"] != "too_short" or len(d["input"]) < d["ctx"]["min_length"]
+    ]
 
 
 def translate(errors: Sequence[ErrorDetails], prepared: Prepared) -> list[Complaint]:
-    """One complaint for each finding; what rows have from their block is complained of once, at the block."""
+    """One complaint for each finding; what rows have from their block is complained of once, at the
+    block."""
     complaints: list[Complaint] = []
     seen: set[tuple[Loc, str]] = set()
     missing: dict[tuple[Loc, str], list[int]] = {}
@@ -91,7 +109,11 @@ def translate(errors: Sequence[ErrorDetails], prepared: Prepared) -> list[Compla
             block, index, key = row
             if index in prepared.inherited.get(block, {}).get(key, frozenset()):
                 loc = (*block, key, *loc[6:])
-            elif error["type"] == "missing" and len(loc) == 6 and key in _inheritable(prepared, block):
+            elif (
+                error["type"] == "missing"
+                and len(loc) == 6
+                and key in _inheritable(prepared, block)
+            ):
                 missing.setdefault((block, key), []).append(index)
                 continue
         said = _say(error, loc, prepared)
@@ -100,8 +122,13 @@ def translate(errors: Sequence[ErrorDetails], prepared: Prepared) -> list[Compla
             complaints.append(Complaint(loc, *said))
     for (block, key), rows in missing.items():
         everywhere = len(rows) > 1 and len(rows) == len(_get(prepared.data, (*block, "rows")))
-        places: list[Loc] = [(*block, key)] if everywhere else [(*block, "rows", i, key) for i in rows]
-        complaints += [Complaint(p, "is missing.", f"Give `{key}` on the row, or once on the block.") for p in places]
+        places: list[Loc] = (
+            [(*block, key)] if everywhere else [(*block, "rows", i, key) for i in rows]
+        )
+        complaints += [
+            Complaint(p, "is missing.", f"Give `{key}` on the row, or once on the block.")
+            for p in places
+        ]
     return complaints
 
 
@@ -109,11 +136,18 @@ def _say(error: ErrorDetails, loc: Loc, prepared: Prepared) -> tuple[str, str]:
     kind, value, ctx = error["type"], error["input"], error.get("ctx", {})
     key = loc[-1] if loc else ""
     if kind == "missing":
-        return "is missing.", f"Add `{key} = …`: {_meaning(error['loc'])}." if _meaning(error["loc"]) else f"Add `{key}`."
+        return "is missing.", f"Add `{key} = …`: {_meaning(error['loc'])}." if _meaning(
+            error["loc"]
+        ) else f"Add `{key}`."
     if kind == "extra_forbidden":
-        return f"unknown key '{key}' (value {show(value)}).", nearest(key, _known_keys(error["loc"][:-1]))
+        return f"unknown key '{key}' (value {show(value)}).", nearest(
+            key, _known_keys(error["loc"][:-1])
+        )
     if kind == "finite_number":
-        return f"{show(value)} is not a finite number.", "Give a finite value, or leave the key out if it is unknown."
+        return (
+            f"{show(value)} is not a finite number.",
+            "Give a finite value, or leave the key out if it is unknown.",
+        )
     if kind in _TYPES:
         return f"{show(value)} is not {_TYPES[kind]}.", _type_remedy(kind, value)
     if kind in _LIMITS:
@@ -122,7 +156,9 @@ def _say(error: ErrorDetails, loc: Loc, prepared: Prepared) -> tuple[str, str]:
         what = "is negative" if limit == 0 and _is_negative(value) else "is out of range"
         return f"{show(value)} {what}.", f"It must be {words} {limit:g}."
     if kind == "literal_error":
-        return f"{show(value)} is not one of the words allowed here.", _literal_remedy(value, str(ctx["expected"]))
+        return f"{show(value)} is not one of the words allowed here.", _literal_remedy(
+            value, str(ctx["expected"])
+        )
     if kind == "one_of":
         return f"{show(value)} cannot stand here.", f"Give {ctx['wanted']}."
     if kind == "union_tag_not_found":
@@ -132,14 +168,19 @@ def _say(error: ErrorDetails, loc: Loc, prepared: Prepared) -> tuple[str, str]:
         return f"`{word}` is missing.", f"Say which `{word}` it is: {_tags(error['loc'])}."
     if kind == "union_tag_invalid":
         word = str(ctx["discriminator"]).strip("'")
-        return f"unknown {word} {show(ctx['tag'])}.", _literal_remedy(ctx["tag"], str(ctx["expected_tags"]))
+        return f"unknown {word} {show(ctx['tag'])}.", _literal_remedy(
+            ctx["tag"], str(ctx["expected_tags"])
+        )
     if kind in ("too_short", "too_long"):
         least = kind == "too_short"
         limit = ctx["min_length"] if least else ctx["max_length"]
         count = ctx["actual_length"]
         if count == 0 and limit == 1:
             return "is empty.", "Give at least one entry."
-        return f"has {count} entries: {show(value)}.", f"It must have at {'least' if least else 'most'} {limit}."
+        return (
+            f"has {count} entries: {show(value)}.",
+            f"It must have at {'least' if least else 'most'} {limit}.",
+        )
     if kind == "string_too_short":
         return "is empty text.", "Give a name, or leave the key out."
     return f"{show(value)} cannot stand here: {error['msg']}.", "See docs/problem-files.md."
@@ -190,7 +231,8 @@ def _schema() -> dict[str, Any]:
 
 
 def _at(loc: Loc) -> dict[str, Any]:
-    """The piece of the JSON Schema at a place (union tags included); {} when the place is unknown."""
+    """The piece of the JSON Schema at a place (union tags included); {} when the place is
+    unknown."""
     root = _schema()
     here = root
     for step in loc:
@@ -220,7 +262,10 @@ def _deref(here: dict[str, Any]) -> dict[str, Any]:
             here = _schema()["$defs"][here["$ref"].split("/")[-1]]
         elif "anyOf" in here:
             branches = [b for b in here["anyOf"] if b.get("type") != "null"]
-            here = next((b for b in branches if b.get("type") == "array" or "$ref" in b or "anyOf" in b), branches[0])
+            here = next(
+                (b for b in branches if b.get("type") == "array" or "$ref" in b or "anyOf" in b),
+                branches[0],
+            )
         else:
             return here
 

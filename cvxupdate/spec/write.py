@@ -1,6 +1,8 @@
-"""A problem as tables and as text: what `load_problem` read, written out whole, with every table of rows inline.
+"""A problem as tables and as text: what `load_problem` read, written out whole, with every table of
+rows inline.
 
-Paths become absolute, or stay relative to their data set under CVXUPDATE_DATA, so the text may lie in any folder.
+Paths become absolute, or stay relative to their data set under CVXUPDATE_DATA, so the text may lie
+in any folder.
 """
 
 from __future__ import annotations
@@ -21,7 +23,8 @@ WIDE = 150
 
 
 def tables_of(spec: Spec) -> dict[str, Any]:
-    """The whole problem as plain tables, defaults left out; a fresh copy that may be changed. Rows hold what their block gave them."""
+    """The whole problem as plain tables, defaults left out; a fresh copy that may be changed. Rows
+    hold what their block gave them."""
     out: dict[str, Any] = {k: v for k, v in (("title", spec.title), ("source", spec.source)) if v}
     out["model"] = _plain(spec.model)
     for block in out["model"]["elements"]:
@@ -50,9 +53,20 @@ def compacted(tables: Mapping[str, Any]) -> dict[str, Any]:
     blocks = []
     for block in model["elements"]:
         rows = block["rows"]
-        shared = {k: rows[0][k] for k in INHERITED[block["type"]] if len(rows) > 1 and all(k in r and r[k] == rows[0][k] for r in rows)}
+        shared = {
+            k: rows[0][k]
+            for k in INHERITED[block["type"]]
+            if len(rows) > 1 and all(k in r and r[k] == rows[0][k] for r in rows)
+        }
         rest = {k: v for k, v in block.items() if k not in ("type", "rows")}
-        blocks.append({"type": block["type"], **rest, **shared, "rows": [{k: v for k, v in r.items() if k not in shared} for r in rows]})
+        blocks.append(
+            {
+                "type": block["type"],
+                **rest,
+                **shared,
+                "rows": [{k: v for k, v in r.items() if k not in shared} for r in rows],
+            }
+        )
     return {**tables, "model": {**model, "elements": blocks}}
 
 
@@ -82,7 +96,8 @@ def _locate(table: dict[str, Any]) -> None:
 
 
 def to_toml(tables: Mapping[str, Any], comment: Sequence[str] = ()) -> str:
-    """TOML text; lists of tables at the top, in [model] and of elements, supports and ties get headers of their own, rows one line each."""
+    """TOML text; lists of tables at the top, in [model] and of elements, supports and ties get
+    headers of their own, rows one line each."""
     lines = [f"# {line}".rstrip() for text in comment for line in text.splitlines()]
     if lines:
         lines.append("")
@@ -121,7 +136,9 @@ def _table(lines: list[str], path: str, table: Mapping[str, Any], listed: bool =
 
 
 def _is_table(value: Any) -> bool:
-    return isinstance(value, Mapping) or (isinstance(value, list) and bool(value) and all(isinstance(v, Mapping) for v in value))
+    return isinstance(value, Mapping) or (
+        isinstance(value, list) and bool(value) and all(isinstance(v, Mapping) for v in value)
+    )
 
 
 def _key(name: str) -> str:
@@ -136,12 +153,20 @@ def _value(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{_key(k)} = {_value(v)}" for k, v in value.items()) + " }" if value else "{}"
+        return (
+            "{ " + ", ".join(f"{_key(k)} = {_value(v)}" for k, v in value.items()) + " }"
+            if value
+            else "{}"
+        )
     if isinstance(value, list | tuple):
         items = [_value(v) for v in value]
         flat = "[" + ", ".join(items) + "]"
         rows = bool(value) and isinstance(value[0], Mapping)
-        return flat if not rows and len(flat) <= WIDE else "[\n" + "".join(f"  {item},\n" for item in _wrapped(items, rows)) + "]"
+        return (
+            flat
+            if not rows and len(flat) <= WIDE
+            else "[\n" + "".join(f"  {item},\n" for item in _wrapped(items, rows)) + "]"
+        )
     if isinstance(value, str | Path):
         return _text(str(value))
     return repr(value) if isinstance(value, int | float) else _text(str(value))

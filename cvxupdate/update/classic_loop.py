@@ -1,5 +1,6 @@
-"""The iterations of the literature, without trust region, bounds or convex step: additive (3.49) and multiplicative (3.50–3.52), with an optional line
-search along the step and an optional second-order correction. They are what the convex loop is measured against."""
+"""The iterations of the literature, without trust region, bounds or convex step: additive (3.49)
+and multiplicative (3.50–3.52), with an optional line search along the step and an optional
+second-order correction. They are what the convex loop is measured against."""
 
 from __future__ import annotations
 
@@ -29,7 +30,8 @@ class Rows(Protocol):
 
 @dataclass(frozen=True)
 class ClassicResult:
-    """``p``, whether the steps fell below the tolerance (``converged``), their number, and the objective after each."""
+    """``p``, whether the steps fell below the tolerance (``converged``), their number, and the
+    objective after each."""
 
     p: Array
     converged: bool
@@ -37,13 +39,23 @@ class ClassicResult:
     objective: tuple[float, ...]
 
 
-def classic_loop(evaluate: Callable[[Array], Rows], p0: Array, form: str = "additive", solve: Callable[[Array, Array], Array] = svd_least_squares,
-                 line_search: bool = False, second_order: bool = False, tolerance: float = 1e-4, max_iterations: int = 30) -> ClassicResult:
-    """Repeat p ← p + Δp ("additive") or 1 + p ← (1 + p)(1 + Δ) ("multiplicative"), Δ by ``solve(W A, W r)``, until ‖Δ‖ < ``tolerance`` (3.3.2).
+def classic_loop(
+    evaluate: Callable[[Array], Rows],
+    p0: Array,
+    form: str = "additive",
+    solve: Callable[[Array, Array], Array] = svd_least_squares,
+    line_search: bool = False,
+    second_order: bool = False,
+    tolerance: float = 1e-4,
+    max_iterations: int = 30,
+) -> ClassicResult:
+    """Repeat p ← p + Δp ("additive") or 1 + p ← (1 + p)(1 + Δ) ("multiplicative"), Δ by ``solve(W
+    A, W r)``, until ‖Δ‖ < ``tolerance`` (3.3.2).
 
-    The multiplicative form solves for relative changes of the present factors, so its columns are A (1 + p). ``second_order`` adds half the
-    acceleration along the step, from −½ r''[Δ, Δ] by a difference (Transtrum & Sethna 2012), where it is shorter than the step. ``line_search`` takes the
-    best of ten step lengths from 1 to 2⁻⁹.
+    The multiplicative form solves for relative changes of the present factors, so its columns are A
+    (1 + p). ``second_order`` adds half the acceleration along the step, from −½ r''[Δ, Δ] by a
+    difference (Transtrum & Sethna 2012), where it is shorter than the step. ``line_search`` takes
+    the best of ten step lengths from 1 to 2⁻⁹.
 
     Raises
     ------
@@ -78,8 +90,16 @@ def classic_loop(evaluate: Callable[[Array], Rows], p0: Array, form: str = "addi
     return ClassicResult(p, False, max_iterations, tuple(objective))
 
 
-def _acceleration(evaluate: Callable[[Array], Rows], p: Array, step: Array, values: Array, A: Array, weights: Array, scale: Array,
-                  solve: Callable[[Array, Array], Array]) -> Array:
+def _acceleration(
+    evaluate: Callable[[Array], Rows],
+    p: Array,
+    step: Array,
+    values: Array,
+    A: Array,
+    weights: Array,
+    scale: Array,
+    solve: Callable[[Array, Array], Array],
+) -> Array:
     h = FIRST_DIFFERENCE
     try:
         ahead = evaluate(p + h * step).differences[0]

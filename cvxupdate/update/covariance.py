@@ -1,4 +1,5 @@
-"""How well the recordings fix the parameters: deviations, and the combinations that they leave open."""
+"""How well the recordings fix the parameters: deviations, and the combinations that they leave
+open."""
 
 from __future__ import annotations
 
@@ -12,12 +13,15 @@ from scipy.special import chdtri
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.system import Array, LinearSystem
 
-SURPRISE = 0.05  # a residual counts as too large for the stated deviations where chance makes one so large less often than this
+# a residual counts as too large for the stated deviations where chance makes one so large less
+# often than this
+SURPRISE = 0.05
 
 
 @dataclass(frozen=True)
 class Combination:
-    """A combination of parameters with the deviation ``std`` along it, in units of p; ``says`` puts it in words."""
+    """A combination of parameters with the deviation ``std`` along it, in units of p; ``says`` puts
+    it in words."""
 
     coefficients: tuple[tuple[str, float], ...]
     std: float
@@ -26,8 +30,8 @@ class Combination:
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """``std`` (n,) of p (inf: not determined at all); ``noise`` the factor by which the residual exceeds the stated deviations;
-    ``undetermined`` combinations, worst first."""
+    """``std`` (n,) of p (inf: not determined at all); ``noise`` the factor by which the residual
+    exceeds the stated deviations; ``undetermined`` combinations, worst first."""
 
     std: Array
     covariance: Array
@@ -35,22 +39,33 @@ class Uncertainty:
     undetermined: tuple[Combination, ...]
 
 
-def uncertainty(system: LinearSystem, p: Array, parameters: Sequence[Parameter], equalities: Array, relative_only: bool) -> Uncertainty:
+def uncertainty(
+    system: LinearSystem,
+    p: Array,
+    parameters: Sequence[Parameter],
+    equalities: Array,
+    relative_only: bool,
+) -> Uncertainty:
     """Linearised covariance (WA)⁺ (WA)⁺ᵀ s² at the solution.
 
-    Where the residual is larger than the stated deviations allow (χ² test at 5 %), the deviations grow with it: s² = χ² / (m − rank), which is always
-    taken where the deviations were only weights (``relative_only``); with no row to spare it cannot be told and is 1. Parameters tied by
-    ``equalities`` (rows, n) move together. Bounds are left out: the deviation is that of the recordings alone. A combination counts as undetermined
-    when its deviation exceeds half the width of its bounds (or 50 % where free).
+    Where the residual is larger than the stated deviations allow (χ² test at 5 %), the deviations
+    grow with it: s² = χ² / (m − rank), which is always taken where the deviations were only weights
+    (``relative_only``); with no row to spare it cannot be told and is 1. Parameters tied by
+    ``equalities`` (rows, n) move together. Bounds are left out: the deviation is that of the
+    recordings alone. A combination counts as undetermined when its deviation exceeds half the width
+    of its bounds (or 50 % where free).
 
-    Source: Bard, *Nonlinear Parameter Estimation* (1974), ch. 7; Friswell and Mottershead (1995), 8.2.
+    Source: Bard, *Nonlinear Parameter Estimation* (1974), ch. 7; Friswell and Mottershead (1995),
+    8.2.
     """
     n = len(parameters)
     J, _ = system.weighted()
     Z = la.null_space(equalities) if len(equalities) else np.eye(n)
-    width = np.array([q.upper - q.lower if np.isfinite(q.upper - q.lower) else 1.0 for q in parameters])
+    width = np.array(
+        [q.upper - q.lower if np.isfinite(q.upper - q.lower) else 1.0 for q in parameters]
+    )
     width = np.where(width > 0, width, 1.0)
-    scaled = (J @ (width[:, None] * _scaled_basis(Z, width)))
+    scaled = J @ (width[:, None] * _scaled_basis(Z, width))
     basis = _scaled_basis(Z, width)
     U, s, Vt = np.linalg.svd(scaled, full_matrices=False)
     del U
@@ -62,36 +77,61 @@ def uncertainty(system: LinearSystem, p: Array, parameters: Sequence[Parameter],
     surprising = freedom > 0 and chi2 > chdtri(freedom, SURPRISE)
     s2 = ratio if relative_only or surprising else 1.0
     full = np.vstack([Vt, la.null_space(Vt).T]) if Vt.shape[0] < Vt.shape[1] else Vt
-    inverse = np.concatenate([np.where(known, 1.0 / np.where(known, s, 1.0), np.inf), np.full(full.shape[0] - len(s), np.inf)])
+    inverse = np.concatenate(
+        [
+            np.where(known, 1.0 / np.where(known, s, 1.0), np.inf),
+            np.full(full.shape[0] - len(s), np.inf),
+        ]
+    )
     along = width[:, None] * (basis @ full.T)  # p moved by one unit of each singular direction
     with np.errstate(invalid="ignore"):
         spread = np.where(np.abs(along) > 1e-8 * np.abs(along).max(initial=1.0), np.abs(along), 0.0)
-        variance = np.nansum(np.where(spread > 0, (spread * np.where(np.isfinite(inverse), inverse, np.inf)) ** 2, 0.0), axis=1) * s2
+        variance = (
+            np.nansum(
+                np.where(
+                    spread > 0, (spread * np.where(np.isfinite(inverse), inverse, np.inf)) ** 2, 0.0
+                ),
+                axis=1,
+            )
+            * s2
+        )
     finite = np.isfinite(inverse)
     kept = along[:, finite] * inverse[finite]
     covariance = s2 * kept @ kept.T
     open_ = [k for k in np.argsort(-inverse) if inverse[k] * np.sqrt(s2) > 0.5]
-    combos = tuple(_combination(basis @ full[k], float(inverse[k] * np.sqrt(s2)), parameters) for k in open_)
+    combos = tuple(
+        _combination(basis @ full[k], float(inverse[k] * np.sqrt(s2)), parameters) for k in open_
+    )
     return Uncertainty(np.sqrt(variance), covariance, float(np.sqrt(ratio)), combos)
 
 
 def _scaled_basis(Z: Array, width: Array) -> Array:
     """An orthonormal basis of the admissible directions measured in widths of the bounds."""
-    return np.asarray(la.orth(Z / width[:, None])) if Z.shape[1] < Z.shape[0] else np.eye(Z.shape[0])
+    return (
+        np.asarray(la.orth(Z / width[:, None])) if Z.shape[1] < Z.shape[0] else np.eye(Z.shape[0])
+    )
 
 
 def _combination(direction: Array, std: float, parameters: Sequence[Parameter]) -> Combination:
     direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
     order = np.argsort(-np.abs(direction))[:4]
-    large = [k for k in order if abs(direction[k]) > 0.3] or list(order)  # many small shares: the largest stand for all
+    large = [k for k in order if abs(direction[k]) > 0.3] or list(
+        order
+    )  # many small shares: the largest stand for all
     up = [parameters[k].name for k in large if direction[k] > 0]
     down = [parameters[k].name for k in large if direction[k] < 0]
     if len(large) == 1:
         words = f"{up[0]} is not determined by these recordings"
     elif not down:
-        words = f"{_list(up)} move together: the recordings hardly see them rise or fall by the same share of their range"
+        words = (
+            f"{_list(up)} move together: the recordings hardly see them rise or fall by the same "
+            "share of their range"
+        )
     else:
-        words = f"{_list(up)} and {_list(down)} trade against each other: when the first rises and the second falls, the recordings hardly change"
+        words = (
+            f"{_list(up)} and {_list(down)} trade against each other: when the first rises and "
+            "the second falls, the recordings hardly change"
+        )
     return Combination(tuple((parameters[k].name, float(direction[k])) for k in large), std, words)
 
 

@@ -1,4 +1,5 @@
-"""Smallest eigenvalues of the updated matrices, computed from the matrices themselves and not from what a solver says."""
+"""Smallest eigenvalues of the updated matrices, computed from the matrices themselves and not from
+what a solver says."""
 
 from __future__ import annotations
 
@@ -13,10 +14,11 @@ from cvxupdate.fe.model import Model
 
 
 def definiteness(model: Model, p: Sequence[float]) -> dict[str, float | None]:
-    """Smallest eigenvalues of M and K at ``p``, each matrix scaled to a unit diagonal: D^-½ M D^-½, D = |diag|; None for parameters that are NaN.
+    """Smallest eigenvalues of M and K at ``p``, each matrix scaled to a unit diagonal: D^-½ M D^-½,
+    D = |diag|; None for parameters that are NaN.
 
-    A value far below rounding (−1e-10) means an indefinite matrix; 0 for K is a rigid-body motion, for M a massless one. The scaling changes no
-    sign (Sylvester) and makes kg and kg·m² comparable.
+    A value far below rounding (−1e-10) means an indefinite matrix; 0 for K is a rigid-body motion,
+    for M a massless one. The scaling changes no sign (Sylvester) and makes kg and kg·m² comparable.
     """
     values = np.asarray(p, dtype=float)
     if not np.all(np.isfinite(values)):
@@ -26,7 +28,8 @@ def definiteness(model: Model, p: Sequence[float]) -> dict[str, float | None]:
 
 
 def smallest(matrix: Any) -> float:
-    """Smallest eigenvalue of a symmetric sparse matrix scaled to a unit diagonal (a DOF with neither diagonal nor row is left out)."""
+    """Smallest eigenvalue of a symmetric sparse matrix scaled to a unit diagonal (a DOF with
+    neither diagonal nor row is left out)."""
     sparse = sp.csc_array(matrix)
     live = np.flatnonzero(abs(sparse).sum(axis=0) > 0.0)
     if not live.size:

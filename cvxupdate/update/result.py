@@ -10,9 +10,11 @@ Metrics = dict[str, dict[str, float]]
 
 @dataclass(frozen=True)
 class ParameterResult:
-    """One parameter before and after, in SI units (p-values: relative, 0 before); ``p`` and ``p_std`` are always relative.
+    """One parameter before and after, in SI units (p-values: relative, 0 before); ``p`` and
+    ``p_std`` are always relative.
 
-    ``standard_deviation`` is None where the recordings do not determine it; ``bound`` is "lower" or "upper" where it ended on one.
+    ``standard_deviation`` is None where the recordings do not determine it; ``bound`` is "lower" or
+    "upper" where it ended on one.
     """
 
     name: str
@@ -34,8 +36,8 @@ class ParameterResult:
 
 @dataclass(frozen=True)
 class ModeResult:
-    """One measured mode beside the model's, before and after; errors are |f − fₓ| / fₓ in per cent, mode numbers
-    count from the first flexible mode of the initial model."""
+    """One measured mode beside the model's, before and after; errors are |f − fₓ| / fₓ in per cent,
+    mode numbers count from the first flexible mode of the initial model."""
 
     recording: str
     use: str
@@ -53,12 +55,16 @@ class ModeResult:
 
 @dataclass(frozen=True)
 class AccuracyResult:
-    """How accurate one recording of frequency responses must be (thesis chapter 5), from the model before the update, line by line.
+    """How accurate one recording of frequency responses must be (thesis chapter 5), from the model
+    before the update, line by line.
 
-    ``noise`` the relative r.m.s. deviation of its entries, ``stated`` whether the recording says so; ``change`` the deviation of every parameter that is
-    sought. Per line: ``error`` and ``system`` component of the characteristic log function (5.32), log10; ``bearable`` the relative noise at which the two
-    are equal (5.12); ``radius`` of (5.6), None where it was not computed; ``relative_model`` the modelling error of (5.15). ``fitted`` and ``best`` lines
-    in Hz. ``spread`` is the median deviation of p that the fitted lines leave at this noise, ``borne`` the noise at which it would equal ``change``.
+    ``noise`` the relative r.m.s. deviation of its entries, ``stated`` whether the recording says
+    so; ``change`` the deviation of every parameter that is sought. Per line: ``error`` and
+    ``system`` component of the characteristic log function (5.32), log10; ``bearable`` the relative
+    noise at which the two are equal (5.12); ``radius`` of (5.6), None where it was not computed;
+    ``relative_model`` the modelling error of (5.15). ``fitted`` and ``best`` lines in Hz.
+    ``spread`` is the median deviation of p that the fitted lines leave at this noise, ``borne`` the
+    noise at which it would equal ``change``.
     """
 
     recording: str
@@ -81,9 +87,11 @@ class AccuracyResult:
 class Updated:
     """The outcome of updating one problem.
 
-    ``status`` is converged, optimal, infeasible or stopped, with the ``reason`` in words; ``fit`` holds the contract's metrics,
-    {"fit": {metric: {"before", "after"}}, "hold_out": {…}}; ``certificate`` that of the last convex step; ``conflict`` and ``relaxation``
-    say why a step is infeasible; ``noise`` is by how much the residual exceeds the stated deviations; ``accuracy`` is of method rfm alone.
+    ``status`` is converged, optimal, infeasible or stopped, with the ``reason`` in words; ``fit``
+    holds the contract's metrics, {"fit": {metric: {"before", "after"}}, "hold_out": {…}};
+    ``certificate`` that of the last convex step; ``conflict`` and ``relaxation`` say why a step is
+    infeasible; ``noise`` is by how much the residual exceeds the stated deviations; ``accuracy`` is
+    of method rfm alone.
     """
 
     problem: str

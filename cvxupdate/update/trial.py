@@ -1,4 +1,5 @@
-"""What may follow a convex step before it is judged: second-order terms along it, and a line search. Both end where the constraints hold."""
+"""What may follow a convex step before it is judged: second-order terms along it, and a line
+search. Both end where the constraints hold."""
 
 from __future__ import annotations
 
@@ -39,7 +40,8 @@ class Residual(Protocol[P]):
 
 
 POOR = 0.25
-"""Ratio of actual to predicted decrease below which the line is searched, and the trust region shrinks."""
+"""Ratio of actual to predicted decrease below which the line is searched, and the trust region
+shrinks."""
 GOOD = 0.75
 """Ratio above which nothing else is tried."""
 HALVINGS = 6
@@ -53,7 +55,8 @@ DOMINANT = 0.75
 
 @dataclass(frozen=True)
 class Trial(Generic[P]):
-    """A point that was tried and its ``objective``; None and inf where the model is no structure."""
+    """A point that was tried and its ``objective``; None and inf where the model is no
+    structure."""
 
     point: P | None
     objective: float
@@ -62,7 +65,10 @@ class Trial(Generic[P]):
 def objective_at(problem: StepProblem, point: Point) -> float:
     """The true (not linearised) objective at a point."""
     values, weights, _ = point.differences
-    penalty = sum(w * r.value(point.p, problem.columns) for w, r in zip(problem.weights, problem.regularisers, strict=True))
+    penalty = sum(
+        w * r.value(point.p, problem.columns)
+        for w, r in zip(problem.weights, problem.regularisers, strict=True)
+    )
     return problem.loss.value(weights * values) + penalty
 
 
@@ -75,11 +81,20 @@ def tried(residual: Residual[P], problem: StepProblem, point: P, p: Array) -> Tr
         return Trial(None, np.inf)
 
 
-def with_second_order(residual: Residual[P], compiled: CompiledStep, point: P, system: LinearSystem, p: Array, radius: Array) -> Trial[P]:
-    """The convex step from ``point`` to ``p`` solved again with the second-order term along it in its data, and tried.
+def with_second_order(
+    residual: Residual[P],
+    compiled: CompiledStep,
+    point: P,
+    system: LinearSystem,
+    p: Array,
+    radius: Array,
+) -> Trial[P]:
+    """The convex step from ``point`` to ``p`` solved again with the second-order term along it in
+    its data, and tried.
 
-    With δ the step, r″[δ, δ] comes from the rows a tenth along it (Transtrum and Sethna 2012); the step is solved again for r + A (q − p) + ½ r″[δ, δ]
-    under the same constraints and trust region. One more convex step and two evaluations. Nothing (inf) where that is no small correction.
+    With δ the step, r″[δ, δ] comes from the rows a tenth along it (Transtrum and Sethna 2012); the
+    step is solved again for r + A (q − p) + ½ r″[δ, δ] under the same constraints and trust region.
+    One more convex step and two evaluations. Nothing (inf) where that is no small correction.
     """
     nothing: Trial[P] = Trial(None, np.inf)
     ahead = tried(residual, compiled.problem, point, point.p + AHEAD * (p - point.p)).point
@@ -87,17 +102,29 @@ def with_second_order(residual: Residual[P], compiled: CompiledStep, point: P, s
         return nothing
     bend = (ahead.differences[0] - (system.A @ ahead.p - system.b)) / AHEAD**2
     again = compiled.solve(replace(system, b=system.b - bend), centre=point.p, radius=radius)
-    if again.status != "optimal" or np.linalg.norm(again.p - p) > DOMINANT * np.linalg.norm(p - point.p):
+    if again.status != "optimal" or np.linalg.norm(again.p - p) > DOMINANT * np.linalg.norm(
+        p - point.p
+    ):
         return nothing
     return tried(residual, compiled.problem, point, again.p)
 
 
-def along_line(evaluate: Callable[[Array], Trial[P]], start: Array, end: Array, value: float, slope: float, trial: Trial[P]) -> Trial[P]:
-    """The best of a few points between ``start`` and ``end`` (``trial``), which all satisfy constraints that are convex.
+def along_line(
+    evaluate: Callable[[Array], Trial[P]],
+    start: Array,
+    end: Array,
+    value: float,
+    slope: float,
+    trial: Trial[P],
+) -> Trial[P]:
+    """The best of a few points between ``start`` and ``end`` (``trial``), which all satisfy
+    constraints that are convex.
 
-    ``value`` and ``slope`` (< 0) are the objective and its derivative at the start along the whole step. A share t of the step is enough where the
-    objective falls by 1e-4 t slope (Armijo 1966); the next t is the minimum of the parabola through what is known, within [0.1, 0.5] of the last, half
-    where nothing is known. Where the whole step was good enough but less than promised, the parabola's minimum is tried once.
+    ``value`` and ``slope`` (< 0) are the objective and its derivative at the start along the whole
+    step. A share t of the step is enough where the objective falls by 1e-4 t slope (Armijo 1966);
+    the next t is the minimum of the parabola through what is known, within [0.1, 0.5] of the last,
+    half where nothing is known. Where the whole step was good enough but less than promised, the
+    parabola's minimum is tried once.
     """
     t, best = 1.0, trial
     for _ in range(HALVINGS):
@@ -115,6 +142,9 @@ def along_line(evaluate: Callable[[Array], Trial[P]], start: Array, end: Array, 
 
 
 def slope_along(problem: StepProblem, system: LinearSystem, start: Array, end: Array) -> float:
-    """The derivative of the linearised objective at ``start`` towards ``end``, for the whole step, from a difference over 1e-6 of it: the model is convex."""
+    """The derivative of the linearised objective at ``start`` towards ``end``, for the whole step,
+    from a difference over 1e-6 of it: the model is convex."""
     h = 1e-6
-    return (problem.objective(system, start + h * (end - start)) - problem.objective(system, start)) / h
+    return (
+        problem.objective(system, start + h * (end - start)) - problem.objective(system, start)
+    ) / h

@@ -1,4 +1,5 @@
-"""The loop: linearise, solve the convex step inside a trust region, accept what really decreases the objective."""
+"""The loop: linearise, solve the convex step inside a trust region, accept what really decreases
+the objective."""
 
 from __future__ import annotations
 
@@ -9,11 +10,30 @@ from typing import Generic
 
 import numpy as np
 
-from cvxupdate.convex import CompiledStep, SolverChoice, Step, StepProblem, WeightChoice, with_chosen_weight
+from cvxupdate.convex import (
+    CompiledStep,
+    SolverChoice,
+    Step,
+    StepProblem,
+    WeightChoice,
+    with_chosen_weight,
+)
 from cvxupdate.convex.constraints.clauses import violation
 from cvxupdate.errors import InputError
 from cvxupdate.system import Array
-from cvxupdate.update.trial import ENOUGH, GOOD, POOR, P, Residual, Trial, along_line, objective_at, slope_along, tried, with_second_order
+from cvxupdate.update.trial import (
+    ENOUGH,
+    GOOD,
+    POOR,
+    P,
+    Residual,
+    Trial,
+    along_line,
+    objective_at,
+    slope_along,
+    tried,
+    with_second_order,
+)
 
 __all__ = ["Iteration", "LoopResult", "Options", "Residual", "iterate", "objective_at"]
 
@@ -25,10 +45,12 @@ WIDEST = 0.9  # relative trust region at most: no factor 1 + p may change its si
 
 @dataclass(frozen=True)
 class Options:
-    """``tolerance``: relative decrease of the objective below which the loop ends; ``radius``: first trust region, in units of p.
+    """``tolerance``: relative decrease of the objective below which the loop ends; ``radius``:
+    first trust region, in units of p.
 
-    ``relative`` (one for each parameter, empty: none): those whose trust region is in shares of their present factor 1 + p, the multiplicative form of
-    (3.50). ``line_search`` along each step (3.52); ``second_order`` terms along it.
+    ``relative`` (one for each parameter, empty: none): those whose trust region is in shares of
+    their present factor 1 + p, the multiplicative form of (3.50). ``line_search`` along each step
+    (3.52); ``second_order`` terms along it.
     """
 
     tolerance: float = 1e-6
@@ -45,7 +67,8 @@ class Options:
 
 @dataclass(frozen=True)
 class Iteration:
-    """One line of the history; ``ratio`` is actual over predicted decrease, ``step`` its largest component in units of the trust region."""
+    """One line of the history; ``ratio`` is actual over predicted decrease, ``step`` its largest
+    component in units of the trust region."""
 
     number: int
     objective: float
@@ -58,7 +81,8 @@ class Iteration:
 
 @dataclass(frozen=True)
 class LoopResult(Generic[P]):
-    """Where the loop ended: ``status`` converged, stopped or infeasible; ``reason`` in words; the last ``step`` with its certificate."""
+    """Where the loop ended: ``status`` converged, stopped or infeasible; ``reason`` in words; the
+    last ``step`` with its certificate."""
 
     start: P
     point: P
@@ -70,13 +94,20 @@ class LoopResult(Generic[P]):
     weight: WeightChoice | None
 
 
-def iterate(residual: Residual[P], problem: StepProblem, choice: SolverChoice, options: Options, p0: Array,
-            progress: Callable[[Iteration], None] | None = None) -> LoopResult[P]:
+def iterate(
+    residual: Residual[P],
+    problem: StepProblem,
+    choice: SolverChoice,
+    options: Options,
+    p0: Array,
+    progress: Callable[[Iteration], None] | None = None,
+) -> LoopResult[P]:
     """Sequential convex programming with a box trust region (Conn, Gould and Toint 2000, ch. 6).
 
-    The start is the point nearest to ``p0`` that satisfies the constraints. A step is accepted when the objective really falls (ratio of
-    actual to predicted decrease above 1e-4); the box grows after a ratio above 0.75 and shrinks below 0.25. A weight that is still a rule
-    is chosen on the first linear system.
+    The start is the point nearest to ``p0`` that satisfies the constraints. A step is accepted when
+    the objective really falls (ratio of actual to predicted decrease above 1e-4); the box grows
+    after a ratio above 0.75 and shrinks below 0.25. A weight that is still a rule is chosen on the
+    first linear system.
 
     Raises
     ------
@@ -106,12 +137,22 @@ def iterate(residual: Residual[P], problem: StepProblem, choice: SolverChoice, o
         if step.status != "optimal":
             status, reason = step.status, step.says
             break
-        predicted, size = value - step.objective, float(np.max(np.abs(step.p - point.p) / unit, initial=0.0))
+        predicted, size = (
+            value - step.objective,
+            float(np.max(np.abs(step.p - point.p) / unit, initial=0.0)),
+        )
         if value <= exact:
-            status, reason = "converged", f"the model meets the recordings to {EXACT:.0e} of their deviations"
+            status, reason = (
+                "converged",
+                f"the model meets the recordings to {EXACT:.0e} of their deviations",
+            )
             break
         if predicted <= options.tolerance * value:
-            status, reason = "converged", f"the step predicts a further decrease of only {max(predicted, 0.0) / value:.1e} of the objective"
+            status, reason = (
+                "converged",
+                "the step predicts a further decrease of only "
+                f"{max(predicted, 0.0) / value:.1e} of the objective",
+            )
             break
         trial: Trial[P] = Trial(None, np.inf)
         if options.second_order:
@@ -121,12 +162,24 @@ def iterate(residual: Residual[P], problem: StepProblem, choice: SolverChoice, o
         if options.line_search and value - trial.objective < POOR * predicted:
             end = step.p if trial.point is None else trial.point.p
             slope = slope_along(problem, system, point.p, end)
-            trial = along_line(partial(tried, residual, problem, point), point.p, end, value, slope, trial)
+            trial = along_line(
+                partial(tried, residual, problem, point), point.p, end, value, slope, trial
+            )
         ratio = (value - trial.objective) / predicted
         accepted = bool(ratio > ENOUGH) and trial.point is not None
         here = trial.point if accepted and trial.point is not None else point
         taken = float(np.max(np.abs(here.p - point.p) / unit, initial=0.0)) if accepted else size
-        history.append(Iteration(number, trial.objective if accepted else value, float(ratio), radius, taken, accepted, tuple(here.p.tolist())))
+        history.append(
+            Iteration(
+                number,
+                trial.objective if accepted else value,
+                float(ratio),
+                radius,
+                taken,
+                accepted,
+                tuple(here.p.tolist()),
+            )
+        )
         if progress is not None:
             progress(history[-1])
         if accepted:
@@ -137,7 +190,10 @@ def iterate(residual: Residual[P], problem: StepProblem, choice: SolverChoice, o
         elif ratio > GOOD and taken > 0.99 * radius:
             radius *= 2.0
         if radius < SHORTEST * max(1.0, float(np.max(np.abs(point.p), initial=0.0))):
-            status, reason = "converged", "no shorter step decreases the objective: it is flat to rounding"
+            status, reason = (
+                "converged",
+                "no shorter step decreases the objective: it is flat to rounding",
+            )
             break
     if step is None:
         raise InputError("the loop was given no iteration. Set max_iterations to 1 or more.")

@@ -1,4 +1,5 @@
-"""What the examples of chapters 3 to 5 share: the bay structure, its data with noise, and one fit."""
+"""What the examples of chapters 3 to 5 share: the bay structure, its data with noise, and one
+fit."""
 
 from __future__ import annotations
 
@@ -34,24 +35,43 @@ def fe1():
 
 def data_of(model, frequency, H, responses, references, noise=None):
     """Receptances as the method takes them; ``noise`` the relative standard deviation."""
+
     def channel(label, quantity):
         node, dof = label[1:].split(".")
         return Channel(int(node), dof, quantity)
 
-    recording = FrequencyResponse(Origin("simulated", "simulated"), np.asarray(frequency, dtype=float), H, "displacement",
-                                  tuple(channel(q, "displacement") for q in responses), tuple(channel(q, "force") for q in references))
+    recording = FrequencyResponse(
+        Origin("simulated", "simulated"),
+        np.asarray(frequency, dtype=float),
+        H,
+        "displacement",
+        tuple(channel(q, "displacement") for q in responses),
+        tuple(channel(q, "force") for q in references),
+    )
     return frf_data(recording, model, noise)
 
 
 def step(model, regularisers=(), bound=0.5, loss=None):
     """Least squares with bounds on every p."""
     n = len(model.parameters)
-    return StepProblem(loss or LeastSquares(), tuple(regularisers), (Bounds(np.full(n, -bound), np.full(n, bound)),), tuple(q.name for q in model.parameters))
+    return StepProblem(
+        loss or LeastSquares(),
+        tuple(regularisers),
+        (Bounds(np.full(n, -bound), np.full(n, bound)),),
+        tuple(q.name for q in model.parameters),
+    )
 
 
 def fit(model, data, regularisers=(), kind="auto", radius=0.1, tolerance=1e-6, iterations=60):
     """The loop's result."""
-    return fit_responses(model, (data,), step(model, regularisers), SolverChoice(), Options(tolerance, iterations, radius), kind)
+    return fit_responses(
+        model,
+        (data,),
+        step(model, regularisers),
+        SolverChoice(),
+        Options(tolerance, iterations, radius),
+        kind,
+    )
 
 
 def error(p):
@@ -60,12 +80,14 @@ def error(p):
 
 
 def ranked(p):
-    """Whether the ten wrong elements stand above the ten sound ones by the size of their stiffness p."""
+    """Whether the ten wrong elements stand above the ten sound ones by the size of their stiffness
+    p."""
     return bool(np.abs(p[WRONG]).min() > np.abs(p[SOUND]).max())
 
 
 def out_folder(name):
-    """The folder of the first argument, else out/<name>; and the number of draws of the second, else None."""
+    """The folder of the first argument, else out/<name>; and the number of draws of the second,
+    else None."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path("out") / name
     folder.mkdir(parents=True, exist_ok=True)
     return folder, int(sys.argv[2]) if len(sys.argv) > 2 else None

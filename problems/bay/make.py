@@ -1,7 +1,9 @@
-"""The bay structure of the thesis (Fig. 3.7, lost), reconstructed: models FE1, FE2, X1, X2 as text, and their simulated receptances.
+"""The bay structure of the thesis (Fig. 3.7, lost), reconstructed: models FE1, FE2, X1, X2 as text,
+and their simulated receptances.
 
-Run as a script it writes problem.toml (model X1). Other problems import it: ``model_toml("FE1")`` is a [model] table, ``receptance`` the FRFs of
-a model by dense inversion, which shares nothing with the package's responses.
+Run as a script it writes problem.toml (model X1). Other problems import it: ``model_toml("FE1")``
+is a [model] table, ``receptance`` the FRFs of a model by dense inversion, which shares nothing with
+the package's responses.
 """
 
 from __future__ import annotations
@@ -24,9 +26,11 @@ TEN = ("n1.x", "n1.y", "n1.z", "n5.z", "n7.z", "n9.z", "n11.z", "n13.z", "n15.z"
 
 
 def mesh(refine: int = 1) -> tuple[list[tuple[float, float, float]], list[tuple[int, int]]]:
-    """Node coordinates and element node pairs: the outline in six edges of 3 elements, then the shared edge in 2, each split ``refine`` times.
+    """Node coordinates and element node pairs: the outline in six edges of 3 elements, then the
+    shared edge in 2, each split ``refine`` times.
 
-    Nodes 1 to 19 keep their numbers and elements their order when the mesh is refined; new nodes follow from 20.
+    Nodes 1 to 19 keep their numbers and elements their order when the mesh is refined; new nodes
+    follow from 20.
     """
     corners = [(A, 0.0), (0.0, 0.0), (-B, 0.0), (-B, H), (0.0, H), (A, H)]
     points = []
@@ -38,7 +42,12 @@ def mesh(refine: int = 1) -> tuple[list[tuple[float, float, float]], list[tuple[
     for u, v in coarse:
         chain = [u]
         for t in range(1, refine):
-            points.append(tuple(p + (q - p) * t / refine for p, q in zip(points[u - 1], points[v - 1], strict=True)))
+            points.append(
+                tuple(
+                    p + (q - p) * t / refine
+                    for p, q in zip(points[u - 1], points[v - 1], strict=True)
+                )
+            )
             chain.append(len(points))
         chain.append(v)
         pairs += list(itertools.pairwise(chain))
@@ -46,30 +55,69 @@ def mesh(refine: int = 1) -> tuple[list[tuple[float, float, float]], list[tuple[
 
 
 def model_toml(which: str, damping: str = "") -> str:
-    """The [model] table of "X1", "X2" (the twice finer X1), "FE1" or "FE2". The strip lies flat: it is soft along z."""
+    """The [model] table of "X1", "X2" (the twice finer X1), "FE1" or "FE2". The strip lies flat: it
+    is soft along z."""
     if which not in ("X1", "X2", "FE1", "FE2"):
         raise ValueError(f"no model {which!r}; the bay has X1, X2, FE1 and FE2")
     points, pairs = mesh(2 if which == "X2" else 1)
     high = {"FE1": STIFF, "FE2": THICK}.get(which, ())
-    nodes = ",\n".join(f"  {{ id = {i}, x = {x:.10g}, y = {y:.10g}, z = {z:.10g} }}" for i, (x, y, z) in enumerate(points, 1))
+    nodes = ",\n".join(
+        f"  {{ id = {i}, x = {x:.10g}, y = {y:.10g}, z = {z:.10g} }}"
+        for i, (x, y, z) in enumerate(points, 1)
+    )
     rows = []
     for i, (u, v) in enumerate(pairs, 1):
-        kind = (', material = "high"' if which == "FE1" else ', section = "thick"') if i in high else ""
+        kind = (
+            (', material = "high"' if which == "FE1" else ', section = "thick"')
+            if i in high
+            else ""
+        )
         rows.append(f"  {{ id = {i}, nodes = [{u}, {v}]{kind} }}")
     area, iy, iz = WIDTH * HEIGHT, WIDTH * HEIGHT**3 / 12, HEIGHT * WIDTH**3 / 12
     torsion = torsion_constant()
     parts = [
-        "[model]", 'dofs = ["x", "y", "z", "rx", "ry", "rz"]', f"nodes = [\n{nodes},\n]", "",
-        "[model.materials.steel]", f"E = {E:.6g}", f"nu = {NU}", f"rho = {RHO}", "",
-        *(["[model.materials.high]", f"E = {1.08 * E:.6g}", f"nu = {NU}", f"rho = {RHO}", ""] if which == "FE1" else []),
-        "[model.sections.strip]", 'shape = "general"',
-        f"A = {area:.10g}", f"Iy = {iy:.10g}", f"Iz = {iz:.10g}", f"J = {torsion:.10g}", "",
-        *(["[model.sections.thick]", 'shape = "general"', f"A = {area:.10g}", f"Iy = {1.3 * iy:.10g}", f"Iz = {1.3 * iz:.10g}", f"J = {torsion:.10g}", ""]
-          if which == "FE2" else []),
+        "[model]",
+        'dofs = ["x", "y", "z", "rx", "ry", "rz"]',
+        f"nodes = [\n{nodes},\n]",
+        "",
+        "[model.materials.steel]",
+        f"E = {E:.6g}",
+        f"nu = {NU}",
+        f"rho = {RHO}",
+        "",
+        *(
+            ["[model.materials.high]", f"E = {1.08 * E:.6g}", f"nu = {NU}", f"rho = {RHO}", ""]
+            if which == "FE1"
+            else []
+        ),
+        "[model.sections.strip]",
+        'shape = "general"',
+        f"A = {area:.10g}",
+        f"Iy = {iy:.10g}",
+        f"Iz = {iz:.10g}",
+        f"J = {torsion:.10g}",
+        "",
+        *(
+            [
+                "[model.sections.thick]",
+                'shape = "general"',
+                f"A = {area:.10g}",
+                f"Iy = {1.3 * iy:.10g}",
+                f"Iz = {1.3 * iz:.10g}",
+                f"J = {torsion:.10g}",
+                "",
+            ]
+            if which == "FE2"
+            else []
+        ),
         *([damping, ""] if damping else []),
-        "[[model.elements]]", 'type = "beam3d"', 'material = "steel"', 'section = "strip"', "orientation = [0.0, 0.0, 1.0]",
+        "[[model.elements]]",
+        'type = "beam3d"',
+        'material = "steel"',
+        'section = "strip"',
+        "orientation = [0.0, 0.0, 1.0]",
         "rows = [\n" + ",\n".join(rows) + ",\n]",
-    ]  # fmt: skip
+    ]
     return "\n".join(parts) + "\n"
 
 
@@ -92,7 +140,8 @@ def build(which: str, damping: str = "", folder: Path | None = None):
 
 
 def receptance(model, frequency, responses, references):
-    """H (lines, responses, references) in m/N of a package model, by dense inversion of K + iD + iωC − ω²M at every line (Hz)."""
+    """H (lines, responses, references) in m/N of a package model, by dense inversion of K + iD +
+    iωC − ω²M at every line (Hz)."""
     m = model.matrices()
     K, M, C, D = (x.toarray() for x in (m.K, m.M, m.C, m.D))
     at, by = [model.place[q] for q in responses], [model.place[q] for q in references]
@@ -109,7 +158,8 @@ def receptance(model, frequency, responses, references):
 
 
 def noisy(H, level, seed):
-    """H (1 + level·u) with u uniform in [−1, 1] (thesis 3.27, 5.31), independent for real and imaginary part where H is complex; seeded."""
+    """H (1 + level·u) with u uniform in [−1, 1] (thesis 3.27, 5.31), independent for real and
+    imaginary part where H is complex; seeded."""
     rng = np.random.default_rng(seed)
     factor = 1.0 + level * rng.uniform(-1.0, 1.0, H.shape)
     if np.any(H.imag != 0.0):
@@ -119,15 +169,29 @@ def noisy(H, level, seed):
 
 def save_frf(path, frequency, H, responses, references):
     """The recording as arrays that a problem file of kind "frf" reads."""
+
     def split(labels):
         nodes, dofs = zip(*(label[1:].split(".") for label in labels), strict=True)
         return np.array(nodes, dtype=int), np.array([KINDS.index(d) + 1 for d in dofs])
 
     (rn, rd), (fn, fd) = split(responses), split(references)
-    np.savez_compressed(path, frequency=np.asarray(frequency, dtype=float), H=H, response_node=rn, response_dof=rd, reference_node=fn, reference_dof=fd)
+    np.savez_compressed(
+        path,
+        frequency=np.asarray(frequency, dtype=float),
+        H=H,
+        response_node=rn,
+        response_dof=rd,
+        reference_node=fn,
+        reference_dof=fd,
+    )
 
 
 if __name__ == "__main__":
     title = 'title = "The bay structure: two rectangular frames that share an edge (model X1)"\n'
-    source = 'source = "Thesis 3.4; Fig. 3.7 is lost and its geometry is a reconstruction: see source.md"\n\n'
-    Path(__file__).with_name("problem.toml").write_text(title + source + model_toml("X1"), encoding="utf-8")
+    source = (
+        'source = "Thesis 3.4; Fig. 3.7 is lost and its geometry is a reconstruction: see '
+        'source.md"\n\n'
+    )
+    Path(__file__).with_name("problem.toml").write_text(
+        title + source + model_toml("X1"), encoding="utf-8"
+    )

@@ -6,7 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from generated.drawings import FAMILIES, SHARES, Generator, band, between, cords, design_of, frequencies, pick
+from generated.drawings import (
+    FAMILIES,
+    SHARES,
+    Generator,
+    band,
+    between,
+    cords,
+    design_of,
+    frequencies,
+    pick,
+)
 from generated.effects import MAKERS, NOT_IN_TABLES, SECOND, WORDS, Finding, Scene
 from generated.laboratory import Design, Effect, Modal
 
@@ -57,24 +67,71 @@ def draw(seed: int) -> Case:
     scene = Scene(design, f, top, kind, sensors)
     findings: list[Finding] = [] if null else [MAKERS[word](rng, scene, word)]
     if findings and rng.random() < 0.15:
-        others = [w for w in SECOND if family in WORDS[w] and w != word and not (kind == "modes" and w in NOT_IN_TABLES)]
-        findings += [MAKERS[second](rng, scene, second) for second in [str(pick(rng, others))]] if others else []
+        others = [
+            w
+            for w in SECOND
+            if family in WORDS[w] and w != word and not (kind == "modes" and w in NOT_IN_TABLES)
+        ]
+        findings += (
+            [MAKERS[second](rng, scene, second) for second in [str(pick(rng, others))]]
+            if others
+            else []
+        )
     sk, sm = rng.uniform(0.003, 0.012), rng.uniform(0.002, 0.006)
-    groups = {e.group: (1.0 + float(np.clip(sk * rng.standard_normal(), -0.025, 0.025)), 1.0 + float(np.clip(sm * rng.standard_normal(), -0.015, 0.015)))
-              for e in design.elements}
-    scatter = {e.id: (groups[e.group][0] * (1.0 + 6e-4 * rng.standard_normal()), groups[e.group][1] * (1.0 + 6e-4 * rng.standard_normal()))
-               for e in design.elements}
-    zeta = design.eta / 2.0 * np.exp(np.clip(0.25 * rng.standard_normal(), -0.5, 0.5) + np.clip(0.22 * rng.standard_normal(60), -0.5, 0.5))
-    return Case(seed, design, scatter, zeta, tuple(findings), kind, float(f[0]), top, sensors, drives, between(rng, 0.002, 0.02))
+    groups = {
+        e.group: (
+            1.0 + float(np.clip(sk * rng.standard_normal(), -0.025, 0.025)),
+            1.0 + float(np.clip(sm * rng.standard_normal(), -0.015, 0.015)),
+        )
+        for e in design.elements
+    }
+    scatter = {
+        e.id: (
+            groups[e.group][0] * (1.0 + 6e-4 * rng.standard_normal()),
+            groups[e.group][1] * (1.0 + 6e-4 * rng.standard_normal()),
+        )
+        for e in design.elements
+    }
+    zeta = (
+        design.eta
+        / 2.0
+        * np.exp(
+            np.clip(0.25 * rng.standard_normal(), -0.5, 0.5)
+            + np.clip(0.22 * rng.standard_normal(60), -0.5, 0.5)
+        )
+    )
+    return Case(
+        seed,
+        design,
+        scatter,
+        zeta,
+        tuple(findings),
+        kind,
+        float(f[0]),
+        top,
+        sensors,
+        drives,
+        between(rng, 0.002, 0.02),
+    )
 
 
-def _instruments(rng: Generator, design: Design) -> tuple[tuple[tuple[int, str], ...], tuple[tuple[int, str], ...]]:
-    """Sensors on a random part of the free translations; one drive for what is fitted, mostly another for what is held out."""
+def _instruments(
+    rng: Generator, design: Design
+) -> tuple[tuple[tuple[int, str], ...], tuple[tuple[int, str], ...]]:
+    """Sensors on a random part of the free translations; one drive for what is fitted, mostly
+    another for what is held out."""
     held = set(design.held)
-    free = [(n, d) for n in design.nodes for d in design.dofs if d in ("x", "y", "z") and (n, d) not in held]
+    free = [
+        (n, d)
+        for n in design.nodes
+        for d in design.dofs
+        if d in ("x", "y", "z") and (n, d) not in held
+    ]
     least = min(len(free), max(3, int(np.ceil(0.6 * len(free))) if design.family == "chain" else 4))
     most = len(free) if design.family == "chain" else min(len(free), 14)
-    chosen = sorted(rng.choice(len(free), int(rng.integers(least, most + 1)), replace=False).tolist())
+    chosen = sorted(
+        rng.choice(len(free), int(rng.integers(least, most + 1)), replace=False).tolist()
+    )
     sensors = tuple(free[i] for i in chosen)
     at = rng.permutation(len(free))
     fit = sensors[int(rng.integers(len(sensors)))] if rng.random() < 0.7 else free[int(at[0])]
@@ -83,7 +140,8 @@ def _instruments(rng: Generator, design: Design) -> tuple[tuple[tuple[int, str],
 
 
 def lowest(m: Modal, case: Case) -> float:
-    """The lowest flexible natural frequency on the bench, Hz; bodies that swing on their cords do not count."""
+    """The lowest flexible natural frequency on the bench, Hz; bodies that swing on their cords do
+    not count."""
     f = m.damped()[0]
     return float(f[f > 0.1 * case.first].min())
 
@@ -93,7 +151,10 @@ def exchanged(case: Case) -> list[int]:
     order = list(range(len(case.sensors)))
     for x in case.findings:
         if "other" in x.effect:
-            a, b = case.sensors.index((x.effect["node"], x.effect["dof"])), case.sensors.index(x.effect["other"])
+            a, b = (
+                case.sensors.index((x.effect["node"], x.effect["dof"])),
+                case.sensors.index(x.effect["other"]),
+            )
             order[a], order[b] = order[b], order[a]
     return order
 

@@ -9,13 +9,21 @@ import numpy as np
 from generated.cases import Case, exchanged, faults, lowest
 from generated.laboratory import Modal, build, modal
 
-PRIOR = {"stiffness": 0.02, "mass": 0.012, "damping": 1.0, "mode": 0.35}  # what drawing and laboratory ordinarily differ by; damping as its logarithm
-FLOOR = 0.01  # of the response around: discretisation, which a model's user does not know any better
+PRIOR = {
+    "stiffness": 0.02,
+    "mass": 0.012,
+    "damping": 1.0,
+    "mode": 0.35,
+}  # what drawing and laboratory ordinarily differ by; damping as its logarithm
+FLOOR = (
+    0.01  # of the response around: discretisation, which a model's user does not know any better
+)
 
 
 def visibility(case: Case, index: int, m: Modal) -> tuple[float, float]:
-    """How far an effect changes the recordings, the others being there: relative to the response (for tables: in deviations); and what ordinary parameters
-    leave of that, r.m.s. in units of noise and `FLOOR` together (to first order): well below one it drowns in them, line by line."""
+    """How far an effect changes the recordings, the others being there: relative to the response
+    (for tables: in deviations); and what ordinary parameters leave of that, r.m.s. in units of
+    noise and `FLOOR` together (to first order): well below one it drowns in them, line by line."""
     rest = replace(case, findings=tuple(f for i, f in enumerate(case.findings) if i != index))
     without = modal(build(rest.design, rest.scatter, rest.effects), case.top, case.zeta)
     if case.kind == "modes":
@@ -23,12 +31,24 @@ def visibility(case: Case, index: int, m: Modal) -> tuple[float, float]:
     f = np.linspace(0.3 * lowest(m, case), case.top, 400)
     s = 2.0 * np.pi * f * (0.01 + 1j)
     drives = [case.drives[0]]
-    H, G = (x.accelerance(s, x.rows(case.sensors), x.rows(drives))[:, :, 0][:, exchanged(c)] * faults(c, s) for x, c in ((m, case), (without, rest)))
-    scale = np.sqrt((FLOOR * np.abs(G)) ** 2 + (0.1 * FLOOR) ** 2 * np.mean(np.abs(G) ** 2, axis=0) + case.noise**2 * np.mean(np.abs(G) ** 2))
+    H, G = (
+        x.accelerance(s, x.rows(case.sensors), x.rows(drives))[:, :, 0][:, exchanged(c)]
+        * faults(c, s)
+        for x, c in ((m, case), (without, rest))
+    )
+    scale = np.sqrt(
+        (FLOOR * np.abs(G)) ** 2
+        + (0.1 * FLOOR) ** 2 * np.mean(np.abs(G) ** 2, axis=0)
+        + case.noise**2 * np.mean(np.abs(G) ** 2)
+    )
     columns, priors = _ordinary_columns(rest, without, s, drives[0])
-    A = np.array([np.concatenate([(c / scale).real.ravel(), (c / scale).imag.ravel()]) for c in columns]).T
+    A = np.array(
+        [np.concatenate([(c / scale).real.ravel(), (c / scale).imag.ravel()]) for c in columns]
+    ).T
     gap = (H - G) / scale
-    return float(np.linalg.norm(H - G) / np.linalg.norm(G)), _unabsorbed(A, np.concatenate([gap.real.ravel(), gap.imag.ravel()]), np.array(priors))
+    return float(np.linalg.norm(H - G) / np.linalg.norm(G)), _unabsorbed(
+        A, np.concatenate([gap.real.ravel(), gap.imag.ravel()]), np.array(priors)
+    )
 
 
 def _unabsorbed(A: np.ndarray, gap: np.ndarray, priors: np.ndarray) -> float:
@@ -40,7 +60,8 @@ def _unabsorbed(A: np.ndarray, gap: np.ndarray, priors: np.ndarray) -> float:
 
 
 def _changes(case: Case) -> list[tuple[np.ndarray, np.ndarray, float]]:
-    """(∂K, ∂M, prior) of stiffness and mass of every group, by a difference of exact matrices (they are linear in both)."""
+    """(∂K, ∂M, prior) of stiffness and mass of every group, by a difference of exact matrices (they
+    are linear in both)."""
     base = build(case.design, case.scatter, case.effects)
     out = []
     for group in dict.fromkeys(e.group for e in case.design.elements):
@@ -57,7 +78,9 @@ def _changes(case: Case) -> list[tuple[np.ndarray, np.ndarray, float]]:
     return out
 
 
-def _ordinary_columns(case: Case, m: Modal, s: np.ndarray, drive: tuple[int, str]) -> tuple[list[np.ndarray], list[float]]:
+def _ordinary_columns(
+    case: Case, m: Modal, s: np.ndarray, drive: tuple[int, str]
+) -> tuple[list[np.ndarray], list[float]]:
     """Derivatives (points, sensors) of the response by ordinary parameters, and their priors."""
     read, push, inverse = m.shapes[m.rows(case.sensors)], m.shapes[m.rows([drive])[0]], m.inverse(s)
     fault = faults(case, s)
@@ -86,9 +109,15 @@ def _visible_in_table(case: Case, m: Modal, without: Modal) -> tuple[float, floa
     shapes = without.shapes[:, :n][:, keep]
     omega = without.omega[:n][keep]
     changes = _changes(case)
-    columns = [(np.sum(shapes * (dK @ shapes), axis=0) / omega**2 - np.sum(shapes * (dM @ shapes), axis=0)) / 2.0 for dK, dM, _ in changes]
+    columns = [
+        (np.sum(shapes * (dK @ shapes), axis=0) / omega**2 - np.sum(shapes * (dM @ shapes), axis=0))
+        / 2.0
+        for dK, dM, _ in changes
+    ]
     priors = np.array([p for *_, p in changes])
     floor = 0.003  # of a frequency
     strain = float(np.sqrt(np.mean((damping - np.mean(damping)) ** 2))) / PRIOR["mode"]
-    seen = max(float(np.sqrt(np.mean(change**2))) / 5e-4, float(np.sqrt(np.mean(damping**2))) / 0.05)
+    seen = max(
+        float(np.sqrt(np.mean(change**2))) / 5e-4, float(np.sqrt(np.mean(damping**2))) / 0.05
+    )
     return seen, max(_unabsorbed(np.array(columns).T / floor, change / floor, priors), strain)

@@ -1,8 +1,10 @@
-"""What screening and fitting cost in `diagnose`, each against the plain way of doing the same, in the same run (processor seconds).
+"""What screening and fitting cost in `diagnose`, each against the plain way of doing the same, in
+the same run (processor seconds).
 
-Screening columns of every set of elements of a plate: element derivatives formed once and shared, against a model with a parameter grown for each set.
-Responses and receptances: modes far above the band as one smooth function, against mode by mode.
-Steps: the written-down program, against cvxpy compiling it (the first step of a fit, which most fits of a diagnosis have few of).
+Screening columns of every set of elements of a plate: element derivatives formed once and shared,
+against a model with a parameter grown for each set. Responses and receptances: modes far above the
+band as one smooth function, against mode by mode. Steps: the written-down program, against cvxpy
+compiling it (the first step of a fit, which most fits of a diagnosis have few of).
 """
 
 from __future__ import annotations
@@ -62,12 +64,20 @@ def test_columns_of_sets_of_elements() -> None:
         return [rates.tangent(ids) for ids in sets]
 
     def alone() -> list[object]:
-        return [tangents(append_parameters(model, [Wanted("x", "stiffness", ids)]), 1)[0] for ids in sets]
+        return [
+            tangents(append_parameters(model, [Wanted("x", "stiffness", ids)]), 1)[0]
+            for ids in sets
+        ]
 
     for mine, theirs in zip(shared(), alone(), strict=True):
         for a, b in zip(mine, theirs, strict=True):  # type: ignore[call-overload]
             np.testing.assert_allclose(a.K, b.K, rtol=1e-12)
-    told(f"derivatives of {len(sets)} sets of elements", seconds(shared), seconds(alone), "a model for each")
+    told(
+        f"derivatives of {len(sets)} sets of elements",
+        seconds(shared),
+        seconds(alone),
+        "a model for each",
+    )
 
 
 def test_responses_and_receptances() -> None:
@@ -78,8 +88,19 @@ def test_responses_and_receptances() -> None:
     top = float(modes.frequencies[modes.rigid + 9])
     points, sensors = 800, np.arange(0, model.size, model.size // 12)
     s = 2j * np.pi * np.linspace(0.05 * top, top, points)
-    signal = Signal("a", "fit", None, s, None, np.ones((points, len(sensors), 1), dtype=complex), np.ones((points, 1, 1), dtype=complex),
-                    np.ones((points, len(sensors), 1)), 2, ("",) * len(sensors), ("",))
+    signal = Signal(
+        "a",
+        "fit",
+        None,
+        s,
+        None,
+        np.ones((points, len(sensors), 1), dtype=complex),
+        np.ones((points, 1, 1), dtype=complex),
+        np.ones((points, len(sensors), 1)),
+        2,
+        ("",) * len(sensors),
+        ("",),
+    )
     zeta = np.full(len(modes.eigenvalues), 0.005)
 
     def every(near: int) -> tuple[np.ndarray, np.ndarray]:
@@ -89,14 +110,22 @@ def test_responses_and_receptances() -> None:
 
     for mine, theirs in zip(every(0), every(len(zeta)), strict=True):
         np.testing.assert_allclose(mine, theirs, atol=1e-10 * np.abs(theirs).max())
-    told(f"receptances of {model.size} DOFs", seconds(lambda: every(0)), seconds(lambda: every(len(zeta))), "mode by mode")
+    told(
+        f"receptances of {model.size} DOFs",
+        seconds(lambda: every(0)),
+        seconds(lambda: every(len(zeta))),
+        "mode by mode",
+    )
 
 
 def test_first_step_of_a_fit() -> None:
     n = 20
     rng = np.random.default_rng(1)
-    problem = StepProblem(regularisers=(Tikhonov(1.0, 0.0, np.full(n, 0.1)),), constraints=(Bounds(np.full(n, -4.0), np.full(n, 4.0)),),
-                          columns=tuple(f"p{i}" for i in range(n)))
+    problem = StepProblem(
+        regularisers=(Tikhonov(1.0, 0.0, np.full(n, 0.1)),),
+        constraints=(Bounds(np.full(n, -4.0), np.full(n, 4.0)),),
+        columns=tuple(f"p{i}" for i in range(n)),
+    )
     R, d = np.triu(rng.normal(size=(n, n))), rng.normal(size=n)
     box = np.zeros(n), np.full(n, 0.5)
 
@@ -106,4 +135,9 @@ def test_first_step_of_a_fit() -> None:
         model.set_data(R, d, (1.0,))
         return cone_program(model.problem, model.p)
 
-    told("program of a step", seconds(lambda: quadratic_program(problem, R, d, (1.0,), box)), seconds(compiled), "compiled by cvxpy")
+    told(
+        "program of a step",
+        seconds(lambda: quadratic_program(problem, R, d, (1.0,), box)),
+        seconds(compiled),
+        "compiled by cvxpy",
+    )

@@ -1,7 +1,8 @@
 """pLSCF against another implementation on the same FRFs: at least as accurate, at least as fast.
 
-The other is `pyfbs` where it can be imported; else the plain textbook form: every row of the linearised equations built, normal
-equations formed by dense products, order by order, all references in one companion matrix. Times are ratios in the same run.
+The other is `pyfbs` where it can be imported; else the plain textbook form: every row of the
+linearised equations built, normal equations formed by dense products, order by order, all
+references in one companion matrix. Times are ratios in the same run.
 """
 
 from __future__ import annotations
@@ -26,19 +27,27 @@ ORDERS = np.arange(3, 42, 2)
 
 def measured(seed: int = 5) -> tuple[NDArray, NDArray, float]:
     rng = np.random.default_rng(5)  # the structure, the same for every draw of the noise
-    # from near 0 Hz: pyfbs maps frequency itself, not its distance from the first line, onto the half circle
+    # from near 0 Hz: pyfbs maps frequency itself, not its distance from the first line, onto the
+    # half circle
     f = np.linspace(0.25, 200.0, 800)
     x = np.linspace(0.05, 1.0, 20)
-    shapes = np.array([np.sin((k + 1) * 2.9 * x + 0.3 * k) for k in range(MODES.size)]) + 0.15 * rng.standard_normal((7, 20))
+    shapes = np.array(
+        [np.sin((k + 1) * 2.9 * x + 0.3 * k) for k in range(MODES.size)]
+    ) + 0.15 * rng.standard_normal((7, 20))
     p = 2 * np.pi * MODES * (-ZETA + 1j * np.sqrt(1 - ZETA**2))
     H = modal_frf(f, p, shapes / (2j * p.imag)[:, None], shapes[:, [3, 14]].astype(complex))
     std = 0.01 * float(np.sqrt(np.mean(np.abs(H) ** 2)))
     rng = np.random.default_rng(seed)
-    return f, H + std / np.sqrt(2) * (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape)), std
+    return (
+        f,
+        H + std / np.sqrt(2) * (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape)),
+        std,
+    )
 
 
 def textbook(f: NDArray, H: NDArray, orders: NDArray) -> list[NDArray]:
-    """Poles of every order from the full Jacobian (Guillaume et al. 2003, equations 9 to 16 without the Toeplitz structure)."""
+    """Poles of every order from the full Jacobian (Guillaume et al. 2003, equations 9 to 16 without
+    the Toeplitz structure)."""
     lines, outputs, inputs = H.shape
     step = 0.5 / (f[-1] - f[0])
     angle = -2 * np.pi * (f - f[0]) * step
@@ -102,7 +111,9 @@ def other_implementation() -> tuple[str, Callable[[NDArray, NDArray], NDArray]]:
         return "textbook", lambda f, H: textbook(f, H, ORDERS[-1:])[0]
 
 
-def test_plscf_is_as_accurate_and_faster_than_the_other_implementation(capsys: pytest.CaptureFixture[str]) -> None:
+def test_plscf_is_as_accurate_and_faster_than_the_other_implementation(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     name, other = other_implementation()
     mine, theirs = [], []
     for seed in range(5):
@@ -117,24 +128,39 @@ def test_plscf_is_as_accurate_and_faster_than_the_other_implementation(capsys: p
         other_time = seconds(lambda: pyfbs_poles(f, H), 3)
     our_time = seconds(lambda: plscf(f, H, orders=ORDERS), 5)
     with capsys.disabled():
-        print(f"\npLSCF, {len(ORDERS)} orders to {ORDERS[-1]}: {our_time:.3f} s, {name} {other_time:.3f} s: "
-              f"{other_time / our_time:.1f} times as fast; worst pole error, median of five draws "
-              f"{np.median(mine):.1e} against {np.median(theirs):.1e}")
-    # the same estimator but for the edges of the band: equal to 5 %; what we hand out is refined, see below
+        print(
+            f"\npLSCF, {len(ORDERS)} orders to {ORDERS[-1]}: {our_time:.3f} s, {name} "
+            f"{other_time:.3f} s: {other_time / our_time:.1f} times as fast; worst pole "
+            f"error, median of five draws {np.median(mine):.1e} against "
+            f"{np.median(theirs):.1e}"
+        )
+    # the same estimator but for the edges of the band: equal to 5 %; what we hand out is refined,
+    # see below
     assert np.median(mine) <= 1.05 * np.median(theirs)
     assert our_time <= other_time
 
 
-def test_identified_modes_are_more_accurate_than_the_other_implementation(capsys: pytest.CaptureFixture[str]) -> None:
+def test_identified_modes_are_more_accurate_than_the_other_implementation(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     name, other = other_implementation()
     refined, theirs = [], []
     for seed in range(3):
         f, H, std = measured(seed)
         frf = FrequencyResponse(
-            Origin("bench", "synthetic"), f, H, "displacement", tuple(Channel(k, "z", "displacement") for k in range(20)),
-            tuple(Channel(k, "z", "force") for k in (3, 14)), np.full(H.shape, std**2))
+            Origin("bench", "synthetic"),
+            f,
+            H,
+            "displacement",
+            tuple(Channel(k, "z", "displacement") for k in range(20)),
+            tuple(Channel(k, "z", "force") for k in (3, 14)),
+            np.full(H.shape, std**2),
+        )
         refined.append(worst_error(identify_modes(frf).poles))
         theirs.append(worst_error(other(f, H)))
     with capsys.disabled():
-        print(f"\nidentify_modes: worst pole error {np.median(refined):.1e} against {np.median(theirs):.1e} of {name}")
+        print(
+            f"\nidentify_modes: worst pole error {np.median(refined):.1e} against "
+            f"{np.median(theirs):.1e} of {name}"
+        )
     assert np.median(refined) <= 0.5 * np.median(theirs)

@@ -1,8 +1,10 @@
-"""Guyan, IRS and SEREP at 1e3, 1e4 and 1e5 DOFs with 50 masters: time, and peak memory of a fresh process.
+"""Guyan, IRS and SEREP at 1e3, 1e4 and 1e5 DOFs with 50 masters: time, and peak memory of a fresh
+process.
 
-Run: .venv/bin/python -m pytest tests/benchmarks/test_reduction.py --benchmark-columns=median -s
-The model is a simply supported plate by finite differences (13-point stencil), with stiffness and mass that vary.
-"textbook" is the dense formula as the books print it; it is left out, by name, where it cannot run on this machine.
+Run: .venv/bin/python -m pytest tests/benchmarks/test_reduction.py --benchmark-columns=median -s The
+model is a simply supported plate by finite differences (13-point stencil), with stiffness and mass
+that vary. "textbook" is the dense formula as the books print it; it is left out, by name, where it
+cannot run on this machine.
 """
 
 import multiprocessing
@@ -20,16 +22,20 @@ from cvxupdate.reduction import guyan, irs, partition, serep
 
 SIZES = {1_000: (25, 40), 10_000: (100, 100), 100_000: (250, 400)}
 MASTERS, MODES = 50, 20
-# What the dense formulas need: N² numbers a few times over; the full eigenproblem takes 10 N³ operations besides.
+# What the dense formulas need: N² numbers a few times over; the full eigenproblem takes 10 N³
+# operations besides.
 DENSE_LIMIT = {"Guyan": 10_000, "IRS": 10_000, "SEREP": 1_000}
 
 
 @lru_cache(maxsize=1)
 def plate(size: int) -> tuple[sparse.csc_matrix, sparse.csc_matrix, np.ndarray]:
-    """K = L D L (discrete biharmonic with a stiffness field D), lumped M, and 50 scattered masters."""
+    """K = L D L (discrete biharmonic with a stiffness field D), lumped M, and 50 scattered
+    masters."""
     rows, columns = SIZES[size]
     h = 1.0 / columns
-    second = [sparse.diags([1.0, -2.0, 1.0], [-1, 0, 1], shape=(n, n)) / h**2 for n in (rows, columns)]
+    second = [
+        sparse.diags([1.0, -2.0, 1.0], [-1, 0, 1], shape=(n, n)) / h**2 for n in (rows, columns)
+    ]
     L = sparse.kron(second[0], sparse.eye(columns)) + sparse.kron(sparse.eye(rows), second[1])
     rng = np.random.default_rng(0)
     D, m = 40.0 * rng.uniform(0.8, 1.2, size), 19.6 * rng.uniform(0.8, 1.2, size)
@@ -74,11 +80,23 @@ def pyfbs_way(name: str, size: int) -> np.ndarray:
     K, M, masters = plate(size)
     columns = SIZES[size][1]
     at = np.arange(size)
-    table = pandas.DataFrame({"Name": [f"S{i}" for i in at], "Position_1": at % columns, "Position_2": at // columns,
-                              "Position_3": 0 * at, "Direction_1": 0 * at, "Direction_2": 0 * at,
-                              "Direction_3": 0 * at + 1, "Quantity": "Displacement", "Grouping": 1})
+    table = pandas.DataFrame(
+        {
+            "Name": [f"S{i}" for i in at],
+            "Position_1": at % columns,
+            "Position_2": at // columns,
+            "Position_3": 0 * at,
+            "Direction_1": 0 * at,
+            "Direction_2": 0 * at,
+            "Direction_3": 0 * at + 1,
+            "Quantity": "Displacement",
+            "Grouping": 1,
+        }
+    )
     phi = modes(K, M)
-    return pyfbs.serep(phi, np.eye(masters.size), table, table.iloc[masters].reset_index(drop=True)).real
+    return pyfbs.serep(
+        phi, np.eye(masters.size), table, table.iloc[masters].reset_index(drop=True)
+    ).real
 
 
 def _child(work: Callable[[str, int], np.ndarray], name: str, size: int, pipe: object) -> None:
@@ -95,7 +113,8 @@ def _high_water() -> int:
 
 
 def peak_megabytes(work: Callable[[str, int], np.ndarray], name: str, size: int) -> float:
-    """Growth of the peak resident set of a process that does nothing else; SuperLU's own memory is counted too."""
+    """Growth of the peak resident set of a process that does nothing else; SuperLU's own memory is
+    counted too."""
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=_child, args=(work, name, size, there))
@@ -109,16 +128,24 @@ def peak_megabytes(work: Callable[[str, int], np.ndarray], name: str, size: int)
 @pytest.mark.parametrize("way", ["cvxupdate", "textbook", "pyfbs"])
 def test_reduction(benchmark, way: str, size: int, name: str) -> None:
     if way == "textbook" and size > DENSE_LIMIT[name]:
-        need = f"{10 * size**3:.0e} operations" if name == "SEREP" else f"{3 * 8 * size**2 / 1e9:.0f} GB"
+        need = (
+            f"{10 * size**3:.0e} operations"
+            if name == "SEREP"
+            else f"{3 * 8 * size**2 / 1e9:.0f} GB"
+        )
         pytest.skip(f"the dense formula of {name} at {size} DOFs needs {need}")
     if way == "pyfbs" and name != "SEREP":
         pytest.skip(f"pyfbs has no {name}")
     work = {"cvxupdate": sparse_way, "textbook": textbook, "pyfbs": pyfbs_way}[way]
     plate(size)
-    T = benchmark.pedantic(work, (name, size), rounds=1 if size == 100_000 or way == "textbook" else 3)
+    T = benchmark.pedantic(
+        work, (name, size), rounds=1 if size == 100_000 or way == "textbook" else 3
+    )
     benchmark.extra_info["peak_MB"] = round(peak_megabytes(work, name, size))
-    print(f"\n{way:10s} {name:6s} {size:7d} DOFs: {benchmark.stats['median']:9.3f} s  "
-          f"{benchmark.extra_info['peak_MB']:6d} MB")
+    print(
+        f"\n{way:10s} {name:6s} {size:7d} DOFs: {benchmark.stats['median']:9.3f} s  "
+        f"{benchmark.extra_info['peak_MB']:6d} MB"
+    )
     assert T.shape == (size, MASTERS)
     if size == 1_000 or way == "pyfbs":
         exact = textbook(name, size) if size == 1_000 else sparse_way(name, size)

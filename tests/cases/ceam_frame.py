@@ -1,4 +1,5 @@
-"""A small free frame of space beams with unequal bays, unequal masses and (where asked) non-proportional loss, as problem files and models."""
+"""A small free frame of space beams with unequal bays, unequal masses and (where asked)
+non-proportional loss, as problem files and models."""
 
 from __future__ import annotations
 
@@ -19,22 +20,37 @@ E, RHO = 206e9, 7850.0
 
 
 def model_text(stiff=None, mass=None, eta=None, ground=False, c=0.0) -> str:
-    """The [model] with factors on E and rho of every beam, loss factors, a spring to ground of zero stiffness, a dashpot."""
+    """The [model] with factors on E and rho of every beam, loss factors, a spring to ground of zero
+    stiffness, a dashpot."""
     stiff, mass = np.ones(7) if stiff is None else stiff, np.ones(7) if mass is None else mass
-    nodes = ", ".join(f"{{ id = {i + 1}, x = {x}, y = {y}, z = {0.1 * (i == 3)} }}" for i, (x, y) in enumerate(NODES))
+    nodes = ", ".join(
+        f"{{ id = {i + 1}, x = {x}, y = {y}, z = {0.1 * (i == 3)} }}"
+        for i, (x, y) in enumerate(NODES)
+    )
     out = [f'title = "frame"\n[model]\ndofs = ["x", "y", "z", "rx", "ry", "rz"]\nnodes = [{nodes}]']
     for i in range(7):
         loss = "" if eta is None else f"eta = {float(np.broadcast_to(eta, 7)[i])!r}\n"
-        out.append(f"[model.materials.m{i}]\nE = {E * float(stiff[i])!r}\nnu = 0.3\nrho = {RHO * float(mass[i])!r}\n{loss}")
+        out.append(
+            f"[model.materials.m{i}]\nE = {E * float(stiff[i])!r}\nnu = 0.3\nrho = "
+            f"{RHO * float(mass[i])!r}\n{loss}"
+        )
     out.append('[model.sections.bar]\nshape = "rectangle"\nwidth = 0.02\nheight = 0.03')
     for i, (a, b) in enumerate(BEAMS):
-        out.append(f'[[model.elements]]\ntype = "beam3d"\nmaterial = "m{i}"\nsection = "bar"\n'
-                   f'rows = [{{ id = {i + 1}, nodes = [{a + 1}, {b + 1}], group = "{GROUPS[i]}" }}]')
+        out.append(
+            f'[[model.elements]]\ntype = "beam3d"\nmaterial = "m{i}"\nsection = "bar"\n'
+            f'rows = [{{ id = {i + 1}, nodes = [{a + 1}, {b + 1}], group = "{GROUPS[i]}" }}]'
+        )
     if ground:
-        out.append('[[model.elements]]\ntype = "spring"\ndof = "y"\nk = 0.0\nrows = [{ id = 20, nodes = [2], group = "ground" }]')
+        out.append(
+            '[[model.elements]]\ntype = "spring"\ndof = "y"\nk = 0.0\nrows = [{ id = 20, '
+            'nodes = [2], group = "ground" }]'
+        )
     if c:
-        out.append('[[model.elements]]\ntype = "dashpot"\ndof = "y"\n'
-                   f'rows = [{{ id = 30, nodes = [1, 4], c = {c!r} }}, {{ id = 31, nodes = [2, 5], c = {2 * c!r} }}]')
+        out.append(
+            '[[model.elements]]\ntype = "dashpot"\ndof = "y"\n'
+            f"rows = [{{ id = 30, nodes = [1, 4], c = {c!r} }}, "
+            f"{{ id = 31, nodes = [2, 5], c = {2 * c!r} }}]"
+        )
     return "\n".join(out) + "\n"
 
 
@@ -69,12 +85,23 @@ def measure(model: Model, count: int, viscous: bool = False) -> Measured:
     return Measured(model, values[order], shapes[:, order] / np.abs(shapes[:, order]).max(axis=0))
 
 
-def recording(found: Measured, dofs=("x", "y", "z", "rx", "ry", "rz"), noise: float = 0.0, std: float | None = None, use: str = "fit", seed: int = 0) -> str:
-    """A [[recordings]] table of modes at the DOFs named; ``noise`` relative to the largest entry, ``std`` the stated deviation, relative too."""
+def recording(
+    found: Measured,
+    dofs=("x", "y", "z", "rx", "ry", "rz"),
+    noise: float = 0.0,
+    std: float | None = None,
+    use: str = "fit",
+    seed: int = 0,
+) -> str:
+    """A [[recordings]] table of modes at the DOFs named; ``noise`` relative to the largest entry,
+    ``std`` the stated deviation, relative too."""
     rng = np.random.default_rng(seed)
     keep = [i for i, label in enumerate(found.model.labels) if label.split(".")[1] in dofs]
     split = [found.model.labels[i].split(".") for i in keep]
-    channels = ", ".join(f'{{ column = {k}, quantity = "displacement", node = {int(n[1:])}, dof = "{d}" }}' for k, (n, d) in enumerate(split))
+    channels = ", ".join(
+        f'{{ column = {k}, quantity = "displacement", node = {int(n[1:])}, dof = "{d}" }}'
+        for k, (n, d) in enumerate(split)
+    )
     rows = []
     for value, shape in zip(found.values, found.shapes.T, strict=True):
         complex_ = np.iscomplexobj(found.shapes)
@@ -84,16 +111,31 @@ def recording(found: Measured, dofs=("x", "y", "z", "rx", "ry", "rz"), noise: fl
             f, zeta = np.sqrt(value.real) / (2 * np.pi), 0.5 * np.imag(value) / value.real
         x = shape[keep]
         if noise:
-            x = x + noise * np.abs(x).max() * (rng.normal(size=len(x)) + (1j * rng.normal(size=len(x)) if complex_ else 0))
-        entries = ", ".join(f"[{v.real!r}, {v.imag!r}]" if complex_ else repr(float(v)) for v in x.tolist())
+            x = x + noise * np.abs(x).max() * (
+                rng.normal(size=len(x)) + (1j * rng.normal(size=len(x)) if complex_ else 0)
+            )
+        entries = ", ".join(
+            f"[{v.real!r}, {v.imag!r}]" if complex_ else repr(float(v)) for v in x.tolist()
+        )
         damping = f", damping = {float(zeta)!r}" if complex_ else ""
-        stated = "" if std is None else f", shape_std = {float(std * np.abs(x).max())!r}, frequency_std = {float(1e-4 * f)!r}"
+        stated = (
+            ""
+            if std is None
+            else f", shape_std = {float(std * np.abs(x).max())!r}, frequency_std = "
+            f"{float(1e-4 * f)!r}"
+        )
         rows.append(f"{{ frequency = {float(f)!r}{damping}{stated}, shape = [{entries}] }}")
-    return f'[[recordings]]\nkind = "modes"\nuse = "{use}"\nname = "frame"\nchannels = [{channels}]\nrows = [\n' + ",\n".join(rows) + "\n]\n"
+    return (
+        f'[[recordings]]\nkind = "modes"\nuse = "{use}"\nname = "frame"\nchannels = '
+        f"[{channels}]\nrows = [\n" + ",\n".join(rows) + "\n]\n"
+    )
 
 
 def update_text(of=("stiffness",), low=-0.9, high=1.0, method="ceam", more="", extra="") -> str:
     """The [update] with a p-value for every beam and property."""
-    rows = ", ".join(f'{{ elements = [1, 2, 3, 4, 5, 6, 7], of = "{o}", each = "element", lower = {-1.0 if o == "damping" else low}, upper = {high} }}'
-                     for o in of)
+    rows = ", ".join(
+        f'{{ elements = [1, 2, 3, 4, 5, 6, 7], of = "{o}", each = "element", lower = '
+        f"{-1.0 if o == 'damping' else low}, upper = {high} }}"
+        for o in of
+    )
     return f'[update]\nmethod = "{method}"\nparameters = [{rows}{extra}]\n{more}'

@@ -1,6 +1,7 @@
 """Instances of every element type: the contract tests of tests/fe run over all of them.
 
-Weak fixtures hide errors: spans are unequal, nothing is symmetric, line elements are oblique in space.
+Weak fixtures hide errors: spans are unequal, nothing is symmetric, line elements are oblique in
+space.
 """
 
 from __future__ import annotations
@@ -34,13 +35,16 @@ SPACE = ["x", "y", "z", "rx", "ry", "rz"]
 
 @dataclass(frozen=True)
 class Case:
-    """One element type in one guise. ``null`` is the number of motions of a single element that take no energy, ``mass_rank`` that of its mass."""
+    """One element type in one guise. ``null`` is the number of motions of a single element that
+    take no energy, ``mass_rank`` that of its mass."""
 
     name: str
     model: Mapping[str, Any]
     null: int
     mass_rank: int
-    values: Mapping[str, float] = field(default_factory=dict)  # properties that a problem file has no key for
+    values: Mapping[str, float] = field(
+        default_factory=dict
+    )  # properties that a problem file has no key for
 
     def build(self, **values: float) -> Model:
         """The model, with property ``values`` set on every element that has them."""
@@ -64,20 +68,35 @@ def build(model: Mapping[str, Any], folder: Path | None = None, **tables: Any) -
     """A model by way of a problem file: everything the user's text goes through."""
     with tempfile.TemporaryDirectory() as scratch:
         path = (folder or Path(scratch)) / "problem.toml"
-        path.write_text("\n".join(f"{key} = {toml(value)}" for key, value in {"model": model, **tables}.items()) + "\n", encoding="utf-8")
+        path.write_text(
+            "\n".join(f"{key} = {toml(value)}" for key, value in {"model": model, **tables}.items())
+            + "\n",
+            encoding="utf-8",
+        )
         return build_model(load_problem(path))
 
 
 def with_values(model: Model, **values: float) -> Model:
     """The model with some properties changed on every element that has them."""
     blocks = tuple(
-        replace(b, properties={k: np.full(len(b.ids), values[k]) if k in values else v for k, v in b.properties.items()}) for b in model.blocks)
+        replace(
+            b,
+            properties={
+                k: np.full(len(b.ids), values[k]) if k in values else v
+                for k, v in b.properties.items()
+            },
+        )
+        for b in model.blocks
+    )
     return replace(model, blocks=blocks)
 
 
 def nodes(points: Any) -> list[dict[str, Any]]:
     """Points (n, 3) as node rows numbered from 1."""
-    return [{"id": i + 1, "x": float(x), "y": float(y), "z": float(z)} for i, (x, y, z) in enumerate(points)]
+    return [
+        {"id": i + 1, "x": float(x), "y": float(y), "z": float(z)}
+        for i, (x, y, z) in enumerate(points)
+    ]
 
 
 def chain(count: int) -> list[tuple[int, int]]:
@@ -85,18 +104,47 @@ def chain(count: int) -> list[tuple[int, int]]:
     return [(i, i + 1) for i in range(1, count + 1)]
 
 
-def lines(kind: str, points: Any, pairs: Sequence[tuple[int, int]], dofs: Sequence[str], section: str | Mapping[str, Any] = "bar",
-          material: Mapping[str, float] = STEEL, orientation: Sequence[float] | None = None, **block: Any) -> dict[str, Any]:
+def lines(
+    kind: str,
+    points: Any,
+    pairs: Sequence[tuple[int, int]],
+    dofs: Sequence[str],
+    section: str | Mapping[str, Any] = "bar",
+    material: Mapping[str, float] = STEEL,
+    orientation: Sequence[float] | None = None,
+    **block: Any,
+) -> dict[str, Any]:
     """A model of rods or beams."""
     shape = SECTIONS[section] if isinstance(section, str) else section
-    element = {"type": kind, "material": "m", "section": "s", **block,
-               "rows": [{"id": i + 1, "nodes": list(p), "group": "odd" if i % 2 else "even"} for i, p in enumerate(pairs)]}
+    element = {
+        "type": kind,
+        "material": "m",
+        "section": "s",
+        **block,
+        "rows": [
+            {"id": i + 1, "nodes": list(p), "group": "odd" if i % 2 else "even"}
+            for i, p in enumerate(pairs)
+        ],
+    }
     if orientation is not None:
         element["orientation"] = list(orientation)
-    return {"dofs": list(dofs), "nodes": nodes(points), "materials": {"m": dict(material)}, "sections": {"s": dict(shape)}, "elements": [element]}
+    return {
+        "dofs": list(dofs),
+        "nodes": nodes(points),
+        "materials": {"m": dict(material)},
+        "sections": {"s": dict(shape)},
+        "elements": [element],
+    }
 
 
-def grid(xs: Any, ys: Any, section: str | Mapping[str, Any] = "sheet", material: Mapping[str, float] = STEEL, turn: int = 0, **block: Any) -> dict[str, Any]:
+def grid(
+    xs: Any,
+    ys: Any,
+    section: str | Mapping[str, Any] = "sheet",
+    material: Mapping[str, float] = STEEL,
+    turn: int = 0,
+    **block: Any,
+) -> dict[str, Any]:
     """A plate on a grid of lines x = xs, y = ys; ``turn`` starts each element at another corner."""
     shape = SECTIONS[section] if isinstance(section, str) else section
     nx = len(xs)
@@ -106,18 +154,36 @@ def grid(xs: Any, ys: Any, section: str | Mapping[str, Any] = "sheet", material:
         for i in range(nx - 1):
             first = j * nx + i + 1
             quad = [first, first + 1, first + nx + 1, first + nx]
-            rows.append({"id": len(rows) + 1, "nodes": quad[turn:] + quad[:turn], "group": "odd" if (i + j) % 2 else "even"})
-    return {"dofs": ["z", "rx", "ry"], "nodes": nodes(points), "materials": {"m": dict(material)}, "sections": {"s": dict(shape)},
-            "elements": [{"type": "plate", "material": "m", "section": "s", **block, "rows": rows}]}
+            rows.append(
+                {
+                    "id": len(rows) + 1,
+                    "nodes": quad[turn:] + quad[:turn],
+                    "group": "odd" if (i + j) % 2 else "even",
+                }
+            )
+    return {
+        "dofs": ["z", "rx", "ry"],
+        "nodes": nodes(points),
+        "materials": {"m": dict(material)},
+        "sections": {"s": dict(shape)},
+        "elements": [{"type": "plate", "material": "m", "section": "s", **block, "rows": rows}],
+    }
 
 
 def held(model: Mapping[str, Any], *supports: tuple[Any, Sequence[str]]) -> dict[str, Any]:
     """The model with supports (nodes, dofs)."""
-    return {**model, "supports": [{"nodes": n if isinstance(n, str) else [int(i) for i in n], "dofs": list(d)} for n, d in supports]}
+    return {
+        **model,
+        "supports": [
+            {"nodes": n if isinstance(n, str) else [int(i) for i in n], "dofs": list(d)}
+            for n, d in supports
+        ],
+    }
 
 
 def joined(*models: Mapping[str, Any]) -> dict[str, Any]:
-    """The first model with the elements of the others added (ids run on, nodes are those of the first)."""
+    """The first model with the elements of the others added (ids run on, nodes are those of the
+    first)."""
     first, elements, number = dict(models[0]), [], 0
     for m in models:
         for block in m["elements"]:
@@ -138,45 +204,144 @@ def _points(elements: list[dict[str, Any]], dofs: Sequence[str] = ("x",)) -> dic
 
 def _each(**value: tuple[float, ...]) -> list[dict[str, Any]]:
     ((key, amounts),) = value.items()
-    return [{"id": 50 + i, "nodes": [i + 1], key: a, "group": "ground"} for i, a in enumerate(amounts)]
+    return [
+        {"id": 50 + i, "nodes": [i + 1], key: a, "group": "ground"} for i, a in enumerate(amounts)
+    ]
 
 
 def _line(kind: str, **value: tuple[float, ...]) -> dict[str, Any]:
     ((key, amounts),) = value.items()
-    return {"type": kind, "dof": "x", "rows": [{"id": 10 + i, "nodes": [i + 1, i + 2], key: a} for i, a in enumerate(amounts)]}
+    return {
+        "type": kind,
+        "dof": "x",
+        "rows": [{"id": 10 + i, "nodes": [i + 1, i + 2], key: a} for i, a in enumerate(amounts)],
+    }
 
 
-_MASS = {"type": "mass", "rows": [{"id": 90 + i, "nodes": [i + 1], "m": m, "Ixx": 0.1 * m, "Iyy": 0.2 * m, "Izz": 0.3 * m}
-                                  for i, m in enumerate((2.5, 1.5, 0.7))]}
+_MASS = {
+    "type": "mass",
+    "rows": [
+        {"id": 90 + i, "nodes": [i + 1], "m": m, "Ixx": 0.1 * m, "Iyy": 0.2 * m, "Izz": 0.3 * m}
+        for i, m in enumerate((2.5, 1.5, 0.7))
+    ],
+}
 
-_SHAFT = {"type": "gyroscopic", "omega": 300.0, "rows": [{"id": 70, "nodes": [1, 2], "Ip": 2.6e-4}, {"id": 71, "nodes": [3, 2], "Ip": 1.4e-4}]}
-_DISC = {"type": "gyroscopic", "omega": -210.0, "axis": [0.3, -0.9, 0.4], "rows": [{"id": 70, "nodes": [1], "Ip": 0.06}, {"id": 71, "nodes": [3], "Ip": 0.02}]}
+_SHAFT = {
+    "type": "gyroscopic",
+    "omega": 300.0,
+    "rows": [{"id": 70, "nodes": [1, 2], "Ip": 2.6e-4}, {"id": 71, "nodes": [3, 2], "Ip": 1.4e-4}],
+}
+_DISC = {
+    "type": "gyroscopic",
+    "omega": -210.0,
+    "axis": [0.3, -0.9, 0.4],
+    "rows": [{"id": 70, "nodes": [1], "Ip": 0.06}, {"id": 71, "nodes": [3], "Ip": 0.02}],
+}
 
 CASES: tuple[Case, ...] = (
     Case("spring", _points([_line("spring", k=(3e5, 5e5)), _MASS]), 1, 0),
-    Case("spring to ground", _points([{"type": "spring", "dofs": ["x", "rz"], "rows": _each(k=(3e5, 1e5, 7e4))}, _MASS], ["x", "rz"]), 0, 0),
-    Case("mass", _points([_MASS, {"type": "spring", "dofs": SPACE, "rows": _each(k=(3e5, 1e5, 7e4))}], SPACE), 6, 6),
+    Case(
+        "spring to ground",
+        _points(
+            [{"type": "spring", "dofs": ["x", "rz"], "rows": _each(k=(3e5, 1e5, 7e4))}, _MASS],
+            ["x", "rz"],
+        ),
+        0,
+        0,
+    ),
+    Case(
+        "mass",
+        _points(
+            [_MASS, {"type": "spring", "dofs": SPACE, "rows": _each(k=(3e5, 1e5, 7e4))}], SPACE
+        ),
+        6,
+        6,
+    ),
     Case("dashpot", _points([_line("dashpot", c=(30.0, 7.0)), _MASS]), 2, 0),
-    Case("dashpot to ground", _points([{"type": "dashpot", "dofs": ["x", "ry"], "rows": _each(c=(3.0, 0.1, 0.7))}, _MASS], ["x", "ry"]), 1, 0),
-    Case("gyroscopic shaft", joined(lines("beam3d", POINTS, chain(3), SPACE, "round"), _points([_SHAFT], SPACE)), 6, 0),
-    Case("gyroscopic disc", _points([_DISC, _MASS, {"type": "spring", "dofs": SPACE, "rows": _each(k=(3e5, 1e5, 7e4))}], SPACE), 3, 0),
+    Case(
+        "dashpot to ground",
+        _points(
+            [{"type": "dashpot", "dofs": ["x", "ry"], "rows": _each(c=(3.0, 0.1, 0.7))}, _MASS],
+            ["x", "ry"],
+        ),
+        1,
+        0,
+    ),
+    Case(
+        "gyroscopic shaft",
+        joined(lines("beam3d", POINTS, chain(3), SPACE, "round"), _points([_SHAFT], SPACE)),
+        6,
+        0,
+    ),
+    Case(
+        "gyroscopic disc",
+        _points(
+            [_DISC, _MASS, {"type": "spring", "dofs": SPACE, "rows": _each(k=(3e5, 1e5, 7e4))}],
+            SPACE,
+        ),
+        3,
+        0,
+    ),
     Case("rod consistent", lines("rod", POINTS, [*chain(3), (1, 3)], "xyz", "round"), 5, 6),
-    Case("rod lumped", lines("rod", POINTS, [*chain(3), (1, 3)], "xyz", "bar", mass="lumped"), 5, 6),
+    Case(
+        "rod lumped", lines("rod", POINTS, [*chain(3), (1, 3)], "xyz", "bar", mass="lumped"), 5, 6
+    ),
     Case("rod general", lines("rod", POINTS, chain(3), "xyz", "general", ALLOY), 5, 6),
     Case("beam2d xy", lines("beam2d", FLAT_Y, [*chain(3), (1, 3)], ["x", "y", "rz"], "bar"), 3, 6),
-    Case("beam2d xz", lines("beam2d", FLAT_Z, [*chain(3), (1, 3)], ["x", "z", "ry"], "upright"), 3, 6),
-    Case("beam2d lumped", lines("beam2d", FLAT_Y, chain(3), ["x", "y", "rz"], "tube", mass="lumped"), 3, 6),
-    Case("beam2d no rotary inertia", lines("beam2d", FLAT_Y, chain(3), ["x", "y", "rz"], "general", rotary_inertia=False), 3, 6),
+    Case(
+        "beam2d xz", lines("beam2d", FLAT_Z, [*chain(3), (1, 3)], ["x", "z", "ry"], "upright"), 3, 6
+    ),
+    Case(
+        "beam2d lumped",
+        lines("beam2d", FLAT_Y, chain(3), ["x", "y", "rz"], "tube", mass="lumped"),
+        3,
+        6,
+    ),
+    Case(
+        "beam2d no rotary inertia",
+        lines("beam2d", FLAT_Y, chain(3), ["x", "y", "rz"], "general", rotary_inertia=False),
+        3,
+        6,
+    ),
     Case("beam3d rectangle", lines("beam3d", POINTS, [*chain(3), (1, 3)], SPACE, "bar"), 6, 12),
-    Case("beam3d oriented", lines("beam3d", POINTS, chain(3), SPACE, "upright", ALLOY, orientation=[0.3, -0.9, 0.4]), 6, 12),
+    Case(
+        "beam3d oriented",
+        lines("beam3d", POINTS, chain(3), SPACE, "upright", ALLOY, orientation=[0.3, -0.9, 0.4]),
+        6,
+        12,
+    ),
     Case("beam3d round", lines("beam3d", POINTS, chain(3), SPACE, "round"), 6, 12),
     Case("beam3d tube", lines("beam3d", POINTS, chain(3), SPACE, "tube", ALLOY), 6, 12),
-    Case("beam3d general", lines("beam3d", POINTS, chain(3), SPACE, "general", orientation=[0.1, 0.2, 1.0]), 6, 12),
+    Case(
+        "beam3d general",
+        lines("beam3d", POINTS, chain(3), SPACE, "general", orientation=[0.1, 0.2, 1.0]),
+        6,
+        12,
+    ),
     Case("beam3d lumped", lines("beam3d", POINTS, chain(3), SPACE, "bar", mass="lumped"), 6, 12),
-    Case("beam3d no rotary inertia", lines("beam3d", POINTS, chain(3), SPACE, "bar", rotary_inertia=False), 6, 10),
-    Case("beam3d Timoshenko", lines("beam3d", POINTS, [*chain(3), (1, 3)], SPACE, "bar"), 6, 12, {"shear": 1.0}),
-    Case("beam2d half shear", lines("beam2d", FLAT_Y, chain(3), ["x", "y", "rz"], "bar"), 3, 6, {"shear": 0.5, "kappa": 0.8}),
+    Case(
+        "beam3d no rotary inertia",
+        lines("beam3d", POINTS, chain(3), SPACE, "bar", rotary_inertia=False),
+        6,
+        10,
+    ),
+    Case(
+        "beam3d Timoshenko",
+        lines("beam3d", POINTS, [*chain(3), (1, 3)], SPACE, "bar"),
+        6,
+        12,
+        {"shear": 1.0},
+    ),
+    Case(
+        "beam2d half shear",
+        lines("beam2d", FLAT_Y, chain(3), ["x", "y", "rz"], "bar"),
+        3,
+        6,
+        {"shear": 0.5, "kappa": 0.8},
+    ),
     Case("plate", grid([0.0, 0.11, 0.3, 0.42], [0.0, 0.17, 0.26]), 3, 12),
-    Case("plate orthotropic", grid([0.0, 0.11, 0.3, 0.42], [0.1, 0.27, 0.36], "rolled", ALLOY), 3, 12),
+    Case(
+        "plate orthotropic", grid([0.0, 0.11, 0.3, 0.42], [0.1, 0.27, 0.36], "rolled", ALLOY), 3, 12
+    ),
     Case("plate lumped", grid([0.0, 0.11, 0.3], [0.0, 0.17, 0.26], "rolled", mass="lumped"), 3, 4),
 )

@@ -31,8 +31,14 @@ def programs():
     b = rng.normal(size=5)
     best = np.linalg.lstsq(A, b, rcond=None)[0]
     return {
-        "quadratic": (cp.Problem(cp.Minimize(cp.sum_squares(A @ x - b) + 7.0)), float(np.sum((A @ best - b) ** 2)) + 7.0),
-        "linear": (cp.Problem(cp.Minimize(c @ x), [x >= -1, x <= 2, cp.sum(x) == 1]), -0.2 * 2 - 0.3 * 0 - 0.5 * 1),
+        "quadratic": (
+            cp.Problem(cp.Minimize(cp.sum_squares(A @ x - b) + 7.0)),
+            float(np.sum((A @ best - b) ** 2)) + 7.0,
+        ),
+        "linear": (
+            cp.Problem(cp.Minimize(c @ x), [x >= -1, x <= 2, cp.sum(x) == 1]),
+            -0.2 * 2 - 0.3 * 0 - 0.5 * 1,
+        ),
         "soc": (cp.Problem(cp.Minimize(c @ x), [cp.norm(x) <= 2]), -2 * float(np.linalg.norm(c))),
         "psd": (cp.Problem(cp.Minimize(cp.sum_squares(X - S)), [X >> 0]), projected),
         "exp": (cp.Problem(cp.Minimize(cp.sum(cp.exp(x)) - cp.sum(x))), 3.0),
@@ -60,7 +66,9 @@ def test_a_point_that_is_not_optimal_is_not_certified(kind):
         moved = raw.x + size * rng.normal(size=raw.x.size)
         assert not certify(program, moved, program.b - program.A @ moved, raw.z).is_optimal(1e-6)
         if raw.z.size:
-            assert not certify(program, raw.x, raw.s, raw.z + size * rng.normal(size=raw.z.size)).is_optimal(1e-6)
+            assert not certify(
+                program, raw.x, raw.s, raw.z + size * rng.normal(size=raw.z.size)
+            ).is_optimal(1e-6)
     assert not certify(program, raw.x * np.nan, raw.s, raw.z).is_optimal(1e9)
 
 
@@ -77,7 +85,12 @@ def test_each_residual_sees_its_own_fault():
     assert good.is_optimal(1e-8) and good.as_dict()["gap"] == good.gap
     inside = np.arange(program.b.size) >= program.cones.zero
     assert certify(program, raw.x, raw.s + 1.0 * inside, raw.z).primal > 1e-4
-    assert certify(program, raw.x, raw.s, raw.z + 100.0 * (np.arange(program.b.size) == program.cones.zero)).dual > 1e-6
+    assert (
+        certify(
+            program, raw.x, raw.s, raw.z + 100.0 * (np.arange(program.b.size) == program.cones.zero)
+        ).dual
+        > 1e-6
+    )
     assert certify(program, raw.x, -raw.s - 1.0, raw.z).primal_cone > 1e-4
     assert certify(program, raw.x, raw.s, -raw.z).dual_cone > 1e-4
 
@@ -109,7 +122,11 @@ def test_triangle_order_of_scs():
 def test_elimination_keeps_the_optimum_and_restores_the_dual():
     from cvxupdate.convex.problem import compile_step
 
-    problem = cv.StepProblem(regularisers=(cv.L1(40.0), cv.Tikhonov(3.0)), constraints=(cv.Bounds(-0.1, 0.1),), columns=COLUMNS)
+    problem = cv.StepProblem(
+        regularisers=(cv.L1(40.0), cv.Tikhonov(3.0)),
+        constraints=(cv.Bounds(-0.1, 0.1),),
+        columns=COLUMNS,
+    )
     model = compile_step(problem, 24, box=False)
     R, d, _ = problem.loss.reduce(*system().weighted())
     model.set_data(R, d, (40.0, 3.0))
@@ -126,7 +143,9 @@ def test_farkas_tells_a_proof_from_a_claim():
     from cvxupdate.convex.matrix_form import ConeProgram
 
     A = sp.csc_array(np.array([[1.0], [-1.0]]))
-    program = ConeProgram(sp.csc_array((1, 1)), np.zeros(1), A, np.array([0.0, -1.0]), Cones(nonneg=2))
+    program = ConeProgram(
+        sp.csc_array((1, 1)), np.zeros(1), A, np.array([0.0, -1.0]), Cones(nonneg=2)
+    )
     assert farkas(program, np.array([3.0, 3.0])).proves()
     for claim in ([3.0, 1.0], [-3.0, -3.0], [0.0, 0.0], [np.nan, 1.0]):
         assert not farkas(program, np.array(claim)).proves()
@@ -142,8 +161,11 @@ def _lmi(columns):
     def matrix(p):
         return F[0] + sum(p[i] * F[i + 1] for i in range(len(columns)))
 
-    return cv.ConicClause("the mass matrix is positive semidefinite", lambda p, slack: [matrix(p) + slack * np.eye(3) >> 0],
-                          lambda p: float(np.linalg.eigvalsh(matrix(p))[0]))
+    return cv.ConicClause(
+        "the mass matrix is positive semidefinite",
+        lambda p, slack: [matrix(p) + slack * np.eye(3) >> 0],
+        lambda p: float(np.linalg.eigvalsh(matrix(p))[0]),
+    )
 
 
 class Given:
@@ -159,7 +181,9 @@ class Given:
 def test_a_matrix_inequality_is_a_clause_like_any_other():
     lmi = _lmi(COLUMNS)
     problem = cv.StepProblem(constraints=(Given(lmi), cv.Bounds(-1.0, 1.0)), columns=COLUMNS)
-    free = cv.solve_step(cv.StepProblem(constraints=(cv.Bounds(-1.0, 1.0),), columns=COLUMNS), system(seed=6))
+    free = cv.solve_step(
+        cv.StepProblem(constraints=(cv.Bounds(-1.0, 1.0),), columns=COLUMNS), system(seed=6)
+    )
     assert lmi.margin(free.p) < -0.01
     rows = {row.solver: row for row in cv.compare_solvers(problem, system(seed=6))}
     assert rows["CLARABEL"].status == rows["SCS"].status == "optimal"
@@ -167,7 +191,11 @@ def test_a_matrix_inequality_is_a_clause_like_any_other():
     assert "semidefinite cone" in rows["OSQP"].note
     step = cv.solve_step(problem, system(seed=6))
     assert lmi.margin(step.p) > -1e-7 and lmi.name in step.active
-    clash = (Given(lmi), cv.LinearEquality({name: 1.0 for name in COLUMNS}, 20.0), cv.Bounds(-2.0, 3.5))
+    clash = (
+        Given(lmi),
+        cv.LinearEquality({name: 1.0 for name in COLUMNS}, 20.0),
+        cv.Bounds(-2.0, 3.5),
+    )
     infeasible = cv.solve_step(cv.StepProblem(constraints=clash, columns=COLUMNS), system())
     if infeasible.status == "infeasible":
         assert lmi.name in infeasible.conflict and infeasible.infeasibility.proves()
@@ -180,7 +208,11 @@ def test_an_exponential_cone_is_a_clause_like_any_other():
     def margin(p):
         return 0.02 - float(np.sum((p + 1) * np.log(p + 1) - p))
 
-    clause = cv.ConicClause("entropy at most 0.02", lambda p, slack: [cp.sum(-cp.entr(p + 1) - p) <= 0.02 + slack], margin)
+    clause = cv.ConicClause(
+        "entropy at most 0.02",
+        lambda p, slack: [cp.sum(-cp.entr(p + 1) - p) <= 0.02 + slack],
+        margin,
+    )
     problem = cv.StepProblem(constraints=(Given(clause),), columns=COLUMNS)
     step = cv.solve_step(problem, system())
     assert step.status == "optimal"
@@ -190,6 +222,9 @@ def test_an_exponential_cone_is_a_clause_like_any_other():
     multiplier = -(gradient @ normal) / (normal @ normal)
     assert multiplier > 0
     np.testing.assert_allclose(gradient, -multiplier * normal, atol=1e-5 * np.linalg.norm(gradient))
-    rows = {row.solver: row for row in cv.compare_solvers(problem, system(), ["CLARABEL", "SCS", "DAQP"])}
+    rows = {
+        row.solver: row
+        for row in cv.compare_solvers(problem, system(), ["CLARABEL", "SCS", "DAQP"])
+    }
     assert rows["SCS"].objective == pytest.approx(rows["CLARABEL"].objective, rel=1e-6)
     assert rows["DAQP"].note == "DAQP cannot take the exponential cone"

@@ -22,7 +22,9 @@ def orthonormal(n: int = 6, rows: int = 30, seed: int = 1) -> LinearSystem:
 
 
 def step_of(data, regularisers=(), constraints=(), loss=None):
-    step = cv.solve_step(cv.StepProblem(loss or cv.LeastSquares(), regularisers, constraints, data.columns), data)
+    step = cv.solve_step(
+        cv.StepProblem(loss or cv.LeastSquares(), regularisers, constraints, data.columns), data
+    )
     assert step.status == "optimal"
     return step
 
@@ -52,7 +54,11 @@ def test_bounded_least_squares_against_scipy(rows):
     assert step.objective == pytest.approx(2 * other.cost, rel=1e-8, abs=1e-6)
     if rows >= 7:
         np.testing.assert_allclose(step.p, other.x, atol=1e-6)
-        at_bound = {f"bounds on {name}: -0.1 to 0.12" for name, side in zip(COLUMNS, other.active_mask, strict=True) if side}
+        at_bound = {
+            f"bounds on {name}: -0.1 to 0.12"
+            for name, side in zip(COLUMNS, other.active_mask, strict=True)
+            if side
+        }
         assert set(step.active) == at_bound
 
 
@@ -90,8 +96,12 @@ def test_one_norm_against_a_linear_program():
     data = system()
     WA, Wb = data.weighted()
     m, n = WA.shape
-    other = linprog(np.r_[np.zeros(n), np.ones(m)], np.block([[WA, -np.eye(m)], [-WA, -np.eye(m)]]), np.r_[Wb, -Wb],
-                    bounds=[(-0.2, 0.2)] * n + [(0, None)] * m)
+    other = linprog(
+        np.r_[np.zeros(n), np.ones(m)],
+        np.block([[WA, -np.eye(m)], [-WA, -np.eye(m)]]),
+        np.r_[Wb, -Wb],
+        bounds=[(-0.2, 0.2)] * n + [(0, None)] * m,
+    )
     step = step_of(data, constraints=(cv.Bounds(-0.2, 0.2),), loss=cv.AbsoluteLoss())
     assert step.objective == pytest.approx(other.fun, rel=1e-8)
 
@@ -113,7 +123,9 @@ def test_huber_against_iteratively_reweighted_least_squares():
 
 def test_huber_with_a_wide_threshold_is_least_squares():
     data = system()
-    assert step_of(data, loss=cv.Huber(1e4)).objective == pytest.approx(step_of(data).objective, rel=1e-8)
+    assert step_of(data, loss=cv.Huber(1e4)).objective == pytest.approx(
+        step_of(data).objective, rel=1e-8
+    )
 
 
 def test_equality_constrained_least_squares_against_its_kkt_matrix():
@@ -129,13 +141,17 @@ def test_equality_constrained_least_squares_against_its_kkt_matrix():
 
 
 def test_projection_on_a_ball_and_on_a_plane():
-    ball = cv.StepProblem(constraints=(cv.NormAtMost(np.eye(6), np.zeros(6), 0.5, "ball"),), columns=COLUMNS)
+    ball = cv.StepProblem(
+        constraints=(cv.NormAtMost(np.eye(6), np.zeros(6), 0.5, "ball"),), columns=COLUMNS
+    )
     p = np.array([1.0, -2.0, 0.5, 0.0, 0.3, 1.5])
     near = cv.CompiledStep(ball, 6).nearest(p)
     np.testing.assert_allclose(near.p, 0.5 * p / np.linalg.norm(p), atol=1e-7)
     assert near.objective == pytest.approx((np.linalg.norm(p) - 0.5) ** 2, rel=1e-6)
     plane = cv.StepProblem(constraints=(cv.TotalMass(MASS, base=1.0),), columns=COLUMNS)
-    np.testing.assert_allclose(cv.CompiledStep(plane, 6).nearest(p).p, p - MASS * (MASS @ p) / (MASS @ MASS), atol=1e-7)
+    np.testing.assert_allclose(
+        cv.CompiledStep(plane, 6).nearest(p).p, p - MASS * (MASS @ p) / (MASS @ MASS), atol=1e-7
+    )
 
 
 @settings(max_examples=10, deadline=None)
@@ -160,7 +176,8 @@ def test_rank_deficient_data_still_reach_the_least_residual():
 
 
 def test_badly_scaled_rows_and_columns():
-    """Weights over eight decades and columns over six: still the optimum of a general optimiser's problem, certified."""
+    """Weights over eight decades and columns over six: still the optimum of a general optimiser's
+    problem, certified."""
     data = system(outliers=0)
     scale = np.geomspace(1e-3, 1e3, 6)
     weights = data.weights * np.geomspace(1e-4, 1e4, 24)

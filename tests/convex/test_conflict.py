@@ -54,13 +54,17 @@ def test_limits_that_just_touch_are_no_conflict():
     assert step.status == "optimal"
     np.testing.assert_allclose(step.p[[0, 2]], 0.1, atol=1e-7)
     apart = (cv.Bounds(-0.1, 0.1), cv.LinearEquality({"a.E": 1.0, "b.E": 1.0}, 0.2 + 1e-5))
-    assert cv.find_conflict(cv.StepProblem(constraints=apart, columns=COLUMNS).clauses, 6) is not None
+    assert (
+        cv.find_conflict(cv.StepProblem(constraints=apart, columns=COLUMNS).clauses, 6) is not None
+    )
 
 
 def test_the_way_out_works_and_less_does_not():
     known = CONFLICTS["sum beyond bounds"]
     problem = cv.StepProblem(constraints=known.constraints, columns=COLUMNS)
-    item = next(r for r in cv.solve_step(problem, system()).relaxation if "bounds on a.E" in r.clause)
+    item = next(
+        r for r in cv.solve_step(problem, system()).relaxation if "bounds on a.E" in r.clause
+    )
     assert item.amount == pytest.approx(0.3)
     for factor, feasible in ((1.001, True), (0.999, False)):
         upper = np.full(6, 0.1)
@@ -71,7 +75,11 @@ def test_the_way_out_works_and_less_does_not():
 
 
 def test_two_conflicts_at_once_need_two_relaxations():
-    constraints = (cv.Bounds(-0.1, 0.1), cv.LinearEquality({"a.E": 1.0}, 0.5), cv.LinearEquality({"d.m": 1.0}, -0.7))
+    constraints = (
+        cv.Bounds(-0.1, 0.1),
+        cv.LinearEquality({"a.E": 1.0}, 0.5),
+        cv.LinearEquality({"d.m": 1.0}, -0.7),
+    )
     step = cv.solve_step(cv.StepProblem(constraints=constraints, columns=COLUMNS), system())
     assert len(step.conflict) == 2
     assert {item.alone for item in step.relaxation} == {False}
@@ -81,14 +89,20 @@ def test_two_conflicts_at_once_need_two_relaxations():
 def _feasible(clauses, n: int) -> bool:
     rows = stack(clauses, n)
     C = rows.C.toarray()
-    answer = linprog(np.zeros(n), np.vstack([C, -C]), np.concatenate([rows.upper, -rows.lower]), bounds=(None, None))
+    answer = linprog(
+        np.zeros(n),
+        np.vstack([C, -C]),
+        np.concatenate([rows.upper, -rows.lower]),
+        bounds=(None, None),
+    )
     return bool(answer.status == 0)
 
 
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 10_000))
 def test_random_conflicts_are_real_and_irreducible(seed):
-    """Against an independent feasibility test: the set is infeasible, and feasible without any one of its clauses."""
+    """Against an independent feasibility test: the set is infeasible, and feasible without any one
+    of its clauses."""
     rng = np.random.default_rng(seed)
     n = 5
     clauses = []
@@ -116,9 +130,16 @@ def test_a_thousand_bounds():
     short = (cv.Bounds(-0.1, 0.1), cv.LinearEquality({"e3.E": 1.0, "e700.E": 1.0}, 0.5))
     conflict = cv.find_conflict(cv.StepProblem(constraints=short, columns=columns).clauses, n)
     assert conflict is not None
-    assert set(conflict.clauses) == {"bounds on e3.E: -0.1 to 0.1", "bounds on e700.E: -0.1 to 0.1", "e3.E + e700.E = 0.5"}
+    assert set(conflict.clauses) == {
+        "bounds on e3.E: -0.1 to 0.1",
+        "bounds on e700.E: -0.1 to 0.1",
+        "e3.E + e700.E = 0.5",
+    }
     everything = (cv.Bounds(-0.1, 0.1), cv.TotalMass(mass, base=10.0, value=100.0))
     conflict = cv.find_conflict(cv.StepProblem(constraints=everything, columns=columns).clauses, n)
     assert conflict is not None and len(conflict.clauses) == n + 1
     assert '"total mass set to 100 kg" is let go by -15 kg' in conflict.relaxation[0].says
-    assert any("each of the 1000 limits" in item.says and "0.02" in item.says for item in conflict.relaxation)
+    assert any(
+        "each of the 1000 limits" in item.says and "0.02" in item.says
+        for item in conflict.relaxation
+    )

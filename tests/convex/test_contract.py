@@ -24,7 +24,9 @@ def test_every_installed_solver_has_its_tolerance():
 @pytest.mark.parametrize("loss", LOSSES)
 def test_all_solvers_reach_the_same_certified_optimum(loss, regulariser, constraint):
     data = system()
-    problem = cv.StepProblem(LOSSES[loss], REGULARISERS[regulariser], CONSTRAINTS[constraint], COLUMNS)
+    problem = cv.StepProblem(
+        LOSSES[loss], REGULARISERS[regulariser], CONSTRAINTS[constraint], COLUMNS
+    )
     rows = {row.solver: row for row in cv.compare_solvers(problem, data)}
     conic = regulariser == "group-l1" or constraint == "norm"
     # Flat directions: the bounding variables of |.| carry no curvature.
@@ -62,7 +64,8 @@ def test_compiled_step_runs_with_every_solver_and_stays_feasible(name):
 
 
 def test_no_feasible_point_near_the_optimum_is_better():
-    """First-order optimality without any dual: random feasible points near p never have a lower objective."""
+    """First-order optimality without any dual: random feasible points near p never have a lower
+    objective."""
     data = system()
     rng = np.random.default_rng(0)
     for loss in LOSSES.values():

@@ -1,4 +1,5 @@
-"""Entropy, total variation and worst-case least squares: solved alike by every solver that can, and what their theory says of them."""
+"""Entropy, total variation and worst-case least squares: solved alike by every solver that can, and
+what their theory says of them."""
 
 from __future__ import annotations
 
@@ -55,12 +56,15 @@ def test_value_is_the_expression_and_no_point_is_better(case):
     for _ in range(10):
         p = rng.uniform(-0.4, 0.4, 6)
         v = cp.Variable(6, value=p)
-        assert float(regulariser.expression(v, COLUMNS).value) == pytest.approx(regulariser.value(p, COLUMNS), rel=1e-9)
+        assert float(regulariser.expression(v, COLUMNS).value) == pytest.approx(
+            regulariser.value(p, COLUMNS), rel=1e-9
+        )
         assert problem.objective(data, step.p + 1e-3 * p) >= step.objective * (1 - 1e-9)
 
 
 def test_worst_case_least_squares_is_the_worst_case():
-    """max over ‖[ΔA Δb]‖_F ≤ ρ is attained by the rank-one error along the residual (El Ghaoui and Lebret), and no draw exceeds it."""
+    """max over ‖[ΔA Δb]‖_F ≤ ρ is attained by the rank-one error along the residual (El Ghaoui and
+    Lebret), and no draw exceeds it."""
     data = system()
     A, b = data.weighted()
     rho = 20.0
@@ -73,7 +77,9 @@ def test_worst_case_least_squares_is_the_worst_case():
     rng = np.random.default_rng(0)
     for _ in range(200):
         e = rng.standard_normal(stacked.shape)
-        assert np.linalg.norm((stacked + rho * e / np.linalg.norm(e)) @ z) <= step.objective * (1 + 1e-12)
+        assert np.linalg.norm((stacked + rho * e / np.linalg.norm(e)) @ z) <= step.objective * (
+            1 + 1e-12
+        )
 
 
 def test_norm_keeps_the_part_that_no_parameter_reaches():
@@ -85,14 +91,24 @@ def test_norm_keeps_the_part_that_no_parameter_reaches():
 
 
 def test_total_variation_finds_the_patch():
-    """A piecewise constant change of 12 elements in a row comes back with one edge, where least squares scatters."""
+    """A piecewise constant change of 12 elements in a row comes back with one edge, where least
+    squares scatters."""
     rng = np.random.default_rng(4)
     names = tuple(f"e{i}.stiffness" for i in range(12))
     truth = np.where(np.arange(12) < 5, -0.2, 0.1)
     A = rng.standard_normal((14, 12)) @ np.diag(np.geomspace(1, 0.05, 12))
-    data = LinearSystem(A, A @ truth + 0.02 * rng.standard_normal(14), np.full(14, 50.0), names, tuple(map(str, range(14))))
+    data = LinearSystem(
+        A,
+        A @ truth + 0.02 * rng.standard_normal(14),
+        np.full(14, 50.0),
+        names,
+        tuple(map(str, range(14))),
+    )
     pairs = tuple(pairwise(names))
-    chosen = cv.solve_step(cv.StepProblem(cv.LeastSquares(), (cv.TotalVariation("discrepancy", pairs),), (), names), data)
+    chosen = cv.solve_step(
+        cv.StepProblem(cv.LeastSquares(), (cv.TotalVariation("discrepancy", pairs),), (), names),
+        data,
+    )
     plain = cv.solve_step(cv.StepProblem(cv.LeastSquares(), (), (), names), data)
     assert np.linalg.norm(chosen.p - truth) < 0.7 * np.linalg.norm(plain.p - truth)
     jumps, scatter = np.abs(np.diff(chosen.p)), np.abs(np.diff(plain.p))
@@ -104,7 +120,9 @@ def test_entropy_keeps_factors_positive_and_prefers_none():
     data = LinearSystem(np.eye(6), np.full(6, -1.5), np.ones(6), names, tuple(map(str, range(6))))
     step = cv.solve_step(cv.StepProblem(cv.LeastSquares(), (cv.Entropy(0.5),), (), names), data)
     assert step.status == "optimal" and np.all(step.p > -1.0) and np.all(step.p < -0.8)
-    assert step.p == pytest.approx(brentq(lambda p: 2 * (p + 1.5) + 0.5 * np.log1p(p), -0.999, 0.0), abs=1e-5)  # stationary
+    assert step.p == pytest.approx(
+        brentq(lambda p: 2 * (p + 1.5) + 0.5 * np.log1p(p), -0.999, 0.0), abs=1e-5
+    )  # stationary
     assert cv.Entropy(1.0).value(np.zeros(6), names) == 0.0
 
 
@@ -112,7 +130,9 @@ def test_entropy_keeps_factors_positive_and_prefers_none():
 @pytest.mark.parametrize("kind", ["total-variation", "entropy"])
 def test_weight_rules(kind, rule):
     made = cv.TotalVariation(rule, PAIRS) if kind == "total-variation" else cv.Entropy(rule)
-    step = cv.solve_step(cv.StepProblem(cv.LeastSquares(), (made,), (), COLUMNS), system(outliers=0))
+    step = cv.solve_step(
+        cv.StepProblem(cv.LeastSquares(), (made,), (), COLUMNS), system(outliers=0)
+    )
     assert step.status == "optimal"
 
 

@@ -18,9 +18,13 @@ ROUGH = Tikhonov(0.3)
 
 
 @pytest.mark.parametrize("boxed", [False, True])
-@pytest.mark.parametrize(("terms", "weights"), [((), ()), ((PRIOR,), (1.0,)), ((PRIOR, ROUGH), (0.7, 0.0))])
+@pytest.mark.parametrize(
+    ("terms", "weights"), [((), ()), ((PRIOR,), (1.0,)), ((PRIOR, ROUGH), (0.7, 0.0))]
+)
 @pytest.mark.parametrize("bounds", [(), (BOUNDS,)])
-def test_it_is_cvxpy_s_program(boxed: bool, terms: tuple[Tikhonov, ...], weights: tuple[float, ...], bounds: tuple[Bounds, ...]) -> None:
+def test_it_is_cvxpy_s_program(
+    boxed: bool, terms: tuple[Tikhonov, ...], weights: tuple[float, ...], bounds: tuple[Bounds, ...]
+) -> None:
     problem = StepProblem(regularisers=terms, constraints=bounds, columns=COLUMNS)
     assert written(problem)
     rng = np.random.default_rng(3)

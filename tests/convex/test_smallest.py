@@ -1,4 +1,5 @@
-"""The smallest eigenvalue by sparse factors against LAPACK, definite, semidefinite and indefinite, and against closed forms where LAPACK is too slow."""
+"""The smallest eigenvalue by sparse factors against LAPACK, definite, semidefinite and indefinite,
+and against closed forms where LAPACK is too slow."""
 
 from __future__ import annotations
 
@@ -16,12 +17,14 @@ def test_against_lapack(shift):
     A = sp.random_array((700, 700), density=0.004, rng=rng)
     A = sp.csc_array(A @ A.T + shift * sp.eye_array(700))
     true = np.linalg.eigvalsh(A.toarray())[0]
-    # many eigenvalues of A Aᵀ are nearly 0: a cluster, where λ − σ is at most ten times the negative |λ|
+    # many eigenvalues of A Aᵀ are nearly 0: a cluster, where λ − σ is at most ten times the
+    # negative |λ|
     assert smallest_eigenvalue(A) == pytest.approx(true, abs=max(1e-14, -10 * ACCURACY * true))
 
 
 def test_one_negative_eigenvalue_among_thousands_is_found():
-    """A free chain of 20 000 masses has the eigenvalue 0; a spring of negative stiffness at one place makes exactly one negative one."""
+    """A free chain of 20 000 masses has the eigenvalue 0; a spring of negative stiffness at one
+    place makes exactly one negative one."""
     n = 20_000
     main, off = np.full(n, 2.0), np.full(n - 1, -1.0)
     main[0] = main[-1] = 1.0

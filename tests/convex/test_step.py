@@ -21,7 +21,9 @@ from ..cases.convex_cases import COLUMNS, CONSTRAINTS, LOSSES, MASS, REGULARISER
 @pytest.mark.parametrize("regulariser", REGULARISERS)
 @pytest.mark.parametrize("loss", LOSSES)
 def test_every_step_is_compiled_once_and_reused(loss, regulariser):
-    problem = cv.StepProblem(LOSSES[loss], REGULARISERS[regulariser], CONSTRAINTS["several"], COLUMNS)
+    problem = cv.StepProblem(
+        LOSSES[loss], REGULARISERS[regulariser], CONSTRAINTS["several"], COLUMNS
+    )
     compiled = cv.CompiledStep(problem, 24)
     for model in (compiled.plain, compiled.boxed, compiled.projection):
         assert model.problem.is_dcp(dpp=True)
@@ -34,7 +36,9 @@ def test_every_step_is_compiled_once_and_reused(loss, regulariser):
 
 
 def test_the_second_solve_is_much_faster():
-    problem = cv.StepProblem(cv.LeastSquares(), REGULARISERS["group-l1"], CONSTRAINTS["several"], COLUMNS)
+    problem = cv.StepProblem(
+        cv.LeastSquares(), REGULARISERS["group-l1"], CONSTRAINTS["several"], COLUMNS
+    )
     first, later = [], []
     for _ in range(3):
         compiled = cv.CompiledStep(problem, 24)
@@ -112,11 +116,16 @@ def test_a_solver_out_of_iterations_says_so():
 
 
 def test_weights_of_eight_decades_do_not_pass_for_infeasible():
-    """Clarabel alone calls this program infeasible; the certificate notices and the step is solved at another scale."""
+    """Clarabel alone calls this program infeasible; the certificate notices and the step is solved
+    at another scale."""
     data = system(outliers=0)
     scale = np.geomspace(1e-3, 1e3, 6)
-    wild = LinearSystem(data.A * scale, data.b, data.weights * np.geomspace(1e-4, 1e4, 24), data.columns, data.rows)
-    step = cv.solve_step(cv.StepProblem(constraints=(cv.Bounds(-0.2 / scale, 0.2 / scale),), columns=COLUMNS), wild)
+    wild = LinearSystem(
+        data.A * scale, data.b, data.weights * np.geomspace(1e-4, 1e4, 24), data.columns, data.rows
+    )
+    step = cv.solve_step(
+        cv.StepProblem(constraints=(cv.Bounds(-0.2 / scale, 0.2 / scale),), columns=COLUMNS), wild
+    )
     assert step.status == "optimal" and step.certificate.is_optimal(1e-6)
 
 
@@ -126,8 +135,16 @@ def test_cvxpy_takes_a_small_part_of_a_large_step():
     rng = np.random.default_rng(0)
     A = rng.normal(size=(2 * n, n))
     columns = tuple(f"e{i}.E" for i in range(n))
-    data = LinearSystem(A, A @ rng.normal(size=n) * 0.3, np.full(2 * n, 100.0), columns, tuple(map(str, range(2 * n))))
-    problem = cv.StepProblem(regularisers=(cv.Tikhonov(1.0),), constraints=(cv.Bounds(-0.2, 0.2),), columns=columns)
+    data = LinearSystem(
+        A,
+        A @ rng.normal(size=n) * 0.3,
+        np.full(2 * n, 100.0),
+        columns,
+        tuple(map(str, range(2 * n))),
+    )
+    problem = cv.StepProblem(
+        regularisers=(cv.Tikhonov(1.0),), constraints=(cv.Bounds(-0.2, 0.2),), columns=columns
+    )
     compiled = cv.CompiledStep(problem, 2 * n)
     step = compiled.solve(data)
     assert step.status == "optimal" and step.certificate.is_optimal(1e-7)
@@ -140,45 +157,135 @@ def test_cvxpy_takes_a_small_part_of_a_large_step():
     assert min(applied) < 0.3 * step.seconds
 
 
-@pytest.mark.parametrize(("make", "words"), [
-    (lambda: cv.StepProblem(columns=("a", "a")), "two of the same name"),
-    (lambda: cv.StepProblem(constraints=(cv.Bounds(0.2, 0.1),), columns=COLUMNS).clauses, "lower limit lies above"),
-    (lambda: cv.StepProblem(constraints=(cv.Bounds(np.zeros(3), 1.0),), columns=COLUMNS).clauses, "give one of each, or 6"),
-    (lambda: cv.StepProblem(constraints=(cv.Bounds(np.nan, 1.0),), columns=COLUMNS).clauses, "not finite"),
-    (lambda: cv.StepProblem(constraints=(cv.Tied((("a.E", "z.E"),)),), columns=COLUMNS).clauses, "no parameter is called z.E"),
-    (lambda: cv.StepProblem(constraints=(cv.Tied((("a.E",),)),), columns=COLUMNS).clauses, "two or more"),
-    (lambda: cv.StepProblem(constraints=(cv.TotalMass(MASS[:3], 1.0),), columns=COLUMNS).clauses, "dm/dp has shape"),
-    (lambda: cv.StepProblem(constraints=(cv.TotalMass(0 * MASS, 1.0, 2.0),), columns=COLUMNS).clauses, "no parameter carries mass"),
-    (lambda: cv.StepProblem(constraints=(cv.LinearEquality({}, 1.0),), columns=COLUMNS).clauses, "names no parameter"),
-    (lambda: cv.solve_step(cv.StepProblem(columns=COLUMNS[::-1]), system()), "in order"),
-    (lambda: cv.solve_step(cv.StepProblem(columns=COLUMNS), system(), cv.SolverChoice("MOSEQ")), "installed are CLARABEL"),
-    (lambda: cv.solve_step(cv.StepProblem(constraints=CONSTRAINTS["norm"], columns=COLUMNS), system(), cv.SolverChoice("OSQP")),
-     "OSQP cannot take the second-order cone of this step; choose CLARABEL or SCS"),
-    (lambda: cv.solve_step(cv.StepProblem(cv.AbsoluteLoss(), columns=COLUMNS), system(), cv.SolverChoice("quadprog")),
-     "strictly convex"),
-    (lambda: cv.SolverChoice(tolerance=0.0), "between 0 and 1"),
-    (lambda: cv.Huber(0.0), "above 0"),
-    (lambda: cv.loss_named("l2"), "choose one of 'least-squares'"),
-    (lambda: cv.solve_step(cv.StepProblem(regularisers=(cv.GroupL1(1.0, (("a.E", "b.E"), ("a.E",))),), columns=COLUMNS), system()),
-     "two groups"),
-    (lambda: cv.CompiledStep(cv.StepProblem(columns=COLUMNS), 24).solve(system(), np.zeros(6), -1.0), "radius 0 or more"),
-])
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: cv.StepProblem(columns=("a", "a")), "two of the same name"),
+        (
+            lambda: cv.StepProblem(constraints=(cv.Bounds(0.2, 0.1),), columns=COLUMNS).clauses,
+            "lower limit lies above",
+        ),
+        (
+            lambda: (
+                cv.StepProblem(constraints=(cv.Bounds(np.zeros(3), 1.0),), columns=COLUMNS).clauses
+            ),
+            "give one of each, or 6",
+        ),
+        (
+            lambda: cv.StepProblem(constraints=(cv.Bounds(np.nan, 1.0),), columns=COLUMNS).clauses,
+            "not finite",
+        ),
+        (
+            lambda: (
+                cv.StepProblem(constraints=(cv.Tied((("a.E", "z.E"),)),), columns=COLUMNS).clauses
+            ),
+            "no parameter is called z.E",
+        ),
+        (
+            lambda: cv.StepProblem(constraints=(cv.Tied((("a.E",),)),), columns=COLUMNS).clauses,
+            "two or more",
+        ),
+        (
+            lambda: (
+                cv.StepProblem(constraints=(cv.TotalMass(MASS[:3], 1.0),), columns=COLUMNS).clauses
+            ),
+            "dm/dp has shape",
+        ),
+        (
+            lambda: (
+                cv.StepProblem(
+                    constraints=(cv.TotalMass(0 * MASS, 1.0, 2.0),), columns=COLUMNS
+                ).clauses
+            ),
+            "no parameter carries mass",
+        ),
+        (
+            lambda: (
+                cv.StepProblem(constraints=(cv.LinearEquality({}, 1.0),), columns=COLUMNS).clauses
+            ),
+            "names no parameter",
+        ),
+        (lambda: cv.solve_step(cv.StepProblem(columns=COLUMNS[::-1]), system()), "in order"),
+        (
+            lambda: cv.solve_step(
+                cv.StepProblem(columns=COLUMNS), system(), cv.SolverChoice("MOSEQ")
+            ),
+            "installed are CLARABEL",
+        ),
+        (
+            lambda: cv.solve_step(
+                cv.StepProblem(constraints=CONSTRAINTS["norm"], columns=COLUMNS),
+                system(),
+                cv.SolverChoice("OSQP"),
+            ),
+            "OSQP cannot take the second-order cone of this step; choose CLARABEL or SCS",
+        ),
+        (
+            lambda: cv.solve_step(
+                cv.StepProblem(cv.AbsoluteLoss(), columns=COLUMNS),
+                system(),
+                cv.SolverChoice("quadprog"),
+            ),
+            "strictly convex",
+        ),
+        (lambda: cv.SolverChoice(tolerance=0.0), "between 0 and 1"),
+        (lambda: cv.Huber(0.0), "above 0"),
+        (lambda: cv.loss_named("l2"), "choose one of 'least-squares'"),
+        (
+            lambda: cv.solve_step(
+                cv.StepProblem(
+                    regularisers=(cv.GroupL1(1.0, (("a.E", "b.E"), ("a.E",))),), columns=COLUMNS
+                ),
+                system(),
+            ),
+            "two groups",
+        ),
+        (
+            lambda: cv.CompiledStep(cv.StepProblem(columns=COLUMNS), 24).solve(
+                system(), np.zeros(6), -1.0
+            ),
+            "radius 0 or more",
+        ),
+    ],
+)
 def test_faults_in_words(make, words):
     with pytest.raises(InputError, match=words):
         make()
 
 
 def test_clauses_in_words():
-    constraints = (cv.Bounds(np.array([-0.1, -np.inf, 0.2, -np.inf, 0, 0]), np.array([0.1, 0.3, np.inf, np.inf, 0, 1])),
-                   cv.Tied((("a.E", "b.E"),)), cv.TotalMass(MASS, 5.95), cv.TotalMass(MASS, 5.95, 6.0, 0.1),
-                   cv.LinearInequality({"a.E": 2.0, "b.E": -1.0}, upper=0.5), cv.LinearEquality({"c.k": 1.0}, 0.0, "c.k is held"))
-    names = [clause.name for clause in cv.StepProblem(constraints=constraints, columns=COLUMNS).clauses]
-    assert names == ["bounds on a.E: -0.1 to 0.1", "bounds on a.rho: at most 0.3", "bounds on b.E: at least 0.2",
-                     "bounds on c.k: held at 0", "bounds on d.m: 0 to 1", "tied: a.E = b.E", "total mass kept at 5.95 kg",
-                     "total mass set to 6 kg within 0.1 kg", "2 a.E - b.E at most 0.5", "c.k is held"]
+    constraints = (
+        cv.Bounds(
+            np.array([-0.1, -np.inf, 0.2, -np.inf, 0, 0]),
+            np.array([0.1, 0.3, np.inf, np.inf, 0, 1]),
+        ),
+        cv.Tied((("a.E", "b.E"),)),
+        cv.TotalMass(MASS, 5.95),
+        cv.TotalMass(MASS, 5.95, 6.0, 0.1),
+        cv.LinearInequality({"a.E": 2.0, "b.E": -1.0}, upper=0.5),
+        cv.LinearEquality({"c.k": 1.0}, 0.0, "c.k is held"),
+    )
+    names = [
+        clause.name for clause in cv.StepProblem(constraints=constraints, columns=COLUMNS).clauses
+    ]
+    assert names == [
+        "bounds on a.E: -0.1 to 0.1",
+        "bounds on a.rho: at most 0.3",
+        "bounds on b.E: at least 0.2",
+        "bounds on c.k: held at 0",
+        "bounds on d.m: 0 to 1",
+        "tied: a.E = b.E",
+        "total mass kept at 5.95 kg",
+        "total mass set to 6 kg within 0.1 kg",
+        "2 a.E - b.E at most 0.5",
+        "c.k is held",
+    ]
 
 
 def test_the_package_does_not_load_cvxpy_and_neither_do_the_names_of_the_room():
-    code = "import sys, cvxupdate, cvxupdate.convex; print([m for m in ('cvxpy', 'clarabel', 'osqp', 'qpsolvers') if m in sys.modules])"
+    code = (
+        "import sys, cvxupdate, cvxupdate.convex; print([m for m in ('cvxpy', 'clarabel', "
+        "'osqp', 'qpsolvers') if m in sys.modules])"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -1,7 +1,7 @@
 """The one tolerance table: what each solver is held to in every contract test.
 
-``objective``: relative difference from Clarabel's objective; ``certificate``: largest relative residual of the optimality
-conditions; ``feasible``: how far p may break a clause, in its unit.
+``objective``: relative difference from Clarabel's objective; ``certificate``: largest relative
+residual of the optimality conditions; ``feasible``: how far p may break a clause, in its unit.
 """
 
 from __future__ import annotations

@@ -18,14 +18,19 @@ from cvxupdate.correlate.elements import ElementBatch
 from cvxupdate.errors import InputError
 from cvxupdate.reduction import dynamic, partition, serep
 
-SENSORS = np.array([7, 19, 22, 28, 37, 40, 43, 46, 48, 51])  # ten translations, by effective independence of 7 modes
+SENSORS = np.array(
+    [7, 19, 22, 28, 37, 40, 43, 46, 48, 51]
+)  # ten translations, by effective independence of 7 modes
 MODES = 5
 
 
 def test_element_energies_sum_to_the_models(frame):
     phi = frame.phi[:, :6]
     for name, A in (("K", frame.K), ("M", frame.M)):
-        assert np.allclose(element_energies(frame.batches, phi, name).sum(axis=0), 0.5 * np.sum(phi * (A @ phi), axis=0))
+        assert np.allclose(
+            element_energies(frame.batches, phi, name).sum(axis=0),
+            0.5 * np.sum(phi * (A @ phi), axis=0),
+        )
         assert np.allclose(element_energy_shares(frame.batches, phi * 1j, name).sum(axis=0), 1.0)
 
 
@@ -34,16 +39,23 @@ def test_potential_is_kinetic_energy_at_a_natural_frequency(frame):
     e = energy_comparison(frame.K, frame.M, phi, 1.1 * phi)
     omega2 = (2 * np.pi * frame.frequency[:6]) ** 2
     assert np.allclose(e.potential_model, omega2 * e.kinetic_model, rtol=1e-8)
-    assert np.allclose(e.kinetic_difference, 0.21 * e.kinetic_model) and np.allclose(e.kinetic_model, 0.5)
+    assert np.allclose(e.kinetic_difference, 0.21 * e.kinetic_model) and np.allclose(
+        e.kinetic_model, 0.5
+    )
     assert np.allclose(e.potential_difference, 0.21 * e.potential_model)
     assert np.allclose(e.rayleigh_frequency, frame.frequency[:6])
 
 
 def test_rayleigh_bounds_the_first_frequency(frame):
     rng = np.random.default_rng(0)
-    x = frame.phi[:, :1] + 0.01 * np.abs(frame.phi[:, :1]).max() * rng.standard_normal((frame.size, 1))
+    x = frame.phi[:, :1] + 0.01 * np.abs(frame.phi[:, :1]).max() * rng.standard_normal(
+        (frame.size, 1)
+    )
     flexible = frame.phi @ (frame.phi.T @ (frame.M @ x))  # without the rigid-body part
-    assert energy_comparison(frame.K, frame.M, flexible, flexible).rayleigh_frequency[0] >= frame.frequency[0]
+    assert (
+        energy_comparison(frame.K, frame.M, flexible, flexible).rayleigh_frequency[0]
+        >= frame.frequency[0]
+    )
 
 
 def test_the_model_is_in_balance_with_itself(frame):
@@ -55,7 +67,9 @@ def test_the_model_is_in_balance_with_itself(frame):
 
 
 @pytest.mark.parametrize(("element", "change"), [(2, -0.3), (9, 0.4), (13, -0.1), (19, -0.5)])
-def test_a_changed_stiffness_is_found_exactly_with_complete_shapes(frame, frame_maker, element, change):
+def test_a_changed_stiffness_is_found_exactly_with_complete_shapes(
+    frame, frame_maker, element, change
+):
     x = frame_maker(stiffness={element: change})
     phi, f = x.phi[:, :MODES] * np.array([1, -3, 0.2, 5, 1j]), x.frequency[:MODES]
     found = element_balance(frame.batches, frame.K, frame.M, phi, f)
@@ -81,13 +95,16 @@ def test_every_element_is_found_with_complete_shapes_by_the_energy_map(frame, fr
     hits = 0
     for e in range(20):
         x = frame_maker(stiffness={e: -0.3})
-        hits += int(np.argmax(energy_map(frame.batches, frame.phi[:, :MODES], x.phi[:, :MODES])) == e)
+        hits += int(
+            np.argmax(energy_map(frame.batches, frame.phi[:, :MODES], x.phi[:, :MODES])) == e
+        )
     assert hits == 20
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_nearly_every_element_is_found_with_ten_sensors(frame, frame_maker, noise):
-    """Condensed force balance, dynamic expansion at each measured frequency, five modes, 1 % noise on the shapes."""
+    """Condensed force balance, dynamic expansion at each measured frequency, five modes, 1 % noise
+    on the shapes."""
     rng = np.random.default_rng(0)
     split = partition(frame.K, frame.M, SENSORS)
     hits = 0
@@ -95,13 +112,16 @@ def test_nearly_every_element_is_found_with_ten_sensors(frame, frame_maker, nois
         x = frame_maker(stiffness={e: -0.3})
         f = x.frequency[:MODES]
         seen = x.phi[SENSORS][:, :MODES] * (1 + noise * rng.standard_normal((10, MODES)))
-        found = element_balance(frame.batches, frame.K, frame.M, seen, f, [dynamic(split, v) for v in f])
+        found = element_balance(
+            frame.batches, frame.K, frame.M, seen, f, [dynamic(split, v) for v in f]
+        )
         hits += int(np.argmax(found.stiffness) == e)
     assert hits >= 19 - 2 * (noise > 0)
 
 
 def test_the_energy_map_with_ten_sensors_has_the_element_among_its_first_three(frame, frame_maker):
-    """SEREP from eight modes smooths the jump of deformation, so the map is blunter than the force balance."""
+    """SEREP from eight modes smooths the jump of deformation, so the map is blunter than the force
+    balance."""
     T = serep(frame.phi[:, :8], SENSORS)
     places = []
     for e in range(20):
@@ -142,5 +162,11 @@ def test_bad_input_is_named(frame):
         energy_comparison(frame.K, frame.M, gap, gap)
     split = partition(frame.K, frame.M, SENSORS)
     with pytest.raises(InputError, match="one each"):
-        element_balance(frame.batches, frame.K, frame.M, frame.phi[SENSORS][:, :2], frame.frequency[:2],
-                        [dynamic(split, 5.0)])
+        element_balance(
+            frame.batches,
+            frame.K,
+            frame.M,
+            frame.phi[SENSORS][:, :2],
+            frame.frequency[:2],
+            [dynamic(split, 5.0)],
+        )

@@ -1,4 +1,5 @@
-"""A real footbridge (smu-modal-data): 946 DOFs from another FE program, 58 sensors, 5 measured modes."""
+"""A real footbridge (smu-modal-data): 946 DOFs from another FE program, 58 sensors, 5 measured
+modes."""
 
 import os
 from pathlib import Path
@@ -13,18 +14,30 @@ from cvxupdate.correlate import correlation, off_diagonal
 from cvxupdate.reduction import guyan, irs, partition, reduced_modes, serep, visibility
 
 FOLDER = Path(os.environ.get("CVXUPDATE_DATA", "")) / "smu-modal-data"
-pytestmark = pytest.mark.skipif(not os.environ.get("CVXUPDATE_DATA") or not FOLDER.is_dir(),
-                                reason="smu-modal-data is not under CVXUPDATE_DATA")
+pytestmark = pytest.mark.skipif(
+    not os.environ.get("CVXUPDATE_DATA") or not FOLDER.is_dir(),
+    reason="smu-modal-data is not under CVXUPDATE_DATA",
+)
 
 
 @pytest.fixture(scope="module")
 def bridge():
-    model, test = loadmat(FOLDER / "SteelPedestrianBridgeExp.mat"), loadmat(FOLDER / "ExpModeInfo_FEM.mat")
+    model, test = (
+        loadmat(FOLDER / "SteelPedestrianBridgeExp.mat"),
+        loadmat(FOLDER / "ExpModeInfo_FEM.mat"),
+    )
     K, M = (sparse.csc_matrix(model[name]) for name in ("K_whole", "M0"))
     K, M = (K + K.T) / 2, (M + M.T) / 2
     value, phi = eigsh(K, 12, M, sigma=0.0, v0=np.ones(K.shape[0]))
-    return (K, M, np.sqrt(value) / (2 * np.pi), phi, model["measDOFs"].ravel().astype(int) - 1,
-            np.sqrt(test["lambdaExp"].ravel()) / (2 * np.pi), test["psiExp_m"])
+    return (
+        K,
+        M,
+        np.sqrt(value) / (2 * np.pi),
+        phi,
+        model["measDOFs"].ravel().astype(int) - 1,
+        np.sqrt(test["lambdaExp"].ravel()) / (2 * np.pi),
+        test["psiExp_m"],
+    )
 
 
 def test_first_errors_of_the_footbridge(bridge):

@@ -7,7 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cvxupdate.correlate import fdac, frac, frequency_errors, frequency_scatter, frf_correlation, frf_error, frf_errors, mac
+from cvxupdate.correlate import (
+    fdac,
+    frac,
+    frequency_errors,
+    frequency_scatter,
+    frf_correlation,
+    frf_error,
+    frf_errors,
+    mac,
+)
 from cvxupdate.errors import InputError
 
 
@@ -39,13 +48,16 @@ def test_fdac_is_the_mac_of_response_shapes_on_two_axes():
 
 
 def test_the_ridge_of_fdac_shows_the_shift_of_frequency():
-    """A model that is 10 % too stiff everywhere: its responses at √1.1 f have the measured shapes at f."""
+    """A model that is 10 % too stiff everywhere: its responses at √1.1 f have the measured shapes
+    at f."""
     k = 1e4 * np.array([[3.0, -1, 0], [-1, 2.5, -1.5], [0, -1.5, 1.5]])
     m = np.diag([1.0, 2.0, 1.5])
     f = np.linspace(5, 60, 111)
 
     def H(factor):
-        return np.array([np.linalg.inv(factor * k * (1 + 0.02j) - (2 * np.pi * v) ** 2 * m)[:, :1] for v in f])
+        return np.array(
+            [np.linalg.inv(factor * k * (1 + 0.02j) - (2 * np.pi * v) ** 2 * m)[:, :1] for v in f]
+        )
 
     both = fdac(H(1.1), H(1.0))[:, :, 0]
     for j in (10, 40, 70):
@@ -78,7 +90,9 @@ def test_frequency_errors_and_scatter():
     assert np.allclose(frequency_errors(fa, fx, "model"), [100 / 11, -200 / 18])
     assert frequency_scatter(fa, fx) == pytest.approx(100 * np.sqrt(5 / 500))
     assert frequency_scatter(fa, fx, "model") == pytest.approx(100 * np.sqrt(5 / (121 + 324)))
-    assert np.allclose(frequency_errors(1.07 * fx, fx), 7.0) and frequency_scatter(1.07 * fx, fx) == pytest.approx(7.0)
+    assert np.allclose(frequency_errors(1.07 * fx, fx), 7.0) and frequency_scatter(
+        1.07 * fx, fx
+    ) == pytest.approx(7.0)
 
 
 def test_bad_input_is_named():

@@ -17,7 +17,9 @@ def shapes(seed: int, dofs: int = 9, modes: int = 4, complex_: bool = True) -> n
 
 @given(st.integers(0, 10_000), st.floats(1e-6, 1e6), st.floats(-np.pi, np.pi))
 @settings(max_examples=60, deadline=None)
-def test_mac_is_one_for_a_scaled_rotated_copy_and_bounded(seed: int, scale: float, phase: float) -> None:
+def test_mac_is_one_for_a_scaled_rotated_copy_and_bounded(
+    seed: int, scale: float, phase: float
+) -> None:
     phi = shapes(seed)
     factor = scale * np.exp(1j * phase)
     macs = mac(phi, phi * factor)
@@ -30,7 +32,9 @@ def test_mac_is_one_for_a_scaled_rotated_copy_and_bounded(seed: int, scale: floa
 
 
 def test_a_plain_square_would_fail_here() -> None:
-    circle = np.array([1.0, 1.0j])  # φᵀφ = 0: the unconjugated product of the vector with itself vanishes
+    circle = np.array(
+        [1.0, 1.0j]
+    )  # φᵀφ = 0: the unconjugated product of the vector with itself vanishes
     assert mac(circle, circle)[0, 0] == pytest.approx(1.0)
     assert mac(circle, circle.conj())[0, 0] == pytest.approx(0.0)
 

@@ -63,13 +63,15 @@ def test_the_four_pseudo_orthogonality_checks(frame):
     x = noisy(a) * np.array([1.0, 4.0, 0.1, 2.0, 7.0])
     some = pseudo_orthogonality(a, x, frame.M)
     assert np.allclose(some.raw, np.diag(np.sqrt(np.diag(x.T @ (frame.M @ x)))) @ some.normalised)
-    # Scored by the mass that they themselves improved, the measured vectors lean to themselves: ε₄ = E⁻¹ ε₃.
+    # Scored by the mass that they themselves improved, the measured vectors lean to themselves: ε₄
+    # = E⁻¹ ε₃.
     E = mass_orthogonality(x, frame.M)
     assert np.allclose(some.normalised_improved, np.linalg.solve(E, some.normalised), atol=1e-8)
 
 
 def test_reduced_pseudo_orthogonality_equals_the_full_one_without_a_mass_matrix(frame):
-    """O'Callahan (1995): full space with expanded shapes, reduced mass at the sensors, and no mass at all: one number."""
+    """O'Callahan (1995): full space with expanded shapes, reduced mass at the sensors, and no mass
+    at all: one number."""
     a = frame.phi[:, :6]
     x = noisy(a)[SENSORS][:, :4]
     T = serep(a, SENSORS)
@@ -81,7 +83,10 @@ def test_reduced_pseudo_orthogonality_equals_the_full_one_without_a_mass_matrix(
     gap = x.copy()
     gap[3, 1] = np.nan
     rows = np.delete(np.arange(10), 3)
-    assert np.allclose(reduced_pseudo_orthogonality(a[SENSORS], gap)[:, 1], np.linalg.pinv(a[SENSORS[rows]]) @ x[rows, 1])
+    assert np.allclose(
+        reduced_pseudo_orthogonality(a[SENSORS], gap)[:, 1],
+        np.linalg.pinv(a[SENSORS[rows]]) @ x[rows, 1],
+    )
     with pytest.raises(InputError, match="keep fewer"):
         reduced_pseudo_orthogonality(frame.phi[SENSORS[:3]][:, :4], x[:3])
 
@@ -90,11 +95,14 @@ def frf(frame, sensors, references, lines, eta):
     omega2 = (2 * np.pi * lines) ** 2
     value = (2 * np.pi * frame.frequency) ** 2
     modal = 1 / (value[None, :] * (1 + 1j * eta) - omega2[:, None])
-    return np.einsum("ir,lr,jr->lij", frame.phi[sensors], modal, frame.phi[references])  # all flexible modes
+    return np.einsum(
+        "ir,lr,jr->lij", frame.phi[sensors], modal, frame.phi[references]
+    )  # all flexible modes
 
 
 def test_reciprocal_vectors_from_frfs_alone(frame):
-    """Right shapes are orthogonal to them, with structural damping, for any reference; one wrong shape shows by itself."""
+    """Right shapes are orthogonal to them, with structural damping, for any reference; one wrong
+    shape shows by itself."""
     lines = np.linspace(20, 300, 400)
     eta = 0.01
     H = frf(frame, SENSORS, SENSORS[[0, 4]], lines, eta)
@@ -116,7 +124,9 @@ def test_reciprocal_vectors_from_frfs_alone(frame):
     rest = seen.orthogonality - np.eye(5)
     worst = np.unravel_index(np.argmax(np.abs(rest)), rest.shape)
     assert worst == (4, 2) and rest[4, 2] > 0.3
-    without = reciprocal_vectors(lines, H, phi, f)  # Imregun & Ewins's point: leaving the damping out costs
+    without = reciprocal_vectors(
+        lines, H, phi, f
+    )  # Imregun & Ewins's point: leaving the damping out costs
     assert np.all(without.fit > 3 * good.fit)
 
 
@@ -125,7 +135,9 @@ def test_reciprocal_vectors_with_noise(frame):
     H = frf(frame, SENSORS, SENSORS[[0, 4]], lines, 0.01)
     rng = np.random.default_rng(0)
     H = H * (1 + 0.01 * (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape)))
-    out = reciprocal_vectors(lines, H, frame.phi[SENSORS][:, :5], frame.frequency[:5], np.full(5, 0.01), rcond=1e-3)
+    out = reciprocal_vectors(
+        lines, H, frame.phi[SENSORS][:, :5], frame.frequency[:5], np.full(5, 0.01), rcond=1e-3
+    )
     assert off_diagonal(out.orthogonality) < 0.1
 
 
@@ -137,6 +149,8 @@ def test_bad_input_is_named(frame):
     with pytest.raises(ModelError, match="not positive"):
         mass_orthogonality(np.zeros((frame.size, 1)), frame.M)
     with pytest.raises(InputError, match="quantity"):
-        reciprocal_vectors(np.ones(3), np.ones((3, 2)), np.ones((2, 1)), np.ones(1), quantity="strain")
+        reciprocal_vectors(
+            np.ones(3), np.ones((3, 2)), np.ones((2, 1)), np.ones(1), quantity="strain"
+        )
     with pytest.raises(InputError, match="do not agree"):
         reciprocal_vectors(np.ones(3), np.ones((3, 2)), np.ones((4, 1)), np.ones(1))

@@ -21,7 +21,9 @@ def test_a_shuffled_scaled_subset_is_found_again(seed: int) -> None:
     pairs = pair_modes(phi, measured)
     assert np.array_equal(pairs.model, order) and np.array_equal(pairs.measured, np.arange(5))
     assert np.allclose(pairs.mac, 1.0)
-    assert pairs.unpaired.size == 0 and set(pairs.unpaired_model) == set(range(8)) - set(order.tolist())
+    assert pairs.unpaired.size == 0 and set(pairs.unpaired_model) == set(range(8)) - set(
+        order.tolist()
+    )
 
 
 @given(st.integers(0, 10_000))
@@ -41,7 +43,8 @@ def test_greedy_pairing_would_lose_a_mode() -> None:
     def at(*degrees: float) -> np.ndarray:
         return np.array([np.cos(np.deg2rad(degrees)), np.sin(np.deg2rad(degrees))])
 
-    # MACs [[0.98, 0.82], [0.96, 0.50]]: the best single pair leaves the other two below the threshold.
+    # MACs [[0.98, 0.82], [0.96, 0.50]]: the best single pair leaves the other two below the
+    # threshold.
     pairs = pair_modes(at(0.0, 20.0), at(9.0, -25.0), threshold=0.6)
     assert pairs.model.tolist() == [1, 0] and pairs.unpaired.size == 0
 
@@ -59,7 +62,9 @@ def test_of_equal_shapes_the_nearer_frequency_wins() -> None:
     x = np.array([[1.0], [1.001]])
     near = pair_modes(a, x, np.array([10.0, 90.0]), np.array([11.0]))
     assert near.model.tolist() == [0]
-    assert pair_modes(a, x, np.array([10.0, 90.0]), np.array([11.0]), frequency_weight=0.0).model.tolist() == [1]
+    assert pair_modes(
+        a, x, np.array([10.0, 90.0]), np.array([11.0]), frequency_weight=0.0
+    ).model.tolist() == [1]
     assert pair_modes(a, x, np.array([0.0, 90.0]), np.array([0.0])).model.tolist() == [0]
 
 
@@ -71,8 +76,9 @@ def test_pairing_by_frequency_does_not_depend_on_the_order(seed: int) -> None:
     std = rng.uniform(0.1, 2, 6)
     pa, px = rng.permutation(9), rng.permutation(6)
     first, second = pair_frequencies(fa, fx, std), pair_frequencies(fa[pa], fx[px], std[px])
-    assert {(i, j) for i, j in zip(first.model, first.measured, strict=True)} == \
-        {(pa[i], px[j]) for i, j in zip(second.model, second.measured, strict=True)}
+    assert {(i, j) for i, j in zip(first.model, first.measured, strict=True)} == {
+        (pa[i], px[j]) for i, j in zip(second.model, second.measured, strict=True)
+    }
     assert len(first) == 6 and np.all(np.isnan(first.mac))
 
 

@@ -53,15 +53,27 @@ def dense(model, frequency, responses, references, zeta=None):
         V = M @ modes.shapes
         C = C + (V * (2 * zeta * np.sqrt(modes.eigenvalues))) @ V.T
     w = 2 * np.pi * frequency
-    return np.array([np.linalg.inv(K + 1j * D + 1j * v * C - v**2 * M)[np.ix_(responses, references)] for v in w])
+    return np.array(
+        [
+            np.linalg.inv(K + 1j * D + 1j * v * C - v**2 * M)[np.ix_(responses, references)]
+            for v in w
+        ]
+    )
 
 
-@pytest.mark.parametrize(("more", "c", "zeta"), [
-    (SUPPORT + '[model.damping]\nkind = "structural"\neta = 0.01', 0.0, None),
-    (SUPPORT + '[model.damping]\nkind = "rayleigh"\nalpha = 1.0\nbeta = 1e-6', 3.0, None),
-    (SUPPORT + '[model.damping]\nkind = "modal"\nzeta = 0.005', 0.0, 0.005),
-    ('[model.damping]\nkind = "structural"\neta = 0.02', 0.5, None),  # free: three… two rigid-body modes in the plane
-])
+@pytest.mark.parametrize(
+    ("more", "c", "zeta"),
+    [
+        (SUPPORT + '[model.damping]\nkind = "structural"\neta = 0.01', 0.0, None),
+        (SUPPORT + '[model.damping]\nkind = "rayleigh"\nalpha = 1.0\nbeta = 1e-6', 3.0, None),
+        (SUPPORT + '[model.damping]\nkind = "modal"\nzeta = 0.005', 0.0, 0.005),
+        (
+            '[model.damping]\nkind = "structural"\neta = 0.02',
+            0.5,
+            None,
+        ),  # free: three… two rigid-body modes in the plane
+    ],
+)
 def test_agrees_with_dense_inversion(tmp_path, more, c, zeta):
     model = beam(tmp_path, more, c)
     assert model.size > room.WHOLE  # or nothing would be truncated
@@ -71,8 +83,12 @@ def test_agrees_with_dense_inversion(tmp_path, more, c, zeta):
     H, exact = model_frf(model, f, where, where[:3]), dense(model, f, where, where[:3], zeta)
     assert np.linalg.norm(H - exact) < 2e-4 * np.linalg.norm(exact)
     antiresonance = np.abs(exact) < 0.02 * np.abs(exact).max(axis=0)
-    assert np.median(np.abs(H - exact)[antiresonance] / np.abs(exact)[antiresonance]) < 1e-3  # the static corrections hold them in place
-    assert np.allclose(H[:, :3], H[:, :3].transpose(0, 2, 1), rtol=1e-9, atol=1e-12 * np.abs(H).max())  # reciprocity
+    assert (
+        np.median(np.abs(H - exact)[antiresonance] / np.abs(exact)[antiresonance]) < 1e-3
+    )  # the static corrections hold them in place
+    assert np.allclose(
+        H[:, :3], H[:, :3].transpose(0, 2, 1), rtol=1e-9, atol=1e-12 * np.abs(H).max()
+    )  # reciprocity
 
 
 def test_quantities_held_dofs_and_bad_words(tmp_path):

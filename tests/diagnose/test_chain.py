@@ -1,4 +1,5 @@
-"""Chains made here, with seeded noise and scatter: what is concealed is found and sized, and nothing is found where nothing is."""
+"""Chains made here, with seeded noise and scatter: what is concealed is found and sized, and
+nothing is found where nothing is."""
 
 from __future__ import annotations
 
@@ -39,29 +40,44 @@ def test_added_mass_is_found_and_sized(chain, lab, measure):
 
 
 def test_half_of_the_recordings_chooses_the_true_word(chain, lab, measure):
-    """Stability selection: a seeded resampling of frequencies and sensors lets the true lump in nearly always, a far one seldom."""
+    """Stability selection: a seeded resampling of frequencies and sensors lets the true lump in
+    nearly always, a far one seldom."""
     found = diagnose(chain, *measured(measure, lab(m=(0, 0.06, 0, 0))))
-    often = {(c["physics"], tuple(c["location"]["nodes"])): c["stability"] for c in found.candidates if c.get("stability") is not None}
+    often = {
+        (c["physics"], tuple(c["location"]["nodes"])): c["stability"]
+        for c in found.candidates
+        if c.get("stability") is not None
+    }
     assert often[("added_mass", (2,))] >= 0.7 and often.get(("added_mass", (4,)), 0.0) <= 0.5
 
 
 def test_dashpot_is_found_and_sized(chain, lab, measure):
     found = diagnose(chain, *measured(measure, lab(c=(0, 0, 9.0, 0))))
-    assert found.verdict == "missing_physics" and found.findings[0].physics == "viscous_damper" and found.findings[0].place.nodes == (2, 3)
+    assert (
+        found.verdict == "missing_physics"
+        and found.findings[0].physics == "viscous_damper"
+        and found.findings[0].place.nodes == (2, 3)
+    )
     assert found.findings[0].parameters["c"] == pytest.approx(9.0, rel=0.15)
     assert halved(found)
 
 
 @pytest.mark.parametrize("seed", [21, 31])
 def test_nothing_is_found_where_nothing_is(chain, lab, measure, seed):
-    found = diagnose(chain, measure(lab(), 4, seed=seed), measure(lab(), 1, "hold-out", seed=seed + 1))
+    found = diagnose(
+        chain, measure(lab(), 4, seed=seed), measure(lab(), 1, "hold-out", seed=seed + 1)
+    )
     assert found.verdict == "consistent" and found.findings == ()
 
 
 def test_a_soft_group_is_a_parameter_error(chain, lab, measure):
     found = diagnose(chain, *measured(measure, lab(k=(1, 1, 0.88, 1))))
     first = found.findings[0]
-    assert found.verdict == "parameter_error" and first.physics == "stiffness_change" and first.place.groups == ("spring 3",)
+    assert (
+        found.verdict == "parameter_error"
+        and first.physics == "stiffness_change"
+        and first.place.groups == ("spring 3",)
+    )
     assert first.parameters["factor"] == pytest.approx(0.88, abs=0.03)
 
 
@@ -81,7 +97,9 @@ def test_responses_that_depend_on_the_level_get_no_linear_sentence(chain, lab, m
 
 
 def test_two_linear_runs_at_two_levels_are_linear(chain, lab, measure):
-    found = diagnose(chain, measure(lab(), 4, level=1.0, seed=13), measure(lab(), 4, level=5.0, seed=14))
+    found = diagnose(
+        chain, measure(lab(), 4, level=1.0, seed=13), measure(lab(), 4, level=5.0, seed=14)
+    )
     assert found.verdict == "consistent"
 
 
@@ -104,27 +122,52 @@ def test_files_hold_no_nan_and_the_contract_s_keys(chain, lab, measure):
     files, payload = diagnosis_files(found, chain[0])
     data = json.loads(payload, parse_constant=lambda name: pytest.fail(name))
     assert set(data) >= {"verdict", "findings", "candidates", "fit", "metrics", "evidence"}
-    assert set(data["findings"][0]) == {"physics", "location", "parameters", "standard_deviation", "confidence", "equivalent", "says"}
+    assert set(data["findings"][0]) == {
+        "physics",
+        "location",
+        "parameters",
+        "standard_deviation",
+        "confidence",
+        "equivalent",
+        "says",
+    }
     assert files["diagnosis.json"] == payload
     page = files["report.html"]
-    assert found.says.split(".")[0] in page and page.count("<svg") == 6 and "<script" not in page and "http" not in page.replace("http://www.w3.org", "")
+    assert (
+        found.says.split(".")[0] in page
+        and page.count("<svg") == 6
+        and "<script" not in page
+        and "http" not in page.replace("http://www.w3.org", "")
+    )
 
 
 def test_two_effects_are_both_found(chain, lab, measure):
     found = diagnose(chain, *measured(measure, lab(m=(0, 0.25, 0, 0), c=(0, 0, 0, 6.0))))
-    assert [(f.physics, f.place.nodes) for f in found.findings] == [("added_mass", (2,)), ("viscous_damper", (3, 4))]
+    assert [(f.physics, f.place.nodes) for f in found.findings] == [
+        ("added_mass", (2,)),
+        ("viscous_damper", (3, 4)),
+    ]
     mass, damper = found.findings
-    assert mass.parameters["m"] == pytest.approx(0.25, rel=0.15) and damper.parameters["c"] == pytest.approx(6.0, rel=0.15)
+    assert mass.parameters["m"] == pytest.approx(0.25, rel=0.15) and damper.parameters[
+        "c"
+    ] == pytest.approx(6.0, rel=0.15)
 
 
-@pytest.mark.parametrize(("changes", "found_at"), [
-    ({"m": (0, 0.25, 0, 0.2)}, {("added_mass", (2,)): 0.25, ("added_mass", (4,)): 0.2}),
-    ({"m": (0.3, 0, 0.2, 0)}, {("added_mass", (1,)): 0.3, ("added_mass", (3,)): 0.2}),
-    ({"m": (0, 0, 0.2, 0.3)}, {("added_mass", (3,)): 0.2, ("added_mass", (4,)): 0.3})])
+@pytest.mark.parametrize(
+    ("changes", "found_at"),
+    [
+        ({"m": (0, 0.25, 0, 0.2)}, {("added_mass", (2,)): 0.25, ("added_mass", (4,)): 0.2}),
+        ({"m": (0.3, 0, 0.2, 0)}, {("added_mass", (1,)): 0.3, ("added_mass", (3,)): 0.2}),
+        ({"m": (0, 0, 0.2, 0.3)}, {("added_mass", (3,)): 0.2, ("added_mass", (4,)): 0.3}),
+    ],
+)
 def test_two_lumps_are_both_found(chain, lab, measure, changes, found_at):
-    """The best single lump is at neither place, or takes the other's share: only the search over pairs with exchange finds them."""
+    """The best single lump is at neither place, or takes the other's share: only the search over
+    pairs with exchange finds them."""
     found = diagnose(chain, *measured(measure, lab(**changes)))
-    assert {(f.physics, f.place.nodes): f.parameters["m"] for f in found.findings} == pytest.approx(found_at, rel=0.1)
+    assert {(f.physics, f.place.nodes): f.parameters["m"] for f in found.findings} == pytest.approx(
+        found_at, rel=0.1
+    )
     assert halved(found)
 
 
@@ -132,6 +175,11 @@ def test_a_calibrated_model_scatters_less(chain):
     """`[diagnose] scatter`: bounds and priors of the ordinary parameters shrink together."""
     _, model = chain
     usual, known = (ordinary(undamped(model), scatter=s) for s in (1.0, 0.1))
-    assert [q.upper for q in known.parameters] == pytest.approx([0.1 * q.upper for q in usual.parameters])
-    scales = [prior_scales(setting_for(m, model, (), 75.0, 5.0))[: len(m.parameters)] for m in (usual, known)]
+    assert [q.upper for q in known.parameters] == pytest.approx(
+        [0.1 * q.upper for q in usual.parameters]
+    )
+    scales = [
+        prior_scales(setting_for(m, model, (), 75.0, 5.0))[: len(m.parameters)]
+        for m in (usual, known)
+    ]
     assert scales[1] == pytest.approx(0.1 * scales[0])

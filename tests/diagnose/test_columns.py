@@ -1,4 +1,5 @@
-"""Columns of many candidates at a time are those of the models that grow from them, one by one; shares are those of the plain formula."""
+"""Columns of many candidates at a time are those of the models that grow from them, one by one;
+shares are those of the plain formula."""
 
 from __future__ import annotations
 
@@ -17,17 +18,29 @@ from cvxupdate.diagnose.signals import frf_lines, smooth
 from cvxupdate.physics import CATALOGUE
 from cvxupdate.physics.base import Context
 
-WORDS = ("stiffness_change", "added_mass", "grounding_spring", "viscous_damper", "structural_damping", "mass_proportional_damping",
-         "sensor_fault", "attached_resonator")
+WORDS = (
+    "stiffness_change",
+    "added_mass",
+    "grounding_spring",
+    "viscous_damper",
+    "structural_damping",
+    "mass_proportional_damping",
+    "sensor_fault",
+    "attached_resonator",
+)
 
 
 @pytest.fixture
 def scene(chain, lab, measure):
-    """(model of the file, ordinary model, signals, point, candidates) with two recordings, one of them smoothed more."""
+    """(model of the file, ordinary model, signals, point, candidates) with two recordings, one of
+    them smoothed more."""
     _, model = chain
     start = ordinary(undamped(model))
     m = start.matrices(start.zero())
-    signals = tuple(smooth(frf_lines(measure(lab(c=(0, 0, 9.0, 0)), k, seed=k)), e) for k, e in ((4, 0.03), (1, 0.1)))
+    signals = tuple(
+        smooth(frf_lines(measure(lab(c=(0, 0, 9.0, 0)), k, seed=k)), e)
+        for k, e in ((4, 0.03), (1, 0.1))
+    )
     sensors = tuple(dict.fromkeys(label for s in signals for label in s.sensors))
     context = Context(start, m.K, m.M, 75.0, 5.0, sensors, (), lambda node, kind: start, 0.005)
     candidates = [c for word in WORDS for c in CATALOGUE[word](context)]
@@ -43,14 +56,22 @@ def test_columns_are_those_of_the_models_that_grow(scene):
     for c, J in zip(candidates, columns_of(point, candidates), strict=True):
         if c.tuned is not None:
             continue
-        faults = () if c.channel is None else (Fault(c.channel, c.sensor, delay_unit(point), c.other),)
+        faults = (
+            () if c.channel is None else (Fault(c.channel, c.sensor, delay_unit(point), c.other),)
+        )
         setting = setting_for(start if faults else c.model, model, signals, 75.0, 5.0, faults)
         p = np.zeros(len(setting.columns))
         if c.sensor == "swap":
             p[-1] = -1.0  # nothing is exchanged yet
-        A = setting.evaluate(p).jacobian()[:, -1:] if faults else setting.evaluate(p).jacobian()[:, n : n + c.extra]
+        A = (
+            setting.evaluate(p).jacobian()[:, -1:]
+            if faults
+            else setting.evaluate(p).jacobian()[:, n : n + c.extra]
+        )
         wanted = weights[:, None] * A
-        np.testing.assert_allclose(J, wanted, rtol=1e-8, atol=1e-9 * max(np.abs(wanted).max(), 1e-300), err_msg=c.name)
+        np.testing.assert_allclose(
+            J, wanted, rtol=1e-8, atol=1e-9 * max(np.abs(wanted).max(), 1e-300), err_msg=c.name
+        )
         compared.add(c.physics)
     assert compared == set(WORDS) - {"attached_resonator"}
 
@@ -59,7 +80,9 @@ def test_a_hidden_oscillator_s_column_is_a_mass_where_its_spring_is_stiff(scene)
     """Far below its own frequency a mass on a spring is a mass."""
     *_, point, candidates = scene
     hidden = next(c for c in candidates if c.tuned is not None)
-    lump = next(c for c in candidates if c.physics == "added_mass" and c.place.nodes == hidden.place.nodes)
+    lump = next(
+        c for c in candidates if c.physics == "added_mass" and c.place.nodes == hidden.place.nodes
+    )
     stiff = replace(hidden, tuned=(hidden.tuned[0], 1e6, 0.0))
     a, b = columns_of(point, [stiff, lump])
     unit = lump.tangent[0][0].M[0, 0, 0]
@@ -82,12 +105,18 @@ def test_shares_are_those_of_the_plain_formula(scene):
             assert score.share == 0.0
             continue
         rest = left.residual - Jp @ best
-        assert score.share == pytest.approx(1.0 - rest @ rest / total, abs=1e-9), score.candidate.name
+        assert score.share == pytest.approx(1.0 - rest @ rest / total, abs=1e-9), (
+            score.candidate.name
+        )
 
 
 def test_pieces_make_no_difference(scene, monkeypatch):
     *_, point, candidates = scene
-    whole = {k: J for numbers, own in Columns(point).batches(dict(enumerate(candidates))) for k, J in zip(numbers, own.T, strict=True)}
+    whole = {
+        k: J
+        for numbers, own in Columns(point).batches(dict(enumerate(candidates)))
+        for k, J in zip(numbers, own.T, strict=True)
+    }
     monkeypatch.setattr("cvxupdate.diagnose.columns.ROOM", 1)
     for numbers, own in Columns(point).batches(dict(enumerate(candidates))):
         for k, J in zip(numbers, own.T, strict=True):

@@ -15,7 +15,13 @@ CASES = ROOT / "problems" / "concealed"
 
 
 def command(*arguments, cwd):
-    return subprocess.run([Path(sys.executable).parent / "cvxupdate", *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=300)
+    return subprocess.run(
+        [Path(sys.executable).parent / "cvxupdate", *map(str, arguments)],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
 
 
 def test_the_package_does_not_know_of_truth():
@@ -24,8 +30,10 @@ def test_the_package_does_not_know_of_truth():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("case", "physics", "nodes", "name", "value"),
-                         [("o05", "grounding_spring", [1], "k", 3500.0), ("o08", "viscous_damper", [2, 3], "c", 9.0)])
+@pytest.mark.parametrize(
+    ("case", "physics", "nodes", "name", "value"),
+    [("o05", "grounding_spring", [1], "k", 3500.0), ("o08", "viscous_damper", [2, 3], "c", 9.0)],
+)
 def test_concealed_cases(tmp_path, case, physics, nodes, name, value):
     """Also without truth.toml beside the problem: there is nothing to peep at."""
     shutil.copytree(CASES / case, tmp_path / case, ignore=shutil.ignore_patterns("truth.toml"))
@@ -37,7 +45,11 @@ def test_concealed_cases(tmp_path, case, physics, nodes, name, value):
     assert first["physics"] == physics and first["location"]["nodes"] == nodes
     assert first["parameters"][name] == pytest.approx(value, rel=0.25)
     assert data["fit"]["hold_out"]["after"] <= 0.5 * data["fit"]["hold_out"]["before"]
-    assert sorted(p.name for p in (tmp_path / "out" / case).iterdir()) == ["diagnosis.json", "report.html", "updated"]
+    assert sorted(p.name for p in (tmp_path / "out" / case).iterdir()) == [
+        "diagnosis.json",
+        "report.html",
+        "updated",
+    ]
     check = command("check", f"out/{case}/updated/problem.toml", cwd=tmp_path)
     assert check.returncode == 0, check.stderr
 
@@ -45,5 +57,9 @@ def test_concealed_cases(tmp_path, case, physics, nodes, name, value):
 def test_bad_input_writes_nothing(tmp_path):
     (tmp_path / "problem.toml").write_text("[model]\n", encoding="utf-8")
     done = command("diagnose", "problem.toml", cwd=tmp_path)
-    assert done.returncode == 2 and done.stderr.startswith("cvxupdate: ") and "Traceback" not in done.stderr
+    assert (
+        done.returncode == 2
+        and done.stderr.startswith("cvxupdate: ")
+        and "Traceback" not in done.stderr
+    )
     assert [p.name for p in tmp_path.iterdir()] == ["problem.toml"]

@@ -1,4 +1,5 @@
-"""The response of a model with modal damping, against dense inversion, and its derivatives, against differences."""
+"""The response of a model with modal damping, against dense inversion, and its derivatives, against
+differences."""
 
 from __future__ import annotations
 
@@ -35,8 +36,15 @@ def test_response_is_that_of_a_dense_solve(chain, lab, measure, further):
         C[1:3, 1:3] = 9.0 * np.array([[1, -1], [-1, 1]])
         D[0, 0] = 800.0
     phi = modes.shapes
-    response = respond(signal, modes, sensor_rows(model, signal.sensors), sensor_rows(model, signal.inputs), zeta,
-                       phi.T @ C @ phi if further else None, phi.T @ D @ phi if further else None)
+    response = respond(
+        signal,
+        modes,
+        sensor_rows(model, signal.sensors),
+        sensor_rows(model, signal.inputs),
+        zeta,
+        phi.T @ C @ phi if further else None,
+        phi.T @ D @ phi if further else None,
+    )
     modal = M @ phi @ np.diag(2 * zeta * np.sqrt(modes.eigenvalues)) @ phi.T @ M
     s = signal.s[:, None, None]
     dense = s**2 * np.linalg.inv(s**2 * M + s * (modal + C) + 1j * D + K)
@@ -57,17 +65,22 @@ FAULTS = (Fault("n2.x", "gain"), Fault("n2.x", "swap", other="n3.x"), Fault("n3.
 
 @pytest.mark.parametrize("zeta", [1e-9, ZETA])
 def test_derivatives_with_dashpot_damping_and_faults(chain, lab, measure, zeta):
-    """Every unknown: p-values of springs and floors, a dashpot, common and single damping ratios, a gain, an exchange, a delay.
+    """Every unknown: p-values of springs and floors, a dashpot, common and single damping ratios, a
+    gain, an exchange, a delay.
 
-    Modal damping is held while stiffness and mass move (its matrix follows the modes, the derivative does not): an error of the order of ζ that is
-    gone without modal damping. Everything else is exact with it, too.
+    Modal damping is held while stiffness and mass move (its matrix follows the modes, the
+    derivative does not): an error of the order of ζ that is gone without modal damping. Everything
+    else is exact with it, too.
     """
     _, model = chain
     start = ordinary(undamped(model))
     m = start.matrices(start.zero())
     context = Context(start, m.K, m.M, 75.0, 5.0, ("n1.x",), (), lambda node, kind: start, ZETA)
     damper = next(c for c in viscous_damper.candidates(context) if c.place.nodes == (2, 3))
-    signals = (signal_of(measure(lab(c=(0, 0, 9.0, 0)), 4)), signal_of(measure(lab(), 1, seed=2), 0.1))
+    signals = (
+        signal_of(measure(lab(c=(0, 0, 9.0, 0)), 4)),
+        signal_of(measure(lab(), 1, seed=2), 0.1),
+    )
     setting = setting_for(damper.model, model, signals, 75.0, 5.0, FAULTS)
     setting = replace(setting, zeta=np.full(setting.damped, zeta))
     rng = np.random.default_rng(4)
@@ -84,7 +97,9 @@ def test_derivatives_with_dashpot_damping_and_faults(chain, lab, measure, zeta):
         if zeta < 1e-6 and dashpot < j < dashpot + 2 + setting.damped:
             continue  # damping ratios of nothing have no derivative worth a comparison
         held = j < dashpot and zeta > 1e-6
-        assert np.linalg.norm(A[:, j] - wanted) < (2 * zeta if held else 2e-5) * np.linalg.norm(wanted), setting.columns[j]
+        assert np.linalg.norm(A[:, j] - wanted) < (2 * zeta if held else 2e-5) * np.linalg.norm(
+            wanted
+        ), setting.columns[j]
 
 
 def test_error_is_zero_for_the_truth_and_one_for_nothing(lab, measure):
@@ -95,14 +110,19 @@ def test_error_is_zero_for_the_truth_and_one_for_nothing(lab, measure):
 
 @pytest.mark.parametrize("exchanged", [True, False])
 def test_exchanged_channels_are_told_by_the_share_that_fits(chain, lab, measure, exchanged):
-    """An exchange is whole (p = 0, no error left) or none (p = −1): a fit on sound channels takes the share back to nothing."""
+    """An exchange is whole (p = 0, no error left) or none (p = −1): a fit on sound channels takes
+    the share back to nothing."""
     _, model = chain
-    nominal = replace(lab(), K=undamped(model).matrices().K.toarray(), M=undamped(model).matrices().M.toarray())
+    nominal = replace(
+        lab(), K=undamped(model).matrices().K.toarray(), M=undamped(model).matrices().M.toarray()
+    )
     recording = measure(nominal, 3, noise=1e-4)
     if exchanged:
         recording = replace(recording, H=recording.H[:, [0, 3, 2, 1]])
     signal = signal_of(recording)
-    setting = setting_for(undamped(model), model, (signal,), 75.0, 5.0, (Fault("n2.x", "swap", other="n4.x"),))
+    setting = setting_for(
+        undamped(model), model, (signal,), 75.0, 5.0, (Fault("n2.x", "swap", other="n4.x"),)
+    )
     point = setting.evaluate(np.zeros(len(setting.columns)))
     if exchanged:
         assert channel_errors((signal,), point.modelled()) < 1e-3
@@ -114,8 +134,22 @@ def test_exchanged_channels_are_told_by_the_share_that_fits(chain, lab, measure,
 def test_a_recording_without_the_other_channel_is_left_alone(chain, lab, measure):
     _, model = chain
     recording = measure(lab(), 3)
-    short = replace(recording, H=recording.H[:, :2], variance=recording.variance[:, :2], responses=recording.responses[:2])
-    setting = setting_for(undamped(model), model, (signal_of(short),), 75.0, 5.0, (Fault("n2.x", "swap", other="n4.x"),))
+    short = replace(
+        recording,
+        H=recording.H[:, :2],
+        variance=recording.variance[:, :2],
+        responses=recording.responses[:2],
+    )
+    setting = setting_for(
+        undamped(model),
+        model,
+        (signal_of(short),),
+        75.0,
+        5.0,
+        (Fault("n2.x", "swap", other="n4.x"),),
+    )
     plain = replace(setting, faults=())
-    np.testing.assert_array_equal(setting.evaluate(np.zeros(len(setting.columns))).modelled()[0],
-                                  plain.evaluate(np.zeros(len(plain.columns))).modelled()[0])
+    np.testing.assert_array_equal(
+        setting.evaluate(np.zeros(len(setting.columns))).modelled()[0],
+        plain.evaluate(np.zeros(len(plain.columns))).modelled()[0],
+    )

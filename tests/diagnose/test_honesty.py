@@ -1,4 +1,5 @@
-"""What the recordings cannot tell is not told: twins by symmetry, one sensor and one mode, a difference that no word describes."""
+"""What the recordings cannot tell is not told: twins by symmetry, one sensor and one mode, a
+difference that no word describes."""
 
 from __future__ import annotations
 
@@ -20,11 +21,14 @@ nodes = [{ id = 1, x = 0.0 }, { id = 2, x = 1.0 }, { id = 3, x = 2.0 }]
 [[model.elements]]
 type = "spring"
 dof = "x"
-rows = [{ id = 101, nodes = [1], k = 5.0e4, group = "springs" }, { id = 102, nodes = [1, 2], k = 4.0e4, group = "springs" },
-        { id = 103, nodes = [2, 3], k = 4.0e4, group = "springs" }, { id = 104, nodes = [3], k = 5.0e4, group = "springs" }]
+rows = [{ id = 101, nodes = [1], k = 5.0e4, group = "springs" },
+        { id = 102, nodes = [1, 2], k = 4.0e4, group = "springs" },
+        { id = 103, nodes = [2, 3], k = 4.0e4, group = "springs" },
+            { id = 104, nodes = [3], k = 5.0e4, group = "springs" }]
 [[model.elements]]
 type = "mass"
-rows = [{ id = 201, nodes = [1], m = 1.5, group = "floors" }, { id = 202, nodes = [2], m = 2.0, group = "floors" },
+rows = [{ id = 201, nodes = [1], m = 1.5, group = "floors" },
+        { id = 202, nodes = [2], m = 2.0, group = "floors" },
         { id = 203, nodes = [3], m = 1.5, group = "floors" }]
 [model.damping]
 kind = "modal"
@@ -36,9 +40,20 @@ def record(H, frequency, sensors, reference, use="fit", seed=1, noise=0.003):
     """FRFs (lines, sensors, 1) with complex noise of known variance."""
     rng = np.random.default_rng(seed)
     std = noise * np.sqrt(np.mean(np.abs(H) ** 2, axis=0, keepdims=True)) + np.zeros(H.shape)
-    seen = H + std * (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape)) / np.sqrt(2.0)
+    seen = H + std * (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape)) / np.sqrt(
+        2.0
+    )
     channels = tuple(Channel(n, "x", "displacement") for n in sensors)
-    return FrequencyResponse(Origin(f"frf {seed}", "test", use), frequency, seen, "displacement", channels, (Channel(reference, "x", "force"),), std**2, None)
+    return FrequencyResponse(
+        Origin(f"frf {seed}", "test", use),
+        frequency,
+        seen,
+        "displacement",
+        channels,
+        (Channel(reference, "x", "force"),),
+        std**2,
+        None,
+    )
 
 
 def receptance(K, M, frequency, zeta=0.006):
@@ -51,31 +66,42 @@ def receptance(K, M, frequency, zeta=0.006):
 
 
 def test_twins_by_symmetry_are_named_together(tmp_path):
-    """A lump at one end, seen and driven in the middle only: the other end would do exactly as well."""
+    """A lump at one end, seen and driven in the middle only: the other end would do exactly as
+    well."""
     (tmp_path / "problem.toml").write_text(TWINS, encoding="utf-8")
     spec = load_problem(tmp_path / "problem.toml")
     K = np.array([[9.0, -4.0, 0.0], [-4.0, 8.0, -4.0], [0.0, -4.0, 9.0]]) * 1e4
     f = np.arange(8.0, 60.0, 0.08)
     H = receptance(K, np.diag([1.5 + 0.3, 2.0, 1.5]), f)[:, 1:2, 1:2]
-    found = diagnose_problem(spec, build_model(spec), [record(H, f, [2], 2, seed=5), record(H, f, [2], 2, "hold-out", seed=6)])
-    named = {(f.physics, f.place.nodes) for f in found.findings} | {(w, p.nodes) for f in found.findings for w, p in f.equivalent}
+    found = diagnose_problem(
+        spec,
+        build_model(spec),
+        [record(H, f, [2], 2, seed=5), record(H, f, [2], 2, "hold-out", seed=6)],
+    )
+    named = {(f.physics, f.place.nodes) for f in found.findings} | {
+        (w, p.nodes) for f in found.findings for w, p in f.equivalent
+    }
     assert found.verdict == "undetermined" or {("added_mass", (1,)), ("added_mass", (3,))} <= named
     assert all(f.confidence <= 0.67 for f in found.findings)
 
 
 def test_one_sensor_and_one_mode_do_not_tell_a_mass_from_a_spring(chain, lab):
-    """Near the first mode alone nearly everything moves one peak: no sure sentence, or many equivalents."""
+    """Near the first mode alone nearly everything moves one peak: no sure sentence, or many
+    equivalents."""
     real = lab(m=(0, 0.35, 0, 0))
     f = np.arange(9.0, 14.0, 0.01)
     H = receptance(real.K, real.M, f, 0.005)[:, 3:4, 3:4]
     spec, model = chain
-    found = diagnose_problem(spec, model, [record(H, f, [4], 4, seed=7), record(H, f, [4], 4, "hold-out", seed=8)])
+    found = diagnose_problem(
+        spec, model, [record(H, f, [4], 4, seed=7), record(H, f, [4], 4, "hold-out", seed=8)]
+    )
     assert all(f.confidence < 0.5 or f.equivalent for f in found.findings)
 
 
 @pytest.mark.parametrize("k", [6.0e3, 2.0e4])
 def test_a_tie_across_the_structure_is_in_no_word(chain, lab, k):
-    """A spring from floor 1 to floor 4, which are no neighbours: nothing sure may be said of any one place."""
+    """A spring from floor 1 to floor 4, which are no neighbours: nothing sure may be said of any
+    one place."""
     bare = lab()
     tie = np.zeros((4, 4))
     tie[np.ix_([0, 3], [0, 3])] = k * np.array([[1.0, -1.0], [-1.0, 1.0]])
@@ -83,5 +109,14 @@ def test_a_tie_across_the_structure_is_in_no_word(chain, lab, k):
     f = np.arange(5.0, 75.0, 0.1)
     H = receptance(real.K, real.M, f, 0.005)
     spec, model = chain
-    found = diagnose_problem(spec, model, [record(H[:, :, 3:4], f, [1, 2, 3, 4], 4, seed=9), record(H[:, :, :1], f, [1, 2, 3, 4], 1, "hold-out", seed=10)])
-    assert found.verdict == "undetermined" or all(x.confidence < 0.5 for x in found.findings), [(x.says, x.confidence) for x in found.findings]
+    found = diagnose_problem(
+        spec,
+        model,
+        [
+            record(H[:, :, 3:4], f, [1, 2, 3, 4], 4, seed=9),
+            record(H[:, :, :1], f, [1, 2, 3, 4], 1, "hold-out", seed=10),
+        ],
+    )
+    assert found.verdict == "undetermined" or all(x.confidence < 0.5 for x in found.findings), [
+        (x.says, x.confidence) for x in found.findings
+    ]

@@ -1,4 +1,5 @@
-"""Tables of modes: a support is found where it stands however stiff, repeats are held out, and nothing is found where nothing is."""
+"""Tables of modes: a support is found where it stands however stiff, repeats are held out, and
+nothing is found where nothing is."""
 
 from __future__ import annotations
 
@@ -20,7 +21,9 @@ from cvxupdate.recordings.types import ModeTable, Origin
 from cvxupdate.spec import load_problem
 from cvxupdate.study import correlate, diagnose, run
 
-NODES = np.cumsum([0.0, 0.03, 0.034, 0.028, 0.031, 0.036, 0.03, 0.033, 0.029, 0.035, 0.032, 0.03, 0.034])  # unequal spans
+NODES = np.cumsum(
+    [0.0, 0.03, 0.034, 0.028, 0.031, 0.036, 0.03, 0.033, 0.029, 0.035, 0.032, 0.03, 0.034]
+)  # unequal spans
 BAR = """
 title = "Cantilever"
 [model]
@@ -52,7 +55,10 @@ rows = [{rows}]
 
 def text(rows="{ frequency = 10.0 }", extra="", E="207e9", hold=""):
     nodes = ", ".join(f"{{ id = {i + 1}, x = {x:.6g} }}" for i, x in enumerate(NODES))
-    elements = ", ".join(f'{{ id = {i + 1}, nodes = [{i + 1}, {i + 2}], group = "bar" }}' for i in range(len(NODES) - 1))
+    elements = ", ".join(
+        f'{{ id = {i + 1}, nodes = [{i + 1}, {i + 2}], group = "bar" }}'
+        for i in range(len(NODES) - 1)
+    )
     return BAR.format(nodes=nodes, elements=elements, rows=rows, extra=extra, E=E, hold=hold)
 
 
@@ -64,15 +70,24 @@ def load(folder, content):
 
 
 def rows_of(f):
-    return ", ".join(f"{{ frequency = {v:.8g}, frequency_std = {1e-3 * v:.3g}, mode = {i + 1} }}" for i, v in enumerate(f))
+    return ", ".join(
+        f"{{ frequency = {v:.8g}, frequency_std = {1e-3 * v:.3g}, mode = {i + 1} }}"
+        for i, v in enumerate(f)
+    )
 
 
 def problem(folder, extra, modes=4, again=True):
-    """The bare cantilever against the frequencies of one with ``extra`` elements and 0.7 % less E; the same modes, measured again, held out."""
+    """The bare cantilever against the frequencies of one with ``extra`` elements and 0.7 % less E;
+    the same modes, measured again, held out."""
     _, real = load(folder, text(extra=extra, E="205.5e9"))
     f = model_modes(real, modes).frequencies[:modes]
     rng = np.random.default_rng(3)
-    hold = f'[[recordings]]\nkind = "modes"\nuse = "hold-out"\nrows = [{rows_of(f * (1 + 3e-4 * rng.standard_normal(modes)))}]\n' if again else ""
+    hold = (
+        '[[recordings]]\nkind = "modes"\nuse = "hold-out"\nrows = '
+        f"[{rows_of(f * (1 + 3e-4 * rng.standard_normal(modes)))}]\n"
+        if again
+        else ""
+    )
     return load(folder, text(rows_of(f * (1 + 3e-4 * rng.standard_normal(modes))), hold=hold))
 
 
@@ -84,20 +99,35 @@ def diagnosed(folder, extra, modes=4, again=True):
 
 @pytest.mark.parametrize(("node", "k"), [(5, 3e4), (8, 2e6), (10, 1e9)])
 def test_a_support_is_found_from_soft_to_rigid(tmp_path, node, k):
-    spring = f'[[model.elements]]\ntype = "spring"\ndof = "z"\nrows = [{{ id = 90, nodes = [{node}], k = {k} }}]'
+    spring = (
+        f'[[model.elements]]\ntype = "spring"\ndof = "z"\nrows = [{{ id = 90, nodes = [{node}], k '
+        f"= {k} }}]"
+    )
     said = diagnosed(tmp_path, spring)
     first = said["findings"][0]
-    assert first["physics"] == "grounding_spring" and first["location"]["nodes"] == [node] and first["location"]["dof"] == "z"
+    assert (
+        first["physics"] == "grounding_spring"
+        and first["location"]["nodes"] == [node]
+        and first["location"]["dof"] == "z"
+    )
     if k < 1e9:  # a rigid support's stiffness has no upper limit
         assert first["parameters"]["k"] == pytest.approx(k, rel=0.25)
-    assert said["fit"]["hold_out"]["after"] < 0.1 * said["fit"]["hold_out"]["before"], "repeats of fitted modes are scored"
+    assert said["fit"]["hold_out"]["after"] < 0.1 * said["fit"]["hold_out"]["before"], (
+        "repeats of fitted modes are scored"
+    )
 
 
 def test_a_heavy_lump_is_found(tmp_path):
     """Twice the mass of the bar's last third: far from small."""
-    said = diagnosed(tmp_path, '[[model.elements]]\ntype = "mass"\nrows = [{ id = 90, nodes = [11], m = 0.35 }]')
+    said = diagnosed(
+        tmp_path, '[[model.elements]]\ntype = "mass"\nrows = [{ id = 90, nodes = [11], m = 0.35 }]'
+    )
     first = said["findings"][0]
-    assert first["physics"] == "added_mass" and first["location"]["nodes"] == [11] and first["parameters"]["m"] == pytest.approx(0.35, rel=0.1)
+    assert (
+        first["physics"] == "added_mass"
+        and first["location"]["nodes"] == [11]
+        and first["parameters"]["m"] == pytest.approx(0.35, rel=0.1)
+    )
 
 
 def test_nothing_is_found_in_the_same_bar(tmp_path):
@@ -106,8 +136,11 @@ def test_nothing_is_found_in_the_same_bar(tmp_path):
 
 
 def test_what_is_diagnosed_can_be_compared_and_updated(tmp_path):
-    """`diagnose`, then `correlate` and `run` of the file that it writes: the held-out repeats of the modes go with them all the way."""
-    spec, _ = problem(tmp_path, '[[model.elements]]\ntype = "mass"\nrows = [{ id = 90, nodes = [11], m = 0.35 }]')
+    """`diagnose`, then `correlate` and `run` of the file that it writes: the held-out repeats of
+    the modes go with them all the way."""
+    spec, _ = problem(
+        tmp_path, '[[model.elements]]\ntype = "mass"\nrows = [{ id = 90, nodes = [11], m = 0.35 }]'
+    )
     found = diagnose(spec.path)
     written = tmp_path / "updated.toml"
     written.write_text(found.updated, encoding="utf-8")
@@ -115,7 +148,9 @@ def test_what_is_diagnosed_can_be_compared_and_updated(tmp_path):
         before = correlate(spec.path).fit[use]["frequency_error_percent_mean"]["after"]
         after = correlate(written).fit[use]["frequency_error_percent_mean"]["after"]
         said = found.metrics[use]["frequency_error_percent_mean"]
-        assert abs(before - said["before"]) < 0.05 and abs(after - said["after"]) < 0.05, "but for the mesh: less than 0.05 %"
+        assert abs(before - said["before"]) < 0.05 and abs(after - said["after"]) < 0.05, (
+            "but for the mesh: less than 0.05 %"
+        )
     updated = run(written)
     assert updated.fit["hold_out"]["frequency_error_percent_mean"]["after"] < 0.1
 
@@ -128,46 +163,87 @@ def test_a_group_that_is_off_beyond_all_scatter_is_named(tmp_path):
     said = diagnose_problem(spec, model, load_recordings(spec)).to_json()
     first = said["findings"][0]
     told = [first, *first["equivalent"]]
-    assert first["location"]["groups"] == ["bar"] and any(t["physics"] == "stiffness_change" for t in told)
+    assert first["location"]["groups"] == ["bar"] and any(
+        t["physics"] == "stiffness_change" for t in told
+    )
     assert said["fit"]["fit"]["after"] < 2e-3 < 0.1 < said["fit"]["fit"]["before"]
 
 
 def test_many_groups_that_are_off_are_a_matter_of_parameters(tmp_path):
-    """Four groups, each a seventh off in stiffness: no plate is there to be orthotropic, the groups' parameters let go far explain it."""
+    """Four groups, each a seventh off in stiffness: no plate is there to be orthotropic, the
+    groups' parameters let go far explain it."""
     words = '[diagnose]\nphysics = ["orthotropy"]'
-    three = re.sub(r'(id = (\d+), nodes = \[\d+, \d+\], group = "bar)', lambda m: f"{m[1]} {(int(m[2]) - 1) // 3}", text("ROWS", hold=words))
+    three = re.sub(
+        r'(id = (\d+), nodes = \[\d+, \d+\], group = "bar)',
+        lambda m: f"{m[1]} {(int(m[2]) - 1) // 3}",
+        text("ROWS", hold=words),
+    )
     spec, model = load(tmp_path, three.replace("ROWS", "{ frequency = 10.0 }"))
     wide = ordinary(undamped(model), wide=True)
     off = dict(zip(("bar 0", "bar 1", "bar 2", "bar 3"), (0.16, -0.13, 0.17, -0.14), strict=True))
     p = np.array([off[q.group] if q.of == "stiffness" else 0.0 for q in wide.parameters])
-    spec, model = load(tmp_path, three.replace("ROWS", rows_of(model_modes(wide, 7, p).frequencies[:7])))
+    spec, model = load(
+        tmp_path, three.replace("ROWS", rows_of(model_modes(wide, 7, p).frequencies[:7]))
+    )
     found = diagnose_problem(spec, model, load_recordings(spec))
     assert found.verdict == "parameter_error" and found.findings
-    assert all(f.physics == "stiffness_change" and set(f.place.groups) <= set(off) for f in found.findings), "which groups, seven frequencies do not settle"
+    assert all(
+        f.physics == "stiffness_change" and set(f.place.groups) <= set(off) for f in found.findings
+    ), "which groups, seven frequencies do not settle"
     assert found.fit["fit"]["after"] < 2e-3 < 0.01 < found.fit["fit"]["before"]
 
 
 def test_the_mesh_is_taken_out_of_the_tables(tmp_path):
-    """Four elements for a bar: the fourth frequency is off by half a per cent and more, which is the mesh and nothing else."""
+    """Four elements for a bar: the fourth frequency is off by half a per cent and more, which is
+    the mesh and nothing else."""
     spec, _ = load(tmp_path, text())
     fine = build_model(spec)
     few = [n for n in spec.model.nodes if n.id in (1, 4, 7, 10, 13)]
-    rows = tuple(spec.model.elements[0].rows[i].model_copy(update={"nodes": pair})
-                 for i, pair in enumerate([(1, 4), (4, 7), (7, 10), (10, 13)]))
+    rows = tuple(
+        spec.model.elements[0].rows[i].model_copy(update={"nodes": pair})
+        for i, pair in enumerate([(1, 4), (4, 7), (7, 10), (10, 13)])
+    )
     block = spec.model.elements[0].model_copy(update={"rows": rows})
-    rough = replace(spec, model=spec.model.model_copy(update={"nodes": tuple(few), "elements": (block,)}))
+    rough = replace(
+        spec, model=spec.model.model_copy(update={"nodes": tuple(few), "elements": (block,)})
+    )
     model = build_model(rough)
     f = model_modes(fine, 4).frequencies[:4]
     own = model_modes(model, 4).frequencies[:4]
-    t = ModeTable(Origin("table", "table", "fit"), f, 1e-3 * f, np.full(4, np.nan), np.full(4, np.nan), (), None, None, np.arange(1, 5))
+    t = ModeTable(
+        Origin("table", "table", "fit"),
+        f,
+        1e-3 * f,
+        np.full(4, np.nan),
+        np.full(4, np.nan),
+        (),
+        None,
+        None,
+        np.arange(1, 5),
+    )
     moved = prepared(model, [t], mesh_error(rough, model, float(f.max()))).fit[0]
     before, after = np.abs(f / own - 1.0), np.abs(moved.frequency / own - 1.0)
-    assert before[3] > 5e-3 and np.all(after <= before * 2.0**-2 + 1e-5), "what is left is what extrapolation may miss"
+    assert before[3] > 5e-3 and np.all(after <= before * 2.0**-2 + 1e-5), (
+        "what is left is what extrapolation may miss"
+    )
     assert np.all(moved.frequency_std / moved.frequency >= FREQUENCY_FLOOR)
 
 
 def test_what_was_held_out_must_not_contradict(tmp_path):
-    """The noise of held-out modes: nineteen in twenty of one mode's errors are within 1.96 deviations."""
+    """The noise of held-out modes: nineteen in twenty of one mode's errors are within 1.96
+    deviations."""
     f = np.array([100.0])
-    t = ModeTable(Origin("table", "table", "hold-out"), f, 0.004 * f, f * np.nan, f * np.nan, (), None, None, np.array([1]))
-    assert Tables((), (t,)).noise == pytest.approx(1.959964 * 0.004, rel=1e-6) and np.isnan(Tables((t,), ()).noise)
+    t = ModeTable(
+        Origin("table", "table", "hold-out"),
+        f,
+        0.004 * f,
+        f * np.nan,
+        f * np.nan,
+        (),
+        None,
+        None,
+        np.array([1]),
+    )
+    assert Tables((), (t,)).noise == pytest.approx(1.959964 * 0.004, rel=1e-6) and np.isnan(
+        Tables((t,), ()).noise
+    )

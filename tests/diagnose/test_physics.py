@@ -1,4 +1,5 @@
-"""Every physics word is the model with one more parameter: its tangent is the derivative of what the refit uses, its limits are the known ones."""
+"""Every physics word is the model with one more parameter: its tangent is the derivative of what
+the refit uses, its limits are the known ones."""
 
 from __future__ import annotations
 
@@ -18,14 +19,17 @@ def context_of(problem):
     start = ordinary(undamped(model))
     m = start.matrices(start.zero())
     held = held_dofs(model, [(s.nodes, s.dofs) for s in spec.model.supports], spec.model.dofs)
-    return Context(start, m.K, m.M, 800.0, 5.0, tuple(start.labels[:3]), tuple(held), release_from(spec), 0.005)
+    return Context(
+        start, m.K, m.M, 800.0, 5.0, tuple(start.labels[:3]), tuple(held), release_from(spec), 0.005
+    )
 
 
 def grown(candidate, p):
-    """K, M, C, D of the refitted model; DOFs that the base model does not have are condensed (statically, K alone has them coupled)."""
+    """K, M, C, D of the refitted model; DOFs that the base model does not have are condensed
+    (statically, K alone has them coupled)."""
     model = candidate.model
     full = np.zeros(len(model.parameters))
-    full[len(full) - candidate.extra:] = p
+    full[len(full) - candidate.extra :] = p
     return model, {k: getattr(model.matrices(full), k).toarray() for k in "KMCD"}
 
 
@@ -35,7 +39,9 @@ def onto(base, model, K):
     rest = [i for i in range(K.shape[0]) if i not in set(keep)]
     if not rest:
         return K[np.ix_(keep, keep)]
-    return K[np.ix_(keep, keep)] - K[np.ix_(keep, rest)] @ np.linalg.solve(K[np.ix_(rest, rest)], K[np.ix_(rest, keep)])
+    return K[np.ix_(keep, keep)] - K[np.ix_(keep, rest)] @ np.linalg.solve(
+        K[np.ix_(rest, rest)], K[np.ix_(rest, keep)]
+    )
 
 
 def assembled(base, blocks, what):
@@ -48,12 +54,32 @@ def assembled(base, blocks, what):
     return out[:-1, :-1]
 
 
-CHAIN_WORDS = ("stiffness_change", "added_mass", "grounding_spring", "viscous_damper", "structural_damping", "mass_proportional_damping")
-BAR_WORDS = ("stiffness_change", "mass_change", "thickness_change", "added_mass", "grounding_spring", "joint_flexibility", "shear_deformation", "axial_preload",
-             "viscous_damper", "structural_damping", "mass_proportional_damping")
+CHAIN_WORDS = (
+    "stiffness_change",
+    "added_mass",
+    "grounding_spring",
+    "viscous_damper",
+    "structural_damping",
+    "mass_proportional_damping",
+)
+BAR_WORDS = (
+    "stiffness_change",
+    "mass_change",
+    "thickness_change",
+    "added_mass",
+    "grounding_spring",
+    "joint_flexibility",
+    "shear_deformation",
+    "axial_preload",
+    "viscous_damper",
+    "structural_damping",
+    "mass_proportional_damping",
+)
 
 
-@pytest.mark.parametrize(("which", "word"), [("chain", w) for w in CHAIN_WORDS] + [("bar", w) for w in BAR_WORDS])
+@pytest.mark.parametrize(
+    ("which", "word"), [("chain", w) for w in CHAIN_WORDS] + [("bar", w) for w in BAR_WORDS]
+)
 def test_tangents_are_derivatives_of_the_refitted_model(request, which, word):
     context = context_of(request.getfixturevalue(which))
     found = CATALOGUE[word](context)
@@ -67,16 +93,23 @@ def test_tangents_are_derivatives_of_the_refitted_model(request, which, word):
             _, before = grown(candidate, np.zeros(candidate.extra))
             compliance = model.size > context.model.size
             for what in "K" if compliance else "KMCD":
-                wanted = (onto(context.model, model, after[what]) - onto(context.model, model, before[what])) / h
+                wanted = (
+                    onto(context.model, model, after[what])
+                    - onto(context.model, model, before[what])
+                ) / h
                 got = assembled(context.model, candidate.tangent[k], what)
-                # a compliance begins at a ten thousandth of the structure's own, not at zero: that is all the difference there may be
-                tolerance = (1e-3 if compliance else 1e-5) * max(np.abs(wanted).max(), 1e-12) + 1e-9 * np.abs(before[what]).max() / h * 1e-4
+                # a compliance begins at a ten thousandth of the structure's own, not at zero: that
+                # is all the difference there may be
+                tolerance = (1e-3 if compliance else 1e-5) * max(
+                    np.abs(wanted).max(), 1e-12
+                ) + 1e-9 * np.abs(before[what]).max() / h * 1e-4
                 assert np.abs(got - wanted).max() <= tolerance, (candidate.name, what)
 
 
 @pytest.mark.parametrize("which", ["chain", "bar"])
 def test_every_word_leaves_the_model_as_it_is_at_zero(request, which):
-    """Zero parameters: the structure of the file, or one that is rigid to one part in some thousands where the word is a compliance."""
+    """Zero parameters: the structure of the file, or one that is rigid to one part in some
+    thousands where the word is a compliance."""
     context = context_of(request.getfixturevalue(which))
     base = natural_modes(context.K, context.M, 4, np.zeros((context.model.size, 0))).frequencies
     for word, candidates in CATALOGUE.items():
@@ -86,14 +119,24 @@ def test_every_word_leaves_the_model_as_it_is_at_zero(request, which):
             _, m = grown(c, np.zeros(c.extra))
             import scipy.linalg
 
-            f = np.sqrt(scipy.linalg.eigh(m["K"], m["M"] + 1e-14 * np.trace(m["M"]) * np.eye(len(m["M"])), eigvals_only=True)[:4]) / (2 * np.pi)
+            f = np.sqrt(
+                scipy.linalg.eigh(
+                    m["K"],
+                    m["M"] + 1e-14 * np.trace(m["M"]) * np.eye(len(m["M"])),
+                    eigvals_only=True,
+                )[:4]
+            ) / (2 * np.pi)
             np.testing.assert_allclose(f, base, rtol=1e-3, err_msg=f"{word} {c.name}")
 
 
 def test_soft_supports_and_joints_end_at_free_and_hinged(bar):
     """Compliance without end: the support is gone."""
     context = context_of(bar)
-    soft = next(c for c in CATALOGUE["grounding_spring"](context) if c.place.nodes == (6,) and c.model.size > context.model.size)
+    soft = next(
+        c
+        for c in CATALOGUE["grounding_spring"](context)
+        if c.place.nodes == (6,) and c.model.size > context.model.size
+    )
     model, m = grown(soft, np.array([1e4]))
     row = model.place["n6.z"]
     released = context.release(6, "z")
@@ -139,6 +182,9 @@ def test_tie_of_sensor_faults_to_channels(chain):
     found = sensor_fault.candidates(context)
     assert {(c.channel, c.sensor, c.other) for c in found} == {
         *((label, how, "") for label in context.sensors for how in ("gain", "delay")),
-        ("n1.x", "swap", "n2.x"), ("n1.x", "swap", "n3.x"), ("n2.x", "swap", "n3.x")}
+        ("n1.x", "swap", "n2.x"),
+        ("n1.x", "swap", "n3.x"),
+        ("n2.x", "swap", "n3.x"),
+    }
     assert next(c for c in found if c.sensor == "swap").place.nodes == (1, 2)
     assert len({c.name for c in found}) == len(found)

@@ -1,4 +1,5 @@
-"""Real recordings: what diagnose says of them, where CVXUPDATE_DATA names their folder; and the judge and the makers of problem files without them."""
+"""Real recordings: what diagnose says of them, where CVXUPDATE_DATA names their folder; and the
+judge and the makers of problem files without them."""
 
 from __future__ import annotations
 
@@ -40,54 +41,109 @@ def present(name: str) -> bool:
 
 def needs(name: str):
     """Skip by name where a data set is absent."""
-    return pytest.mark.skipif(not present(name), reason=f"the data set {name} is not under CVXUPDATE_DATA")
+    return pytest.mark.skipif(
+        not present(name), reason=f"the data set {name} is not under CVXUPDATE_DATA"
+    )
 
 
 # what needs no recordings
 
 
 def cross(rows, columns, n=14, m=10):
-    return [(y - 1) * n + x for y in range(1, m + 1) for x in range(1, n + 1) if y in rows or x in columns]
+    return [
+        (y - 1) * n + x
+        for y in range(1, m + 1)
+        for x in range(1, n + 1)
+        if y in rows or x in columns
+    ]
 
 
 def test_a_cross_is_two_whole_middle_strips(chapter9):
     truth = {"across": [7, 8], "along": [5, 6], "columns": 14}
     assert chapter9.strips(cross([5, 6], [7, 8]), truth) == (True, True)
     assert chapter9.strips(cross([5], [7]), truth) == (True, True), "one element wide"
-    assert chapter9.strips(cross([5, 6], [8, 9]), truth) == (False, True), "one element beside the middle"
+    assert chapter9.strips(cross([5, 6], [8, 9]), truth) == (False, True), (
+        "one element beside the middle"
+    )
     assert chapter9.strips(cross([5, 6], []), truth) == (False, False), "one strip only"
-    assert chapter9.strips(list(range(1, 141)), truth) == (False, False), "the whole plate is not a cross"
-    assert chapter9.strips([*cross([5, 6], [7, 8]), 1], truth) == (False, False), "and one element more"
+    assert chapter9.strips(list(range(1, 141)), truth) == (False, False), (
+        "the whole plate is not a cross"
+    )
+    assert chapter9.strips([*cross([5, 6], [7, 8]), 1], truth) == (False, False), (
+        "and one element more"
+    )
     assert chapter9.strips(cross([2], [7]), truth) == (False, False)
 
 
 def finding(word, parameters, elements=()):
-    return {"physics": word, "location": {"nodes": [], "elements": list(elements), "groups": []}, "parameters": parameters, "standard_deviation": {},
-            "confidence": 0.9, "equivalent": []}
+    return {
+        "physics": word,
+        "location": {"nodes": [], "elements": list(elements), "groups": []},
+        "parameters": parameters,
+        "standard_deviation": {},
+        "confidence": 0.9,
+        "equivalent": [],
+    }
 
 
 def test_a_cross_beside_the_middle_counts_only_with_the_middle_one_as_its_equivalent(chapter9):
-    truth = {"words": ["thickness_change"], "needed": [["thickness_change"]], "mean_percent": 2.3, "parameters": 6, "across": [7, 8], "along": [5, 6],
-             "columns": 14}
+    truth = {
+        "words": ["thickness_change"],
+        "needed": [["thickness_change"]],
+        "mean_percent": 2.3,
+        "parameters": 6,
+        "across": [7, 8],
+        "along": [5, 6],
+        "columns": 14,
+    }
     beside = finding("thickness_change", {"factor": 1.5}, cross([5, 6], [8, 9]))
-    said = {"verdict": "missing_physics", "says": "", "findings": [beside], "metrics": {"fit": {"frequency_error_percent_mean": {"before": 15, "after": 1.9}}}}
+    said = {
+        "verdict": "missing_physics",
+        "says": "",
+        "findings": [beside],
+        "metrics": {"fit": {"frequency_error_percent_mean": {"before": 15, "after": 1.9}}},
+    }
     row = chapter9.judge(said, truth)
-    assert row["words"] and row["enough"] and not row["place"] and not row["right"] and "beside the middle" in row["note"]
+    assert (
+        row["words"]
+        and row["enough"]
+        and not row["place"]
+        and not row["right"]
+        and "beside the middle" in row["note"]
+    )
     middle = {"physics": "thickness_change", "location": {"elements": cross([5, 6], [8])}}
     row = chapter9.judge({**said, "findings": [{**beside, "equivalent": [middle]}]}, truth)
     assert row["right"] and "equivalents" in row["note"]
 
 
 def test_the_judge_of_chapter_9_counts_parameters_and_error(chapter9):
-    truth = {"words": ["orthotropy", "mass_proportional_damping", "stiffness_change"], "needed": [["orthotropy"]], "mean_percent": 1.0, "parameters": 4}
-    said = {"verdict": "missing_physics", "says": "", "findings": [finding("orthotropy", dict.fromkeys(("Dx", "Dy", "D1", "Dxy"), 1.1)),
-                                                                   finding("mass_proportional_damping", {"alpha": 5.0})],
-            "metrics": {"fit": {"frequency_error_percent_mean": {"before": 4.4, "after": 0.6}}, "hold_out": {}}, "time": 3.0}
+    truth = {
+        "words": ["orthotropy", "mass_proportional_damping", "stiffness_change"],
+        "needed": [["orthotropy"]],
+        "mean_percent": 1.0,
+        "parameters": 4,
+    }
+    said = {
+        "verdict": "missing_physics",
+        "says": "",
+        "findings": [
+            finding("orthotropy", dict.fromkeys(("Dx", "Dy", "D1", "Dxy"), 1.1)),
+            finding("mass_proportional_damping", {"alpha": 5.0}),
+        ],
+        "metrics": {
+            "fit": {"frequency_error_percent_mean": {"before": 4.4, "after": 0.6}},
+            "hold_out": {},
+        },
+        "time": 3.0,
+    }
     row = chapter9.judge(said, truth)
     assert row["right"] and row["parameters"] == 4, "damping is no parameter of the frequencies"
     more = {**said, "findings": [*said["findings"], finding("stiffness_change", {"factor": 1.1})]}
     assert not chapter9.judge(more, truth)["right"]
-    worse = {**said, "metrics": {"fit": {"frequency_error_percent_mean": {"before": 4.4, "after": 1.1}}}}
+    worse = {
+        **said,
+        "metrics": {"fit": {"frequency_error_percent_mean": {"before": 4.4, "after": 1.1}}},
+    }
     assert not chapter9.judge(worse, truth)["right"]
     other = {**said, "findings": [finding("added_mass", {"m": 1.0})]}
     assert not chapter9.judge(other, truth)["right"]
@@ -114,7 +170,8 @@ def test_masses_of_the_beam_stand_at_their_printed_places(diagnoses):
 
 
 def test_truths_are_in_no_problem_file():
-    """The tool's files say nothing of the sensor's volts, of weighed masses or of the place of the loss."""
+    """The tool's files say nothing of the sensor's volts, of weighed masses or of the place of the
+    loss."""
     for file in (PROBLEMS / "real").glob("*/problem_diagnose_*.toml"):
         text = file.read_text(encoding="utf-8")
         for secret in ("1.437", "0.270", "0.128", "volt", " V:", "strip welded", "L1"):
@@ -129,7 +186,9 @@ def test_the_frame_tested_again_is_consistent():
     from cvxupdate.study import diagnose
 
     for k in (2, 3):
-        said = diagnose(PROBLEMS / "real" / "cristallo-3storey-frame" / f"problem_diagnose_test_{k}.toml")
+        said = diagnose(
+            PROBLEMS / "real" / "cristallo-3storey-frame" / f"problem_diagnose_test_{k}.toml"
+        )
         assert said.verdict == "consistent" and not said.findings
         assert said.fit["hold_out"]["after"] < 1e-3
 
@@ -140,17 +199,22 @@ def test_clamped_legs_get_no_confident_wrong_sentence():
 
     said = diagnose(PROBLEMS / "real" / "cristallo-3storey-frame" / "problem_diagnose_clamped.toml")
     assert said.verdict in ("undetermined", "parameter_error")
-    assert not any(f.physics == "added_mass" and f.confidence > 0.5 for f in said.findings), "the floors are weighed"
+    assert not any(f.physics == "added_mass" and f.confidence > 0.5 for f in said.findings), (
+        "the floors are weighed"
+    )
 
 
 @pytest.mark.slow
 @needs("dropbear-moving-support")
 @pytest.mark.parametrize(("place", "millimetres"), [(3, 110.8), (4, 135.0), (6, 185.4)])
 def test_the_roller_is_found_where_the_sensor_says(diagnoses, place, millimetres):
-    """Places on the straight line of the sensor through all six rests; the roller is the word that comes first."""
+    """Places on the straight line of the sensor through all six rests; the roller is the word that
+    comes first."""
     from cvxupdate.study import diagnose
 
-    said = diagnose(PROBLEMS / "real" / "dropbear-moving-support" / f"problem_diagnose_place_{place}.toml").to_json()
+    said = diagnose(
+        PROBLEMS / "real" / "dropbear-moving-support" / f"problem_diagnose_place_{place}.toml"
+    ).to_json()
     assert said["verdict"] == "missing_physics" and diagnoses.roller_named(said)
     node = said["findings"][0]["location"]["nodes"][0]
     assert abs(3.0 * (node - 1) - millimetres) <= 3.5  # nodes are 3 mm apart
@@ -160,16 +224,29 @@ def test_the_roller_is_found_where_the_sensor_says(diagnoses, place, millimetres
 @pytest.mark.slow
 @needs("beam-six-masses-frf")
 def test_the_mass_that_went_is_the_one_next_to_the_clamp(diagnoses, tmp_path):
-    """Three of seventy layouts: calibrated on the healthy medians, diagnosed from five frequencies."""
+    """Three of seventy layouts: calibrated on the healthy medians, diagnosed from five
+    frequencies."""
     from cvxupdate.study import diagnose, run
 
-    values = {q.name: q.after for q in run(PROBLEMS / "real" / "beam-six-masses-frf" / "problem_calibrate.toml").parameters}
+    values = {
+        q.name: q.after
+        for q in run(
+            PROBLEMS / "real" / "beam-six-masses-frf" / "problem_calibrate.toml"
+        ).parameters
+    }
     clamp = diagnoses.make.Clamp(values["clamp z.k"], values["clamp ry.k"], values["clamp mass.m"])
     f, positions = diagnoses.make.layouts()
     for k in (7, 28, 56):
-        healthy = diagnoses.frequencies(diagnoses.make.beam("asked", positions[k], clamp, diagnoses.ASKED), folder=tmp_path)
+        healthy = diagnoses.frequencies(
+            diagnoses.make.beam("asked", positions[k], clamp, diagnoses.ASKED), folder=tmp_path
+        )
         path = tmp_path / f"layout_{k}.toml"
-        path.write_text(diagnoses.make.damaged(k, clamp, f[1, k] * healthy / f[0, k], positions[k], ("added_mass",)), encoding="utf-8")
+        path.write_text(
+            diagnoses.make.damaged(
+                k, clamp, f[1, k] * healthy / f[0, k], positions[k], ("added_mass",)
+            ),
+            encoding="utf-8",
+        )
         said = diagnose(path).to_json()
         (first,) = said["findings"][:1]
         _, at = diagnoses.make.beam_mesh(positions[k])

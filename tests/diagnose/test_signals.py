@@ -19,14 +19,28 @@ def receptance(s):
 
 
 def lines_of(H, f):
-    return Lines("r", "fit", None, 2j * np.pi * f, H[:, None, None], np.ones((len(f), 1, 1), complex), 0.01 * np.ones((len(f), 1, 1)), 0, ("n1.x",), ("n1.x",))
+    return Lines(
+        "r",
+        "fit",
+        None,
+        2j * np.pi * f,
+        H[:, None, None],
+        np.ones((len(f), 1, 1), complex),
+        0.01 * np.ones((len(f), 1, 1)),
+        0,
+        ("n1.x",),
+        ("n1.x",),
+    )
 
 
 def run(seed=0, samples=16384, rate=800.0, sigma=0.0):
     """A single degree of freedom from rest under noise of 4 to 30 Hz."""
     rng = np.random.default_rng(seed)
     t = np.arange(samples) / rate
-    force = scipy.signal.sosfiltfilt(scipy.signal.butter(6, (4.0, 30.0), "bandpass", fs=rate, output="sos"), rng.normal(size=samples))
+    force = scipy.signal.sosfiltfilt(
+        scipy.signal.butter(6, (4.0, 30.0), "bandpass", fs=rate, output="sos"),
+        rng.normal(size=samples),
+    )
     force *= np.clip(t / 0.5, 0, 1)
     x = scipy.signal.lsim(([1.0], [M, C, K]), force, t)[1]
     clean = np.column_stack([force, x / x.std()])
@@ -41,7 +55,11 @@ def test_smoothing_is_linear():
     a, b = (lines_of(rng.normal(size=len(f)) + 1j * rng.normal(size=len(f)), f) for _ in range(2))
     both = replace(a, Y=2.5 * a.Y - 1j * b.Y)
     for epsilon in (0.15, 0.016, 0.0):
-        np.testing.assert_allclose(smooth(both, epsilon).Y, 2.5 * smooth(a, epsilon).Y - 1j * smooth(b, epsilon).Y, atol=1e-12)
+        np.testing.assert_allclose(
+            smooth(both, epsilon).Y,
+            2.5 * smooth(a, epsilon).Y - 1j * smooth(b, epsilon).Y,
+            atol=1e-12,
+        )
     assert smooth(a, 0.0).mix is None and np.array_equal(smooth(a, 0.0).Y, a.Y)
 
 
@@ -53,7 +71,8 @@ def test_a_constant_stays_and_noise_shrinks():
 
 
 def test_smoothing_carries_a_response_into_the_half_plane():
-    """Poisson's kernel of half-width δ gives H(δ + iω), for a function analytic to the right, inside the band."""
+    """Poisson's kernel of half-width δ gives H(δ + iω), for a function analytic to the right,
+    inside the band."""
     f = np.arange(0.01, 200.0, 0.004)
     lines = lines_of(receptance(2j * np.pi * f), f)
     width, centre = 0.6, 11.3
@@ -65,7 +84,9 @@ def test_smoothing_carries_a_response_into_the_half_plane():
     exact = receptance(2 * np.pi * (0.05 * 11.0 + 1j * 11.0))
     modelled = signal.mix @ receptance(signal.s)
     nearest = int(np.argmax(np.abs(signal.Y[:, 0, 0])))
-    assert abs(signal.Y[nearest, 0, 0]) < 1.15 * abs(exact), "the peak is lowered to what it is at δ"
+    assert abs(signal.Y[nearest, 0, 0]) < 1.15 * abs(exact), (
+        "the peak is lowered to what it is at δ"
+    )
     np.testing.assert_allclose(signal.Y[:, 0, 0], modelled, rtol=1e-10)
 
 
@@ -84,7 +105,8 @@ def test_noise_is_estimated_beside_the_band():
 
 
 def test_noise_below_the_leakage_of_the_run_is_not_understated():
-    """A run that is cut while it still rings leaks into the quiet lines: the estimate errs to the safe side, here by half a per cent of the signal."""
+    """A run that is cut while it still rings leaks into the quiet lines: the estimate errs to the
+    safe side, here by half a per cent of the signal."""
     history, _ = run(seed=5, sigma=0.002)
     assert 0.0019 < white_noise(history, [1])[0] < 0.008
 
@@ -95,7 +117,13 @@ def test_noise_of_lines_is_that_of_their_samples():
     quiet = time_lines(history)
     gaps = []
     for _ in range(6):
-        noisy = replace(history, data=history.data + np.column_stack([np.zeros(len(history.data)), 0.05 * rng.normal(size=len(history.data))]))
+        noisy = replace(
+            history,
+            data=history.data
+            + np.column_stack(
+                [np.zeros(len(history.data)), 0.05 * rng.normal(size=len(history.data))]
+            ),
+        )
         lines = time_lines(noisy)
         gaps.append(np.mean(np.abs(lines.Y - quiet.Y) ** 2) / np.mean(lines.std**2))
     assert np.mean(gaps) == pytest.approx(1.0, rel=0.25)

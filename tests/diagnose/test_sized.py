@@ -1,4 +1,5 @@
-"""Shares at several sizes: closed forms are those of the models that grow; effects that derivatives cannot see are seen; fits begun from the drawing."""
+"""Shares at several sizes: closed forms are those of the models that grow; effects that derivatives
+cannot see are seen; fits begun from the drawing."""
 
 from __future__ import annotations
 
@@ -13,11 +14,23 @@ from cvxupdate.diagnose.fit import setting_for
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.screen import left_over, screen
 from cvxupdate.diagnose.signals import frf_lines, smooth
-from cvxupdate.diagnose.sized import _amounts, _modal, _modal_receptance, _responses, _weighted, change_of, sized, sized_sets, sized_whole
+from cvxupdate.diagnose.sized import (
+    _amounts,
+    _modal,
+    _modal_receptance,
+    _responses,
+    _weighted,
+    change_of,
+    sized,
+    sized_sets,
+    sized_whole,
+)
 from cvxupdate.physics import CATALOGUE
 from cvxupdate.physics.base import Context
 
-UNDAMPED = -30.0  # logarithm of the factor on all damping ratios: none is left, so modes that cross keep their damping in common
+# logarithm of the factor on all damping ratios: none is left, so modes that cross keep their
+# damping in common
+UNDAMPED = -30.0
 
 
 @pytest.fixture
@@ -30,7 +43,12 @@ def scene(chain, lab, measure):
     def make(**changes):
         signals = tuple(smooth(frf_lines(measure(lab(**changes), k, seed=k)), 0.15) for k in (4, 1))
         sensors = tuple(dict.fromkeys(label for s in signals for label in s.sensors))
-        return model, start, signals, Context(start, m.K, m.M, 75.0, 5.0, sensors, (), lambda node, kind: start, 0.005)
+        return (
+            model,
+            start,
+            signals,
+            Context(start, m.K, m.M, 75.0, 5.0, sensors, (), lambda node, kind: start, 0.005),
+        )
 
     return make
 
@@ -47,7 +65,9 @@ def candidates(context, *words):
     return [c for word in words for c in CATALOGUE[word](context)]
 
 
-@pytest.mark.parametrize("word", ["grounding_spring", "added_mass", "viscous_damper", "stiffness_change"])
+@pytest.mark.parametrize(
+    "word", ["grounding_spring", "added_mass", "viscous_damper", "stiffness_change"]
+)
 def test_a_change_of_any_size_is_that_of_the_model_that_grows(scene, word):
     model, start, signals, context = scene()
     n = len(start.parameters)
@@ -59,13 +79,27 @@ def test_a_change_of_any_size_is_that_of_the_model_that_grows(scene, word):
         if change is None:
             continue
         sizes = np.array([0.4, 25.0]) if c.limits[1] > 30.0 else np.array([0.2, 0.9])
-        J = _responses(change, _amounts(c, sizes), point, [_modal_receptance(point, r) for r in point.responses], weights)
+        J = _responses(
+            change,
+            _amounts(c, sizes),
+            point,
+            [_modal_receptance(point, r) for r in point.responses],
+            weights,
+        )
         for k, size in enumerate(sizes):
             grown = setting_for(c.model, model, signals, 75.0, 5.0)
             q = np.zeros(len(grown.columns))
             q[n], q[n + 1] = size, UNDAMPED
-            wanted = point.differences[1] * (grown.evaluate(q).differences[0] - point.differences[0])
-            np.testing.assert_allclose(J[:, k], wanted, rtol=1e-6, atol=1e-8 * np.abs(wanted).max(), err_msg=f"{c.name} {size}")
+            wanted = point.differences[1] * (
+                grown.evaluate(q).differences[0] - point.differences[0]
+            )
+            np.testing.assert_allclose(
+                J[:, k],
+                wanted,
+                rtol=1e-6,
+                atol=1e-8 * np.abs(wanted).max(),
+                err_msg=f"{c.name} {size}",
+            )
             compared += 1
     assert compared >= 4
 
@@ -91,7 +125,8 @@ def test_a_set_of_elements_in_the_modes_is_that_of_the_model_that_grows(scene):
 
 
 def test_a_size_is_found_where_the_derivative_points_elsewhere(scene):
-    """A large lump carries resonances past one another: to first order it is hardly seen, at its own size it explains nearly everything."""
+    """A large lump carries resonances past one another: to first order it is hardly seen, at its
+    own size it explains nearly everything."""
     model, start, signals, context = scene(m=(0, 0, 0, 0.3))
     setting = setting_for(start, model, signals, 75.0, 5.0)
     point = setting.evaluate(np.zeros(len(setting.columns)))
@@ -115,7 +150,9 @@ def test_a_set_s_size_is_found_too(scene):
     best = max(exact, key=lambda s: s.share)
     assert best.candidate.members == (102,)
     assert best.p[0] == pytest.approx(0.5, rel=0.1)
-    assert {len(s.candidate.members) for s in exact} > {1}  # single elements by the closed form, sets in the modes
+    assert {len(s.candidate.members) for s in exact} > {
+        1
+    }  # single elements by the closed form, sets in the modes
 
 
 def test_no_size_beyond_the_bounds_is_tried(scene):
@@ -134,6 +171,8 @@ def test_what_acts_on_the_whole_is_followed_through_sizes(scene):
     point = setting.evaluate(np.zeros(len(setting.columns)))
     c = next(c for c in candidates(context, "stiffness_change") if len(c.members) == 4)
     grown = setting_for(c.model, model, signals, 75.0, 5.0)
-    hypothesis, share = sized_whole(point, Hypothesis((Effect(c),), grown, np.zeros(len(grown.columns))), left_over(point))
+    hypothesis, share = sized_whole(
+        point, Hypothesis((Effect(c),), grown, np.zeros(len(grown.columns))), left_over(point)
+    )
     assert hypothesis.start[len(start.parameters)] == pytest.approx(0.35, rel=0.15)
     assert share > 0.9

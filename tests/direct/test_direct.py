@@ -1,4 +1,5 @@
-"""Direct methods: assigned modes to 1e-8, equality with the convex program that each one solves, orders of accuracy, and their known faults."""
+"""Direct methods: assigned modes to 1e-8, equality with the convex program that each one solves,
+orders of accuracy, and their known faults."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ from cvxupdate.errors import InputError
 
 
 def chain(k, m, ground=1.3):
-    """A chain on a ground spring with a spring that skips one mass: no symmetry, banded but not tridiagonal."""
+    """A chain on a ground spring with a spring that skips one mass: no symmetry, banded but not
+    tridiagonal."""
     n = len(m)
     K = np.zeros((n, n))
     K[0, 0] = ground
@@ -48,7 +50,8 @@ def measured(pair):
 
 
 def has_modes(K, M, Phi, values, tolerance=1e-8):
-    """Every assigned mode is an eigenpair: eigenvalue to 1e-8, and the shape in the eigenspace to 1e-8."""
+    """Every assigned mode is an eigenpair: eigenvalue to 1e-8, and the shape in the eigenspace to
+    1e-8."""
     found, shapes = la.eig(K, M)
     for phi, value in zip(Phi.T, values, strict=True):
         i = int(np.argmin(np.abs(found - value)))
@@ -58,7 +61,8 @@ def has_modes(K, M, Phi, values, tolerance=1e-8):
 
 
 def program(KA, MA, W, conditions, terms="KM", weights=(1.0, 1.0)):
-    """min Σ ‖W^-½ Δ W^-½‖² over symmetric ΔK, ΔM under linear conditions, by cvxpy: the direct method's problem as it is printed."""
+    """min Σ ‖W^-½ Δ W^-½‖² over symmetric ΔK, ΔM under linear conditions, by cvxpy: the direct
+    method's problem as it is printed."""
     import cvxpy as cp
 
     K, M = cp.Variable((N, N), symmetric=True), cp.Variable((N, N), symmetric=True)
@@ -94,7 +98,13 @@ def test_baruch_holds_its_modes_and_solves_its_program(pair, measured):
     assert d.reproduced(update, X, values) < 1e-13
     K, _ = program(KA, MA, MA, lambda K, M: [MA @ X * values[None, :] == K @ X], "K")
     assert np.abs(update.K - K).max() <= 1e-6 * np.abs(KA).max()
-    printed = (KA - KA @ X @ X.T @ MA - MA @ X @ X.T @ KA + MA @ X @ X.T @ KA @ X @ X.T @ MA + MA @ X @ np.diag(values) @ X.T @ MA)
+    printed = (
+        KA
+        - KA @ X @ X.T @ MA
+        - MA @ X @ X.T @ KA
+        + MA @ X @ X.T @ KA @ X @ X.T @ MA
+        + MA @ X @ np.diag(values) @ X.T @ MA
+    )
     assert np.allclose(update.K, printed, atol=1e-12)
 
 
@@ -112,7 +122,9 @@ def test_berman_nagy_holds_its_modes_and_solves_its_program(pair, measured):
     assert np.allclose(Phi.T @ update.M @ Phi, np.eye(MODES), atol=1e-12)
     _, M = program(KA, MA, MA, lambda K, M: [Phi.T @ M @ Phi == np.eye(MODES)], "M")
     assert np.abs(update.M - M).max() <= 1e-6 * np.abs(MA).max()
-    K, _ = program(KA, update.M, MA, lambda K, M: [K @ Phi == update.M @ Phi * values[None, :]], "K")
+    K, _ = program(
+        KA, update.M, MA, lambda K, M: [K @ Phi == update.M @ Phi * values[None, :]], "K"
+    )
     assert np.abs(update.K - K).max() <= 1e-6 * np.abs(KA).max()
 
 
@@ -140,7 +152,16 @@ def test_caesar_keeps_the_rigid_body_mass_and_solves_its_program(norm, orthogona
     _, M = program(KA, MA, W, conditions, "M")
     assert np.abs(update.M - M).max() <= 1e-6 * np.abs(MA).max()
     more = R if orthogonal else np.zeros((N, 0))
-    K, _ = program(KA, update.M, W, lambda K, M: [K @ Phi == update.M @ Phi * values[None, :], *([K @ more == 0] if more.size else [])], "K")
+    K, _ = program(
+        KA,
+        update.M,
+        W,
+        lambda K, M: [
+            K @ Phi == update.M @ Phi * values[None, :],
+            *([K @ more == 0] if more.size else []),
+        ],
+        "K",
+    )
     assert np.abs(update.K - K).max() <= 1e-6 * np.abs(KA).max()
     if orthogonal:
         assert np.abs(update.K @ R).max() < 1e-12
@@ -154,7 +175,13 @@ def test_wei_holds_its_modes_and_solves_its_program(pair, measured, weight):
     update = d.wei(KA, MA, Phi, values, weight)
     has_modes(update.K, update.M, Phi, values)
     assert np.allclose(Phi.T @ update.M @ Phi, np.eye(MODES), atol=1e-12)
-    K, M = program(KA, MA, MA, lambda K, M: [Phi.T @ M @ Phi == np.eye(MODES), K @ Phi == M @ Phi @ np.diag(values)], weights=(weight, 1.0))
+    K, M = program(
+        KA,
+        MA,
+        MA,
+        lambda K, M: [Phi.T @ M @ Phi == np.eye(MODES), K @ Phi == M @ Phi @ np.diag(values)],
+        weights=(weight, 1.0),
+    )
     assert np.abs(update.K - K).max() <= 1e-6 * np.abs(KA).max()
     assert np.abs(update.M - M).max() <= 1e-6 * np.abs(MA).max()
 
@@ -176,7 +203,12 @@ def damped(pair):
 
 
 def has_complex_modes(update, Phi, rates):
-    state = np.block([[np.zeros((N, N)), np.eye(N)], [-la.solve(update.M, update.K), -la.solve(update.M, update.C)]])
+    state = np.block(
+        [
+            [np.zeros((N, N)), np.eye(N)],
+            [-la.solve(update.M, update.K), -la.solve(update.M, update.C)],
+        ]
+    )
     found, vectors = la.eig(state)
     for phi, s in zip(Phi.T, rates, strict=True):
         i = int(np.argmin(np.abs(found - s)))
@@ -193,13 +225,16 @@ def test_fuh_chen_holds_complex_modes_and_solves_its_program(pair, damped):
     update = d.fuh_chen(KA, MA, CA, Phi, rates, 0.7)
     has_complex_modes(update, Phi, rates)
     assert d.faults(update, KA, MA, Phi, rates).reproduction < 1e-12
-    # The equations of motion of symmetric matrices depend on one another; an interior-point solver wants the independent ones only.
+    # The equations of motion of symmetric matrices depend on one another; an interior-point solver
+    # wants the independent ones only.
     place = [(i, j) for i in range(N) for j in range(i, N)]
     E = np.zeros((len(place), N, N))
     for k, (i, j) in enumerate(place):
         E[k, i, j] = E[k, j, i] = 1.0
     motion = [E @ (Phi * rates), E @ Phi]
-    A = np.concatenate([np.concatenate([m.real, m.imag], axis=2).reshape(len(place), -1) for m in motion]).T
+    A = np.concatenate(
+        [np.concatenate([m.real, m.imag], axis=2).reshape(len(place), -1) for m in motion]
+    ).T
     force = (MA @ Phi) * rates**2
     b = -np.concatenate([force.real, force.imag], axis=1).reshape(-1)
     U, sizes, Vt = la.svd(A, full_matrices=False)
@@ -212,7 +247,9 @@ def test_fuh_chen_holds_complex_modes_and_solves_its_program(pair, damped):
     n = len(place)
     cost = 0.7 * cp.sum_squares(F @ (x[:n] - x0[:n])) + cp.sum_squares(F @ (x[n:] - x0[n:]))
     right = (U[:, keep].T @ b) / sizes[keep]
-    cp.Problem(cp.Minimize(cost), [Vt[keep] @ x == right]).solve(solver=cp.CLARABEL, tol_gap_abs=1e-13, tol_gap_rel=1e-13, tol_feas=1e-13)
+    cp.Problem(cp.Minimize(cost), [Vt[keep] @ x == right]).solve(
+        solver=cp.CLARABEL, tol_gap_abs=1e-13, tol_gap_rel=1e-13, tol_feas=1e-13
+    )
     found = np.array([m[i, j] for m in (update.C, update.K) for i, j in place])
     assert np.abs(found - x.value).max() <= 1e-6 * np.abs(KA).max()
 
@@ -281,7 +318,11 @@ def test_caesar_link_equals_the_printed_flexibilities(pair, measured):
     update = d.caesar_link(KA, MA, Phi, values)
     first, first_values = own[:, :MODES], own_values[:MODES]
     assert np.allclose(la.inv(update.M), la.inv(MA) + Phi @ Phi.T - first @ first.T, atol=1e-10)
-    assert np.allclose(la.inv(update.K), la.inv(KA) + Phi / values @ Phi.T - first / first_values @ first.T, atol=1e-10)
+    assert np.allclose(
+        la.inv(update.K),
+        la.inv(KA) + Phi / values @ Phi.T - first / first_values @ first.T,
+        atol=1e-10,
+    )
 
 
 def test_error_matrices_are_of_first_and_second_order(pair):
@@ -290,7 +331,9 @@ def test_error_matrices_are_of_first_and_second_order(pair):
     errors = []
     for h in (0.2, 0.1, 0.05):
         X = KA + h * change
-        errors.append([np.linalg.norm(f(KA, la.inv(X)) - h * change) for f in (d.sidhu_ewins, d.second_order)])
+        errors.append(
+            [np.linalg.norm(f(KA, la.inv(X)) - h * change) for f in (d.sidhu_ewins, d.second_order)]
+        )
     rates = np.log2(np.array(errors)[:-1] / np.array(errors)[1:])
     assert rates[-1, 0] == pytest.approx(2.0, abs=0.1)
     assert rates[-1, 1] == pytest.approx(3.0, abs=0.15)
@@ -324,7 +367,9 @@ def test_lost_definiteness_is_said(pair, measured):
     found = d.faults(update, KA, MA, wrong, values)
     lowest = la.eigvalsh(update.M)[0]
     assert (found.mass_min <= 0) == (lowest <= 0)
-    assert (lowest <= 0) == any("mass matrix has lost its definiteness" in line for line in found.says)
+    assert (lowest <= 0) == any(
+        "mass matrix has lost its definiteness" in line for line in found.says
+    )
     assert lowest < 0
 
 
@@ -332,8 +377,13 @@ def test_no_change_is_made_when_the_model_is_right(pair):
     KA, MA, _, _ = pair
     values, vectors = la.eigh(KA, MA)
     Phi, values = vectors[:, [0, 2, 5]], values[[0, 2, 5]]
-    for update in (d.baruch(KA, MA, Phi, values), d.berman_nagy(KA, MA, Phi, values), d.wei(KA, MA, Phi, values), d.caesar(KA, MA, Phi, values),
-                   d.caesar_link(KA, MA, Phi, values, np.array([0, 2, 5]))):
+    for update in (
+        d.baruch(KA, MA, Phi, values),
+        d.berman_nagy(KA, MA, Phi, values),
+        d.wei(KA, MA, Phi, values),
+        d.caesar(KA, MA, Phi, values),
+        d.caesar_link(KA, MA, Phi, values, np.array([0, 2, 5])),
+    ):
         assert np.allclose(update.K, KA, atol=1e-11), update.method
         assert np.allclose(update.M, MA, atol=1e-11), update.method
 
@@ -346,5 +396,9 @@ def test_every_assignment_holds_for_any_pair_of_structures(seed, modes):
     KX, MX = chain(rng.uniform(0.5, 3, N - 1), rng.uniform(0.5, 2, N), rng.uniform(0.3, 2))
     values, vectors = la.eigh(KX, MX)
     Phi, values = vectors[:, :modes], values[:modes]
-    for update in (d.berman_nagy(KA, MA, Phi, values), d.wei(KA, MA, Phi, values), d.caesar(KA, MA, Phi, values, norm="identity")):
+    for update in (
+        d.berman_nagy(KA, MA, Phi, values),
+        d.wei(KA, MA, Phi, values),
+        d.caesar(KA, MA, Phi, values, norm="identity"),
+    ):
         assert d.reproduced(update, Phi, values) < 1e-8, update.method

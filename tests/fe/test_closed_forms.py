@@ -24,7 +24,8 @@ def omega2(model: Model, count: int) -> np.ndarray:
 
 
 def uneven(n: int) -> np.ndarray:
-    """n elements whose lengths vary by a factor of three, smoothly, so that refinement keeps the pattern."""
+    """n elements whose lengths vary by a factor of three, smoothly, so that refinement keeps the
+    pattern."""
     s = np.linspace(0.0, 1.0, n + 1)
     return L * (s + 0.08 * np.sin(2 * np.pi * s))
 
@@ -56,7 +57,8 @@ K123 = np.array([1, 2, 3]) * np.pi / L
 
 @pytest.mark.parametrize("mass", ["consistent", "lumped"])
 def test_rod(mass: str) -> None:
-    """Fixed and free: ω = (2 i − 1) π c / 2 L; O(h²), from above with consistent mass, from below with lumped."""
+    """Fixed and free: ω = (2 i − 1) π c / 2 L; O(h²), from above with consistent mass, from below
+    with lumped."""
     exact = ((2 * np.array([1, 2, 3]) - 1) * np.pi / 2 / L) ** 2 * E / RHO
 
     def error(n: int) -> np.ndarray:
@@ -74,7 +76,9 @@ def test_torsion_of_a_shaft(mass: str) -> None:
     exact = K123**2 * G * J / RHO / (W * H**3 / 12 + IZ)
 
     def error(n: int) -> np.ndarray:
-        return omega2(build(lines("beam3d", axis(n), chain(n), ["rx"], BAR, mass=mass)), 3) / exact - 1
+        return (
+            omega2(build(lines("beam3d", axis(n), chain(n), ["rx"], BAR, mass=mass)), 3) / exact - 1
+        )
 
     assert np.allclose(rate(error, 24), 2.0, atol=0.1)
     assert np.abs(error(48)).max() < 0.01
@@ -92,8 +96,12 @@ def test_free_euler_bernoulli_beam_is_as_unequal_in_both_planes() -> None:
     beta = np.array([4.730040744862704, 7.853204624095838]) / L
     model = build(lines("beam3d", axis(60), chain(60), SPACE, BAR, rotary_inertia=False))
     modes = model_modes(model, 4)
-    assert modes.rigid == 5  # without polar inertia the spin about its own axis carries no mass: no mode
-    exact = np.sort(np.concatenate([np.sqrt(E * I / RHO / A) * beta**2 for I in (IZ, W * H**3 / 12)]))
+    assert (
+        modes.rigid == 5
+    )  # without polar inertia the spin about its own axis carries no mass: no mode
+    exact = np.sort(
+        np.concatenate([np.sqrt(E * I / RHO / A) * beta**2 for I in (IZ, W * H**3 / 12)])
+    )
     assert np.allclose(2 * np.pi * modes.flexible().frequencies, exact, rtol=1e-6)
 
 
@@ -112,35 +120,59 @@ def test_lumped_beam() -> None:
 
 
 def timoshenko(k: np.ndarray) -> np.ndarray:
-    """The lower root of ρ² I ω⁴ / κ G − (ρ A + ρ I k² (1 + E / κ G)) ω² + E I k⁴ = 0 (Timoshenko 1921)."""
-    a, b, c = RHO**2 * IZ / KAPPA / G, -(RHO * A + RHO * IZ * k**2 * (1 + E / KAPPA / G)), E * IZ * k**4
+    """The lower root of ρ² I ω⁴ / κ G − (ρ A + ρ I k² (1 + E / κ G)) ω² + E I k⁴ = 0 (Timoshenko
+    1921)."""
+    a, b, c = (
+        RHO**2 * IZ / KAPPA / G,
+        -(RHO * A + RHO * IZ * k**2 * (1 + E / KAPPA / G)),
+        E * IZ * k**4,
+    )
     return 2 * c / (-b + np.sqrt(b**2 - 4 * a * c))
 
 
 def test_timoshenko_beam() -> None:
     exact = timoshenko(K123)
     coarse, fine = (bending(with_values(build(beam(n)), shear=1.0), 3) for n in (48, 96))
-    assert np.allclose(np.log2((coarse - exact) / (fine - exact)), 2.0, atol=0.1)  # elements shorter than deep: O(h²)
+    assert np.allclose(
+        np.log2((coarse - exact) / (fine - exact)), 2.0, atol=0.1
+    )  # elements shorter than deep: O(h²)
     assert np.allclose((4 * fine - coarse) / 3, exact, rtol=3e-6)
-    assert np.all(exact[2] < 0.98 * E * IZ * K123[2] ** 4 / (RHO * A + RHO * IZ * K123[2] ** 2))  # shear matters here
+    assert np.all(
+        exact[2] < 0.98 * E * IZ * K123[2] ** 4 / (RHO * A + RHO * IZ * K123[2] ** 2)
+    )  # shear matters here
 
 
 def test_timoshenko_beam_misses_only_what_bends_between_nodes() -> None:
-    """Why O(h²), with a mass that is consistent: shape functions that solve the static equations leave out what the inertia forces
-    q = ω² ρ A w and m = ω² ρ I ψ do inside an element, and where it is shorter than deep that is the energy of two rods,
-    q² h³ / 12 κ G A + m² h³ / 12 E I (Rayleigh's quotient: λ errs by twice the energy). The error must approach just that, on uneven meshes too;
-    with the mass of Euler and Bernoulli it approaches a constant."""
+    """Why O(h²), with a mass that is consistent: shape functions that solve the static equations
+    leave out what the inertia forces q = ω² ρ A w and m = ω² ρ I ψ do inside an element, and where
+    it is shorter than deep that is the energy of two rods, q² h³ / 12 κ G A + m² h³ / 12 E I
+    (Rayleigh's quotient: λ errs by twice the energy). The error must approach just that, on uneven
+    meshes too; with the mass of Euler and Bernoulli it approaches a constant."""
     exact = timoshenko(K123)
-    ratio = K123 - RHO * exact / KAPPA / G / K123  # of the amplitudes of ψ = B cos k x and w = sin k x
+    ratio = (
+        K123 - RHO * exact / KAPPA / G / K123
+    )  # of the amplitudes of ψ = B cos k x and w = sin k x
     modal = (RHO * A + RHO * IZ * ratio**2) * L / 2
 
     def share(n: int) -> np.ndarray:
         """Error over its leading term."""
         x = uneven(n)
         h = np.diff(x)
-        sine = np.diff(x[:, None] / 2 - np.sin(2 * K123 * x[:, None]) / 4 / K123, axis=0)  # ∫ sin² k x over each element
-        bubbles = h[:, None] ** 2 / 12 * ((RHO * A) ** 2 / KAPPA / G / A * sine + (RHO * IZ * ratio) ** 2 / E / IZ * (h[:, None] - sine))
-        return np.asarray((bending(with_values(build(beam(n)), shear=1.0), 3) / exact - 1) / (exact * bubbles.sum(axis=0) / modal))
+        sine = np.diff(
+            x[:, None] / 2 - np.sin(2 * K123 * x[:, None]) / 4 / K123, axis=0
+        )  # ∫ sin² k x over each element
+        bubbles = (
+            h[:, None] ** 2
+            / 12
+            * (
+                (RHO * A) ** 2 / KAPPA / G / A * sine
+                + (RHO * IZ * ratio) ** 2 / E / IZ * (h[:, None] - sine)
+            )
+        )
+        return np.asarray(
+            (bending(with_values(build(beam(n)), shear=1.0), 3) / exact - 1)
+            / (exact * bubbles.sum(axis=0) / modal)
+        )
 
     coarse, fine = share(48), share(96)
     assert np.all(np.abs(fine - 1) < 0.02)
@@ -151,11 +183,19 @@ def test_timoshenko_beam_of_long_elements() -> None:
     """Elements some thirty times longer than deep: what they miss is bending, O(h⁴)."""
     bar = {"shape": "rectangle", "width": 0.002, "height": H}
     area, inertia = 0.002 * H, H * 0.002**3 / 12
-    a, b, c = RHO**2 * inertia / KAPPA / G, -(RHO * area + RHO * inertia * K123**2 * (1 + E / KAPPA / G)), E * inertia * K123**4
+    a, b, c = (
+        RHO**2 * inertia / KAPPA / G,
+        -(RHO * area + RHO * inertia * K123**2 * (1 + E / KAPPA / G)),
+        E * inertia * K123**4,
+    )
     exact = 2 * c / (-b + np.sqrt(b**2 - 4 * a * c))
 
     def error(n: int) -> np.ndarray:
-        text = held(lines("beam2d", axis(n), chain(n), ["x", "y", "rz"], bar), ([1], ["x", "y"]), ([n + 1], ["y"]))
+        text = held(
+            lines("beam2d", axis(n), chain(n), ["x", "y", "rz"], bar),
+            ([1], ["x", "y"]),
+            ([n + 1], ["y"]),
+        )
         return bending(with_values(build(text), shear=1.0), 3) / exact - 1
 
     assert np.allclose(rate(error, 12), 4.0, atol=0.2)
@@ -166,7 +206,10 @@ def test_preload() -> None:
     critical = E * IZ * np.pi**2 / L**2
     for ratio in (-0.9, 0.7, 20.0):
         exact = E * IZ * K123**4 / RHO / A * (1 + ratio * critical / (E * IZ * K123**2))
-        coarse, fine = (bending(with_values(build(beam(n, rotary_inertia=False)), N=ratio * critical), 3) for n in (12, 24))
+        coarse, fine = (
+            bending(with_values(build(beam(n, rotary_inertia=False)), N=ratio * critical), 3)
+            for n in (12, 24)
+        )
         assert np.allclose(np.log2((coarse - exact) / (fine - exact)), 4.0, atol=0.25)
         assert np.allclose((16 * fine - coarse) / 15, exact, rtol=1e-5)
 
@@ -186,14 +229,24 @@ def test_buckling() -> None:
 A_SIDE, B_SIDE, T = 0.7, 0.5, 0.004
 
 
-def plate(n: int, section: dict[str, object], material: dict[str, float] = STEEL) -> dict[str, object]:
+def plate(
+    n: int, section: dict[str, object], material: dict[str, float] = STEEL
+) -> dict[str, object]:
     """Simply supported all round: the edge keeps its place and does not turn along itself."""
     s = np.linspace(0.0, 1.0, n + 1)
     uneven_ = s + 0.05 * np.sin(2 * np.pi * s)
     text = grid(A_SIDE * uneven_, B_SIDE * uneven_, section, material)
     ids = np.arange(1, (n + 1) ** 2 + 1).reshape(n + 1, n + 1)
-    bottom_top, left_right = np.concatenate([ids[0], ids[-1]]), np.concatenate([ids[:, 0], ids[:, -1]])
-    return held(text, (np.union1d(bottom_top, left_right), ["z"]), (bottom_top, ["ry"]), (left_right, ["rx"]))
+    bottom_top, left_right = (
+        np.concatenate([ids[0], ids[-1]]),
+        np.concatenate([ids[:, 0], ids[:, -1]]),
+    )
+    return held(
+        text,
+        (np.union1d(bottom_top, left_right), ["z"]),
+        (bottom_top, ["ry"]),
+        (left_right, ["rx"]),
+    )
 
 
 FACTORS = {"isotropic": (1.0, 1.0, 1.0, 1.0), "orthotropic": (1.5, 0.8, 0.6, 1.2)}
@@ -201,13 +254,16 @@ FACTORS = {"isotropic": (1.0, 1.0, 1.0, 1.0), "orthotropic": (1.5, 0.8, 0.6, 1.2
 
 @pytest.mark.parametrize("kind", FACTORS)
 def test_simply_supported_plate(kind: str) -> None:
-    """ρ h ω² = Dx kx⁴ + 2 (D1 + 2 Dxy) kx² ky² + Dy ky⁴ (Timoshenko and Woinowsky-Krieger); O(h²), from below."""
+    """ρ h ω² = Dx kx⁴ + 2 (D1 + 2 Dxy) kx² ky² + Dy ky⁴ (Timoshenko and Woinowsky-Krieger); O(h²),
+    from below."""
     fx, fy, f1, fxy = FACTORS[kind]
     nu = ALLOY["nu"]
     D = ALLOY["E"] * T**3 / 12 / (1 - nu**2)
     kx, ky = np.meshgrid(np.arange(1, 5) * np.pi / A_SIDE, np.arange(1, 5) * np.pi / B_SIDE)
     bilinear = f1 * nu + 2 * fxy * (1 - nu) / 2
-    exact = np.sort((D * (fx * kx**4 + 2 * bilinear * kx**2 * ky**2 + fy * ky**4) / ALLOY["rho"] / T).ravel())[:4]
+    exact = np.sort(
+        (D * (fx * kx**4 + 2 * bilinear * kx**2 * ky**2 + fy * ky**4) / ALLOY["rho"] / T).ravel()
+    )[:4]
     section = {"shape": "plate", "thickness": T, "Dx": fx, "Dy": fy, "D1": f1, "Dxy": fxy}
 
     def error(n: int) -> np.ndarray:
@@ -221,22 +277,46 @@ def test_simply_supported_plate(kind: str) -> None:
 def test_oscillator_chain() -> None:
     """n equal masses on n + 1 equal springs: ω = 2 √(k/m) sin(i π / 2 (n + 1))."""
     n, k, m = 9, 4.2e5, 6.5
-    text = {"dofs": ["x"], "nodes": [{"id": i, "x": float(i)} for i in range(n + 2)], "elements": [
-        {"type": "spring", "dof": "x", "rows": [{"id": i + 1, "nodes": [i, i + 1], "k": k} for i in range(n + 1)]},
-        {"type": "mass", "rows": [{"id": 100 + i, "nodes": [i], "m": m} for i in range(1, n + 1)]}],
-        "supports": [{"nodes": [0, n + 1], "dofs": ["x"]}]}
+    text = {
+        "dofs": ["x"],
+        "nodes": [{"id": i, "x": float(i)} for i in range(n + 2)],
+        "elements": [
+            {
+                "type": "spring",
+                "dof": "x",
+                "rows": [{"id": i + 1, "nodes": [i, i + 1], "k": k} for i in range(n + 1)],
+            },
+            {
+                "type": "mass",
+                "rows": [{"id": 100 + i, "nodes": [i], "m": m} for i in range(1, n + 1)],
+            },
+        ],
+        "supports": [{"nodes": [0, n + 1], "dofs": ["x"]}],
+    }
     exact = 2 * np.sqrt(k / m) * np.sin(np.arange(1, n + 1) * np.pi / 2 / (n + 1)) / 2 / np.pi
     modes = model_modes(build(text), 50)
     assert np.allclose(modes.frequencies, exact, rtol=1e-12)
 
 
-@pytest.mark.parametrize(("nx", "ny", "expected"), [
-    (7, 5, [27.4, 29.9, 63.4, 66.3, 79.7, 90.9, 118.0, 132.4, 168.7, 181.6]),
-    (28, 20, [27.3, 29.8, 63.3, 66.1, 79.3, 91.0, 118.1, 133.6, 167.3, 180.1])])
+@pytest.mark.parametrize(
+    ("nx", "ny", "expected"),
+    [
+        (7, 5, [27.4, 29.9, 63.4, 66.3, 79.7, 90.9, 118.0, 132.4, 168.7, 181.6]),
+        (28, 20, [27.3, 29.8, 63.3, 66.1, 79.3, 91.0, 118.1, 133.6, 167.3, 180.1]),
+    ],
+)
 def test_structure_a(nx: int, ny: int, expected: list[float]) -> None:
-    """The free plate of chapter 9 against an independent calculation of the twelve-DOF element (Hz, to one decimal)."""
+    """The free plate of chapter 9 against an independent calculation of the twelve-DOF element (Hz,
+    to one decimal)."""
     steel = {"E": 206e9, "nu": 0.3, "rho": 7860.0}
-    model = build(grid(np.linspace(0, 0.665, nx + 1), np.linspace(0, 0.455, ny + 1), {"shape": "plate", "thickness": 0.0025}, steel))
+    model = build(
+        grid(
+            np.linspace(0, 0.665, nx + 1),
+            np.linspace(0, 0.455, ny + 1),
+            {"shape": "plate", "thickness": 0.0025},
+            steel,
+        )
+    )
     modes = model_modes(model, 10)
     assert modes.rigid == 3
     assert np.allclose(modes.flexible().frequencies, expected, atol=0.0501)

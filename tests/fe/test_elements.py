@@ -8,7 +8,21 @@ from cvxupdate.fe.block import Block
 from cvxupdate.fe.elements import ELEMENTS
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.fe.rigid import rigid_body_modes
-from tests.cases.elements import ALLOY, CASES, FLAT_Y, SECTIONS, SPACE, STEEL, Case, build, chain, grid, joined, lines, with_values
+from tests.cases.elements import (
+    ALLOY,
+    CASES,
+    FLAT_Y,
+    SECTIONS,
+    SPACE,
+    STEEL,
+    Case,
+    build,
+    chain,
+    grid,
+    joined,
+    lines,
+    with_values,
+)
 
 EVERY = pytest.mark.parametrize("case", CASES, ids=lambda c: c.name)
 AREA = {"bar": 0.1 * 0.012, "general": 6.0e-4}
@@ -25,10 +39,14 @@ def element_matrices(block: Block) -> dict[str, np.ndarray]:
 
 
 def test_every_element_type_has_a_case() -> None:
-    assert {e.name if isinstance(e.name, str) else e.__name__.lower() for e in ELEMENTS} - {c.name.split()[0] for c in CASES} == {"matrix"}
+    assert {e.name if isinstance(e.name, str) else e.__name__.lower() for e in ELEMENTS} - {
+        c.name.split()[0] for c in CASES
+    } == {"matrix"}
 
 
-ELASTIC = pytest.mark.parametrize("case", [c for c in CASES if not c.name.startswith("gyroscopic")], ids=lambda c: c.name)
+ELASTIC = pytest.mark.parametrize(
+    "case", [c for c in CASES if not c.name.startswith("gyroscopic")], ids=lambda c: c.name
+)
 
 
 @ELASTIC
@@ -41,7 +59,9 @@ def test_element_matrices_are_symmetric_and_semidefinite(case: Case) -> None:
             assert values.min() >= -1e-12 * np.abs(values).max(), name
 
 
-@pytest.mark.parametrize("case", [c for c in CASES if c.name.startswith("gyroscopic")], ids=lambda c: c.name)
+@pytest.mark.parametrize(
+    "case", [c for c in CASES if c.name.startswith("gyroscopic")], ids=lambda c: c.name
+)
 def test_gyroscopic_moments_do_no_work(case: Case) -> None:
     """G = −Gᵀ, and a rigid translation feels nothing."""
     m = case.build().matrices()
@@ -52,12 +72,24 @@ def test_gyroscopic_moments_do_no_work(case: Case) -> None:
 
 
 def test_a_shaft_turned_as_a_whole_has_the_moment_of_its_angular_momentum() -> None:
-    """All of the shaft turning at a rate θ': the forces add up to the moment Ip L Ω (θ' × e) about any point, and to no force."""
+    """All of the shaft turning at a rate θ': the forces add up to the moment Ip L Ω (θ' × e) about
+    any point, and to no force."""
     ex = np.array([0.4, -0.3, 0.866]) / np.linalg.norm([0.4, -0.3, 0.866])
     along = np.array([0.0, 0.13, 0.5])
     points = along[:, None] * ex + [0.2, 0.1, -0.3]
-    text = joined(lines("beam3d", points, chain(2), SPACE, "round"),
-                  {"elements": [{"type": "gyroscopic", "omega": 250.0, "Ip": 3e-4, "rows": [{"id": 9, "nodes": [1, 2]}, {"id": 10, "nodes": [2, 3]}]}]})
+    text = joined(
+        lines("beam3d", points, chain(2), SPACE, "round"),
+        {
+            "elements": [
+                {
+                    "type": "gyroscopic",
+                    "omega": 250.0,
+                    "Ip": 3e-4,
+                    "rows": [{"id": 9, "nodes": [1, 2]}, {"id": 10, "nodes": [2, 3]}],
+                }
+            ]
+        },
+    )
     C = build(text).matrices().C
     rate = np.array([0.7, -0.2, 1.1])
     motion = np.hstack([np.cross(rate, points), np.tile(rate, (3, 1))])
@@ -68,20 +100,37 @@ def test_a_shaft_turned_as_a_whole_has_the_moment_of_its_angular_momentum() -> N
 
 
 def test_a_disc_whirls_at_the_frequencies_of_the_textbook() -> None:
-    """A disc on an isotropic angular spring, Friswell et al. (2010) 3.5: s² Id + i s Ip Ω + k = 0 for θy + i θz; forward and backward whirl."""
+    """A disc on an isotropic angular spring, Friswell et al. (2010) 3.5: s² Id + i s Ip Ω + k = 0
+    for θy + i θz; forward and backward whirl."""
     k, Id, Ip, omega = 900.0, 0.05, 0.09, 120.0
-    text = {"dofs": ["ry", "rz"], "nodes": [{"id": 1, "x": 0.0}], "elements": [
-        {"type": "spring", "dofs": ["ry", "rz"], "rows": [{"id": 1, "nodes": [1], "k": k}]},
-        {"type": "mass", "rows": [{"id": 2, "nodes": [1], "m": 0.0, "Iyy": Id, "Izz": Id}]},
-        {"type": "gyroscopic", "rows": [{"id": 3, "nodes": [1], "Ip": Ip, "omega": omega, "axis": [1.0, 0.0, 0.0]}]}]}
+    text = {
+        "dofs": ["ry", "rz"],
+        "nodes": [{"id": 1, "x": 0.0}],
+        "elements": [
+            {"type": "spring", "dofs": ["ry", "rz"], "rows": [{"id": 1, "nodes": [1], "k": k}]},
+            {"type": "mass", "rows": [{"id": 2, "nodes": [1], "m": 0.0, "Iyy": Id, "Izz": Id}]},
+            {
+                "type": "gyroscopic",
+                "rows": [
+                    {"id": 3, "nodes": [1], "Ip": Ip, "omega": omega, "axis": [1.0, 0.0, 0.0]}
+                ],
+            },
+        ],
+    }
     m = build(text).matrices()
     K, M, C = (np.asarray(x.todense()) for x in (m.K, m.M, m.C))
-    state = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+    state = np.block(
+        [[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]]
+    )
     found = np.sort(np.abs(np.linalg.eigvals(state).imag))[[0, 2]]
     h = Ip * omega / (2 * Id)
-    np.testing.assert_allclose(found, [np.sqrt(h**2 + k / Id) - h, np.sqrt(h**2 + k / Id) + h], rtol=1e-12)
+    np.testing.assert_allclose(
+        found, [np.sqrt(h**2 + k / Id) - h, np.sqrt(h**2 + k / Id) + h], rtol=1e-12
+    )
     s = np.linalg.eig(state)
-    forward = int(np.argmax(s[0].imag))  # the faster whirl goes the way of the spin: θz is a quarter turn behind θy
+    forward = int(
+        np.argmax(s[0].imag)
+    )  # the faster whirl goes the way of the spin: θz is a quarter turn behind θy
     assert (s[1][1, forward] / s[1][0, forward] * 1j).real == pytest.approx(1.0)
 
 
@@ -94,12 +143,16 @@ def test_global_matrices_are_symmetric(case: Case) -> None:
 
 @EVERY
 def test_rank_of_element_matrices(case: Case) -> None:
-    """A single element resists everything but its rigid-body motion (and what it has no stiffness for, a rod's swing)."""
+    """A single element resists everything but its rigid-body motion (and what it has no stiffness
+    for, a rod's swing)."""
     main = {"dashpot": "C", "mass": "M", "gyroscopic": "none"}.get(case.name.split()[0], "K")
     for block in own_blocks(case):
         matrices = element_matrices(block)
         if main in matrices:
-            assert set(_ranks(matrices[main])) == {len(matrices[main][0]) - (case.null if main == "K" else 0 if main == "M" else _loose(block))}
+            assert set(_ranks(matrices[main])) == {
+                len(matrices[main][0])
+                - (case.null if main == "K" else 0 if main == "M" else _loose(block))
+            }
         if "M" in matrices:
             assert set(_ranks(matrices["M"])) == {case.mass_rank}
 
@@ -116,7 +169,15 @@ def _ranks(batch: np.ndarray) -> list[int]:
     return [int(n) for n in np.sum(values > 1e-11, axis=1)]
 
 
-@pytest.mark.parametrize("case", [c for c in CASES if c.null and not c.name.startswith(("dashpot", "gyroscopic")) and c.name != "mass"], ids=lambda c: c.name)
+@pytest.mark.parametrize(
+    "case",
+    [
+        c
+        for c in CASES
+        if c.null and not c.name.startswith(("dashpot", "gyroscopic")) and c.name != "mass"
+    ],
+    ids=lambda c: c.name,
+)
 def test_rigid_motion_takes_no_energy(case: Case) -> None:
     model = case.build()
     m = model.matrices()
@@ -133,7 +194,16 @@ def test_rod_patch(lumped: bool) -> None:
     direction = np.array([0.4, -0.3, 0.866])
     direction /= np.linalg.norm(direction)
     along = np.array([0.0, 0.13, 0.5, 0.62, 1.0])
-    model = build(lines("rod", along[:, None] * direction, chain(4), "xyz", "bar", mass="lumped" if lumped else "consistent"))
+    model = build(
+        lines(
+            "rod",
+            along[:, None] * direction,
+            chain(4),
+            "xyz",
+            "bar",
+            mass="lumped" if lumped else "consistent",
+        )
+    )
     K = model.matrices().K
     u = 1e-3 * (along[:, None] * direction).ravel()
     force = (K @ u).reshape(-1, 3)
@@ -148,13 +218,17 @@ BENT = {"bending about y": ("Iy", 2), "bending about z": ("Iz", 1)}
 @pytest.mark.parametrize("axis", BENT)
 @pytest.mark.parametrize("section", ["bar", "general"])
 def test_beam_patch_constant_curvature(axis: str, section: str, shear: float) -> None:
-    """w = ½ κ s²: end moments only, energy ½ E I κ² L, in an oblique beam with an orientation vector."""
+    """w = ½ κ s²: end moments only, energy ½ E I κ² L, in an oblique beam with an orientation
+    vector."""
     along = np.array([0.0, 0.13, 0.5, 0.62, 1.0])
     ex = np.array([0.4, -0.3, 0.866]) / np.linalg.norm([0.4, -0.3, 0.866])
     v = np.array([0.3, 1.0, 0.2])
     ey = np.cross(v, ex) / np.linalg.norm(np.cross(v, ex))
     ez = np.cross(ex, ey)
-    model = with_values(build(lines("beam3d", along[:, None] * ex, chain(4), SPACE, section, orientation=v)), shear=shear)
+    model = with_values(
+        build(lines("beam3d", along[:, None] * ex, chain(4), SPACE, section, orientation=v)),
+        shear=shear,
+    )
     K = model.matrices().K
     kappa = 1e-3
     if axis == "bending about z":
@@ -180,14 +254,25 @@ def test_beam_patch_constant_twist() -> None:
 def test_timoshenko_cantilever_deflection_is_exact() -> None:
     """P L³ / 3 E I + P L / κ G A at the tip, whatever the mesh."""
     along = np.array([0.0, 0.07, 0.31])
-    model = with_values(build({**lines("beam2d", along[:, None] * [1.0, 0.0, 0.0], chain(2), ["x", "y", "rz"], "bar"),
-                               "supports": [{"nodes": [1], "dofs": ["x", "y", "rz"]}]}), shear=1.0)
+    model = with_values(
+        build(
+            {
+                **lines(
+                    "beam2d", along[:, None] * [1.0, 0.0, 0.0], chain(2), ["x", "y", "rz"], "bar"
+                ),
+                "supports": [{"nodes": [1], "dofs": ["x", "y", "rz"]}],
+            }
+        ),
+        shear=1.0,
+    )
     K = model.matrices().K.toarray()
     f = np.zeros(model.size)
     f[model.place["n3.y"]] = 1.0
     tip = np.linalg.solve(K, f)[model.place["n3.y"]]
     E, G = STEEL["E"], STEEL["E"] / 2 / (1 + STEEL["nu"])
-    assert tip == pytest.approx(0.31**3 / 3 / E / IZ["bar"] + 0.31 / (5 / 6 * G * AREA["bar"]), rel=1e-10)
+    assert tip == pytest.approx(
+        0.31**3 / 3 / E / IZ["bar"] + 0.31 / (5 / 6 * G * AREA["bar"]), rel=1e-10
+    )
 
 
 def test_preload_energy_of_a_tilted_beam() -> None:
@@ -207,8 +292,14 @@ def test_preload_energy_of_a_tilted_beam() -> None:
 @pytest.mark.parametrize("turn", range(4))
 @pytest.mark.parametrize("field", ["x", "y", "both", "twist"])
 def test_plate_patch(field: str, turn: int) -> None:
-    """Constant curvatures and constant twist over unequal rectangles: no force inside, the energy of the plate's definition."""
-    kx, ky, kxy = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "both": (0.7, -1.3, 0.0), "twist": (0.0, 0.0, 1.0)}[field]
+    """Constant curvatures and constant twist over unequal rectangles: no force inside, the energy
+    of the plate's definition."""
+    kx, ky, kxy = {
+        "x": (1.0, 0.0, 0.0),
+        "y": (0.0, 1.0, 0.0),
+        "both": (0.7, -1.3, 0.0),
+        "twist": (0.0, 0.0, 1.0),
+    }[field]
     xs, ys = np.array([0.0, 0.11, 0.3, 0.42]), np.array([0.1, 0.27, 0.36, 0.5])
     model = build(grid(xs, ys, "rolled", ALLOY, turn=turn))
     x, y = model.xyz[:, 0], model.xyz[:, 1]
@@ -217,8 +308,20 @@ def test_plate_patch(field: str, turn: int) -> None:
     K = model.matrices().K
     s, nu = SECTIONS["rolled"], ALLOY["nu"]
     D = ALLOY["E"] * s["thickness"] ** 3 / 12 / (1 - nu**2)
-    along, across = ("Dx", "Dy") if turn % 2 == 0 else ("Dy", "Dx")  # local x follows the node order
-    energy = D * (s[along] * kx**2 + s[across] * ky**2 + 2 * s["D1"] * nu * kx * ky + 4 * s["Dxy"] * (1 - nu) / 2 * kxy**2) * 0.42 * 0.4
+    along, across = (
+        ("Dx", "Dy") if turn % 2 == 0 else ("Dy", "Dx")
+    )  # local x follows the node order
+    energy = (
+        D
+        * (
+            s[along] * kx**2
+            + s[across] * ky**2
+            + 2 * s["D1"] * nu * kx * ky
+            + 4 * s["Dxy"] * (1 - nu) / 2 * kxy**2
+        )
+        * 0.42
+        * 0.4
+    )
     assert u @ K @ u == pytest.approx(energy, rel=1e-10)
     inside = (x > 0) & (x < 0.42) & (y > 0.1) & (y < 0.5)
     force = (K @ u).reshape(-1, 3)
@@ -226,35 +329,50 @@ def test_plate_patch(field: str, turn: int) -> None:
 
 
 def test_clockwise_plate_is_the_same_plate() -> None:
-    """Seen from below, the same sheet (the checks of a problem file ask for one order; other callers need not keep to it)."""
+    """Seen from below, the same sheet (the checks of a problem file ask for one order; other
+    callers need not keep to it)."""
     from cvxupdate.fe.elements import Plate
+
     points = np.array([[[0.0, 0, 0], [0.3, 0, 0], [0.3, 0.2, 0], [0, 0.2, 0]]])
     swap = np.array([0, 3, 2, 1])
     places = (swap[:, None] * 3 + np.arange(3)).ravel()
     a = {t.coefficient: t.values[0] for t in Plate().terms(points, np.zeros((1, 3)))}
     b = {t.coefficient: t.values[0] for t in Plate().terms(points[:, swap], np.zeros((1, 3)))}
     for here, there in (("Dx", "Dy"), ("Dy", "Dx"), ("D1", "D1"), ("Dxy", "Dxy"), ("rhoh", "rhoh")):
-        assert np.allclose(b[there], a[here][np.ix_(places, places)], atol=1e-12 * np.abs(a[here]).max())
+        assert np.allclose(
+            b[there], a[here][np.ix_(places, places)], atol=1e-12 * np.abs(a[here]).max()
+        )
 
 
-@pytest.mark.parametrize(("points", "words"), [
-    ([[0.0, 0, 0], [0.3, 0, 0], [0.4, 0.2, 0], [0, 0.2, 0]], "not a rectangle"),
-    ([[0.0, 0, 0], [0.3, 0, 0.1], [0.3, 0.2, 0.1], [0, 0.2, 0]], "parallel to the x-y plane"),
-])
+@pytest.mark.parametrize(
+    ("points", "words"),
+    [
+        ([[0.0, 0, 0], [0.3, 0, 0], [0.4, 0.2, 0], [0, 0.2, 0]], "not a rectangle"),
+        ([[0.0, 0, 0], [0.3, 0, 0.1], [0.3, 0.2, 0.1], [0, 0.2, 0]], "parallel to the x-y plane"),
+    ],
+)
 def test_bad_plates_are_refused(points: list[list[float]], words: str) -> None:
     from cvxupdate.fe.elements import Plate
+
     with pytest.raises(ModelError, match=words):
         Plate().terms(np.array([points]), np.zeros((1, 3)))
 
 
 # ---- mass
 
-VOLUME = {"bar": 0.1 * 0.012, "upright": 0.008 * 0.03, "round": np.pi * 1e-4, "tube": np.pi / 4 * (0.04**2 - 0.034**2), "general": 6e-4}
+VOLUME = {
+    "bar": 0.1 * 0.012,
+    "upright": 0.008 * 0.03,
+    "round": np.pi * 1e-4,
+    "tube": np.pi / 4 * (0.04**2 - 0.034**2),
+    "general": 6e-4,
+}
 
 
 @EVERY
 def test_total_mass(case: Case) -> None:
-    """Density times volume, or the lumps, whatever the mass matrix; and what a unit translation carries."""
+    """Density times volume, or the lumps, whatever the mass matrix; and what a unit translation
+    carries."""
     model, text = case.build(), case.model
     xyz = {n["id"]: np.array([n["x"], n["y"], n["z"]]) for n in text["nodes"]}
     mass = 0.0
@@ -264,10 +382,19 @@ def test_total_mass(case: Case) -> None:
                 mass += row["m"]
             elif block["type"] == "plate":
                 a, b, _, d = (xyz[n] for n in row["nodes"])
-                mass += text["materials"]["m"]["rho"] * text["sections"]["s"]["thickness"] * np.linalg.norm(b - a) * np.linalg.norm(d - a)
+                mass += (
+                    text["materials"]["m"]["rho"]
+                    * text["sections"]["s"]["thickness"]
+                    * np.linalg.norm(b - a)
+                    * np.linalg.norm(d - a)
+                )
             elif "section" in block:
                 area = next(VOLUME[k] for k, v in SECTIONS.items() if v == text["sections"]["s"])
-                mass += text["materials"]["m"]["rho"] * area * np.linalg.norm(np.diff([xyz[n] for n in row["nodes"]], axis=0))
+                mass += (
+                    text["materials"]["m"]["rho"]
+                    * area
+                    * np.linalg.norm(np.diff([xyz[n] for n in row["nodes"]], axis=0))
+                )
     assert model.total_mass() == pytest.approx(mass, rel=1e-12)
     for kind in (0, 1, 2):
         u = (model.dof_kind == kind).astype(float)
@@ -281,10 +408,15 @@ def test_total_mass_counts_supports_and_every_type() -> None:
     beam = lines("beam3d", FLAT_Y, [(1, 2), (2, 3)], SPACE, "round")
     beam["elements"][0].update(material="b", section="b")
     text = joined(sheet, beam)
-    text |= {"materials": {**sheet["materials"], "b": ALLOY}, "sections": {**sheet["sections"], "b": SECTIONS["round"]},
-             "supports": [{"nodes": [1, 4], "dofs": SPACE}]}
+    text |= {
+        "materials": {**sheet["materials"], "b": ALLOY},
+        "sections": {**sheet["sections"], "b": SECTIONS["round"]},
+        "supports": [{"nodes": [1, 4], "dofs": SPACE}],
+    }
     model = build(text)
-    assert model.total_mass() == pytest.approx(7850 * 0.0025 * 0.15 + 2700 * np.pi * 1e-4 * 0.5, rel=1e-12)
+    assert model.total_mass() == pytest.approx(
+        7850 * 0.0025 * 0.15 + 2700 * np.pi * 1e-4 * 0.5, rel=1e-12
+    )
 
 
 def test_torsion_alone_carries_no_mass() -> None:
@@ -293,8 +425,15 @@ def test_torsion_alone_carries_no_mass() -> None:
 
 
 def test_rod_in_a_frame_has_no_rotations_of_its_own() -> None:
-    """A lump without inertia brings no rotational DOF, so a truss with lumps works with all six kinds active."""
-    text = lines("rod", [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [(1, 2), (1, 3), (1, 4)], SPACE, "round")
+    """A lump without inertia brings no rotational DOF, so a truss with lumps works with all six
+    kinds active."""
+    text = lines(
+        "rod",
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
+        [(1, 2), (1, 3), (1, 4)],
+        SPACE,
+        "round",
+    )
     text["elements"].append({"type": "mass", "rows": [{"id": 9, "nodes": [1], "m": 4.0}]})
     text["supports"] = [{"nodes": [2, 3, 4], "dofs": ["x", "y", "z"]}]
     model = build(text)
@@ -303,10 +442,16 @@ def test_rod_in_a_frame_has_no_rotations_of_its_own() -> None:
 
 
 def test_shear_coefficients() -> None:
-    """Cowper: 6 (1 + ν) / (7 + 6 ν) of a round bar, 2 (1 + ν) / (4 + 3 ν) of a thin tube; 5/6 otherwise."""
+    """Cowper: 6 (1 + ν) / (7 + 6 ν) of a round bar, 2 (1 + ν) / (4 + 3 ν) of a thin tube; 5/6
+    otherwise."""
     nu = STEEL["nu"]
     thin = {"shape": "circle", "diameter": 0.1, "wall": 1e-6}
-    for section, kappa in (("round", 6 * (1 + nu) / (7 + 6 * nu)), (thin, 2 * (1 + nu) / (4 + 3 * nu)), ("bar", 5 / 6), ("general", 5 / 6)):
+    for section, kappa in (
+        ("round", 6 * (1 + nu) / (7 + 6 * nu)),
+        (thin, 2 * (1 + nu) / (4 + 3 * nu)),
+        ("bar", 5 / 6),
+        ("general", 5 / 6),
+    ):
         model = build(lines("beam3d", FLAT_Y, chain(3), SPACE, section))
         assert np.allclose(model.blocks[0].properties["kappa"], kappa, rtol=1e-4)
 

@@ -14,6 +14,7 @@ from tests.cases.elements import build, grid
 def stiffness() -> tuple[sp.csc_array, sp.csc_array, np.ndarray]:
     m = build(grid(np.linspace(0, 0.5, 7), np.linspace(0, 0.3, 5))).matrices()
     import scipy.linalg as la
+
     return m.K, m.M, la.eigvalsh(m.K.toarray(), m.M.toarray())
 
 
@@ -23,7 +24,8 @@ K, M, VALUES = stiffness()
 @settings(max_examples=30, deadline=None)
 @given(st.floats(0.02, 0.98), st.integers(3, 60))
 def test_inertia_counts_eigenvalues(share: float, i: int) -> None:
-    """Sylvester: the negative pivots of K − μ M are the eigenvalues below μ, wherever μ falls between two of them."""
+    """Sylvester: the negative pivots of K − μ M are the eigenvalues below μ, wherever μ falls
+    between two of them."""
     below, above = VALUES[i - 1], VALUES[i]
     if i == 3:
         below = 0.0

@@ -1,4 +1,5 @@
-"""Receptances and condensation against dense inversion, modal sums, reciprocity and the structure's own physics."""
+"""Receptances and condensation against dense inversion, modal sums, reciprocity and the structure's
+own physics."""
 
 from __future__ import annotations
 
@@ -9,9 +10,21 @@ import numpy as np
 import pytest
 
 from cvxupdate.errors import InputError, ModelError
-from cvxupdate.fe.damping import loss_factor_from_modal, modal_matrix, rayleigh_from_modal, with_modal_damping
+from cvxupdate.fe.damping import (
+    loss_factor_from_modal,
+    modal_matrix,
+    rayleigh_from_modal,
+    with_modal_damping,
+)
 from cvxupdate.fe.modes import model_modes
-from cvxupdate.fe.responses import condense, damped, dynamic_stiffness, held_frequencies, matrices_with_damping, receptance
+from cvxupdate.fe.responses import (
+    condense,
+    damped,
+    dynamic_stiffness,
+    held_frequencies,
+    matrices_with_damping,
+    receptance,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -30,7 +43,9 @@ MODAL = '[model.damping]\nkind = "modal"\nzeta = [0.01, 0.02, 0.015]'
 SEVEN = ("n1.x", "n1.z", "n5.z", "n9.ry", "n13.y", "n17.z", "n19.z")
 
 
-@pytest.fixture(scope="module", params=["", DAMPED, RAYLEIGH], ids=["undamped", "structural", "rayleigh"])
+@pytest.fixture(
+    scope="module", params=["", DAMPED, RAYLEIGH], ids=["undamped", "structural", "rayleigh"]
+)
 def model(request):
     return bay.build("FE1", request.param)
 
@@ -46,13 +61,16 @@ def test_receptance_is_the_inverse_and_reciprocal(model):
     assert np.iscomplexobj(H) == damped(model.matrices())
     assert pytest.approx(bay.receptance(model, f, SEVEN, SEVEN), rel=1e-7, abs=1e-16) == H
     assert pytest.approx(H.transpose(0, 2, 1), rel=1e-7, abs=1e-16) == H
-    if damped(model.matrices()):  # a passive structure takes power in: Im H of a drive point is negative
+    if damped(
+        model.matrices()
+    ):  # a passive structure takes power in: Im H of a drive point is negative
         assert np.all(np.diagonal(H, axis1=1, axis2=2).imag < 0)
 
 
 @pytest.mark.parametrize("reference", ["n5.z", "n18.z", "n3.rx"])
 def test_condensation_is_exact(model, reference):
-    """Z_red is the inverse of H_nn (3.14), T carries it to every DOF, and a force at an unmeasured DOF is carried as well."""
+    """Z_red is the inverse of H_nn (3.14), T carries it to every DOF, and a force at an unmeasured
+    DOF is carried as well."""
     at, by = places(model, SEVEN), places(model, [reference, "n1.x"])
     f = 87.0
     c = condense(matrices_with_damping(model), f, at, by)
@@ -79,13 +97,24 @@ def test_modal_sum_of_a_modally_damped_model():
     """H = Σ φφᵀ/(ω_r² − ω² + 2iζ_r ω_r ω) and the rigid-body part, the last ζ for the rest."""
     model = bay.build("X1", MODAL)
     modes = model_modes(model, model.size)
-    zeta = np.concatenate([np.zeros(modes.rigid), [0.01, 0.02], np.full(len(modes.eigenvalues) - modes.rigid - 2, 0.015)])
+    zeta = np.concatenate(
+        [
+            np.zeros(modes.rigid),
+            [0.01, 0.02],
+            np.full(len(modes.eigenvalues) - modes.rigid - 2, 0.015),
+        ]
+    )
     at = places(model, SEVEN)
     phi = modes.shapes[at]
     for f in (30.0, 102.2, 260.0):
         w = 2 * np.pi * f
-        expected = (phi / (modes.eigenvalues - w**2 + 2j * zeta * np.sqrt(np.maximum(modes.eigenvalues, 0)) * w)) @ phi.T
-        assert receptance(model, [f], at, at)[0] == pytest.approx(expected, rel=1e-5, abs=1e-9 * np.abs(expected).max())
+        expected = (
+            phi
+            / (modes.eigenvalues - w**2 + 2j * zeta * np.sqrt(np.maximum(modes.eigenvalues, 0)) * w)
+        ) @ phi.T
+        assert receptance(model, [f], at, at)[0] == pytest.approx(
+            expected, rel=1e-5, abs=1e-9 * np.abs(expected).max()
+        )
 
 
 def test_modal_matrix_has_the_modes_of_the_structure():
@@ -94,7 +123,9 @@ def test_modal_matrix_has_the_modes_of_the_structure():
     m = model.matrices()
     zeta = np.linspace(0.01, 0.03, 12)
     C = modal_matrix(modes.eigenvalues, modes.shapes, m.M, zeta)
-    assert np.diag(modes.shapes.T @ C @ modes.shapes) == pytest.approx(2 * zeta * np.sqrt(modes.eigenvalues), rel=1e-8)
+    assert np.diag(modes.shapes.T @ C @ modes.shapes) == pytest.approx(
+        2 * zeta * np.sqrt(modes.eigenvalues), rel=1e-8
+    )
     assert np.linalg.eigvalsh(C).min() > -1e-8 * np.abs(C).max()
     with pytest.raises(ModelError, match="Rayleigh"):
         from cvxupdate.fe import damping
@@ -109,8 +140,11 @@ def test_modal_matrix_has_the_modes_of_the_structure():
 def test_rayleigh_from_modal_damping():
     f = np.array([20.0, 55.0, 130.0])
     w = 2 * np.pi * f
-    assert rayleigh_from_modal(f, 4.0 / (2 * w) + 2e-5 * w / 2) == pytest.approx((4.0, 2e-5), rel=1e-9)
-    # falling ζ: pure mass damping; rising faster than ω: pure stiffness damping. Neither constant goes negative.
+    assert rayleigh_from_modal(f, 4.0 / (2 * w) + 2e-5 * w / 2) == pytest.approx(
+        (4.0, 2e-5), rel=1e-9
+    )
+    # falling ζ: pure mass damping; rising faster than ω: pure stiffness damping. Neither constant
+    # goes negative.
     alpha, beta = rayleigh_from_modal(f, [0.05, 0.012, 0.001])
     assert alpha > 0 and beta == 0.0
     alpha, beta = rayleigh_from_modal(f, [0.001, 0.01, 0.06])

@@ -26,16 +26,33 @@ ZETA, FACTOR, NOISE = 0.01, 1.21, 1e-3
 
 
 def chain() -> Model:
-    text = {"dofs": ["x"], "nodes": [{"id": i + 1, "x": float(i)} for i in range(3)], "elements": [
-        {"type": "spring", "dof": "x", "rows": [{"id": 1, "nodes": [1], "k": STIFFNESS[0]}, {"id": 2, "nodes": [1, 2], "k": STIFFNESS[1]},
-                                                {"id": 3, "nodes": [2, 3], "k": STIFFNESS[2]}]},
-        {"type": "mass", "rows": [{"id": 4 + i, "nodes": [i + 1], "m": m} for i, m in enumerate(MASS)]}], "damping": {"kind": "modal", "zeta": ZETA}}
+    text = {
+        "dofs": ["x"],
+        "nodes": [{"id": i + 1, "x": float(i)} for i in range(3)],
+        "elements": [
+            {
+                "type": "spring",
+                "dof": "x",
+                "rows": [
+                    {"id": 1, "nodes": [1], "k": STIFFNESS[0]},
+                    {"id": 2, "nodes": [1, 2], "k": STIFFNESS[1]},
+                    {"id": 3, "nodes": [2, 3], "k": STIFFNESS[2]},
+                ],
+            },
+            {
+                "type": "mass",
+                "rows": [{"id": 4 + i, "nodes": [i + 1], "m": m} for i, m in enumerate(MASS)],
+            },
+        ],
+        "damping": {"kind": "modal", "zeta": ZETA},
+    }
     model = build(text)
     return model.with_parameters(select_parameters([Wanted("k2", "stiffness", (2,))], model))
 
 
 def recording(use: str, reference: int) -> FrequencyResponse:
-    """The chain with its second spring stiffer, by dense inversion, with noise; the third channel hears next to nothing."""
+    """The chain with its second spring stiffer, by dense inversion, with noise; the third channel
+    hears next to nothing."""
     a, b, c = STIFFNESS[0], FACTOR * STIFFNESS[1], STIFFNESS[2]
     K, M = np.array([[a + b, -b, 0], [-b, b + c, -c], [0, -c, c]]), np.diag(MASS)
     lam, phi = np.linalg.eigh(np.diag(np.diag(M) ** -0.5) @ K @ np.diag(np.diag(M) ** -0.5))
@@ -49,13 +66,23 @@ def recording(use: str, reference: int) -> FrequencyResponse:
     H[:, 2] *= 1e-9
     std[:, 2] = 1.0
     channels = tuple(Channel(n, "x", "acceleration") for n in (1, 2, 3))
-    return FrequencyResponse(Origin(f"{use} {reference}", "lab", use), LINES, H, "acceleration", channels, (Channel(reference, "x", "force"),), std**2)
+    return FrequencyResponse(
+        Origin(f"{use} {reference}", "lab", use),
+        LINES,
+        H,
+        "acceleration",
+        channels,
+        (Channel(reference, "x", "force"),),
+        std**2,
+    )
 
 
 @pytest.fixture(scope="module")
 def shown() -> Shown:
     model = undamped(chain())
-    fitted, held = ((smooth(frf_lines(recording(use, n)), 0.0),) for use, n in (("fit", 1), ("hold-out", 2)))
+    fitted, held = (
+        (smooth(frf_lines(recording(use, n)), 0.0),) for use, n in (("fit", 1), ("hold-out", 2))
+    )
     setting = setting_for(model, chain(), fitted, 75.0, 5.0)
 
     def at(p: float) -> ResponsePoint:
@@ -63,25 +90,48 @@ def shown() -> Shown:
         values[0] = p
         return setting.evaluate(values)
 
-    near, far = Candidate("added_mass", Place(nodes=(2,)), None, 1, np.zeros(1)), Candidate("stiffness_change", Place(elements=(2,)), None, 1, np.zeros(1))
+    near, far = (
+        Candidate("added_mass", Place(nodes=(2,)), None, 1, np.zeros(1)),
+        Candidate("stiffness_change", Place(elements=(2,)), None, 1, np.zeros(1)),
+    )
     return responses_shown(at(0.0), at(FACTOR - 1.0), fitted, held, [(near, 0.3), (far, 0.9)])
 
 
 def test_the_first_curve_is_held_out_and_falls_on_the_measurement(shown: Shown) -> None:
     first = shown.curves[0]
-    assert first.use == "hold-out" and first.sensor in ("n1.x", "n2.x") and first.driven == ("n2.x",) and first.per_force
-    assert first.quantity == "acceleration" and len(first.frequency) <= 600 and np.all(np.diff(first.frequency) > 0)
+    assert (
+        first.use == "hold-out"
+        and first.sensor in ("n1.x", "n2.x")
+        and first.driven == ("n2.x",)
+        and first.per_force
+    )
+    assert (
+        first.quantity == "acceleration"
+        and len(first.frequency) <= 600
+        and np.all(np.diff(first.frequency) > 0)
+    )
     size = np.linalg.norm(first.measured)
-    assert np.linalg.norm(first.after - first.measured) < 0.02 * size < 0.2 * size < np.linalg.norm(first.before - first.measured)
-    assert first.measured.max() == pytest.approx(np.abs(recording("hold-out", 2).H[:, int(first.sensor[1]) - 1]).max(), rel=1e-12)  # no peak is lost
-    assert [c.use for c in shown.curves] == ["hold-out"] * 2 + ["fit"] * 2  # the channel that hears nothing is not drawn
+    assert (
+        np.linalg.norm(first.after - first.measured)
+        < 0.02 * size
+        < 0.2 * size
+        < np.linalg.norm(first.before - first.measured)
+    )
+    assert first.measured.max() == pytest.approx(
+        np.abs(recording("hold-out", 2).H[:, int(first.sensor[1]) - 1]).max(), rel=1e-12
+    )  # no peak is lost
+    assert [c.use for c in shown.curves] == ["hold-out"] * 2 + [
+        "fit"
+    ] * 2  # the channel that hears nothing is not drawn
 
 
 def test_what_remains_is_noise_after_and_more_before(shown: Shown) -> None:
     held, fitted = shown.spectra
     assert (held.use, fitted.use) == ("hold-out", "fit")
     for s in (held, fitted):
-        assert s.noise == pytest.approx(NOISE, rel=1e-3)  # the same at every line, relative to a channel that has it too
+        assert s.noise == pytest.approx(
+            NOISE, rel=1e-3
+        )  # the same at every line, relative to a channel that has it too
         assert np.sqrt(np.mean(s.after**2)) < 3 * NOISE < 0.1 < np.sqrt(np.mean(s.before**2))
 
 
@@ -89,7 +139,9 @@ def test_recordings_that_hear_nothing_are_not_drawn() -> None:
     """Every channel below its noise: no curve, no spectrum, no error."""
     model = undamped(chain())
     deaf = recording("fit", 1)
-    signals = (smooth(frf_lines(replace(deaf, H=1e-9 * deaf.H, variance=np.ones(deaf.H.shape))), 0.0),)
+    signals = (
+        smooth(frf_lines(replace(deaf, H=1e-9 * deaf.H, variance=np.ones(deaf.H.shape))), 0.0),
+    )
     setting = setting_for(model, chain(), signals, 75.0, 5.0)
     point = setting.evaluate(np.zeros(len(setting.columns)))
     assert responses_shown(point, point, signals, (), []) == Shown()
@@ -100,8 +152,18 @@ def test_the_map_takes_nodes_elements_and_no_channels() -> None:
         channel = place.pop("channel", None)
         return Candidate("added_mass", Place(**place), None, 1, np.zeros(1), channel=channel), share  # type: ignore[arg-type]
 
-    nodes, elements = places([candidate(0.2, nodes=(1,)), candidate(0.5, nodes=(1,)), candidate(0.4, nodes=(2, 3)), candidate(0.9, nodes=(5,), channel="n5.x"),
-                              candidate(0.3, elements=(7,)), candidate(0.8, elements=(7, 8)), candidate(np.nan, elements=(9,)), candidate(0.0, nodes=(4,))])
+    nodes, elements = places(
+        [
+            candidate(0.2, nodes=(1,)),
+            candidate(0.5, nodes=(1,)),
+            candidate(0.4, nodes=(2, 3)),
+            candidate(0.9, nodes=(5,), channel="n5.x"),
+            candidate(0.3, elements=(7,)),
+            candidate(0.8, elements=(7, 8)),
+            candidate(np.nan, elements=(9,)),
+            candidate(0.0, nodes=(4,)),
+        ]
+    )
     assert nodes == {1: 0.5, 2: 0.4, 3: 0.4} and elements == {7: 0.3}
 
 
@@ -115,10 +177,22 @@ def test_extremes_keep_peaks_and_dips() -> None:
 
 def test_modes_before_and_after() -> None:
     model = replace(chain(), modal_damping=())
-    table = ModeTable(Origin("t", "t"), np.array([12.0, 33.0]), np.full(2, 0.1), np.full(2, np.nan), np.full(2, np.nan), (), None, None, np.array([1, 2]))
+    table = ModeTable(
+        Origin("t", "t"),
+        np.array([12.0, 33.0]),
+        np.full(2, 0.1),
+        np.full(2, np.nan),
+        np.full(2, np.nan),
+        (),
+        None,
+        None,
+        np.array([1, 2]),
+    )
     residual = modal_residual(model, (table,), (), False)
     got = modes_shown(residual.evaluate(np.zeros(1)), residual.evaluate(np.array([0.2])), [])
-    assert [m.frequency for m in got.modes] == [12.0, 33.0] and all(m.use == "fit" for m in got.modes)
+    assert [m.frequency for m in got.modes] == [12.0, 33.0] and all(
+        m.use == "fit" for m in got.modes
+    )
     assert all(m.after > m.before for m in got.modes)  # stiffer is faster
 
 

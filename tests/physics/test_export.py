@@ -1,4 +1,5 @@
-"""The diagnosed model written as a problem file: built anew, it is the diagnosed model, word by word."""
+"""The diagnosed model written as a problem file: built anew, it is the diagnosed model, word by
+word."""
 
 from __future__ import annotations
 
@@ -32,44 +33,106 @@ from cvxupdate.spec import Spec, check_problem, load_problem
 from cvxupdate.spec.write import compacted, tables_of, to_toml
 from tests.cases.elements import STEEL, grid, nodes, toml
 
-BEAM = {"dofs": ["x", "z", "ry"], "nodes": nodes([(x, 0.0, 0.0) for x in (0.0, 0.11, 0.23, 0.37, 0.48, 0.6)]),
-        "materials": {"steel": {**STEEL, "eta": 0.004}}, "sections": {"flat bar": {"shape": "rectangle", "width": 0.04, "height": 0.008}},
-        "elements": [
-            {"type": "beam3d", "material": "steel", "section": "flat bar", "rows": [{"id": i, "nodes": [i, i + 1], "group": "long" if i < 4 else "short"}
-                                                                                     for i in range(1, 6)]},
-            {"type": "mass", "rows": [{"id": 11, "nodes": [4], "m": 0.12, "Iyy": 2e-5, "group": "tip"}]},
-            {"type": "spring", "rows": [{"id": 21, "nodes": [6], "k": 2e4, "dofs": ["x", "z"], "group": "hanger"}]},
-            {"type": "dashpot", "dof": "z", "rows": [{"id": 31, "nodes": [3], "c": 1.4}]}],
-        "supports": [{"nodes": "all", "dofs": ["y", "rx", "rz"]}, {"nodes": [1], "dofs": ["x"]}, {"nodes": [1, 2], "dofs": ["z"]}],
-        "damping": {"kind": "structural", "eta": 0.01}}
-PLATE = {**grid([0.0, 0.11, 0.3, 0.42], [0.0, 0.17, 0.26]), "supports": [{"nodes": [1, 4], "dofs": ["z"]}], "damping": {"kind": "modal", "zeta": [0.01, 0.02]}}
-SHAFT = {"dofs": ["y", "z", "ry", "rz"], "nodes": nodes([(x, 0.0, 0.0) for x in (0.0, 0.13, 0.29, 0.4)]), "materials": {"m": STEEL},
-         "sections": {"s": {"shape": "circle", "diameter": 0.02}},
-         "elements": [{"type": "beam3d", "material": "m", "section": "s", "rows": [{"id": 1, "nodes": [1, 2], "group": "shaft"}, {"id": 2, "nodes": [3, 2],
-                       "group": "shaft"}, {"id": 3, "nodes": [3, 4], "group": "shaft"}]},
-                      {"type": "mass", "rows": [{"id": 4, "nodes": [3], "m": 2.0, "Ixx": 0.02, "Iyy": 0.011, "Izz": 0.011}]}],
-         "supports": [{"nodes": [1], "dofs": ["y", "z", "ry", "rz"]}]}
+BEAM = {
+    "dofs": ["x", "z", "ry"],
+    "nodes": nodes([(x, 0.0, 0.0) for x in (0.0, 0.11, 0.23, 0.37, 0.48, 0.6)]),
+    "materials": {"steel": {**STEEL, "eta": 0.004}},
+    "sections": {"flat bar": {"shape": "rectangle", "width": 0.04, "height": 0.008}},
+    "elements": [
+        {
+            "type": "beam3d",
+            "material": "steel",
+            "section": "flat bar",
+            "rows": [
+                {"id": i, "nodes": [i, i + 1], "group": "long" if i < 4 else "short"}
+                for i in range(1, 6)
+            ],
+        },
+        {
+            "type": "mass",
+            "rows": [{"id": 11, "nodes": [4], "m": 0.12, "Iyy": 2e-5, "group": "tip"}],
+        },
+        {
+            "type": "spring",
+            "rows": [{"id": 21, "nodes": [6], "k": 2e4, "dofs": ["x", "z"], "group": "hanger"}],
+        },
+        {"type": "dashpot", "dof": "z", "rows": [{"id": 31, "nodes": [3], "c": 1.4}]},
+    ],
+    "supports": [
+        {"nodes": "all", "dofs": ["y", "rx", "rz"]},
+        {"nodes": [1], "dofs": ["x"]},
+        {"nodes": [1, 2], "dofs": ["z"]},
+    ],
+    "damping": {"kind": "structural", "eta": 0.01},
+}
+PLATE = {
+    **grid([0.0, 0.11, 0.3, 0.42], [0.0, 0.17, 0.26]),
+    "supports": [{"nodes": [1, 4], "dofs": ["z"]}],
+    "damping": {"kind": "modal", "zeta": [0.01, 0.02]},
+}
+SHAFT = {
+    "dofs": ["y", "z", "ry", "rz"],
+    "nodes": nodes([(x, 0.0, 0.0) for x in (0.0, 0.13, 0.29, 0.4)]),
+    "materials": {"m": STEEL},
+    "sections": {"s": {"shape": "circle", "diameter": 0.02}},
+    "elements": [
+        {
+            "type": "beam3d",
+            "material": "m",
+            "section": "s",
+            "rows": [
+                {"id": 1, "nodes": [1, 2], "group": "shaft"},
+                {"id": 2, "nodes": [3, 2], "group": "shaft"},
+                {"id": 3, "nodes": [3, 4], "group": "shaft"},
+            ],
+        },
+        {
+            "type": "mass",
+            "rows": [{"id": 4, "nodes": [3], "m": 2.0, "Ixx": 0.02, "Iyy": 0.011, "Izz": 0.011}],
+        },
+    ],
+    "supports": [{"nodes": [1], "dofs": ["y", "z", "ry", "rz"]}],
+}
 STRUCTURES = {"beam": BEAM, "plate": PLATE, "shaft": SHAFT}
-LABELS = {"beam": ["n3.z", "n4.x", "n4.ry", "n6.z"], "plate": ["n6.z", "n9.z", "n12.rx"], "shaft": ["n2.y", "n3.z", "n4.ry", "n4.z"]}
+LABELS = {
+    "beam": ["n3.z", "n4.x", "n4.ry", "n6.z"],
+    "plate": ["n6.z", "n9.z", "n12.rx"],
+    "shaft": ["n2.y", "n3.z", "n4.ry", "n4.z"],
+}
 FREQUENCIES = (7.0, 61.0, 333.0)
 
 
 def problem(folder: Path, structure: dict[str, Any]) -> Spec:
     path = folder / "problem.toml"
-    path.write_text(f'title = "A \\"quoted\\" title"\nmodel = {toml(structure)}\n', encoding="utf-8")
+    path.write_text(
+        f'title = "A \\"quoted\\" title"\nmodel = {toml(structure)}\n', encoding="utf-8"
+    )
     return load_problem(path)
 
 
 def ordinary(model: Model) -> Model:
     """A p-value of stiffness and mass for the first group."""
     first = model.blocks[0]
-    mine = tuple(int(i) for i, g in zip(first.ids, first.groups, strict=True) if g == first.groups[0])
-    return model.with_parameters(select_parameters([Wanted(w, w, mine, first.groups[0]) for w in ("stiffness", "mass")], model))
+    mine = tuple(
+        int(i) for i, g in zip(first.ids, first.groups, strict=True) if g == first.groups[0]
+    )
+    return model.with_parameters(
+        select_parameters(
+            [Wanted(w, w, mine, first.groups[0]) for w in ("stiffness", "mass")], model
+        )
+    )
 
 
 def context_of(spec: Spec, model: Model) -> Context:
     m = model.matrices(model.zero())
-    held = [(int(n), k) for s in spec.model.supports if s.nodes != "all" for n in s.nodes for k in s.dofs if k in spec.model.dofs]
+    held = [
+        (int(n), k)
+        for s in spec.model.supports
+        if s.nodes != "all"
+        for n in s.nodes
+        for k in s.dofs
+        if k in spec.model.dofs
+    ]
 
     def release(node: int, kind: str) -> Model:
         supports = []
@@ -83,12 +146,21 @@ def context_of(spec: Spec, model: Model) -> Context:
     return Context(model, m.K, m.M, 400.0, 5.0, (), tuple(held), release, 0.005)
 
 
-def receptance(model: Model, labels: list[str], p: NDArray[np.float64] | None = None) -> NDArray[np.complex128]:
+def receptance(
+    model: Model, labels: list[str], p: NDArray[np.float64] | None = None
+) -> NDArray[np.complex128]:
     """Dense, with all that C and D hold."""
     m = model.matrices(p)
     K, M, C, D = (x.toarray() for x in (m.K, m.M, m.C, m.D))
     at = [model.place[x] for x in labels]
-    return np.array([np.linalg.inv(K + 1j * D + 2j * np.pi * f * C - (2 * np.pi * f) ** 2 * M)[np.ix_(at, at)] for f in FREQUENCIES])
+    return np.array(
+        [
+            np.linalg.inv(K + 1j * D + 2j * np.pi * f * C - (2 * np.pi * f) ** 2 * M)[
+                np.ix_(at, at)
+            ]
+            for f in FREQUENCIES
+        ]
+    )
 
 
 def scale(H: NDArray[np.complex128]) -> NDArray[np.float64]:
@@ -100,7 +172,9 @@ def scale(H: NDArray[np.complex128]) -> NDArray[np.float64]:
 def written(folder: Path, spec: Spec, model: Model, p: NDArray[np.float64]) -> tuple[Spec, Model]:
     path = folder / "again" / "problem.toml"
     path.parent.mkdir(exist_ok=True)
-    path.write_text(problem_text(spec, model, p, zeta=[0.0], says=["what\nwas found"]), encoding="utf-8")
+    path.write_text(
+        problem_text(spec, model, p, zeta=[0.0], says=["what\nwas found"]), encoding="utf-8"
+    )
     assert check_problem(path) == ()
     again = load_problem(path)
     return again, build_model(again)
@@ -115,23 +189,52 @@ def values_for(candidate: Candidate, model: Model) -> NDArray[np.float64]:
     return np.clip(p, [q.lower for q in model.parameters], [q.upper for q in model.parameters])
 
 
-WORDS = [(s, w) for s, words in {
-    "beam": ("stiffness_change", "mass_change", "thickness_change", "added_mass", "grounding_spring", "joint_flexibility", "shear_deformation", "axial_preload",
-             "attached_resonator", "viscous_damper", "structural_damping", "mass_proportional_damping"),
-    "plate": ("stiffness_change", "mass_change", "thickness_change", "orthotropy", "added_mass", "grounding_spring", "attached_resonator", "structural_damping",
-              "mass_proportional_damping"),
-    "shaft": ("gyroscopic", "joint_flexibility", "added_mass", "grounding_spring")}.items() for w in words]
+WORDS = [
+    (s, w)
+    for s, words in {
+        "beam": (
+            "stiffness_change",
+            "mass_change",
+            "thickness_change",
+            "added_mass",
+            "grounding_spring",
+            "joint_flexibility",
+            "shear_deformation",
+            "axial_preload",
+            "attached_resonator",
+            "viscous_damper",
+            "structural_damping",
+            "mass_proportional_damping",
+        ),
+        "plate": (
+            "stiffness_change",
+            "mass_change",
+            "thickness_change",
+            "orthotropy",
+            "added_mass",
+            "grounding_spring",
+            "attached_resonator",
+            "structural_damping",
+            "mass_proportional_damping",
+        ),
+        "shaft": ("gyroscopic", "joint_flexibility", "added_mass", "grounding_spring"),
+    }.items()
+    for w in words
+]
 
 
 @pytest.mark.parametrize(("structure", "word"), WORDS)
 def test_every_word_at_every_place_is_written(tmp_path: Path, structure: str, word: str) -> None:
-    """FRFs of the file built anew are those of the diagnosed model to 1e-8 of the largest, ordinary parameters and all damping included."""
+    """FRFs of the file built anew are those of the diagnosed model to 1e-8 of the largest, ordinary
+    parameters and all damping included."""
     spec = problem(tmp_path, STRUCTURES[structure])
     base = ordinary(undamped(build_model(spec)))
     found = CATALOGUE[word](context_of(spec, base))
     assert found
     acts: list[bool] = []
-    few = {c.name: c for c in found}.values()  # a hidden oscillator has one candidate for each tuning
+    few = {
+        c.name: c for c in found
+    }.values()  # a hidden oscillator has one candidate for each tuning
     for candidate in list(few)[:: max(1, len(few) // 12)]:
         model = candidate.model
         if candidate.tuned is not None:
@@ -146,8 +249,12 @@ def test_every_word_at_every_place_is_written(tmp_path: Path, structure: str, wo
         assert np.all(np.abs(got - wanted) <= 1e-8 * scale(wanted)), candidate.name
         if set(model.labels) <= set(rebuilt.labels):  # no DOF of its own: matrix by matrix
             order = [rebuilt.place[label] for label in model.labels]
-            for one, other in zip(vars(model.matrices(p)).values(), vars(rebuilt.matrices()).values(), strict=True):
-                assert abs(one - other[order][:, order]).max() <= 1e-12 * abs(one).max(), candidate.name
+            for one, other in zip(
+                vars(model.matrices(p)).values(), vars(rebuilt.matrices()).values(), strict=True
+            ):
+                assert abs(one - other[order][:, order]).max() <= 1e-12 * abs(one).max(), (
+                    candidate.name
+                )
         assert rebuilt.size == model.size
         assert again.title.startswith('A "quoted" title')
     assert np.mean(acts) >= 0.5  # a damper along a stiff bar changes next to nothing, the others do
@@ -161,33 +268,49 @@ def test_added_masses_taken_off_and_put_on(tmp_path: Path) -> None:
     for size in (-3.0, 3.0):
         again, rebuilt = written(tmp_path, spec, lump.model, np.array([0.0, 0.0, size]))
         row = again.model.elements[-1].rows[0]
-        assert row.taken_off == (size < 0.0) and row.m == pytest.approx(abs(size) * 0.01 * base.total_mass())  # type: ignore[union-attr]
-        assert rebuilt.total_mass() - base.total_mass() == pytest.approx(size * 0.01 * base.total_mass())
+        assert row.taken_off == (size < 0.0) and row.m == pytest.approx(
+            abs(size) * 0.01 * base.total_mass()
+        )  # type: ignore[union-attr]
+        assert rebuilt.total_mass() - base.total_mass() == pytest.approx(
+            size * 0.01 * base.total_mass()
+        )
 
 
 def test_several_effects_at_once(tmp_path: Path) -> None:
-    """A joint that gives way at the node of a soft support, with a resonator, a spin-free lump and a thinner element beside it."""
+    """A joint that gives way at the node of a soft support, with a resonator, a spin-free lump and
+    a thinner element beside it."""
     spec = problem(tmp_path, BEAM)
     model = ordinary(undamped(build_model(spec)))
-    soft = next(c for c in CATALOGUE["grounding_spring"](context_of(spec, model)) if c.place.nodes == (2,) and c.place.dof == "z" and c.offset > 0.0)
+    soft = next(
+        c
+        for c in CATALOGUE["grounding_spring"](context_of(spec, model))
+        if c.place.nodes == (2,) and c.place.dof == "z" and c.offset > 0.0
+    )
     assert soft.model is not None
     model = soft.model
     for word, nodes_ in (("joint_flexibility", (3,)), ("added_mass", (5,))):
-        candidate = next(c for c in CATALOGUE[word](context_of(spec, model)) if c.place.nodes == nodes_)
+        candidate = next(
+            c for c in CATALOGUE[word](context_of(spec, model)) if c.place.nodes == nodes_
+        )
         assert candidate.model is not None
         model = candidate.model
-    model = append_parameters(attach(model, model.place["n5.z"], 55.0, 0.05, 0.02), [Wanted("thin", "height", (3,))])
+    model = append_parameters(
+        attach(model, model.place["n5.z"], 55.0, 0.05, 0.02), [Wanted("thin", "height", (3,))]
+    )
     p = np.array([0.02, -0.01, 0.4, 0.7, 2.0, 0.1, -0.1, 0.2, -0.15])
     again, rebuilt = written(tmp_path, spec, model, p)
     wanted = receptance(model, LABELS["beam"], p)
     assert np.all(np.abs(receptance(rebuilt, LABELS["beam"]) - wanted) <= 1e-8 * scale(wanted))
     assert len(again.model.ties) == 1 and again.model.ties[0].dofs == ("x", "z")
-    assert rebuilt.place[f"n{again.model.ties[0].nodes[1]}.z"] == rebuilt.place["n3.z"]  # the tied node moves as the first does
+    assert (
+        rebuilt.place[f"n{again.model.ties[0].nodes[1]}.z"] == rebuilt.place["n3.z"]
+    )  # the tied node moves as the first does
 
 
 def test_matrices_of_other_programs_keep_their_file(tmp_path: Path) -> None:
     np.savez(tmp_path / "m.npz", K=np.array([[3e4, -1e4], [-1e4, 2e4]]), M=np.diag([1.2, 0.7]))
-    (tmp_path / "problem.toml").write_text("""
+    (tmp_path / "problem.toml").write_text(
+        """
 [model]
 dofs = ["x"]
 [[model.elements]]
@@ -197,11 +320,15 @@ rows = [{ id = 1, stiffness = "K", mass = "M", group = "all" }]
 [model.damping]
 kind = "modal"
 zeta = 0.01
-""", encoding="utf-8")
+""",
+        encoding="utf-8",
+    )
     spec = load_problem(tmp_path / "problem.toml")
     model = ordinary(undamped(build_model(spec)))
     _, rebuilt = written(tmp_path, spec, model, np.array([0.2, -0.1]))
-    np.testing.assert_allclose(rebuilt.matrices().K.toarray(), 1.2 * np.array([[3e4, -1e4], [-1e4, 2e4]]))
+    np.testing.assert_allclose(
+        rebuilt.matrices().K.toarray(), 1.2 * np.array([[3e4, -1e4], [-1e4, 2e4]])
+    )
     np.testing.assert_allclose(rebuilt.matrices().M.toarray(), 0.9 * np.diag([1.2, 0.7]))
 
 
@@ -215,21 +342,38 @@ def test_what_has_no_word_is_refused(tmp_path: Path) -> None:
 
 
 def test_sensor_faults_are_taken_out_of_the_recordings_that_have_them(tmp_path: Path) -> None:
-    """What faults made of a recording, the corrections of the written file undo; one without the channel is left alone."""
+    """What faults made of a recording, the corrections of the written file undo; one without the
+    channel is left alone."""
     (tmp_path / "frf.npz").write_bytes(b"x")
-    faults = [(Fault("n2.z", "gain"), -1.7), (Fault("n2.z", "swap", other="n3.z"), 0.0), (Fault("n3.z", "delay", 1e-3), 0.8)]
-    recordings = "".join(f'[[recordings]]\nkind = "frf"\nfile = "frf.npz"\nuse = "{use}"\n' for use in ("fit", "hold-out"))
+    faults = [
+        (Fault("n2.z", "gain"), -1.7),
+        (Fault("n2.z", "swap", other="n3.z"), 0.0),
+        (Fault("n3.z", "delay", 1e-3), 0.8),
+    ]
+    recordings = "".join(
+        f'[[recordings]]\nkind = "frf"\nfile = "frf.npz"\nuse = "{use}"\n'
+        for use in ("fit", "hold-out")
+    )
     (tmp_path / "problem.toml").write_text(f"model = {toml(BEAM)}\n{recordings}", encoding="utf-8")
     spec = load_problem(tmp_path / "problem.toml")
     model = ordinary(undamped(build_model(spec)))
-    text = problem_text(spec, model, model.zero(), zeta=[0.01], faults=faults, channels=[frozenset({"n2.z", "n3.z"}), frozenset({"n3.z"})])
+    text = problem_text(
+        spec,
+        model,
+        model.zero(),
+        zeta=[0.01],
+        faults=faults,
+        channels=[frozenset({"n2.z", "n3.z"}), frozenset({"n3.z"})],
+    )
     (tmp_path / "again.toml").write_text(text, encoding="utf-8")
     again = load_problem(tmp_path / "again.toml")
     assert [len(r.corrections) for r in again.recordings] == [3, 1]
     lines = np.arange(5.0, 90.0)
     H = np.random.default_rng(1).normal(size=(len(lines), 2, 1)) + 0.3j
     channels = (Channel(2, "z", "acceleration"), Channel(3, "z", "acceleration"))
-    sound = FrequencyResponse(Origin("a", "a"), lines, H, "acceleration", channels, (Channel(4, "z", "force"),))
+    sound = FrequencyResponse(
+        Origin("a", "a"), lines, H, "acceleration", channels, (Channel(4, "z", "force"),)
+    )
     signal = smooth(frf_lines(sound), 0.0)
     wrong = H
     for fault, value in faults:
@@ -240,7 +384,8 @@ def test_sensor_faults_are_taken_out_of_the_recordings_that_have_them(tmp_path: 
 
 
 def test_modal_damping_is_that_of_the_diagnosis(tmp_path: Path) -> None:
-    """Each mode its own ratio, a common decay rate beside them, and a free structure's rigid-body modes without."""
+    """Each mode its own ratio, a common decay rate beside them, and a free structure's rigid-body
+    modes without."""
     spec = problem(tmp_path, {**PLATE, "supports": []})
     model = ordinary(undamped(build_model(spec)))
     air = next(iter(CATALOGUE["mass_proportional_damping"](context_of(spec, model))))
@@ -257,7 +402,9 @@ def test_modal_damping_is_that_of_the_diagnosis(tmp_path: Path) -> None:
     omega = np.sqrt(modes.eigenvalues)
     wanted = 2 * omega * np.array((zeta + [0.02] * len(omega))[: len(omega)])
     plain = undamped(rebuilt).matrices().C  # what stands beside modal damping stays
-    np.testing.assert_allclose(np.diag(inside) - np.diag(modes.shapes.T @ (plain @ modes.shapes)), wanted, rtol=1e-9)
+    np.testing.assert_allclose(
+        np.diag(inside) - np.diag(modes.shapes.T @ (plain @ modes.shapes)), wanted, rtol=1e-9
+    )
     np.testing.assert_allclose(plain.toarray(), air.model.matrices(p).C.toarray(), rtol=1e-12)
 
 
@@ -273,49 +420,105 @@ rows = [{ frequency = 14.0, mode = 1 }, { frequency = 61.0, mode = 2 }, { freque
 
 
 def test_mode_tables_keep_their_pairs_when_modes_are_counted_anew(tmp_path: Path) -> None:
-    """A hidden oscillator below the first mode moves every number up by one; what was not fixed stays free."""
+    """A hidden oscillator below the first mode moves every number up by one; what was not fixed
+    stays free."""
     fourth = model_modes(build_model(problem(tmp_path, BEAM)), 4).frequencies[3]
-    (tmp_path / "problem.toml").write_text(f"model = {toml(BEAM)}\n{MODES.replace('FOURTH', repr(float(fourth)))}", encoding="utf-8")
+    (tmp_path / "problem.toml").write_text(
+        f"model = {toml(BEAM)}\n{MODES.replace('FOURTH', repr(float(fourth)))}", encoding="utf-8"
+    )
     spec = load_problem(tmp_path / "problem.toml")
     base = ordinary(undamped(build_model(spec)))
     low = 0.3 * model_modes(base, 1).frequencies[0]
     model = attach(base, base.place["n6.z"], float(low), 1e-3, 0.01)
-    fit, hold = ([t for t in load_recordings(spec) if isinstance(t, ModeTable) and t.origin.use == use] for use in ("fit", "hold-out"))
+    fit, hold = (
+        [t for t in load_recordings(spec) if isinstance(t, ModeTable) and t.origin.use == use]
+        for use in ("fit", "hold-out")
+    )
     first = modal_residual(base, fit, hold, False).evaluate(base.zero())
-    point = replace(modal_residual(model, fit, hold, False).evaluate(model.zero()), places=tuple(np.where(a >= 0, a + 1, a) for a in first.places))
+    point = replace(
+        modal_residual(model, fit, hold, False).evaluate(model.zero()),
+        places=tuple(np.where(a >= 0, a + 1, a) for a in first.places),
+    )
     path = tmp_path / "again.toml"
     path.write_text(of_modes(spec, point) or "", encoding="utf-8")
     again = load_problem(path)
-    assert [[row.mode for row in r.rows] for r in again.recordings if r.kind == "modes"] == [[4], [2, 3, None]]
+    assert [[row.mode for row in r.rows] for r in again.recordings if r.kind == "modes"] == [
+        [4],
+        [2, 3, None],
+    ]
     assert again.model.damping == spec.model.damping  # tables of frequencies leave it alone
-    np.testing.assert_allclose(model_modes(build_model(again), 4).frequencies[1:4], model_modes(base, 3).frequencies, rtol=1e-3)
+    np.testing.assert_allclose(
+        model_modes(build_model(again), 4).frequencies[1:4],
+        model_modes(base, 3).frequencies,
+        rtol=1e-3,
+    )
 
 
-@pytest.mark.parametrize("damping", [None, {"kind": "structural", "eta": 0.01}, {"kind": "rayleigh", "alpha": 0.4, "beta": 1e-5},
-                                     {"kind": "modal", "zeta": 0.01}])
-def test_damping_found_in_tables_stands_beside_that_of_the_file(tmp_path: Path, damping: dict[str, Any] | None) -> None:
-    """A common decay rate and a loss factor of a group: C and D of the file plus those of the word."""
-    spec = problem(tmp_path, {**{k: v for k, v in BEAM.items() if k != "damping"}, **({"damping": damping} if damping else {})})
+@pytest.mark.parametrize(
+    "damping",
+    [
+        None,
+        {"kind": "structural", "eta": 0.01},
+        {"kind": "rayleigh", "alpha": 0.4, "beta": 1e-5},
+        {"kind": "modal", "zeta": 0.01},
+    ],
+)
+def test_damping_found_in_tables_stands_beside_that_of_the_file(
+    tmp_path: Path, damping: dict[str, Any] | None
+) -> None:
+    """A common decay rate and a loss factor of a group: C and D of the file plus those of the
+    word."""
+    spec = problem(
+        tmp_path,
+        {
+            **{k: v for k, v in BEAM.items() if k != "damping"},
+            **({"damping": damping} if damping else {}),
+        },
+    )
     file, model = build_model(spec), ordinary(undamped(build_model(spec)))
-    own = replace(file, blocks=tuple(replace(b, properties={**b.properties, **{k: 0 * v for k, v in b.properties.items() if k in ("eta", "alpha", "beta")}})
-                                     for b in file.blocks)).matrices()  # dashpots alone
+    own = replace(
+        file,
+        blocks=tuple(
+            replace(
+                b,
+                properties={
+                    **b.properties,
+                    **{k: 0 * v for k, v in b.properties.items() if k in ("eta", "alpha", "beta")},
+                },
+            )
+            for b in file.blocks
+        ),
+    ).matrices()  # dashpots alone
     for word in ("mass_proportional_damping", "structural_damping"):
         candidate = next(c for c in CATALOGUE[word](context_of(spec, model)) if c.model is not None)
         assert candidate.model is not None
         p = np.append(model.zero(), 0.8)
         path = tmp_path / "again.toml"
         path.write_text(problem_text(spec, candidate.model, p), encoding="utf-8")
-        got, was, extra = build_model(load_problem(path)).matrices(), file.matrices(), candidate.model.matrices(p)
+        got, was, extra = (
+            build_model(load_problem(path)).matrices(),
+            file.matrices(),
+            candidate.model.matrices(p),
+        )
         if damping is None or damping["kind"] != "modal":
             for name in "CD":
                 wanted = getattr(was, name) + getattr(extra, name) - getattr(own, name)
-                assert abs(getattr(got, name) - wanted).max() <= 1e-12 * max(abs(wanted).max(), 1e-300), (word, name)
+                assert abs(getattr(got, name) - wanted).max() <= 1e-12 * max(
+                    abs(wanted).max(), 1e-300
+                ), (word, name)
         else:  # there the model under diagnosis has kept what stands beside modal damping
             assert abs(got.C - extra.C).max() <= 1e-12 * abs(extra.C).max()
         assert abs(got.K - was.K).max() == 0.0
 
 
-@pytest.mark.parametrize("where", ["tests/spec/good/problem.toml", "problems/structure_a/problem.toml", "problems/concealed/o04/problem.toml"])
+@pytest.mark.parametrize(
+    "where",
+    [
+        "tests/spec/good/problem.toml",
+        "problems/structure_a/problem.toml",
+        "problems/concealed/o04/problem.toml",
+    ],
+)
 def test_a_problem_written_is_the_problem_read(tmp_path: Path, where: str) -> None:
     """Every table, tables in CSV files included, from another folder."""
     spec = load_problem(Path(__file__).parents[2] / where)
@@ -323,10 +526,22 @@ def test_a_problem_written_is_the_problem_read(tmp_path: Path, where: str) -> No
     path.write_text(to_toml(compacted(tables_of(spec)), ["one", "two\nthree"]), encoding="utf-8")
     again = load_problem(path)
     assert tomllib.loads(path.read_text(encoding="utf-8"))["model"]["dofs"] == list(spec.model.dofs)
-    for name in ("title", "source", "update", "constraints", "regularisation", "solver", "diagnose"):
+    for name in (
+        "title",
+        "source",
+        "update",
+        "constraints",
+        "regularisation",
+        "solver",
+        "diagnose",
+    ):
         assert getattr(again, name) == getattr(spec, name), name
     one, other = build_model(spec), build_model(again)
     assert one.labels == other.labels
-    for a, b in zip(one.matrices().__dict__.values(), other.matrices().__dict__.values(), strict=True):
+    for a, b in zip(
+        one.matrices().__dict__.values(), other.matrices().__dict__.values(), strict=True
+    ):
         assert abs(a - b).max() == 0.0
-    assert [r.model_dump(exclude={"file"}) for r in again.recordings] == [r.model_dump(exclude={"file"}) for r in spec.recordings]
+    assert [r.model_dump(exclude={"file"}) for r in again.recordings] == [
+        r.model_dump(exclude={"file"}) for r in spec.recordings
+    ]

@@ -1,4 +1,5 @@
-"""A spinning shaft: the word's tangent, the response and its derivatives with a skew damping matrix against dense algebra, and the spin found."""
+"""A spinning shaft: the word's tangent, the response and its derivatives with a skew damping matrix
+against dense algebra, and the spin found."""
 
 from __future__ import annotations
 
@@ -26,23 +27,65 @@ ALONG = (0.0, 0.13, 0.29, 0.4, 0.62)
 TOP = 400.0
 
 
-def rotor(section: dict[str, object] | None = None, spin: float | None = None, disc: tuple[float, float, float] = (0.02, 0.011, 0.011)) -> Model:
+def rotor(
+    section: dict[str, object] | None = None,
+    spin: float | None = None,
+    disc: tuple[float, float, float] = (0.02, 0.011, 0.011),
+) -> Model:
     """A round shaft on unequal springs with a disc off the middle; one element points backwards."""
-    rows = [{"id": i + 1, "nodes": [i + 1, i + 2] if i != 2 else [4, 3], "group": "shaft"} for i in range(4)]
+    rows = [
+        {"id": i + 1, "nodes": [i + 1, i + 2] if i != 2 else [4, 3], "group": "shaft"}
+        for i in range(4)
+    ]
     elements = [
         {"type": "beam3d", "material": "steel", "section": "s", "rows": rows},
-        {"type": "mass", "rows": [{"id": 20, "nodes": [3], "m": 2.1, "Ixx": disc[0], "Iyy": disc[1], "Izz": disc[2], "group": "disc"}]},
-        {"type": "spring", "rows": [{"id": 30, "nodes": [1], "k": 8e5, "dofs": ["y", "z"]}, {"id": 31, "nodes": [5], "k": 3e5, "dof": "y"},
-                                    {"id": 32, "nodes": [5], "k": 4e5, "dof": "z"}]},
-        {"type": "dashpot", "dof": "y", "rows": [{"id": 40, "nodes": [5], "c": 12.0}]}]
+        {
+            "type": "mass",
+            "rows": [
+                {
+                    "id": 20,
+                    "nodes": [3],
+                    "m": 2.1,
+                    "Ixx": disc[0],
+                    "Iyy": disc[1],
+                    "Izz": disc[2],
+                    "group": "disc",
+                }
+            ],
+        },
+        {
+            "type": "spring",
+            "rows": [
+                {"id": 30, "nodes": [1], "k": 8e5, "dofs": ["y", "z"]},
+                {"id": 31, "nodes": [5], "k": 3e5, "dof": "y"},
+                {"id": 32, "nodes": [5], "k": 4e5, "dof": "z"},
+            ],
+        },
+        {"type": "dashpot", "dof": "y", "rows": [{"id": 40, "nodes": [5], "c": 12.0}]},
+    ]
     if spin is not None:
         area = 7850.0 * np.pi * 0.02**4 / 32.0
-        elements.append({"type": "gyroscopic", "omega": spin, "rows": [
-            *({"id": 50 + i, "nodes": [i + 1, i + 2], "Ip": area} for i in range(4)), {"id": 60, "nodes": [3], "Ip": disc[0], "axis": [1.0, 0.0, 0.0]}]})
-    return undamped(build({
-        "dofs": ["y", "z", "ry", "rz"], "nodes": [{"id": i + 1, "x": x} for i, x in enumerate(ALONG)],
-        "materials": {"steel": {"E": 207e9, "nu": 0.3, "rho": 7850.0}}, "sections": {"s": section or {"shape": "circle", "diameter": 0.02}},
-        "elements": elements}))
+        elements.append(
+            {
+                "type": "gyroscopic",
+                "omega": spin,
+                "rows": [
+                    *({"id": 50 + i, "nodes": [i + 1, i + 2], "Ip": area} for i in range(4)),
+                    {"id": 60, "nodes": [3], "Ip": disc[0], "axis": [1.0, 0.0, 0.0]},
+                ],
+            }
+        )
+    return undamped(
+        build(
+            {
+                "dofs": ["y", "z", "ry", "rz"],
+                "nodes": [{"id": i + 1, "x": x} for i, x in enumerate(ALONG)],
+                "materials": {"steel": {"E": 207e9, "nu": 0.3, "rho": 7850.0}},
+                "sections": {"s": section or {"shape": "circle", "diameter": 0.02}},
+                "elements": elements,
+            }
+        )
+    )
 
 
 def context_of(model: Model) -> Context:
@@ -64,37 +107,63 @@ def at_spin(candidate: Candidate, omega: float) -> tuple[Model, NDArray[np.float
 
 
 def test_the_word_is_the_element_of_the_problem_file() -> None:
-    """Shaft and disc spin together about the beams' local x, whichever way an element points; the tangent is the whole of it."""
+    """Shaft and disc spin together about the beams' local x, whichever way an element points; the
+    tangent is the whole of it."""
     candidate = found(rotor())
-    assert candidate.place.groups == ("shaft",) and candidate.place.elements == (1, 2, 3, 4) and candidate.sign == 0
+    assert (
+        candidate.place.groups == ("shaft",)
+        and candidate.place.elements == (1, 2, 3, 4)
+        and candidate.sign == 0
+    )
     model, p = at_spin(candidate, -310.0)
     wanted = rotor(spin=-310.0).matrices().C.toarray()
-    np.testing.assert_allclose(model.matrices(p).C.toarray(), wanted, atol=1e-12 * np.abs(wanted).max())
+    np.testing.assert_allclose(
+        model.matrices(p).C.toarray(), wanted, atol=1e-12 * np.abs(wanted).max()
+    )
     slope = np.zeros((model.size + 1,) * 2)
     for b in candidate.tangent[0]:
         for dofs, small in zip(b.dofs, b.C, strict=True):
             slope[np.ix_(dofs, dofs)] += small
     dashpot = rotor().matrices().C.toarray()
-    np.testing.assert_allclose(slope[:-1, :-1] * p[-1], wanted - dashpot, atol=1e-12 * np.abs(wanted).max())
+    np.testing.assert_allclose(
+        slope[:-1, :-1] * p[-1], wanted - dashpot, atol=1e-12 * np.abs(wanted).max()
+    )
 
 
-@pytest.mark.parametrize("model", [rotor({"shape": "rectangle", "width": 0.02, "height": 0.025}, disc=(0.02, 0.011, 0.013)),
-                                   rotor({"shape": "rectangle", "width": 0.02, "height": 0.025}, disc=(0.0, 0.0, 0.0))])
+@pytest.mark.parametrize(
+    "model",
+    [
+        rotor({"shape": "rectangle", "width": 0.02, "height": 0.025}, disc=(0.02, 0.011, 0.013)),
+        rotor({"shape": "rectangle", "width": 0.02, "height": 0.025}, disc=(0.0, 0.0, 0.0)),
+    ],
+)
 def test_what_is_not_round_cannot_spin(model: Model) -> None:
     """Its matrices would change as it turns."""
     assert gyroscopic.candidates(context_of(model)) == []
 
 
 def test_a_round_disc_on_a_flat_bar_can() -> None:
-    (disc,) = gyroscopic.candidates(context_of(rotor({"shape": "rectangle", "width": 0.02, "height": 0.025})))
+    (disc,) = gyroscopic.candidates(
+        context_of(rotor({"shape": "rectangle", "width": 0.02, "height": 0.025}))
+    )
     assert disc.place.nodes == (3,) and disc.place.elements == ()
 
 
 def measured(H: NDArray[np.complex128], epsilon: float) -> Signal:
     lines, sensors, inputs = LINES, SENSORS, INPUTS
-    channels = [Channel(int(label[1:].split(".")[0]), label.split(".")[1], "displacement") for label in (*sensors, *inputs)]
-    frf = FrequencyResponse(Origin("lab", "test"), lines, H, "displacement", tuple(channels[: len(sensors)]), tuple(channels[len(sensors):]),
-                            np.full(H.shape, (1e-4 * np.abs(H).max()) ** 2))
+    channels = [
+        Channel(int(label[1:].split(".")[0]), label.split(".")[1], "displacement")
+        for label in (*sensors, *inputs)
+    ]
+    frf = FrequencyResponse(
+        Origin("lab", "test"),
+        lines,
+        H,
+        "displacement",
+        tuple(channels[: len(sensors)]),
+        tuple(channels[len(sensors) :]),
+        np.full(H.shape, (1e-4 * np.abs(H).max()) ** 2),
+    )
     return smooth(frf_lines(frf), epsilon)
 
 
@@ -116,7 +185,13 @@ def laboratory(omega: float, zeta: float = 0.0) -> NDArray[np.complex128]:
 
 def setting(omega: float, zeta: float = 0.0, epsilon: float = 0.03) -> Setting:
     """Every mode among those that the skew matrix couples."""
-    made = setting_for(at_spin(found(rotor()), omega)[0], rotor(), (measured(laboratory(omega, zeta), epsilon),), 1e4, 10.0)
+    made = setting_for(
+        at_spin(found(rotor()), omega)[0],
+        rotor(),
+        (measured(laboratory(omega, zeta), epsilon),),
+        1e4,
+        10.0,
+    )
     return replace(made, zeta=np.full(made.damped, zeta))
 
 
@@ -130,22 +205,42 @@ def test_the_response_with_a_skew_matrix_is_that_of_dense_algebra() -> None:
     still = laboratory(0.0)
     size = np.abs(wanted).max()
     s = chosen.signals[0].s
-    np.testing.assert_allclose(point.responses[0].raw, wanted[np.searchsorted(LINES, s.imag / 2 / np.pi - 1e-6)], atol=1e-8 * size)
+    np.testing.assert_allclose(
+        point.responses[0].raw,
+        wanted[np.searchsorted(LINES, s.imag / 2 / np.pi - 1e-6)],
+        atol=1e-8 * size,
+    )
     assert np.abs(wanted - still).max() > 0.1 * size  # it is no trifle
-    np.testing.assert_allclose(receptance(rotor(spin=800.0), LINES[::50], [chosen.model.place[x] for x in SENSORS], [chosen.model.place[x] for x in INPUTS]),
-                               wanted[::50], atol=1e-9 * size)
+    np.testing.assert_allclose(
+        receptance(
+            rotor(spin=800.0),
+            LINES[::50],
+            [chosen.model.place[x] for x in SENSORS],
+            [chosen.model.place[x] for x in INPUTS],
+        ),
+        wanted[::50],
+        atol=1e-9 * size,
+    )
 
 
 def test_reciprocity_is_lost_as_onsager_and_casimir_say() -> None:
     """H(Ω) = H(−Ω)ᵀ: turning the spin round exchanges force and sensor."""
-    there, back = (receptance(rotor(spin=w), LINES[::20], np.arange(20), np.arange(20)) for w in (800.0, -800.0))
+    there, back = (
+        receptance(rotor(spin=w), LINES[::20], np.arange(20), np.arange(20))
+        for w in (800.0, -800.0)
+    )
     np.testing.assert_allclose(there, np.swapaxes(back, 1, 2), atol=1e-10 * np.abs(there).max())
     assert np.abs(there - np.swapaxes(there, 1, 2)).max() > 0.05 * np.abs(there).max()
 
 
 def test_derivatives_with_a_skew_matrix() -> None:
-    """Spin, stiffness of the shaft, mass of the disc, dashpot, where it spins: against fourth-order differences."""
-    wanted = [Wanted("shaft", "stiffness", (1, 2, 3, 4)), Wanted("disc", "mass", (20,)), Wanted("c", "c", (40,))]
+    """Spin, stiffness of the shaft, mass of the disc, dashpot, where it spins: against fourth-order
+    differences."""
+    wanted = [
+        Wanted("shaft", "stiffness", (1, 2, 3, 4)),
+        Wanted("disc", "mass", (20,)),
+        Wanted("c", "c", (40,)),
+    ]
     candidate = found(append_parameters(rotor(), wanted))
     model, p = at_spin(candidate, 800.0)
     chosen = replace(setting(800.0), model=model)

@@ -1,4 +1,5 @@
-"""The problem files of chapters 3 and 5 through `run`: iterations, p-values, noise, and what the report says."""
+"""The problem files of chapters 3 and 5 through `run`: iterations, p-values, noise, and what the
+report says."""
 
 from __future__ import annotations
 
@@ -32,16 +33,28 @@ def run(name):
     return updated, np.array([q.p for q in updated.parameters])
 
 
-@pytest.mark.parametrize(("name", "truth", "iterations", "tolerance"), [
-    ("bay_fe1_x1_complete", BAY, 3, 1e-6), ("bay_fe1_x1_incomplete", BAY, 6, 1e-6), ("chain10_complete", CHAIN, 3, 1e-6),
-    ("chain10_incomplete", CHAIN, 11, 1e-6), ("bay_fe2_x1", FE2, 12, 1e-6), ("plate_complex_0pct", PLATE, 8, 1e-4),
-])
+@pytest.mark.parametrize(
+    ("name", "truth", "iterations", "tolerance"),
+    [
+        ("bay_fe1_x1_complete", BAY, 3, 1e-6),
+        ("bay_fe1_x1_incomplete", BAY, 6, 1e-6),
+        ("chain10_complete", CHAIN, 3, 1e-6),
+        ("chain10_incomplete", CHAIN, 11, 1e-6),
+        ("bay_fe2_x1", FE2, 12, 1e-6),
+        ("plate_complex_0pct", PLATE, 8, 1e-4),
+    ],
+)
 def test_without_noise_the_answer_is_exact(name, truth, iterations, tolerance):
     updated, p = run(name)
     assert updated.status == "converged" and updated.method == "rfm"
     assert updated.iterations <= iterations
     assert p == pytest.approx(truth, abs=tolerance)
-    assert updated.fit["fit"]["frf_error"]["after"] < 1e-6 < 0.1 < updated.fit["fit"]["frf_error"]["before"]
+    assert (
+        updated.fit["fit"]["frf_error"]["after"]
+        < 1e-6
+        < 0.1
+        < updated.fit["fit"]["frf_error"]["before"]
+    )
     assert updated.certificate["optimal"]
 
 
@@ -53,7 +66,9 @@ def test_bay_with_noise_ranks_the_ten_elements():
     assert np.abs(p[wrong]).min() > 3 * np.abs(p[sound]).max()
     assert updated.noise == pytest.approx(1.0, abs=0.15)  # the stated deviation is the true one
     std = np.array([q.p_std for q in updated.parameters])
-    assert np.sqrt(np.mean(((p - BAY) / std) ** 2)) == pytest.approx(1.0, abs=0.4)  # and the deviations of p are honest
+    assert np.sqrt(np.mean(((p - BAY) / std) ** 2)) == pytest.approx(
+        1.0, abs=0.4
+    )  # and the deviations of p are honest
 
 
 def test_noisy_chain_finds_the_six_changes():
@@ -96,14 +111,26 @@ def test_solvers_agree_on_the_first_step():
 
 
 @pytest.mark.parametrize(("name", "truth"), [("bay_fe1_x1_incomplete", BAY), ("bay_fe2_x1", FE2)])
-@pytest.mark.parametrize("keys", ["second_order = true", "second_order = true\nline_search = true", 'form = "multiplicative"'])
+@pytest.mark.parametrize(
+    "keys",
+    ["second_order = true", "second_order = true\nline_search = true", 'form = "multiplicative"'],
+)
 def test_forms_of_the_iteration(name, truth, keys, tmp_path):
-    """Second-order terms save iterations on incomplete coordinates; every form ends at the truth."""
+    """Second-order terms save iterations on incomplete coordinates; every form ends at the
+    truth."""
     plain, _ = run(name)
-    text = (PROBLEMS / name / "problem.toml").read_text().replace('method = "rfm"', f'method = "rfm"\n{keys}')
+    text = (
+        (PROBLEMS / name / "problem.toml")
+        .read_text()
+        .replace('method = "rfm"', f'method = "rfm"\n{keys}')
+    )
     (tmp_path / "problem.toml").write_text(text)
     (tmp_path / "frf.npz").write_bytes((PROBLEMS / name / "frf.npz").read_bytes())
     updated = cvxupdate.run(tmp_path / "problem.toml")
     assert updated.status == "converged"
     assert np.array([q.p for q in updated.parameters]) == pytest.approx(truth, abs=1e-6)
-    assert updated.iterations < plain.iterations if "second_order" in keys else updated.iterations <= plain.iterations
+    assert (
+        updated.iterations < plain.iterations
+        if "second_order" in keys
+        else updated.iterations <= plain.iterations
+    )

@@ -26,8 +26,11 @@ N = 5
 SQUARE = ("asher", "modified-asher", "traill-nash")
 
 
-def system(close: float | None = None, zeta: float = 0.01, lumped: float = 0.0) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """M, K, C and the normal shapes (modes, N); ``close``: relative spacing of modes 2 and 3; ``lumped``: one dashpot's share."""
+def system(
+    close: float | None = None, zeta: float = 0.01, lumped: float = 0.0
+) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """M, K, C and the normal shapes (modes, N); ``close``: relative spacing of modes 2 and 3;
+    ``lumped``: one dashpot's share."""
     m = np.array([2.0, 1.5, 1.0, 1.7, 0.8])
     k = np.array([9.0, 6.0, 8.0, 5.0, 7.0, 4.0]) * 1e5
     M, K = np.diag(m), np.diag(k[:-1] + k[1:]) - np.diag(k[1:-1], 1) - np.diag(k[1:-1], -1)
@@ -59,7 +62,8 @@ def natural(M: NDArray, K: NDArray) -> NDArray:
 def test_normal_modes_at_light_damping(method: str, accelerance: bool) -> None:
     M, K, C, phi = system()
     f = natural(M, K)
-    # alpha is not normalised: with as many exciters as modes its minima are very narrow, and need fine lines
+    # alpha is not normalised: with as many exciters as modes its minima are very narrow, and need
+    # fine lines
     lines = np.linspace(0.6 * f[0], 1.15 * f[-1], 12_000 if method == "extended-asher" else 3000)
     H = receptance(lines, M, K, C)
     if accelerance:
@@ -127,7 +131,9 @@ def test_curves_keep_their_bounds_and_agree(seed: int) -> None:
     cost = np.sum(x.real**2, axis=1) / np.sum(np.abs(x) ** 2, axis=1)
     assert np.all(cost >= beta[:, 0] - 1e-9)
     best = np.einsum("fij,fj->fi", H, forces[:, :, 0])
-    assert np.sum(best.real**2, axis=1) / np.sum(np.abs(best) ** 2, axis=1) == pytest.approx(beta[:, 0], abs=1e-9)
+    assert np.sum(best.real**2, axis=1) / np.sum(np.abs(best) ** 2, axis=1) == pytest.approx(
+        beta[:, 0], abs=1e-9
+    )
 
 
 def test_square_eigenproblems_are_what_they_say() -> None:
@@ -163,12 +169,15 @@ def test_exciter_places_are_the_best_of_all() -> None:
 
     _, _, _, phi = system()
     places = exciter_places(phi[:3], 3)
-    every = {c: np.linalg.svd(phi[:3][:, c], compute_uv=False)[-1] for c in combinations(range(N), 3)}
+    every = {
+        c: np.linalg.svd(phi[:3][:, c], compute_uv=False)[-1] for c in combinations(range(N), 3)
+    }
     assert places.columns == max(every, key=lambda c: every[c])
     assert places.purity == pytest.approx(np.ones(3))
     # the forces drive one mode each
     assert places.forces @ phi[:3, list(places.columns)].T == pytest.approx(
-        np.diag(np.diag(places.forces @ phi[:3, list(places.columns)].T)), abs=1e-12)
+        np.diag(np.diag(places.forces @ phi[:3, list(places.columns)].T)), abs=1e-12
+    )
     # a node of the mode is never chosen for a single exciter
     shapes = np.array([[0.0, 1.0, 0.4]])
     assert exciter_places(shapes, 1).columns == (1,)

@@ -1,4 +1,5 @@
-"""Damaged and mislabelled files: a `RecordingError`, or contents whose shapes are those that were written. Nothing else, and no waiting."""
+"""Damaged and mislabelled files: a `RecordingError`, or contents whose shapes are those that were
+written. Nothing else, and no waiting."""
 
 from __future__ import annotations
 
@@ -26,16 +27,35 @@ from cvxupdate.recordings.types import Origin
 
 ORIGIN = Origin("test", "test")
 DATA = np.random.default_rng(3).normal(size=(200, 3))
-WANTED = [Wanted(0, "force", 4, "x"), Wanted(1, "acceleration", 1, "x"), Wanted(2, "acceleration", 2, "x")]
+WANTED = [
+    Wanted(0, "force", 4, "x"),
+    Wanted(1, "acceleration", 1, "x"),
+    Wanted(2, "acceleration", 2, "x"),
+]
 
-NAMES = ("a.stored.npz", "a.npz", "a.npy", "a.mat", "a.h5", "a.json", "a.csv", "a.uff", "b.uff", "a.xlsx", "c.npz")
+NAMES = (
+    "a.stored.npz",
+    "a.npz",
+    "a.npy",
+    "a.mat",
+    "a.h5",
+    "a.json",
+    "a.csv",
+    "a.uff",
+    "b.uff",
+    "a.xlsx",
+    "c.npz",
+)
 ENDINGS = (".npz", ".npy", ".mat", ".h5", ".json", ".csv", ".txt", ".uff", ".xlsx", ".bin", "")
-HANG = 300  # seconds; a file of a few kilobytes takes milliseconds, so this ends a reader that never would and says nothing of speed
+# seconds; a file of a few kilobytes takes milliseconds, so this ends a reader that never would and
+# says nothing of speed
+HANG = 300
 
 
 @contextlib.contextmanager
 def no_hang() -> Iterator[None]:
-    """Ends the test run with the stacks of all threads where a reader does not come back, whatever the load of the machine is."""
+    """Ends the test run with the stacks of all threads where a reader does not come back, whatever
+    the load of the machine is."""
     faulthandler.dump_traceback_later(HANG, exit=True)
     try:
         yield
@@ -74,15 +94,54 @@ def uff_sets() -> list[dict[str, object]]:
 
     f = 10.0 + 0.5 * np.arange(40)
     sets: list[dict[str, object]] = [pyuff.prepare_164(1, "SI", 1, 1.0, 1.0, 1.0, 0.0)]
-    sets.append(pyuff.prepare_15([1, 2], [0, 0], [0, 0], [0, 0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.5]))
+    sets.append(
+        pyuff.prepare_15([1, 2], [0, 0], [0, 0], [0, 0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.5])
+    )
     for node, direction in ((1, 3), (2, -3)):
-        sets.append(pyuff.prepare_58(
-            binary=node - 1, func_type=4, rsp_node=node, rsp_dir=direction, ref_node=1, ref_dir=3, data=(node + f) * np.exp(1j * f), x=f, id1="frf",
-            rsp_ent_name="a", ref_ent_name="b", abscissa_spacing=1, abscissa_spec_data_type=18, ordinate_spec_data_type=12, orddenom_spec_data_type=13,
-        ))  # fmt: skip
-    sets.append(pyuff.prepare_55(model_type=1, id1="a", id2="b", id3="c", id4="d", id5="e", analysis_type=2, data_ch=2, spec_data_type=8, data_type=2,
-                                 n_data_per_node=3, r1=np.zeros(2), r2=np.zeros(2), r3=np.array([0.5, 1.0]), load_case=1, mode_n=1, freq=12.5,
-                                 modal_m=1.0, modal_damp_vis=0.01, modal_damp_his=0.0, node_nums=[1, 2]))  # fmt: skip
+        sets.append(
+            pyuff.prepare_58(
+                binary=node - 1,
+                func_type=4,
+                rsp_node=node,
+                rsp_dir=direction,
+                ref_node=1,
+                ref_dir=3,
+                data=(node + f) * np.exp(1j * f),
+                x=f,
+                id1="frf",
+                rsp_ent_name="a",
+                ref_ent_name="b",
+                abscissa_spacing=1,
+                abscissa_spec_data_type=18,
+                ordinate_spec_data_type=12,
+                orddenom_spec_data_type=13,
+            )
+        )
+    sets.append(
+        pyuff.prepare_55(
+            model_type=1,
+            id1="a",
+            id2="b",
+            id3="c",
+            id4="d",
+            id5="e",
+            analysis_type=2,
+            data_ch=2,
+            spec_data_type=8,
+            data_type=2,
+            n_data_per_node=3,
+            r1=np.zeros(2),
+            r2=np.zeros(2),
+            r3=np.array([0.5, 1.0]),
+            load_case=1,
+            mode_n=1,
+            freq=12.5,
+            modal_m=1.0,
+            modal_damp_vis=0.01,
+            modal_damp_his=0.0,
+            node_nums=[1, 2],
+        )
+    )
     return sets
 
 
@@ -99,28 +158,59 @@ def original(name: str) -> bytes:
             import pyuff
 
             for column, quantity in enumerate((13, 12, 12)):
-                pyuff.UFF(str(path)).write_sets(pyuff.prepare_58(
-                    binary=1, func_type=1, rsp_node=(4, 1, 2)[column], rsp_dir=1, ref_node=4, ref_dir=1, data=DATA[:, column], x=0.01 * np.arange(len(DATA)),
-                    id1="t", rsp_ent_name="a", ref_ent_name="b", abscissa_spacing=1, abscissa_spec_data_type=17, ordinate_spec_data_type=quantity,
-                    orddenom_spec_data_type=0), "add")  # fmt: skip
+                pyuff.UFF(str(path)).write_sets(
+                    pyuff.prepare_58(
+                        binary=1,
+                        func_type=1,
+                        rsp_node=(4, 1, 2)[column],
+                        rsp_dir=1,
+                        ref_node=4,
+                        ref_dir=1,
+                        data=DATA[:, column],
+                        x=0.01 * np.arange(len(DATA)),
+                        id1="t",
+                        rsp_ent_name="a",
+                        ref_ent_name="b",
+                        abscissa_spacing=1,
+                        abscissa_spec_data_type=17,
+                        ordinate_spec_data_type=quantity,
+                        orddenom_spec_data_type=0,
+                    ),
+                    "add",
+                )
         elif name == "a.xlsx":
             import zipfile
 
             with zipfile.ZipFile(path, "w") as archive:
                 ns = 'xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"'
-                rows = "".join(f'<row r="{y + 1}">' + "".join(f"<c><v>{v!r}</v></c>" for v in row) + "</row>" for y, row in enumerate(DATA.tolist()))
-                archive.writestr("xl/worksheets/sheet1.xml", f"<worksheet {ns}><sheetData>{rows}</sheetData></worksheet>")
+                rows = "".join(
+                    f'<row r="{y + 1}">' + "".join(f"<c><v>{v!r}</v></c>" for v in row) + "</row>"
+                    for y, row in enumerate(DATA.tolist())
+                )
+                archive.writestr(
+                    "xl/worksheets/sheet1.xml",
+                    f"<worksheet {ns}><sheetData>{rows}</sheetData></worksheet>",
+                )
         elif name == "c.npz":
             f = np.arange(1.0, 65.0)
-            np.savez(path, frequency=f, H=np.exp(1j * f)[:, None, None] * np.ones((1, 2, 1)), response_node=[1, 2], response_dof=[1, 1], reference_node=[1],
-                     reference_dof=[1], coherence=np.full((64, 2, 1), 0.9))  # fmt: skip
+            np.savez(
+                path,
+                frequency=f,
+                H=np.exp(1j * f)[:, None, None] * np.ones((1, 2, 1)),
+                response_node=[1, 2],
+                response_dof=[1, 1],
+                reference_node=[1],
+                reference_dof=[1],
+                coherence=np.full((64, 2, 1), 0.9),
+            )
         else:
             written(Path(folder), name)
         return path.read_bytes()
 
 
 def exercise(raw: bytes, ending: str) -> None:
-    """Read, inspect and interpret a file; anything but a `RecordingError` fails, and so does a shape that was never written."""
+    """Read, inspect and interpret a file; anything but a `RecordingError` fails, and so does a
+    shape that was never written."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"x{ending}"
         path.write_bytes(raw)
@@ -153,7 +243,11 @@ def consistent(contents: Contents) -> None:
         assert shape.values.shape[0] == len(shape.nodes)
 
 
-FEW = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+FEW = settings(
+    max_examples=60,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -170,7 +264,9 @@ def test_flipped_bits(name: str, data: st.DataObject) -> None:
     raw = bytearray(original(name))
     # headers are short and decide most: half of the flips go there
     for _ in range(data.draw(st.integers(1, 4))):
-        place = data.draw(st.one_of(st.integers(0, min(len(raw), 700) - 1), st.integers(0, len(raw) - 1)))
+        place = data.draw(
+            st.one_of(st.integers(0, min(len(raw), 700) - 1), st.integers(0, len(raw) - 1))
+        )
         raw[place] ^= 1 << data.draw(st.integers(0, 7))
     exercise(bytes(raw), Path(name).suffix)
 
@@ -188,13 +284,20 @@ def test_random_bytes(raw: bytes, ending: str) -> None:
 
 
 @FEW
-@given(raw=st.text(alphabet="0123456789+-.,;eEjJ\t \n\"'()nanif#*", max_size=400), ending=st.sampled_from((".csv", ".json", ".uff")))
+@given(
+    raw=st.text(alphabet="0123456789+-.,;eEjJ\t \n\"'()nanif#*", max_size=400),
+    ending=st.sampled_from((".csv", ".json", ".uff")),
+)
 def test_random_text(raw: str, ending: str) -> None:
     exercise(raw.encode(), ending)
 
 
 @FEW
-@given(at=st.integers(0, 250), cut=st.integers(1, 60), name=st.sampled_from(("a.csv", "a.uff", "b.uff", "a.json")))
+@given(
+    at=st.integers(0, 250),
+    cut=st.integers(1, 60),
+    name=st.sampled_from(("a.csv", "a.uff", "b.uff", "a.json")),
+)
 def test_a_piece_cut_out(at: int, cut: int, name: str) -> None:
     raw = original(name)
     exercise(raw[:at] + raw[at + cut :], Path(name).suffix)

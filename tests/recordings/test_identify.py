@@ -1,4 +1,5 @@
-"""Modal identification: the hard pair, coverage of the deviations, exactness, damping models, exponential windows."""
+"""Modal identification: the hard pair, coverage of the deviations, exactness, damping models,
+exponential windows."""
 
 from __future__ import annotations
 
@@ -8,18 +9,29 @@ from numpy.typing import NDArray
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.convert import convert
-from cvxupdate.recordings.identify import IdentifiedModes, identify_modes, modal_frf, rest_of, synthesise
+from cvxupdate.recordings.identify import (
+    IdentifiedModes,
+    identify_modes,
+    modal_frf,
+    rest_of,
+    synthesise,
+)
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
 
 PAIR = np.array([35.0, 52.0, 75.0, 76.5, 98.0, 133.0, 171.0])
 
 
-def poles_of(frequency: NDArray[np.float64], zeta: NDArray[np.float64] | float) -> NDArray[np.complex128]:
+def poles_of(
+    frequency: NDArray[np.float64], zeta: NDArray[np.float64] | float
+) -> NDArray[np.complex128]:
     return np.asarray(2.0 * np.pi * frequency * (-zeta + 1j * np.sqrt(1.0 - np.asarray(zeta) ** 2)))
 
 
-def structure(responses: int, references: list[int], modes: int, seed: int = 5) -> tuple[NDArray, NDArray]:
-    """Irregular real shapes (modes, responses) and participations (modes, references) of unit modal mass."""
+def structure(
+    responses: int, references: list[int], modes: int, seed: int = 5
+) -> tuple[NDArray, NDArray]:
+    """Irregular real shapes (modes, responses) and participations (modes, references) of unit modal
+    mass."""
     rng = np.random.default_rng(seed)
     x = np.linspace(0.05, 1.0, responses)
     shapes = np.array([np.sin((k + 1) * 2.9 * x + 0.3 * k) for k in range(modes)])
@@ -27,16 +39,24 @@ def structure(responses: int, references: list[int], modes: int, seed: int = 5) 
     return shapes, shapes[:, references]
 
 
-def response(H: NDArray, f: NDArray, variance: NDArray | None = None, quantity: str = "displacement") -> FrequencyResponse:
+def response(
+    H: NDArray, f: NDArray, variance: NDArray | None = None, quantity: str = "displacement"
+) -> FrequencyResponse:
     return FrequencyResponse(
-        Origin("synthetic", "test"), f, H, quantity,
+        Origin("synthetic", "test"),
+        f,
+        H,
+        quantity,
         tuple(Channel(i + 1, "z", quantity) for i in range(H.shape[1])),
-        tuple(Channel(j + 1, "z", "force") for j in range(H.shape[2])), variance,
+        tuple(Channel(j + 1, "z", "force") for j in range(H.shape[2])),
+        variance,
     )
 
 
 def noisy(H: NDArray, std: float, rng: np.random.Generator) -> NDArray:
-    return np.asarray(H + std / np.sqrt(2.0) * (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape)))
+    return np.asarray(
+        H + std / np.sqrt(2.0) * (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape))
+    )
 
 
 def mac(a: NDArray, b: NDArray) -> float:
@@ -63,7 +83,9 @@ def test_hard_pair_of_close_modes(known: bool, seed: int) -> None:
         assert abs(modes.frequency[r] / PAIR[r] - 1.0) < 2e-4
         assert abs(modes.damping[r] / 0.005 - 1.0) < 0.05
         assert mac(modes.shapes[r], shapes[r]) > 0.995
-    assert modes.rest == pytest.approx(np.linalg.norm(std * np.sqrt(H.size)) / np.linalg.norm(H), rel=0.05)
+    assert modes.rest == pytest.approx(
+        np.linalg.norm(std * np.sqrt(H.size)) / np.linalg.norm(H), rel=0.05
+    )
     if known:
         assert modes.chi_square == pytest.approx(1.0, abs=0.05)
         assert modes.line_correlation == pytest.approx(1.0, abs=0.2)
@@ -77,18 +99,22 @@ def test_stated_deviations_cover_the_truth_in_200_draws() -> None:
     rng = np.random.default_rng(11)
     inside: list[NDArray[np.bool_]] = []
     for _ in range(200):
-        modes = identify_modes(response(noisy(H, std, rng), f, np.full(H.shape, std**2)), max_order=24)
+        modes = identify_modes(
+            response(noisy(H, std, rng), f, np.full(H.shape, std**2)), max_order=24
+        )
         assert modes.frequency.size == 2
         for r, true in ((0, 2), (1, 3)):
             top = int(np.argmax(np.abs(modes.shapes[r])))
             want = shapes[true] / shapes[true, top]
             other = np.arange(20) != top
-            z = np.concatenate([
-                [(modes.frequency[r] - PAIR[true]) / modes.frequency_std[r]],
-                [(modes.damping[r] - 0.005) / modes.damping_std[r]],
-                ((modes.shapes[r].real - want) [other] / modes.shape_std_real[r, other]),
-                modes.shapes[r].imag[other] / modes.shape_std_imag[r, other],
-            ])
+            z = np.concatenate(
+                [
+                    [(modes.frequency[r] - PAIR[true]) / modes.frequency_std[r]],
+                    [(modes.damping[r] - 0.005) / modes.damping_std[r]],
+                    ((modes.shapes[r].real - want)[other] / modes.shape_std_real[r, other]),
+                    modes.shapes[r].imag[other] / modes.shape_std_imag[r, other],
+                ]
+            )
             inside.append(np.abs(z) < 1.96)
     cover = np.mean(np.array([row[:2] for row in inside]).reshape(200, 2, 2), axis=0)
     shape = float(np.mean(np.concatenate([row[2:] for row in inside])))
@@ -115,7 +141,10 @@ def test_synthesis_converts_like_the_measured_frf() -> None:
     H, _, _ = pair_frf(f, "acceleration")
     measured = response(H, f, quantity="acceleration")
     modes = identify_modes(measured)
-    assert pytest.approx(convert(measured, "displacement").H, rel=1e-5) == synthesise(modes, f, quantity="displacement").H
+    assert (
+        pytest.approx(convert(measured, "displacement").H, rel=1e-5)
+        == synthesise(modes, f, quantity="displacement").H
+    )
     with pytest.raises(RecordingError, match="above 0 Hz"):
         synthesise(modes, np.array([0.0, 1.0]))
 
@@ -202,8 +231,12 @@ def test_noise_alone_gives_no_modes() -> None:
 def test_one_response_and_one_reference_is_enough() -> None:
     f = np.linspace(5.0, 40.0, 701)
     p = poles_of(np.array([12.0, 27.0]), np.array([0.01, 0.02]))
-    H = modal_frf(f, p, np.array([[1.0], [0.7]]) / (2j * p.imag)[:, None], np.ones((2, 1), dtype=complex))
-    modes = identify_modes(response(noisy(H, 1e-3 * float(np.abs(H).max()), np.random.default_rng(1)), f))
+    H = modal_frf(
+        f, p, np.array([[1.0], [0.7]]) / (2j * p.imag)[:, None], np.ones((2, 1), dtype=complex)
+    )
+    modes = identify_modes(
+        response(noisy(H, 1e-3 * float(np.abs(H).max()), np.random.default_rng(1)), f)
+    )
     assert modes.frequency == pytest.approx([12.0, 27.0], rel=1e-4)
     assert modes.damping == pytest.approx([0.01, 0.02], rel=0.02)
 
@@ -243,7 +276,8 @@ def test_a_silent_response_is_borne_and_a_silent_reference_named() -> None:
 
 
 def test_modes_that_the_diagram_cannot_tell_apart_are_found_in_the_misfit() -> None:
-    """Two modes half a half-power width apart, one of them a thirtieth of the other at the only reference: orders up to 30 show one."""
+    """Two modes half a half-power width apart, one of them a thirtieth of the other at the only
+    reference: orders up to 30 show one."""
     rng = np.random.default_rng(12)
     f = np.arange(20.0, 200.0, 0.1)
     true = np.array([40.0, 67.3, 68.0, 120.0, 170.0])
@@ -252,14 +286,17 @@ def test_modes_that_the_diagram_cannot_tell_apart_are_found_in_the_misfit() -> N
     L = np.array([[1.0], [0.035], [1.0], [0.8], [1.1]])
     H = modal_frf(f, p, shapes / (2j * p.imag)[:, None], L.astype(complex), quantity="acceleration")
     std = 0.005 * float(np.sqrt(np.mean(np.abs(H) ** 2)))
-    modes = identify_modes(response(noisy(H, std, rng), f, np.full(H.shape, std**2), "acceleration"), max_order=30)
+    modes = identify_modes(
+        response(noisy(H, std, rng), f, np.full(H.shape, std**2), "acceleration"), max_order=30
+    )
     assert modes.frequency == pytest.approx(true, rel=1e-3)
     assert min(mac(a, b) for a, b in zip(modes.shapes, shapes, strict=True)) > 0.99
     assert modes.chi_square == pytest.approx(1.0, abs=0.05)
 
 
 def test_modes_at_nearly_one_frequency_are_both_kept() -> None:
-    """A square plate's pairs: participations of such a pair turn from order to order, which must not break their clusters."""
+    """A square plate's pairs: participations of such a pair turn from order to order, which must
+    not break their clusters."""
     f = np.arange(5.0, 100.0, 0.1)
     true = np.array([20.0, 20.02, 50.0, 80.0, 80.3])
     p = poles_of(true, 0.006)
@@ -267,6 +304,8 @@ def test_modes_at_nearly_one_frequency_are_both_kept() -> None:
     L = np.array([[1.0, 0.3], [0.2, -1.0], [0.5, 0.5], [1.0, 0.1], [0.1, 1.0]])
     H = modal_frf(f, p, shapes / (2j * p.imag)[:, None], L.astype(complex))
     std = 1e-3 * float(np.sqrt(np.mean(np.abs(H) ** 2)))
-    modes = identify_modes(response(noisy(H, std, np.random.default_rng(3)), f, np.full(H.shape, std**2)))
+    modes = identify_modes(
+        response(noisy(H, std, np.random.default_rng(3)), f, np.full(H.shape, std**2))
+    )
     assert modes.frequency == pytest.approx(true, rel=5e-4)
     assert min(mac(a, b) for a, b in zip(modes.shapes, shapes, strict=True)) > 0.99

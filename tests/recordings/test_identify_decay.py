@@ -12,18 +12,47 @@ from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.identify.decay import decay_rates
 from cvxupdate.recordings.types import ModeTable, Origin
 
-# thesis Table 9.1, structure A: natural frequency (Hz), damping (%); the text calls it structural damping: a loss factor
-TABLE_9_1 = np.array([
-    [29.6, 3.1], [32.5, 3.1], [66.6, 1.1], [67.7, 1.3], [84.5, 0.78], [93.9, 0.95], [124.7, 0.78], [140.4, 0.67],
-    [175.2, 0.43], [182.6, 0.41], [202.9, 0.39], [209.5, 0.38], [210.9, 0.38], [259.1, 0.31], [287.8, 0.27],
-    [301.7, 0.30], [319.9, 0.27], [339.7, 0.45], [360.4, 0.27], [376.9, 0.35],
-])
+# thesis Table 9.1, structure A: natural frequency (Hz), damping (%); the text calls it structural
+# damping: a loss factor
+TABLE_9_1 = np.array(
+    [
+        [29.6, 3.1],
+        [32.5, 3.1],
+        [66.6, 1.1],
+        [67.7, 1.3],
+        [84.5, 0.78],
+        [93.9, 0.95],
+        [124.7, 0.78],
+        [140.4, 0.67],
+        [175.2, 0.43],
+        [182.6, 0.41],
+        [202.9, 0.39],
+        [209.5, 0.38],
+        [210.9, 0.38],
+        [259.1, 0.31],
+        [287.8, 0.27],
+        [301.7, 0.30],
+        [319.9, 0.27],
+        [339.7, 0.45],
+        [360.4, 0.27],
+        [376.9, 0.35],
+    ]
+)
 
 
 def table(frequency: NDArray, damping: NDArray, std: NDArray | None = None) -> ModeTable:
     unknown = np.full(frequency.size, np.nan)
-    return ModeTable(Origin("modes", "test"), frequency, unknown, damping, unknown if std is None else std, (), None, None,
-                     np.zeros(frequency.size, dtype=np.int64))
+    return ModeTable(
+        Origin("modes", "test"),
+        frequency,
+        unknown,
+        damping,
+        unknown if std is None else std,
+        (),
+        None,
+        None,
+        np.zeros(frequency.size, dtype=np.int64),
+    )
 
 
 def test_table_9_1_has_one_decay_rate() -> None:
@@ -40,8 +69,13 @@ def test_table_9_1_has_one_decay_rate() -> None:
         assert words in found.says
 
 
-@given(st.sampled_from([(-1.0, "constant decay rate"), (0.0, "constant ratio"), (1.0, "stiffness proportional")]),
-       st.integers(0, 1000), st.integers(8, 25))
+@given(
+    st.sampled_from(
+        [(-1.0, "constant decay rate"), (0.0, "constant ratio"), (1.0, "stiffness proportional")]
+    ),
+    st.integers(0, 1000),
+    st.integers(8, 25),
+)
 @settings(max_examples=60, deadline=None)
 def test_planted_laws_are_named(law: tuple[float, str], seed: int, modes: int) -> None:
     rng = np.random.default_rng(seed)

@@ -1,4 +1,5 @@
-"""From problem files to recordings: concealed cases in every form, faults that name file and channel, real data within 1 %."""
+"""From problem files to recordings: concealed cases in every form, faults that name file and
+channel, real data within 1 %."""
 
 from __future__ import annotations
 
@@ -19,7 +20,9 @@ from cvxupdate.spec import check_problem, load_problem
 ROOT = Path(__file__).parents[2]
 REAL = ROOT / "problems" / "real"
 HAVE = bool(os.environ.get("CVXUPDATE_DATA")) and Path(os.environ["CVXUPDATE_DATA"]).is_dir()
-needs_data = pytest.mark.skipif(not HAVE, reason="CVXUPDATE_DATA does not name a folder with the real recordings")
+needs_data = pytest.mark.skipif(
+    not HAVE, reason="CVXUPDATE_DATA does not name a folder with the real recordings"
+)
 
 CHAIN = """
 [model]
@@ -35,7 +38,7 @@ rows = [{ id = 3, nodes = [1], m = 1.0 }, { id = 4, nodes = [2], m = 1.0 }]
 """
 CHANNELS = """channels = [
   { column = 0, quantity = "force", node = 2, dof = "x", unit = "lbf" },
-  { column = 1, quantity = "acceleration", node = 1, dof = "x", unit = "V", sensitivity = "100 mV/g" },
+  { column = 1, quantity = "acceleration", node=1, dof = "x", unit="V", sensitivity = "100 mV/g" },
 ]
 """
 
@@ -49,8 +52,15 @@ def problem(tmp_path: Path, recordings: str) -> Path:
 def test_a_time_history_arrives_in_si(tmp_path: Path) -> None:
     data = np.random.default_rng(0).normal(size=(300, 2))
     np.savez(tmp_path / "run.npz", data=data)
-    (record,) = load_recordings(load_problem(problem(
-        tmp_path, '[[recordings]]\nkind = "time"\nfile = "run.npz"\nrate = 50.0\nlevel = 2.0\nstart = 10\nstop = 110\n' + CHANNELS)))  # fmt: skip
+    (record,) = load_recordings(
+        load_problem(
+            problem(
+                tmp_path,
+                '[[recordings]]\nkind = "time"\nfile = "run.npz"\nrate = 50.0\nlevel = '
+                "2.0\nstart = 10\nstop = 110\n" + CHANNELS,
+            )
+        )
+    )
     assert isinstance(record, TimeHistory)
     np.testing.assert_allclose(record.data, data[10:110] * [4.4482216152605, 9.80665 / 0.1])
     assert (record.rate, record.origin.level, record.origin.use) == (50.0, 2.0, "fit")
@@ -59,21 +69,47 @@ def test_a_time_history_arrives_in_si(tmp_path: Path) -> None:
 def test_frf_arrays_and_the_band(tmp_path: Path) -> None:
     f = np.arange(1.0, 101.0)
     H = np.exp(1j * f)[:, None, None] * np.array([1.0, 2.0])[None, :, None]
-    np.savez(tmp_path / "frf.npz", frequency=f, H=H.astype(np.complex64), response_node=[1, 2], response_dof=[1, 1], reference_node=[2], reference_dof=[1],
-             coherence=np.full((100, 1, 1), 0.99))  # fmt: skip
-    (frf,) = load_recordings(load_problem(problem(tmp_path, '[[recordings]]\nkind = "frf"\nfile = "frf.npz"\nresponse = "velocity"\nband = [10.0, 50.0]\n')))
-    assert isinstance(frf, FrequencyResponse) and frf.coherence is not None and frf.variance is not None
+    np.savez(
+        tmp_path / "frf.npz",
+        frequency=f,
+        H=H.astype(np.complex64),
+        response_node=[1, 2],
+        response_dof=[1, 1],
+        reference_node=[2],
+        reference_dof=[1],
+        coherence=np.full((100, 1, 1), 0.99),
+    )
+    (frf,) = load_recordings(
+        load_problem(
+            problem(
+                tmp_path,
+                '[[recordings]]\nkind = "frf"\nfile = "frf.npz"\nresponse = "velocity"\nband '
+                "= [10.0, 50.0]\n",
+            )
+        )
+    )
+    assert (
+        isinstance(frf, FrequencyResponse)
+        and frf.coherence is not None
+        and frf.variance is not None
+    )
     assert frf.quantity == "velocity" and frf.frequency[0] == 10.0 and frf.frequency[-1] == 50.0
-    assert [c.label for c in frf.responses] == ["n1.x", "n2.x"] and [c.label for c in frf.references] == ["n2.x"]
-    assert np.all(frf.coherence[:, 0] == pytest.approx(0.99)) and np.all(np.isnan(frf.coherence[:, 1]))
+    assert [c.label for c in frf.responses] == ["n1.x", "n2.x"] and [
+        c.label for c in frf.references
+    ] == ["n2.x"]
+    assert np.all(frf.coherence[:, 0] == pytest.approx(0.99)) and np.all(
+        np.isnan(frf.coherence[:, 1])
+    )
     assert frf.variance.shape == frf.H.shape == (41, 2, 1)
 
 
 def test_modes_with_and_without_deviations(tmp_path: Path) -> None:
     rows = """[[recordings]]
 kind = "modes"
-rows = [{ frequency = 9.0, frequency_std = 0.1, damping = 0.01, shape = [1.0, [0.5, -0.1]], mode = 2 }, { frequency = 3.0, frequency_std = 0.05 }]
-channels = [{ column = 1, quantity = "displacement", node = 1, dof = "x" }, { column = 0, quantity = "displacement", node = 2, dof = "x", sign = -1 }]
+rows = [{ frequency = 9.0, frequency_std = 0.1, damping = 0.01, shape = [1, [0.5, -0.1]], mode=2 },
+        { frequency = 3.0, frequency_std = 0.05 }]
+channels = [{ column = 1, quantity = "displacement", node = 1, dof = "x" },
+            { column = 0, quantity = "displacement", node = 2, dof = "x", sign = -1 }]
 [[recordings]]
 kind = "modes"
 use = "hold-out"
@@ -84,7 +120,9 @@ rows = [{ frequency = 4.0 }]
     np.testing.assert_array_equal(table.frequency, [3.0, 9.0])
     np.testing.assert_array_equal(table.pairs, [0, 2])
     np.testing.assert_allclose(table.shapes[1], [0.5 - 0.1j, -1.0])
-    assert np.all(np.isnan(table.shapes[0])) and np.isnan(table.damping[0]) and not table.relative_only
+    assert (
+        np.all(np.isnan(table.shapes[0])) and np.isnan(table.damping[0]) and not table.relative_only
+    )
     assert bare.relative_only and bare.frequency_std[0] == pytest.approx(0.04)
 
 
@@ -92,14 +130,19 @@ rows = [{ frequency = 4.0 }]
     ("change", "words"),
     [
         (("node = 1, dof", "node = 2, dof"), None),
-        (('sensitivity = "100 mV/g"', 'sensitivity = "100 mV/N"'), "channel 1 .acceleration at n1.x.*does not measure"),
+        (
+            ('sensitivity = "100 mV/g"', 'sensitivity = "100 mV/N"'),
+            "channel 1 .acceleration at n1.x.*does not measure",
+        ),
         (("column = 1", "column = 7"), "no column 7; the table has 2"),
         (("rate = 50.0", "rate = 50.0\nstart = 299"), "leave nothing of 300"),
         (("rate = 50.0\n", ""), "does not say its sampling rate"),
         (("column = 1", 'column = "acc"'), "no column or array 'acc'.*data 300x2"),
     ],
-)  # fmt: skip
-def test_faults_name_the_file_and_the_channel(tmp_path: Path, change: tuple[str, str], words: str | None) -> None:
+)
+def test_faults_name_the_file_and_the_channel(
+    tmp_path: Path, change: tuple[str, str], words: str | None
+) -> None:
     np.savez(tmp_path / "run.npz", data=np.random.default_rng(0).normal(size=(300, 2)))
     text = '[[recordings]]\nkind = "time"\nfile = "run.npz"\nrate = 50.0\n' + CHANNELS
     assert change[0] in text
@@ -114,25 +157,50 @@ def test_faults_name_the_file_and_the_channel(tmp_path: Path, change: tuple[str,
 def test_a_recording_that_does_not_fit_the_model_is_refused(tmp_path: Path) -> None:
     f = np.arange(1.0, 41.0)
     for node, dof, words in ((9, 1, "n9.x.*no node 9"), (1, 2, "n1.y.*active DOFs are x")):
-        np.savez(tmp_path / "frf.npz", frequency=f, H=np.ones((40, 1, 1), complex), response_node=[node], response_dof=[dof], reference_node=[2],
-                 reference_dof=[1])  # fmt: skip
-        spec = load_problem(problem(tmp_path, '[[recordings]]\nkind = "frf"\nfile = "frf.npz"\nresponse = "acceleration"\n'))
+        np.savez(
+            tmp_path / "frf.npz",
+            frequency=f,
+            H=np.ones((40, 1, 1), complex),
+            response_node=[node],
+            response_dof=[dof],
+            reference_node=[2],
+            reference_dof=[1],
+        )
+        spec = load_problem(
+            problem(
+                tmp_path,
+                '[[recordings]]\nkind = "frf"\nfile = "frf.npz"\nresponse = "acceleration"\n',
+            )
+        )
         with pytest.raises(RecordingError, match=f"frf.npz: channel {words}"):
             load_recordings(spec)
     data = np.ones((300, 2))
     data[7, 1] = np.nan
     np.savez(tmp_path / "run.npz", data=data)
-    spec = load_problem(problem(tmp_path, '[[recordings]]\nkind = "time"\nfile = "run.npz"\nrate = 50.0\n' + CHANNELS))
-    with pytest.raises(RecordingError, match=r"n1.x \(acceleration\) has 1 values that are not numbers"):
+    spec = load_problem(
+        problem(
+            tmp_path, '[[recordings]]\nkind = "time"\nfile = "run.npz"\nrate = 50.0\n' + CHANNELS
+        )
+    )
+    with pytest.raises(
+        RecordingError, match=r"n1.x \(acceleration\) has 1 values that are not numbers"
+    ):
         load_recordings(spec)
 
 
 def test_a_large_record_is_read_in_blocks_without_being_held(tmp_path: Path) -> None:
-    """64 MB of single precision: the pieces never need more than a few megabytes (500 MB scales with the disk, not with memory)."""
+    """64 MB of single precision: the pieces never need more than a few megabytes (500 MB scales
+    with the disk, not with memory)."""
     path = tmp_path / "run.npz"
     samples = 8_000_000
-    np.savez(path, data=np.lib.stride_tricks.as_strided(np.zeros(1, np.float32), (samples, 2), (0, 0)))
-    spec = load_problem(problem(tmp_path, '[[recordings]]\nkind = "time"\nfile = "run.npz"\nrate = 50.0\n' + CHANNELS))
+    np.savez(
+        path, data=np.lib.stride_tricks.as_strided(np.zeros(1, np.float32), (samples, 2), (0, 0))
+    )
+    spec = load_problem(
+        problem(
+            tmp_path, '[[recordings]]\nkind = "time"\nfile = "run.npz"\nrate = 50.0\n' + CHANNELS
+        )
+    )
     tracemalloc.start()
     blocks = blocks_of(spec.recordings[0])  # type: ignore[arg-type]
     count = sum(len(piece) for piece in blocks.pieces(2**16))
@@ -142,7 +210,9 @@ def test_a_large_record_is_read_in_blocks_without_being_held(tmp_path: Path) -> 
     assert peak < 16e6
 
 
-@pytest.mark.parametrize("path", sorted(REAL.rglob("problem*.toml")), ids=lambda p: f"{p.parent.name}-{p.stem}")
+@pytest.mark.parametrize(
+    "path", sorted(REAL.rglob("problem*.toml")), ids=lambda p: f"{p.parent.name}-{p.stem}"
+)
 @needs_data
 def test_every_real_problem_file_holds(path: Path) -> None:
     assert check_problem(path) == ()
@@ -166,13 +236,23 @@ def test_every_real_file_opens_and_agrees_with_its_readme_within_one_per_cent() 
     rows = module.rows()
     stated = [row for row in rows if row.stated]
     assert len(rows) >= 100 and len(stated) >= 80
-    assert [(row.recording, row.found, row.stated) for row in stated if not row.deviation <= 1.0] == []
+    assert [
+        (row.recording, row.found, row.stated) for row in stated if not row.deviation <= 1.0
+    ] == []
     left = module.unread(module.data_root())
-    assert {Path(name).name for name, _ in left} == {"Mass position.xlsx", "slow10steps_commanded_indexes.txt"}
+    assert {Path(name).name for name, _ in left} == {
+        "Mass position.xlsx",
+        "slow10steps_commanded_indexes.txt",
+    }
 
 
 def test_a_misspelt_key_in_the_only_row_is_one_fault_not_an_empty_recording(tmp_path: Path) -> None:
-    path = problem(tmp_path, '[[recordings]]\nkind = "modes"\nrows = [{ frequency = 5.0, frequenci_std = 0.1 }]\n')
-    assert [fault.problem for fault in check_problem(path)] == ["unknown key 'frequenci_std' (value 0.1)."]
+    path = problem(
+        tmp_path,
+        '[[recordings]]\nkind = "modes"\nrows = [{ frequency = 5.0, frequenci_std = 0.1 }]\n',
+    )
+    assert [fault.problem for fault in check_problem(path)] == [
+        "unknown key 'frequenci_std' (value 0.1)."
+    ]
     path = problem(tmp_path, '[[recordings]]\nkind = "modes"\nrows = []\n')
     assert any("the recording is empty" in fault.problem for fault in check_problem(path))

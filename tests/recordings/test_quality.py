@@ -1,4 +1,5 @@
-"""Quality checks: silent on clean recordings (but for the stated rate), and right about spoilt ones."""
+"""Quality checks: silent on clean recordings (but for the stated rate), and right about spoilt
+ones."""
 
 from __future__ import annotations
 
@@ -17,14 +18,25 @@ from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin, TimeH
 
 HAVE = bool(os.environ.get("CVXUPDATE_DATA")) and Path(os.environ["CVXUPDATE_DATA"]).is_dir()
 RATE = 200.0
-K = np.array([[3.0, -1.4, 0, 0], [-1.4, 2.6, -1.2, 0], [0, -1.2, 2.9, -1.7], [0, 0, -1.7, 1.7]]) * 2e4
+K = (
+    np.array([[3.0, -1.4, 0, 0], [-1.4, 2.6, -1.2, 0], [0, -1.2, 2.9, -1.7], [0, 0, -1.7, 1.7]])
+    * 2e4
+)
 M = np.diag([1.0, 2.0, 1.5, 0.8])
 C = 2e-4 * K + 0.8 * M
 CUBIC = 1e5  # N/m³: changes the FRF by about a fifth at level 64, and nothing at level 1
 
 
-def chain(seed: int, force: int = 0, samples_: int = 8192, level: float = 1.0, cubic: float = 0.0, bits: int = 0) -> TimeHistory:
-    """Four masses under white force on one of them: accelerations with 1 % noise, optionally a hardening spring and a converter."""
+def chain(
+    seed: int,
+    force: int = 0,
+    samples_: int = 8192,
+    level: float = 1.0,
+    cubic: float = 0.0,
+    bits: int = 0,
+) -> TimeHistory:
+    """Four masses under white force on one of them: accelerations with 1 % noise, optionally a
+    hardening spring and a converter."""
     rng = np.random.default_rng(seed)
     u = level * rng.normal(size=samples_)
     B = np.zeros(4)
@@ -33,7 +45,9 @@ def chain(seed: int, force: int = 0, samples_: int = 8192, level: float = 1.0, c
     A = np.block([[np.zeros((4, 4)), np.eye(4)], [-inv @ K, -inv @ C]])
     Ad = linalg.expm(A * dt)
     Bd = np.linalg.solve(A, (Ad - np.eye(8)) @ np.concatenate([np.zeros(4), inv @ B]))
-    Nd = np.linalg.solve(A, (Ad - np.eye(8)) @ np.concatenate([np.zeros(4), inv @ np.array([0, 0, 0, 1.0])]))
+    Nd = np.linalg.solve(
+        A, (Ad - np.eye(8)) @ np.concatenate([np.zeros(4), inv @ np.array([0, 0, 0, 1.0])])
+    )
     x, out = np.zeros(8), np.empty((samples_, 4))
     for k in range(samples_):
         inner = -cubic * float(np.clip(x[3], -1.0, 1.0)) ** 3
@@ -44,16 +58,26 @@ def chain(seed: int, force: int = 0, samples_: int = 8192, level: float = 1.0, c
     if bits:
         step = 4.0 * data.std(axis=0) / 2 ** (bits - 1)
         data = np.round(data / step) * step
-    channels = (Channel(force + 1, "x", "force"), *(Channel(n, "x", "acceleration") for n in (1, 2, 3, 4)))
+    channels = (
+        Channel(force + 1, "x", "force"),
+        *(Channel(n, "x", "acceleration") for n in (1, 2, 3, 4)),
+    )
     return TimeHistory(Origin(f"run {seed}", "test", level=level), RATE, channels, data)
 
 
-def frf(seed: int, noise: float = 0.01, averages: int = 40, references: tuple[int, ...] = (0, 2)) -> FrequencyResponse:
+def frf(
+    seed: int, noise: float = 0.01, averages: int = 40, references: tuple[int, ...] = (0, 2)
+) -> FrequencyResponse:
     """Accelerance of the chain by H1 over independent lines, with coherence."""
     rng = np.random.default_rng(seed)
     f = np.linspace(1.0, 60.0, 1200)
     w = 2 * np.pi * f
-    H = -(w**2)[:, None, None] * np.linalg.inv(K + 1j * w[:, None, None] * C - (w**2)[:, None, None] * M)[:, :, list(references)]
+    H = (
+        -(w**2)[:, None, None]
+        * np.linalg.inv(K + 1j * w[:, None, None] * C - (w**2)[:, None, None] * M)[
+            :, :, list(references)
+        ]
+    )
     x = rng.normal(size=(averages, 1200)) + 1j * rng.normal(size=(averages, 1200))
     floor = noise * np.sqrt(np.mean(np.abs(H) ** 2, axis=0))
     Sxx = np.sum(np.abs(x) ** 2, axis=0)
@@ -62,8 +86,16 @@ def frf(seed: int, noise: float = 0.01, averages: int = 40, references: tuple[in
     estimate = np.sum(y * np.conj(x)[:, :, None, None], axis=0) / Sxx[:, None, None]
     coherence = np.abs(estimate) ** 2 * Sxx[:, None, None] / np.sum(np.abs(y) ** 2, axis=0)
     variance, _ = variance_of_frf(estimate, coherence)
-    return FrequencyResponse(Origin(f"frf {seed}", "test"), f, estimate, "acceleration", tuple(Channel(k, "x", "acceleration") for k in (1, 2, 3, 4)),
-                             tuple(Channel(r + 1, "x", "force") for r in references), variance, coherence.min(axis=2))  # fmt: skip
+    return FrequencyResponse(
+        Origin(f"frf {seed}", "test"),
+        f,
+        estimate,
+        "acceleration",
+        tuple(Channel(k, "x", "acceleration") for k in (1, 2, 3, 4)),
+        tuple(Channel(r + 1, "x", "force") for r in references),
+        variance,
+        coherence.min(axis=2),
+    )
 
 
 def most(trials: int, rate: float) -> int:
@@ -71,7 +103,9 @@ def most(trials: int, rate: float) -> int:
     return int(stats.binom.isf(1e-4, trials, rate))
 
 
-def changed(history: TimeHistory, column: int, change: Callable[[np.ndarray], np.ndarray]) -> TimeHistory:
+def changed(
+    history: TimeHistory, column: int, change: Callable[[np.ndarray], np.ndarray]
+) -> TimeHistory:
     data = history.data.copy()
     data[:, column] = change(data[:, column])
     return replace(history, data=data)
@@ -79,7 +113,9 @@ def changed(history: TimeHistory, column: int, change: Callable[[np.ndarray], np
 
 @pytest.mark.parametrize("test", [samples.clipping, samples.dropouts, samples.drift])
 @pytest.mark.parametrize("kind", ["white", "12 bit", "vibration", "sine", "hammer", "repeated"])
-def test_clean_channels_raise_no_more_alarms_than_stated(test: Callable[..., samples.Test], kind: str) -> None:
+def test_clean_channels_raise_no_more_alarms_than_stated(
+    test: Callable[..., samples.Test], kind: str
+) -> None:
     rng = np.random.default_rng(7)
     alarms, trials = 0, 400
     for _ in range(trials):
@@ -88,9 +124,21 @@ def test_clean_channels_raise_no_more_alarms_than_stated(test: Callable[..., sam
         if kind == "12 bit":
             x = np.round(x / 0.004) * 0.004
         elif kind == "vibration":
-            x = np.round(signal.lfilter([1.0], [1.0, -1.9 * np.cos(rng.uniform(0.1, 2.5)), 0.9], x) / 0.01) * 0.01
+            x = (
+                np.round(
+                    signal.lfilter([1.0], [1.0, -1.9 * np.cos(rng.uniform(0.1, 2.5)), 0.9], x)
+                    / 0.01
+                )
+                * 0.01
+            )
         elif kind == "sine":
-            x = np.round((np.sin(2 * np.pi * rng.uniform(2.0, 80.0) * t + rng.uniform(0, 6)) + 1e-3 * x) / 5e-4) * 5e-4
+            x = (
+                np.round(
+                    (np.sin(2 * np.pi * rng.uniform(2.0, 80.0) * t + rng.uniform(0, 6)) + 1e-3 * x)
+                    / 5e-4
+                )
+                * 5e-4
+            )
         elif kind == "hammer":
             x = np.round((50.0 * np.exp(-(((t - 0.1) / 0.002) ** 2)) + 0.01 * x) / 0.01) * 0.01
         elif kind == "repeated":
@@ -100,7 +148,11 @@ def test_clean_channels_raise_no_more_alarms_than_stated(test: Callable[..., sam
 
 
 def test_clean_recordings_pass_every_check() -> None:
-    alarms = [finding for seed in range(12) for finding in check(chain(seed, seed % 4, 4096, bits=12 if seed % 2 else 0))]
+    alarms = [
+        finding
+        for seed in range(12)
+        for finding in check(chain(seed, seed % 4, 4096, bits=12 if seed % 2 else 0))
+    ]
     assert [a.says for a in alarms] == [] or len(alarms) <= most(12 * 5 * 7, ALPHA)
 
 
@@ -114,9 +166,18 @@ def test_clean_frfs_pass_every_check() -> None:
     ("name", "spoil"),
     [
         ("clipping", lambda x: np.clip(x, -2.2 * x.std(), 2.2 * x.std())),
-        ("clipping", lambda x: np.minimum(np.round(x / (x.std() / 200)) * (x.std() / 200), 2.2 * x.std())),
-        ("drop-out", lambda x: np.where((np.arange(x.size) > 3000) & (np.arange(x.size) < 3060), 0.0, x)),
-        ("drop-out", lambda x: np.where((np.arange(x.size) > 3000) & (np.arange(x.size) < 3030), x[3000], x)),
+        (
+            "clipping",
+            lambda x: np.minimum(np.round(x / (x.std() / 200)) * (x.std() / 200), 2.2 * x.std()),
+        ),
+        (
+            "drop-out",
+            lambda x: np.where((np.arange(x.size) > 3000) & (np.arange(x.size) < 3060), 0.0, x),
+        ),
+        (
+            "drop-out",
+            lambda x: np.where((np.arange(x.size) > 3000) & (np.arange(x.size) < 3030), x[3000], x),
+        ),
         ("drift", lambda x: x + np.linspace(0.0, 0.5 * x.std(), x.size)),
         ("drift", lambda x: x + 0.5 * x.std() * np.exp(-np.arange(x.size) / (0.4 * x.size))),
         ("missing values", lambda x: np.where(np.arange(x.size) == 77, np.nan, x)),
@@ -124,11 +185,13 @@ def test_clean_frfs_pass_every_check() -> None:
         ("dead channel", lambda x: np.round(1e-3 * np.sign(x), 3)),
         ("unrelated channel", lambda x: np.random.default_rng(99).normal(size=x.size)),
     ],
-)  # fmt: skip
+)
 def test_a_spoilt_channel_is_named(name: str, spoil: Callable[[np.ndarray], np.ndarray]) -> None:
     findings = check(changed(chain(3), 2, spoil))
     assert {f.check for f in findings} == {name}
-    assert all("channel 2 (acceleration at n2.x)" in f.says and f.says.endswith(".") for f in findings)
+    assert all(
+        "channel 2 (acceleration at n2.x)" in f.says and f.says.endswith(".") for f in findings
+    )
 
 
 def test_a_duplicated_channel_is_named() -> None:
@@ -136,7 +199,12 @@ def test_a_duplicated_channel_is_named() -> None:
     data = history.data.copy()
     data[:, 3] = -2.0 * data[:, 1]
     (finding,) = check(replace(history, data=data))
-    assert finding.check == "duplicated channel" and finding.value == pytest.approx(-2.0) and "channel 1" in finding.says and "channel 3" in finding.says
+    assert (
+        finding.check == "duplicated channel"
+        and finding.value == pytest.approx(-2.0)
+        and "channel 1" in finding.says
+        and "channel 3" in finding.says
+    )
 
 
 def spoilt(which: str, seed: int = 1) -> FrequencyResponse:
@@ -162,16 +230,21 @@ def spoilt(which: str, seed: int = 1) -> FrequencyResponse:
 @pytest.mark.parametrize(
     ("which", "name", "words"),
     [
-        ("gain", "reciprocity", "a gain is wrong"), ("sign", "polarity", "wrong sign"), ("sign", "reciprocity", "sign differs"),
+        ("gain", "reciprocity", "a gain is wrong"),
+        ("sign", "polarity", "wrong sign"),
+        ("sign", "reciprocity", "sign differs"),
         ("delay", "delay", "n3.x/n1.x lags"),
         ("delay", "passivity", "gives power back at"),
-        ("conjugate", "causality", "opposite sign"), ("coherence", "low coherence", "n4.x"),
+        ("conjugate", "causality", "opposite sign"),
+        ("coherence", "low coherence", "n4.x"),
     ],
-)  # fmt: skip
+)
 def test_a_spoilt_frf_is_named(which: str, name: str, words: str) -> None:
     for seed in range(5):
         found = [f for f in check(spoilt(which, seed)) if f.check == name]
-        assert found and any(words in f.says for f in found), [f.says for f in check(spoilt(which, seed))]
+        assert found and any(words in f.says for f in found), [
+            f.says for f in check(spoilt(which, seed))
+        ]
     if name == "delay":
         assert found[0].value == pytest.approx(1.5e-3, rel=0.15)
     if which == "gain":
@@ -185,7 +258,10 @@ def test_low_coherence_at_an_antiresonance_is_no_fault() -> None:
 
 
 def test_a_level_that_changes_the_frf_is_reported_and_a_linear_one_is_not() -> None:
-    quiet, loud = chain(1, 3, 16384, level=1.0, cubic=CUBIC), chain(2, 3, 16384, level=64.0, cubic=CUBIC)
+    quiet, loud = (
+        chain(1, 3, 16384, level=1.0, cubic=CUBIC),
+        chain(2, 3, 16384, level=64.0, cubic=CUBIC),
+    )
     findings = compare([quiet, loud])
     assert findings and {f.check for f in findings} == {"level dependence"}
     assert all("level 64 to 1" in f.says or "level 1 to 64" in f.says for f in findings)
@@ -198,45 +274,75 @@ def test_a_force_channel_out_of_line_is_reported_with_its_factor() -> None:
     wrong = changed(other, 0, lambda x: 3.3 * x)
     assert compare([clean, other]) == ()
     findings = [f for f in compare([clean, wrong, chain(3, 1, 16384)]) if f.check == "gain"]
-    assert len(findings) == 4 and all(f.value == pytest.approx(3.3, rel=0.05) and "run 2" in f.says for f in findings)
+    assert len(findings) == 4 and all(
+        f.value == pytest.approx(3.3, rel=0.05) and "run 2" in f.says for f in findings
+    )
 
 
 def test_reciprocity_across_recordings_names_the_gain() -> None:
     first, second = frf(1, references=(0,)), frf(2, references=(2,))
     assert [f for f in compare([first, second]) if f.check == "reciprocity"] == []
-    findings = [f for f in compare([first, replace(second, H=1.5 * second.H)]) if f.check == "reciprocity"]
-    assert findings and findings[0].value in (pytest.approx(1.5, rel=0.05), pytest.approx(1 / 1.5, rel=0.05))
+    findings = [
+        f for f in compare([first, replace(second, H=1.5 * second.H)]) if f.check == "reciprocity"
+    ]
+    assert findings and findings[0].value in (
+        pytest.approx(1.5, rel=0.05),
+        pytest.approx(1 / 1.5, rel=0.05),
+    )
 
 
-@pytest.mark.skipif(not HAVE, reason="CVXUPDATE_DATA does not name a folder with the real recordings")
+@pytest.mark.skipif(
+    not HAVE, reason="CVXUPDATE_DATA does not name a folder with the real recordings"
+)
 def test_the_shaker_s_force_channel_of_the_cantilever_is_reported() -> None:
     from cvxupdate.recordings.load import load_recordings
     from cvxupdate.spec import load_problem
 
     folder = Path(__file__).parents[2] / "problems" / "real" / "unb-cantilever-tip-mass"
-    series = [load_recordings(load_problem(folder / name)) for name in ("problem_massa1.toml", "problem.toml", "problem_massa4.toml")]
+    series = [
+        load_recordings(load_problem(folder / name))
+        for name in ("problem_massa1.toml", "problem.toml", "problem_massa4.toml")
+    ]
     factors = []
     for recordings in series:
-        sines = [f for f in compare(recordings) if f.check == "gain" and "sine tests (shaker" in f.says]
+        sines = [
+            f for f in compare(recordings) if f.check == "gain" and "sine tests (shaker" in f.says
+        ]
         assert len(sines) == 1
         factors.append(sines[0].value)
-    assert factors[0] == pytest.approx(3.2, rel=0.1)  # massa1, the cleanest one degree of freedom; the README says 3.2 to 3.4
+    assert factors[0] == pytest.approx(
+        3.2, rel=0.1
+    )  # massa1, the cleanest one degree of freedom; the README says 3.2 to 3.4
     assert min(factors) > 1.5
     (pooled,) = compare_series(series)
     assert 2.0 < pooled.value < 3.5
-    # the hammer's accelerometer points against the blow: without the sign of the problem file the drive point gives power back
+    # the hammer's accelerometer points against the blow: without the sign of the problem file the
+    # drive point gives power back
     (analyser,) = [r for r in series[0] if isinstance(r, FrequencyResponse)]
     assert [f for f in check(analyser) if f.check == "polarity"] == []
-    assert [f.check for f in check(replace(analyser, H=-analyser.H)) if f.check == "polarity"] == ["polarity"]
+    assert [f.check for f in check(replace(analyser, H=-analyser.H)) if f.check == "polarity"] == [
+        "polarity"
+    ]
 
 
-@pytest.mark.skipif(not HAVE, reason="CVXUPDATE_DATA does not name a folder with the real recordings")
+@pytest.mark.skipif(
+    not HAVE, reason="CVXUPDATE_DATA does not name a folder with the real recordings"
+)
 def test_the_three_frame_files_are_three_columns_of_one_reciprocal_matrix() -> None:
-    """Published as three repeats; with the force on floor 1, 2, 3 they are reciprocal, with it on floor 1 throughout they contradict one another."""
+    """Published as three repeats; with the force on floor 1, 2, 3 they are reciprocal, with it on
+    floor 1 throughout they contradict one another."""
     from cvxupdate.recordings.load import load_recordings
     from cvxupdate.spec import load_problem
 
-    recordings = load_recordings(load_problem(Path(__file__).parents[2] / "problems" / "real" / "cristallo-3storey-frame" / "problem.toml"))
+    recordings = load_recordings(
+        load_problem(
+            Path(__file__).parents[2]
+            / "problems"
+            / "real"
+            / "cristallo-3storey-frame"
+            / "problem.toml"
+        )
+    )
     assert compare(recordings) == ()
     as_published = [replace(r, references=recordings[0].references) for r in recordings]  # type: ignore[type-var, union-attr]
     assert len(compare(as_published)) >= 3
@@ -245,24 +351,54 @@ def test_the_three_frame_files_are_three_columns_of_one_reciprocal_matrix() -> N
 @pytest.mark.parametrize("loss", [0.0, 1e-6, 1e-4])
 @pytest.mark.parametrize("silent", ["none", "response", "reference", "both"])
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-def test_simulated_frfs_without_damping_or_with_silent_channels_are_not_blamed_on_time(loss: float, silent: str) -> None:
-    """An undamped structure has no direction of time, a silent channel no phase: neither is a fault of causality, and neither divides by zero."""
+def test_simulated_frfs_without_damping_or_with_silent_channels_are_not_blamed_on_time(
+    loss: float, silent: str
+) -> None:
+    """An undamped structure has no direction of time, a silent channel no phase: neither is a fault
+    of causality, and neither divides by zero."""
     f = np.linspace(1.0, 100.0, 400)
     shapes = np.array([[1.0, 0.8, 0.5], [0.6, -0.7, 0.9], [0.3, -0.9, 0.6]])
-    d = 1.0 / ((2 * np.pi * np.array([20.0, 45.0, 80.0])) ** 2 * (1 + 1j * loss) - (2 * np.pi * f[:, None]) ** 2)
+    d = 1.0 / (
+        (2 * np.pi * np.array([20.0, 45.0, 80.0])) ** 2 * (1 + 1j * loss)
+        - (2 * np.pi * f[:, None]) ** 2
+    )
     H = np.einsum("fr,ro,ri->foi", d, shapes, shapes[:, :2])
     if silent in ("response", "both"):
         H[:, 1] = 0.0
     if silent in ("reference", "both"):
         H[:, :, 1] = 0.0
-    channels = [Channel(k, "x", "displacement") for k in (1, 2, 3)], [Channel(k, "x", "force") for k in (1, 2)]
+    channels = (
+        [Channel(k, "x", "displacement") for k in (1, 2, 3)],
+        [Channel(k, "x", "force") for k in (1, 2)],
+    )
     for variance in (None, np.zeros(H.shape), variance_of_frf(H, None)[0]):
-        said = check(FrequencyResponse(Origin("undamped", "test"), f, H, "displacement", *map(tuple, channels), variance, np.ones((400, 3))))
-        assert {x.check for x in said} <= ({"reciprocity"} if silent in ("response", "reference") else set())
-    reversed_phase = FrequencyResponse(Origin("damped", "test"), f, np.conj(H_damped(f, shapes)), "displacement", *map(tuple, channels))
+        said = check(
+            FrequencyResponse(
+                Origin("undamped", "test"),
+                f,
+                H,
+                "displacement",
+                *map(tuple, channels),
+                variance,
+                np.ones((400, 3)),
+            )
+        )
+        assert {x.check for x in said} <= (
+            {"reciprocity"} if silent in ("response", "reference") else set()
+        )
+    reversed_phase = FrequencyResponse(
+        Origin("damped", "test"),
+        f,
+        np.conj(H_damped(f, shapes)),
+        "displacement",
+        *map(tuple, channels),
+    )
     assert "causality" in {x.check for x in check(reversed_phase)}
 
 
 def H_damped(f: np.ndarray, shapes: np.ndarray) -> np.ndarray:
-    d = 1.0 / ((2 * np.pi * np.array([20.0, 45.0, 80.0])) ** 2 * (1 + 0.02j) - (2 * np.pi * f[:, None]) ** 2)
+    d = 1.0 / (
+        (2 * np.pi * np.array([20.0, 45.0, 80.0])) ** 2 * (1 + 0.02j)
+        - (2 * np.pi * f[:, None]) ** 2
+    )
     return np.einsum("fr,ro,ri->foi", d, shapes, shapes[:, :2])

@@ -32,13 +32,21 @@ N = 6
 
 
 def matrices(close: bool) -> tuple[NDArray, NDArray, NDArray]:
-    """Unsymmetric chain; ``close`` adds two nearly equal tuned branches: a pair of close modes. C is one heavy dashpot."""
+    """Unsymmetric chain; ``close`` adds two nearly equal tuned branches: a pair of close modes. C
+    is one heavy dashpot."""
     m = np.array([2.0, 1.5, 1.0, 1.7, 0.8, 1.2])
     k = np.array([9.0, 6.0, 8.0, 5.0, 7.0, 4.0, 3.0]) * 1e5
     K = np.diag(k[:-1] + k[1:]) - np.diag(k[1:-1], 1) - np.diag(k[1:-1], -1)
     if close:
         K = np.zeros((N, N))
-        for i, j, v in [(0, -1, 2e7), (0, 1, 4e5), (1, 2, 3e5), (0, 3, 4.05e5), (3, 4, 3.02e5), (0, 5, 9e5)]:
+        for i, j, v in [
+            (0, -1, 2e7),
+            (0, 1, 4e5),
+            (1, 2, 3e5),
+            (0, 3, 4.05e5),
+            (3, 4, 3.02e5),
+            (0, 5, 9e5),
+        ]:
             K[i, i] += v
             if j >= 0:
                 K[j, j] += v
@@ -51,12 +59,20 @@ def matrices(close: bool) -> tuple[NDArray, NDArray, NDArray]:
     return np.diag(m), K, C
 
 
-def modes(close: bool, damping: float) -> tuple[NDArray, NDArray, NDArray, NDArray, tuple[NDArray, NDArray, NDArray]]:
-    """Normal frequencies (Hz) and shapes, complex poles and shapes; ``damping``: the largest fraction of critical."""
+def modes(
+    close: bool, damping: float
+) -> tuple[NDArray, NDArray, NDArray, NDArray, tuple[NDArray, NDArray, NDArray]]:
+    """Normal frequencies (Hz) and shapes, complex poles and shapes; ``damping``: the largest
+    fraction of critical."""
     M, K, C = matrices(close)
 
     def complex_modes(scale: float) -> tuple[NDArray, NDArray]:
-        A = np.block([[np.zeros((N, N)), np.eye(N)], [-np.linalg.solve(M, K), -np.linalg.solve(M, scale * C)]])
+        A = np.block(
+            [
+                [np.zeros((N, N)), np.eye(N)],
+                [-np.linalg.solve(M, K), -np.linalg.solve(M, scale * C)],
+            ]
+        )
         s, v = np.linalg.eig(A)
         keep = np.flatnonzero(s.imag > 0)
         keep = keep[np.argsort(np.abs(s[keep]))]
@@ -106,19 +122,25 @@ def test_light_damping_gives_the_normal_modes(method: str) -> None:
 
 
 def test_degradation_table() -> None:
-    """Worst MAC with the normal modes, by method, damping (largest ratio) and spacing: printed with pytest -s."""
+    """Worst MAC with the normal modes, by method, damping (largest ratio) and spacing: printed with
+    pytest -s."""
     worst: dict[str, list[float]] = {}
     cases = [(False, 0.01), (False, 0.05), (False, 0.15), (True, 0.002), (True, 0.01), (True, 0.05)]
     for close, damping in cases:
         _, phi, poles, shapes, _ = modes(close, damping)
         for name, method in {**SHAPE_ONLY, **WITH_DAMPING}.items():
             real = method(poles, shapes)
-            worst.setdefault(name, []).append(min(mac(a, b) for a, b in zip(real, phi, strict=True)))
-    print("\nworst MAC       " + "".join(f"{'close' if c else 'apart':>7}{d:5.1%}" for c, d in cases))
+            worst.setdefault(name, []).append(
+                min(mac(a, b) for a, b in zip(real, phi, strict=True))
+            )
+    print(
+        "\nworst MAC       " + "".join(f"{'close' if c else 'apart':>7}{d:5.1%}" for c, d in cases)
+    )
     for name, row in worst.items():
         print(f"{name:<18}" + "".join(f"{v:12.5f}" for v in row))
     for name in SHAPE_ONLY:
-        # more damping is never better, and close modes suffer at a damping that separate modes forgive
+        # more damping is never better, and close modes suffer at a damping that separate modes
+        # forgive
         apart, close = worst[name][:3], worst[name][3:]
         assert apart[0] > apart[1] > apart[2]
         assert close[0] > close[1] > close[2] - 1e-3
@@ -140,7 +162,9 @@ def test_close_heavily_damped_modes_defeat_every_method_that_only_sees_shapes() 
 def test_ibrahim_gives_undamped_frequencies(close: bool) -> None:
     f, _, poles, shapes, _ = modes(close, 0.1)
     assert ibrahim_state(poles, shapes)[0] == pytest.approx(f, rel=1e-7)
-    assert ibrahim_fill(poles, shapes, np.zeros(0), np.zeros((0, N)))[0] == pytest.approx(f, rel=1e-7)
+    assert ibrahim_fill(poles, shapes, np.zeros(0), np.zeros((0, N)))[0] == pytest.approx(
+        f, rel=1e-7
+    )
 
 
 def test_incomplete_sets() -> None:
@@ -169,14 +193,16 @@ def test_frf_route_is_exact_for_any_damping(hysteretic: bool) -> None:
     assert normal_stiffness(H) == pytest.approx(undamped, rel=1e-7, abs=1e-6 * np.abs(K).max())
     inside = slice(None, None, 97)
     assert normal_frf(H[inside]) @ undamped[inside] == pytest.approx(
-        np.broadcast_to(np.eye(N), undamped[inside].shape), abs=1e-5)
+        np.broadcast_to(np.eye(N), undamped[inside].shape), abs=1e-5
+    )
     frequency, shapes = chen_hsu_tsuei(lines, H)
     assert frequency == pytest.approx(f, rel=1e-6)
     assert min(mac(a, b) for a, b in zip(shapes, phi, strict=True)) > 0.9999
 
 
 shapes_strategy = st.integers(0, 10_000).map(
-    lambda seed: np.random.default_rng(seed).standard_normal((3, 7, 2)) @ np.array([1.0, 0.6j]))
+    lambda seed: np.random.default_rng(seed).standard_normal((3, 7, 2)) @ np.array([1.0, 0.6j])
+)
 
 
 @given(shapes_strategy)
@@ -192,7 +218,9 @@ def test_best_mac_is_the_largest_eigenvector_and_both_methods_reach_it(shapes: N
 
 @given(shapes_strategy, st.floats(-3.0, 3.0), st.floats(0.1, 10.0))
 @settings(max_examples=40, deadline=None)
-def test_results_do_not_depend_on_phase_or_scale(shapes: NDArray, phase: float, scale: float) -> None:
+def test_results_do_not_depend_on_phase_or_scale(
+    shapes: NDArray, phase: float, scale: float
+) -> None:
     turned = scale * np.exp(1j * phase) * shapes
     for method in (simple, ahmadian_gladwell, niedbal):
         a, b = method(shapes), method(turned)

@@ -1,4 +1,5 @@
-"""FRFs from time histories: exact limits, bias of the estimators, variance, windows, streams, quantities."""
+"""FRFs from time histories: exact limits, bias of the estimators, variance, windows, streams,
+quantities."""
 
 from __future__ import annotations
 
@@ -14,7 +15,11 @@ from numpy.typing import NDArray
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.convert import convert
-from cvxupdate.recordings.estimators import multiple_coherence, ordinary_coherence, variance_from_coherence
+from cvxupdate.recordings.estimators import (
+    multiple_coherence,
+    ordinary_coherence,
+    variance_from_coherence,
+)
 from cvxupdate.recordings.identify import identify_modes
 from cvxupdate.recordings.local_polynomial import local_polynomial
 from cvxupdate.recordings.spectra import spectra_from_chunks
@@ -32,7 +37,8 @@ RATE = 1024.0
 
 
 class Plant:
-    """Three masses, forces on the first and the last, exactly sampled (the discrete system is the truth)."""
+    """Three masses, forces on the first and the last, exactly sampled (the discrete system is the
+    truth)."""
 
     M = np.diag([1.0, 1.5, 0.8])
     K = np.array([[5.0, -2.0, 0.0], [-2.0, 4.0, -2.0], [0.0, -2.0, 3.0]]) * 1e5
@@ -40,10 +46,16 @@ class Plant:
 
     def __init__(self) -> None:
         n = 3
-        A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(self.M, self.K), -np.linalg.solve(self.M, self.C)]])
+        A = np.block(
+            [
+                [np.zeros((n, n)), np.eye(n)],
+                [-np.linalg.solve(self.M, self.K), -np.linalg.solve(self.M, self.C)],
+            ]
+        )
         B = np.vstack([np.zeros((n, n)), np.linalg.inv(self.M)])[:, [0, 2]]
         self.discrete = scipy.signal.cont2discrete(
-            (A, B, np.hstack([np.eye(n), np.zeros((n, n))]), np.zeros((n, 2))), 1.0 / RATE, "foh")
+            (A, B, np.hstack([np.eye(n), np.zeros((n, n))]), np.zeros((n, 2))), 1.0 / RATE, "foh"
+        )
 
     def run(self, force: NDArray) -> NDArray:
         A, B, C, D, _ = self.discrete
@@ -51,11 +63,17 @@ class Plant:
 
     def frf(self, f: NDArray) -> NDArray:
         A, B, C, D, _ = self.discrete
-        return np.array([C @ np.linalg.solve(z * np.eye(6) - A, B) + D for z in np.exp(2j * np.pi * f / RATE)])
+        return np.array(
+            [C @ np.linalg.solve(z * np.eye(6) - A, B) + D for z in np.exp(2j * np.pi * f / RATE)]
+        )
 
 
 PLANT = Plant()
-CHANNELS = (Channel(1, "x", "force"), Channel(3, "x", "force"), *(Channel(k, "x", "displacement") for k in (1, 2, 3)))
+CHANNELS = (
+    Channel(1, "x", "force"),
+    Channel(3, "x", "force"),
+    *(Channel(k, "x", "displacement") for k in (1, 2, 3)),
+)
 
 
 def recording(data: NDArray, channels: tuple[Channel, ...] = CHANNELS) -> TimeHistory:
@@ -64,7 +82,9 @@ def recording(data: NDArray, channels: tuple[Channel, ...] = CHANNELS) -> TimeHi
 
 def random_run(samples: int, noise: float, seed: int = 0) -> TimeHistory:
     rng = np.random.default_rng(seed)
-    force = scipy.signal.lfilter(*scipy.signal.butter(4, 0.6), rng.standard_normal((samples, 2)), axis=0)
+    force = scipy.signal.lfilter(
+        *scipy.signal.butter(4, 0.6), rng.standard_normal((samples, 2)), axis=0
+    )
     y = PLANT.run(force)
     return recording(np.hstack([force, y + noise * y.std() * rng.standard_normal(y.shape)]))
 
@@ -111,13 +131,19 @@ def test_local_polynomial_removes_leakage_and_the_start_from_rest() -> None:
 
 
 def test_modes_from_one_run_that_starts_from_rest() -> None:
-    modes = identify_modes(frf_from_time(random_run(30_000, 0.02), method="lpm"), band=(20.0, 180.0))
+    modes = identify_modes(
+        frf_from_time(random_run(30_000, 0.02), method="lpm"), band=(20.0, 180.0)
+    )
     A = PLANT.discrete[0]
     poles = np.log(np.linalg.eigvals(A).astype(complex)) * RATE
     poles = poles[poles.imag > 0]
     poles = poles[np.argsort(np.abs(poles))]
-    assert np.all(np.abs(modes.frequency - np.abs(poles) / (2 * np.pi)) < 4.0 * modes.frequency_std + 1e-4)
-    assert np.all(np.abs(modes.damping + poles.real / np.abs(poles)) < 4.0 * modes.damping_std + 1e-5)
+    assert np.all(
+        np.abs(modes.frequency - np.abs(poles) / (2 * np.pi)) < 4.0 * modes.frequency_std + 1e-4
+    )
+    assert np.all(
+        np.abs(modes.damping + poles.real / np.abs(poles)) < 4.0 * modes.damping_std + 1e-5
+    )
 
 
 def test_noise_on_the_force_biases_h1_down_and_h2_not() -> None:
@@ -125,7 +151,10 @@ def test_noise_on_the_force_biases_h1_down_and_h2_not() -> None:
     x = rng.standard_normal(400_000)
     data = np.stack([x + 0.5 * rng.standard_normal(x.size), 3.0 * x], axis=1)
     run = recording(data, (Channel(1, "x", "force"), Channel(1, "x", "velocity")))
-    size = {m: float(np.mean(np.abs(frf_from_time(run, method=m, block=512).H))) for m in ("h1", "h2", "hv")}
+    size = {
+        m: float(np.mean(np.abs(frf_from_time(run, method=m, block=512).H)))
+        for m in ("h1", "h2", "hv")
+    }
     assert size["h1"] == pytest.approx(3.0 / 1.25, rel=0.01)
     assert size["h2"] == pytest.approx(3.0, rel=0.01)
     assert size["hv"] == pytest.approx(3.0 / np.sqrt(1.25), rel=0.01)
@@ -174,11 +203,17 @@ def test_impacts_with_force_and_exponential_window() -> None:
     block, hits, decay = 2048, 6, 6.0
     force = np.zeros((block * hits, 2))
     for k in range(hits):
-        force[k * block + 40 : k * block + 46, 0] = np.hanning(8)[1:-1] * (1.0 + 0.1 * rng.standard_normal())
+        force[k * block + 40 : k * block + 46, 0] = np.hanning(8)[1:-1] * (
+            1.0 + 0.1 * rng.standard_normal()
+        )
     # each hit on a structure at rest
     y = np.concatenate([PLANT.run(force[k * block : (k + 1) * block]) for k in range(hits)])
-    data = np.hstack([force[:, :1] + 1e-4 * rng.standard_normal((block * hits, 1)),
-                      y + 1e-3 * y.std() * rng.standard_normal(y.shape)])
+    data = np.hstack(
+        [
+            force[:, :1] + 1e-4 * rng.standard_normal((block * hits, 1)),
+            y + 1e-3 * y.std() * rng.standard_normal(y.shape),
+        ]
+    )
     run = recording(data, (CHANNELS[0], *CHANNELS[2:]))
     assert find_impacts(data[:, 0], block=1500, pretrigger=20).size == hits
     frf = frf_from_impacts(run, block=1500, pretrigger=20, force_width=0.02, decay=decay)
@@ -199,7 +234,9 @@ def test_exponential_window_is_exact_for_a_run_from_rest() -> None:
     # both references in one record cannot be told apart by one block: keep one
     y = PLANT.run(np.column_stack([run.data[:, 0], np.zeros(6000)]))
     single = recording(np.column_stack([run.data[:, 0], y]), (CHANNELS[0], *CHANNELS[2:]))
-    frf = frf_from_time(single, window="rectangular", block=6000, overlap=0.0, decay=decay, from_rest=True)
+    frf = frf_from_time(
+        single, window="rectangular", block=6000, overlap=0.0, decay=decay, from_rest=True
+    )
     f = frf.frequency[(frf.frequency > 30) & (frf.frequency < 170)]
     A, B, C, D, _ = PLANT.discrete
     z = np.exp((decay + 2j * np.pi * f) / RATE)
@@ -225,7 +262,9 @@ def test_stream_in_any_chunks_gives_the_same_spectra_and_little_memory() -> None
 
     seen: list[int] = []
     tracemalloc.start()
-    long = spectra_from_chunks(chunks(), RATE, 2, block=4096, progress=lambda done, total: seen.append(done))
+    long = spectra_from_chunks(
+        chunks(), RATE, 2, block=4096, progress=lambda done, total: seen.append(done)
+    )
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     # 160 MB of samples went through

@@ -9,18 +9,58 @@ from hypothesis import strategies as st
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.units import is_unit, parse_unit, scale_to_si
 
-NAMES = ["m", "mm", "in", "ft", "s", "ms", "kg", "N", "kN", "lbf", "kip", "g", "V", "mV", "Pa", "psi", "rad", "ustrain"]
+NAMES = [
+    "m",
+    "mm",
+    "in",
+    "ft",
+    "s",
+    "ms",
+    "kg",
+    "N",
+    "kN",
+    "lbf",
+    "kip",
+    "g",
+    "V",
+    "mV",
+    "Pa",
+    "psi",
+    "rad",
+    "ustrain",
+]
 
 
 @pytest.mark.parametrize(
     ("text", "factor"),
     [
-        ("g", 9.80665), ("in", 0.0254), ("in/s", 0.0254), ("kip", 4448.2216152605), ("lbf", 4.4482216152605), ("lb", 4.4482216152605),
-        ("mm/s^2", 1e-3), ("m/s2", 1.0), ("m/s²", 1.0), ("[ m/s² / N ]", 1.0), ("g/N", 9.80665), ("µm", 1e-6), ("um", 1e-6),
-        ("in/s^2/lbf", 0.0254 / 4.4482216152605), ("100 mV/g", 0.1 / 9.80665), ("kN*m", 1e3), ("Nm", 1.0), ("Newtons", 1.0), ("με", 1e-6),
-        ("(mm/s^2)/kN", 1e-6), ("s^-2", 1.0), ("mg", 9.80665e-3), ("kgf", 9.80665), ("", 1.0), ("NONE", 1.0),
+        ("g", 9.80665),
+        ("in", 0.0254),
+        ("in/s", 0.0254),
+        ("kip", 4448.2216152605),
+        ("lbf", 4.4482216152605),
+        ("lb", 4.4482216152605),
+        ("mm/s^2", 1e-3),
+        ("m/s2", 1.0),
+        ("m/s²", 1.0),
+        ("[ m/s² / N ]", 1.0),
+        ("g/N", 9.80665),
+        ("µm", 1e-6),
+        ("um", 1e-6),
+        ("in/s^2/lbf", 0.0254 / 4.4482216152605),
+        ("100 mV/g", 0.1 / 9.80665),
+        ("kN*m", 1e3),
+        ("Nm", 1.0),
+        ("Newtons", 1.0),
+        ("με", 1e-6),
+        ("(mm/s^2)/kN", 1e-6),
+        ("s^-2", 1.0),
+        ("mg", 9.80665e-3),
+        ("kgf", 9.80665),
+        ("", 1.0),
+        ("NONE", 1.0),
     ],
-)  # fmt: skip
+)
 def test_factors_are_the_exact_conversions(text: str, factor: float) -> None:
     assert parse_unit(text).factor == pytest.approx(factor, rel=1e-14)
 
@@ -49,10 +89,14 @@ def test_a_sensitivity_turns_volts_into_the_quantity() -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("acceleration", "mm"), "does not measure acceleration"), (("acceleration", "V"), "sensitivity"), (("force", "newtn"), "newton"),
-        (("displacement", "m", "rx"), "rotation"), (("force", "N", "x", 0.0), "not zero"), (("force", "m/"), ""),
+        (("acceleration", "mm"), "does not measure acceleration"),
+        (("acceleration", "V"), "sensitivity"),
+        (("force", "newtn"), "newton"),
+        (("displacement", "m", "rx"), "rotation"),
+        (("force", "N", "x", 0.0), "not zero"),
+        (("force", "m/"), ""),
     ],
-)  # fmt: skip
+)
 def test_a_wrong_unit_says_what_is_wrong(arguments: tuple[object, ...], words: str) -> None:
     if arguments[1] == "m/":
         with pytest.raises(RecordingError):
@@ -63,6 +107,8 @@ def test_a_wrong_unit_says_what_is_wrong(arguments: tuple[object, ...], words: s
 
 
 def test_a_ratio_may_name_the_response_alone() -> None:
-    assert scale_to_si("acceleration", "g/N", "x", per="force") == scale_to_si("acceleration", "g", "x", per="force")
+    assert scale_to_si("acceleration", "g/N", "x", per="force") == scale_to_si(
+        "acceleration", "g", "x", per="force"
+    )
     with pytest.raises(RecordingError):
         scale_to_si("acceleration", "mm/N", "x", per="force")

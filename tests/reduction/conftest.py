@@ -23,24 +23,52 @@ class Structure:
 
 def solved(K: np.ndarray, M: np.ndarray) -> Structure:
     value, phi = eigh(K, M)
-    return Structure(sparse.csc_matrix(K), sparse.csc_matrix(M), np.sqrt(np.maximum(value, 0)) / (2 * np.pi), phi)
+    return Structure(
+        sparse.csc_matrix(K), sparse.csc_matrix(M), np.sqrt(np.maximum(value, 0)) / (2 * np.pi), phi
+    )
 
 
 def beam_element(L: float, EI: float, m: float) -> tuple[np.ndarray, np.ndarray]:
-    k = EI / L**3 * np.array([[12, 6 * L, -12, 6 * L], [6 * L, 4 * L**2, -6 * L, 2 * L**2],
-                              [-12, -6 * L, 12, -6 * L], [6 * L, 2 * L**2, -6 * L, 4 * L**2]])
-    c = m * L / 420 * np.array([[156, 22 * L, 54, -13 * L], [22 * L, 4 * L**2, 13 * L, -3 * L**2],
-                                [54, 13 * L, 156, -22 * L], [-13 * L, -3 * L**2, -22 * L, 4 * L**2]])
+    k = (
+        EI
+        / L**3
+        * np.array(
+            [
+                [12, 6 * L, -12, 6 * L],
+                [6 * L, 4 * L**2, -6 * L, 2 * L**2],
+                [-12, -6 * L, 12, -6 * L],
+                [6 * L, 2 * L**2, -6 * L, 4 * L**2],
+            ]
+        )
+    )
+    c = (
+        m
+        * L
+        / 420
+        * np.array(
+            [
+                [156, 22 * L, 54, -13 * L],
+                [22 * L, 4 * L**2, 13 * L, -3 * L**2],
+                [54, 13 * L, 156, -22 * L],
+                [-13 * L, -3 * L**2, -22 * L, 4 * L**2],
+            ]
+        )
+    )
     return k, c
 
 
 def make_beam(elements: int = 20, seed: int = 0, free: bool = False) -> Structure:
-    """A cantilever (or free beam) of unequal elements; DOFs w, θ per node, even rows translations."""
+    """A cantilever (or free beam) of unequal elements; DOFs w, θ per node, even rows
+    translations."""
     rng = np.random.default_rng(seed)
     n = 2 * (elements + 1)
     K, M = np.zeros((n, n)), np.zeros((n, n))
     for e in range(elements):
-        k, m = beam_element(rng.uniform(0.03, 0.07), 210e9 * 2e-9 * rng.uniform(0.7, 1.3), 1.9 * rng.uniform(0.7, 1.3))
+        k, m = beam_element(
+            rng.uniform(0.03, 0.07),
+            210e9 * 2e-9 * rng.uniform(0.7, 1.3),
+            1.9 * rng.uniform(0.7, 1.3),
+        )
         at = np.arange(2 * e, 2 * e + 4)
         K[np.ix_(at, at)] += k
         M[np.ix_(at, at)] += m

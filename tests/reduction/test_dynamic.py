@@ -65,7 +65,8 @@ def test_kidder_converges_geometrically_and_refuses_to_diverge(beam):
 
 
 def test_irs_is_kidders_first_order_at_each_guyan_frequency(beam):
-    """2.4.5 says that the series up to ω² "is identical to IRS": true for every Guyan mode at its own frequency."""
+    """2.4.5 says that the series up to ω² "is identical to IRS": true for every Guyan mode at its
+    own frequency."""
     split = partition(beam.K, beam.M, MASTERS)
     f, shapes = reduced_modes(guyan(split), beam.K, beam.M)
     improved = irs(split)
@@ -73,7 +74,9 @@ def test_irs_is_kidders_first_order_at_each_guyan_frequency(beam):
         at = shapes[MASTERS, r]
         first = kidder(split, f[r], 1) if f[r] < 700 else None
         if first is not None:
-            assert np.allclose(improved.expand(at), first.expand(at), atol=1e-8 * np.abs(shapes).max())
+            assert np.allclose(
+                improved.expand(at), first.expand(at), atol=1e-8 * np.abs(shapes).max()
+            )
 
 
 def test_petersmann_converges_and_the_static_part_helps(beam):
@@ -83,7 +86,9 @@ def test_petersmann_converges_and_the_static_part_helps(beam):
 
     def error(modes: int, static: bool) -> float:
         wrong = petersmann(split, f, modes, static).matrix - exact
-        return float(np.sqrt(np.trace(wrong.T @ (beam.M @ wrong))))  # modes are orthogonal in M, so here it is monotone
+        return float(
+            np.sqrt(np.trace(wrong.T @ (beam.M @ wrong)))
+        )  # modes are orthogonal in M, so here it is monotone
 
     kept = [2, 6, 12, 24, beam.size - 6]
     plain, better = [error(k, False) for k in kept], [error(k, True) for k in kept]
@@ -99,7 +104,9 @@ def test_gysin_is_the_pseudo_inverse_of_all_rows(chain):
     for f in (5.0, 31.0):
         Z = stiffness(chain, f)
         T = gysin(split, f)
-        assert np.allclose(T.matrix[slaves], -np.linalg.pinv(Z[:, slaves]) @ Z[:, masters], atol=1e-8)
+        assert np.allclose(
+            T.matrix[slaves], -np.linalg.pinv(Z[:, slaves]) @ Z[:, masters], atol=1e-8
+        )
         assert np.linalg.norm(Z @ T.matrix) <= np.linalg.norm(Z @ dynamic(split, f).matrix)
 
 
@@ -116,7 +123,9 @@ def test_complex_stiffness_condenses_exactly(chain):
     assert np.allclose(T.expand(H[np.ix_(masters, masters)]), H[:, masters])
     slaves = np.setdiff1d(np.arange(chain.size), masters)
     D = K - (2 * np.pi * f) ** 2 * chain.M.toarray()
-    assert np.allclose(gysin(split, f).matrix[slaves], -np.linalg.pinv(D[:, slaves]) @ D[:, masters])
+    assert np.allclose(
+        gysin(split, f).matrix[slaves], -np.linalg.pinv(D[:, slaves]) @ D[:, masters]
+    )
 
 
 def test_a_slave_resonance_is_refused(beam):
@@ -127,7 +136,8 @@ def test_a_slave_resonance_is_refused(beam):
         petersmann(split, f, 4)
     with pytest.raises(InputError, match="not negative"):
         dynamic(split, -1.0)
-    # A chain of two with the first held: the slave resonates at exactly 1 rad/s, its dynamic stiffness is exactly zero.
+    # A chain of two with the first held: the slave resonates at exactly 1 rad/s, its dynamic
+    # stiffness is exactly zero.
     two = np.array([[2.0, -1.0], [-1.0, 1.0]])
     with pytest.raises(ModelError, match="natural frequency of the slaves"):
         dynamic(partition(two, np.eye(2), np.array([0])), 1 / (2 * np.pi))
@@ -139,6 +149,7 @@ def test_slave_modes_by_lanczos_agree_with_dense(beam_maker):
     value, shape = split.slave_modes(6)
     K, M = split.K_ss.toarray(), split.M_ss.toarray()
     from scipy.linalg import eigh
+
     exact = eigh(K, M, eigvals_only=True)[:6]
     assert np.allclose(value, exact, rtol=1e-6)
     assert np.allclose(shape.T @ M @ shape, np.eye(6), atol=1e-8)

@@ -1,4 +1,5 @@
-"""The ranking of expansion methods that 2.10 quotes: what of it our experiment confirms, and what it refutes."""
+"""The ranking of expansion methods that 2.10 quotes: what of it our experiment confirms, and what
+it refutes."""
 
 import importlib.util
 from pathlib import Path
@@ -28,7 +29,9 @@ def best(ranks):
     return min(ranks, key=ranks.get)
 
 
-def test_confirmed_guyan_is_last_and_serepa_beats_serep_with_good_places_and_clean_shapes(example, results):
+def test_confirmed_guyan_is_last_and_serepa_beats_serep_with_good_places_and_clean_shapes(
+    example, results
+):
     for structure in ("two bays", "bent mast"):
         row = results[structure, "good", 0.0]
         assert row["SEREPa"] < row["SEREP"]
@@ -44,12 +47,16 @@ def test_confirmed_serep_is_best_with_noise_and_distributed_places(example, resu
 
 def test_confirmed_serepa_is_sensitive_to_the_places(results):
     for structure in ("two bays", "bent mast"):
-        assert results[structure, "spread", 0.1]["SEREPa"] > 2 * results[structure, "spread", 0.1]["SEREP"]
+        assert (
+            results[structure, "spread", 0.1]["SEREPa"]
+            > 2 * results[structure, "spread", 0.1]["SEREP"]
+        )
         assert results[structure, "poor", 0.02]["SEREPa"] == 1.0  # cannot even be formed
 
 
 def test_refuted_as_a_general_order(example, results):
-    """Over all cases dynamic expansion at each measured frequency is first, SEREPa last; SEREP fails with poor places."""
+    """Over all cases dynamic expansion at each measured frequency is first, SEREPa last; SEREP
+    fails with poor places."""
     ranks = example.mean_ranks(results)
     assert best(ranks) == "dynamic" and max(ranks, key=ranks.get) == "SEREPa"
     poor = example.mean_ranks(results, chosen=lambda k: k[1] == "poor")
@@ -65,5 +72,8 @@ def test_the_hybrid_lies_between_tam_and_guyan_or_beats_both(results):
 def test_the_script_writes_its_table_and_figure(example, results, tmp_path, monkeypatch):
     monkeypatch.setattr(example, "experiment", lambda: results)
     example.main(str(tmp_path))
-    assert "quoted         SEREP, SEREPa, TAM, dynamic, IRS, Guyan" in (tmp_path / "table.txt").read_text()
+    assert (
+        "quoted         SEREP, SEREPa, TAM, dynamic, IRS, Guyan"
+        in (tmp_path / "table.txt").read_text()
+    )
     assert (tmp_path / "expansion_ranking.png").stat().st_size > 20_000

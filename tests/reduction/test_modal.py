@@ -14,7 +14,9 @@ MASTERS = np.array([38, 4, 10, 16, 22, 28])
 @pytest.mark.parametrize("modes", [1, 3, 4, 6])
 def test_serep_reproduces_the_kept_modes(beam, modes):
     kept = beam.phi[:, :modes]
-    T = serep(kept * 10.0 ** (-5 * np.arange(modes)), MASTERS)  # the scale of the modes must not matter
+    T = serep(
+        kept * 10.0 ** (-5 * np.arange(modes)), MASTERS
+    )  # the scale of the modes must not matter
     assert np.allclose(T.expand(kept[MASTERS]), kept, rtol=0, atol=1e-10 * np.abs(kept).max())
     f, shapes = reduced_modes(T, beam.K, beam.M)
     assert f.size == modes
@@ -30,7 +32,9 @@ def test_any_modes_can_be_kept_not_only_the_lowest(beam):
 
 def test_serep_smooths_and_tam_does_not(beam):
     kept = beam.phi[:, :4]
-    noisy = kept[MASTERS] + 0.05 * np.random.default_rng(0).standard_normal((6, 4)) * np.abs(kept).max()
+    noisy = (
+        kept[MASTERS] + 0.05 * np.random.default_rng(0).standard_normal((6, 4)) * np.abs(kept).max()
+    )
     smooth = serep(kept, MASTERS)
     assert not smooth.keeps_measured
     again = smooth.expand(smooth.expand(noisy)[MASTERS])
@@ -54,7 +58,8 @@ def test_serepa_is_serep_and_tam_with_as_many_modes_as_masters(beam):
 @given(st.integers(0, 1000))
 @settings(max_examples=15, deadline=None)
 def test_hybrid_tam_lies_between_its_parents(beam, seed):
-    """TAM on the modes, Guyan on motion orthogonal to them by T₇ᵀMT₇, and so a mixture on everything else."""
+    """TAM on the modes, Guyan on motion orthogonal to them by T₇ᵀMT₇, and so a mixture on
+    everything else."""
     rng = np.random.default_rng(seed)
     kept = beam.phi[:, :4] * rng.uniform(0.1, 10, 4)
     static = guyan(partition(beam.K, beam.M, MASTERS))
@@ -68,7 +73,9 @@ def test_hybrid_tam_lies_between_its_parents(beam, seed):
     weighted = kept[MASTERS].T @ W
     rest = v - kept[MASTERS] @ np.linalg.solve(weighted @ kept[MASTERS], weighted @ v)
     assert np.allclose(T.expand(rest), static.expand(rest), atol=1e-8 * np.abs(rest).max())
-    assert np.allclose(T.expand(v), modal.expand(v - rest) + static.expand(rest), atol=1e-8 * np.abs(v).max())
+    assert np.allclose(
+        T.expand(v), modal.expand(v - rest) + static.expand(rest), atol=1e-8 * np.abs(v).max()
+    )
 
 
 def test_hybrid_projector_is_the_corrected_print_for_mass_normalised_modes(beam):
@@ -81,7 +88,8 @@ def test_hybrid_projector_is_the_corrected_print_for_mass_normalised_modes(beam)
 
 
 def test_the_hybrid_reduced_model_is_more_robust_than_tam(beam):
-    """TAM's residual modes (those beyond the kept ones) are poor; the hybrid takes them from Guyan (Kammer 1991)."""
+    """TAM's residual modes (those beyond the kept ones) are poor; the hybrid takes them from Guyan
+    (Kammer 1991)."""
     kept = beam.phi[:, :4]
     static = guyan(partition(beam.K, beam.M, MASTERS))
     extra = {}

@@ -53,12 +53,26 @@ def test_visibility_of_everything_is_perfect_and_bad_places_are_named(beam):
     phi = beam.phi[:, :4]
     Q = np.linalg.qr(phi)[0]
     full = visibility(Q, np.arange(beam.size))
-    assert full.condition == pytest.approx(1.0) and full.rank == 4 and np.allclose(full.independence, 1.0)
-    assert full.confused == () and full.hidden.size == 0 and np.allclose(full.alike, np.eye(4), atol=1e-12)
+    assert (
+        full.condition == pytest.approx(1.0)
+        and full.rank == 4
+        and np.allclose(full.independence, 1.0)
+    )
+    assert (
+        full.confused == ()
+        and full.hidden.size == 0
+        and np.allclose(full.alike, np.eye(4), atol=1e-12)
+    )
 
-    poor = visibility(phi, np.array([0, 2]), compared=np.arange(0, beam.size, 2))  # two places near the clamp
+    poor = visibility(
+        phi, np.array([0, 2]), compared=np.arange(0, beam.size, 2)
+    )  # two places near the clamp
     assert poor.rank == 2 and np.isinf(poor.condition)
-    assert 0 in poor.hidden and len(poor.confused) > 0 and np.allclose(poor.independence, 0.0, atol=1e-6)
+    assert (
+        0 in poor.hidden
+        and len(poor.confused) > 0
+        and np.allclose(poor.independence, 0.0, atol=1e-6)
+    )
     words = " ".join(poor.says())
     assert "Mode 1 hardly moves" in words and "look alike" in words and "impossible" in words
     assert json.loads(json.dumps(poor.to_json()))["condition"] is None

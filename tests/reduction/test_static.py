@@ -6,7 +6,15 @@ from scipy import sparse
 from scipy.linalg import eigh, subspace_angles
 
 from cvxupdate.errors import ConvergenceError, InputError, ModelError
-from cvxupdate.reduction import craig_bampton, guyan, irs, iterated_irs, partition, reduced_modes, serep
+from cvxupdate.reduction import (
+    craig_bampton,
+    guyan,
+    irs,
+    iterated_irs,
+    partition,
+    reduced_modes,
+    serep,
+)
 
 MASTERS = np.array([38, 4, 10, 16, 22, 28])  # translations of the cantilever, not in order
 
@@ -15,7 +23,9 @@ def test_guyan_is_the_schur_complement_and_exact_in_statics(beam):
     split = partition(beam.K, beam.M, MASTERS)
     T = guyan(split)
     K = beam.K.toarray()
-    assert np.allclose(np.linalg.inv(T.reduce(beam.K)), np.linalg.inv(K)[np.ix_(MASTERS, MASTERS)], rtol=1e-8)
+    assert np.allclose(
+        np.linalg.inv(T.reduce(beam.K)), np.linalg.inv(K)[np.ix_(MASTERS, MASTERS)], rtol=1e-8
+    )
     force = np.zeros((beam.size, 2))
     force[MASTERS[0], 0], force[MASTERS[3], 1] = 3.0, -2.0
     x = np.linalg.solve(K, force)
@@ -36,14 +46,17 @@ def test_guyan_expansion_has_the_least_strain_energy(beam):
 
 
 def test_guyan_keeps_mass_and_rigid_body_motion(free_beam):
-    """A free structure: rigid translation and rotation are static, so they and their mass survive exactly."""
+    """A free structure: rigid translation and rotation are static, so they and their mass survive
+    exactly."""
     masters = np.array([0, 12, 30, 40])
     value, shapes = eigh(free_beam.K.toarray(), free_beam.M.toarray())
     rigid = shapes[:, :2]
     for make in (guyan, irs):
         T = make(partition(free_beam.K, free_beam.M, masters))
         assert np.allclose(T.expand(rigid[masters]), rigid, atol=1e-8 * np.abs(rigid).max())
-        assert np.allclose(rigid[masters].T @ T.reduce(free_beam.M) @ rigid[masters], np.eye(2), atol=1e-8)
+        assert np.allclose(
+            rigid[masters].T @ T.reduce(free_beam.M) @ rigid[masters], np.eye(2), atol=1e-8
+        )
         f, _ = reduced_modes(T, free_beam.K, free_beam.M)
         assert f[1] < 1e-3 * f[2]
     assert value[1] < 1e-3 * value[2]
@@ -95,7 +108,8 @@ def test_craig_bampton_converges_and_is_exact_with_all_modes(beam):
     f, _ = reduced_modes(T, beam.K, beam.M)
     assert np.allclose(f, beam.frequency, rtol=1e-8)
     assert T.generalised == beam.size - 3 and T.matrix.shape == (beam.size, beam.size)
-    # Fixed-interface: the stiffness does not couple masters with modal coordinates, which are decoupled by K and M.
+    # Fixed-interface: the stiffness does not couple masters with modal coordinates, which are
+    # decoupled by K and M.
     reduced = T.reduce(beam.K)
     assert np.allclose(reduced[:3, 3:], 0.0, atol=1e-7 * np.abs(reduced).max())
     assert np.allclose(T.reduce(beam.M)[3:, 3:], np.eye(beam.size - 3), atol=1e-8)

@@ -1,4 +1,5 @@
-"""Results to report on: a small one that was updated, one that is infeasible, one that is hard on the page."""
+"""Results to report on: a small one that was updated, one that is infeasible, one that is hard on
+the page."""
 
 import dataclasses
 
@@ -17,16 +18,19 @@ nodes = [{ id = 1, x = 0.0 }, { id = 2, x = 1.0 }, { id = 3, x = 2.0 }]
 [[model.elements]]
 type = "spring"
 dof = "x"
-rows = [{ id = 1, nodes = [1], k = 4.0e5 }, { id = 2, nodes = [1, 2], k = 3.0e5 }, { id = 3, nodes = [2, 3], k = 2.0e5, group = "top" }]
+rows = [{ id = 1, nodes = [1], k = 4.0e5 }, { id = 2, nodes = [1, 2], k = 3.0e5 },
+        { id = 3, nodes = [2, 3], k = 2.0e5, group = "top" }]
 
 [[model.elements]]
 type = "mass"
-rows = [{ id = 11, nodes = [1], m = 6.5, group = "floor" }, { id = 12, nodes = [2], m = 5.0, group = "floor" }, { id = 13, nodes = [3], m = 3.0 }]
+rows = [{ id = 11, nodes = [1], m = 6.5, group = "floor" },
+        { id = 12, nodes = [2], m = 5.0, group = "floor" }, { id = 13, nodes = [3], m = 3.0 }]
 
 [[recordings]]
 kind = "modes"
 name = "first test"
-rows = [{ frequency = 20.587, frequency_std = 0.02, mode = 1 }, { frequency = 47.702, frequency_std = 0.1, mode = 2 }]
+rows = [{ frequency = 20.587, frequency_std = 0.02, mode = 1 },
+        { frequency = 47.702, frequency_std = 0.1, mode = 2 }]
 
 [[recordings]]
 kind = "modes"
@@ -63,8 +67,19 @@ def hostile(updated):
     """Names that would break out of HTML, numbers that JSON cannot hold."""
     evil = '<script>alert("x")</script>&\'"'
     nan, inf = float("nan"), float("inf")
-    parameter = dataclasses.replace(updated.parameters[0], name=evil, group=evil, standard_deviation=inf, lower=None, upper=nan)
+    parameter = dataclasses.replace(
+        updated.parameters[0], name=evil, group=evil, standard_deviation=inf, lower=None, upper=nan
+    )
     mode = dataclasses.replace(updated.modes[0], recording=evil, mac_before=nan)
     open_ = ({"coefficients": {evil: nan}, "standard_deviation": None, "says": evil},)
-    return dataclasses.replace(updated, title=evil, source=evil, notes=(evil,), parameters=(parameter,), modes=(mode,), noise=inf,
-                               certificate={**updated.certificate, "gap": nan}, undetermined=open_)
+    return dataclasses.replace(
+        updated,
+        title=evil,
+        source=evil,
+        notes=(evil,),
+        parameters=(parameter,),
+        modes=(mode,),
+        noise=inf,
+        certificate={**updated.certificate, "gap": nan},
+        undetermined=open_,
+    )

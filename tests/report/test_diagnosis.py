@@ -1,4 +1,5 @@
-"""The page of a diagnosis: first screen, proof, map; self-contained and escaped; and what is written beside it."""
+"""The page of a diagnosis: first screen, proof, map; self-contained and escaped; and what is
+written beside it."""
 
 from __future__ import annotations
 
@@ -21,16 +22,61 @@ from cvxupdate.spec import load_problem
 
 SPEC = load_problem(Path(__file__).parents[2] / "problems" / "concealed" / "o05" / "problem.toml")
 F = np.linspace(1.0, 300.0, 200)
-CURVE = Curve("run <2>", "hold-out", "n5.z", ("n3.z",), "acceleration", True, F, 1 + F, 2 + F, 1.1 + F, np.full(200, 0.01))
-SHOWN = Shown((CURVE, replace(CURVE, use="fit", sensor="n7.z")), (Spectrum("hold-out", F, 1 + F, F / 10, np.full(200, 0.01)),), (),
-              {1: 0.9, 5: 0.4, 99: 0.3}, {1: 0.7, 2: 0.1})
-FINDING = Finding("grounding_spring", Place(nodes=(1,), dof="ry"), {"k": 3498.1}, {"k": 1.3}, 0.97, (("joint_flexibility", Place(nodes=(1,), elements=(1,))),),
-                  "The support gives way & <turns>.")
-FOUND = Diagnosis("o05", "Bar <no. 3>", "o05/problem.toml", "missing_physics", "The support gives way & <turns>.", (FINDING,),
-                  ({"physics": "grounding_spring", "location": {"nodes": [1], "elements": [], "groups": [], "dof": "ry"}, "score": 0.01,
-                    "hold_out_score": 0.02},),
-                  {"fit": {"before": 1.5, "ordinary": 0.8, "after": 0.01, "noise": 0.005}, "hold_out": {"before": 1.4, "ordinary": 0.9, "after": 0.02}},
-                  {"fit": {"frf_error": {"before": 1.5, "after": 0.01}}}, ("One line of <evidence>.",), 3.2, {}, "# the model\n", SHOWN)
+CURVE = Curve(
+    "run <2>",
+    "hold-out",
+    "n5.z",
+    ("n3.z",),
+    "acceleration",
+    True,
+    F,
+    1 + F,
+    2 + F,
+    1.1 + F,
+    np.full(200, 0.01),
+)
+SHOWN = Shown(
+    (CURVE, replace(CURVE, use="fit", sensor="n7.z")),
+    (Spectrum("hold-out", F, 1 + F, F / 10, np.full(200, 0.01)),),
+    (),
+    {1: 0.9, 5: 0.4, 99: 0.3},
+    {1: 0.7, 2: 0.1},
+)
+FINDING = Finding(
+    "grounding_spring",
+    Place(nodes=(1,), dof="ry"),
+    {"k": 3498.1},
+    {"k": 1.3},
+    0.97,
+    (("joint_flexibility", Place(nodes=(1,), elements=(1,))),),
+    "The support gives way & <turns>.",
+)
+FOUND = Diagnosis(
+    "o05",
+    "Bar <no. 3>",
+    "o05/problem.toml",
+    "missing_physics",
+    "The support gives way & <turns>.",
+    (FINDING,),
+    (
+        {
+            "physics": "grounding_spring",
+            "location": {"nodes": [1], "elements": [], "groups": [], "dof": "ry"},
+            "score": 0.01,
+            "hold_out_score": 0.02,
+        },
+    ),
+    {
+        "fit": {"before": 1.5, "ordinary": 0.8, "after": 0.01, "noise": 0.005},
+        "hold_out": {"before": 1.4, "ordinary": 0.9, "after": 0.02},
+    },
+    {"fit": {"frf_error": {"before": 1.5, "after": 0.01}}},
+    ("One line of <evidence>.",),
+    3.2,
+    {},
+    "# the model\n",
+    SHOWN,
+)
 
 
 def page(found: Diagnosis) -> str:
@@ -46,33 +92,71 @@ def test_the_first_screen_has_sentence_place_and_held_out_overlay() -> None:
     first = text[: text.index("<h2>")]
     assert str(escape(FOUND.says)) in first and first.count("<svg") == 2
     drawn = captions(first)
-    assert drawn[1].startswith("The structure") and "Acceleration at node 5 (z) under a force at node 3 (z), from a recording that was never fitted" in drawn[2]
+    assert (
+        drawn[1].startswith("The structure")
+        and "Acceleration at node 5 (z) under a force at node 3 (z), from a recording that was "
+        "never fitted"
+        in drawn[2]
+    )
 
 
 def test_below_stand_proof_map_remains_and_other_channels() -> None:
     text = page(FOUND)
-    drawn = " ".join(captions(text[text.index("<h2>"):]))
-    for word in ("Error of the model before and after", "Share of the mismatch", "leaves unexplained at each frequency", "Measured responses"):
+    drawn = " ".join(captions(text[text.index("<h2>") :]))
+    for word in (
+        "Error of the model before and after",
+        "Share of the mismatch",
+        "leaves unexplained at each frequency",
+        "Measured responses",
+    ):
         assert word in drawn
     assert "cvxupdate correlate updated/problem.toml" in text and "cannot tell" in text
-    assert "<script" not in text and "http" not in text.replace("http://www.w3.org", "") and "<turns>" not in text and "<evidence>" not in text
+    assert (
+        "<script" not in text
+        and "http" not in text.replace("http://www.w3.org", "")
+        and "<turns>" not in text
+        and "<evidence>" not in text
+    )
     ids = re.findall(r'\bid="([^"]+)"', text)
     assert len(ids) == len(set(ids))
 
 
-@pytest.mark.parametrize(("change", "figures"), [
-    ({"shown": None}, 2), ({"shown": None, "findings": (), "verdict": "consistent"}, 2), ({"shown": Shown()}, 2),
-    ({"shown": Shown(modes=(ModeError(12.0, "fit", 0.1, 0.001), ModeError(80.0, "hold-out", 0.07, np.nan)))}, 3)])
+@pytest.mark.parametrize(
+    ("change", "figures"),
+    [
+        ({"shown": None}, 2),
+        ({"shown": None, "findings": (), "verdict": "consistent"}, 2),
+        ({"shown": Shown()}, 2),
+        (
+            {
+                "shown": Shown(
+                    modes=(
+                        ModeError(12.0, "fit", 0.1, 0.001),
+                        ModeError(80.0, "hold-out", 0.07, np.nan),
+                    )
+                )
+            },
+            3,
+        ),
+    ],
+)
 def test_what_is_not_there_is_left_out(change: dict[str, Any], figures: int) -> None:
-    """Without curves the bars come to the first screen; a table of modes has its own figure there."""
+    """Without curves the bars come to the first screen; a table of modes has its own figure
+    there."""
     text = page(replace(FOUND, **change))
     assert text.count("<svg") == figures
-    assert "nan" not in re.sub(r"<style>.*?</style>", "", text, flags=re.DOTALL).lower().replace("finan", "")
+    assert "nan" not in re.sub(r"<style>.*?</style>", "", text, flags=re.DOTALL).lower().replace(
+        "finan", ""
+    )
 
 
 def test_the_model_is_a_file_beside_the_page() -> None:
     files, text = diagnosis_files(FOUND, SPEC)
-    assert files["updated/problem.toml"] == "# the model\n" and '"shown"' not in text and '"updated"' not in text
+    assert (
+        files["updated/problem.toml"] == "# the model\n"
+        and '"shown"' not in text
+        and '"updated"' not in text
+    )
     assert "updated/problem.toml" not in diagnosis_files(replace(FOUND, updated=None), SPEC)[0]
 
 
@@ -82,18 +166,28 @@ def test_the_summary_names_it() -> None:
     assert "out/o05/updated/problem.toml" in text.getvalue()
 
 
-def test_the_command_writes_the_model_and_takes_an_old_one_away(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_writes_the_model_and_takes_an_old_one_away(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A folder never holds the page of one diagnosis and the model of another."""
     import sys
 
     import cvxupdate.study
     from cvxupdate import cli
 
-    for found, there in ((FOUND, True), (replace(FOUND, findings=(), verdict="consistent", updated=None), False)):
+    for found, there in (
+        (FOUND, True),
+        (replace(FOUND, findings=(), verdict="consistent", updated=None), False),
+    ):
         monkeypatch.setattr(cvxupdate.study, "diagnose", lambda *_, result=found: result)
-        monkeypatch.setattr(sys, "argv", ["cvxupdate", "diagnose", str(SPEC.path), "--out", str(tmp_path / "out")])
+        monkeypatch.setattr(
+            sys, "argv", ["cvxupdate", "diagnose", str(SPEC.path), "--out", str(tmp_path / "out")]
+        )
         with pytest.raises(SystemExit) as stop:
             cli.main()
         assert stop.value.code == 0
         assert (tmp_path / "out" / "updated" / "problem.toml").exists() == there
-        assert sorted(p.name for p in (tmp_path / "out").iterdir() if p.is_file()) == ["diagnosis.json", "report.html"]
+        assert sorted(p.name for p in (tmp_path / "out").iterdir() if p.is_file()) == [
+            "diagnosis.json",
+            "report.html",
+        ]

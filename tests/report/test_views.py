@@ -1,4 +1,5 @@
-"""The view of a structure: two axes where two are enough, else an isometric one that keeps lengths and shows z upwards."""
+"""The view of a structure: two axes where two are enough, else an isometric one that keeps lengths
+and shows z upwards."""
 
 import numpy as np
 import pytest
@@ -10,10 +11,17 @@ def moving(axes):
     return np.array([a in axes for a in "xyz"])
 
 
-@pytest.mark.parametrize(("extent", "motion", "axes"), [
-    ((2.0, 1.0, 0.0), "xy", ("x", "y")), ((2.0, 0.0, 1.0), "x", ("x", "z")), ((0.0, 3.0, 1.0), "yz", ("y", "z")),
-    ((1.0, 0.0, 0.0), "z", ("x", "z")), ((0.0, 0.0, 4.0), "x", ("x", "z")), ((0.0, 1.0, 0.0), "x", ("y", "x")),
-])
+@pytest.mark.parametrize(
+    ("extent", "motion", "axes"),
+    [
+        ((2.0, 1.0, 0.0), "xy", ("x", "y")),
+        ((2.0, 0.0, 1.0), "x", ("x", "z")),
+        ((0.0, 3.0, 1.0), "yz", ("y", "z")),
+        ((1.0, 0.0, 0.0), "z", ("x", "z")),
+        ((0.0, 0.0, 4.0), "x", ("x", "z")),
+        ((0.0, 1.0, 0.0), "x", ("y", "x")),
+    ],
+)
 def test_flat_views(extent, motion, axes):
     xyz = np.random.default_rng(0).random((9, 3)) * extent
     view = view_of(xyz, moving(motion))
@@ -26,9 +34,16 @@ def test_motion_along_a_line_is_drawn_across_it():
     assert view.aside and view.axes == ("x",)
 
 
-@pytest.mark.parametrize(("extent", "motion"), [
-    ((2.0, 1.0, 0.0), "z"), ((1.0, 1.0, 4.0), ""), ((5.0, 0.5, 0.5), "xyz"), ((0.0, 2.0, 3.0), "x"), ((1.0, 0.0, 0.0), "yz"),
-])
+@pytest.mark.parametrize(
+    ("extent", "motion"),
+    [
+        ((2.0, 1.0, 0.0), "z"),
+        ((1.0, 1.0, 4.0), ""),
+        ((5.0, 0.5, 0.5), "xyz"),
+        ((0.0, 2.0, 3.0), "x"),
+        ((1.0, 0.0, 0.0), "yz"),
+    ],
+)
 def test_isometric_views(extent, motion):
     xyz = np.random.default_rng(1).random((30, 3)) * extent
     view = view_of(xyz, moving(motion))

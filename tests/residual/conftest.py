@@ -1,4 +1,5 @@
-"""Puts the checkout on the path, so that tests share `tests/cases` whichever way pytest is started."""
+"""Puts the checkout on the path, so that tests share `tests/cases` whichever way pytest is
+started."""
 
 import sys
 from pathlib import Path

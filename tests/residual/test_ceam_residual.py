@@ -1,4 +1,5 @@
-"""The equations of eigenstructure assignment: exact at the truth, derivatives by complex step, the null-space basis, every expansion."""
+"""The equations of eigenstructure assignment: exact at the truth, derivatives by complex step, the
+null-space basis, every expansion."""
 
 from __future__ import annotations
 
@@ -20,7 +21,14 @@ from cvxupdate.residual.ceam_expand import (
     null_space_shape,
     null_space_shape_sparse,
 )
-from cvxupdate.residual.ceam_modes import AssignedMode, assigned_modes, damping_kind, impedance, rate, self_assigned
+from cvxupdate.residual.ceam_modes import (
+    AssignedMode,
+    assigned_modes,
+    damping_kind,
+    impedance,
+    rate,
+    self_assigned,
+)
 from cvxupdate.residual.ceam_whiten import whitener
 from cvxupdate.spec import load_problem
 from tests.cases.ceam_frame import built, measure, model_text, recording, update_text
@@ -31,14 +39,25 @@ ETA = np.array([0.02, 0.0, 0.03, 0.01, 0.0, 0.02, 0.04])
 
 
 def problem(folder, damping="", dofs=("x", "y", "z", "rx", "ry", "rz"), modes=4, noise=0.0):
-    """(model with parameters, assigned modes, true p) with stiffness, mass and damping all wrong."""
-    eta, c = (ETA, 0.0) if damping == "hysteretic" else (None, 40.0 if damping == "viscous" else 0.0)
+    """(model with parameters, assigned modes, true p) with stiffness, mass and damping all
+    wrong."""
+    eta, c = (
+        (ETA, 0.0) if damping == "hysteretic" else (None, 40.0 if damping == "viscous" else 0.0)
+    )
     target = built(model_text(STIFF, MASS, eta, c=c), folder, "target.toml")
     found = measure(target, modes, damping == "viscous")
     of = ("stiffness", "mass", "damping") if damping == "hysteretic" else ("stiffness", "mass")
-    extra = ', { elements = [30, 31], of = "c", each = "element", lower = -0.9, upper = 2.0 }' if damping == "viscous" else ""
-    text = model_text(eta=0.02 if damping == "hysteretic" else None, c=55.0 if damping == "viscous" else 0.0)
-    (folder / "problem.toml").write_text(text + recording(found, dofs, noise) + update_text(of, extra=extra))
+    extra = (
+        ', { elements = [30, 31], of = "c", each = "element", lower = -0.9, upper = 2.0 }'
+        if damping == "viscous"
+        else ""
+    )
+    text = model_text(
+        eta=0.02 if damping == "hysteretic" else None, c=55.0 if damping == "viscous" else 0.0
+    )
+    (folder / "problem.toml").write_text(
+        text + recording(found, dofs, noise) + update_text(of, extra=extra)
+    )
     spec = load_problem(folder / "problem.toml")
     model = build_model(spec)
     truth = [STIFF - 1, MASS - 1]
@@ -61,7 +80,9 @@ def test_the_truth_satisfies_the_equations_and_they_are_linear_in_p(tmp_path, da
     assert np.abs(system.residual(truth)).max() < 1e-7 * np.abs(first.differences[0]).max()
     rng = np.random.default_rng(1)
     p = rng.uniform(-0.3, 0.3, len(truth))
-    assert np.allclose(system.residual(p), residual.evaluate(p).differences[0], atol=1e-9 * np.abs(system.A).max())
+    assert np.allclose(
+        system.residual(p), residual.evaluate(p).differences[0], atol=1e-9 * np.abs(system.A).max()
+    )
     assert len(system.rows) == len(assigned) * model.size * (1 if damping == "" else 2)
 
 
@@ -105,21 +126,37 @@ def test_null_space_shape_has_the_least_norm_and_does_not_depend_on_units(tmp_pa
     assert np.abs(gradient).max() < 1e-9 * np.abs(Zs.T @ (np.abs(Zs) @ np.abs(x))).max()
     assert np.allclose(force, -Z @ full, atol=1e-9 * (np.abs(Z) @ np.abs(full)).max())
     unit = np.where(model.dof_kind >= 3, 57.3, 1.0)  # degrees instead of radians
-    other, _ = null_space_shape(Z / unit[:, None] / unit[None, :], mode.at, mode.shape * unit[mode.at], scale * unit)
+    other, _ = null_space_shape(
+        Z / unit[:, None] / unit[None, :], mode.at, mode.shape * unit[mode.at], scale * unit
+    )
     assert np.allclose(other / unit, full, atol=1e-9)
 
 
 @pytest.mark.parametrize("expansion", EXPANSIONS)
-def test_every_expansion_of_the_true_structure_gives_its_own_shape_where_it_can(tmp_path, expansion):
+def test_every_expansion_of_the_true_structure_gives_its_own_shape_where_it_can(
+    tmp_path, expansion
+):
     target = built(model_text(STIFF, MASS), tmp_path, "target.toml")
     found = measure(target, 4)
-    (tmp_path / "problem.toml").write_text(model_text(STIFF, MASS) + recording(found, ("x", "y", "z")) + update_text())
+    (tmp_path / "problem.toml").write_text(
+        model_text(STIFF, MASS) + recording(found, ("x", "y", "z")) + update_text()
+    )
     spec = load_problem(tmp_path / "problem.toml")
     model = build_model(spec)
     assigned = assigned_modes(model, load_recordings(spec))
     modes = model_modes(model, 14)
     m = model.matrices(model.zero())
-    exact = {"dynamic": 1e-8, "gysin": None, "serep": 1e-7, "serepa": 1e-7, "tam": 1e-7, "hybrid": None, "guyan": None, "irs": None, "null-space": 1e-3}
+    exact = {
+        "dynamic": 1e-8,
+        "gysin": None,
+        "serep": 1e-7,
+        "serepa": 1e-7,
+        "tam": 1e-7,
+        "hybrid": None,
+        "guyan": None,
+        "irs": None,
+        "null-space": 1e-3,
+    }
     for mode, shape in zip(assigned, found.shapes.T, strict=True):
         full = expand(mode, m, expansion, modes)
         true = shape * (mode.shape[0] / shape[mode.at[0]])
@@ -129,7 +166,10 @@ def test_every_expansion_of_the_true_structure_gives_its_own_shape_where_it_can(
 
 
 def test_condensation_without_slaves_changes_nothing():
-    assert np.array_equal(condensed_shape(sp.csc_array(np.diag([2.0, 3.0])), np.array([1, 0]), np.array([5.0, 7.0])), [7.0, 5.0])
+    assert np.array_equal(
+        condensed_shape(sp.csc_array(np.diag([2.0, 3.0])), np.array([1, 0]), np.array([5.0, 7.0])),
+        [7.0, 5.0],
+    )
 
 
 @pytest.mark.parametrize("damping", ["", "hysteretic"])
@@ -140,14 +180,22 @@ def test_the_sparse_null_space_shape_is_the_dense_one(tmp_path, damping):
     for mode in assigned:
         Z = sp.csc_array(impedance(m, mode))
         dense = null_space_shape(Z.toarray(), mode.at, mode.shape, scale)[0]
-        assert np.allclose(null_space_shape_sparse(Z, mode.at, mode.shape, scale), dense, atol=1e-9 * np.abs(dense).max())
+        assert np.allclose(
+            null_space_shape_sparse(Z, mode.at, mode.shape, scale),
+            dense,
+            atol=1e-9 * np.abs(dense).max(),
+        )
 
 
 @pytest.mark.parametrize("kind", ["hysteretic", "viscous"])
 def test_rates_are_roots_of_the_oscillator(kind):
     s = rate(12.5, 0.04, kind)
     omega = 2 * np.pi * 12.5
-    left = s**2 + 2 * 0.04 * omega * s + omega**2 if kind == "viscous" else s**2 + omega**2 * (1 + 2j * 0.04)
+    left = (
+        s**2 + 2 * 0.04 * omega * s + omega**2
+        if kind == "viscous"
+        else s**2 + omega**2 * (1 + 2j * 0.04)
+    )
     assert abs(left) < 1e-10 * omega**2
 
 
@@ -178,11 +226,17 @@ def test_whitened_rows_have_unit_variance(tmp_path):
     found = measure(target, 2)
     rows = []
     for seed in range(60):
-        text = model_text(STIFF, MASS) + recording(found, ("x", "y", "z", "rx", "ry", "rz"), noise=0.01, std=0.01, seed=seed) + update_text()
+        text = (
+            model_text(STIFF, MASS)
+            + recording(found, ("x", "y", "z", "rx", "ry", "rz"), noise=0.01, std=0.01, seed=seed)
+            + update_text()
+        )
         (tmp_path / "problem.toml").write_text(text)
         spec = load_problem(tmp_path / "problem.toml")
         model = build_model(spec)
-        residual = CeamResidual(model, assigned_modes(model, load_recordings(spec)), "dynamic", model.zero())
+        residual = CeamResidual(
+            model, assigned_modes(model, load_recordings(spec)), "dynamic", model.zero()
+        )
         rows.append(residual.evaluate(model.zero()).differences[0])
     values = np.array(rows)
     assert np.mean(values**2) == pytest.approx(1.0, abs=0.06)
@@ -192,8 +246,11 @@ def test_whitened_rows_have_unit_variance(tmp_path):
 @pytest.mark.parametrize("dofs", [("x", "y", "z", "rx", "ry", "rz"), ("x", "y", "z")])
 @pytest.mark.parametrize("damping", ["", "hysteretic"])
 @pytest.mark.parametrize("there", [False, True])
-def test_whitening_by_sparse_factors_is_the_least_norm_of_the_errors(tmp_path, damping, dofs, there):
-    """Against a dense minimum-norm solution of [Z S, c, F] y = r, also where Z is singular because the model has the mode already."""
+def test_whitening_by_sparse_factors_is_the_least_norm_of_the_errors(
+    tmp_path, damping, dofs, there
+):
+    """Against a dense minimum-norm solution of [Z S, c, F] y = r, also where Z is singular because
+    the model has the mode already."""
     model, assigned, truth = problem(tmp_path, damping, dofs)
     m = model.matrices(truth if there else model.zero())
     mode = assigned[1]
@@ -215,20 +272,39 @@ def test_whitening_by_sparse_factors_is_the_least_norm_of_the_errors(tmp_path, d
 def test_repeated_modes_are_weighed_too(tmp_path):
     """Two equal, unconnected halves: every mode is double, so that Z is singular twice."""
     nodes = ", ".join(f"{{ id = {i}, x = {i}.0, y = 0.0, z = 0.0 }}" for i in range(1, 13))
-    springs = ", ".join(f"{{ id = {i}, nodes = [{i}, {i + 1}] }}" for i in (1, 2, 3, 4, 5, 7, 8, 9, 10, 11))
+    springs = ", ".join(
+        f"{{ id = {i}, nodes = [{i}, {i + 1}] }}" for i in (1, 2, 3, 4, 5, 7, 8, 9, 10, 11)
+    )
     masses = ", ".join(f"{{ id = {20 + i}, nodes = [{i}], m = 1.0 }}" for i in range(1, 13))
-    text = (f'title = "two"\n[model]\ndofs = ["x"]\nnodes = [{nodes}]\n[[model.elements]]\ntype = "spring"\ndof = "x"\nk = 1.0e4\n'
-            f'rows = [{springs}, {{ id = 6, nodes = [1] }}, {{ id = 12, nodes = [7] }}]\n[[model.elements]]\ntype = "mass"\nrows = [{masses}]\n')
+    text = (
+        f'title = "two"\n[model]\ndofs = ["x"]\nnodes = [{nodes}]\n[[model.elements]]\ntype = '
+        f'"spring"\ndof = "x"\nk = 1.0e4\nrows = [{springs}, {{ id = 6, nodes = [1] }}, {{ id '
+        f'= 12, nodes = [7] }}]\n[[model.elements]]\ntype = "mass"\nrows = [{masses}]\n'
+    )
     model = built(text, tmp_path)
     m = model.matrices()
     values, shapes = la.eigh(m.K.toarray(), m.M.toarray())
     shape = shapes[:, 0] + 0.3 * shapes[:, 1]
-    mode = AssignedMode("double", complex(1j * np.sqrt(values[0])), np.arange(12), shape, np.full(12, 0.01), 1e-3, True)
+    mode = AssignedMode(
+        "double",
+        complex(1j * np.sqrt(values[0])),
+        np.arange(12),
+        shape,
+        np.full(12, 0.01),
+        1e-3,
+        True,
+    )
     W = whitener(m, mode, shape)
     r = np.random.default_rng(0).normal(size=(12, 4))
     F = np.zeros((12, len(W.held)))
     F[W.held, np.arange(len(W.held))] = W.floor
-    G = np.column_stack([impedance(m, mode).toarray() * W.std, 2 * mode.s.imag**2 * -1.0 * (m.M @ shape) * mode.rate_std, F])
+    G = np.column_stack(
+        [
+            impedance(m, mode).toarray() * W.std,
+            2 * mode.s.imag**2 * -1.0 * (m.M @ shape) * mode.rate_std,
+            F,
+        ]
+    )
     least = la.lstsq(G, r, lapack_driver="gelsd", cond=1e-15)[0]
     assert np.linalg.norm(W(r), axis=0) == pytest.approx(np.linalg.norm(least, axis=0), rel=1e-4)
 
@@ -237,9 +313,15 @@ def test_combined_rows_have_the_same_norm_for_every_p(tmp_path, monkeypatch):
     model, assigned, _ = problem(tmp_path, "hysteretic")
     plain = CeamResidual(model, assigned, "dynamic", model.zero()).evaluate(model.zero()).system()
     monkeypatch.setattr("cvxupdate.residual.ceam.LARGE", 0)
-    combined = CeamResidual(model, assigned, "dynamic", model.zero(), None, True).evaluate(model.zero()).system()
+    combined = (
+        CeamResidual(model, assigned, "dynamic", model.zero(), None, True)
+        .evaluate(model.zero())
+        .system()
+    )
     assert len(combined.rows) == len(assigned) * (len(model.parameters) + 1)
     assert combined.count == plain.count == len(plain.rows)
     for seed in range(3):
         p = np.random.default_rng(seed).uniform(-0.5, 0.5, len(model.parameters))
-        assert np.linalg.norm(combined.residual(p)) == pytest.approx(np.linalg.norm(plain.residual(p)), rel=1e-10)
+        assert np.linalg.norm(combined.residual(p)) == pytest.approx(
+            np.linalg.norm(plain.residual(p)), rel=1e-10
+        )

@@ -9,7 +9,13 @@ from cvxupdate.errors import InputError, ModelError, RecordingError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.recordings.types import Channel, ModeTable
-from cvxupdate.residual.pairing import channel_rows, follow, pairing_modes, real_shapes, start_pairing
+from cvxupdate.residual.pairing import (
+    channel_rows,
+    follow,
+    pairing_modes,
+    real_shapes,
+    start_pairing,
+)
 from tests.cases.structures import PORTAL, TRUTH, crossing, free_chain, measured, portal, structure
 
 CHANNELS = ("n2.x", "n3.x", "n4.y", "n5.y", "n6.x", "n6.y")
@@ -19,7 +25,9 @@ def model() -> Model:
     return structure(portal(), PORTAL)[1]
 
 
-def places(m: Model, *tables: ModeTable, rule: str = "auto", first: int | None = None) -> list[list[int]]:
+def places(
+    m: Model, *tables: ModeTable, rule: str = "auto", first: int | None = None
+) -> list[list[int]]:
     start = start_pairing(m, pairing_modes(m, tables, rule), tables, rule, first)
     return [p.tolist() for p in start.places]
 
@@ -27,7 +35,9 @@ def places(m: Model, *tables: ModeTable, rule: str = "auto", first: int | None =
 def test_by_mac_whatever_the_order() -> None:
     m = model()
     order = [5, 2, 7, 1, 3]
-    assert places(m, measured(m, TRUTH, order, channels=CHANNELS), rule="mac") == [[i - 1 for i in order]]
+    assert places(m, measured(m, TRUTH, order, channels=CHANNELS), rule="mac") == [
+        [i - 1 for i in order]
+    ]
 
 
 def test_complex_shapes_are_turned_to_real_ones() -> None:
@@ -45,7 +55,8 @@ def test_by_frequency_when_there_are_no_shapes() -> None:
 
 
 def test_a_table_that_begins_high_up_finds_its_modes() -> None:
-    """Two modes far above the lowest: more modes of the model are computed than there are measured ones."""
+    """Two modes far above the lowest: more modes of the model are computed than there are measured
+    ones."""
     m = model()
     assert places(m, measured(m, m.zero(), [10, 11])) == [[9, 10]]
 
@@ -77,24 +88,36 @@ def test_no_model_mode_serves_two_different_modes() -> None:
 @pytest.mark.parametrize("use", ["fit", "hold-out"])
 @pytest.mark.parametrize("pairs", [(), (1, 2, 4)])
 def test_the_same_modes_measured_again_have_the_same_partners(use, pairs) -> None:
-    """A second measurement, 0.1 % off, whether the file says which modes they are or not, fitted or held out."""
+    """A second measurement, 0.1 % off, whether the file says which modes they are or not, fitted or
+    held out."""
     m = model()
-    a, b = (measured(m, TRUTH, [1, 2, 4], noise=k, pairs=pairs, use=u) for k, u in ((1, "fit"), (2, use)))
+    a, b = (
+        measured(m, TRUTH, [1, 2, 4], noise=k, pairs=pairs, use=u)
+        for k, u in ((1, "fit"), (2, use))
+    )
     assert places(m, a, b, first=1 if use == "hold-out" else 2) == [[0, 1, 3]] * 2
 
 
 def test_a_second_run_with_one_more_mode_shares_what_is_the_same() -> None:
     m = model()
-    assert places(m, measured(m, TRUTH, [1, 2, 4], noise=1), measured(m, TRUTH, [1, 2, 3, 4], noise=2, use="hold-out"), first=1) == [[0, 1, 3], [0, 1, 2, 3]]
+    assert places(
+        m,
+        measured(m, TRUTH, [1, 2, 4], noise=1),
+        measured(m, TRUTH, [1, 2, 3, 4], noise=2, use="hold-out"),
+        first=1,
+    ) == [[0, 1, 3], [0, 1, 2, 3]]
 
 
 def test_shapes_tell_neighbours_of_one_frequency_apart() -> None:
-    """Another mode measured at nearly the frequency of the first table's is another mode, because its shape is."""
+    """Another mode measured at nearly the frequency of the first table's is another mode, because
+    its shape is."""
     m = model()
     a, b = (measured(m, TRUTH, modes, channels=CHANNELS) for modes in ([1, 2], [3]))
     near = replace(b, frequency=1.002 * a.frequency[1:])
     assert places(m, a, near) == [[0, 1], [2]]
-    assert places(m, replace(a, shapes=None, shape_std=None), replace(near, shapes=None, shape_std=None)) == [[0, 1], [1]]
+    assert places(
+        m, replace(a, shapes=None, shape_std=None), replace(near, shapes=None, shape_std=None)
+    ) == [[0, 1], [1]]
 
 
 def test_what_is_only_scored_chooses_last() -> None:
@@ -105,12 +128,15 @@ def test_what_is_only_scored_chooses_last() -> None:
     assert both[0] == alone[0] and not set(both[1]) & set(both[0])
 
 
-@pytest.mark.parametrize(("pairs", "rule", "says"), [
-    ([2, 2, 0], "auto", "both paired with mode 2"),
-    ([1, 99, 0], "auto", "only 15 flexible modes"),
-    ([1, 2, 0], "fixed", "names no `mode`"),
-    ([0, 0, 0], "mac", "has no shape"),
-])
+@pytest.mark.parametrize(
+    ("pairs", "rule", "says"),
+    [
+        ([2, 2, 0], "auto", "both paired with mode 2"),
+        ([1, 99, 0], "auto", "only 15 flexible modes"),
+        ([1, 2, 0], "fixed", "names no `mode`"),
+        ([0, 0, 0], "mac", "has no shape"),
+    ],
+)
 def test_conflicts_are_told(pairs, rule, says) -> None:
     m = model()
     with pytest.raises(InputError, match=says) as error:
@@ -121,7 +147,12 @@ def test_conflicts_are_told(pairs, rule, says) -> None:
 def test_hold_out_that_names_the_partner_of_another_mode_is_told() -> None:
     m = model()
     with pytest.raises(InputError, match="both paired with mode 2"):
-        places(m, measured(m, TRUTH, [1, 2]), measured(m, TRUTH, [3], pairs=[2], use="hold-out"), first=1)
+        places(
+            m,
+            measured(m, TRUTH, [1, 2]),
+            measured(m, TRUTH, [3], pairs=[2], use="hold-out"),
+            first=1,
+        )
 
 
 def test_a_shape_like_no_other_is_told_under_mac() -> None:
@@ -129,13 +160,19 @@ def test_a_shape_like_no_other_is_told_under_mac() -> None:
     t = measured(m, TRUTH, [1, 2, 3], channels=CHANNELS)
     modes = model_modes(m, 15, m.zero())
     at = channel_rows(t, m)
-    foreign = np.linalg.svd(modes.shapes[at][:, :4].T)[2][-1]  # orthogonal to the four lowest at these channels
+    foreign = np.linalg.svd(modes.shapes[at][:, :4].T)[2][
+        -1
+    ]  # orthogonal to the four lowest at these channels
     shapes = t.shapes.copy()
     shapes[2] = foreign
     some = Modes(modes.eigenvalues[:4], modes.shapes[:, :4], 0)
     with pytest.raises(InputError, match="resembles none"):
         start_pairing(m, some, [replace(t, shapes=shapes)], "mac")
-    assert start_pairing(m, some, [replace(t, shapes=shapes)], "auto").loose[0].tolist() == [False, False, True]
+    assert start_pairing(m, some, [replace(t, shapes=shapes)], "auto").loose[0].tolist() == [
+        False,
+        False,
+        True,
+    ]
 
 
 def test_channels_where_the_model_has_no_node_or_is_held() -> None:
@@ -148,12 +185,16 @@ def test_channels_where_the_model_has_no_node_or_is_held() -> None:
 
 
 def test_modes_that_cross_keep_their_identity() -> None:
-    """Bending in y and in z of one bar change places as Iy overtakes Iz; each shape is followed through."""
+    """Bending in y and in z of one bar change places as Iy overtakes Iz; each shape is followed
+    through."""
     m = structure(crossing(), [{"group": "bar", "of": "Iy"}])[1]
     p = m.zero()
     modes = model_modes(m, 4, p)
     at = np.arange(4)
-    vertical = [modes.shapes[[m.place["n4.z"]], i][0] ** 2 > modes.shapes[[m.place["n4.y"]], i][0] ** 2 for i in at]
+    vertical = [
+        modes.shapes[[m.place["n4.z"]], i][0] ** 2 > modes.shapes[[m.place["n4.y"]], i][0] ** 2
+        for i in at
+    ]
     assert vertical == [True, False, True, False]
     for value in np.linspace(0.02, 0.4, 20):
         matrices = m.matrices([value])
@@ -161,7 +202,9 @@ def test_modes_that_cross_keep_their_identity() -> None:
         at = follow(modes.shapes[:, at], matrices.M, now)
         modes = now
     assert at.tolist() == [1, 0, 3, 2]
-    assert [modes.shapes[m.place["n4.z"], i] ** 2 > modes.shapes[m.place["n4.y"], i] ** 2 for i in at] == vertical
+    assert [
+        modes.shapes[m.place["n4.z"], i] ** 2 > modes.shapes[m.place["n4.y"], i] ** 2 for i in at
+    ] == vertical
 
 
 def test_follow_through_one_large_step_and_without_the_taken() -> None:
@@ -173,7 +216,8 @@ def test_follow_through_one_large_step_and_without_the_taken() -> None:
 
 
 def test_rigid_modes_that_become_flexible_are_counted_on() -> None:
-    """The support spring of a free chain grows from zero: the rigid mode becomes the lowest flexible one and no measured mode slips."""
+    """The support spring of a free chain grows from zero: the rigid mode becomes the lowest
+    flexible one and no measured mode slips."""
     m = structure(free_chain(), [{"group": "support", "of": "k", "scale": 1e5}])[1]
     before, after = model_modes(m, 3, m.zero()), model_modes(m, 4, np.array([0.05]))
     assert (before.rigid, after.rigid) == (1, 0)

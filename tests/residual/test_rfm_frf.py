@@ -1,4 +1,5 @@
-"""Residuals on frequency responses: derivatives by differences, linearity where it must be, noise weights, points, accuracy."""
+"""Residuals on frequency responses: derivatives by differences, linearity where it must be, noise
+weights, points, accuracy."""
 
 from __future__ import annotations
 
@@ -40,17 +41,27 @@ def channel(label, quantity):
 
 
 def recording(frequency, H, responses, references, quantity="displacement", **more):
-    return FrequencyResponse(Origin("test", "test.npz"), np.asarray(frequency, dtype=float), H, quantity,
-                             tuple(channel(q, quantity) for q in responses), tuple(channel(q, "force") for q in references), **more)
+    return FrequencyResponse(
+        Origin("test", "test.npz"),
+        np.asarray(frequency, dtype=float),
+        H,
+        quantity,
+        tuple(channel(q, quantity) for q in responses),
+        tuple(channel(q, "force") for q in references),
+        **more,
+    )
 
 
 @pytest.fixture(scope="module")
 def plate():
-    """A damped plate with 135 parameters of stiffness, mass and damping, and receptances of the true one at six sensors, two forces (one unmeasured)."""
+    """A damped plate with 135 parameters of stiffness, mass and damping, and receptances of the
+    true one at six sensors, two forces (one unmeasured)."""
     model = open_problem(ROOT / "problems" / "plate_complex_0pct" / "problem.toml")[1]
     real = make_rfm.build(make_rfm.plate_toml(False))
     f = [13.0, 41.0, 77.0]
-    return model, recording(f, bay.receptance(real, f, SENSORS, ("n1.z", "n17.z")), SENSORS, ("n1.z", "n17.z"))
+    return model, recording(
+        f, bay.receptance(real, f, SENSORS, ("n1.z", "n17.z")), SENSORS, ("n1.z", "n17.z")
+    )
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +81,9 @@ def test_derivatives_of_every_kind_of_parameter(plate, kind):
         e = np.zeros(135)
         e[j] = h
         numerical = (residual.evaluate(p + e).values - residual.evaluate(p - e).values) / (2 * h)
-        assert numerical == pytest.approx(point.jacobian[:, j], abs=1e-4 * np.abs(point.jacobian[:, j]).max())
+        assert numerical == pytest.approx(
+            point.jacobian[:, j], abs=1e-4 * np.abs(point.jacobian[:, j]).max()
+        )
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -93,27 +106,53 @@ def test_contraction_is_the_full_matrix_product(plate):
     p = np.linspace(-0.1, 0.1, 135)
     d = derivatives(model, p)
     rng = np.random.default_rng(1)
-    left, right = (rng.standard_normal((model.size, k)) + 1j * rng.standard_normal((model.size, k)) for k in (3, 2))
+    left, right = (
+        rng.standard_normal((model.size, k)) + 1j * rng.standard_normal((model.size, k))
+        for k in (3, 2)
+    )
     got = d.between(50.0, left, right)
     for j in (0, 60, 120):
         Z = np.zeros((model.size, model.size), dtype=complex)
         for b in model.derivative(j, p):
             for e, dofs in enumerate(b.dofs):
-                full = sum(f * m[e] for f, m in ((1, b.K), (1j, b.D), (50j, b.C), (-2500, b.M)) if m is not None)
+                full = sum(
+                    f * m[e]
+                    for f, m in ((1, b.K), (1j, b.D), (50j, b.C), (-2500, b.M))
+                    if m is not None
+                )
                 Z[np.ix_(dofs, dofs)] += full
         assert got[:, :, j] == pytest.approx(left.T @ Z @ right, rel=1e-9)
 
 
 def test_contraction_of_many_lines_is_that_of_each(plate, frame):
-    """Stiffness, mass and damping; an element a parameter, and parameters of many elements (summed another way)."""
+    """Stiffness, mass and damping; an element a parameter, and parameters of many elements (summed
+    another way)."""
     rng = np.random.default_rng(2)
     model = plate[0]
-    patches = [replace(q, targets=(replace(q.targets[0], rows=np.arange(k, 45, 4), scales=np.ones((1, len(range(k, 45, 4))))),))
-               for k, q in ((0, model.parameters[0]), (1, model.parameters[1]), (2, model.parameters[50]), (3, model.parameters[100]))]
+    patches = [
+        replace(
+            q,
+            targets=(
+                replace(
+                    q.targets[0],
+                    rows=np.arange(k, 45, 4),
+                    scales=np.ones((1, len(range(k, 45, 4)))),
+                ),
+            ),
+        )
+        for k, q in (
+            (0, model.parameters[0]),
+            (1, model.parameters[1]),
+            (2, model.parameters[50]),
+            (3, model.parameters[100]),
+        )
+    ]
     for some in (model, replace(model, parameters=tuple(patches)), frame[0]):
         d = derivatives(some, some.zero())
         omega = np.array([20.0, 150.0, 900.0])
-        X = rng.standard_normal((some.size + 1, 3, 5)) + 1j * rng.standard_normal((some.size + 1, 3, 5))
+        X = rng.standard_normal((some.size + 1, 3, 5)) + 1j * rng.standard_normal(
+            (some.size + 1, 3, 5)
+        )
         X[-1] = 0.0
         got = d.over_lines(omega, X, np.array([0, 1, 4]), np.array([2, 1]))
         assert got.shape == (3, 3, 2, d.count)
@@ -125,17 +164,26 @@ def test_contraction_of_many_lines_is_that_of_each(plate, frame):
 def test_derivatives_of_p_values_do_not_depend_on_p(plate, frame):
     for model in (plate[0], frame[0]):
         assert constant(model)
-        here, there = (derivatives(model, p) for p in (model.zero(), np.linspace(-0.3, 0.4, len(model.parameters))))
+        here, there = (
+            derivatives(model, p)
+            for p in (model.zero(), np.linspace(-0.3, 0.4, len(model.parameters)))
+        )
         for a, b in zip(here.parts, there.parts, strict=True):
             for name in "KMCD":
                 x, y = getattr(a, name), getattr(b, name)
-                assert (x is None) == (y is None) and (x is None or y == pytest.approx(x, rel=1e-12, abs=1e-12 * np.abs(x).max()))
+                assert (x is None) == (y is None) and (
+                    x is None or y == pytest.approx(x, rel=1e-12, abs=1e-12 * np.abs(x).max())
+                )
     assert not constant(open_problem(ROOT / "problems" / "bay_fe2_x1" / "problem.toml")[1])
 
 
 def test_lines_in_one_order_are_the_receptances(plate, frame, monkeypatch):
-    """A fill-reducing order found once, few lines held at a time, and matrices whose patterns differ: all the same numbers."""
-    for model, f in ((plate[0], np.array([13.0, 40.0, 77.0])), (frame[0], np.array([30.0, 75.0, 160.0]))):
+    """A fill-reducing order found once, few lines held at a time, and matrices whose patterns
+    differ: all the same numbers."""
+    for model, f in (
+        (plate[0], np.array([13.0, 40.0, 77.0])),
+        (frame[0], np.array([30.0, 75.0, 160.0])),
+    ):
         places = np.array([3, 10, 40])
         m = matrices_with_damping(model)
         wanted = receptance(model, f, np.arange(model.size), places)
@@ -144,13 +192,19 @@ def test_lines_in_one_order_are_the_receptances(plate, frame, monkeypatch):
         assert X[:-1].transpose(1, 0, 2) == pytest.approx(wanted, abs=1e-8 * np.abs(wanted).max())
         other = Matrices(m.K, m.M, sp.csc_array(m.C.shape), sp.csc_array(np.diag(m.D.diagonal())))
         assert ordered(other, np.arange(model.size)) is None
-        assert Lines(other, places).at(f)[:, 0] == pytest.approx(Lines(other, places).at(f[:1])[:, 0])
+        assert Lines(other, places).at(f)[:, 0] == pytest.approx(
+            Lines(other, places).at(f[:1])[:, 0]
+        )
     residual = FrfResidual(plate[0], (frf_data(plate[1], plate[0]),), "receptance")
     together = residual.evaluate(plate[0].zero())
     monkeypatch.setattr("cvxupdate.residual.frf_output.HELD", 1)
     alone = residual.evaluate(plate[0].zero())
-    assert alone.values == pytest.approx(together.values, rel=1e-9, abs=1e-12 * np.abs(together.values).max())
-    assert alone.jacobian == pytest.approx(together.jacobian, abs=1e-9 * np.abs(together.jacobian).max())
+    assert alone.values == pytest.approx(
+        together.values, rel=1e-9, abs=1e-12 * np.abs(together.values).max()
+    )
+    assert alone.jacobian == pytest.approx(
+        together.jacobian, abs=1e-9 * np.abs(together.jacobian).max()
+    )
 
 
 def test_output_error_says_which_line_is_singular(plate):
@@ -161,16 +215,25 @@ def test_output_error_says_which_line_is_singular(plate):
 
 
 def test_complete_coordinates_are_linear_everywhere(frame):
-    """(3.9): with every DOF measured and the weights held, A p − b is exact at any p, and one least-squares solution is the truth."""
+    """(3.9): with every DOF measured and the weights held, A p − b is exact at any p, and one
+    least-squares solution is the truth."""
     model, real = frame
     f = [30.0, 120.0, 240.0, 330.0]
-    data = frf_data(recording(f, bay.receptance(real, f, real.labels, ("n1.z", "n1.x")), real.labels, ("n1.z", "n1.x")), model)
+    data = frf_data(
+        recording(
+            f, bay.receptance(real, f, real.labels, ("n1.z", "n1.x")), real.labels, ("n1.z", "n1.x")
+        ),
+        model,
+    )
     for kind in ("force-balance", "flexibility"):
         residual = FrfResidual(model, (data,), kind)
         system = residual.evaluate(model.zero()).system()
         p = np.random.default_rng(2).uniform(-0.3, 0.3, 40)
         there = residual.evaluate(p)
-        assert system.residual(p) == pytest.approx(there.values * residual.weights, abs=1e-7 * np.abs(there.values * residual.weights).max())
+        assert system.residual(p) == pytest.approx(
+            there.values * residual.weights,
+            abs=1e-7 * np.abs(there.values * residual.weights).max(),
+        )
         A, b = system.weighted()
         truth = np.zeros(40)
         truth[[i - 1 for i in bay.STIFF]] = 1 / 1.08 - 1
@@ -178,19 +241,25 @@ def test_complete_coordinates_are_linear_everywhere(frame):
 
 
 def test_flexibility_weights_make_the_output_error(frame):
-    """(3.35): at the parameters of its weights the weighted force balance equals the receptance difference."""
+    """(3.35): at the parameters of its weights the weighted force balance equals the receptance
+    difference."""
     model, real = frame
     f = [30.0, 75.0]
-    data = frf_data(recording(f, bay.receptance(real, f, bay.TEN, ("n1.z",)), bay.TEN, ("n1.z",)), model)
+    data = frf_data(
+        recording(f, bay.receptance(real, f, bay.TEN, ("n1.z",)), bay.TEN, ("n1.z",)), model
+    )
     p = np.linspace(-0.1, 0.1, 40)
     weighted = FrfResidual(model, (data,), "flexibility", p).evaluate(p)
     output = FrfResidual(model, (data,), "receptance").evaluate(p)
-    assert weighted.values == pytest.approx(output.values, rel=1e-6, abs=1e-9 * np.abs(output.values).max())
+    assert weighted.values == pytest.approx(
+        output.values, rel=1e-6, abs=1e-9 * np.abs(output.values).max()
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_rows_at_the_truth_have_unit_variance(frame, kind):
-    """The noise of H_X is carried into the rows: chi-squared per row is 1 for the true parameters, to its own scatter."""
+    """The noise of H_X is carried into the rows: chi-squared per row is 1 for the true parameters,
+    to its own scatter."""
     model, real = frame
     truth = np.zeros(40)
     truth[[i - 1 for i in bay.STIFF]] = 1 / 1.08 - 1
@@ -216,14 +285,27 @@ def test_quantities_are_brought_to_receptance(plate):
         other = recording(frf.frequency, frf.H * w**power, SENSORS, ("n1.z", "n17.z"), quantity)
         assert pytest.approx(frf.H, rel=1e-12) == frf_data(other, model).X
     variance = np.full(frf.H.shape, 1e-20)
-    stated = frf_data(recording(frf.frequency, frf.H * w**2, SENSORS, ("n1.z", "n17.z"), "acceleration", variance=variance * np.abs(w) ** 4), model)
+    stated = frf_data(
+        recording(
+            frf.frequency,
+            frf.H * w**2,
+            SENSORS,
+            ("n1.z", "n17.z"),
+            "acceleration",
+            variance=variance * np.abs(w) ** 4,
+        ),
+        model,
+    )
     assert not stated.relative_only and stated.std.min() >= 1e-10 * (1 - 1e-12)
 
 
 def test_decoupled_functions_do_not_count(frame):
     model, real = frame
     f = [30.0, 75.0]
-    data = frf_data(recording(f, bay.receptance(real, f, bay.TEN, ("n1.x", "n1.z")), bay.TEN, ("n1.x", "n1.z")), model)
+    data = frf_data(
+        recording(f, bay.receptance(real, f, bay.TEN, ("n1.x", "n1.z")), bay.TEN, ("n1.x", "n1.z")),
+        model,
+    )
     assert data.used.sum() == 2 + 8  # in-plane motion under x, out-of-plane under z
     assert len(FrfResidual(model, (data,), "receptance").weights) == 2 * 10
 
@@ -239,14 +321,24 @@ def test_messages(plate):
         choose_points(model, frf_data(frf, model), (13.0, 500.0), None)
 
 
-# ── points ───────────────────────────────────────────────────────────────────────────────────────────────────────
+# ── points
+# ──────────────────────────────────────────────────────────────────────────────────────────────────
 
 
 @pytest.fixture(scope="module")
 def fine(frame):
     model, real = frame
     f = np.arange(10.0, 400.5, 1.0)
-    return model, frf_data(recording(f, bay.noisy(bay.receptance(real, f, bay.TEN, ("n1.x", "n1.z")), 0.005, 1), bay.TEN, ("n1.x", "n1.z")), model, 0.003)
+    return model, frf_data(
+        recording(
+            f,
+            bay.noisy(bay.receptance(real, f, bay.TEN, ("n1.x", "n1.z")), 0.005, 1),
+            bay.TEN,
+            ("n1.x", "n1.z"),
+        ),
+        model,
+        0.003,
+    )
 
 
 def test_resonances_are_the_peaks(fine):
@@ -272,7 +364,14 @@ def test_between_visits_every_interval(fine):
     model, data = fine
     f = data.frequency[choose_points(model, data, "between", 12).lines]
     # between 42/51 nothing is allowed (1.5 % and the gap to 43/52); the wide ones all have a line
-    for low, high in ((53.0, 100.0), (106.0, 131.0), (161.0, 214.0), (227.0, 262.0), (274.0, 287.0), (320.0, 352.0)):
+    for low, high in (
+        (53.0, 100.0),
+        (106.0, 131.0),
+        (161.0, 214.0),
+        (227.0, 262.0),
+        (274.0, 287.0),
+        (320.0, 352.0),
+    ):
         assert np.any((f > low) & (f < high)), (low, high)
 
 
@@ -283,7 +382,8 @@ def test_few_points_are_reported(fine):
 
 
 def test_informative_lines_beat_every_exchange_of_one(fine):
-    """Greedy A-optimal: the trace of the covariance rises for nearly every single exchange, and random sets are worse."""
+    """Greedy A-optimal: the trace of the covariance rises for nearly every single exchange, and
+    random sets are worse."""
     model, data = fine
     J = sensitivities(model, data)
     allowed = np.ones(len(J), dtype=bool)
@@ -306,7 +406,8 @@ def test_informative_lines_beat_every_exchange_of_one(fine):
     assert worse >= 55
 
 
-# ── accuracy (chapter 5) ─────────────────────────────────────────────────────────────────────────────────────────
+# ── accuracy (chapter 5)
+# ─────────────────────────────────────────────────────────────────────────────────────────
 
 
 def test_accuracy_is_its_definition(frame):
@@ -335,7 +436,9 @@ def test_expected_change_is_the_mean_square_over_draws(frame):
     f = np.array([60.0])
     guess = accuracy(model, f, at, 1e-3, 1e-3, rounds=0)
     rng = np.random.default_rng(0)
-    drawn = [accuracy(model, f, at, 1e-3, 1e-3 * rng.standard_normal(40), rounds=0) for _ in range(60)]
+    drawn = [
+        accuracy(model, f, at, 1e-3, 1e-3 * rng.standard_normal(40), rounds=0) for _ in range(60)
+    ]
     mean = np.sqrt(np.mean([10 ** (2 * d.system[0]) for d in drawn]))
     assert 10 ** guess.system[0] == pytest.approx(mean, rel=0.3)
 
@@ -343,14 +446,17 @@ def test_expected_change_is_the_mean_square_over_draws(frame):
 def test_error_metric(frame):
     model, real = frame
     f = [30.0, 75.0]
-    data = frf_data(recording(f, bay.receptance(model, f, bay.TEN, ("n1.z",)), bay.TEN, ("n1.z",)), model)
+    data = frf_data(
+        recording(f, bay.receptance(model, f, bay.TEN, ("n1.z",)), bay.TEN, ("n1.z",)), model
+    )
     X = responses_of(model, (data,), model.zero())
     assert frf_error(X, (data,)) < 1e-7
     assert frf_error([1.1 * x for x in X], (data,)) == pytest.approx(0.1, rel=1e-5)
     assert real.size == 114
 
 
-# ── reduced basis ────────────────────────────────────────────────────────────────────────────────────────────────
+# ── reduced basis
+# ────────────────────────────────────────────────────────────────────────────────────────────────
 
 
 def test_reduced_basis_agrees_with_the_full_model(plate):
@@ -374,7 +480,12 @@ def test_loop_on_a_reduced_basis_reaches_the_full_answer(frame):
     f = [20.0, 30, 43.5, 66, 75, 90, 117, 124, 145, 160]
     three = ("n1.x", "n1.y", "n1.z")
     data = frf_data(recording(f, bay.receptance(real, f, bay.TEN, three), bay.TEN, three), model)
-    problem = StepProblem(LeastSquares(), (), (Bounds(np.full(40, -0.5), np.full(40, 0.5)),), tuple(q.name for q in model.parameters))
+    problem = StepProblem(
+        LeastSquares(),
+        (),
+        (Bounds(np.full(40, -0.5), np.full(40, 0.5)),),
+        tuple(q.name for q in model.parameters),
+    )
     loop = fit_reduced(model, (data,), problem, SolverChoice(), Options(1e-8, 60, 0.1))
     truth = np.zeros(40)
     truth[[i - 1 for i in bay.STIFF]] = 1 / 1.08 - 1

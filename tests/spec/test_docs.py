@@ -20,14 +20,20 @@ def test_the_tables_are_those_of_the_models() -> None:
 
 def test_every_link_has_its_heading() -> None:
     page = PAGE.read_text(encoding="utf-8")
-    headings = {h.strip().lower().replace(" ", "-") for h in re.findall(r"^#+ (.*)$", page, re.MULTILINE)}
+    headings = {
+        h.strip().lower().replace(" ", "-") for h in re.findall(r"^#+ (.*)$", page, re.MULTILINE)
+    }
     assert set(re.findall(r"\]\(#([\w-]+)\)", page)) <= headings
 
 
 def test_the_table_of_properties_is_that_of_the_code() -> None:
     page = PAGE.read_text(encoding="utf-8")
     table = page[page.index("| type | `of` |") :].split("\n\n")[0].splitlines()[2:]
-    said = {kind: set(line.split("|")[2].split()) for line in table for kind in line.split("|")[1].replace(" ", "").split(",")}
+    said = {
+        kind: set(line.split("|")[2].split())
+        for line in table
+        for kind in line.split("|")[1].replace(" ", "").split(",")
+    }
     assert said == {kind: set(words) for kind, words in OF_BY_TYPE.items()}
 
 

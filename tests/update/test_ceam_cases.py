@@ -19,7 +19,10 @@ def run(case, name="problem.toml"):
     assert updated.status == "converged"
     assert updated.model["mass_eigenvalue_min"] > 0
     assert updated.model["stiffness_eigenvalue_min"] > -1e-10
-    return updated, {of: np.array([q.p for q in updated.parameters if q.of == of]) for of in ("stiffness", "mass", "damping")}
+    return updated, {
+        of: np.array([q.p for q in updated.parameters if q.of == of])
+        for of in ("stiffness", "mass", "damping")
+    }
 
 
 def halved(updated):
@@ -64,7 +67,9 @@ def test_case_4_needs_twenty_modes_only():
 def test_case_5_halves_the_error_and_keeps_the_mass_definite():
     updated, _ = run(5)
     assert halved(updated)
-    assert any("mass matrix stays positive definite" in clause for clause in updated.model["clauses"])
+    assert any(
+        "mass matrix stays positive definite" in clause for clause in updated.model["clauses"]
+    )
     assert updated.certificate["primal_cone"] < 1e-8
 
 

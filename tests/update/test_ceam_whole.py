@@ -1,4 +1,5 @@
-"""Whole symmetric matrices on a sparsity pattern through `run`: exact where the modes determine them, symmetric, connected, definite, with rigid modes."""
+"""Whole symmetric matrices on a sparsity pattern through `run`: exact where the modes determine
+them, symmetric, connected, definite, with rigid modes."""
 
 from __future__ import annotations
 
@@ -25,9 +26,15 @@ PRIOR = '\n[regularisation]\nkind = "tikhonov"\nweight = 1.0\n'
 SMALL = '\n[regularisation]\nkind = "tikhonov"\nweight = 1e-6\n'
 
 
-def problem(folder, whole, constraints="", modes=30, stiff=STIFF, mass=None, noise=0.0, std=None, more=""):
+def problem(
+    folder, whole, constraints="", modes=30, stiff=STIFF, mass=None, noise=0.0, std=None, more=""
+):
     target = built(model_text(stiff, mass), folder, "target.toml")
-    text = model_text() + recording(measure(target, modes), noise=noise, std=std) + f'[update]\nmethod = "ceam"\nwhole = {{ {whole} }}\n'
+    text = (
+        model_text()
+        + recording(measure(target, modes), noise=noise, std=std)
+        + f'[update]\nmethod = "ceam"\nwhole = {{ {whole} }}\n'
+    )
     (folder / "problem.toml").write_text(text + f"[constraints]\n{constraints}\n{more}")
     return folder / "problem.toml", target
 
@@ -58,7 +65,10 @@ def test_an_entry_moves_its_pair_alone_and_the_pattern_stays(tmp_path):
 
 def test_patterns_hold_one_another(tmp_path):
     model = built(model_text(), tmp_path)
-    names = [{q.name for q in with_entries(model, ["K"], pattern, True, -1, 1).parameters} for pattern in ("model", "nodes", "all")]
+    names = [
+        {q.name for q in with_entries(model, ["K"], pattern, True, -1, 1).parameters}
+        for pattern in ("model", "nodes", "all")
+    ]
     assert names[0] < names[1] < names[2]
     assert len(names[2]) == model.size * (model.size + 1) // 2
     assert len(with_entries(model, ["K"], "all", False, -1, 1).parameters) == model.size**2
@@ -82,26 +92,42 @@ def test_the_stiffness_is_found_when_every_mode_is_known(tmp_path):
 
 @pytest.mark.slow
 def test_symmetry_as_a_clause_keeps_the_matrix_symmetric(tmp_path):
-    path, _ = problem(tmp_path, 'matrices = ["K"], symmetric = false', "symmetry = { }", modes=4, more=PRIOR)
+    path, _ = problem(
+        tmp_path, 'matrices = ["K"], symmetric = false', "symmetry = { }", modes=4, more=PRIOR
+    )
     updated = study.run(path)
     assert updated.status == "converged"
     K = matrices(path, updated).K.toarray()
     size = np.sqrt(np.diag(K))
     assert np.abs((K - K.T) / np.outer(size, size)).max() < 1e-8
-    assert len({q.name for q in updated.parameters if q.name.startswith("K[n1.x, ")} & {"K[n1.x, n2.x]"}) == 1
+    assert (
+        len(
+            {q.name for q in updated.parameters if q.name.startswith("K[n1.x, ")}
+            & {"K[n1.x, n2.x]"}
+        )
+        == 1
+    )
     assert any(q.name == "K[n2.x, n1.x]" for q in updated.parameters)
     assert "symmetry of K" in updated.model["clauses"]
 
 
 @pytest.mark.slow
 def test_no_element_appears_that_was_not_there(tmp_path):
-    path, _ = problem(tmp_path, 'matrices = ["K"], pattern = "nodes"', "connectivity = { }", modes=4, more=PRIOR)
+    path, _ = problem(
+        tmp_path, 'matrices = ["K"], pattern = "nodes"', "connectivity = { }", modes=4, more=PRIOR
+    )
     updated = study.run(path)
     zero = [q for q in updated.parameters if abs(q.before) < 1e-3]
     assert zero and all(abs(q.p) < 1e-9 for q in zero)
     asked = zero[0].name
-    path, _ = problem(tmp_path, 'matrices = ["K"], pattern = "nodes"',
-                      f'connectivity = {{ }}\nlinear = [{{ coefficients = {{ "{asked}" = 1.0 }}, at_least = 0.1 }}]', modes=4, more=PRIOR)
+    path, _ = problem(
+        tmp_path,
+        'matrices = ["K"], pattern = "nodes"',
+        f'connectivity = {{ }}\nlinear = [{{ coefficients = {{ "{asked}" = 1.0 }}, at_least = '
+        f"0.1 }}]",
+        modes=4,
+        more=PRIOR,
+    )
     clash = study.run(path)
     assert clash.status == "infeasible"
     assert set(clash.conflict) == {f"connectivity: no element at {asked}", f"{asked} at least 0.1"}
@@ -122,7 +148,15 @@ def test_the_clause_keeps_a_stiffness_that_noise_would_make_indefinite(tmp_path)
 
 
 def test_mass_in_every_direction_and_inertia_are_kept(tmp_path):
-    path, _ = problem(tmp_path, 'matrices = ["M"]', "inertia = { }\nmass_positive = { matrix = true }", mass=MASS, stiff=np.ones(7), modes=5, more=PRIOR)
+    path, _ = problem(
+        tmp_path,
+        'matrices = ["M"]',
+        "inertia = { }\nmass_positive = { matrix = true }",
+        mass=MASS,
+        stiff=np.ones(7),
+        modes=5,
+        more=PRIOR,
+    )
     updated = study.run(path)
     assert updated.status == "converged"
     model = build_model(load_problem(path))
@@ -140,10 +174,12 @@ def test_mass_in_every_direction_and_inertia_are_kept(tmp_path):
 
 
 def test_what_a_whole_matrix_cannot_have_is_said(tmp_path):
-    for whole, constraints, words in (('matrices = ["K"], symmetric = false', "", "nothing keeps the matrices symmetric"),
-                                      ('matrices = ["K"], lower = 0.5, upper = -0.5', "", "crossed"),
-                                      ('matrices = ["M"]', "total_mass = { conserve = true }", "mass in every direction"),
-                                      ('matrices = ["D"]', "", "D is zero")):
+    for whole, constraints, words in (
+        ('matrices = ["K"], symmetric = false', "", "nothing keeps the matrices symmetric"),
+        ('matrices = ["K"], lower = 0.5, upper = -0.5', "", "crossed"),
+        ('matrices = ["M"]', "total_mass = { conserve = true }", "mass in every direction"),
+        ('matrices = ["D"]', "", "D is zero"),
+    ):
         with pytest.raises(InputError, match=words):
             study.run(problem(tmp_path, whole, constraints, modes=2)[0])
     path, _ = problem(tmp_path, 'matrices = ["K"]', modes=2)
@@ -153,7 +189,8 @@ def test_what_a_whole_matrix_cannot_have_is_said(tmp_path):
 
 
 def test_rigid_modes_stay_to_rounding_however_soft_the_frame_is_out_of_its_plane():
-    """Whatever entries move, within the clause all six motions stay free by the package's own measure; the bay is 160 times softer out of its plane."""
+    """Whatever entries move, within the clause all six motions stay free by the package's own
+    measure; the bay is 160 times softer out of its plane."""
     _, model, _ = study.open_problem(PROBLEMS / "ceam_whole" / "problem.toml")
     (clause,) = rigid_modes_kept(model)[0].clauses(tuple(q.name for q in model.parameters))
     rows = np.zeros((len(clause.lower), len(model.parameters)))
@@ -171,7 +208,8 @@ def test_rigid_modes_stay_to_rounding_however_soft_the_frame_is_out_of_its_plane
 
 @pytest.mark.slow
 def test_the_bay_on_its_own_pattern():
-    """Ten modes of X1 and 362 entries of FE1's stiffness, the problem file as it is, matrix inequality included."""
+    """Ten modes of X1 and 362 entries of FE1's stiffness, the problem file as it is, matrix
+    inequality included."""
     path = PROBLEMS / "ceam_whole" / "problem.toml"
     updated = study.run(path)
     assert updated.status == "converged"
@@ -180,7 +218,9 @@ def test_the_bay_on_its_own_pattern():
     K = model.matrices(np.array([q.p for q in updated.parameters])).K.toarray()
     before = model.matrices().K.toarray()
     size = np.sqrt(np.diag(before))
-    assert np.all(np.abs(K / np.outer(size, size))[np.abs(before) < 1e-12 * np.outer(size, size)] < 1e-12)
+    assert np.all(
+        np.abs(K / np.outer(size, size))[np.abs(before) < 1e-12 * np.outer(size, size)] < 1e-12
+    )
     assert np.abs(K - K.T).max() < 1e-12 * np.abs(K).max()
     assert updated.model["stiffness_eigenvalue_min"] > -1e-12
     assert rigid_body_modes(model, sp.csc_array(K), model.matrices().M).shape[1] == 6
@@ -190,8 +230,11 @@ def test_the_bay_on_its_own_pattern():
 
 
 def test_rigid_body_modes_are_free_to_rounding(tmp_path):
-    """What a solver leaves of K R = 0 would be a soft support: the equalities are met exactly after the step."""
-    path, target = problem(tmp_path, 'matrices = ["K"]', "stiffness_positive = { matrix = false }", modes=4, more=PRIOR)
+    """What a solver leaves of K R = 0 would be a soft support: the equalities are met exactly after
+    the step."""
+    path, target = problem(
+        tmp_path, 'matrices = ["K"]', "stiffness_positive = { matrix = false }", modes=4, more=PRIOR
+    )
     updated = study.run(path)
     K = matrices(path, updated).K.toarray()
     assert np.abs(K @ rigid_motions(target)).max() < 1e-13 * np.abs(K).max()

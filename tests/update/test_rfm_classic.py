@@ -1,4 +1,5 @@
-"""The classical solvers against closed forms and one another; the classical iterations on equations whose answer is known."""
+"""The classical solvers against closed forms and one another; the classical iterations on equations
+whose answer is known."""
 
 from __future__ import annotations
 
@@ -12,7 +13,14 @@ from hypothesis import strategies as st
 from cvxupdate.errors import InputError
 from cvxupdate.system import LinearSystem
 from cvxupdate.update.classic_loop import classic_loop
-from cvxupdate.update.classic_solvers import conjugate_gradients, landweber, picard, svd_least_squares, tikhonov, total_least_squares
+from cvxupdate.update.classic_solvers import (
+    conjugate_gradients,
+    landweber,
+    picard,
+    svd_least_squares,
+    tikhonov,
+    total_least_squares,
+)
 
 
 def problem(m=20, n=6, seed=0, noise=0.0):
@@ -62,7 +70,8 @@ def test_total_least_squares_is_the_smallest_singular_vector():
     got = total_least_squares(A, b)
     smallest = np.linalg.svd(np.column_stack([A, b]))[2][-1]
     assert got.p == pytest.approx(-smallest[:-1] / smallest[-1], abs=1e-10)
-    # its corrected system is consistent, and no smaller correction is: the correction's norm is σ_{n+1}
+    # its corrected system is consistent, and no smaller correction is: the correction's norm is
+    # σ_{n+1}
     z = np.append(got.p, -1.0)
     correction = -np.outer(np.column_stack([A, b]) @ z, z) / (z @ z)
     assert np.linalg.norm(correction) == pytest.approx(got.singular[-1], rel=1e-9)
@@ -79,7 +88,8 @@ def test_total_least_squares_weights_and_rank():
     # T tells that A is exact: least squares
     trusted = total_least_squares(A, b, None, np.append(np.full(6, 1e6), 1.0))
     assert trusted.p == pytest.approx(svd_least_squares(A, b), abs=1e-6)
-    # a column that is a copy within the noise lowers the rank, and the minimum-norm solution shares its weight
+    # a column that is a copy within the noise lowers the rank, and the minimum-norm solution shares
+    # its weight
     rng = np.random.default_rng(3)
     twin = np.column_stack([A, A[:, 0]]) + 1e-6 * rng.standard_normal((20, 7))
     exact = twin @ np.append(np.ones(6), 1.0) + 1e-6 * rng.standard_normal(20)
@@ -116,7 +126,10 @@ def test_stopping_early_regularises():
     error = noise * rng.standard_normal(40)
     b, target = A @ truth + error, 1.02 * np.linalg.norm(error)
     naive = np.linalg.norm(svd_least_squares(A, b) - truth)
-    for found in (conjugate_gradients(A, b, discrepancy=target), landweber(A, b, 20000, discrepancy=target)):
+    for found in (
+        conjugate_gradients(A, b, discrepancy=target),
+        landweber(A, b, 20000, discrepancy=target),
+    ):
         assert np.linalg.norm(found.p - truth) < 0.2 * naive
     with pytest.raises(InputError, match="between 0 and 2"):
         landweber(A, b, relaxation=2.0)
@@ -144,19 +157,30 @@ class Curve:
 @pytest.mark.parametrize("extra", [{}, {"line_search": True}, {"second_order": True}])
 def test_every_form_of_the_iteration_reaches_the_root(form, extra):
     target = np.array([0.3, -0.2])
-    found = classic_loop(lambda p: Curve(p, target, 0.8), np.zeros(2), form, tolerance=1e-10, **extra)
+    found = classic_loop(
+        lambda p: Curve(p, target, 0.8), np.zeros(2), form, tolerance=1e-10, **extra
+    )
     assert found.converged and found.p == pytest.approx(target, abs=1e-9)
 
 
 def test_second_order_terms_and_line_search_pay():
     target = np.array([0.5, -0.4])
-    runs = [classic_loop(lambda p: Curve(p, target, 0.6), np.zeros(2), tolerance=1e-10, **extra).iterations for extra in ({}, {"second_order": True})]
+    runs = [
+        classic_loop(
+            lambda p: Curve(p, target, 0.6), np.zeros(2), tolerance=1e-10, **extra
+        ).iterations
+        for extra in ({}, {"second_order": True})
+    ]
     assert runs[1] < runs[0]
+
     # a step that overshoots diverges from far away without a line search, not with one
     def steep(p):
         return Steep(p)
+
     assert not classic_loop(steep, np.full(2, 3.0), max_iterations=50).converged
-    assert classic_loop(steep, np.full(2, 3.0), max_iterations=50, line_search=True).p == pytest.approx(0.0, abs=1e-6)
+    assert classic_loop(
+        steep, np.full(2, 3.0), max_iterations=50, line_search=True
+    ).p == pytest.approx(0.0, abs=1e-6)
     with pytest.raises(ValueError, match="neither"):
         classic_loop(steep, np.zeros(2), "both")
 

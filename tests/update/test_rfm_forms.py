@@ -1,4 +1,5 @@
-"""A force balance by itself: its weights are taken anew until they belong to its solution, and the noise in A that is left shows as bias."""
+"""A force balance by itself: its weights are taken anew until they belong to its solution, and the
+noise in A that is left shows as bias."""
 
 from __future__ import annotations
 
@@ -17,7 +18,9 @@ from cvxupdate.residual.frf import FrfResidual  # noqa: E402
 from cvxupdate.update.rfm import fit_responses  # noqa: E402
 from cvxupdate.update.trust_region import Options, iterate, objective_at  # noqa: E402
 
-LINES = np.array([20.0, 30, 46, 66, 75, 90, 117, 124, 145, 170, 190, 200, 240, 250, 281, 305, 330, 335, 370, 380])
+LINES = np.array(
+    [20.0, 30, 46, 66, 75, 90, 117, 124, 145, 170, 190, 200, 240, 250, 281, 305, 330, 335, 370, 380]
+)
 OPTIONS = Options(1e-6, 60, 0.1)
 
 
@@ -27,7 +30,9 @@ def frame():
 
 
 def noisy(model, exact, seed, level=0.02):
-    return (data_of(model, LINES, bay.noisy(exact, level, seed), bay.TEN, CORNER, level / np.sqrt(3)),)
+    return (
+        data_of(model, LINES, bay.noisy(exact, level, seed), bay.TEN, CORNER, level / np.sqrt(3)),
+    )
 
 
 @pytest.mark.parametrize("kind", ["force-balance", "flexibility"])
@@ -35,12 +40,16 @@ def test_weights_belong_to_the_solution(frame, kind):
     model, exact = frame
     data = noisy(model, exact, 1)
     loop = fit_responses(model, data, step(model), SolverChoice(), OPTIONS, kind)
-    assert loop.status == "converged" and [h.number for h in loop.history] == list(range(1, len(loop.history) + 1))
+    assert loop.status == "converged" and [h.number for h in loop.history] == list(
+        range(1, len(loop.history) + 1)
+    )
     own = FrfResidual(model, data, kind, loop.point.p)
     assert loop.point.residual.weights == pytest.approx(own.weights, rel=0.05)
     again = iterate(own, step(model), SolverChoice(), OPTIONS, loop.point.p)
     assert np.abs(again.point.p - loop.point.p).max() < 1e-3
-    assert objective_at(loop.problem, loop.point) < objective_at(loop.problem, loop.start)  # both in the last weights
+    assert objective_at(loop.problem, loop.point) < objective_at(
+        loop.problem, loop.start
+    )  # both in the last weights
     assert loop.start.residual is loop.point.residual
 
 
@@ -53,10 +62,17 @@ def test_exact_data_need_no_second_weights(frame):
 
 @pytest.mark.slow
 def test_noise_in_a_with_the_covariance_of_the_solution(frame):
-    """With the weights of the start 3 % of noise in A drown the answer; with those of the solution they do not (`examples/rfm_noise_in_a.py` has the bias)."""
+    """With the weights of the start 3 % of noise in A drown the answer; with those of the solution
+    they do not (`examples/rfm_noise_in_a.py` has the bias)."""
     model, exact = frame
     data = noisy(model, exact, 2, 0.03)
-    held = iterate(FrfResidual(model, data, "flexibility", model.zero()), step(model), SolverChoice(), OPTIONS, model.zero())
+    held = iterate(
+        FrfResidual(model, data, "flexibility", model.zero()),
+        step(model),
+        SolverChoice(),
+        OPTIONS,
+        model.zero(),
+    )
     anew = fit_responses(model, data, step(model), SolverChoice(), OPTIONS, "flexibility")
     assert error(anew.point.p) < 0.2 * error(held.point.p)
     assert error(anew.point.p) < 0.6

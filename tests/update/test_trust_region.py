@@ -44,11 +44,23 @@ class CurvePoint:
 
 
 def problem(low: float = -5.0, high: float = 5.0, regularisers: tuple = ()) -> StepProblem:
-    return StepProblem(constraints=(Bounds(np.full(2, low), np.full(2, high)),), regularisers=regularisers, columns=("x", "y"))
+    return StepProblem(
+        constraints=(Bounds(np.full(2, low), np.full(2, high)),),
+        regularisers=regularisers,
+        columns=("x", "y"),
+    )
 
 
-def run(residual: Curve, p0: tuple[float, float], step: StepProblem | None = None, **options: float) -> LoopResult[CurvePoint]:
-    return iterate(residual, step or problem(), SolverChoice(), Options(**{"max_iterations": 200, "tolerance": 1e-12, **options}), np.array(p0))
+def run(
+    residual: Curve, p0: tuple[float, float], step: StepProblem | None = None, **options: float
+) -> LoopResult[CurvePoint]:
+    return iterate(
+        residual,
+        step or problem(),
+        SolverChoice(),
+        Options(**{"max_iterations": 200, "tolerance": 1e-12, **options}),
+        np.array(p0),
+    )
 
 
 def test_a_curved_valley_is_followed_to_its_end() -> None:
@@ -85,7 +97,11 @@ def test_no_structure_at_the_start_is_an_error() -> None:
 
 def test_stopping_reasons() -> None:
     stopped = run(Curve(), (-1.2, 1.0), max_iterations=3)
-    assert stopped.status == "stopped" and "limit of 3 iterations" in stopped.reason and len(stopped.history) == 3
+    assert (
+        stopped.status == "stopped"
+        and "limit of 3 iterations" in stopped.reason
+        and len(stopped.history) == 3
+    )
     assert "meets the recordings" in run(Curve(), (1.0, 1.0)).reason
     bounded = run(Curve(), (-1.2, 1.0), problem(high=0.5))
     assert bounded.status == "converged" and "further decrease" in bounded.reason
@@ -95,7 +111,10 @@ def test_stopping_reasons() -> None:
 
 
 def test_contradicting_clauses_end_it_before_it_begins() -> None:
-    low, high = Bounds(np.array([0.5, -1.0]), np.array([1.0, 1.0])), Bounds(np.array([-1.0, -1.0]), np.array([0.4, 1.0]))
+    low, high = (
+        Bounds(np.array([0.5, -1.0]), np.array([1.0, 1.0])),
+        Bounds(np.array([-1.0, -1.0]), np.array([0.4, 1.0])),
+    )
     loop = run(Curve(), (0.0, 0.0), StepProblem(constraints=(low, high), columns=("x", "y")))
     assert loop.status == "infeasible" and len(loop.step.conflict) == 2 and not loop.history
     assert np.array_equal(loop.point.p, [0.0, 0.0])
@@ -103,7 +122,11 @@ def test_contradicting_clauses_end_it_before_it_begins() -> None:
 
 def test_the_start_moves_to_the_nearest_point_that_is_allowed() -> None:
     loop = run(Curve(), (-7.0, 1.0))
-    assert np.array_equal(loop.start.p, [-7.0, 1.0]) and loop.status == "converged" and np.allclose(loop.point.p, 1.0, atol=1e-6)
+    assert (
+        np.array_equal(loop.start.p, [-7.0, 1.0])
+        and loop.status == "converged"
+        and np.allclose(loop.point.p, 1.0, atol=1e-6)
+    )
     assert all(abs(x) <= 5.0 + 1e-7 for h in loop.history for x in h.p)
 
 
@@ -114,25 +137,44 @@ def test_the_objective_counts_the_penalty(regulariser) -> None:
     best = objective_at(step, loop.point)
     assert best == pytest.approx(loop.history[-1].objective)
     rng = np.random.default_rng(0)
-    assert all(objective_at(step, CurvePoint(loop.point.p + 1e-3 * rng.standard_normal(2))) >= best - 1e-9 for _ in range(50))
+    assert all(
+        objective_at(step, CurvePoint(loop.point.p + 1e-3 * rng.standard_normal(2))) >= best - 1e-9
+        for _ in range(50)
+    )
 
 
 def test_progress_sees_every_iteration() -> None:
     seen: list[Iteration] = []
-    loop = iterate(Curve(), problem(), SolverChoice(), Options(max_iterations=10), np.array([-1.2, 1.0]), seen.append)
+    loop = iterate(
+        Curve(),
+        problem(),
+        SolverChoice(),
+        Options(max_iterations=10),
+        np.array([-1.2, 1.0]),
+        seen.append,
+    )
     assert tuple(seen) == loop.history and [h.number for h in seen] == list(range(1, len(seen) + 1))
 
 
-# ── the forms of the iteration ───────────────────────────────────────────────────────────────────────────────────
+# ── the forms of the iteration
+# ───────────────────────────────────────────────────────────────────────────────────
 
-FORMS = ({"line_search": True}, {"second_order": True}, {"line_search": True, "second_order": True}, {"relative": (True, True)})
+FORMS = (
+    {"line_search": True},
+    {"second_order": True},
+    {"line_search": True, "second_order": True},
+    {"relative": (True, True)},
+)
 
 
 @pytest.mark.parametrize("form", FORMS, ids=str)
-@pytest.mark.parametrize("regularisers", [(), (L1(0.3),), (Tikhonov(0.3),)], ids=["none", "l1", "tikhonov"])
+@pytest.mark.parametrize(
+    "regularisers", [(), (L1(0.3),), (Tikhonov(0.3),)], ids=["none", "l1", "tikhonov"]
+)
 @pytest.mark.parametrize("high", [5.0, 0.5])
 def test_every_form_ends_where_the_plain_loop_ends(form, regularisers, high) -> None:
-    """Same minimum, inside the same bounds, and the objective never rises; from x > −1 so that the factor 1 + x is one."""
+    """Same minimum, inside the same bounds, and the objective never rises; from x > −1 so that the
+    factor 1 + x is one."""
     step = problem(high=high, regularisers=regularisers)
     plain, loop = run(Curve(), (-0.5, 1.0), step), run(Curve(), (-0.5, 1.0), step, **form)
     assert loop.status == "converged" and loop.point.p == pytest.approx(plain.point.p, abs=1e-5)
@@ -142,14 +184,25 @@ def test_every_form_ends_where_the_plain_loop_ends(form, regularisers, high) -> 
 
 
 def test_second_order_terms_follow_the_valley() -> None:
-    """Rosenbrock's residual is quadratic: the second-order term is all that the linearisation leaves out."""
+    """Rosenbrock's residual is quadratic: the second-order term is all that the linearisation
+    leaves out."""
     plain, curved = run(Curve(), (-1.2, 1.0)), run(Curve(), (-1.2, 1.0), second_order=True)
     assert len(curved.history) <= len(plain.history) // 2
 
 
 def test_second_order_terms_cost_nothing_where_there_are_none() -> None:
-    loop = iterate(Straight(), problem(), SolverChoice(), Options(tolerance=1e-12, radius=9.0, second_order=True), np.zeros(2))
-    assert loop.status == "converged" and np.allclose(loop.point.p, [0.7, -0.4], atol=1e-8) and len(loop.history) <= 2
+    loop = iterate(
+        Straight(),
+        problem(),
+        SolverChoice(),
+        Options(tolerance=1e-12, radius=9.0, second_order=True),
+        np.zeros(2),
+    )
+    assert (
+        loop.status == "converged"
+        and np.allclose(loop.point.p, [0.7, -0.4], atol=1e-8)
+        and len(loop.history) <= 2
+    )
 
 
 def test_line_search_refuses_no_step() -> None:
@@ -157,7 +210,9 @@ def test_line_search_refuses_no_step() -> None:
     assert any(not h.accepted for h in plain.history) and all(h.accepted for h in searched.history)
     assert len(searched.history) < len(plain.history)
     walled = run(Curve(wall=0.6), (-1.2, 1.0), line_search=True, max_iterations=60)
-    assert all(h.p[0] <= 0.6 for h in walled.history) and any(h.accepted and h.ratio < 1.0 for h in walled.history)
+    assert all(h.p[0] <= 0.6 for h in walled.history) and any(
+        h.accepted and h.ratio < 1.0 for h in walled.history
+    )
 
 
 def test_along_line_finds_the_minimum_of_a_parabola() -> None:
@@ -168,15 +223,26 @@ def test_along_line_finds_the_minimum_of_a_parabola() -> None:
     found = along_line(evaluate, start, end, 0.04, -0.4, evaluate(end))
     assert found.point is not None and found.point.p[0] == pytest.approx(0.2)
     nothing: Trial[CurvePoint] = Trial(None, np.inf)
-    halved = along_line(lambda p: nothing if p[0] > 0.3 else evaluate(p), start, end, 0.04, -0.4, nothing)
-    assert halved.point is not None and halved.point.p[0] == pytest.approx(0.2)  # half, a quarter, then the parabola
+    halved = along_line(
+        lambda p: nothing if p[0] > 0.3 else evaluate(p), start, end, 0.04, -0.4, nothing
+    )
+    assert halved.point is not None and halved.point.p[0] == pytest.approx(
+        0.2
+    )  # half, a quarter, then the parabola
     never = along_line(lambda p: nothing, start, end, 0.04, -0.4, nothing)
     assert never.point is None
 
 
 def test_multiplicative_steps_are_shares_of_the_present_factor() -> None:
-    """No factor changes its sign however wide the trust region: 1 + p falls by 90 % a step at most, and grows by 90 %."""
-    far = iterate(Straight(np.array([-0.999, 40.0])), problem(-5.0, 50.0), SolverChoice(), Options(1e-12, 60, 5.0, relative=(True, True)), np.zeros(2))
+    """No factor changes its sign however wide the trust region: 1 + p falls by 90 % a step at most,
+    and grows by 90 %."""
+    far = iterate(
+        Straight(np.array([-0.999, 40.0])),
+        problem(-5.0, 50.0),
+        SolverChoice(),
+        Options(1e-12, 60, 5.0, relative=(True, True)),
+        np.zeros(2),
+    )
     assert far.status == "converged" and np.allclose(far.point.p, [-0.999, 40.0], atol=1e-8)
     factors = np.array([[1.0, 1.0], *(1.0 + np.array(h.p) for h in far.history)])
     change = factors[1:] / factors[:-1]

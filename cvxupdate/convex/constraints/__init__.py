@@ -13,8 +13,21 @@ from .smooth import Smooth
 from .tied import Tied
 from .total_mass import TotalMass
 
-CONSTRAINTS = (Bounds, Tied, LinearEquality, LinearInequality, TotalMass, NormAtMost, Equations, MatrixInequality, ElementMass, Budget, Smooth,
-               Symmetric, Connectivity)
+CONSTRAINTS = (
+    Bounds,
+    Tied,
+    LinearEquality,
+    LinearInequality,
+    TotalMass,
+    NormAtMost,
+    Equations,
+    MatrixInequality,
+    ElementMass,
+    Budget,
+    Smooth,
+    Symmetric,
+    Connectivity,
+)
 
 __all__ = [
     "CONSTRAINTS",

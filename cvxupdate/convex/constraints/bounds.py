@@ -13,7 +13,8 @@ from .clauses import Clause, LinearClause
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
-    """lower ≤ p ≤ upper, each a number for all parameters or an array (n,); ±inf leaves a side open."""
+    """lower ≤ p ≤ upper, each a number for all parameters or an array (n,); ±inf leaves a side
+    open."""
 
     lower: Array | float
     upper: Array | float
@@ -27,8 +28,8 @@ class Bounds:
             )
         except ValueError:
             raise InputError(
-                f"bounds: {np.size(self.lower)} lower and {np.size(self.upper)} upper limits were given for "
-                f"{n} parameters; give one of each, or {n}."
+                f"bounds: {np.size(self.lower)} lower and {np.size(self.upper)} upper limits "
+                f"were given for {n} parameters; give one of each, or {n}."
             ) from None
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
@@ -36,7 +37,9 @@ class Bounds:
         lower, upper = self.limits(len(columns))
         one = np.ones((1, 1))
         return tuple(
-            LinearClause(f"bounds on {name}: {_words(lo, hi)}", (i,), one, lower[i : i + 1], upper[i : i + 1])
+            LinearClause(
+                f"bounds on {name}: {_words(lo, hi)}", (i,), one, lower[i : i + 1], upper[i : i + 1]
+            )
             for i, (name, lo, hi) in enumerate(zip(columns, lower, upper, strict=True))
             if not (lo == -np.inf and hi == np.inf)
         )

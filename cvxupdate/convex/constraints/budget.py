@@ -26,7 +26,10 @@ class Budget:
         """One clause over all parameters."""
         n = len(columns)
         if self.norm not in ("l1", "l2") or not self.at_most >= 0:
-            raise InputError(f"budget: norm {self.norm!r} must be \"l1\" or \"l2\", and at_most ({self.at_most}) 0 or more.")
+            raise InputError(
+                f'budget: norm {self.norm!r} must be "l1" or "l2", and at_most '
+                f"({self.at_most}) 0 or more."
+            )
         weight = 1.0 / np.array(np.broadcast_to(np.asarray(self.scale, dtype=float), (n,)))
         if self.norm == "l2":
             label = f"budget: root of the sum of squared changes at most {self.at_most:g}"
@@ -37,5 +40,10 @@ class Budget:
 
             return [cp.norm1(cp.multiply(weight, p)) <= self.at_most + slack]
 
-        return (ConicClause(f"budget: sum of absolute changes at most {self.at_most:g}", constraints,
-                            lambda p: self.at_most - float(np.abs(weight * p).sum())),)
+        return (
+            ConicClause(
+                f"budget: sum of absolute changes at most {self.at_most:g}",
+                constraints,
+                lambda p: self.at_most - float(np.abs(weight * p).sum()),
+            ),
+        )

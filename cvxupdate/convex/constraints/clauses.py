@@ -20,8 +20,8 @@ from ...system import Array
 class LinearClause:
     """lower ≤ C p[on] ≤ upper.
 
-    ``on`` numbers the k parameters that it touches; ``C`` is (rows, k); ``lower`` and ``upper`` (rows,), ±inf where
-    open, equal for an equality; ``unit`` is the unit of the limits, for words.
+    ``on`` numbers the k parameters that it touches; ``C`` is (rows, k); ``lower`` and ``upper``
+    (rows,), ±inf where open, equal for an equality; ``unit`` is the unit of the limits, for words.
     """
 
     name: str
@@ -32,18 +32,25 @@ class LinearClause:
     unit: str = ""
 
     def __post_init__(self) -> None:
-        if not np.all(np.isfinite(self.C)) or np.any(np.isnan(self.lower)) or np.any(np.isnan(self.upper)):
+        if (
+            not np.all(np.isfinite(self.C))
+            or np.any(np.isnan(self.lower))
+            or np.any(np.isnan(self.upper))
+        ):
             raise InputError(f"{self.name}: has values that are not finite numbers.")
         if np.any(self.lower > self.upper):
-            raise InputError(f"{self.name}: the lower limit lies above the upper one; exchange them.")
+            raise InputError(
+                f"{self.name}: the lower limit lies above the upper one; exchange them."
+            )
 
 
 @dataclass(frozen=True, eq=False)
 class ConicClause:
     """A convex clause that is not linear: second-order cone, matrix inequality, exponential cone.
 
-    ``constraints(p, slack)`` gives the cvxpy constraints with the clause relaxed by ``slack`` ≥ 0 (a cvxpy variable, or
-    0.0 for the clause itself); ``margin(p)`` is a numpy function, at least 0 where the clause holds, in ``unit``.
+    ``constraints(p, slack)`` gives the cvxpy constraints with the clause relaxed by ``slack`` ≥ 0
+    (a cvxpy variable, or 0.0 for the clause itself); ``margin(p)`` is a numpy function, at least 0
+    where the clause holds, in ``unit``.
     """
 
     name: str
@@ -65,7 +72,8 @@ class Constraint(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class LinearRows:
-    """The rows of many linear clauses, stacked: lower ≤ C p ≤ upper; ``owner`` numbers the clause of each row."""
+    """The rows of many linear clauses, stacked: lower ≤ C p ≤ upper; ``owner`` numbers the clause
+    of each row."""
 
     C: Any
     lower: Array
@@ -93,7 +101,9 @@ def stack(clauses: Sequence[LinearClause], n: int) -> LinearRows:
         at += k
     if not clauses:
         return LinearRows(sp.csr_array((0, n)), np.zeros(0), np.zeros(0), np.zeros(0, dtype=int))
-    C = sp.csr_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=(at, n))
+    C = sp.csr_array(
+        (np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=(at, n)
+    )
     C.eliminate_zeros()
     return LinearRows(C, np.concatenate(lower), np.concatenate(upper), np.concatenate(owner))
 
@@ -104,7 +114,8 @@ def positions(names: Sequence[str], columns: tuple[str, ...], what: str) -> tupl
     unknown = [name for name in names if name not in where]
     if unknown:
         raise InputError(
-            f"{what}: no parameter is called {', '.join(unknown)}; the parameters are {shortened(columns)}."
+            f"{what}: no parameter is called {', '.join(unknown)}; the parameters are "
+            f"{shortened(columns)}."
         )
     return tuple(where[name] for name in names)
 

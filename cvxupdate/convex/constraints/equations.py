@@ -1,4 +1,5 @@
-"""Equations that hold exactly, or within their deviations: a mode reproduced, rigid-body modes kept, inertia conserved."""
+"""Equations that hold exactly, or within their deviations: a mode reproduced, rigid-body modes
+kept, inertia conserved."""
 
 from __future__ import annotations
 
@@ -20,8 +21,10 @@ class Equations:
 
     Parameters
     ----------
-    A : (rows, n); b : (rows,); label : the clause in words; within : None for exact, else a bound in the unit of b.
-    noise : rounding of b relative to the largest entry of A and b, below which an equation that no parameter can change counts as met.
+    A : (rows, n); b : (rows,); label : the clause in words; within : None for exact, else a bound
+    in the unit of b.
+    noise : rounding of b relative to the largest entry of A and b, below which an equation that no
+    parameter can change counts as met.
     """
 
     A: Array
@@ -32,11 +35,20 @@ class Equations:
     noise: float = 1e-9
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
-        """One clause. Equations that depend on one another are reduced to independent ones; those that contradict one another stay, so that the
-        conflict is named. No clause when the equations hold whatever the parameters."""
+        """One clause. Equations that depend on one another are reduced to independent ones; those
+        that contradict one another stay, so that the conflict is named. No clause when the
+        equations hold whatever the parameters."""
         A, b = np.asarray(self.A, dtype=float), np.asarray(self.b, dtype=float)
-        if A.ndim != 2 or A.shape[1] != len(columns) or b.shape != A.shape[:1] or not (np.all(np.isfinite(A)) and np.all(np.isfinite(b))):
-            raise InputError(f"{self.label}: A is {A.shape} and b {b.shape}, but there are {len(columns)} parameters (all values finite).")
+        if (
+            A.ndim != 2
+            or A.shape[1] != len(columns)
+            or b.shape != A.shape[:1]
+            or not (np.all(np.isfinite(A)) and np.all(np.isfinite(b)))
+        ):
+            raise InputError(
+                f"{self.label}: A is {A.shape} and b {b.shape}, but there are {len(columns)} "
+                "parameters (all values finite)."
+            )
         if self.within is not None:
             return NormAtMost(A, b, self.within, self.label, self.unit).clauses(columns)
         size = max(float(np.abs(A).max(initial=0.0)), float(np.abs(b).max(initial=0.0)))
@@ -47,11 +59,16 @@ class Equations:
         rows, right = s[keep, None] * Vt[keep], U[:, keep].T @ b
         rest = b - U[:, keep] @ right
         if float(np.abs(rest).max(initial=0.0)) > self.noise * size:
-            rows, right = np.vstack([rows, np.zeros(len(columns))]), np.append(right, float(np.linalg.norm(rest)))
+            rows, right = (
+                np.vstack([rows, np.zeros(len(columns))]),
+                np.append(right, float(np.linalg.norm(rest))),
+            )
         rows = np.where(np.abs(rows) > 1e-14 * np.abs(rows).max(initial=0.0), rows, 0.0)
         on = np.flatnonzero(np.abs(rows).sum(axis=0) > 0.0)
         if not len(rows):
             return ()
         if not on.size:
             on = np.zeros(1, dtype=int)
-        return (LinearClause(self.label, tuple(map(int, on)), rows[:, on], right, right, self.unit),)
+        return (
+            LinearClause(self.label, tuple(map(int, on)), rows[:, on], right, right, self.unit),
+        )

@@ -12,7 +12,12 @@ from .clauses import Clause, LinearClause, positions
 
 
 def _row(
-    coefficients: Mapping[str, float], columns: tuple[str, ...], lower: float, upper: float, name: str, unit: str
+    coefficients: Mapping[str, float],
+    columns: tuple[str, ...],
+    lower: float,
+    upper: float,
+    name: str,
+    unit: str,
 ) -> tuple[Clause, ...]:
     if not coefficients:
         raise InputError(f"{name}: names no parameter.")
@@ -24,7 +29,8 @@ def _row(
 def sum_in_words(coefficients: Mapping[str, float], limit: int = 4) -> str:
     """A weighted sum of parameters in words, e.g. ``"2 a.E - b.E"``."""
     terms = [
-        f"{'-' if c < 0 else '+'} {'' if abs(c) == 1 else f'{abs(c):g} '}{name}" for name, c in coefficients.items()
+        f"{'-' if c < 0 else '+'} {'' if abs(c) == 1 else f'{abs(c):g} '}{name}"
+        for name, c in coefficients.items()
     ]
     shown = " ".join(terms[:limit]).removeprefix("+ ")
     return shown if len(terms) <= limit else f"{shown} + {len(terms) - limit} more terms"
@@ -47,7 +53,8 @@ class LinearEquality:
 
 @dataclass(frozen=True)
 class LinearInequality:
-    """lower ≤ Σ coefficient · parameter ≤ upper, either side open by default; ``label`` names the clause."""
+    """lower ≤ Σ coefficient · parameter ≤ upper, either side open by default; ``label`` names the
+    clause."""
 
     coefficients: Mapping[str, float]
     lower: float = -np.inf
@@ -64,4 +71,6 @@ class LinearInequality:
             words = f"{total} at least {self.lower:g}"
         else:
             words = f"{total} from {self.lower:g} to {self.upper:g}"
-        return _row(self.coefficients, columns, self.lower, self.upper, self.label or words, self.unit)
+        return _row(
+            self.coefficients, columns, self.lower, self.upper, self.label or words, self.unit
+        )

@@ -1,4 +1,5 @@
-"""A linear matrix inequality: a matrix that is affine in the parameters stays positive (semi)definite."""
+"""A linear matrix inequality: a matrix that is affine in the parameters stays positive
+(semi)definite."""
 
 from __future__ import annotations
 
@@ -16,8 +17,12 @@ from ..chordal import cliques
 from ..smallest import smallest_eigenvalue
 from .clauses import Clause, ConicClause
 
-DECOMPOSED = 250  # rows from which the inequality is split along its sparsity; below, the whole one is faster (tests/benchmarks/test_ceam.py)
-MANY = 100  # parameters from which it is split from `FEW` rows on: whole matrices (108 rows, 362 parameters: 15 s instead of minutes)
+# rows from which the inequality is split along its sparsity; below, the whole one is faster
+# (tests/benchmarks/test_ceam.py)
+DECOMPOSED = 250
+# parameters from which it is split from `FEW` rows on: whole matrices (108 rows, 362 parameters: 15
+# s instead of minutes)
+MANY = 100
 FEW = 50
 
 
@@ -28,9 +33,12 @@ class MatrixInequality:
     Parameters
     ----------
     base : (N, N) symmetric, sparse, at p = 0; derivatives : n of them, zero ones may be empty.
-    floor : a pure number; 1e-3 keeps every motion at least a thousandth of its own mass (or stiffness), 0 asks for semidefinite.
-    label : the clause in words; basis : (N, k) columns to which the inequality is confined (rigid-body modes taken out), None for all.
-    decompose : split along the sparsity; None: when N is 250 or more, or 50 with 100 parameters, and ``basis`` is None.
+    floor : a pure number; 1e-3 keeps every motion at least a thousandth of its own mass (or
+    stiffness), 0 asks for semidefinite.
+    label : the clause in words; basis : (N, k) columns to which the inequality is confined
+    (rigid-body modes taken out), None for all.
+    decompose : split along the sparsity; None: when N is 250 or more, or 50 with 100 parameters,
+    and ``basis`` is None.
     """
 
     base: Any
@@ -42,7 +50,8 @@ class MatrixInequality:
 
     @cached_property
     def scaled(self) -> tuple[Any, tuple[Any, ...]]:
-        """(base, derivatives) scaled to a unit diagonal, confined to the DOFs that carry anything, as CSC."""
+        """(base, derivatives) scaled to a unit diagonal, confined to the DOFs that carry anything,
+        as CSC."""
         base = sp.csc_array(self.base)
         parts = tuple(sp.csc_array(d) for d in self.derivatives)
         diagonal = np.abs(base.diagonal())
@@ -58,20 +67,32 @@ class MatrixInequality:
             return cut(base), tuple(cut(d) for d in parts)
         # A congruence by B changes no sign; the basis is orthonormalised in the scaled coordinates.
         Q = np.linalg.qr(np.sqrt(diagonal[live])[:, None] * np.asarray(self.basis)[live])[0]
-        return (sp.csc_array(Q.T @ (cut(base) @ Q)), tuple(sp.csc_array(Q.T @ (cut(d) @ Q)) for d in parts))
+        return (
+            sp.csc_array(Q.T @ (cut(base) @ Q)),
+            tuple(sp.csc_array(Q.T @ (cut(d) @ Q)) for d in parts),
+        )
 
     def margin(self, p: Array) -> float:
-        """Smallest eigenvalue of the scaled matrix at p, less ``floor``: from the matrix, whatever a solver says."""
+        """Smallest eigenvalue of the scaled matrix at p, less ``floor``: from the matrix, whatever
+        a solver says."""
         base, parts = self.scaled
-        S = base + sum((float(v) * d for v, d in zip(p, parts, strict=True) if v != 0.0), sp.csc_array(base.shape))
+        S = base + sum(
+            (float(v) * d for v, d in zip(p, parts, strict=True) if v != 0.0),
+            sp.csc_array(base.shape),
+        )
         return smallest_eigenvalue(S) - self.floor
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
         """One semidefinite clause; none when no parameter moves the matrix and it holds already."""
         if len(self.derivatives) != len(columns):
-            raise InputError(f"{self.label}: {len(self.derivatives)} derivatives were given for {len(columns)} parameters.")
+            raise InputError(
+                f"{self.label}: {len(self.derivatives)} derivatives were given for "
+                f"{len(columns)} parameters."
+            )
         base, parts = self.scaled
-        if base.shape[0] == 0 or (not any(d.nnz for d in parts) and self.margin(np.zeros(len(columns))) >= 0.0):
+        if base.shape[0] == 0 or (
+            not any(d.nnz for d in parts) and self.margin(np.zeros(len(columns))) >= 0.0
+        ):
             return ()
         large = base.shape[0] >= (FEW if len(parts) >= MANY else DECOMPOSED)
         split = self.decompose if self.decompose is not None else self.basis is None and large
@@ -80,7 +101,8 @@ class MatrixInequality:
 
 
 def _flat(base: Any, parts: tuple[Any, ...]) -> tuple[Array, Array, Any, Array]:
-    """(rows, columns, F (entries, n), f (entries,)) of the lower triangle's pattern: S_ij = F p + f."""
+    """(rows, columns, F (entries, n), f (entries,)) of the lower triangle's pattern: S_ij = F p +
+    f."""
     N = base.shape[0]
     pattern = sp.tril(sum((abs(d) for d in parts), abs(base)) + sp.eye_array(N)).tocoo()
     rows, cols = pattern.coords
@@ -98,8 +120,16 @@ def _flat(base: Any, parts: tuple[Any, ...]) -> tuple[Array, Array, Any, Array]:
         at.append(place)
         values.append(data)
         column.append(np.full(len(place), j))
-    F = sp.csr_array((np.concatenate([*values, np.zeros(0)]), (np.concatenate([*at, np.zeros(0, dtype=int)]).astype(int),
-                                                               np.concatenate([*column, np.zeros(0, dtype=int)]).astype(int))), shape=(len(rows), len(parts)))
+    F = sp.csr_array(
+        (
+            np.concatenate([*values, np.zeros(0)]),
+            (
+                np.concatenate([*at, np.zeros(0, dtype=int)]).astype(int),
+                np.concatenate([*column, np.zeros(0, dtype=int)]).astype(int),
+            ),
+        ),
+        shape=(len(rows), len(parts)),
+    )
     f = np.zeros(len(rows))
     place, data = entries(base)
     f[place] = data
@@ -135,9 +165,14 @@ def _split(base: Any, parts: tuple[Any, ...], floor: float) -> Any:
         import cvxpy as cp
 
         own = cols.astype(np.int64) * N + rows
-        filled = np.unique(np.concatenate([np.repeat(b, len(b)) * N + np.tile(b, len(b)) for b in blocks]))
+        filled = np.unique(
+            np.concatenate([np.repeat(b, len(b)) * N + np.tile(b, len(b)) for b in blocks])
+        )
         filled = filled[filled % N >= filled // N]
-        place = sp.csr_array((np.ones(len(own)), (np.searchsorted(filled, own), np.arange(len(own)))), shape=(len(filled), len(own)))
+        place = sp.csr_array(
+            (np.ones(len(own)), (np.searchsorted(filled, own), np.arange(len(own)))),
+            shape=(len(filled), len(own)),
+        )
         total: Any = 0.0
         made = []
         for b in blocks:
@@ -149,7 +184,10 @@ def _split(base: Any, parts: tuple[Any, ...], floor: float) -> Any:
             low = i >= j
             local = j[low] * len(b) + i[low]
             keys = b[j[low]] * N + b[i[low]]
-            gather = sp.csr_array((np.ones(len(keys)), (np.searchsorted(filled, keys), local)), shape=(len(filled), len(b) ** 2))
+            gather = sp.csr_array(
+                (np.ones(len(keys)), (np.searchsorted(filled, keys), local)),
+                shape=(len(filled), len(b) ** 2),
+            )
             total = total + gather @ cp.vec(X, order="F")
         made.append(total == place @ (F @ p + f - floor * diagonal) + (place @ diagonal) * slack)
         return made

@@ -15,7 +15,8 @@ from .clauses import Clause, ConicClause
 
 @dataclass(frozen=True, eq=False)
 class NormAtMost:
-    """‖F p − g‖₂ ≤ radius: a budget on the change (F = I), or residuals held within their deviations.
+    """‖F p − g‖₂ ≤ radius: a budget on the change (F = I), or residuals held within their
+    deviations.
 
     Parameters
     ----------
@@ -32,7 +33,10 @@ class NormAtMost:
         """One second-order cone clause."""
         F, g = np.asarray(self.F, dtype=float), np.asarray(self.g, dtype=float)
         if F.ndim != 2 or F.shape[1] != len(columns) or g.shape != F.shape[:1]:
-            raise InputError(f"{self.label}: F is {F.shape} and g {g.shape}, but there are {len(columns)} parameters.")
+            raise InputError(
+                f"{self.label}: F is {F.shape} and g {g.shape}, but there are {len(columns)} "
+                "parameters."
+            )
         if not self.radius >= 0:
             raise InputError(f"{self.label}: the radius {self.radius} must not be negative.")
 
@@ -42,5 +46,10 @@ class NormAtMost:
             return [cp.norm(F @ p - g, 2) <= self.radius + slack]
 
         return (
-            ConicClause(self.label, constraints, lambda p: self.radius - float(np.linalg.norm(F @ p - g)), self.unit),
+            ConicClause(
+                self.label,
+                constraints,
+                lambda p: self.radius - float(np.linalg.norm(F @ p - g)),
+                self.unit,
+            ),
         )

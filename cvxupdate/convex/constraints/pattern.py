@@ -17,7 +17,8 @@ def entry_name(matrix: str, row: str, column: str) -> str:
 
 @dataclass(frozen=True)
 class Symmetric:
-    """K_ij = K_ji for every pair of names (i, j), (j, i) among the parameters: one clause per matrix."""
+    """K_ij = K_ji for every pair of names (i, j), (j, i) among the parameters: one clause per
+    matrix."""
 
     matrix: str
     labels: tuple[str, ...]
@@ -27,10 +28,13 @@ class Symmetric:
         known = {name: i for i, name in enumerate(columns)}
         pairs = []
         for i, a in enumerate(self.labels):
-            for b in self.labels[i + 1:]:
+            for b in self.labels[i + 1 :]:
                 one, other = entry_name(self.matrix, a, b), entry_name(self.matrix, b, a)
                 if (one in known) != (other in known):
-                    raise InputError(f"symmetry of {self.matrix}: {one if one in known else other} is a parameter, its mirror image is not.")
+                    raise InputError(
+                        f"symmetry of {self.matrix}: {one if one in known else other} is a "
+                        "parameter, its mirror image is not."
+                    )
                 if one in known:
                     pairs.append((known[one], known[other]))
         if not pairs:
@@ -46,12 +50,17 @@ class Symmetric:
 
 @dataclass(frozen=True)
 class Connectivity:
-    """Named entries stay as they are (no element appears that was not there): one clause per entry."""
+    """Named entries stay as they are (no element appears that was not there): one clause per
+    entry."""
 
     entries: tuple[str, ...]
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
         """One clause per entry: its change is 0."""
         zero = np.zeros(1)
-        return tuple(LinearClause(f"connectivity: no element at {name}", (i,), np.ones((1, 1)), zero, zero)
-                     for name, i in zip(self.entries, positions(self.entries, columns, "connectivity"), strict=True))
+        return tuple(
+            LinearClause(f"connectivity: no element at {name}", (i,), np.ones((1, 1)), zero, zero)
+            for name, i in zip(
+                self.entries, positions(self.entries, columns, "connectivity"), strict=True
+            )
+        )

@@ -22,5 +22,13 @@ class Smooth:
         if not self.at_most >= 0:
             raise InputError(f"smoothness: at_most {self.at_most} must be 0 or more.")
         limit = np.array([self.at_most])
-        return tuple(LinearClause(f"neighbours {a} and {b} within {self.at_most:g}", positions((a, b), columns, "smoothness"), np.array([[1.0, -1.0]]),
-                                  -limit, limit) for a, b in self.pairs)
+        return tuple(
+            LinearClause(
+                f"neighbours {a} and {b} within {self.at_most:g}",
+                positions((a, b), columns, "smoothness"),
+                np.array([[1.0, -1.0]]),
+                -limit,
+                limit,
+            )
+            for a, b in self.pairs
+        )

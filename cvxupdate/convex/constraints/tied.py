@@ -12,7 +12,8 @@ from .clauses import Clause, LinearClause, positions, shortened
 
 @dataclass(frozen=True)
 class Tied:
-    """Within each group of parameter names, all parameters are equal (macro elements, mirror symmetry)."""
+    """Within each group of parameter names, all parameters are equal (macro elements, mirror
+    symmetry)."""
 
     groups: tuple[tuple[str, ...], ...]
 

@@ -29,11 +29,13 @@ class TotalMass:
     tolerance: float = 0.0
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
-        """One clause over the parameters that carry mass; none when no parameter does and the mass is conserved."""
+        """One clause over the parameters that carry mass; none when no parameter does and the mass
+        is conserved."""
         derivative = np.asarray(self.derivative, dtype=float)
         if derivative.shape != (len(columns),):
             raise InputError(
-                f"total mass: dm/dp has shape {derivative.shape}, but there are {len(columns)} parameters."
+                f"total mass: dm/dp has shape {derivative.shape}, but there are "
+                f"{len(columns)} parameters."
             )
         target = self.base if self.value is None else self.value
         on = tuple(map(int, np.flatnonzero(derivative)))
@@ -41,8 +43,9 @@ class TotalMass:
             return ()
         if not on:
             raise InputError(
-                f"total mass: no parameter carries mass, so it stays at {self.base:g} kg and cannot become "
-                f"{target:g} kg; add a mass parameter or take the constraint out."
+                f"total mass: no parameter carries mass, so it stays at {self.base:g} kg and "
+                f"cannot become {target:g} kg; add a mass parameter or take the constraint "
+                "out."
             )
         words = "kept at" if self.value is None else "set to"
         within = f" within {self.tolerance:g} kg" if self.tolerance else ""

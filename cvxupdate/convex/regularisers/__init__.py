@@ -10,4 +10,15 @@ from .total_variation import TotalVariation
 
 REGULARISERS = (Tikhonov, L1, GroupL1, TotalVariation, Entropy, Robust)
 
-__all__ = ["L1", "REGULARISERS", "RULES", "Entropy", "GroupL1", "Regulariser", "Robust", "Tikhonov", "TotalVariation", "groups_by_carrier"]
+__all__ = [
+    "L1",
+    "REGULARISERS",
+    "RULES",
+    "Entropy",
+    "GroupL1",
+    "Regulariser",
+    "Robust",
+    "Tikhonov",
+    "TotalVariation",
+    "groups_by_carrier",
+]

@@ -13,7 +13,8 @@ RULES = ("l-curve", "gcv", "discrepancy")
 
 
 class Regulariser(Protocol):
-    """What every regulariser offers; ``weight`` multiplies ``expression`` and ``value``, which do not contain it."""
+    """What every regulariser offers; ``weight`` multiplies ``expression`` and ``value``, which do
+    not contain it."""
 
     @property
     def name(self) -> str:
@@ -37,7 +38,9 @@ class Regulariser(Protocol):
         """Weights from "hardly any effect" to "nothing moves", for a sweep."""
         ...
 
-    def degrees_of_freedom(self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]) -> float:
+    def degrees_of_freedom(
+        self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]
+    ) -> float:
         """Effective number of parameters at p with the active constraint rows ``active`` (k, n)."""
         ...
 
@@ -46,18 +49,25 @@ def check_weight(name: str, weight: float | str) -> None:
     """Raise InputError unless the weight is a number ≥ 0 or a rule."""
     if isinstance(weight, str):
         if weight not in RULES:
-            raise InputError(f"{name}: weight {weight!r} is neither a number nor one of {', '.join(map(repr, RULES))}.")
+            raise InputError(
+                f"{name}: weight {weight!r} is neither a number nor one of "
+                f"{', '.join(map(repr, RULES))}."
+            )
     elif not (np.isfinite(weight) and weight >= 0):
         raise InputError(f"{name}: weight {weight} must be a finite number, 0 or more.")
 
 
-def reference_and_scale(name: str, reference: Array | float, scale: Array | float, n: int) -> tuple[Array, Array]:
+def reference_and_scale(
+    name: str, reference: Array | float, scale: Array | float, n: int
+) -> tuple[Array, Array]:
     """Both as arrays (n,); the scale must be positive."""
     try:
         ref = np.array(np.broadcast_to(np.asarray(reference, dtype=float), (n,)))
         size = np.array(np.broadcast_to(np.asarray(scale, dtype=float), (n,)))
     except ValueError:
-        raise InputError(f"{name}: reference and scale must be one number or {n}, one for each parameter.") from None
+        raise InputError(
+            f"{name}: reference and scale must be one number or {n}, one for each parameter."
+        ) from None
     if not (np.all(np.isfinite(ref)) and np.all(np.isfinite(size)) and np.all(size > 0)):
         raise InputError(f"{name}: the reference must be finite and the scale finite and above 0.")
     return ref, size

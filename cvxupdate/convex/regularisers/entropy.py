@@ -14,10 +14,12 @@ from .common import check_weight, null_space, reference_and_scale
 
 @dataclass(frozen=True, eq=False)
 class Entropy:
-    """weight · Σ q ln(q/q₀) − q + q₀ with the factors q = 1 + p and q₀ = 1 + reference (thesis 4.23; an exponential cone).
+    """weight · Σ q ln(q/q₀) − q + q₀ with the factors q = 1 + p and q₀ = 1 + reference (thesis
+    4.23; an exponential cone).
 
-    The thesis's Σ q ln q draws every factor to 1/e; relative to the model as it stands (Kullback–Leibler; Csiszár 1991) it draws p to the reference.
-    It keeps every factor above 0. ``reference``: a number or (n,), above −1; ``weight`` a number or a rule.
+    The thesis's Σ q ln q draws every factor to 1/e; relative to the model as it stands
+    (Kullback–Leibler; Csiszár 1991) it draws p to the reference. It keeps every factor above 0.
+    ``reference``: a number or (n,), above −1; ``weight`` a number or a rule.
     """
 
     weight: float | str
@@ -27,7 +29,10 @@ class Entropy:
     def __post_init__(self) -> None:
         check_weight(self.name, self.weight)
         if np.any(np.asarray(self.reference) <= -1.0):
-            raise InputError("entropy: the reference must lie above −1, so that the factors 1 + p have a logarithm.")
+            raise InputError(
+                "entropy: the reference must lie above −1, so that the factors 1 + p have a "
+                "logarithm."
+            )
 
     def expression(self, p: Any, columns: tuple[str, ...]) -> Any:
         """The penalty in cvxpy, without the weight."""
@@ -42,7 +47,9 @@ class Entropy:
         q, q0 = 1.0 + p, 1.0 + reference
         if np.any(q < 0.0):
             return float("inf")
-        return float(np.sum(np.where(q > 0.0, q * np.log(np.where(q > 0.0, q, 1.0) / q0), 0.0) - q + q0))
+        return float(
+            np.sum(np.where(q > 0.0, q * np.log(np.where(q > 0.0, q, 1.0) / q0), 0.0) - q + q0)
+        )
 
     def weight_range(self, WA: Array, Wb: Array, columns: tuple[str, ...]) -> tuple[float, float]:
         """As for Tikhonov: near the reference the penalty is Σ (p − reference)²/2q₀."""
@@ -51,7 +58,9 @@ class Entropy:
         largest = max(float(singular[0]), np.finfo(float).tiny)
         return 0.02 * max(float(singular[-1]), 1e-12 * largest), 20 * largest
 
-    def degrees_of_freedom(self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]) -> float:
+    def degrees_of_freedom(
+        self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]
+    ) -> float:
         """Trace of the influence matrix with the penalty's curvature 1/2q at p."""
         Z = null_space(active, WA.shape[1])
         if Z.shape[1] == 0:

@@ -14,7 +14,8 @@ from .common import check_weight, free_count, reference_and_scale
 
 
 def groups_by_carrier(columns: tuple[str, ...]) -> tuple[tuple[str, ...], ...]:
-    """Groups of parameters that share what stands before the last dot: ``e12.stiffness`` with ``e12.mass``."""
+    """Groups of parameters that share what stands before the last dot: ``e12.stiffness`` with
+    ``e12.mass``."""
     found: dict[str, list[str]] = {}
     for name in columns:
         found.setdefault(name.rpartition(".")[0] or name, []).append(name)
@@ -25,9 +26,9 @@ def groups_by_carrier(columns: tuple[str, ...]) -> tuple[tuple[str, ...], ...]:
 class GroupL1:
     """weight · Σ_g √|g| ‖((p − reference)/scale)_g‖₂ (Yuan & Lin 2006).
 
-    ``groups`` are tuples of parameter names that do not overlap; a parameter in no group is free of charge; None groups
-    by what stands before the last dot of the names. ``reference``, ``scale``: a number or (n,); ``weight`` a number or
-    a rule.
+    ``groups`` are tuples of parameter names that do not overlap; a parameter in no group is free of
+    charge; None groups by what stands before the last dot of the names. ``reference``, ``scale``: a
+    number or (n,); ``weight`` a number or a rule.
     """
 
     weight: float | str
@@ -45,7 +46,8 @@ class GroupL1:
 
         reference, scale = reference_and_scale(self.name, self.reference, self.scale, len(columns))
         norms = [
-            np.sqrt(len(g)) * cp.norm(cp.multiply(1 / scale[list(g)], p[list(g)] - reference[list(g)]), 2)
+            np.sqrt(len(g))
+            * cp.norm(cp.multiply(1 / scale[list(g)], p[list(g)] - reference[list(g)]), 2)
             for g in self._places(columns)
         ]
         return cp.sum(cp.hstack(norms))
@@ -53,19 +55,28 @@ class GroupL1:
     def value(self, p: Array, columns: tuple[str, ...]) -> float:
         """The penalty at p, without the weight."""
         return float(
-            sum(np.sqrt(len(g)) * size for g, size in zip(self._places(columns), self._sizes(p, columns), strict=True))
+            sum(
+                np.sqrt(len(g)) * size
+                for g, size in zip(self._places(columns), self._sizes(p, columns), strict=True)
+            )
         )
 
     def weight_range(self, WA: Array, Wb: Array, columns: tuple[str, ...]) -> tuple[float, float]:
         """Up to the weight at which no group moves (least squares), from 1e-6 of it."""
         reference, scale = reference_and_scale(self.name, self.reference, self.scale, len(columns))
         gradient = 2 * scale * (WA.T @ (Wb - WA @ reference))
-        largest = max(float(np.linalg.norm(gradient[list(g)]) / np.sqrt(len(g))) for g in self._places(columns))
+        largest = max(
+            float(np.linalg.norm(gradient[list(g)]) / np.sqrt(len(g)))
+            for g in self._places(columns)
+        )
         largest = max(largest, np.finfo(float).tiny * 1e8)
         return 1e-6 * largest, largest
 
-    def degrees_of_freedom(self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]) -> float:
-        """Number of parameters in the groups that moved (an upper estimate), less the active constraints among them."""
+    def degrees_of_freedom(
+        self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]
+    ) -> float:
+        """Number of parameters in the groups that moved (an upper estimate), less the active
+        constraints among them."""
         sizes = self._sizes(p, columns)
         places = self._places(columns)
         moved = np.ones(len(columns), dtype=bool)
@@ -79,7 +90,9 @@ class GroupL1:
         return np.array([np.linalg.norm(departure[list(g)]) for g in self._places(columns)])
 
     def _places(self, columns: tuple[str, ...]) -> tuple[tuple[int, ...], ...]:
-        places = tuple(positions(g, columns, "group-l1") for g in (self.groups or groups_by_carrier(columns)))
+        places = tuple(
+            positions(g, columns, "group-l1") for g in (self.groups or groups_by_carrier(columns))
+        )
         members = [i for g in places for i in g]
         if len(set(members)) != len(members):
             raise InputError("group-l1: a parameter stands in two groups; groups must not overlap.")

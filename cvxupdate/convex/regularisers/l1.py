@@ -15,7 +15,8 @@ from .common import check_weight, free_count, reference_and_scale
 class L1:
     """weight · ‖(p − reference)/scale‖₁ (Tibshirani 1996).
 
-    ``reference`` and ``scale``: a number or (n,), in the parameters' units; ``weight`` a number or a rule.
+    ``reference`` and ``scale``: a number or (n,), in the parameters' units; ``weight`` a number or
+    a rule.
     """
 
     weight: float | str
@@ -38,13 +39,20 @@ class L1:
         return float(np.sum(np.abs(self._departure(p, columns))))
 
     def weight_range(self, WA: Array, Wb: Array, columns: tuple[str, ...]) -> tuple[float, float]:
-        """Up to the weight at which no parameter moves (‖2 S AᵀW r‖∞, least squares), from 1e-6 of it."""
+        """Up to the weight at which no parameter moves (‖2 S AᵀW r‖∞, least squares), from 1e-6 of
+        it."""
         reference, scale = reference_and_scale(self.name, self.reference, self.scale, len(columns))
-        largest = max(float(np.max(np.abs(2 * scale * (WA.T @ (Wb - WA @ reference))))), np.finfo(float).tiny * 1e8)
+        largest = max(
+            float(np.max(np.abs(2 * scale * (WA.T @ (Wb - WA @ reference))))),
+            np.finfo(float).tiny * 1e8,
+        )
         return 1e-6 * largest, largest
 
-    def degrees_of_freedom(self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]) -> float:
-        """Number of parameters that moved (Zou, Hastie & Tibshirani 2007), less the active constraints among them."""
+    def degrees_of_freedom(
+        self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]
+    ) -> float:
+        """Number of parameters that moved (Zou, Hastie & Tibshirani 2007), less the active
+        constraints among them."""
         departure = np.abs(self._departure(p, columns))
         return free_count(departure > 1e-6 * max(float(departure.max()), 1e-12), active)
 

@@ -15,8 +15,9 @@ from .common import check_weight, reference_and_scale
 class Robust:
     """weight · √(1 + ‖(p − reference)/scale‖²).
 
-    Beside the loss `Norm` the step minimises max ‖(A + ΔA) p − (b + Δb)‖ over ‖[ΔA Δb]‖_F ≤ weight (El Ghaoui & Lebret 1997), a second-order
-    cone program. ``weight``: the size of the error of [A b], in the weighted rows' unit, or a rule ("l-curve").
+    Beside the loss `Norm` the step minimises max ‖(A + ΔA) p − (b + Δb)‖ over ‖[ΔA Δb]‖_F ≤ weight
+    (El Ghaoui & Lebret 1997), a second-order cone program. ``weight``: the size of the error of [A
+    b], in the weighted rows' unit, or a rule ("l-curve").
     """
 
     weight: float | str
@@ -45,9 +46,14 @@ class Robust:
         largest = max(float(np.linalg.norm(WA * scale)), np.finfo(float).tiny)
         return 1e-6 * largest, largest
 
-    def degrees_of_freedom(self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]) -> float:
-        """Of the ridge that has the same solution, α = weight ‖r‖ / √(1 + ‖p‖²), with ‖r‖ taken as √m (rows at their deviations)."""
+    def degrees_of_freedom(
+        self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]
+    ) -> float:
+        """Of the ridge that has the same solution, α = weight ‖r‖ / √(1 + ‖p‖²), with ‖r‖ taken as
+        √m (rows at their deviations)."""
         from .tikhonov import Tikhonov
 
         alpha = weight * np.sqrt(WA.shape[0]) / self.value(p, columns)
-        return Tikhonov(0.0, self.reference, self.scale).degrees_of_freedom(WA, p, alpha, active, columns)
+        return Tikhonov(0.0, self.reference, self.scale).degrees_of_freedom(
+            WA, p, alpha, active, columns
+        )

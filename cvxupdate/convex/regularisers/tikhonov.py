@@ -15,7 +15,8 @@ from .common import check_weight, null_space, reference_and_scale
 class Tikhonov:
     """weight · ‖(p − reference)/scale‖² (thesis 4.7, where α = weight; Tikhonov 1963).
 
-    ``reference`` and ``scale``: a number or (n,), in the parameters' units; ``weight`` a number or a rule.
+    ``reference`` and ``scale``: a number or (n,), in the parameters' units; ``weight`` a number or
+    a rule.
     """
 
     weight: float | str
@@ -45,8 +46,11 @@ class Tikhonov:
         largest = max(float(singular[0]), np.finfo(float).tiny)
         return 0.01 * max(float(singular[-1]), 1e-12 * largest), 10 * largest
 
-    def degrees_of_freedom(self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]) -> float:
-        """Trace of the influence matrix within the active constraints (Golub, Heath & Wahba 1979)."""
+    def degrees_of_freedom(
+        self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]
+    ) -> float:
+        """Trace of the influence matrix within the active constraints (Golub, Heath & Wahba
+        1979)."""
         _, scale = reference_and_scale(self.name, self.reference, self.scale, len(columns))
         Z = null_space(active, WA.shape[1])
         if Z.shape[1] == 0:

@@ -15,7 +15,8 @@ from .common import check_weight, null_space
 
 @dataclass(frozen=True, eq=False)
 class TotalVariation:
-    """weight · Σ |p_i − p_j| over neighbouring pairs: the change is constant over patches with few edges (Rudin, Osher & Fatemi 1992).
+    """weight · Σ |p_i − p_j| over neighbouring pairs: the change is constant over patches with few
+    edges (Rudin, Osher & Fatemi 1992).
 
     ``pairs`` of parameter names; ``weight`` a number or a rule.
     """
@@ -27,7 +28,10 @@ class TotalVariation:
     def __post_init__(self) -> None:
         check_weight(self.name, self.weight)
         if not self.pairs:
-            raise InputError("total-variation: no two parameters are neighbours. Free a property of single elements that touch (each = \"element\").")
+            raise InputError(
+                "total-variation: no two parameters are neighbours. Free a property of "
+                'single elements that touch (each = "element").'
+            )
 
     def expression(self, p: Any, columns: tuple[str, ...]) -> Any:
         """The penalty in cvxpy, without the weight."""
@@ -48,7 +52,8 @@ class TotalVariation:
         return out
 
     def weight_range(self, WA: Array, Wb: Array, columns: tuple[str, ...]) -> tuple[float, float]:
-        """Up to a weight at which every patch is one: the gradient at the best constant, carried by the differences (least squares)."""
+        """Up to a weight at which every patch is one: the gradient at the best constant, carried by
+        the differences (least squares)."""
         D = self.differences(columns)
         flat = null_space(D, len(columns))
         constant = flat @ np.linalg.lstsq(WA @ flat, Wb, rcond=None)[0]
@@ -57,7 +62,9 @@ class TotalVariation:
         largest = max(float(np.max(np.abs(flow))), np.finfo(float).tiny * 1e8)
         return 1e-6 * largest, largest
 
-    def degrees_of_freedom(self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]) -> float:
+    def degrees_of_freedom(
+        self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]
+    ) -> float:
         """Number of patches (Tibshirani & Taylor 2011), less the active constraints."""
         D = self.differences(columns)
         jumps = np.abs(D @ p)

@@ -10,7 +10,12 @@ from . import clarabel, osqp, proxqp, quadratic, scs
 from .common import RawSolution, Solver, SolverChoice, no_solution
 
 # The package that each adapter needs.
-NATIVE = (("clarabel", clarabel.SOLVER), ("osqp", osqp.SOLVER), ("scs", scs.SOLVER), ("proxsuite", proxqp.SOLVER))
+NATIVE = (
+    ("clarabel", clarabel.SOLVER),
+    ("osqp", osqp.SOLVER),
+    ("scs", scs.SOLVER),
+    ("proxsuite", proxqp.SOLVER),
+)
 
 
 @cache
@@ -30,7 +35,18 @@ def solver_named(name: str) -> Solver:
     for solver in installed():
         if solver.name == name.upper():
             return solver
-    raise InputError(f"solver {name!r} is not installed or not known; installed are {', '.join(available_solvers())}.")
+    raise InputError(
+        f"solver {name!r} is not installed or not known; installed are "
+        f"{', '.join(available_solvers())}."
+    )
 
 
-__all__ = ["RawSolution", "Solver", "SolverChoice", "available_solvers", "installed", "no_solution", "solver_named"]
+__all__ = [
+    "RawSolution",
+    "Solver",
+    "SolverChoice",
+    "available_solvers",
+    "installed",
+    "no_solution",
+    "solver_named",
+]

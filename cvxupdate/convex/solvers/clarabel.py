@@ -13,8 +13,9 @@ from ..eliminate import eliminate
 from ..matrix_form import ConeProgram
 from .common import RawSolution, Solver, SolverChoice
 
-# Above this many entries of A and P the residual variables are eliminated first and the supernodal factorisation is used
-# (measured at 1000 parameters: 10.6 s with QDLDL, 2.3 s supernodal, 0.5 s eliminated as well).
+# Above this many entries of A and P the residual variables are eliminated first and the supernodal
+# factorisation is used (measured at 1000 parameters: 10.6 s with QDLDL, 2.3 s supernodal, 0.5 s
+# eliminated as well).
 LARGE = 20_000
 # Residuals above this call for another attempt, at most so many.
 GOOD = 1e-8
@@ -22,9 +23,11 @@ RETRIES = 3
 
 
 def solve(program: ConeProgram, choice: SolverChoice) -> RawSolution:
-    """Solve a cone program, again with another scale of the objective when our own certificate is not good.
+    """Solve a cone program, again with another scale of the objective when our own certificate is
+    not good.
 
-    The scale matters to an interior-point method: with weights of 1e8 Clarabel can take a feasible program for infeasible.
+    The scale matters to an interior-point method: with weights of 1e8 Clarabel can take a feasible
+    program for infeasible.
     """
     start = time.perf_counter()
     scale = 1.0
@@ -55,7 +58,8 @@ def _solve_scaled(program: ConeProgram, choice: SolverChoice, scale: float) -> R
         s[reduced.rows] = raw.s
         if certify(scaled, x, s, z).is_optimal(max(1e-7, 10 * choice.tolerance)):
             return replace(raw, x=x, z=z / scale, s=s)
-    # Elimination squares the condition number; where that was too much, the program as it stands decides.
+    # Elimination squares the condition number; where that was too much, the program as it stands
+    # decides.
     raw = _solve(scaled, choice, "faer")
     return replace(raw, z=raw.z / scale)
 
@@ -71,14 +75,22 @@ def _solve(program: ConeProgram, choice: SolverChoice, factorisation: str) -> Ra
     c = program.cones
     cones = [clarabel.ZeroConeT(c.zero)] if c.zero else []
     cones += [clarabel.NonnegativeConeT(c.nonneg)] if c.nonneg else []
-    cones += [clarabel.SecondOrderConeT(k) for k in c.soc] + [clarabel.PSDTriangleConeT(k) for k in c.psd]
+    cones += [clarabel.SecondOrderConeT(k) for k in c.soc] + [
+        clarabel.PSDTriangleConeT(k) for k in c.psd
+    ]
     cones += [clarabel.ExponentialConeT() for _ in range(c.exp)]
     P, A = sp.csc_matrix(sp.triu(program.P)), sp.csc_matrix(program.A)
     start = time.perf_counter()
     found = clarabel.DefaultSolver(P, program.q, A, program.b, cones, settings).solve()
     seconds = time.perf_counter() - start
     word = str(found.status)
-    status = "optimal" if word in ("Solved", "AlmostSolved") else "infeasible" if "PrimalInfeasible" in word else "stopped"
+    status = (
+        "optimal"
+        if word in ("Solved", "AlmostSolved")
+        else "infeasible"
+        if "PrimalInfeasible" in word
+        else "stopped"
+    )
     x, z, s = np.asarray(found.x), np.asarray(found.z), np.asarray(found.s)
     return RawSolution(x, z, s, status, seconds, int(found.iterations), word)
 

@@ -18,8 +18,9 @@ CONE_WORDS = {"soc": "second-order cone", "psd": "semidefinite cone", "exp": "ex
 class SolverChoice:
     """Which solver, and how hard it shall try.
 
-    ``tolerance`` is the relative accuracy asked of it; ``max_iterations`` None takes the adapter's default; ``polish``
-    refines a quadratic program's solution on its active set (OSQP by itself, any solver where the certificate is poor).
+    ``tolerance`` is the relative accuracy asked of it; ``max_iterations`` None takes the adapter's
+    default; ``polish`` refines a quadratic program's solution on its active set (OSQP by itself,
+    any solver where the certificate is poor).
     """
 
     name: str = "CLARABEL"
@@ -30,10 +31,13 @@ class SolverChoice:
     def __post_init__(self) -> None:
         if not 0 < self.tolerance < 1:
             raise InputError(
-                f"solver {self.name}: tolerance {self.tolerance} must lie between 0 and 1; 1e-9 is customary."
+                f"solver {self.name}: tolerance {self.tolerance} must lie between 0 and 1; "
+                "1e-9 is customary."
             )
         if self.max_iterations is not None and self.max_iterations < 1:
-            raise InputError(f"solver {self.name}: max_iterations {self.max_iterations} must be 1 or more.")
+            raise InputError(
+                f"solver {self.name}: max_iterations {self.max_iterations} must be 1 or more."
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +45,8 @@ class RawSolution:
     """What a solver returned: ``x`` (variables,), ``z`` (rows,), ``s`` (rows,); ``status`` optimal,
     infeasible, stopped, or refused (the solver cannot take such a program; ``note`` says why).
 
-    With "infeasible" ``z`` is the solver's proof of it, NaN when it gives none; ``note`` is the solver's own word.
+    With "infeasible" ``z`` is the solver's proof of it, NaN when it gives none; ``note`` is the
+    solver's own word.
     """
 
     x: Array
@@ -55,7 +60,8 @@ class RawSolution:
 
 @dataclass(frozen=True)
 class Solver:
-    """A solver: its name, the cones that it takes beyond linear ones, and ``solve(program, choice)``."""
+    """A solver: its name, the cones that it takes beyond linear ones, and ``solve(program,
+    choice)``."""
 
     name: str
     cones: frozenset[str]
@@ -65,11 +71,15 @@ class Solver:
         """Why the solver cannot take the program, in words; empty when it can."""
         missing = sorted(program.cones.beyond_qp - self.cones)
         return (
-            f"{self.name} cannot take the {' and the '.join(CONE_WORDS[kind] for kind in missing)}" if missing else ""
+            f"{self.name} cannot take the {' and the '.join(CONE_WORDS[kind] for kind in missing)}"
+            if missing
+            else ""
         )
 
 
-def no_solution(program: ConeProgram, status: str, seconds: float, note: str, z: Array | None = None) -> RawSolution:
+def no_solution(
+    program: ConeProgram, status: str, seconds: float, note: str, z: Array | None = None
+) -> RawSolution:
     """An answer without a point."""
     nothing = np.full(program.q.size, np.nan)
     rows = np.full(program.b.size, np.nan)

@@ -1,6 +1,7 @@
 """ProxQP: proximal augmented Lagrangian for quadratic programs (Bambade et al. 2022).
 
-Called directly: through qpsolvers its infeasibility test stays at 1e-4, which takes programs without curvature for infeasible.
+Called directly: through qpsolvers its infeasibility test stays at 1e-4, which takes programs
+without curvature for infeasible.
 """
 
 from __future__ import annotations
@@ -29,7 +30,15 @@ def solve(program: ConeProgram, choice: SolverChoice) -> RawSolution:
     qp.settings.eps_primal_inf = qp.settings.eps_dual_inf = 1e-14
     qp.settings.max_iter = choice.max_iterations or 2_000
     A = small.A.toarray()
-    qp.init(small.P.toarray(), small.q, A[:zero], small.b[:zero], A[zero:], np.full(rows, -1e20), small.b[zero:])
+    qp.init(
+        small.P.toarray(),
+        small.q,
+        A[:zero],
+        small.b[:zero],
+        A[zero:],
+        np.full(rows, -1e20),
+        small.b[zero:],
+    )
     qp.solve()
     found = qp.results
     word = str(found.info.status).rpartition(".")[2]

@@ -1,6 +1,8 @@
-"""The quadratic-program back ends of qpsolvers: PIQP, DAQP, quadprog, HiGHS, whichever are installed.
+"""The quadratic-program back ends of qpsolvers: PIQP, DAQP, quadprog, HiGHS, whichever are
+installed.
 
-Residual variables are eliminated first, so that these (mostly dense) solvers see a program in the parameters alone.
+Residual variables are eliminated first, so that these (mostly dense) solvers see a program in the
+parameters alone.
 """
 
 from __future__ import annotations
@@ -22,7 +24,8 @@ from .common import RawSolution, Solver, SolverChoice, no_solution
 class Backend:
     """A solver of qpsolvers: which matrices it takes, what it needs, and its keywords.
 
-    Tolerances are ``factor`` times the one asked for, at least ``floor``; ``fixed`` are further keywords.
+    Tolerances are ``factor`` times the one asked for, at least ``floor``; ``fixed`` are further
+    keywords.
     """
 
     name: str
@@ -52,7 +55,10 @@ class Backend:
         small = reduced.small
         zero = small.cones.zero
         if self.strictly_convex and not _positive_definite(small.P.toarray()):
-            note = f"{self.name.upper()} needs a strictly convex objective; this one has flat directions"
+            note = (
+                f"{self.name.upper()} needs a strictly convex objective; this one has flat "
+                "directions"
+            )
             return no_solution(program, "refused", time.perf_counter() - start, note)
         E, G = sp.csc_array(small.A[:zero]), sp.csc_array(small.A[zero:])
         matrices = [M.toarray() if self.dense else sp.csc_matrix(M) for M in (small.P, G, E)]
@@ -67,13 +73,17 @@ class Backend:
         try:
             found = qpsolvers.solve_problem(problem, self.name, **self.keywords(choice))
         except (qpsolvers.QPError, ValueError, RuntimeError, np.linalg.LinAlgError) as error:
-            return no_solution(program, "stopped", time.perf_counter() - start, f"{type(error).__name__}: {error}")
+            return no_solution(
+                program, "stopped", time.perf_counter() - start, f"{type(error).__name__}: {error}"
+            )
         seconds = time.perf_counter() - start
         if found.x is None or not np.all(np.isfinite(found.x)):
             return no_solution(program, "stopped", seconds, "no solution returned")
         z_small = np.concatenate([_or_zeros(found.y, zero), _or_zeros(found.z, G.shape[0])])
         x, z = reduced.restore(np.asarray(found.x), z_small)
-        return RawSolution(x, z, program.b - program.A @ x, "optimal" if found.found else "stopped", seconds)
+        return RawSolution(
+            x, z, program.b - program.A @ x, "optimal" if found.found else "stopped", seconds
+        )
 
 
 def _or_zeros(v: Array | None, size: int) -> Array:
@@ -91,16 +101,33 @@ def _positive_definite(P: Array) -> bool:
     return bool(np.min(pivots) > 1e-7)
 
 
-# PIQP tests absolute residuals of a scaled program, so it is asked for more; HiGHS adds a regularisation of 1e-7 unless told.
+# PIQP tests absolute residuals of a scaled program, so it is asked for more; HiGHS adds a
+# regularisation of 1e-7 unless told.
 BACKENDS = (
-    Backend("piqp", tolerances=("eps_abs", "eps_rel"), factor=1e-3, floor=1e-13, iterations="max_iter",
-            default_iterations=500),
-    Backend("daqp", tolerances=("primal_tol", "dual_tol"), floor=1e-11, iterations="iter_limit",
-            default_iterations=20_000),
+    Backend(
+        "piqp",
+        tolerances=("eps_abs", "eps_rel"),
+        factor=1e-3,
+        floor=1e-13,
+        iterations="max_iter",
+        default_iterations=500,
+    ),
+    Backend(
+        "daqp",
+        tolerances=("primal_tol", "dual_tol"),
+        floor=1e-11,
+        iterations="iter_limit",
+        default_iterations=20_000,
+    ),
     Backend("quadprog", strictly_convex=True),
-    Backend("highs", dense=False, tolerances=("primal_feasibility_tolerance", "dual_feasibility_tolerance"), floor=1e-10,
-            fixed=(("qp_regularization_value", 1e-10),)),
-)  # fmt: skip
+    Backend(
+        "highs",
+        dense=False,
+        tolerances=("primal_feasibility_tolerance", "dual_feasibility_tolerance"),
+        floor=1e-10,
+        fixed=(("qp_regularization_value", 1e-10),),
+    ),
+)
 
 
 def installed_backends() -> tuple[Solver, ...]:
@@ -108,4 +135,8 @@ def installed_backends() -> tuple[Solver, ...]:
     import qpsolvers
 
     installed = set(qpsolvers.available_solvers)
-    return tuple(Solver(back.name.upper(), frozenset(), back.solve) for back in BACKENDS if back.name in installed)
+    return tuple(
+        Solver(back.name.upper(), frozenset(), back.solve)
+        for back in BACKENDS
+        if back.name in installed
+    )

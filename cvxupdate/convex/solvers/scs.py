@@ -13,7 +13,8 @@ from .common import RawSolution, Solver, SolverChoice
 
 
 def lower_triangle_order(cones: Cones) -> Array:
-    """Row order that turns upper triangles by columns (ours) into lower triangles by columns (SCS's)."""
+    """Row order that turns upper triangles by columns (ours) into lower triangles by columns
+    (SCS's)."""
     before = cones.zero + cones.nonneg + sum(cones.soc)
     order = [np.arange(before)]
     at = before
@@ -52,10 +53,18 @@ def solve(program: ConeProgram, choice: SolverChoice) -> RawSolution:
     found = solver.solve()
     seconds = time.perf_counter() - start
     word = str(found["info"]["status"])
-    status = "infeasible" if word.startswith("infeasible") else "optimal" if word.startswith("solved") else "stopped"
+    status = (
+        "infeasible"
+        if word.startswith("infeasible")
+        else "optimal"
+        if word.startswith("solved")
+        else "stopped"
+    )
     z, s = np.empty(program.b.size), np.empty(program.b.size)
     z[order], s[order] = found["y"], found["s"]
-    return RawSolution(np.asarray(found["x"]), z, s, status, seconds, int(found["info"]["iter"]), word)
+    return RawSolution(
+        np.asarray(found["x"]), z, s, status, seconds, int(found["info"]["iter"]), word
+    )
 
 
 SOLVER = Solver("SCS", frozenset({"soc", "psd", "exp"}), solve)

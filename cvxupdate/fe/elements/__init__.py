@@ -1,4 +1,5 @@
-"""Element types, one small file each. To add one: a file, a class, its line here, an instance in tests/cases/."""
+"""Element types, one small file each. To add one: a file, a class, its line here, an instance in
+tests/cases/."""
 
 from cvxupdate.fe.elements.base import Element, Term
 from cvxupdate.fe.elements.beam2d import Beam2D
@@ -13,4 +14,17 @@ from cvxupdate.fe.elements.spring import Spring
 
 ELEMENTS = (Spring, Mass, Dashpot, Gyroscopic, Rod, Beam2D, Beam3D, Plate, Entries)
 
-__all__ = ["ELEMENTS", "Beam2D", "Beam3D", "Dashpot", "Element", "Entries", "Gyroscopic", "Mass", "Plate", "Rod", "Spring", "Term"]
+__all__ = [
+    "ELEMENTS",
+    "Beam2D",
+    "Beam3D",
+    "Dashpot",
+    "Element",
+    "Entries",
+    "Gyroscopic",
+    "Mass",
+    "Plate",
+    "Rod",
+    "Spring",
+    "Term",
+]

@@ -1,8 +1,10 @@
-"""What every element is to the rest of the package: terms (geometry) times coefficients (properties).
+"""What every element is to the rest of the package: terms (geometry) times coefficients
+(properties).
 
-An element matrix is a short sum ``K = Σ c(properties) · T(geometry)``. The geometry part is formed once; a parameter only ever
-changes the scalars ``c``, so values and derivatives of any parameter cost a few multiplications, and complex numbers pass through
-(complex-step differentiation, Squire and Trapp 1998).
+An element matrix is a short sum ``K = Σ c(properties) · T(geometry)``. The geometry part is formed
+once; a parameter only ever changes the scalars ``c``, so values and derivatives of any parameter
+cost a few multiplications, and complex numbers pass through (complex-step differentiation, Squire
+and Trapp 1998).
 """
 
 from __future__ import annotations
@@ -20,7 +22,8 @@ Values = NDArray[Any]  # real, or complex while a derivative is taken
 
 @dataclass(frozen=True)
 class Term:
-    """One geometric factor: ``matrix`` is "K", "M" or "C", ``coefficient`` names its scalar, ``values`` is (elements, d, d)."""
+    """One geometric factor: ``matrix`` is "K", "M" or "C", ``coefficient`` names its scalar,
+    ``values`` is (elements, d, d)."""
 
     matrix: str
     coefficient: str
@@ -30,7 +33,8 @@ class Term:
 class Element(Protocol):
     """The interface of an element type; `Block` holds the elements themselves.
 
-    ``dofs`` are the DOF kinds of one node, in order; ``nodes`` the number of nodes; ``properties`` the names a parameter may act on.
+    ``dofs`` are the DOF kinds of one node, in order; ``nodes`` the number of nodes; ``properties``
+    the names a parameter may act on.
     """
 
     @property
@@ -50,14 +54,19 @@ class Element(Protocol):
         """Property names, each with one value per element."""
 
     def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
-        """Geometric factors for node coordinates (elements, nodes, 3) and orientation vectors (elements, 3), in global axes."""
+        """Geometric factors for node coordinates (elements, nodes, 3) and orientation vectors
+        (elements, 3), in global axes."""
 
     def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
-        """Scalars of every term, each (elements,); ``length`` is among ``properties`` for elements with two nodes."""
+        """Scalars of every term, each (elements,); ``length`` is among ``properties`` for elements
+        with two nodes."""
 
 
 def rotate(local: Real, triads: Real, blocks: int) -> Real:
-    """Rotate local matrices (e, 3·blocks, 3·blocks) by triads (e, 3, 3) whose rows are the local axes: Rᵀ k R, block by block."""
+    """Rotate local matrices (e, 3·blocks, 3·blocks) by triads (e, 3, 3) whose rows are the local
+    axes: Rᵀ k R, block by block."""
     e = local.shape[0]
     split = local.reshape(e, blocks, 3, blocks, 3)
-    return np.asarray(np.einsum("eki,eakbl,elj->eaibj", triads, split, triads, optimize=True).reshape(local.shape))
+    return np.asarray(
+        np.einsum("eki,eakbl,elj->eaibj", triads, split, triads, optimize=True).reshape(local.shape)
+    )

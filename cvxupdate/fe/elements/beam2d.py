@@ -17,7 +17,8 @@ _PLANES = {"xy": ("x", "y", "rz"), "xz": ("x", "z", "ry")}
 
 @dataclass(frozen=True)
 class Beam2D:
-    """Six DOFs in the global x–y plane (bends about z, so Iz) or x–z plane (bends about y, so Iy)."""
+    """Six DOFs in the global x–y plane (bends about z, so Iz) or x–z plane (bends about y, so
+    Iy)."""
 
     section: Section
     plane: str = "xy"
@@ -46,14 +47,27 @@ class Beam2D:
         """
         normal = 2 if self.plane == "xy" else 1
         if np.any(np.ptp(xyz[:, :, normal], axis=1) > 1e-9 * (1.0 + np.abs(xyz).max())):
-            raise ModelError(f"a beam2d element leaves the {self.plane} plane. Use beam3d, or move its nodes into the plane.")
-        # Local z in the x-y plane makes "about local y" the bending about global z and the reverse; pin it to global z or to the plane.
+            raise ModelError(
+                f"a beam2d element leaves the {self.plane} plane. Use beam3d, or move its "
+                "nodes into the plane."
+            )
+        # Local z in the x-y plane makes "about local y" the bending about global z and the reverse;
+        # pin it to global z or to the plane.
         axis = np.array([0.0, 0.0, 1.0]) if self.plane == "xy" else _in_plane(xyz)
-        terms = beam_terms(xyz, np.broadcast_to(axis, (len(xyz), 3)), ("z",) if self.plane == "xy" else ("y",),
-                           self.mass == "lumped", self.rotary_inertia, torsion=False)
+        terms = beam_terms(
+            xyz,
+            np.broadcast_to(axis, (len(xyz), 3)),
+            ("z",) if self.plane == "xy" else ("y",),
+            self.mass == "lumped",
+            self.rotary_inertia,
+            torsion=False,
+        )
         kinds = ("x", "y", "z", "rx", "ry", "rz")
         keep = [6 * n + kinds.index(k) for n in (0, 1) for k in self.dofs]
-        return tuple(Term(t.matrix, t.coefficient, t.values[np.ix_(range(len(xyz)), keep, keep)]) for t in terms)
+        return tuple(
+            Term(t.matrix, t.coefficient, t.values[np.ix_(range(len(xyz)), keep, keep)])
+            for t in terms
+        )
 
     def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
         """Section stiffnesses and masses per length."""

@@ -12,7 +12,8 @@ from cvxupdate.fe.sections import FACTORS, Section
 
 @dataclass(frozen=True)
 class Beam3D:
-    """Twelve DOFs, Euler–Bernoulli; ``shear`` = 1 makes it Timoshenko (K and M), ``N`` adds the geometric stiffness of a preload."""
+    """Twelve DOFs, Euler–Bernoulli; ``shear`` = 1 makes it Timoshenko (K and M), ``N`` adds the
+    geometric stiffness of a preload."""
 
     section: Section
     mass: str = "consistent"
@@ -28,7 +29,9 @@ class Beam3D:
 
     def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
         """Geometric factors in global axes."""
-        return beam_terms(xyz, orientation, ("y", "z"), self.mass == "lumped", self.rotary_inertia, torsion=True)
+        return beam_terms(
+            xyz, orientation, ("y", "z"), self.mass == "lumped", self.rotary_inertia, torsion=True
+        )
 
     def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
         """Section stiffnesses and masses per length."""

@@ -1,8 +1,10 @@
-"""Gyroscopic moment of what spins: a velocity term that does no work, G = −Gᵀ, beside the beam or mass that carries the inertia.
+"""Gyroscopic moment of what spins: a velocity term that does no work, G = −Gᵀ, beside the beam or
+mass that carries the inertia.
 
-A polar inertia I that spins at Ω about a unit axis e has the angular momentum I Ω e. Turned by a small θ it is I Ω (e + θ × e), and its rate is the
-moment I Ω (θ' × e): about x, M_y = I Ω θ'_z and M_z = −I Ω θ'_y (Friswell, Penny, Garvey and Lees 2010, 5.3). Along a shaft it is the integral of the
-same over its slopes, with I = ρ (Iy + Iz) a metre.
+A polar inertia I that spins at Ω about a unit axis e has the angular momentum I Ω e. Turned by a
+small θ it is I Ω (e + θ × e), and its rate is the moment I Ω (θ' × e): about x, M_y = I Ω θ'_z and
+M_z = −I Ω θ'_y (Friswell, Penny, Garvey and Lees 2010, 5.3). Along a shaft it is the integral of
+the same over its slopes, with I = ρ (Iy + Iz) a metre.
 """
 
 from __future__ import annotations
@@ -19,7 +21,8 @@ from cvxupdate.fe.triads import line_triads
 
 @dataclass(frozen=True)
 class Gyroscopic:
-    """A disc at a node (``nodes`` 1; its axis is the orientation vector) or a piece of shaft (2; its axis runs from the first node to the second)."""
+    """A disc at a node (``nodes`` 1; its axis is the orientation vector) or a piece of shaft (2;
+    its axis runs from the first node to the second)."""
 
     nodes: int
     name: str = "gyroscopic"
@@ -31,7 +34,8 @@ class Gyroscopic:
         return ("rx", "ry", "rz") if self.nodes == 1 else ("x", "y", "z", "rx", "ry", "rz")
 
     def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
-        """The moment of a unit angular momentum (a disc) or of one a metre (a shaft), in global axes."""
+        """The moment of a unit angular momentum (a disc) or of one a metre (a shaft), in global
+        axes."""
         return (Term("C", "h", _disc(orientation) if self.nodes == 1 else _shaft(xyz)),)
 
     def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:

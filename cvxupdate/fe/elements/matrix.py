@@ -1,7 +1,8 @@
 """Element or group matrices from another program: K = K₀ + Σ (1 + pᵢ) Kᵢ, with DOF labels.
 
-A sparse symmetric matrix is held as one small block per stored entry: 1 × 1 on the diagonal, 2 × 2 (zero diagonal) beside it. So it
-arrives in every method like any other element, and no dense matrix is formed.
+A sparse symmetric matrix is held as one small block per stored entry: 1 × 1 on the diagonal, 2 × 2
+(zero diagonal) beside it. So it arrives in every method like any other element, and no dense matrix
+is formed.
 """
 
 from __future__ import annotations
@@ -40,7 +41,8 @@ class Entries:
 
 
 def split(matrix: sp.spmatrix | Real, where: str) -> dict[int, tuple[NDIndex, Real]]:
-    """A symmetric matrix as small blocks: {1: (places (n, 1), values (n, 1, 1)), 2: (places (n, 2), values (n, 2, 2))}.
+    """A symmetric matrix as small blocks: {1: (places (n, 1), values (n, 1, 1)), 2: (places (n, 2),
+    values (n, 2, 2))}.
 
     Raises
     ------
@@ -49,32 +51,42 @@ def split(matrix: sp.spmatrix | Real, where: str) -> dict[int, tuple[NDIndex, Re
     """
     A = sp.csr_array(matrix)
     if A.shape[0] != A.shape[1]:
-        raise ModelError(f"{where}: the matrix is {A.shape[0]} x {A.shape[1]}, not square. Give a square symmetric matrix.")
+        raise ModelError(
+            f"{where}: the matrix is {A.shape[0]} x {A.shape[1]}, not square. Give a square "
+            "symmetric matrix."
+        )
     if not np.all(np.isfinite(A.data)):
         raise ModelError(f"{where}: the matrix has entries that are not finite. Export it again.")
     largest = np.abs(A.data).max() if A.nnz else 0.0
     skew = abs(A - A.T)
     if skew.nnz and skew.max() > 1e-8 * largest:
-        raise ModelError(f"{where}: the matrix is not symmetric (largest difference {skew.max():.3g}). Export the symmetric part.")
+        raise ModelError(
+            f"{where}: the matrix is not symmetric (largest difference {skew.max():.3g}). "
+            "Export the symmetric part."
+        )
     S = sp.coo_array((A + A.T) / 2.0)
     i, j, v = S.coords[0], S.coords[1], np.asarray(S.data, dtype=float)
     on, above = (i == j) & (v != 0.0), (i < j) & (v != 0.0)
     pairs = np.zeros((int(above.sum()), 2, 2))
     pairs[:, 0, 1] = pairs[:, 1, 0] = v[above]
-    return {1: (i[on][:, None].astype(np.int64), v[on][:, None, None]),
-            2: (np.stack([i[above], j[above]], axis=1).astype(np.int64), pairs)}
+    return {
+        1: (i[on][:, None].astype(np.int64), v[on][:, None, None]),
+        2: (np.stack([i[above], j[above]], axis=1).astype(np.int64), pairs),
+    }
 
 
 NDIndex = np.ndarray[Any, np.dtype[np.int64]]
 
 
 def read_matrix(path: Path, variable: str | None) -> sp.csr_array:
-    """One matrix from .npz (dense array, or scipy.sparse.save_npz), .mat (version 5) or Matrix Market (.mtx).
+    """One matrix from .npz (dense array, or scipy.sparse.save_npz), .mat (version 5) or Matrix
+    Market (.mtx).
 
     Raises
     ------
     ModelError
-        When the file or the variable cannot be read; the message lists the variables that are there.
+        When the file or the variable cannot be read; the message lists the variables that are
+        there.
     """
     suffix = path.suffix.lower()
     try:
@@ -89,20 +101,31 @@ def read_matrix(path: Path, variable: str | None) -> sp.csr_array:
                 return sp.csr_array(np.asarray(_pick(dict(data), variable, path), dtype=float))
         if suffix == ".mat":
             found = read_variables(path)
-            sparse = {name: sp.csc_array((m.values, m.rows, np.concatenate([[0], m.ends])), shape=m.shape) for name, m in found.sparse.items()}
+            sparse = {
+                name: sp.csc_array((m.values, m.rows, np.concatenate([[0], m.ends])), shape=m.shape)
+                for name, m in found.sparse.items()
+            }
             return sp.csr_array(_pick({**found.arrays, **sparse}, variable, path)).astype(float)
     except ModelError:
         raise
     except RecordingError as error:  # the reader of .mat files says what is wrong with the file
         raise ModelError(str(error)) from error
     except Exception as error:  # the readers raise many kinds, none of them ours
-        raise ModelError(f"{path}: cannot be read as a matrix file ({type(error).__name__}: {error}). Give .npz, .mat (version 5) or .mtx.") from error
-    raise ModelError(f"{path}: the ending {suffix or '(none)'} is not known. Give .npz, .mat (version 5) or .mtx.")
+        raise ModelError(
+            f"{path}: cannot be read as a matrix file ({type(error).__name__}: {error}). Give "
+            ".npz, .mat (version 5) or .mtx."
+        ) from error
+    raise ModelError(
+        f"{path}: the ending {suffix or '(none)'} is not known. Give .npz, .mat (version 5) "
+        "or .mtx."
+    )
 
 
 def _pick(found: Mapping[str, Any], variable: str | None, path: Path) -> Any:
     if variable is None and len(found) == 1:
         return next(iter(found.values()))
     if variable is None or variable not in found:
-        raise ModelError(f"{path}: there is no variable {variable!r}. It holds {', '.join(sorted(found))}.")
+        raise ModelError(
+            f"{path}: there is no variable {variable!r}. It holds {', '.join(sorted(found))}."
+        )
     return found[variable]

@@ -1,8 +1,10 @@
-"""Rectangular plate in bending: the twelve-DOF element of Adini, Clough and Melosh, isotropic or orthotropic (thesis 8.4).
+"""Rectangular plate in bending: the twelve-DOF element of Adini, Clough and Melosh, isotropic or
+orthotropic (thesis 8.4).
 
-Derived from its twelve-term polynomial, because (8.5) and (8.6) are misprinted (errata). The DOFs of a node are
-w, θx = ∂w/∂y, θy = −∂w/∂x. Energy: ½ ∫ Dx w_xx² + 2 D1 w_xx w_yy + Dy w_yy² + 4 Dxy w_xy² dA (Timoshenko and
-Woinowsky-Krieger, ch. 11); isotropic Dx = Dy = D, D1 = ν D, Dxy = (1 − ν) D / 2, D = E h³ / 12 (1 − ν²).
+Derived from its twelve-term polynomial, because (8.5) and (8.6) are misprinted (errata). The DOFs
+of a node are w, θx = ∂w/∂y, θy = −∂w/∂x. Energy: ½ ∫ Dx w_xx² + 2 D1 w_xx w_yy + Dy w_yy² + 4 Dxy
+w_xy² dA (Timoshenko and Woinowsky-Krieger, ch. 11); isotropic Dx = Dy = D, D1 = ν D, Dxy = (1 − ν)
+D / 2, D = E h³ / 12 (1 − ν²).
 """
 
 from __future__ import annotations
@@ -16,7 +18,20 @@ import numpy as np
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.elements.base import Real, Term, Values
 
-_POWERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3), (3, 1), (1, 3))
+_POWERS = (
+    (0, 0),
+    (1, 0),
+    (0, 1),
+    (2, 0),
+    (1, 1),
+    (0, 2),
+    (3, 0),
+    (2, 1),
+    (1, 2),
+    (0, 3),
+    (3, 1),
+    (1, 3),
+)
 _CORNERS = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
 
 
@@ -61,7 +76,8 @@ class Plate:
     properties: tuple[str, ...] = ("E", "nu", "rho", "thickness", "Dx", "Dy", "D1", "Dxy")
 
     def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
-        """Geometric factors, (e, 12, 12). Local x runs from the first node to the second, local y to the fourth.
+        """Geometric factors, (e, 12, 12). Local x runs from the first node to the second, local y
+        to the fourth.
 
         Raises
         ------
@@ -74,26 +90,48 @@ class Plate:
         open_ = np.linalg.norm(xyz[:, 2] - xyz[:, 0] - ex - ey, axis=1) > 1e-6 * (a + b)
         tilted = (np.abs(ex[:, 2]) > 1e-6 * a) | (np.abs(ey[:, 2]) > 1e-6 * b)
         if np.any((a == 0) | (b == 0) | skew | open_ | tilted):
-            raise ModelError("a plate element is not a rectangle parallel to the x-y plane, or its nodes are not in order around it. "
-                             "Order its four nodes around a rectangle.")
+            raise ModelError(
+                "a plate element is not a rectangle parallel to the x-y plane, or its nodes "
+                "are not in order around it. Order its four nodes around a rectangle."
+            )
         e = len(xyz)
         S = np.zeros((e, 4, 3, 4, 3))
         for n in range(4):
             S[:, n, 0, n, 0] = 1.0
-            S[:, n, 1, n, 1], S[:, n, 1, n, 2] = ex[:, 1], -ex[:, 0]  # ∂w/∂ξ = a·(∇w · x̂) = ex_y θx − ex_x θy
+            S[:, n, 1, n, 1], S[:, n, 1, n, 2] = (
+                ex[:, 1],
+                -ex[:, 0],
+            )  # ∂w/∂ξ = a·(∇w · x̂) = ex_y θx − ex_x θy
             S[:, n, 2, n, 1], S[:, n, 2, n, 2] = ey[:, 1], -ey[:, 0]
         T = S.reshape(e, 12, 12)
-        scale = {"Dx": b / a**3, "Dy": a / b**3, "D1": 1.0 / (a * b), "Dxy": 1.0 / (a * b), "rhoh": a * b}
+        scale = {
+            "Dx": b / a**3,
+            "Dy": a / b**3,
+            "D1": 1.0 / (a * b),
+            "Dxy": 1.0 / (a * b),
+            "rhoh": a * b,
+        }
         unit = dict(unit_matrices())
         if self.mass == "lumped":
             unit["rhoh"] = np.diag(np.tile([0.25, 0.0, 0.0], 4))
         return tuple(
-            Term("M" if key == "rhoh" else "K", key, np.einsum("eki,kl,elj->eij", T, unit[key], T, optimize=True) * scale[key][:, None, None])
-            for key in unit)
+            Term(
+                "M" if key == "rhoh" else "K",
+                key,
+                np.einsum("eki,kl,elj->eij", T, unit[key], T, optimize=True)
+                * scale[key][:, None, None],
+            )
+            for key in unit
+        )
 
     def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
         """Rigidities in N·m, mass per area in kg/m²."""
         nu, h = properties["nu"], properties["thickness"]
         D = properties["E"] * h**3 / (12.0 * (1.0 - nu**2))
-        return {"Dx": properties["Dx"] * D, "Dy": properties["Dy"] * D, "D1": properties["D1"] * nu * D,
-                "Dxy": properties["Dxy"] * (1.0 - nu) / 2.0 * D, "rhoh": properties["rho"] * h}
+        return {
+            "Dx": properties["Dx"] * D,
+            "Dy": properties["Dy"] * D,
+            "D1": properties["D1"] * nu * D,
+            "Dxy": properties["Dxy"] * (1.0 - nu) / 2.0 * D,
+            "rhoh": properties["rho"] * h,
+        }

@@ -14,7 +14,8 @@ from cvxupdate.fe.triads import line_triads
 
 @dataclass(frozen=True)
 class Rod:
-    """E A / L along the bar; mass lumped (7.8) or consistent (ρ A L / 6 [2 1; 1 2] in every direction)."""
+    """E A / L along the bar; mass lumped (7.8) or consistent (ρ A L / 6 [2 1; 1 2] in every
+    direction)."""
 
     section: Section
     mass: str = "consistent"
@@ -35,7 +36,11 @@ class Rod:
         axial[:, 0, 0, 0, 0] = axial[:, 1, 0, 1, 0] = 1.0
         axial[:, 0, 0, 1, 0] = axial[:, 1, 0, 0, 0] = -1.0
         K = rotate(axial.reshape(e, 6, 6), line_triads(xyz, orientation), 2) / length[:, None, None]
-        pattern = np.diag([0.5, 0.5]) if self.mass == "lumped" else np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
+        pattern = (
+            np.diag([0.5, 0.5])
+            if self.mass == "lumped"
+            else np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
+        )
         M = np.kron(pattern, np.eye(3))[None] * length[:, None, None]
         return Term("K", "EA", K), Term("M", "rhoA", M)
 

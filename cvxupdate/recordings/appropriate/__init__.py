@@ -1,4 +1,5 @@
-"""Force appropriation, thesis 2.3.2: forces that excite one normal mode, and the modes they excite."""
+"""Force appropriation, thesis 2.3.2: forces that excite one normal mode, and the modes they
+excite."""
 
 from cvxupdate.recordings.appropriate.indicators import (
     asher,
@@ -12,5 +13,17 @@ from cvxupdate.recordings.appropriate.indicators import (
 from cvxupdate.recordings.appropriate.modes import METHODS, Appropriated, appropriate
 from cvxupdate.recordings.appropriate.places import ExciterPlaces, exciter_places
 
-__all__ = ["METHODS", "Appropriated", "ExciterPlaces", "appropriate", "asher", "exciter_places", "extended_asher", "mmif",
-           "modified_asher", "nash", "principal_forces", "traill_nash"]
+__all__ = [
+    "METHODS",
+    "Appropriated",
+    "ExciterPlaces",
+    "appropriate",
+    "asher",
+    "exciter_places",
+    "extended_asher",
+    "mmif",
+    "modified_asher",
+    "nash",
+    "principal_forces",
+    "traill_nash",
+]

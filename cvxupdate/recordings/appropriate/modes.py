@@ -1,4 +1,5 @@
-"""Appropriated forces: from an indicator's curves to natural frequencies, force patterns and normal modes."""
+"""Appropriated forces: from an indicator's curves to natural frequencies, force patterns and normal
+modes."""
 
 from __future__ import annotations
 
@@ -14,9 +15,15 @@ from cvxupdate.recordings.types import Complex, Real
 
 Curves = Callable[[Complex], tuple[Real, Real]]
 _CROSSING: dict[str, Curves] = {
-    "asher": indicators.asher, "modified-asher": indicators.modified_asher, "traill-nash": indicators.traill_nash,
+    "asher": indicators.asher,
+    "modified-asher": indicators.modified_asher,
+    "traill-nash": indicators.traill_nash,
 }
-_DIP: dict[str, Curves] = {"extended-asher": indicators.extended_asher, "mmif": indicators.mmif, "nash": indicators.nash}
+_DIP: dict[str, Curves] = {
+    "extended-asher": indicators.extended_asher,
+    "mmif": indicators.mmif,
+    "nash": indicators.nash,
+}
 METHODS = (*_CROSSING, *_DIP)
 
 
@@ -24,9 +31,9 @@ METHODS = (*_CROSSING, *_DIP)
 class Appropriated:
     """Modes excited on purpose.
 
-    ``frequency`` (modes,) Hz, undamped; ``forces`` (modes, exciters) of unit length; ``shapes`` (modes, responses): the
-    response in quadrature to that force, real, largest entry 1; ``purity`` (modes,) share of the response's power in
-    quadrature, 1 = pure.
+    ``frequency`` (modes,) Hz, undamped; ``forces`` (modes, exciters) of unit length; ``shapes``
+    (modes, responses): the response in quadrature to that force, real, largest entry 1; ``purity``
+    (modes,) share of the response's power in quadrature, 1 = pure.
     """
 
     frequency: Real
@@ -36,7 +43,8 @@ class Appropriated:
 
 
 def _between(frequency: Real, H: Complex, f: float) -> Complex:
-    """H at a frequency between the lines, linear in the dynamic flexibility, (responses, exciters)."""
+    """H at a frequency between the lines, linear in the dynamic flexibility, (responses,
+    exciters)."""
     k = int(np.clip(np.searchsorted(frequency, f) - 1, 0, frequency.size - 2))
     share = (f - frequency[k]) / (frequency[k + 1] - frequency[k])
     return np.asarray((1.0 - share) * H[k] + share * H[k + 1])
@@ -48,48 +56,70 @@ def _purity(h: Complex, force: Real) -> float:
 
 
 def _crossings(frequency: Real, H: Complex, method: str) -> list[tuple[float, Real]]:
-    """Zeros of the eigenvalue curves at which the force leads to resonance: the real part falls with the response's own sign."""
+    """Zeros of the eigenvalue curves at which the force leads to resonance: the real part falls
+    with the response's own sign."""
     values, _ = _CROSSING[method](H)
     found: list[tuple[float, Real]] = []
     for k in range(values.shape[1]):
         for line in np.flatnonzero(np.sign(values[:-1, k]) * np.sign(values[1:, k]) < 0):
             a, b = values[line, k], values[line + 1, k]
-            # the curve bends within a line where eigenvalues avoid one another: its zero is sought on the interpolated FRFs
-            f = float(brentq(
-                lambda at, k=k: float(_CROSSING[method](_between(frequency, H, at)[None])[0][0, k]),
-                frequency[line], frequency[line + 1], xtol=1e-9 * float(frequency[line]),
-            )) if np.isfinite(a) and np.isfinite(b) else float(frequency[line])
+            # the curve bends within a line where eigenvalues avoid one another: its zero is sought
+            # on the interpolated FRFs
+            f = (
+                float(
+                    brentq(
+                        lambda at, k=k: float(
+                            _CROSSING[method](_between(frequency, H, at)[None])[0][0, k]
+                        ),
+                        frequency[line],
+                        frequency[line + 1],
+                        xtol=1e-9 * float(frequency[line]),
+                    )
+                )
+                if np.isfinite(a) and np.isfinite(b)
+                else float(frequency[line])
+            )
             h = _between(frequency, H, f)
             here, vectors = indicators.modified_asher(h[None])
             force = vectors[0, :, int(np.argmin(np.abs(here[0])))]
             slope = float(force @ (H[line + 1].real - H[line].real) @ force)
-            # antiresonances are zeros too, but there Re H rises where the quadrature response is negative
+            # antiresonances are zeros too, but there Re H rises where the quadrature response is
+            # negative
             if slope * float(force @ h.imag @ force) > 0.0:
                 found.append((f, force))
     return found
 
 
 def _dip_value(method: str, h: Complex, k: int) -> float:
-    """Curve k (0 = lowest) of an indicator at one frequency; Nash's maxima are turned into minima."""
+    """Curve k (0 = lowest) of an indicator at one frequency; Nash's maxima are turned into
+    minima."""
     values = _DIP[method](h[None])[0][0]
     return float(1.0 - values[values.size - 1 - k]) if method == "nash" else float(values[k])
 
 
 def _dips(frequency: Real, H: Complex, method: str, threshold: float) -> list[tuple[float, Real]]:
-    """Local minima of the curves, placed between the lines on interpolated FRFs, whose force moves the structure in quadrature."""
+    """Local minima of the curves, placed between the lines on interpolated FRFs, whose force moves
+    the structure in quadrature."""
     values, _ = _DIP[method](H)
     curves = 1.0 - values[:, ::-1] if method == "nash" else values
     found: list[tuple[float, Real]] = []
     for k in range(curves.shape[1]):
         c = curves[:, k]
         for line in np.flatnonzero((c[1:-1] < c[:-2]) & (c[1:-1] <= c[2:])) + 1:
-            # where two sorted curves cross, the upper one has a kink that is no minimum, and the lower one a peak
-            if k and np.max(below := curves[max(line - 2, 0) : line + 3, k - 1]) > max(below[0], below[-1]):
+            # where two sorted curves cross, the upper one has a kink that is no minimum, and the
+            # lower one a peak
+            if k and np.max(below := curves[max(line - 2, 0) : line + 3, k - 1]) > max(
+                below[0], below[-1]
+            ):
                 continue
-            f = float(minimize_scalar(
-                lambda at, k=k: _dip_value(method, _between(frequency, H, at), k), method="bounded",
-                bounds=(frequency[line - 1], frequency[line + 1]), options={"xatol": 1e-8 * float(frequency[line])},
-            ).x)
+            f = float(
+                minimize_scalar(
+                    lambda at, k=k: _dip_value(method, _between(frequency, H, at), k),
+                    method="bounded",
+                    bounds=(frequency[line - 1], frequency[line + 1]),
+                    options={"xatol": 1e-8 * float(frequency[line])},
+                ).x
+            )
             h = _between(frequency, H, f)
             vectors = _DIP[method](h[None])[1][0]
             force = vectors[:, vectors.shape[1] - 1 - k] if method == "nash" else vectors[:, k]
@@ -99,26 +129,38 @@ def _dips(frequency: Real, H: Complex, method: str, threshold: float) -> list[tu
 
 
 def _distinct(rows: list[tuple[float, Real, Real, float]]) -> list[tuple[float, Real, Real, float]]:
-    """One mode for neighbouring finds (1 % in frequency) of the same shape (MAC above 0.9): the purest, by frequency."""
+    """One mode for neighbouring finds (1 % in frequency) of the same shape (MAC above 0.9): the
+    purest, by frequency."""
     kept: list[tuple[float, Real, Real, float]] = []
     for row in sorted(rows, key=lambda r: -r[3]):
         a = row[2] / np.linalg.norm(row[2])
-        if all(abs(row[0] - r[0]) > 0.01 * r[0] or float(a @ r[2]) ** 2 < 0.9 * float(r[2] @ r[2]) for r in kept):
+        if all(
+            abs(row[0] - r[0]) > 0.01 * r[0] or float(a @ r[2]) ** 2 < 0.9 * float(r[2] @ r[2])
+            for r in kept
+        ):
             kept.append(row)
     return sorted(kept, key=lambda r: r[0])
 
 
 def appropriate(
-    frequency: Real, H: Complex, method: str = "mmif", *, threshold: float = 0.3, principal: Real | None = None
+    frequency: Real,
+    H: Complex,
+    method: str = "mmif",
+    *,
+    threshold: float = 0.3,
+    principal: Real | None = None,
 ) -> Appropriated:
     """Natural frequencies, appropriated forces and normal modes of the band.
 
     Parameters
     ----------
     frequency : (lines,) Hz. H : (lines, responses, exciters), receptance or accelerance.
-    method : asher, modified-asher, traill-nash (square H) or extended-asher, mmif, nash (any H); assumptions in
-    `indicators`. threshold : the largest share of the response's power that may be in phase with the force.
-    principal : (exciters, kept) force vectors of `principal_forces`; for a square method the responses are reduced
+    method : asher, modified-asher, traill-nash (square H) or extended-asher, mmif, nash (any H);
+    assumptions in
+    `indicators`. threshold : the largest share of the response's power that may be in phase with
+    the force.
+    principal : (exciters, kept) force vectors of `principal_forces`; for a square method the
+    responses are reduced
     alike.
 
     Raises
@@ -127,7 +169,9 @@ def appropriate(
         When the method is unknown, or H has not the form that it needs.
     """
     if method not in METHODS:
-        raise RecordingError(f"force appropriation {method!r} is not known; choose one of {', '.join(METHODS)}")
+        raise RecordingError(
+            f"force appropriation {method!r} is not known; choose one of {', '.join(METHODS)}"
+        )
     V = np.eye(H.shape[2]) if principal is None else principal
     reduced = H @ V
     if method in _CROSSING:
@@ -146,6 +190,8 @@ def appropriate(
             rows.append((f, force, shape / top, _purity(h, force)))
     rows = _distinct(rows)
     return Appropriated(
-        np.array([r[0] for r in rows]), np.array([r[1] for r in rows]).reshape(-1, H.shape[2]),
-        np.array([r[2] for r in rows]).reshape(-1, H.shape[1]), np.array([r[3] for r in rows]),
+        np.array([r[0] for r in rows]),
+        np.array([r[1] for r in rows]).reshape(-1, H.shape[2]),
+        np.array([r[2] for r in rows]).reshape(-1, H.shape[1]),
+        np.array([r[3] for r in rows]),
     )

@@ -14,9 +14,10 @@ from cvxupdate.recordings.types import Real
 class ExciterPlaces:
     """Chosen places and what they can do.
 
-    ``columns`` (count,) of the shapes, ascending; ``strength`` the smallest singular value of the chosen modal forces over
-    the largest that any single place gives; ``forces`` (modes, count) of unit length that drive each mode and, where there
-    are as many exciters as modes, no other of them; ``purity`` (modes,) share of the modal force in the wanted mode.
+    ``columns`` (count,) of the shapes, ascending; ``strength`` the smallest singular value of the
+    chosen modal forces over the largest that any single place gives; ``forces`` (modes, count) of
+    unit length that drive each mode and, where there are as many exciters as modes, no other of
+    them; ``purity`` (modes,) share of the modal force in the wanted mode.
     """
 
     columns: tuple[int, ...]
@@ -29,14 +30,16 @@ def _strength(shapes: Real, columns: list[int]) -> float:
     return float(np.linalg.svd(shapes[:, columns], compute_uv=False)[-1])
 
 
-def exciter_places(shapes: Real, count: int, *, candidates: tuple[int, ...] | None = None) -> ExciterPlaces:
+def exciter_places(
+    shapes: Real, count: int, *, candidates: tuple[int, ...] | None = None
+) -> ExciterPlaces:
     """Choose ``count`` places whose forces tell the modes apart best.
 
-    ``shapes`` (modes, channels) of the model, mass-normalised; ``candidates`` the columns that an exciter can reach
-    (default all). The smallest singular value of the modal forces ``shapes[:, places]`` is made as large as possible:
-    the worst combination of modes is still driven (or the worst combination of forces still drives). Greedy choice,
-    then exchanges until none helps, in the spirit of Holmes & Cooper (1996). Assumes that the model's shapes are near
-    the structure's.
+    ``shapes`` (modes, channels) of the model, mass-normalised; ``candidates`` the columns that an
+    exciter can reach (default all). The smallest singular value of the modal forces ``shapes[:,
+    places]`` is made as large as possible: the worst combination of modes is still driven (or the
+    worst combination of forces still drives). Greedy choice, then exchanges until none helps, in
+    the spirit of Holmes & Cooper (1996). Assumes that the model's shapes are near the structure's.
 
     Raises
     ------
@@ -45,10 +48,14 @@ def exciter_places(shapes: Real, count: int, *, candidates: tuple[int, ...] | No
     """
     free = list(range(shapes.shape[1])) if candidates is None else list(candidates)
     if not 1 <= count <= len(free):
-        raise RecordingError(f"{count} exciters cannot be placed on {len(free)} candidate degrees of freedom")
+        raise RecordingError(
+            f"{count} exciters cannot be placed on {len(free)} candidate degrees of freedom"
+        )
     chosen: list[int] = []
     for _ in range(count):
-        chosen.append(max((c for c in free if c not in chosen), key=lambda c: _strength(shapes, [*chosen, c])))
+        chosen.append(
+            max((c for c in free if c not in chosen), key=lambda c: _strength(shapes, [*chosen, c]))
+        )
     best, improved = _strength(shapes, chosen), True
     while improved:
         improved = False

@@ -1,4 +1,5 @@
-"""What a mode must gain to be kept: Bayes' information criterion with correlated lines counted once."""
+"""What a mode must gain to be kept: Bayes' information criterion with correlated lines counted
+once."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ def parameters(s: Setting, modes: int) -> tuple[int, int]:
 def worth(s: Setting, fit: LinearFit, gain: float, count: int) -> bool:
     """Bayes' information criterion: does a ``gain`` in (scaled) cost pay for ``count`` parameters?
 
-    Both the gain and the number of data are divided by the correlation of the lines, at most ten: beyond that it is misfit.
+    Both the gain and the number of data are divided by the correlation of the lines, at most ten:
+    beyond that it is misfit.
     """
     correlation = min(line_correlation(s, fit), 10.0)
     return gain / correlation > count * np.log(2.0 * s.H.size / correlation)

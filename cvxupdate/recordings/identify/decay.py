@@ -1,4 +1,5 @@
-"""Is it one decay rate for every mode? Mass-proportional damping, or an exponential window left in the data."""
+"""Is it one decay rate for every mode? Mass-proportional damping, or an exponential window left in
+the data."""
 
 from __future__ import annotations
 
@@ -10,12 +11,23 @@ from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.types import ModeTable, Real
 
 _HYPOTHESES = {
-    -1.0: ("constant decay rate", "damping × frequency is nearly the same for all modes: one decay rate of {rate:.3g} ± {std:.2g} "
-           "1/s (spread {spread:.0%}), that is mass-proportional damping alpha = {alpha:.3g} ± {alpha_std:.2g} 1/s, "
-           "or an exponential window of that decay whose damping was not taken out"),
-    0.0: ("constant ratio", "the damping ratio is nearly the same for all modes ({ratio:.3g}, spread {spread:.0%}): hysteretic "
-          "(structural) damping of the material"),
-    1.0: ("stiffness proportional", "the damping ratio grows with frequency (spread {spread:.0%}): stiffness-proportional damping"),
+    -1.0: (
+        "constant decay rate",
+        "damping × frequency is nearly the same for all modes: one decay rate of {rate:.3g} "
+        "± {std:.2g} 1/s (spread {spread:.0%}), that is mass-proportional damping alpha = "
+        "{alpha:.3g} ± {alpha_std:.2g} 1/s, or an exponential window of that decay whose "
+        "damping was not taken out",
+    ),
+    0.0: (
+        "constant ratio",
+        "the damping ratio is nearly the same for all modes ({ratio:.3g}, spread "
+        "{spread:.0%}): hysteretic (structural) damping of the material",
+    ),
+    1.0: (
+        "stiffness proportional",
+        "the damping ratio grows with frequency (spread {spread:.0%}): "
+        "stiffness-proportional damping",
+    ),
 }
 
 
@@ -25,10 +37,14 @@ class DecayRates:
 
     Attributes
     ----------
-    rates : (modes,) 1/s, ``damping × 2 pi frequency``. rate, rate_std : their weighted centre and its deviation.
-    exponent, exponent_std : of ``damping ~ frequency**exponent``: -1 for one rate, 0 for one ratio, 1 for stiffness-proportional.
-    spread : robust relative scatter of the modes about the chosen law. verdict : name of the law, or ``"none"``.
-    alpha, alpha_std : 1/s, of ``C = alpha M``. outliers : modes (from 0) off the law by more than 3.5 robust deviations.
+    rates : (modes,) 1/s, ``damping × 2 pi frequency``. rate, rate_std : their weighted centre and
+    its deviation.
+    exponent, exponent_std : of ``damping ~ frequency**exponent``: -1 for one rate, 0 for one ratio,
+    1 for stiffness-proportional.
+    spread : robust relative scatter of the modes about the chosen law. verdict : name of the law,
+    or ``"none"``.
+    alpha, alpha_std : 1/s, of ``C = alpha M``. outliers : modes (from 0) off the law by more than
+    3.5 robust deviations.
     says : the finding in words.
     """
 
@@ -46,7 +62,8 @@ class DecayRates:
 
 
 def _robust_line(x: Real, y: Real, variance: Real) -> tuple[float, float]:
-    """Slope of y(x) and its deviation by iteratively reweighted least squares (Huber, 1.345; scatter from the residuals)."""
+    """Slope of y(x) and its deviation by iteratively reweighted least squares (Huber, 1.345;
+    scatter from the residuals)."""
     design = np.column_stack([np.ones_like(x), x])
     weights = 1.0 / variance
     slope, scale, residual = np.nan, np.nan, np.zeros_like(y)
@@ -55,23 +72,34 @@ def _robust_line(x: Real, y: Real, variance: Real) -> tuple[float, float]:
         solution = np.linalg.lstsq(root[:, None] * design, root * y, rcond=None)[0]
         residual = y - design @ solution
         scale = max(1.4826 * float(np.median(np.abs(residual / np.sqrt(variance)))), 1e-12)
-        weights = np.minimum(1.0, 1.345 * scale * np.sqrt(variance) / np.maximum(np.abs(residual), 1e-300)) / variance
+        weights = (
+            np.minimum(
+                1.0, 1.345 * scale * np.sqrt(variance) / np.maximum(np.abs(residual), 1e-300)
+            )
+            / variance
+        )
         slope = float(solution[1])
-    # Huber's covariance: clipped residuals over the share that is not clipped, n - 2 degrees of freedom
+    # Huber's covariance: clipped residuals over the share that is not clipped, n - 2 degrees of
+    # freedom
     clipped = np.clip(residual / np.sqrt(variance), -1.345 * scale, 1.345 * scale)
     kept = float(np.mean(np.abs(clipped) < 1.345 * scale))
     spread = float(clipped @ clipped) / (x.size - 2) / max(kept, 0.5) ** 2
-    deviation = float(np.sqrt(np.linalg.pinv(design.T @ (design / variance[:, None]))[1, 1] * spread))
+    deviation = float(
+        np.sqrt(np.linalg.pinv(design.T @ (design / variance[:, None]))[1, 1] * spread)
+    )
     return slope, deviation
 
 
 def decay_rates(table: ModeTable) -> DecayRates:
-    """Test the law that the modes' damping follows: one decay rate, one ratio, or proportional to stiffness.
+    """Test the law that the modes' damping follows: one decay rate, one ratio, or proportional to
+    stiffness.
 
-    For every law ``damping × frequency**k`` should be one number; the law with the smallest robust scatter (median absolute
-    deviation about the median, relative) wins, and is accepted when that scatter is below 0.25 and the fitted exponent lies
-    within 0.35, or three of its deviations, of the law's. The stated deviations of the damping weigh the fit where known. The rate
-    is the median, its deviation 1.25 robust scatter / root of the number of modes (Ewins section 2.4.3; thesis Table 9.1).
+    For every law ``damping × frequency**k`` should be one number; the law with the smallest robust
+    scatter (median absolute deviation about the median, relative) wins, and is accepted when that
+    scatter is below 0.25 and the fitted exponent lies within 0.35, or three of its deviations, of
+    the law's. The stated deviations of the damping weigh the fit where known. The rate is the
+    median, its deviation 1.25 robust scatter / root of the number of modes (Ewins section 2.4.3;
+    thesis Table 9.1).
 
     Raises
     ------
@@ -81,11 +109,18 @@ def decay_rates(table: ModeTable) -> DecayRates:
     known = np.isfinite(table.damping) & (table.damping > 0.0) & (table.frequency > 0.0)
     f, zeta = table.frequency[known], table.damping[known]
     if f.size < 3:
-        raise RecordingError(f"{table.origin.name}: {f.size} modes with a known damping are too few to test a law; three are needed")
+        raise RecordingError(
+            f"{table.origin.name}: {f.size} modes with a known damping are too few to test a "
+            "law; three are needed"
+        )
     std = table.damping_std[known]
     relative = np.where(np.isfinite(std) & (std > 0.0), std / zeta, np.nan)
-    # a law of damping never holds to better than some per cent: the floor keeps one mode from ruling
-    variance = np.where(np.isfinite(relative), relative, np.nanmedian(np.append(relative, 0.1))) ** 2 + 0.03**2
+    # a law of damping never holds to better than some per cent: the floor keeps one mode from
+    # ruling
+    variance = (
+        np.where(np.isfinite(relative), relative, np.nanmedian(np.append(relative, 0.1))) ** 2
+        + 0.03**2
+    )
     exponent, exponent_std = _robust_line(np.log(f), np.log(zeta), variance)
     rates = 2.0 * np.pi * f * zeta
     spreads: dict[float, float] = {}
@@ -102,13 +137,32 @@ def decay_rates(table: ModeTable) -> DecayRates:
     off = np.log(zeta) - best * np.log(f)
     far = np.abs(off - np.median(off)) > 3.5 * max(spread, 0.03)
     outliers = tuple(int(i) for i in np.flatnonzero(known)[far]) if fits else ()
-    says = words.format(rate=rate, std=rate_std, spread=spread, alpha=2.0 * rate, alpha_std=2.0 * rate_std,
-                        ratio=float(np.median(zeta)))
+    says = words.format(
+        rate=rate,
+        std=rate_std,
+        spread=spread,
+        alpha=2.0 * rate,
+        alpha_std=2.0 * rate_std,
+        ratio=float(np.median(zeta)),
+    )
     if not fits:
         name = "none"
-        says = (f"the damping follows no single law: damping ~ frequency^({exponent:.2f} ± {exponent_std:.2f}), "
-                f"scatter {spread:.0%} about the nearest one")
+        says = (
+            f"the damping follows no single law: damping ~ frequency^({exponent:.2f} ± "
+            f"{exponent_std:.2f}), scatter {spread:.0%} about the nearest one"
+        )
     elif outliers:
         says += "; off the law: mode " + ", ".join(str(i + 1) for i in outliers)
-    return DecayRates(2.0 * np.pi * table.frequency * table.damping, rate, rate_std, exponent, exponent_std, spread, name,
-                      2.0 * rate, 2.0 * rate_std, outliers, says)
+    return DecayRates(
+        2.0 * np.pi * table.frequency * table.damping,
+        rate,
+        rate_std,
+        exponent,
+        exponent_std,
+        spread,
+        name,
+        2.0 * rate,
+        2.0 * rate_std,
+        outliers,
+        says,
+    )

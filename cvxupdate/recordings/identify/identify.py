@@ -26,7 +26,11 @@ from cvxupdate.recordings.identify.refine import refine
 from cvxupdate.recordings.identify.result import IdentifiedModes
 from cvxupdate.recordings.identify.selection import select
 from cvxupdate.recordings.identify.stabilisation import Criteria, Stabilisation, stabilisation
-from cvxupdate.recordings.identify.uncertainty import deviations, line_correlation, reduced_chi_square
+from cvxupdate.recordings.identify.uncertainty import (
+    deviations,
+    line_correlation,
+    reduced_chi_square,
+)
 from cvxupdate.recordings.types import Complex, FrequencyResponse, Real
 
 
@@ -38,8 +42,9 @@ def part_of(roots: Roots, keep: NDArray[np.bool_] | NDArray[np.int64]) -> Roots:
 def _weights(H: Complex, variance: Real | None) -> Real:
     """One over the standard deviation of a real or imaginary part, (lines, outputs, inputs).
 
-    Without a variance: one over the r.m.s. of each FRF (scaled later by the misfit). A variance that came from few
-    averages can be tiny by chance; it is not let fall below a tenth of its running median over eleven lines.
+    Without a variance: one over the r.m.s. of each FRF (scaled later by the misfit). A variance
+    that came from few averages can be tiny by chance; it is not let fall below a tenth of its
+    running median over eleven lines.
     """
     if variance is None:
         level = np.sqrt(np.mean(np.abs(H) ** 2, axis=0, keepdims=True))
@@ -50,12 +55,18 @@ def _weights(H: Complex, variance: Real | None) -> Real:
         running = np.nanmedian(finite[reach], axis=1)
     power = np.mean(np.abs(H) ** 2, axis=0)
     floor = np.maximum(0.1 * running, 1e-16 * power)
-    safe = np.maximum(np.where(np.isfinite(variance), variance, np.inf), np.where(np.isfinite(floor), floor, np.inf))
-    return np.asarray(np.where(power > 0.0, np.sqrt(2.0 / np.where(power > 0.0, safe, 1.0)), 0.0))  # a silent FRF says nothing
+    safe = np.maximum(
+        np.where(np.isfinite(variance), variance, np.inf),
+        np.where(np.isfinite(floor), floor, np.inf),
+    )
+    return np.asarray(
+        np.where(power > 0.0, np.sqrt(2.0 / np.where(power > 0.0, safe, 1.0)), 0.0)
+    )  # a silent FRF says nothing
 
 
 def _reweighted(s: Setting, fit: LinearFit) -> Setting:
-    """Unknown variance: that of each FRF from its own misfit (never below rounding of the FRF itself)."""
+    """Unknown variance: that of each FRF from its own misfit (never below rounding of the FRF
+    itself)."""
     floor = 1e-24 * np.mean(np.abs(s.H) ** 2, axis=0)
     variance = np.mean(np.abs(fit.misfit) ** 2, axis=0)
     # an FRF must not rule the fit because its misfit happens to be small
@@ -64,11 +75,12 @@ def _reweighted(s: Setting, fit: LinearFit) -> Setting:
     return replace(s, weights=np.broadcast_to(np.sqrt(2.0 / variance), s.H.shape).copy())
 
 
-
 def _pruned(s: Setting, roots: Roots, fit: LinearFit, iterations: int) -> tuple[Roots, LinearFit]:
-    """Drop modes one by one, weakest first, while Bayes' information criterion gets better without them.
+    """Drop modes one by one, weakest first, while Bayes' information criterion gets better without
+    them.
 
-    Noise that is correlated along the lines (exponential window, local polynomials) looks like modes: lines count as fewer.
+    Noise that is correlated along the lines (exponential window, local polynomials) looks like
+    modes: lines count as fewer.
     """
     while roots.value.size:
         one, every = parameters(s, roots.value.size)
@@ -76,7 +88,11 @@ def _pruned(s: Setting, roots: Roots, fit: LinearFit, iterations: int) -> tuple[
         weakest = int(np.argmin(fit.gain))
         if worth(s, fit, float(fit.gain[weakest]) / scale, one):
             break
-        roots, fit = refine_coarsely(s, part_of(roots, np.delete(np.arange(roots.value.size), weakest)), iterations=iterations)
+        roots, fit = refine_coarsely(
+            s,
+            part_of(roots, np.delete(np.arange(roots.value.size), weakest)),
+            iterations=iterations,
+        )
     return roots, fit
 
 
@@ -99,26 +115,32 @@ def identify_modes(
 ) -> IdentifiedModes:
     """Modes of a set of FRFs, all references at once, with their standard deviations.
 
-    pLSCF for all orders up to ``max_order`` → stabilisation diagram → clusters (`selection`) → shapes by LSFD →
-    maximum-likelihood refinement weighted by the variance (`refine`) → modes that the diagram missed, found in the misfit
-    or that lie just beyond the edges (`pursuit`) → modes that do not pay for their parameters dropped (Bayes'
-    information criterion) → covariance (`uncertainty`).
+    pLSCF for all orders up to ``max_order`` → stabilisation diagram → clusters (`selection`) →
+    shapes by LSFD → maximum-likelihood refinement weighted by the variance (`refine`) → modes that
+    the diagram missed, found in the misfit or that lie just beyond the edges (`pursuit`) → modes
+    that do not pay for their parameters dropped (Bayes' information criterion) → covariance
+    (`uncertainty`).
 
     Parameters
     ----------
-    frf : receptance, mobility or accelerance, with its variance where known; without one the misfit stands in.
+    frf : receptance, mobility or accelerance, with its variance where known; without one the misfit
+    stands in.
     band : (lowest, highest) Hz to fit; default all lines above 0 Hz.
-    damping : ``"viscous"`` or ``"hysteretic"``. residuals : number of (lower, upper) residual terms.
-    criteria : see `stabilisation.Criteria`. iterations : of the refinement; 0 leaves the pLSCF poles.
-    added_decay : 1/s of the exponential window that all channels carried; taken out of the poles (not out of the FRF).
+    damping : ``"viscous"`` or ``"hysteretic"``. residuals : number of (lower, upper) residual
+    terms.
+    criteria : see `stabilisation.Criteria`. iterations : of the refinement; 0 leaves the pLSCF
+    poles.
+    added_decay : 1/s of the exponential window that all channels carried; taken out of the poles
+    (not out of the FRF).
 
-    The deviations count correlated lines once (`line_correlation`) and grow with the root of chi-square where the
-    model misfits.
+    The deviations count correlated lines once (`line_correlation`) and grow with the root of
+    chi-square where the model misfits.
 
     Raises
     ------
     RecordingError
-        When the damping model is unknown, the FRFs are not motions per force, a reference excites nothing, or the band holds too few lines.
+        When the damping model is unknown, the FRFs are not motions per force, a reference excites
+        nothing, or the band holds too few lines.
     """
     check_damping(damping)
     c = criteria if criteria is not None else Criteria()
@@ -129,18 +151,29 @@ def identify_modes(
     inputs = H.shape[2]
     top = min(max_order, 2 * f.size // (inputs + 1) - 1, f.size // 2)
     if top < 4:
-        raise RecordingError(f"{frf.origin.name}: {f.size} lines between {low:g} and {high:g} Hz are too few to "
-                             "identify modes; widen the band or record with a finer resolution")
+        raise RecordingError(
+            f"{frf.origin.name}: {f.size} lines between {low:g} and {high:g} Hz are too few to "
+            "identify modes; widen the band or record with a finer resolution"
+        )
     # a variance of zero everywhere (simulated FRFs) says no more than none
-    known = frf.variance is not None and bool(np.any(np.isfinite(frf.variance[inside]) & (frf.variance[inside] > 0.0)))
+    known = frf.variance is not None and bool(
+        np.any(np.isfinite(frf.variance[inside]) & (frf.variance[inside] > 0.0))
+    )
     variance = frf.variance[inside] if known and frf.variance is not None else None
-    silent = [channel.label for channel, moved in zip(frf.references, np.any(H != 0.0, axis=(0, 1)), strict=True) if not moved]
+    silent = [
+        channel.label
+        for channel, moved in zip(frf.references, np.any(H != 0.0, axis=(0, 1)), strict=True)
+        if not moved
+    ]
     if silent:
-        raise RecordingError(f"{frf.origin.name}: all FRFs of the reference {', '.join(silent)} are zero between {f[0]:g} and {f[-1]:g} Hz: nothing was "
-                             "excited there. Leave the reference out.")
+        raise RecordingError(
+            f"{frf.origin.name}: all FRFs of the reference {', '.join(silent)} are zero "
+            f"between {f[0]:g} and {f[-1]:g} Hz: nothing was excited there. Leave the "
+            "reference out."
+        )
     s = Setting(f, H, _weights(H, variance), order, residuals)
     sets = plscf(f, H, orders=np.arange(2, top + 1), weights=_output_weights(s.weights))
-    edge = .1 * (f[-1] - f[0])
+    edge = 0.1 * (f[-1] - f[0])
     diagram = stabilisation(sets, (max(f[0] - edge, 1e-6), f[-1] + edge), c)
     chosen = select(diagram, c)
     start = Roots(value_from_pole(chosen.value, damping), chosen.participation, damping)
@@ -150,14 +183,25 @@ def identify_modes(
     roots, fit = _pruned(s, *refine(s, roots, iterations=0), iterations=0)
     if iterations:
         roots, fit = refine_coarsely(s, roots, iterations=iterations)
-        # before all modes are there, what is missing passes for noise, and good modes were dropped: they come back here
+        # before all modes are there, what is missing passes for noise, and good modes were dropped:
+        # they come back here
         roots, fit = with_missed_modes(s, roots, fit, c, iterations=iterations)
     roots, fit = _pruned(s, roots, fit, iterations)
     roots, fit = refine(s, roots, iterations=iterations)
     if variance is None and iterations:
         s = _reweighted(s, fit)
         roots, fit = refine(s, roots, iterations=iterations)
-    return _result(frf, s, roots, fit, diagram, (float(f.min()), float(f.max())), added_decay, known, c.max_damping)
+    return _result(
+        frf,
+        s,
+        roots,
+        fit,
+        diagram,
+        (float(f.min()), float(f.max())),
+        added_decay,
+        known,
+        c.max_damping,
+    )
 
 
 def _output_weights(weights: Real) -> Real:
@@ -166,8 +210,15 @@ def _output_weights(weights: Real) -> Real:
 
 
 def _result(
-    frf: FrequencyResponse, s: Setting, roots: Roots, fit: LinearFit, diagram: Stabilisation,
-    band: tuple[float, float], added_decay: float, known: bool, max_damping: float,
+    frf: FrequencyResponse,
+    s: Setting,
+    roots: Roots,
+    fit: LinearFit,
+    diagram: Stabilisation,
+    band: tuple[float, float],
+    added_decay: float,
+    known: bool,
+    max_damping: float,
 ) -> IdentifiedModes:
     _, free = pinned(roots.participation)
     chi = reduced_chi_square(s, fit, parameters(s, roots.value.size)[1])
@@ -182,13 +233,28 @@ def _result(
     poles = pole_from_value(roots.value, roots.damping) + added_decay
     f, zeta = frequency_and_damping(value_from_pole(poles, roots.damping), roots.damping)
     return IdentifiedModes(
-        origin=frf.origin, frequency=f[inside], frequency_std=dev.frequency[inside], damping=zeta[inside],
-        damping_std=dev.damping[inside], poles=poles[inside], shapes=shapes[inside],
-        shape_std=np.hypot(dev.shape_real, dev.shape_imag)[inside], shape_std_real=dev.shape_real[inside],
-        shape_std_imag=dev.shape_imag[inside], participation=participation[inside], lower=fit.lower, upper=fit.upper,
+        origin=frf.origin,
+        frequency=f[inside],
+        frequency_std=dev.frequency[inside],
+        damping=zeta[inside],
+        damping_std=dev.damping[inside],
+        poles=poles[inside],
+        shapes=shapes[inside],
+        shape_std=np.hypot(dev.shape_real, dev.shape_imag)[inside],
+        shape_std_real=dev.shape_real[inside],
+        shape_std_imag=dev.shape_imag[inside],
+        participation=participation[inside],
+        lower=fit.lower,
+        upper=fit.upper,
         band=band,
-        damping_model=roots.damping, quantity=frf.quantity, responses=frf.responses, references=frf.references,
-        auxiliary=(poles[outside], shapes[outside], participation[outside]), stabilisation=diagram,
-        chi_square=chi if known else float("nan"), line_correlation=correlation,
-        rest=float(np.linalg.norm(fit.misfit)) / max(float(np.linalg.norm(s.H)), 1e-300), added_decay=added_decay,
+        damping_model=roots.damping,
+        quantity=frf.quantity,
+        responses=frf.responses,
+        references=frf.references,
+        auxiliary=(poles[outside], shapes[outside], participation[outside]),
+        stabilisation=diagram,
+        chi_square=chi if known else float("nan"),
+        line_correlation=correlation,
+        rest=float(np.linalg.norm(fit.misfit)) / max(float(np.linalg.norm(s.H)), 1e-300),
+        added_decay=added_decay,
     )

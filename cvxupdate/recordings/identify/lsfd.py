@@ -1,4 +1,5 @@
-"""Least-squares frequency domain (LSFD): shapes and residuals by linear least squares, given poles and participations.
+"""Least-squares frequency domain (LSFD): shapes and residuals by linear least squares, given poles
+and participations.
 
 Source: P. Guillaume et al., IMAC XXI (2003); Ewins, *Modal Testing* (2000), section 4.4.
 """
@@ -19,9 +20,9 @@ _ROWS = 2048
 class Setting:
     """The data of a fit.
 
-    ``frequency`` (lines,) Hz above 0; ``H`` and ``weights`` (one over the standard deviation of a real or an imaginary part)
-    (lines, outputs, inputs); ``order`` 0, 1, 2 for receptance, mobility, accelerance; ``residuals`` the number of (lower,
-    upper) terms.
+    ``frequency`` (lines,) Hz above 0; ``H`` and ``weights`` (one over the standard deviation of a
+    real or an imaginary part) (lines, outputs, inputs); ``order`` 0, 1, 2 for receptance, mobility,
+    accelerance; ``residuals`` the number of (lower, upper) terms.
     """
 
     frequency: Real
@@ -40,9 +41,9 @@ class Setting:
 class LinearFit:
     """Shapes and residuals of every output for given roots.
 
-    ``shapes`` (modes, outputs); ``lower``, ``upper`` (terms, outputs, inputs); ``misfit`` (lines, outputs, inputs) measured
-    minus fitted; ``cost`` the weighted sum of squares over real and imaginary parts; ``gain`` (modes,) the increase of the
-    cost were the mode left out (Wald).
+    ``shapes`` (modes, outputs); ``lower``, ``upper`` (terms, outputs, inputs); ``misfit`` (lines,
+    outputs, inputs) measured minus fitted; ``cost`` the weighted sum of squares over real and
+    imaginary parts; ``gain`` (modes,) the increase of the cost were the mode left out (Wald).
     """
 
     shapes: Complex
@@ -69,7 +70,8 @@ def gram(D: Real, w: Real) -> Real:
 
 
 def inverse_of(G: Real) -> Real:
-    """Inverse of a Gram matrix, scaled to a unit diagonal on the way; columns of zeros give zeros."""
+    """Inverse of a Gram matrix, scaled to a unit diagonal on the way; columns of zeros give
+    zeros."""
     scale = np.sqrt(np.diag(G))
     scale = np.where(scale > 0.0, scale, 1.0)
     outer = scale[:, None] * scale
@@ -102,6 +104,10 @@ def lsfd(s: Setting, roots: Roots) -> LinearFit:
     residual = x[:, 2 * modes :].reshape(outputs, -1, inputs).transpose(1, 0, 2)
     upper = s.residuals[1]
     return LinearFit(
-        shapes=(x[:, :modes] + 1j * x[:, modes : 2 * modes]).T.copy(), lower=residual[upper:], upper=residual[:upper],
-        misfit=misfit, cost=float(np.sum(np.abs(s.weights * misfit) ** 2)), gain=gain,
+        shapes=(x[:, :modes] + 1j * x[:, modes : 2 * modes]).T.copy(),
+        lower=residual[upper:],
+        upper=residual[:upper],
+        misfit=misfit,
+        cost=float(np.sum(np.abs(s.weights * misfit) ** 2)),
+        gain=gain,
     )

@@ -1,9 +1,10 @@
-"""Poly-reference least-squares complex frequency domain (pLSCF): poles and participations for a range of orders.
+"""Poly-reference least-squares complex frequency domain (pLSCF): poles and participations for a
+range of orders.
 
-P. Guillaume, P. Verboven, S. Vanlanduit, H. Van der Auweraer, B. Peeters, "A poly-reference implementation of the
-least-squares complex frequency-domain estimator", IMAC XXI (2003); B. Peeters et al., Shock and Vibration 11 (2004)
-395; bottom coefficient fixed so that mathematical poles are unstable: B. Cauberghe et al., J. Vib. Control 11 (2005)
-1199.
+P. Guillaume, P. Verboven, S. Vanlanduit, H. Van der Auweraer, B. Peeters, "A poly-reference
+implementation of the least-squares complex frequency-domain estimator", IMAC XXI (2003); B. Peeters
+et al., Shock and Vibration 11 (2004) 395; bottom coefficient fixed so that mathematical poles are
+unstable: B. Cauberghe et al., J. Vib. Control 11 (2005) 1199.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ from cvxupdate.recordings.types import Complex, Real
 
 @dataclass(frozen=True)
 class PoleSet:
-    """Poles of one model order: ``poles`` (n,) rad/s with positive imaginary part; ``participation`` (n,
-    references)."""
+    """Poles of one model order: ``poles`` (n,) rad/s with positive imaginary part;
+    ``participation`` (n, references)."""
 
     order: int
     poles: Complex
@@ -29,8 +30,8 @@ class PoleSet:
 
 
 def _lags(basis_angle: Real, values: Complex, order: int) -> Real:
-    """``Re sum_f values[f] exp(i angle_f k)`` for k = -order..order, (2 order + 1, columns): every Toeplitz entry
-    there is."""
+    """``Re sum_f values[f] exp(i angle_f k)`` for k = -order..order, (2 order + 1, columns): every
+    Toeplitz entry there is."""
     k = np.arange(0, order + 1)
     phase = np.exp(1j * np.outer(k, basis_angle))
     positive = phase @ values
@@ -50,10 +51,10 @@ def reduced_normal_matrices(
 ) -> tuple[Real, NDArray[np.float64], int]:
     """The pieces of the reduced normal equations at the largest order.
 
-    ``angle`` (lines,) of z; ``H`` (lines, outputs, inputs); ``weights`` (lines, outputs). Returns T, the sum of ``Y^T
-    Y`` over the outputs, (inputs (order+1))², and Q (outputs, order + 1, inputs (order + 1)) with ``S^T R^-1 S =
-    sum_o Q^T Q``; since R is factored as ``L L^T`` the first n + 1 rows of Q serve order n, so every lower order
-    costs a sum and no new factorisation.
+    ``angle`` (lines,) of z; ``H`` (lines, outputs, inputs); ``weights`` (lines, outputs). Returns
+    T, the sum of ``Y^T Y`` over the outputs, (inputs (order+1))², and Q (outputs, order + 1, inputs
+    (order + 1)) with ``S^T R^-1 S = sum_o Q^T Q``; since R is factored as ``L L^T`` the first n + 1
+    rows of Q serve order n, so every lower order costs a sum and no new factorisation.
     """
     lines, outputs, inputs = H.shape
     squared = weights**2
@@ -70,16 +71,19 @@ def reduced_normal_matrices(
         R_o = R[:, o][index]
         # a ridge of rounding size: R is singular in effect when lines are fewer than coefficients
         L = np.linalg.cholesky(R_o + 1e-13 * np.trace(R_o) / size * np.eye(size))
-        Q[o] = scipy.linalg.solve_triangular(L, S[:, o][index].reshape(size, size * inputs), lower=True)
+        Q[o] = scipy.linalg.solve_triangular(
+            L, S[:, o][index].reshape(size, size * inputs), lower=True
+        )
     return T_full, Q, inputs
 
 
 def _poles_of(M: Real, order: int, inputs: int) -> tuple[Complex, Complex]:
-    """Roots 1/z of det A(z) and the left null vectors of A there, (n,) and (inputs, n): the poles and their
-    participations.
+    """Roots 1/z of det A(z) and the left null vectors of A there, (n,) and (inputs, n): the poles
+    and their participations.
 
-    A_order = I is fixed. Least squares puts the roots that only fit noise inside the unit circle of z = exp(-i w dt),
-    that is outside the one of exp(s dt): they come out unstable and fall away. (A_0 = I would make them stable.)
+    A_order = I is fixed. Least squares puts the roots that only fit noise inside the unit circle of
+    z = exp(-i w dt), that is outside the one of exp(s dt): they come out unstable and fall away.
+    (A_0 = I would make them stable.)
     """
     size = order * inputs
     A = np.linalg.solve(M[:size, :size], -M[:size, size:]).reshape(order, inputs, inputs)
@@ -88,7 +92,9 @@ def _poles_of(M: Real, order: int, inputs: int) -> tuple[Complex, Complex]:
     companion[:inputs] = -A[::-1].transpose(2, 0, 1).reshape(inputs, size)
     companion[inputs:, :-inputs] = np.eye(size - inputs)
     values, vectors = np.linalg.eig(companion)
-    return np.asarray(1.0 / np.where(np.abs(values) > 1e-12, values, np.inf)), np.asarray(vectors[-inputs:])
+    return np.asarray(1.0 / np.where(np.abs(values) > 1e-12, values, np.inf)), np.asarray(
+        vectors[-inputs:]
+    )
 
 
 def plscf(
@@ -99,14 +105,18 @@ def plscf(
     weights: Real | None = None,
     margin: float = 0.01,
 ) -> list[PoleSet]:
-    """Stable poles in and near the band for every order of the right matrix-fraction model ``H = B(z) A(z)^-1``.
+    """Stable poles in and near the band for every order of the right matrix-fraction model ``H =
+    B(z) A(z)^-1``.
 
     Parameters
     ----------
     frequency : (lines,) Hz, increasing. H : (lines, outputs, inputs).
-    orders : increasing polynomial orders (each gives ``order * inputs / 2`` poles at most in the band).
-    weights : (lines, outputs), one over the standard deviation; default one over the r.m.s. of each output.
-    margin : share of the half circle left free at each end of the band, which keeps band edges off the real axis of z.
+    orders : increasing polynomial orders (each gives ``order * inputs / 2`` poles at most in the
+    band).
+    weights : (lines, outputs), one over the standard deviation; default one over the r.m.s. of each
+    output.
+    margin : share of the half circle left free at each end of the band, which keeps band edges off
+    the real axis of z.
 
     Raises
     ------
@@ -116,10 +126,14 @@ def plscf(
     lines, _, inputs = H.shape
     top = int(orders[-1])
     if not np.all(np.isfinite(H)):
-        raise RecordingError("the FRFs hold NaN or infinite entries; drop those lines before identification")
+        raise RecordingError(
+            "the FRFs hold NaN or infinite entries; drop those lines before identification"
+        )
     if 2 * lines < (top + 1) * (inputs + 1):
-        raise RecordingError(f"{lines} lines cannot carry order {top} with {inputs} references; "
-                             "lower the order, widen the band, or record with a finer resolution")
+        raise RecordingError(
+            f"{lines} lines cannot carry order {top} with {inputs} references; "
+            "lower the order, widen the band, or record with a finer resolution"
+        )
     if weights is None:
         level = np.sqrt(np.mean(np.abs(H) ** 2, axis=(0, 2)))
         weights = np.ones((lines, 1)) / np.where(level > 0.0, level, np.inf)

@@ -1,10 +1,11 @@
 """Maximum-likelihood refinement of the modal model, and the covariance of its parameters.
 
-Gauss-Newton (Levenberg's damping) over poles and participations, the shapes and residuals of each output eliminated
-exactly: variable projection in Kaufman's form (G. Golub, V. Pereyra, Inverse Problems 19 (2003) R1). Each FRF entry
-is weighted by its variance, so for circular Gaussian noise the estimate is the maximum-likelihood one and the inverse
-of the Gauss-Newton matrix its covariance (P. Guillaume, P. Verboven, S. Vanlanduit, ISMA 23 (1998); Pintelon &
-Schoukens (2012), section 9.11).
+Gauss-Newton (Levenberg's damping) over poles and participations, the shapes and residuals of each
+output eliminated exactly: variable projection in Kaufman's form (G. Golub, V. Pereyra, Inverse
+Problems 19 (2003) R1). Each FRF entry is weighted by its variance, so for circular Gaussian noise
+the estimate is the maximum-likelihood one and the inverse of the Gauss-Newton matrix its covariance
+(P. Guillaume, P. Verboven, S. Vanlanduit, ISMA 23 (1998); Pintelon & Schoukens (2012), section
+9.11).
 """
 
 from __future__ import annotations
@@ -14,8 +15,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.recordings.identify.lsfd import LinearFit, Setting, gram, inverse_of, lsfd, weights_of
-from cvxupdate.recordings.identify.model import Roots, linear_basis, pinned, real_imag, root_dictionary
+from cvxupdate.recordings.identify.lsfd import (
+    LinearFit,
+    Setting,
+    gram,
+    inverse_of,
+    lsfd,
+    weights_of,
+)
+from cvxupdate.recordings.identify.model import (
+    Roots,
+    linear_basis,
+    pinned,
+    real_imag,
+    root_dictionary,
+)
 from cvxupdate.recordings.types import Real
 
 
@@ -23,8 +37,8 @@ from cvxupdate.recordings.types import Real
 class Normal:
     """Gauss-Newton matrices with the linear unknowns eliminated.
 
-    ``matrix`` (k, k), ``gradient`` (k,) for the roots and free participations; ``linear_inverse`` (outputs, c, c) is
-    ``(A^T A)^-1`` and ``coupling`` (outputs, c, k) is ``(A^T A)^-1 A^T B``.
+    ``matrix`` (k, k), ``gradient`` (k,) for the roots and free participations; ``linear_inverse``
+    (outputs, c, c) is ``(A^T A)^-1`` and ``coupling`` (outputs, c, k) is ``(A^T A)^-1 A^T B``.
     """
 
     matrix: Real
@@ -39,8 +53,14 @@ def normal_matrices(s: Setting, roots: Roots, fit: LinearFit, free: NDArray[np.b
     X, Y, mode = root_dictionary(s.frequency, roots, s.order, free)
     modes, count = roots.value.size, mode.size
     # columns: Re roots, Im roots, Re participations, Im participations
-    sort = np.concatenate([np.arange(modes), count + np.arange(modes), np.arange(modes, count),
-                           count + np.arange(modes, count)])
+    sort = np.concatenate(
+        [
+            np.arange(modes),
+            count + np.arange(modes),
+            np.arange(modes, count),
+            count + np.arange(modes, count),
+        ]
+    )
     every = np.concatenate([basis, X, Y], axis=1)
     split = basis.shape[1]
     matrix, gradient = np.zeros((2 * count, 2 * count)), np.zeros(2 * count)
@@ -70,7 +90,9 @@ def _moved(roots: Roots, free: NDArray[np.bool_], delta: Real) -> Roots:
     count = int(np.count_nonzero(free))
     participation = roots.participation.copy()
     participation[free] += delta[2 * modes : 2 * modes + count] + 1j * delta[2 * modes + count :]
-    return Roots(roots.value + delta[:modes] + 1j * delta[modes : 2 * modes], participation, roots.damping)
+    return Roots(
+        roots.value + delta[:modes] + 1j * delta[modes : 2 * modes], participation, roots.damping
+    )
 
 
 def _stable(roots: Roots) -> bool:
@@ -79,11 +101,14 @@ def _stable(roots: Roots) -> bool:
     return bool(np.all(damped & np.isfinite(roots.value)))
 
 
-def refine(s: Setting, start: Roots, *, iterations: int = 20, tolerance: float = 1e-7) -> tuple[Roots, LinearFit]:
-    """Roots and linear fit of least weighted cost near ``start``; ``iterations = 0`` leaves the roots as they are.
+def refine(
+    s: Setting, start: Roots, *, iterations: int = 20, tolerance: float = 1e-7
+) -> tuple[Roots, LinearFit]:
+    """Roots and linear fit of least weighted cost near ``start``; ``iterations = 0`` leaves the
+    roots as they are.
 
-    A step that does not lower the cost, or makes a mode unstable, is shortened; the search ends when a full step
-    lowers the cost by less than ``tolerance`` times itself.
+    A step that does not lower the cost, or makes a mode unstable, is shortened; the search ends
+    when a full step lowers the cost by less than ``tolerance`` times itself.
     """
     scaled, free = pinned(start.participation)
     roots = Roots(start.value, scaled, start.damping)
@@ -98,7 +123,9 @@ def refine(s: Setting, start: Roots, *, iterations: int = 20, tolerance: float =
         scaled_matrix = scale[:, None] * normal.matrix * scale
         gained = -1.0
         for _ in range(8):
-            delta = scale * np.linalg.solve(scaled_matrix + damping * np.eye(scale.size), scale * normal.gradient)
+            delta = scale * np.linalg.solve(
+                scaled_matrix + damping * np.eye(scale.size), scale * normal.gradient
+            )
             trial = _moved(roots, free, delta)
             if _stable(trial):
                 trial_fit = lsfd(s, trial)

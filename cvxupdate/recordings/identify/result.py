@@ -20,13 +20,17 @@ class IdentifiedModes:
     damping, damping_std : (modes,) fraction of critical (half the loss factor when hysteretic).
     poles : (modes,) rad/s, viscous poles of the same frequency and damping.
     shapes : (modes, responses) complex, largest entry 1.
-    shape_std : (modes, responses), of the complex entry; shape_std_real, shape_std_imag : of its parts.
-    participation : (modes, references), so that the receptance's residue is ``outer(shapes[r], participation[r])``.
-    lower, upper : (terms, responses, references) residuals of the receptance over ``band`` (Hz), as in `model`; the first
+    shape_std : (modes, responses), of the complex entry; shape_std_real, shape_std_imag : of its
+    parts.
+    participation : (modes, references), so that the receptance's residue is ``outer(shapes[r],
+    participation[r])``.
+    lower, upper : (terms, responses, references) residuals of the receptance over ``band`` (Hz), as
+    in `model`; the first
         terms are the classic ``upper - lower / omega²``.
     damping_model : viscous or hysteretic.
     quantity : of the FRFs that the modes were identified from.
-    auxiliary : (poles, shapes, participation) of modes beyond the band's edges, or overdamped, that were fitted along; not reported.
+    auxiliary : (poles, shapes, participation) of modes beyond the band's edges, or overdamped, that
+    were fitted along; not reported.
     stabilisation : the diagram.
     chi_square : weighted misfit per degree of freedom, NaN when no variance was known.
     line_correlation : lines per independent piece of noise.
@@ -60,9 +64,11 @@ class IdentifiedModes:
     added_decay: float = 0.0
 
     def to_table(self, *, real: bool = False) -> ModeTable:
-        """The modes as a `ModeTable`; with ``real`` each shape is turned to its best phase and its real part kept.
+        """The modes as a `ModeTable`; with ``real`` each shape is turned to its best phase and its
+        real part kept.
 
-        The rotation maximises the real part (Ahmadian & Gladwell 1995); for the other realisations see `realise`.
+        The rotation maximises the real part (Ahmadian & Gladwell 1995); for the other realisations
+        see `realise`.
         """
         shapes: Complex | Real = self.shapes
         std = self.shape_std
@@ -70,9 +76,17 @@ class IdentifiedModes:
             turn = np.exp(-0.5j * np.angle(np.sum(self.shapes**2, axis=1)))[:, None]
             turn = turn * np.where(np.real(turn) < 0.0, -1.0, 1.0)
             shapes = np.asarray(np.real(self.shapes * turn))
-            std = np.sqrt((turn.real * self.shape_std_real) ** 2 + (turn.imag * self.shape_std_imag) ** 2)
+            std = np.sqrt(
+                (turn.real * self.shape_std_real) ** 2 + (turn.imag * self.shape_std_imag) ** 2
+            )
         return ModeTable(
-            origin=self.origin, frequency=self.frequency, frequency_std=self.frequency_std, damping=self.damping,
-            damping_std=self.damping_std, channels=self.responses, shapes=shapes, shape_std=std,
+            origin=self.origin,
+            frequency=self.frequency,
+            frequency_std=self.frequency_std,
+            damping=self.damping,
+            damping_std=self.damping_std,
+            channels=self.responses,
+            shapes=shapes,
+            shape_std=std,
             pairs=np.zeros(self.frequency.size, dtype=np.int64),
         )

@@ -1,9 +1,10 @@
-"""Automatic choice of poles from a stabilisation diagram: clusters that never hold two poles of one order.
+"""Automatic choice of poles from a stabilisation diagram: clusters that never hold two poles of one
+order.
 
-Orders are visited from the highest down. Every pole joins the nearest cluster that meets the `Criteria`, each cluster
-taking at most one pole of an order, so two close modes cannot merge; a pole that fits none opens a cluster. A cluster
-is a mode when it holds poles of at least ``share`` of the orders (and ``least`` of them). Its pole is the
-component-wise median.
+Orders are visited from the highest down. Every pole joins the nearest cluster that meets the
+`Criteria`, each cluster taking at most one pole of an order, so two close modes cannot merge; a
+pole that fits none opens a cluster. A cluster is a mode when it holds poles of at least ``share``
+of the orders (and ``least`` of them). Its pole is the component-wise median.
 """
 
 from __future__ import annotations
@@ -26,8 +27,9 @@ def clusters(diagram: Stabilisation, c: Criteria) -> list[list[int]]:
     for order in np.unique(diagram.order)[::-1]:
         here = np.flatnonzero(diagram.order == order)
         if groups:
-            # a cluster's place is that of its five highest orders, so that late, coarse poles do not drag it; its participation
-            # is that of its last pole: of two modes at nearly one frequency any mixture will do, and it turns from order to order
+            # a cluster's place is that of its five highest orders, so that late, coarse poles do
+            # not drag it; its participation is that of its last pole: of two modes at nearly one
+            # frequency any mixture will do, and it turns from order to order
             centre = np.array([_centre(g[:5], diagram.pole) for g in groups])
             shape = diagram.participation[[g[-1] for g in groups]]
             fits = same(diagram.pole[here], diagram.participation[here], centre, shape, c)
@@ -49,7 +51,8 @@ def clusters(diagram: Stabilisation, c: Criteria) -> list[list[int]]:
 
 
 def select(diagram: Stabilisation, c: Criteria) -> Roots:
-    """One pole and participation for every cluster that is large enough, by increasing frequency."""
+    """One pole and participation for every cluster that is large enough, by increasing
+    frequency."""
     needed = max(c.least, int(np.ceil(c.share * np.unique(diagram.order).size)))
     poles: list[complex] = []
     participation: list[Complex] = []

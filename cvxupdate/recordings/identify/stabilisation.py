@@ -14,11 +14,11 @@ from cvxupdate.recordings.types import Complex, Real
 
 @dataclass(frozen=True)
 class Criteria:
-    """What makes two poles of different order the same: relative difference of frequency below ``frequency``, relative
-    difference of damping below ``damping`` (plus ``damping_floor``, fraction of critical), and modal assurance of the
-    participations above ``participation`` (with several references); fractions of critical damping up to
-    ``max_damping``
-    are physical. ``share``: a mode must be found in this share of the orders (at least ``least``)."""
+    """What makes two poles of different order the same: relative difference of frequency below
+    ``frequency``, relative difference of damping below ``damping`` (plus ``damping_floor``,
+    fraction of critical), and modal assurance of the participations above ``participation`` (with
+    several references); fractions of critical damping up to ``max_damping`` are physical.
+    ``share``: a mode must be found in this share of the orders (at least ``least``)."""
 
     frequency: float = 0.01
     damping: float = 0.5
@@ -33,8 +33,8 @@ class Criteria:
 class Stabilisation:
     """All physical poles of all orders, ready to plot.
 
-    ``order``, ``frequency`` (Hz), ``damping`` (fraction of critical), ``stable`` (same pole in the order below) are
-    (poles,); ``pole`` (poles,) rad/s and ``participation`` (poles, references).
+    ``order``, ``frequency`` (Hz), ``damping`` (fraction of critical), ``stable`` (same pole in the
+    order below) are (poles,); ``pole`` (poles,) rad/s and ``participation`` (poles, references).
     """
 
     order: NDArray[np.int64]
@@ -48,7 +48,9 @@ class Stabilisation:
 def participation_mac(a: Complex, b: Complex) -> Real:
     """Modal assurance between rows of a (n, references) and of b (m, references), (n, m)."""
     product = np.abs(np.conj(a) @ b.T) ** 2
-    return np.asarray(product / np.outer(np.sum(np.abs(a) ** 2, axis=1), np.sum(np.abs(b) ** 2, axis=1)))
+    return np.asarray(
+        product / np.outer(np.sum(np.abs(a) ** 2, axis=1), np.sum(np.abs(b) ** 2, axis=1))
+    )
 
 
 def same(p: Complex, Lp: Complex, q: Complex, Lq: Complex, c: Criteria) -> NDArray[np.bool_]:
@@ -57,7 +59,11 @@ def same(p: Complex, Lp: Complex, q: Complex, Lq: Complex, c: Criteria) -> NDArr
     zp, zq = -p.real / fp, -q.real / fq
     near = np.abs(fp[:, None] - fq) < c.frequency * fq
     damped = np.abs(zp[:, None] - zq) < c.damping * np.maximum(zp[:, None], zq) + c.damping_floor
-    alike = participation_mac(Lp, Lq) > c.participation if Lp.shape[1] > 1 else np.ones(near.shape, dtype=bool)
+    alike = (
+        participation_mac(Lp, Lq) > c.participation
+        if Lp.shape[1] > 1
+        else np.ones(near.shape, dtype=bool)
+    )
     return np.asarray(near & damped & alike)
 
 
@@ -67,7 +73,11 @@ def stabilisation(sets: Sequence[PoleSet], band: tuple[float, float], c: Criteri
     before: tuple[Complex, Complex] | None = None
     for item in sets:
         f = np.abs(item.poles) / (2.0 * np.pi)
-        keep = (f >= band[0]) & (f <= band[1]) & (-item.poles.real <= c.max_damping * np.abs(item.poles))
+        keep = (
+            (f >= band[0])
+            & (f <= band[1])
+            & (-item.poles.real <= c.max_damping * np.abs(item.poles))
+        )
         p, L = item.poles[keep], item.participation[keep]
         held = np.zeros(p.size, dtype=bool)
         if before is not None and before[0].size and p.size:
@@ -77,7 +87,10 @@ def stabilisation(sets: Sequence[PoleSet], band: tuple[float, float], c: Criteri
     pole = np.concatenate([r[1] for r in rows])
     size = np.abs(pole)
     return Stabilisation(
-        order=np.concatenate([r[0] for r in rows]), frequency=np.asarray(size / (2.0 * np.pi)),
-        damping=np.asarray(-pole.real / size), stable=np.concatenate([r[3] for r in rows]),
-        pole=pole, participation=np.concatenate([r[2] for r in rows]),
+        order=np.concatenate([r[0] for r in rows]),
+        frequency=np.asarray(size / (2.0 * np.pi)),
+        damping=np.asarray(-pole.real / size),
+        stable=np.concatenate([r[3] for r in rows]),
+        pole=pole,
+        participation=np.concatenate([r[2] for r in rows]),
     )

@@ -15,9 +15,9 @@ from cvxupdate.recordings.types import Complex, Real
 
 @dataclass(frozen=True)
 class Deviations:
-    """``frequency`` (modes,) Hz; ``damping`` (modes,); ``shape_real``, ``shape_imag`` (modes, outputs) of the shapes
-    whose largest
-    entry is 1; ``covariance`` (modes, 2, 2) of frequency and damping of each mode."""
+    """``frequency`` (modes,) Hz; ``damping`` (modes,); ``shape_real``, ``shape_imag`` (modes,
+    outputs) of the shapes whose largest entry is 1; ``covariance`` (modes, 2, 2) of frequency and
+    damping of each mode."""
 
     frequency: Real
     damping: Real
@@ -27,14 +27,17 @@ class Deviations:
 
 
 def reduced_chi_square(s: Setting, fit: LinearFit, parameters: int) -> float:
-    """Weighted misfit per degree of freedom: 1 when the weights are right and the model is complete."""
+    """Weighted misfit per degree of freedom: 1 when the weights are right and the model is
+    complete."""
     return fit.cost / max(2 * s.H.size - parameters, 1)
 
 
 def noise_level(s: Setting, fit: LinearFit) -> float:
-    """Weighted misfit per real number that is noise: from its second differences along the lines, in which a smooth misfit cancels.
+    """Weighted misfit per real number that is noise: from its second differences along the lines,
+    in which a smooth misfit cancels.
 
-    The median over the lines passes over peaks. 1 for independent lines and right weights; less where a window correlates the lines.
+    The median over the lines passes over peaks. 1 for independent lines and right weights; less
+    where a window correlates the lines.
     """
     r = s.weights * fit.misfit
     if r.shape[0] < 5:
@@ -44,11 +47,12 @@ def noise_level(s: Setting, fit: LinearFit) -> float:
 
 
 def line_correlation(s: Setting, fit: LinearFit) -> float:
-    """How many lines share one independent piece of noise: ``1 + 2 sum rho_k`` of the weighted misfit along the
-    frequency.
+    """How many lines share one independent piece of noise: ``1 + 2 sum rho_k`` of the weighted
+    misfit along the frequency.
 
-    A Hann window or the local polynomial method correlates neighbouring lines, and a model error is smooth: either
-    way the lines say less than their number. Summed up to the first lag that is not significant (three deviations).
+    A Hann window or the local polynomial method correlates neighbouring lines, and a model error is
+    smooth: either way the lines say less than their number. Summed up to the first lag that is not
+    significant (three deviations).
     """
     r = s.weights * fit.misfit
     power = float(np.sum(np.abs(r) ** 2))
@@ -64,10 +68,14 @@ def line_correlation(s: Setting, fit: LinearFit) -> float:
 
 def _rotation(z: Complex) -> Real:
     """Multiplication by a complex number as a real 2 x 2 matrix, (..., 2, 2)."""
-    return np.asarray(np.stack([np.stack([z.real, -z.imag], -1), np.stack([z.imag, z.real], -1)], -2))
+    return np.asarray(
+        np.stack([np.stack([z.real, -z.imag], -1), np.stack([z.imag, z.real], -1)], -2)
+    )
 
 
-def deviations(s: Setting, roots: Roots, fit: LinearFit, free: NDArray[np.bool_], factor: float) -> Deviations:
+def deviations(
+    s: Setting, roots: Roots, fit: LinearFit, free: NDArray[np.bool_], factor: float
+) -> Deviations:
     """Standard deviations, linearised at the estimate; the covariance is multiplied by ``factor``.
 
     ``weights`` of the setting are one over the standard deviation of a real or imaginary part.

@@ -1,6 +1,8 @@
-"""Quality checks that speak: what is wrong with a recording, each with a statistic, its threshold and a false-alarm rate.
+"""Quality checks that speak: what is wrong with a recording, each with a statistic, its threshold
+and a false-alarm rate.
 
-`check` looks at one recording, `compare` at several of one structure. The checks are in the explicit lists below.
+`check` looks at one recording, `compare` at several of one structure. The checks are in the
+explicit lists below.
 """
 
 from __future__ import annotations
@@ -26,23 +28,61 @@ def _samples(history: TimeHistory) -> tuple[Finding, ...]:
         bad = samples.missing(x)
         if bad:
             first = int(np.flatnonzero(~np.isfinite(x))[0])
-            found.append(Finding("missing values", who, f"{who} has {bad} values that are not numbers, the first at {first / history.rate:.4g} s. "
-                                 "Cut the record, or repair them.", float(bad), 0.0, float(bad)))  # fmt: skip
+            found.append(
+                Finding(
+                    "missing values",
+                    who,
+                    f"{who} has {bad} values that are not numbers, the first at "
+                    f"{first / history.rate:.4g} s. Cut the record, or repair them.",
+                    float(bad),
+                    0.0,
+                    float(bad),
+                )
+            )
             x = x[np.isfinite(x)]
         if x.size < 16 or np.ptp(x) == 0.0:
             continue
         test = samples.clipping(x)
         if test.fault:
-            found.append(Finding("clipping", who, f"{who} is clipped: {test.value:.0f} samples sit at its extreme values ({x.min():.4g}, {x.max():.4g}). "
-                                 "Lower the range and measure again.", test.statistic, test.threshold, test.value))  # fmt: skip
+            found.append(
+                Finding(
+                    "clipping",
+                    who,
+                    f"{who} is clipped: {test.value:.0f} samples sit at its extreme values "
+                    f"({x.min():.4g}, {x.max():.4g}). Lower the range and measure again.",
+                    test.statistic,
+                    test.threshold,
+                    test.value,
+                )
+            )
         test = samples.dropouts(x)
         if test.fault:
-            found.append(Finding("drop-out", who, f"{who} drops out: {test.value:.0f} samples hold one value amid motion, {test.statistic:.0f} in a row at "
-                                 f"{test.where / history.rate:.4g} s. Cut the record there.", test.statistic, test.threshold, test.value))  # fmt: skip
+            found.append(
+                Finding(
+                    "drop-out",
+                    who,
+                    f"{who} drops out: {test.value:.0f} samples hold one value amid motion, "
+                    f"{test.statistic:.0f} in a row at {test.where / history.rate:.4g} s. Cut "
+                    "the record there.",
+                    test.statistic,
+                    test.threshold,
+                    test.value,
+                )
+            )
         test = samples.drift(x)
         if test.fault:
-            found.append(Finding("drift", who, f"{who} drifts by {test.value:.3g} over the record ({100 * test.value / np.std(x):.0f} % of its "
-                                 "r.m.s.). Take the trend out, or let the amplifier warm up.", test.statistic, test.threshold, test.value))  # fmt: skip
+            found.append(
+                Finding(
+                    "drift",
+                    who,
+                    f"{who} drifts by {test.value:.3g} over the record "
+                    f"({100 * test.value / np.std(x):.0f} % of its r.m.s.). Take the trend "
+                    "out, or let the amplifier warm up.",
+                    test.statistic,
+                    test.threshold,
+                    test.value,
+                )
+            )
     return tuple(found)
 
 
@@ -52,25 +92,44 @@ def _finite(recording: FrequencyResponse) -> tuple[Finding, ...]:
     for column, channel in enumerate(recording.responses):
         bad = int(np.count_nonzero(~np.isfinite(recording.H[:, column])))
         if bad:
-            found.append(Finding("missing values", channel.label, f"{channel.label} has {bad} lines that are not numbers. Leave them out (band).",
-                                 float(bad), 0.0, float(bad)))  # fmt: skip
+            found.append(
+                Finding(
+                    "missing values",
+                    channel.label,
+                    f"{channel.label} has {bad} lines that are not numbers. Leave them out (band).",
+                    float(bad),
+                    0.0,
+                    float(bad),
+                )
+            )
     return tuple(found)
 
 
-TIME: tuple[Callable[[TimeHistory], tuple[Finding, ...]], ...] = (_samples, between.dead, between.duplicates, between.unrelated)
+TIME: tuple[Callable[[TimeHistory], tuple[Finding, ...]], ...] = (
+    _samples,
+    between.dead,
+    between.duplicates,
+    between.unrelated,
+)
 """Checks of a time history."""
 
 FRF: tuple[Callable[[FrequencyResponse], tuple[Finding, ...]], ...] = (
-    frf.reciprocity, frf.drive_points, frf.passivity, frf.delays, frf.coherence, frf.causality,
-)  # fmt: skip
+    frf.reciprocity,
+    frf.drive_points,
+    frf.passivity,
+    frf.delays,
+    frf.coherence,
+    frf.causality,
+)
 """Checks of FRFs."""
 
 
 def check(recording: Recording) -> tuple[Finding, ...]:
     """Everything suspicious in one recording, as sentences; () when nothing is.
 
-    Every check raises a false alarm on a clean channel (or pair) with a probability of at most `ALPHA` (1e-3); the docstring of each says
-    under which law. A table of modes has nothing to check here.
+    Every check raises a false alarm on a clean channel (or pair) with a probability of at most
+    `ALPHA` (1e-3); the docstring of each says under which law. A table of modes has nothing to
+    check here.
     """
     if isinstance(recording, TimeHistory):
         return tuple(finding for one in TIME for finding in one(recording))

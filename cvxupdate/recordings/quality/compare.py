@@ -1,4 +1,5 @@
-"""Recordings of one structure against each other: gains that disagree, FRFs that change with the level."""
+"""Recordings of one structure against each other: gains that disagree, FRFs that change with the
+level."""
 
 from __future__ import annotations
 
@@ -12,10 +13,19 @@ from cvxupdate.recordings.lines import frf_peaks, sine_fit, vertex
 from cvxupdate.recordings.quality.finding import ALPHA, Finding
 from cvxupdate.recordings.quality.frf import mobility, place
 from cvxupdate.recordings.read.variance import variance_of_frf
-from cvxupdate.recordings.types import Channel, Complex, FrequencyResponse, Origin, Real, Recording, TimeHistory
+from cvxupdate.recordings.types import (
+    Channel,
+    Complex,
+    FrequencyResponse,
+    Origin,
+    Real,
+    Recording,
+    TimeHistory,
+)
 
 _SHIFT = 0.05
-"""Relative shift of resonances between two tests of one structure that is no fault of a channel: weights lines on flanks down."""
+"""Relative shift of resonances between two tests of one structure that is no fault of a channel:
+weights lines on flanks down."""
 
 
 @dataclass(frozen=True)
@@ -48,9 +58,19 @@ def _of_frf(frf: FrequencyResponse) -> list[Estimate]:
         return []
     scale = np.abs(mob / np.where(frf.H == 0.0, 1.0, frf.H)) ** 2
     return [
-        Estimate(frf.origin, (place(r), frf.quantity, place(s)), r, s, frf.frequency, mob[:, i, j], (variance * scale)[:, i, j])
-        for i, r in enumerate(frf.responses) for j, s in enumerate(frf.references) if r.dof and s.dof
-    ]  # fmt: skip
+        Estimate(
+            frf.origin,
+            (place(r), frf.quantity, place(s)),
+            r,
+            s,
+            frf.frequency,
+            mob[:, i, j],
+            (variance * scale)[:, i, j],
+        )
+        for i, r in enumerate(frf.responses)
+        for j, s in enumerate(frf.references)
+        if r.dof and s.dof
+    ]
 
 
 def _sine(history: TimeHistory, force: int) -> float | None:
@@ -59,7 +79,11 @@ def _sine(history: TimeHistory, force: int) -> float | None:
     if not np.all(np.isfinite(x)) or np.ptp(x) == 0.0:
         return None
     power = np.abs(np.fft.rfft(x * np.hanning(len(x)), 4 * len(x)))
-    start = (int(np.argmax(power)) + vertex(power, int(np.argmax(power)))[0]) * history.rate / (4 * len(x))
+    start = (
+        (int(np.argmax(power)) + vertex(power, int(np.argmax(power)))[0])
+        * history.rate
+        / (4 * len(x))
+    )
     if start <= 0.0:
         return None
     frequency, _, left = sine_fit(x[:, None], history.rate, start)
@@ -67,10 +91,20 @@ def _sine(history: TimeHistory, force: int) -> float | None:
 
 
 def _of_time(history: TimeHistory) -> list[Estimate]:
-    """A sine by least squares, a blow by output over input, anything else by H1 over half-overlapped Hann blocks; one force only."""
+    """A sine by least squares, a blow by output over input, anything else by H1 over
+    half-overlapped Hann blocks; one force only."""
     forces = [k for k, c in enumerate(history.channels) if c.quantity == "force" and c.dof]
-    motions = [k for k, c in enumerate(history.channels) if c.quantity in ("displacement", "velocity", "acceleration") and c.dof]
-    if len(forces) != 1 or not motions or len(history.data) < 128 or not np.all(np.isfinite(history.data)):
+    motions = [
+        k
+        for k, c in enumerate(history.channels)
+        if c.quantity in ("displacement", "velocity", "acceleration") and c.dof
+    ]
+    if (
+        len(forces) != 1
+        or not motions
+        or len(history.data) < 128
+        or not np.all(np.isfinite(history.data))
+    ):
         return []
     u = history.data[:, forces[0]]
     reference = history.channels[forces[0]]
@@ -79,11 +113,28 @@ def _of_time(history: TimeHistory) -> list[Estimate]:
     for k in motions:
         r = history.channels[k]
         if tone is not None:
-            frequency, amplitude, left = sine_fit(history.data[:, [k, forces[0]]], history.rate, tone)
+            frequency, amplitude, left = sine_fit(
+                history.data[:, [k, forces[0]]], history.rate, tone
+            )
             H = np.array([[[amplitude[0] / amplitude[1]]]])
-            relative = 2.0 / len(u) * float(np.sum((left / np.maximum(np.abs(amplitude), np.finfo(float).tiny)) ** 2)) * 2.0
+            relative = (
+                2.0
+                / len(u)
+                * float(np.sum((left / np.maximum(np.abs(amplitude), np.finfo(float).tiny)) ** 2))
+                * 2.0
+            )
             spread = np.asarray(relative * np.abs(H) ** 2, dtype=np.float64)
-            out += _of_frf(FrequencyResponse(history.origin, np.array([frequency], dtype=np.float64), H, r.quantity, (r,), (reference,), spread))
+            out += _of_frf(
+                FrequencyResponse(
+                    history.origin,
+                    np.array([frequency], dtype=np.float64),
+                    H,
+                    r.quantity,
+                    (r,),
+                    (reference,),
+                    spread,
+                )
+            )
             continue
         y = history.data[:, k]
         if stats.kurtosis(u) > 30.0:  # a blow: the rest of the force channel is noise
@@ -100,18 +151,29 @@ def _of_time(history: TimeHistory) -> list[Estimate]:
             gamma = signal.coherence(u, y, history.rate, nperseg=size)[1][:, None, None]
         variance, _ = variance_of_frf(H, gamma)
         if variance is not None:
-            out += _of_frf(FrequencyResponse(history.origin, grid[1:], H[1:], r.quantity, (r,), (reference,), variance[1:]))
+            out += _of_frf(
+                FrequencyResponse(
+                    history.origin, grid[1:], H[1:], r.quantity, (r,), (reference,), variance[1:]
+                )
+            )
     return out
 
 
 def _log_ratio(broad: Estimate, frequency: Real, H: Complex, variance: Real) -> tuple[Real, Real]:
-    """ln|H / H_broad| at the given frequencies and its variance, flanks weighted down; points that are mostly noise are left out."""
+    """ln|H / H_broad| at the given frequencies and its variance, flanks weighted down; points that
+    are mostly noise are left out."""
     inside = (frequency >= broad.frequency[1]) & (frequency <= broad.frequency[-2])
     frequency, H, variance = frequency[inside], H[inside], variance[inside]
     log = np.log(np.maximum(np.abs(broad.H), np.finfo(float).tiny))
     value = np.interp(frequency, broad.frequency, log)
-    # what a shift of the resonances by 5 % would do to the logarithm: its range over that neighbourhood
-    around = np.stack([np.interp(frequency * (1.0 + shift), broad.frequency, log) for shift in np.linspace(-_SHIFT, _SHIFT, 11)])
+    # what a shift of the resonances by 5 % would do to the logarithm: its range over that
+    # neighbourhood
+    around = np.stack(
+        [
+            np.interp(frequency * (1.0 + shift), broad.frequency, log)
+            for shift in np.linspace(-_SHIFT, _SHIFT, 11)
+        ]
+    )
     moved = np.ptp(around, axis=0)
     noise = np.interp(frequency, broad.frequency, broad.noise)
     own = variance / np.maximum(np.abs(H) ** 2, np.finfo(float).tiny)
@@ -126,15 +188,23 @@ def _weighted_median(x: Real, weight: Real) -> float:
     return float(x[order][int(np.searchsorted(total, 0.5 * total[-1]))])
 
 
-def gain_of(pairs: Sequence[tuple[Estimate, Sequence[Estimate]]], alpha: float = ALPHA) -> tuple[float, float, float, int]:
-    """(ln gain of the others against the broad ones, statistic, threshold, points), pooled over structures.
+def gain_of(
+    pairs: Sequence[tuple[Estimate, Sequence[Estimate]]], alpha: float = ALPHA
+) -> tuple[float, float, float, int]:
+    """(ln gain of the others against the broad ones, statistic, threshold, points), pooled over
+    structures.
 
-    The weighted median of the logarithms, because one line near an unexpected antiresonance must not carry it; its deviation is 1.2533 times
-    that of the weighted mean, scaled up by the scatter (weighted MAD) where that is larger than the weights say. Normal law where the
-    weights hold, Student's t with the effective number of points less one where the scatter had to be used.
+    The weighted median of the logarithms, because one line near an unexpected antiresonance must
+    not carry it; its deviation is 1.2533 times that of the weighted mean, scaled up by the scatter
+    (weighted MAD) where that is larger than the weights say. Normal law where the weights hold,
+    Student's t with the effective number of points less one where the scatter had to be used.
     """
-    parts = [_log_ratio(broad, e.frequency, e.H, e.variance) for broad, others in pairs for e in others]
-    ratio, variance = (np.concatenate([p[i] for p in parts]) if parts else np.zeros(0) for i in (0, 1))
+    parts = [
+        _log_ratio(broad, e.frequency, e.H, e.variance) for broad, others in pairs for e in others
+    ]
+    ratio, variance = (
+        np.concatenate([p[i] for p in parts]) if parts else np.zeros(0) for i in (0, 1)
+    )
     if ratio.size < 4:
         return 0.0, 0.0, np.inf, int(ratio.size)
     weight = 1.0 / variance
@@ -142,18 +212,27 @@ def gain_of(pairs: Sequence[tuple[Estimate, Sequence[Estimate]]], alpha: float =
     scatter = 1.4826 * _weighted_median(np.abs(ratio - middle) * np.sqrt(weight), weight)
     deviation = 1.2533 * max(scatter, 1.0) / float(np.sqrt(np.sum(weight)))
     effective = float(np.sum(weight) ** 2 / np.sum(weight**2))
-    law = stats.norm.isf(alpha / 2.0) if scatter <= 1.0 else stats.t.isf(alpha / 2.0, max(effective - 1.0, 1.0))
+    law = (
+        stats.norm.isf(alpha / 2.0)
+        if scatter <= 1.0
+        else stats.t.isf(alpha / 2.0, max(effective - 1.0, 1.0))
+    )
     return middle, abs(middle) / deviation, float(law), int(ratio.size)
 
 
 def _sparse(e: Estimate, count: int = 24) -> Estimate:
     """Lines far enough apart to be independent, for a comparison of two broad estimates."""
-    use = np.unique(np.linspace(1, len(e.frequency) - 2, min(count, max(len(e.frequency) // 8, 4))).astype(int))
-    return Estimate(e.origin, e.key, e.response, e.reference, e.frequency[use], e.H[use], e.variance[use])
+    use = np.unique(
+        np.linspace(1, len(e.frequency) - 2, min(count, max(len(e.frequency) // 8, 4))).astype(int)
+    )
+    return Estimate(
+        e.origin, e.key, e.response, e.reference, e.frequency[use], e.H[use], e.variance[use]
+    )
 
 
 def _level(a: Estimate, b: Estimate, alpha: float) -> Finding | None:
-    """Two broad FRFs of one pair of DOFs that differ by more than their variances, and not by one factor."""
+    """Two broad FRFs of one pair of DOFs that differ by more than their variances, and not by one
+    factor."""
     low, high = max(a.frequency[0], b.frequency[0]), min(a.frequency[-1], b.frequency[-1])
     grid = a.frequency[(a.frequency >= low) & (a.frequency <= high)]
     if grid.size < 24:
@@ -163,32 +242,65 @@ def _level(a: Estimate, b: Estimate, alpha: float) -> Finding | None:
     Ha = np.interp(grid, a.frequency, a.H.real) + 1j * np.interp(grid, a.frequency, a.H.imag)
     Hb = np.interp(grid, b.frequency, b.H.real) + 1j * np.interp(grid, b.frequency, b.H.imag)
     variance = np.interp(grid, a.frequency, a.variance) + np.interp(grid, b.frequency, b.variance)
-    # strong, well measured lines only: there a change of the structure shows, and leakage of weak lines does not
-    sound = (np.interp(grid, a.frequency, a.noise) < 0.1) & (np.interp(grid, b.frequency, b.noise) < 0.1)
+    # strong, well measured lines only: there a change of the structure shows, and leakage of weak
+    # lines does not
+    sound = (np.interp(grid, a.frequency, a.noise) < 0.1) & (
+        np.interp(grid, b.frequency, b.noise) < 0.1
+    )
     if np.count_nonzero(sound) < 24:
         return None
     strong = sound & (np.abs(Ha) ** 2 > np.mean(np.abs(Ha[sound]) ** 2))
     if np.count_nonzero(strong) < 6:
         return None
-    misfit = float(np.mean(np.abs(Ha - Hb)[strong] ** 2 / np.maximum(variance[strong], np.finfo(float).tiny)))
-    free = float(np.count_nonzero(strong))  # two degrees of freedom a line, half of the lines independent
+    misfit = float(
+        np.mean(np.abs(Ha - Hb)[strong] ** 2 / np.maximum(variance[strong], np.finfo(float).tiny))
+    )
+    free = float(
+        np.count_nonzero(strong)
+    )  # two degrees of freedom a line, half of the lines independent
     threshold = float(stats.chi2.isf(alpha, free)) / free
-    relative = float(np.sqrt(np.sum(np.abs(Ha - Hb)[strong] ** 2) / np.sum(np.abs(Ha)[strong] ** 2)))
+    relative = float(
+        np.sqrt(np.sum(np.abs(Ha - Hb)[strong] ** 2) / np.sum(np.abs(Ha)[strong] ** 2))
+    )
     if misfit <= threshold or relative < 0.1:
         return None
-    peaks = [frf_peaks(grid, np.where(sound, H, 0.0)[:, None], 1, prominence_db=3.0) for H in (Ha, Hb)]
-    moved = f", its most prominent peak from {peaks[0][0].frequency:.4g} to {peaks[1][0].frequency:.4g} Hz" if all(peaks) else ""
+    peaks = [
+        frf_peaks(grid, np.where(sound, H, 0.0)[:, None], 1, prominence_db=3.0) for H in (Ha, Hb)
+    ]
+    moved = (
+        f", its most prominent peak from {peaks[0][0].frequency:.4g} to "
+        f"{peaks[1][0].frequency:.4g} Hz"
+        if all(peaks)
+        else ""
+    )
     names = f"{a.origin.name} to {b.origin.name}"
-    levels = f"level {a.origin.level:g} to {b.origin.level:g}" if a.origin.level is not None and b.origin.level is not None else names
-    return Finding("level dependence", f"{a.response.label}/{a.reference.label}",
-                   f"the FRF {a.response.label}/{a.reference.label} changes by {100 * relative:.0f} % from {levels}{moved}: "
-                   "a non-linear structure, or one that was changed between the tests.", misfit, threshold, relative)  # fmt: skip
+    levels = (
+        f"level {a.origin.level:g} to {b.origin.level:g}"
+        if a.origin.level is not None and b.origin.level is not None
+        else names
+    )
+    return Finding(
+        "level dependence",
+        f"{a.response.label}/{a.reference.label}",
+        f"the FRF {a.response.label}/{a.reference.label} changes by {100 * relative:.0f} % "
+        f"from {levels}{moved}: a non-linear structure, or one that was changed between the "
+        "tests.",
+        misfit,
+        threshold,
+        relative,
+    )
 
 
 def _best(broad: Sequence[Estimate]) -> Estimate:
-    """What the others are held against: of three or more the one nearest to all others (a majority), of two the better measured one."""
+    """What the others are held against: of three or more the one nearest to all others (a
+    majority), of two the better measured one."""
+
     def distance(e: Estimate) -> float:
-        return float(np.median([abs(gain_of([(e, [_sparse(other)])])[0]) for other in broad if other is not e]))
+        return float(
+            np.median(
+                [abs(gain_of([(e, [_sparse(other)])])[0]) for other in broad if other is not e]
+            )
+        )
 
     if len(broad) > 2:
         return min(broad, key=distance)
@@ -202,11 +314,13 @@ def _estimates(recording: Recording) -> list[Estimate]:
 
 
 def compare(recordings: Sequence[Recording], alpha: float = ALPHA) -> tuple[Finding, ...]:
-    """What recordings of one structure say about each other: gains out of line, and FRFs that change with the level.
+    """What recordings of one structure say about each other: gains out of line, and FRFs that
+    change with the level.
 
-    Gain: the logarithm of |H / H'| at common frequencies, lines on flanks weighted down by what a 5 % shift of the resonances would do, tested
-    by Student's t with the scatter found; all sine tests of a pair of DOFs stand together against the broad-band ones. A gain counts
-    from 20 % on. False alarms: ``alpha`` for each pair of recordings and DOFs.
+    Gain: the logarithm of |H / H'| at common frequencies, lines on flanks weighted down by what a 5
+    % shift of the resonances would do, tested by Student's t with the scatter found; all sine tests
+    of a pair of DOFs stand together against the broad-band ones. A gain counts from 20 % on. False
+    alarms: ``alpha`` for each pair of recordings and DOFs.
     """
     estimates = [e for r in recordings for e in _estimates(r)]
     found: list[Finding] = []
@@ -225,13 +339,29 @@ def compare(recordings: Sequence[Recording], alpha: float = ALPHA) -> tuple[Find
             else:
                 level = _level(first, e, alpha)
                 found += [level] if level is not None else []
-        mirrored = [e for e in estimates if e.key == key[::-1] and key[0] < key[2] and not e.narrow and e.origin != first.origin]
+        mirrored = [
+            e
+            for e in estimates
+            if e.key == key[::-1] and key[0] < key[2] and not e.narrow and e.origin != first.origin
+        ]
         for e in mirrored[:1]:
             mean, t, threshold, _ = gain_of([(first, [_sparse(e)])], alpha)
             if t > threshold and abs(mean) > np.log(1.2):
-                pair = f"{first.response.label}/{first.reference.label} in {first.origin.name} and {e.response.label}/{e.reference.label} in {e.origin.name}"
-                found.append(Finding("reciprocity", pair, f"{pair} should be equal; the second is {np.exp(mean):.2g} times the first: a gain or a place "
-                                     "is wrong.", t, threshold, float(np.exp(mean))))  # fmt: skip
+                pair = (
+                    f"{first.response.label}/{first.reference.label} in {first.origin.name} and "
+                    f"{e.response.label}/{e.reference.label} in {e.origin.name}"
+                )
+                found.append(
+                    Finding(
+                        "reciprocity",
+                        pair,
+                        f"{pair} should be equal; the second is {np.exp(mean):.2g} times the "
+                        "first: a gain or a place is wrong.",
+                        t,
+                        threshold,
+                        float(np.exp(mean)),
+                    )
+                )
         if narrow:
             mean, t, threshold, _ = gain_of([(first, narrow)], alpha)
             if t > threshold and abs(mean) > np.log(1.2):
@@ -239,10 +369,14 @@ def compare(recordings: Sequence[Recording], alpha: float = ALPHA) -> tuple[Find
     return tuple(found)
 
 
-def compare_series(series: Sequence[Sequence[Recording]], alpha: float = ALPHA) -> tuple[Finding, ...]:
-    """The force channel of the sine tests against that of the broad-band tests, pooled over several structures (one sequence for each).
+def compare_series(
+    series: Sequence[Sequence[Recording]], alpha: float = ALPHA
+) -> tuple[Finding, ...]:
+    """The force channel of the sine tests against that of the broad-band tests, pooled over several
+    structures (one sequence for each).
 
-    What differs from structure to structure averages out, what the channel does stays: the gain is that of `compare`, with all points together.
+    What differs from structure to structure averages out, what the channel does stays: the gain is
+    that of `compare`, with all points together.
     """
     groups = [[e for r in recordings for e in _estimates(r)] for recordings in series]
     found = []
@@ -255,16 +389,31 @@ def compare_series(series: Sequence[Sequence[Recording]], alpha: float = ALPHA) 
                 pairs.append((_best(broad), narrow))
         mean, t, threshold, _ = gain_of(pairs, alpha)
         if len(pairs) > 1 and t > threshold and abs(mean) > np.log(1.2):
-            found.append(_gain_finding([e for _, narrow in pairs for e in narrow], pairs[0][0], mean, t, threshold))
+            found.append(
+                _gain_finding(
+                    [e for _, narrow in pairs for e in narrow], pairs[0][0], mean, t, threshold
+                )
+            )
     return tuple(found)
 
 
-def _gain_finding(others: Sequence[Estimate], broad: Estimate, mean: float, t: float, threshold: float) -> Finding:
+def _gain_finding(
+    others: Sequence[Estimate], broad: Estimate, mean: float, t: float, threshold: float
+) -> Finding:
     factor = float(np.exp(-mean))
-    who = others[0].origin.name if len(others) == 1 else f"the {len(others)} sine tests ({others[0].origin.name} to {others[-1].origin.name})"
+    who = (
+        others[0].origin.name
+        if len(others) == 1
+        else f"the {len(others)} sine tests ({others[0].origin.name} to {others[-1].origin.name})"
+    )
     return Finding(
-        "gain", f"{others[0].reference.label} (force)",
-        f"in {who} the force at {others[0].reference.label} reads {factor:.2g} times what it reads in {broad.origin.name} for the same "
-        f"response at {others[0].response.label}: a force channel (or that response) has the wrong scale. Test a known mass to see which.",
-        t, threshold, factor,
-    )  # fmt: skip
+        "gain",
+        f"{others[0].reference.label} (force)",
+        f"in {who} the force at {others[0].reference.label} reads {factor:.2g} times what it "
+        f"reads in {broad.origin.name} for the same response at {others[0].response.label}: a "
+        "force channel (or that response) has the wrong scale. Test a known mass to see "
+        "which.",
+        t,
+        threshold,
+        factor,
+    )

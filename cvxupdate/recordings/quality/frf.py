@@ -26,31 +26,46 @@ def place(channel: Channel) -> tuple[int, str]:
 
 
 def factor_between(a: Complex, b: Complex, va: Real, vb: Real) -> tuple[complex, float, float]:
-    """Complex g with b ≈ g a, the reduced misfit of b against a (1 when only noise parts them), and the relative difference.
+    """Complex g with b ≈ g a, the reduced misfit of b against a (1 when only noise parts them), and
+    the relative difference.
 
-    Weighted total least squares would gain nothing here: g is wanted to a per cent, and the noise is small or said to be so.
+    Weighted total least squares would gain nothing here: g is wanted to a per cent, and the noise
+    is small or said to be so.
     """
-    weight = 1.0 / np.maximum(va + vb, 1e-6 * (np.abs(a) ** 2 + np.abs(b) ** 2) + np.finfo(float).tiny)
-    power, size = float(np.sum(weight * np.abs(a) ** 2)), 0.5 * float(np.sum(np.abs(a) ** 2 + np.abs(b) ** 2))
-    g = complex(np.sum(weight * np.conj(a) * b)) / power if power > 0.0 else 0j  # a silent channel: no factor leads from it to b
+    weight = 1.0 / np.maximum(
+        va + vb, 1e-6 * (np.abs(a) ** 2 + np.abs(b) ** 2) + np.finfo(float).tiny
+    )
+    power, size = (
+        float(np.sum(weight * np.abs(a) ** 2)),
+        0.5 * float(np.sum(np.abs(a) ** 2 + np.abs(b) ** 2)),
+    )
+    g = (
+        complex(np.sum(weight * np.conj(a) * b)) / power if power > 0.0 else 0j
+    )  # a silent channel: no factor leads from it to b
     misfit = float(np.mean(weight * np.abs(a - b) ** 2))
     relative = float(np.sqrt(np.sum(np.abs(a - b) ** 2) / size)) if size > 0.0 else 0.0
     return g, misfit, relative
 
 
 def reciprocity(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
-    """H_ij against H_ji wherever both are there: the misfit over the variance is chi-square with two degrees of freedom a line.
+    """H_ij against H_ji wherever both are there: the misfit over the variance is chi-square with
+    two degrees of freedom a line.
 
-    Half of the lines count as independent; the difference must also exceed 5 % of the FRFs (r.m.s.). The factor between them says a gain, a
-    wrong sign (near -1), or a delay (its phase grows with frequency).
+    Half of the lines count as independent; the difference must also exceed 5 % of the FRFs
+    (r.m.s.). The factor between them says a gain, a wrong sign (near -1), or a delay (its phase
+    grows with frequency).
     """
     if frf.variance is None:
         return ()
     found = []
     for i, r in enumerate(frf.responses):
         for s, ref in enumerate(frf.references):
-            mirror = [(k, m) for k, c in enumerate(frf.responses) for m, q in enumerate(frf.references)
-                      if place(c) == place(ref) and place(q) == place(r) and (k, m) != (i, s)]  # fmt: skip
+            mirror = [
+                (k, m)
+                for k, c in enumerate(frf.responses)
+                for m, q in enumerate(frf.references)
+                if place(c) == place(ref) and place(q) == place(r) and (k, m) != (i, s)
+            ]
             if not mirror or mirror[0][0] <= i:
                 continue
             k, m = mirror[0]
@@ -60,19 +75,38 @@ def reciprocity(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, 
             threshold = float(stats.chi2.isf(alpha, free)) / free
             if misfit > threshold and relative > 0.05:
                 pair = f"{r.label}/{ref.label} and {ref.label}/{r.label}"
-                sign = " The sign differs: one of the four channels is reversed." if g.real < -0.5 * abs(g) else ""
-                gain = f" One is {abs(g):.3g} times the other: a gain is wrong." if abs(np.log(max(abs(g), 1e-9))) > 0.05 else ""
-                found.append(Finding("reciprocity", pair, f"{pair} differ by {100 * relative:.0f} % where they should be equal.{sign}{gain}"
-                                     " Check gain, sign and delay of these channels.", misfit, threshold, abs(g)))  # fmt: skip
+                sign = (
+                    " The sign differs: one of the four channels is reversed."
+                    if g.real < -0.5 * abs(g)
+                    else ""
+                )
+                gain = (
+                    f" One is {abs(g):.3g} times the other: a gain is wrong."
+                    if abs(np.log(max(abs(g), 1e-9))) > 0.05
+                    else ""
+                )
+                found.append(
+                    Finding(
+                        "reciprocity",
+                        pair,
+                        f"{pair} differ by {100 * relative:.0f} % where they should be "
+                        f"equal.{sign}{gain} Check gain, sign and delay of these channels.",
+                        misfit,
+                        threshold,
+                        abs(g),
+                    )
+                )
     return tuple(found)
 
 
 def drive_points(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
-    """At a drive point the structure takes up power: Re(mobility) ≥ 0 at every line, whatever the structure.
+    """At a drive point the structure takes up power: Re(mobility) ≥ 0 at every line, whatever the
+    structure.
 
-    The sum of Re(mobility) over the lines, over its standard deviation, is standard normal where the mean is zero; a negative sum beyond
-    the threshold says that force and response have opposite signs. Lines that are significantly negative while the sum is positive
-    say a delay between the two.
+    The sum of Re(mobility) over the lines, over its standard deviation, is standard normal where
+    the mean is zero; a negative sum beyond the threshold says that force and response have opposite
+    signs. Lines that are significantly negative while the sum is positive say a delay between the
+    two.
     """
     if frf.variance is None:
         return ()
@@ -85,21 +119,33 @@ def drive_points(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding,
                 continue
             y = np.real(mob[:, i, s])
             deviation = np.sqrt(frf.variance[:, i, s] / 2.0) * scale[:, i, s]
-            total = float(np.sum(y)) / max(float(np.sqrt(_CORRELATED * np.sum(deviation**2))), np.finfo(float).tiny)
+            total = float(np.sum(y)) / max(
+                float(np.sqrt(_CORRELATED * np.sum(deviation**2))), np.finfo(float).tiny
+            )
             threshold = float(stats.norm.isf(alpha))
             share = float(np.sum(y)) / max(float(np.sum(np.abs(y))), np.finfo(float).tiny)
             if -total > threshold and share < -0.5:
-                found.append(Finding("polarity", f"{r.label}/{ref.label}",
-                                     f"the drive point {r.label} gives power back ({-100 * share:.0f} % of its lines by weight): force or response has "
-                                     "the wrong sign. Set sign = -1 on one of them.", -total, threshold, -1.0))  # fmt: skip
+                found.append(
+                    Finding(
+                        "polarity",
+                        f"{r.label}/{ref.label}",
+                        f"the drive point {r.label} gives power back ({-100 * share:.0f} % of "
+                        "its lines by weight): force or response has the wrong sign. Set "
+                        "sign = -1 on one of them.",
+                        -total,
+                        threshold,
+                        -1.0,
+                    )
+                )
     return tuple(found)
 
 
 def passivity(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
-    """A drive point that gives power back at some lines only: force and response are not in time, or not quite at one place.
+    """A drive point that gives power back at some lines only: force and response are not in time,
+    or not quite at one place.
 
-    Re(mobility) below zero at three lines in a row, each by more than a normal quantile of its deviation (Bonferroni over the lines), and by more
-    than a tenth of the modulus.
+    Re(mobility) below zero at three lines in a row, each by more than a normal quantile of its
+    deviation (Bonferroni over the lines), and by more than a tenth of the modulus.
     """
     if frf.variance is None or len(frf.frequency) < 8:
         return ()
@@ -121,38 +167,60 @@ def passivity(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ..
             if np.any(run):
                 k = int(np.flatnonzero(run)[0]) + 1
                 turn = np.degrees(np.arcsin(min(float(-y[k] / np.abs(mob[k, i, s])), 1.0)))
-                found.append(Finding("passivity", f"{r.label}/{ref.label}",
-                                     f"the drive point {r.label} gives power back at {np.count_nonzero(bad)} lines, by "
-                                     f"{turn:.0f}° of phase at {frf.frequency[k]:.4g} Hz: a delay between force and response, or two places.",
-                                     float(z[k]), threshold, float(turn)))  # fmt: skip
+                found.append(
+                    Finding(
+                        "passivity",
+                        f"{r.label}/{ref.label}",
+                        f"the drive point {r.label} gives power back at "
+                        f"{np.count_nonzero(bad)} lines, by {turn:.0f}° of phase at "
+                        f"{frf.frequency[k]:.4g} Hz: a delay between force and response, or "
+                        "two places.",
+                        float(z[k]),
+                        threshold,
+                        float(turn),
+                    )
+                )
     return tuple(found)
 
 
 def delays(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
-    """Delay between the two members of a reciprocal pair: the slope of the phase of H_ij conj(H_ji) over frequency.
+    """Delay between the two members of a reciprocal pair: the slope of the phase of H_ij conj(H_ji)
+    over frequency.
 
-    Weighted least squares with the phase's deviation from the variances (half of the lines independent); the slope over its deviation is
-    standard normal, and must turn the phase by 0.1 rad over the band. Phases across *different* DOFs are no measure: damping alone bends them.
+    Weighted least squares with the phase's deviation from the variances (half of the lines
+    independent); the slope over its deviation is standard normal, and must turn the phase by 0.1
+    rad over the band. Phases across *different* DOFs are no measure: damping alone bends them.
     """
     if frf.variance is None:
         return ()
     found = []
     for i, r in enumerate(frf.responses):
         for s, ref in enumerate(frf.references):
-            mirror = [(k, m) for k, c in enumerate(frf.responses) for m, q in enumerate(frf.references)
-                      if place(c) == place(ref) and place(q) == place(r) and k > i]  # fmt: skip
+            mirror = [
+                (k, m)
+                for k, c in enumerate(frf.responses)
+                for m, q in enumerate(frf.references)
+                if place(c) == place(ref) and place(q) == place(r) and k > i
+            ]
             if not mirror:
                 continue
             k, m = mirror[0]
             a, b = frf.H[:, i, s], frf.H[:, k, m]
             tiny = np.finfo(float).tiny
-            noise = 0.5 * (frf.variance[:, i, s] / np.maximum(np.abs(a) ** 2, tiny) + frf.variance[:, k, m] / np.maximum(np.abs(b) ** 2, tiny))
-            noise = np.maximum(noise, 1e-12)  # a variance of zero is simulated, and rounding remains
+            noise = 0.5 * (
+                frf.variance[:, i, s] / np.maximum(np.abs(a) ** 2, tiny)
+                + frf.variance[:, k, m] / np.maximum(np.abs(b) ** 2, tiny)
+            )
+            noise = np.maximum(
+                noise, 1e-12
+            )  # a variance of zero is simulated, and rounding remains
             use = (noise < 0.02) & (a != 0.0) & (b != 0.0)
             if np.count_nonzero(use) < 24:
                 continue
             f, product = frf.frequency[use], (a * np.conj(b))[use]
-            sign = np.sign(np.real(np.sum(product / np.abs(product))))  # a reversed channel is `reciprocity`'s to report
+            sign = np.sign(
+                np.real(np.sum(product / np.abs(product)))
+            )  # a reversed channel is `reciprocity`'s to report
             phase = np.angle(product * (sign if sign != 0.0 else 1.0))
             weight = 1.0 / noise[use]
             basis = 2.0 * np.pi * f
@@ -161,20 +229,29 @@ def delays(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
             threshold = float(stats.norm.isf(alpha / 2.0))
             if abs(tau) / deviation > threshold and 2.0 * np.pi * abs(tau) * (f[-1] - f[0]) > 0.1:
                 first, second = (r, ref) if tau > 0.0 else (ref, r)
-                found.append(Finding("delay", f"{r.label}/{ref.label}",
-                                     f"{first.label}/{second.label} lags "
-                                     f"behind {second.label}/{first.label} by {1e3 * abs(tau):.3g} ms: "
-                                     f"the response at {first.label} is late, or that at {second.label} early (sampler, filter, "
-                                     "amplifier).", abs(tau) / deviation, threshold, abs(tau)))  # fmt: skip
+                found.append(
+                    Finding(
+                        "delay",
+                        f"{r.label}/{ref.label}",
+                        f"{first.label}/{second.label} lags behind "
+                        f"{second.label}/{first.label} by {1e3 * abs(tau):.3g} ms: the "
+                        f"response at {first.label} is late, or that at {second.label} early "
+                        "(sampler, filter, amplifier).",
+                        abs(tau) / deviation,
+                        threshold,
+                        abs(tau),
+                    )
+                )
     return tuple(found)
 
 
 def coherence(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
     """Lines of low coherence where the FRF is not small.
 
-    Noise of the sensor alone gives (1 - γ²)/γ² = c / |H|² with c the same in a band; the logarithm of the ratio to that is compared with
-    its own median and spread (1.4826 MAD) by a normal quantile with Bonferroni's correction, and γ² must be below 0.9 at three lines in a row
-    where |H| is above its running median: no antiresonance.
+    Noise of the sensor alone gives (1 - γ²)/γ² = c / |H|² with c the same in a band; the logarithm
+    of the ratio to that is compared with its own median and spread (1.4826 MAD) by a normal
+    quantile with Bonferroni's correction, and γ² must be below 0.9 at three lines in a row where
+    |H| is above its running median: no antiresonance.
     """
     from scipy.ndimage import median_filter
 
@@ -186,9 +263,12 @@ def coherence(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ..
         if np.any(np.isnan(gamma)):
             continue
         gamma = np.clip(gamma, 1e-6, 1.0 - 1e-9)
-        # the coherence kept is the least over the references, so the FRF must be large for each of them
+        # the coherence kept is the least over the references, so the FRF must be large for each of
+        # them
         squares = np.abs(frf.H[:, r, :]) ** 2
-        size = np.sqrt(np.min(squares / np.maximum(np.mean(squares, axis=0), np.finfo(float).tiny), axis=1))
+        size = np.sqrt(
+            np.min(squares / np.maximum(np.mean(squares, axis=0), np.finfo(float).tiny), axis=1)
+        )
         if not np.any(size > 0.0):
             continue
         level = median_filter(size, size=max(9, 2 * (len(size) // 16) + 1), mode="nearest")
@@ -202,21 +282,35 @@ def coherence(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ..
         if np.any(run):
             k = int(np.flatnonzero(run)[0]) + 1
             peak = size[k] > 3.0 * level[k]
-            why = "leakage or a non-linear structure" if peak else "another source, or a bad contact"
-            found.append(Finding("low coherence", channel.label,
-                                 f"{channel.label}: the coherence falls to {gamma[k]:.2f} at {frf.frequency[k]:.4g} Hz, where the FRF is "
-                                 f"{'at a peak' if peak else 'not small'}: {why}.", float(excess[k]), threshold, float(gamma[k])))  # fmt: skip
+            why = (
+                "leakage or a non-linear structure" if peak else "another source, or a bad contact"
+            )
+            found.append(
+                Finding(
+                    "low coherence",
+                    channel.label,
+                    f"{channel.label}: the coherence falls to {gamma[k]:.2f} at "
+                    f"{frf.frequency[k]:.4g} Hz, where the FRF is "
+                    f"{'at a peak' if peak else 'not small'}: {why}.",
+                    float(excess[k]),
+                    threshold,
+                    float(gamma[k]),
+                )
+            )
     return tuple(found)
 
 
 def causality(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
-    """Response before the force: energy of the impulse response in the last quarter of its period against the first quarter.
+    """Response before the force: energy of the impulse response in the last quarter of its period
+    against the first quarter.
 
-    The band is tapered (Hann) and transformed; a causal, decaying response has most of the two quarters' energy in the first. An
-    FRF whose sign of phase is reversed has it in the last. Two kinds of FRF have no direction of time to show, and half of the energy on either
-    side: noise, and a structure that does not decay within 1/Δf (light damping, or none: its FRF is real). So a fault is more than 0.7, which a
-    reversed response reaches once it falls by a quarter of its amplitude a half period, and more than noise gives with probability ``alpha``
-    (normal law of the share, half of the samples independent). Evenly spaced lines only.
+    The band is tapered (Hann) and transformed; a causal, decaying response has most of the two
+    quarters' energy in the first. An FRF whose sign of phase is reversed has it in the last. Two
+    kinds of FRF have no direction of time to show, and half of the energy on either side: noise,
+    and a structure that does not decay within 1/Δf (light damping, or none: its FRF is real). So a
+    fault is more than 0.7, which a reversed response reaches once it falls by a quarter of its
+    amplitude a half period, and more than noise gives with probability ``alpha`` (normal law of the
+    share, half of the samples independent). Evenly spaced lines only.
     """
     found = []
     lines = len(frf.frequency)
@@ -229,16 +323,32 @@ def causality(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ..
     first, last = response[3:quarter].sum(axis=0), response[-quarter:-2].sum(axis=0)
     share = last / np.maximum(first + last, np.finfo(float).tiny)
     # the share of n and n exponential variables has the variance 1 / (4 (2 n + 1))
-    threshold = max(0.7, 0.5 + float(stats.norm.isf(alpha / frf.H[0].size)) * 0.5 / np.sqrt(2.0 * (quarter - 3) / _CORRELATED + 1.0))
+    threshold = max(
+        0.7,
+        0.5
+        + float(stats.norm.isf(alpha / frf.H[0].size))
+        * 0.5
+        / np.sqrt(2.0 * (quarter - 3) / _CORRELATED + 1.0),
+    )
     for s, ref in enumerate(frf.references):
         if not ref.dof:  # a spectrum has no direction of time
             continue
         bad = [r for r in range(len(frf.responses)) if share[r, s] > threshold]
         if bad:
-            names = ", ".join(frf.responses[r].label for r in bad[:4]) + (" …" if len(bad) > 4 else "")
+            names = ", ".join(frf.responses[r].label for r in bad[:4]) + (
+                " …" if len(bad) > 4 else ""
+            )
             worst = float(share[bad, s].max())
-            found.append(Finding("causality", f"{names} / {ref.label}",
-                                 f"{names} answer before the force at {ref.label} ({100 * worst:.0f} % of the "
-                                 "energy): the phase has the opposite sign, or the force comes late. Conjugate the FRF or correct the delay.",
-                                 worst, threshold, worst))  # fmt: skip
+            found.append(
+                Finding(
+                    "causality",
+                    f"{names} / {ref.label}",
+                    f"{names} answer before the force at {ref.label} ({100 * worst:.0f} % of "
+                    "the energy): the phase has the opposite sign, or the force comes late. "
+                    "Conjugate the FRF or correct the delay.",
+                    worst,
+                    threshold,
+                    worst,
+                )
+            )
     return tuple(found)

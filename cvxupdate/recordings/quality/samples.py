@@ -1,4 +1,5 @@
-"""Faults of one channel, sample by sample: missing values, clipping, drop-outs, drift. Pure functions of an array."""
+"""Faults of one channel, sample by sample: missing values, clipping, drop-outs, drift. Pure
+functions of an array."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from cvxupdate.recordings.types import Real
 
 @dataclass(frozen=True)
 class Test:
-    """A test's outcome: ``statistic`` against ``threshold`` (a fault when it is larger), and the size of the fault."""
+    """A test's outcome: ``statistic`` against ``threshold`` (a fault when it is larger), and the
+    size of the fault."""
 
     statistic: float
     threshold: float
@@ -28,7 +30,8 @@ class Test:
 
 
 def step_of(x: Real) -> float:
-    """The step of an analogue-to-digital converter, 0 when the values do not repeat enough to show one."""
+    """The step of an analogue-to-digital converter, 0 when the values do not repeat enough to show
+    one."""
     return step_between(np.unique(x), x.size)
 
 
@@ -49,24 +52,38 @@ def missing(x: Real) -> int:
 def clipping(x: Real, alpha: float = ALPHA) -> Test:
     """Samples piled up at the largest or smallest value.
 
-    Without repeated values elsewhere, three equal extremes have probability zero. With a converter's steps, the law that piles up most
-    at its edge among those of vibration is the sine's: of the samples on the five outermost levels at most 44.7 % are on the last one
-    (√1 : √2-√1 : …), so their number is compared with a binomial. An extreme of exactly 0 is a rest, not a limit, and fewer than 16
-    levels (a switched signal) have no tails to compare. ``value`` is the number of samples at the extremes.
+    Without repeated values elsewhere, three equal extremes have probability zero. With a
+    converter's steps, the law that piles up most at its edge among those of vibration is the
+    sine's: of the samples on the five outermost levels at most 44.7 % are on the last one (√1 :
+    √2-√1 : …), so their number is compared with a binomial. An extreme of exactly 0 is a rest, not
+    a limit, and fewer than 16 levels (a switched signal) have no tails to compare. ``value`` is the
+    number of samples at the extremes.
     """
     levels, counts = np.unique(x, return_counts=True)
     if len(levels) < 16:
         return Test(0.0, 1.0, 0.0)
-    return clipping_of((counts[:5], float(levels[0])), (counts[::-1][:5], float(levels[-1])), repeats(counts), alpha)
+    return clipping_of(
+        (counts[:5], float(levels[0])),
+        (counts[::-1][:5], float(levels[-1])),
+        repeats(counts),
+        alpha,
+    )
 
 
 def repeats(counts: NDArray[np.int64]) -> float:
-    """How often a value occurs, on the average over the levels that are not outermost (at least one level)."""
+    """How often a value occurs, on the average over the levels that are not outermost (at least one
+    level)."""
     return float(np.mean(counts[5:-5]) if len(counts) > 20 else np.mean(counts))
 
 
-def clipping_of(low: tuple[NDArray[np.int64], float], high: tuple[NDArray[np.int64], float], middle: float, alpha: float = ALPHA) -> Test:
-    """`clipping` from what is needed of a record: for either end the counts of its five outermost levels, outermost first, and the extreme."""
+def clipping_of(
+    low: tuple[NDArray[np.int64], float],
+    high: tuple[NDArray[np.int64], float],
+    middle: float,
+    alpha: float = ALPHA,
+) -> Test:
+    """`clipping` from what is needed of a record: for either end the counts of its five outermost
+    levels, outermost first, and the extreme."""
     worst, value = 0.0, 0
     for outer, edge in (low, high):
         if edge == 0.0 or outer[0] < 3:
@@ -86,12 +103,15 @@ def clipping_of(low: tuple[NDArray[np.int64], float], high: tuple[NDArray[np.int
 def dropouts(x: Real, alpha: float = ALPHA) -> Test:
     """The longest run of equal values amid a signal that moves.
 
-    Where the steps beside the run are larger than five converter steps (r.m.s. over as many samples as the run has), the next value
-    equals the last one with a probability below 0.08, so a run longer than log(alpha / n) / log(0.08) is no chance. ``value`` is the
-    number of samples in all such runs, ``where`` the first of the longest.
+    Where the steps beside the run are larger than five converter steps (r.m.s. over as many samples
+    as the run has), the next value equals the last one with a probability below 0.08, so a run
+    longer than log(alpha / n) / log(0.08) is no chance. ``value`` is the number of samples in all
+    such runs, ``where`` the first of the longest.
     """
     n = len(x)
-    if n < 16 or len(np.unique(x[: 1 << 16])) < 16:  # a switched signal, or a dead channel, has no slopes
+    if (
+        n < 16 or len(np.unique(x[: 1 << 16])) < 16
+    ):  # a switched signal, or a dead channel, has no slopes
         return Test(0.0, 1.0, 0.0)
     threshold = dropout_threshold(n, alpha)
     quantum = step_of(x)
@@ -117,10 +137,12 @@ def dropout_threshold(samples: int, alpha: float) -> float:
 
 
 def drift(x: Real, alpha: float = ALPHA) -> Test:
-    """A trend across the record: F test of a straight line and a parabola through the means of 24 blocks.
+    """A trend across the record: F test of a straight line and a parabola through the means of 24
+    blocks.
 
-    Blocks longer than the memory of the vibration have independent means, so the test is exact for them; the trend must also exceed a
-    twentieth of the r.m.s., because a longer record shows smaller ones. ``value`` is the trend's peak-to-peak in units of the signal.
+    Blocks longer than the memory of the vibration have independent means, so the test is exact for
+    them; the trend must also exceed a twentieth of the r.m.s., because a longer record shows
+    smaller ones. ``value`` is the trend's peak-to-peak in units of the signal.
     """
     count = 24
     size = len(x) // count
@@ -135,7 +157,9 @@ def drift(x: Real, alpha: float = ALPHA) -> Test:
     F = (gained / 2.0) / max(left / (count - 3), np.finfo(float).tiny)
     size_of_trend = float(np.ptp(fitted))
     rest = means - fitted
-    slow = float(np.sum(np.diff(rest) ** 2)) < max(left, np.finfo(float).tiny)  # von Neumann's ratio below 1: the means are not independent
+    slow = float(np.sum(np.diff(rest) ** 2)) < max(
+        left, np.finfo(float).tiny
+    )  # von Neumann's ratio below 1: the means are not independent
     if slow and np.ptp(rest) > 0.25 * size_of_trend:
         return Test(0.0, 1.0, 0.0)  # a vibration slower than the record is no drift
     threshold = float(stats.f.isf(alpha, 2, count - 3))

@@ -1,4 +1,5 @@
-"""What a file holds, before a problem file says what it means: the one thing that every reader gives back."""
+"""What a file holds, before a problem file says what it means: the one thing that every reader
+gives back."""
 
 from __future__ import annotations
 
@@ -18,9 +19,10 @@ Told = Callable[[str, int, int], None]
 class Options:
     """How to read a file where its own words do not suffice; every field may stay empty.
 
-    ``delimiter``, ``decimal`` (``"."`` or ``","``), ``encoding``, ``skip_rows`` (lines left out on top) and ``header_lines``
-    (lines of header after those) are for text files. ``only`` names the arrays that are wanted, so that a container with
-    hundreds of megabytes of others need not be read. ``told`` is called while a large file is read; it does not say how to read it.
+    ``delimiter``, ``decimal`` (``"."`` or ``","``), ``encoding``, ``skip_rows`` (lines left out on
+    top) and ``header_lines`` (lines of header after those) are for text files. ``only`` names the
+    arrays that are wanted, so that a container with hundreds of megabytes of others need not be
+    read. ``told`` is called while a large file is read; it does not say how to read it.
     """
 
     delimiter: str | None = None
@@ -34,7 +36,8 @@ class Options:
 
 @dataclass(frozen=True)
 class Point:
-    """Where a function was measured: node, DOF kind ("" when the file does not say) and sign of the direction."""
+    """Where a function was measured: node, DOF kind ("" when the file does not say) and sign of the
+    direction."""
 
     node: int
     dof: str
@@ -45,9 +48,10 @@ class Point:
 class Function:
     """One Universal File Format data set 58: a function at a DOF.
 
-    ``kind`` is the function type (1 time, 2 auto spectrum, 3 cross spectrum, 4 FRF, 6 coherence …); ``start`` and ``step`` the
-    even abscissa, ``abscissa`` the uneven one (None when even); ``values`` (points,) real or complex, possibly a view of the
-    file on disk; ``quantity`` and ``per`` of the ordinate and of its denominator; ``scale`` the factor to SI, signs left out.
+    ``kind`` is the function type (1 time, 2 auto spectrum, 3 cross spectrum, 4 FRF, 6 coherence …);
+    ``start`` and ``step`` the even abscissa, ``abscissa`` the uneven one (None when even);
+    ``values`` (points,) real or complex, possibly a view of the file on disk; ``quantity`` and
+    ``per`` of the ordinate and of its denominator; ``scale`` the factor to SI, signs left out.
     """
 
     kind: int
@@ -66,7 +70,8 @@ class Function:
 
 @dataclass(frozen=True)
 class Shape:
-    """One Universal File Format data set 55: a mode. ``values`` (nodes, 3 or 6), ``frequency`` Hz, ``damping`` (NaN unknown)."""
+    """One Universal File Format data set 55: a mode. ``values`` (nodes, 3 or 6), ``frequency`` Hz,
+    ``damping`` (NaN unknown)."""
 
     frequency: float
     damping: float
@@ -79,9 +84,10 @@ class Shape:
 class Contents:
     """Named arrays, functions and shapes of one file, with the facts it states about itself.
 
-    ``arrays`` holds the table of a text file under ``"data"`` (rows, columns); ``columns`` and ``units`` are that table's header
-    (empty where it has none); ``rate`` in Hz where the file states it; ``nodes`` maps a node to its coordinates in metres;
-    ``notes`` says what could not be read and was left out.
+    ``arrays`` holds the table of a text file under ``"data"`` (rows, columns); ``columns`` and
+    ``units`` are that table's header (empty where it has none); ``rate`` in Hz where the file
+    states it; ``nodes`` maps a node to its coordinates in metres; ``notes`` says what could not be
+    read and was left out.
     """
 
     file: str

@@ -1,4 +1,5 @@
-"""Records larger than memory should hold: numbers spooled to disk, and mapped pages given back once they were used."""
+"""Records larger than memory should hold: numbers spooled to disk, and mapped pages given back once
+they were used."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ PIECE = 2**24
 
 
 class Spool:
-    """Bytes written to a temporary file that has no name, and read back as a mapped array: memory holds only what is looked at."""
+    """Bytes written to a temporary file that has no name, and read back as a mapped array: memory
+    holds only what is looked at."""
 
     def __init__(self, where: Path | str) -> None:
         self._where = str(where)
@@ -27,23 +29,34 @@ class Spool:
         self.size = 0
 
     def add(self, piece: bytes | memoryview | AnyArray) -> None:
-        """Append bytes, or the numbers of an array in C order. Raises `RecordingError` when the disk is full."""
-        data = np.ascontiguousarray(piece).reshape(-1).view(np.uint8).data if isinstance(piece, np.ndarray) else piece
+        """Append bytes, or the numbers of an array in C order. Raises `RecordingError` when the
+        disk is full."""
+        data = (
+            np.ascontiguousarray(piece).reshape(-1).view(np.uint8).data
+            if isinstance(piece, np.ndarray)
+            else piece
+        )
         try:
             self._file.write(data)
         except OSError as error:
-            raise RecordingError(f"{self._where}: the folder for temporary files cannot take it ({error.strerror or error}). Make room there, or "
-                                 "set TMPDIR to a folder with room.") from error
+            raise RecordingError(
+                f"{self._where}: the folder for temporary files cannot take it "
+                f"({error.strerror or error}). Make room there, or set TMPDIR to a folder "
+                "with room."
+            ) from error
         self.size += len(data)
 
     def view(self) -> memoryview:
         """All of it, mapped."""
         self._file.flush()
-        return memoryview(mmap.mmap(self._file.fileno(), self.size, access=mmap.ACCESS_READ) if self.size else b"")
+        return memoryview(
+            mmap.mmap(self._file.fileno(), self.size, access=mmap.ACCESS_READ) if self.size else b""
+        )
 
 
 def release(*arrays: AnyArray | memoryview) -> None:
-    """Give back the memory of arrays that are views of a mapped file: their pages stay on disk and come again when they are read."""
+    """Give back the memory of arrays that are views of a mapped file: their pages stay on disk and
+    come again when they are read."""
     if sys.platform == "win32":  # has no such call, and takes the pages back when it needs them
         return
     maps = {id(found): found for array in arrays for found in _maps(array)}
@@ -56,4 +69,10 @@ def _maps(owner: Any) -> Iterator[mmap.mmap]:
         if isinstance(owner, mmap.mmap):
             yield owner
             return
-        owner = owner.obj if isinstance(owner, memoryview) else owner.base if isinstance(owner, np.ndarray) else None
+        owner = (
+            owner.obj
+            if isinstance(owner, memoryview)
+            else owner.base
+            if isinstance(owner, np.ndarray)
+            else None
+        )

@@ -14,7 +14,8 @@ from cvxupdate.recordings.read.disk import PIECE, Spool
 
 
 def _complex(value: AnyArray) -> AnyArray:
-    """MATLAB (and others) write complex numbers as a compound of two fields, real and imag (or r and i)."""
+    """MATLAB (and others) write complex numbers as a compound of two fields, real and imag (or r
+    and i)."""
     names = value.dtype.names
     if names is None:
         return value
@@ -40,14 +41,18 @@ def _values(item: Any, where: str, told: Told | None) -> AnyArray:
 
 
 def read_hdf5(path: Path, options: Options) -> Contents:
-    """Every numeric data set of an HDF5 file, by its path inside the file (``"run1/data"``); a rate attribute is kept.
+    """Every numeric data set of an HDF5 file, by its path inside the file (``"run1/data"``); a rate
+    attribute is kept.
 
-    A file written by MATLAB (7.3) has its axes turned back. Raises `RecordingError` when the file is damaged or h5py is missing.
+    A file written by MATLAB (7.3) has its axes turned back. Raises `RecordingError` when the file
+    is damaged or h5py is missing.
     """
     try:
         import h5py
     except ImportError as error:
-        raise RecordingError(f"{path}: reading HDF5 needs h5py. Install it with: pip install 'cvxupdate[formats]'") from error
+        raise RecordingError(
+            f"{path}: reading HDF5 needs h5py. Install it with: pip install 'cvxupdate[formats]'"
+        ) from error
 
     arrays: dict[str, AnyArray] = {}
     notes: list[str] = []
@@ -56,21 +61,31 @@ def read_hdf5(path: Path, options: Options) -> Contents:
     with h5py.File(path, "r") as file:
         found: list[tuple[str, Any]] = []
         # links are not followed out of the file, and a group that contains itself is visited once
-        file.visititems(lambda name, item: found.append((name, item)) if isinstance(item, h5py.Dataset) else None)
+        file.visititems(
+            lambda name, item: (
+                found.append((name, item)) if isinstance(item, h5py.Dataset) else None
+            )
+        )
         for name, item in found:
             if name.startswith("#refs#") or (options.only is not None and name not in options.only):
                 continue
             matlab = "MATLAB_class" in item.attrs
-            if item.dtype.kind not in "biufcV" or (item.dtype.kind == "V" and item.dtype.names is None):
+            if item.dtype.kind not in "biufcV" or (
+                item.dtype.kind == "V" and item.dtype.names is None
+            ):
                 notes.append(f"data set {name!r} does not hold numbers; it was left out")
                 continue
             if item.external or item.is_virtual:
-                notes.append(f"data set {name!r} keeps its numbers in another file; it was left out")
+                notes.append(
+                    f"data set {name!r} keeps its numbers in another file; it was left out"
+                )
                 continue
             # a damaged header may promise more than any compression could have stored
             if math.prod(item.shape) * item.dtype.itemsize > 2000 * size:
-                raise RecordingError(f"{path}: data set {name!r} promises {item.shape} values, more than the file can hold. "
-                                     "The file is damaged: copy or export it again.")
+                raise RecordingError(
+                    f"{path}: data set {name!r} promises {item.shape} values, more than the "
+                    "file can hold. The file is damaged: copy or export it again."
+                )
             if "MATLAB_empty" in item.attrs:
                 continue
             value = _complex(_values(item, f"{path}: data set {name!r}", options.told))

@@ -11,7 +11,15 @@ import numpy as np
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.read.contents import AnyArray, Contents, Options
 
-_RATES = ("rate", "fs", "sampling freq", "sampling_freq", "sampling_rate", "sample_rate", "sampling frequency")
+_RATES = (
+    "rate",
+    "fs",
+    "sampling freq",
+    "sampling_freq",
+    "sampling_rate",
+    "sample_rate",
+    "sampling frequency",
+)
 
 
 def _numbers(value: Any) -> AnyArray | None:
@@ -35,20 +43,28 @@ def _by_key(rows: list[dict[str, Any]]) -> dict[str, AnyArray]:
     return arrays
 
 
-
 def read_json(path: Path, options: Options) -> Contents:
-    """Rows under a key (``{"data": [[…], …], "dt": …}``), a bare list of rows, or named columns; damage raises `RecordingError`."""
+    """Rows under a key (``{"data": [[…], …], "dt": …}``), a bare list of rows, or named columns;
+    damage raises `RecordingError`."""
     text = path.read_text(encoding=options.encoding or "utf-8-sig")
     try:
         value = json.loads(text)
     except RecursionError as error:
-        raise RecordingError(f"{path}: its brackets are nested too deeply to be a recording.") from error
+        raise RecordingError(
+            f"{path}: its brackets are nested too deeply to be a recording."
+        ) from error
     except ValueError as error:
-        raise RecordingError(f"{path}: it is not JSON ({error}). The file is cut short or damaged, or not JSON at all.") from error
+        raise RecordingError(
+            f"{path}: it is not JSON ({error}). The file is cut short or damaged, or not JSON "
+            "at all."
+        ) from error
     if isinstance(value, list):
         value = {"data": value}
     if not isinstance(value, dict):
-        raise RecordingError(f"{path}: a recording is a list of rows or a table with one; this is a single {type(value).__name__}.")
+        raise RecordingError(
+            f"{path}: a recording is a list of rows or a table with one; this is a single "
+            f"{type(value).__name__}."
+        )
     arrays: dict[str, AnyArray] = {}
     notes: list[str] = []
     rate: float | None = None
@@ -70,7 +86,9 @@ def read_json(path: Path, options: Options) -> Contents:
         elif isinstance(item, list) and item:
             if key == "data" or all(isinstance(row, list) for row in item):
                 lengths = sorted({len(row) for row in item if isinstance(row, list)})
-                raise RecordingError(f"{path}: the rows of {key!r} are not all numbers of one length (lengths {lengths[:4]}). "
-                                     "Give every row the same columns.")
+                raise RecordingError(
+                    f"{path}: the rows of {key!r} are not all numbers of one length (lengths "
+                    f"{lengths[:4]}). Give every row the same columns."
+                )
             notes.append(f"{key!r} does not hold numbers; it was left out")
     return Contents(str(path), "json", arrays, rate=rate, notes=tuple(notes))

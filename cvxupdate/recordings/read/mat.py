@@ -18,7 +18,10 @@ _DENSE = 10**8  # entries of a sparse matrix that is made dense
 
 def _dense(sparse: Sparse, where: str) -> AnyArray:
     if math.prod(sparse.shape) > _DENSE:
-        raise RecordingError(f"{where}: a sparse matrix of size {list(sparse.shape)} that cannot be made dense. Save it with full().")
+        raise RecordingError(
+            f"{where}: a sparse matrix of size {list(sparse.shape)} that cannot be made "
+            "dense. Save it with full()."
+        )
     dense = np.zeros(sparse.shape, dtype=sparse.values.dtype)
     counts = np.diff(sparse.ends, prepend=0)
     dense[sparse.rows, np.repeat(np.arange(sparse.shape[1]), counts)] = sparse.values
@@ -26,7 +29,8 @@ def _dense(sparse: Sparse, where: str) -> AnyArray:
 
 
 def _unpacked(body: memoryview, where: str, told: Told | None) -> memoryview:
-    """A compressed element; what is large goes to disk. `zlib.error` where the checksum, or anything else, is wrong."""
+    """A compressed element; what is large goes to disk. `zlib.error` where the checksum, or
+    anything else, is wrong."""
     if len(body) < PIECE // 16:
         return memoryview(zlib.decompress(body))
     unpacker, spool, at = zlib.decompressobj(), Spool(where), 0
@@ -41,15 +45,24 @@ def _unpacked(body: memoryview, where: str, told: Told | None) -> memoryview:
         if told is not None:
             told(f"unpacking {Path(where).name}", at - len(unpacker.unconsumed_tail), len(body))
     if not unpacker.eof:
-        raise RecordingError(f"{where}: a variable of it ends before its time. The file is cut short or damaged: copy or save it again.")
+        raise RecordingError(
+            f"{where}: a variable of it ends before its time. The file is cut short or "
+            "damaged: copy or save it again."
+        )
     return spool.view()
 
 
 def read_mat(path: Path, options: Options) -> Contents:
-    """Every numeric variable of a MATLAB 5 file, 2-D as MATLAB has it; ``struct.field`` for a 1 x 1 struct. Damage raises `RecordingError`.
+    """Every numeric variable of a MATLAB 5 file, 2-D as MATLAB has it; ``struct.field`` for a 1 x 1
+    struct. Damage raises `RecordingError`.
 
-    Variables that are not compressed stay on disk until they are used; large compressed ones are unpacked to disk.
+    Variables that are not compressed stay on disk until they are used; large compressed ones are
+    unpacked to disk.
     """
-    found = read_variables(path, options.only, lambda body, where: _unpacked(body, where, options.told))
-    sparse = {name: _dense(matrix, f"{path}: variable {name!r}") for name, matrix in found.sparse.items()}
+    found = read_variables(
+        path, options.only, lambda body, where: _unpacked(body, where, options.told)
+    )
+    sparse = {
+        name: _dense(matrix, f"{path}: variable {name!r}") for name, matrix in found.sparse.items()
+    }
     return Contents(str(path), "mat", {**found.arrays, **sparse}, notes=tuple(found.notes))

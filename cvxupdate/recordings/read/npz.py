@@ -18,7 +18,9 @@ from cvxupdate.recordings.read.contents import AnyArray, Contents, Options, Told
 from cvxupdate.recordings.read.disk import PIECE, Spool
 
 _LIMIT = 2**34  # bytes of one array that are believed without a second thought: 16 GB
-_HEADER = 2**16  # bytes that hold any NPY header of version 1, and any of version 2 that numpy writes
+_HEADER = (
+    2**16
+)  # bytes that hold any NPY header of version 1, and any of version 2 that numpy writes
 
 
 def _header(stream: IO[bytes], where: str) -> tuple[tuple[int, ...], bool, np.dtype[np.generic]]:
@@ -28,20 +30,27 @@ def _header(stream: IO[bytes], where: str) -> tuple[tuple[int, ...], bool, np.dt
     elif version == (2, 0):
         shape, fortran, dtype = np.lib.format.read_array_header_2_0(stream)
     else:
-        raise RecordingError(f"{where}: NPY version {version} is not read. Save it again with numpy.save.")
+        raise RecordingError(
+            f"{where}: NPY version {version} is not read. Save it again with numpy.save."
+        )
     return shape, fortran, dtype
 
 
-def _array(stream: IO[bytes], size: int, where: str, view: mmap.mmap | memoryview | None, offset: int) -> AnyArray | None:
-    """One NPY stream of ``size`` bytes; ``view`` and ``offset`` give a view of the disk when the member is not compressed."""
+def _array(
+    stream: IO[bytes], size: int, where: str, view: mmap.mmap | memoryview | None, offset: int
+) -> AnyArray | None:
+    """One NPY stream of ``size`` bytes; ``view`` and ``offset`` give a view of the disk when the
+    member is not compressed."""
     shape, fortran, dtype = _header(stream, where)
     if dtype.hasobject:
         return None
     count = math.prod(shape)
     begin = stream.tell()
     if any(n < 0 for n in shape) or count * dtype.itemsize > min(_LIMIT, size - begin):
-        raise RecordingError(f"{where}: its header promises {shape} values of {dtype}, more than the file holds. "
-                             "The file is cut short or damaged: copy or export it again.")
+        raise RecordingError(
+            f"{where}: its header promises {shape} values of {dtype}, more than the file holds. "
+            "The file is cut short or damaged: copy or export it again."
+        )
     if view is not None:
         flat: AnyArray = np.frombuffer(view, dtype, count, offset + begin)
     else:
@@ -49,8 +58,11 @@ def _array(stream: IO[bytes], size: int, where: str, view: mmap.mmap | memoryvie
     return flat.reshape(shape, order="F" if fortran else "C")
 
 
-def _unpacked(stream: IO[bytes], member: zipfile.ZipInfo, where: str, told: Told | None) -> AnyArray | None:
-    """A compressed member; a large one is unpacked to disk. The archive checks its own sum when the end is reached."""
+def _unpacked(
+    stream: IO[bytes], member: zipfile.ZipInfo, where: str, told: Told | None
+) -> AnyArray | None:
+    """A compressed member; a large one is unpacked to disk. The archive checks its own sum when the
+    end is reached."""
     if member.file_size <= PIECE:
         array = _array(stream, member.file_size, where, None, 0)
         stream.read()
@@ -65,7 +77,8 @@ def _unpacked(stream: IO[bytes], member: zipfile.ZipInfo, where: str, told: Told
 
 
 def _stored_at(path: Path, member: zipfile.ZipInfo) -> int:
-    """Offset of an uncompressed member's bytes in the archive (its local header may differ from the directory's)."""
+    """Offset of an uncompressed member's bytes in the archive (its local header may differ from the
+    directory's)."""
     with path.open("rb") as file:
         file.seek(member.header_offset)
         head = file.read(30)
@@ -74,7 +87,8 @@ def _stored_at(path: Path, member: zipfile.ZipInfo) -> int:
 
 
 def _sound(path: Path, start: int, member: zipfile.ZipInfo, told: Told | None) -> bool:
-    """Whether an uncompressed member agrees with its checksum; read in pieces, so that a large one stays on disk."""
+    """Whether an uncompressed member agrees with its checksum; read in pieces, so that a large one
+    stays on disk."""
     total, left = 0, member.file_size
     with path.open("rb") as file:
         file.seek(start)
@@ -86,17 +100,28 @@ def _sound(path: Path, start: int, member: zipfile.ZipInfo, told: Told | None) -
 
 
 def read_npz(path: Path, options: Options) -> Contents:
-    """Every numeric array of an NPZ or NPY file; uncompressed arrays stay on disk until they are used.
+    """Every numeric array of an NPZ or NPY file; uncompressed arrays stay on disk until they are
+    used.
 
-    Raises `RecordingError` when the archive is damaged; arrays of Python objects are left out with a note.
+    Raises `RecordingError` when the archive is damaged; arrays of Python objects are left out with
+    a note.
     """
     arrays: dict[str, AnyArray] = {}
     notes: list[str] = []
     if path.suffix.lower() == ".npy":
         with path.open("rb") as file:
-            only = _array(file, path.stat().st_size, str(path), mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ), 0)
+            only = _array(
+                file,
+                path.stat().st_size,
+                str(path),
+                mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ),
+                0,
+            )
         if only is None:
-            raise RecordingError(f"{path}: holds pickled Python objects, which are never loaded. Save a numeric array.")
+            raise RecordingError(
+                f"{path}: holds pickled Python objects, which are never loaded. Save a "
+                "numeric array."
+            )
         return Contents(str(path), "npy", {"data": only})
     with zipfile.ZipFile(path) as archive, path.open("rb") as file:
         # the view is not closed here: the arrays are slices of it
@@ -104,7 +129,9 @@ def read_npz(path: Path, options: Options) -> Contents:
         for member in archive.infolist():
             name = member.filename.removesuffix(".npy")
             where = f"{path}: array {name!r}"
-            if not member.filename.endswith(".npy") or (options.only is not None and name not in options.only):
+            if not member.filename.endswith(".npy") or (
+                options.only is not None and name not in options.only
+            ):
                 continue
             stored = member.compress_type == zipfile.ZIP_STORED
             with archive.open(member) as stream:
@@ -113,9 +140,13 @@ def read_npz(path: Path, options: Options) -> Contents:
                 else:
                     array = _unpacked(stream, member, where, options.told)
             if stored and not _sound(path, _stored_at(path, member), member, options.told):
-                raise RecordingError(f"{where}: its checksum is wrong. The file is damaged: copy or export it again.")
+                raise RecordingError(
+                    f"{where}: its checksum is wrong. The file is damaged: copy or export it again."
+                )
             if array is None or array.dtype.kind not in "biufcUS":
-                notes.append(f"array {name!r} holds Python objects, which are never loaded; it was left out")
+                notes.append(
+                    f"array {name!r} holds Python objects, which are never loaded; it was left out"
+                )
                 continue
             arrays[name] = array
     return Contents(str(path), "npz", arrays, notes=tuple(notes))

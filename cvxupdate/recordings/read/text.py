@@ -1,4 +1,5 @@
-"""CSV and text: any delimiter, headers, Latin-1, decimal commas, complex numbers as text, a short last line."""
+"""CSV and text: any delimiter, headers, Latin-1, decimal commas, complex numbers as text, a short
+last line."""
 
 from __future__ import annotations
 
@@ -22,13 +23,17 @@ _PIECE = 65536  # rows parsed at a time
 
 
 def encoding_of(path: Path) -> str:
-    """utf-8, utf-16 by its mark, else latin-1 (which reads any byte); raises `RecordingError` for a binary file."""
+    """utf-8, utf-16 by its mark, else latin-1 (which reads any byte); raises `RecordingError` for a
+    binary file."""
     with path.open("rb") as file:
         head = file.read(65536)
         if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
             return "utf-16"
         if b"\0" in head:
-            raise RecordingError(f"{path}: it holds binary bytes, not text. If it is one of UFF, MAT, HDF5 or NPZ, say so with format.")
+            raise RecordingError(
+                f"{path}: it holds binary bytes, not text. If it is one of UFF, MAT, HDF5 or "
+                "NPZ, say so with format."
+            )
         decoder = codecs.getincrementaldecoder("utf-8")()
         try:
             piece = head
@@ -46,9 +51,16 @@ def layout_of(path: Path, options: Options) -> Layout:
     encoding = options.encoding or encoding_of(path)
     try:
         with path.open(encoding=encoding) as file:
-            lines = list(itertools.islice(file, _SAMPLE + (options.skip_rows or 0) + (options.header_lines or 0)))
+            lines = list(
+                itertools.islice(
+                    file, _SAMPLE + (options.skip_rows or 0) + (options.header_lines or 0)
+                )
+            )
     except (LookupError, UnicodeError) as error:
-        raise RecordingError(f"{path}: it cannot be read as {encoding} ({error}). Set encoding in the [[recordings]] block.") from error
+        raise RecordingError(
+            f"{path}: it cannot be read as {encoding} ({error}). Set encoding in the "
+            "[[recordings]] block."
+        ) from error
     if not lines:
         raise RecordingError(f"{path}: the file is empty.")
     return find_layout(lines, encoding, options, str(path))
@@ -56,48 +68,87 @@ def layout_of(path: Path, options: Options) -> Layout:
 
 def _fast(lines: Sequence[str], layout: Layout) -> NDArray[Any] | None:
     """A piece parsed in one go, or None when a row is not plain."""
-    if layout.marks is not None and any(line.count(layout.delimiter or "") != layout.marks for line in lines):
+    if layout.marks is not None and any(
+        line.count(layout.delimiter or "") != layout.marks for line in lines
+    ):
         return None
     text: Sequence[str] = lines
     if layout.decimal == ",":
         text = [line.replace(",", ".") for line in lines]
     if layout.is_complex:
-        text = [line.replace(" ", "").replace("i", "j").replace("*", "") for line in text] if layout.delimiter != " " else text
+        text = (
+            [line.replace(" ", "").replace("i", "j").replace("*", "") for line in text]
+            if layout.delimiter != " "
+            else text
+        )
     try:
-        table = np.loadtxt(text, dtype=complex if layout.is_complex else float, comments=None, delimiter=layout.delimiter,
-                           ndmin=2, usecols=None if layout.marks is None else range(layout.columns))  # fmt: skip
+        table = np.loadtxt(
+            text,
+            dtype=complex if layout.is_complex else float,
+            comments=None,
+            delimiter=layout.delimiter,
+            ndmin=2,
+            usecols=None if layout.marks is None else range(layout.columns),
+        )
     except (ValueError, OverflowError):
         return None
     return table if table.shape == (len(lines), layout.columns) else None
 
 
-def _slow(lines: Sequence[tuple[int, str]], layout: Layout, notes: list[str], where: str, rest: Iterator[tuple[int, str]]) -> NDArray[Any]:
-    """A piece row by row: missing values become NaN; a row that is not one is an error unless only text follows it."""
+def _slow(
+    lines: Sequence[tuple[int, str]],
+    layout: Layout,
+    notes: list[str],
+    where: str,
+    rest: Iterator[tuple[int, str]],
+) -> NDArray[Any]:
+    """A piece row by row: missing values become NaN; a row that is not one is an error unless only
+    text follows it."""
     table: list[list[complex | float]] = []
     kind = complex if layout.is_complex else float
     for place, (line_number, line) in enumerate(lines):
         cut = fields(line, layout.delimiter)
-        if layout.marks is not None and len(cut) < layout.columns and line.count(layout.delimiter or "") == layout.marks:
+        if (
+            layout.marks is not None
+            and len(cut) < layout.columns
+            and line.count(layout.delimiter or "") == layout.marks
+        ):
             cut += [""] * (layout.columns - len(cut))  # empty last fields
         values = [number(field, layout.decimal) for field in cut]
-        if len(values) == layout.columns and all(v is not None and (layout.is_complex or not isinstance(v, complex)) for v in values):
+        if len(values) == layout.columns and all(
+            v is not None and (layout.is_complex or not isinstance(v, complex)) for v in values
+        ):
             table.append([kind(v) for v in values])  # type: ignore[arg-type]
             continue
         for after, text in itertools.chain(lines[place + 1 :], rest):
             if row(text, layout.delimiter, layout.decimal) is not None:
-                raise RecordingError(f"{where}: line {line_number} is not a row of {layout.columns} numbers ({line.strip()[:60]!r}), "
-                                     f"but line {after} goes on. Mend the file, or cut it where the table ends.")
-        what = "is short" if row(line, layout.delimiter, layout.decimal) is not None or len(cut) < layout.columns else "is not a row"
+                raise RecordingError(
+                    f"{where}: line {line_number} is not a row of {layout.columns} numbers "
+                    f"({line.strip()[:60]!r}), but line {after} goes on. Mend the file, or "
+                    "cut it where the table ends."
+                )
+        what = (
+            "is short"
+            if row(line, layout.delimiter, layout.decimal) is not None or len(cut) < layout.columns
+            else "is not a row"
+        )
         notes.append(f"line {line_number}, behind the table, {what} and was left out")
         break
     return np.array(table, dtype=kind).reshape(len(table), layout.columns)
 
 
-def text_pieces(path: Path, layout: Layout, notes: list[str], told: Told | None = None) -> Iterator[NDArray[Any]]:
-    """The rows of the table, some tens of thousands at a time, (rows, columns) real or complex; notes are added on the way."""
+def text_pieces(
+    path: Path, layout: Layout, notes: list[str], told: Told | None = None
+) -> Iterator[NDArray[Any]]:
+    """The rows of the table, some tens of thousands at a time, (rows, columns) real or complex;
+    notes are added on the way."""
     size = path.stat().st_size
     with path.open("rb") as raw, io.TextIOWrapper(raw, encoding=layout.encoding) as file:
-        numbered = ((place + 1, line) for place, line in enumerate(file) if place >= layout.first and line.strip())
+        numbered = (
+            (place + 1, line)
+            for place, line in enumerate(file)
+            if place >= layout.first and line.strip()
+        )
         while piece := list(itertools.islice(numbered, _PIECE)):
             table = _fast([line for _, line in piece], layout)
             yield _slow(piece, layout, notes, str(path), numbered) if table is None else table
@@ -106,7 +157,8 @@ def text_pieces(path: Path, layout: Layout, notes: list[str], told: Told | None 
 
 
 def _gathered(pieces: Iterator[NDArray[Any]], where: str) -> NDArray[Any]:
-    """All rows as one table; from some tens of megabytes on it lies on disk, so that the table is not held twice, nor even once."""
+    """All rows as one table; from some tens of megabytes on it lies on disk, so that the table is
+    not held twice, nor even once."""
     held = list(itertools.islice(pieces, 1))
     if not held:
         return np.zeros((0, 1))
@@ -125,7 +177,8 @@ def _gathered(pieces: Iterator[NDArray[Any]], where: str) -> NDArray[Any]:
 
 
 def _commands(path: Path, encoding: str) -> dict[str, AnyArray]:
-    """Lines of ``key,value`` under section marks, as instruments write their settings: the values of each key in order."""
+    """Lines of ``key,value`` under section marks, as instruments write their settings: the values
+    of each key in order."""
     arrays: dict[str, list[float]] = {}
     with path.open(encoding=encoding) as file:
         for line in itertools.islice(file, 100_000):
@@ -141,8 +194,9 @@ def _commands(path: Path, encoding: str) -> dict[str, AnyArray]:
 def read_text(path: Path, options: Options) -> Contents:
     """The table of a text file under ``"data"``, with the names and units of its header.
 
-    The first blank line, header blocks (``***End_of_Header***`` and any other), a comment column that only the header has, and a
-    short last line are dealt with; a row in the middle that is not a row of numbers raises `RecordingError` with its line.
+    The first blank line, header blocks (``***End_of_Header***`` and any other), a comment column
+    that only the header has, and a short last line are dealt with; a row in the middle that is not
+    a row of numbers raises `RecordingError` with its line.
     """
     try:
         layout = layout_of(path, options)
@@ -154,5 +208,9 @@ def read_text(path: Path, options: Options) -> Contents:
     notes = list(layout.notes)
     data = _gathered(text_pieces(path, layout, notes, options.told), str(path))
     if len(data) < 2:
-        raise RecordingError(f"{path}: its table has fewer than two rows. Check header_lines and the file.")
-    return Contents(str(path), "text", {"data": data}, layout.names, layout.units, notes=tuple(notes))
+        raise RecordingError(
+            f"{path}: its table has fewer than two rows. Check header_lines and the file."
+        )
+    return Contents(
+        str(path), "text", {"data": data}, layout.names, layout.units, notes=tuple(notes)
+    )

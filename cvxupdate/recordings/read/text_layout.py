@@ -1,4 +1,5 @@
-"""What a text file's lines are: delimiter, decimal mark, where the table starts, names and units of its columns."""
+"""What a text file's lines are: delimiter, decimal mark, where the table starts, names and units of
+its columns."""
 
 from __future__ import annotations
 
@@ -11,8 +12,12 @@ from cvxupdate.recordings.read.contents import Options
 from cvxupdate.recordings.units import is_unit
 
 _DELIMITERS = ("\t", ";", ",", "|", None)  # None: any white space
-_MISSING = frozenset({"", "nan", "n/a", "#n/a", "na", "null", "none", "--", "-nan", "1.#qnan", "-1.#ind"})
-_COMPLEX = re.compile(r"\(?\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*[-+]\s*[\d.]+(?:[eE][-+]?\d+)?\s*[ij*]+\s*\)?$|[-+]?[\d.]+(?:[eE][-+]?\d+)?[ij]$")
+_MISSING = frozenset(
+    {"", "nan", "n/a", "#n/a", "na", "null", "none", "--", "-nan", "1.#qnan", "-1.#ind"}
+)
+_COMPLEX = re.compile(
+    r"\(?\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*[-+]\s*[\d.]+(?:[eE][-+]?\d+)?\s*[ij*]+\s*\)?$|[-+]?[\d.]+(?:[eE][-+]?\d+)?[ij]$"
+)
 _BRACKETED = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]]+)[\])]$")
 
 
@@ -20,7 +25,8 @@ _BRACKETED = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]]+)[\])]$")
 class Layout:
     """How the table of a text file is written.
 
-    ``first`` is the number of lines before its first row; ``marks`` how many delimiters a row holds (None for white space).
+    ``first`` is the number of lines before its first row; ``marks`` how many delimiters a row holds
+    (None for white space).
     """
 
     encoding: str
@@ -56,13 +62,18 @@ def number(text: str, decimal: str) -> complex | float | None:
         except ValueError:
             return None
     try:  # FORTRAN's double precision exponent
-        return float(plain.replace("D", "e").replace("d", "e")) if re.fullmatch(r"[-+.\d]+[dD][-+]?\d+", plain) else None
+        return (
+            float(plain.replace("D", "e").replace("d", "e"))
+            if re.fullmatch(r"[-+.\d]+[dD][-+]?\d+", plain)
+            else None
+        )
     except ValueError:
         return None
 
 
 def fields(line: str, delimiter: str | None) -> list[str]:
-    """The fields of a line; empty ones at the end, which a trailing delimiter leaves, are dropped."""
+    """The fields of a line; empty ones at the end, which a trailing delimiter leaves, are
+    dropped."""
     cut = line.strip("\r\n").split(delimiter)
     while cut and not cut[-1].strip():
         cut.pop()
@@ -70,7 +81,8 @@ def fields(line: str, delimiter: str | None) -> list[str]:
 
 
 def row(line: str, delimiter: str | None, decimal: str) -> list[complex | float] | None:
-    """A line as numbers, or None when it is not a row of numbers (a row has at least one that is not missing)."""
+    """A line as numbers, or None when it is not a row of numbers (a row has at least one that is
+    not missing)."""
     numbers = []
     for field in fields(line, delimiter):
         value = number(field, decimal)
@@ -80,8 +92,11 @@ def row(line: str, delimiter: str | None, decimal: str) -> list[complex | float]
     return numbers if any(value == value for value in numbers) else None
 
 
-def _stretches(lines: Sequence[str], first: int, delimiter: str | None, decimal: str) -> list[tuple[int, int, int]]:
-    """(first line, rows, columns) of every run of rows with the same number of columns; blank lines do not end a run."""
+def _stretches(
+    lines: Sequence[str], first: int, delimiter: str | None, decimal: str
+) -> list[tuple[int, int, int]]:
+    """(first line, rows, columns) of every run of rows with the same number of columns; blank lines
+    do not end a run."""
     runs: list[tuple[int, int, int]] = []
     for place in range(first, len(lines)):
         if not lines[place].strip():
@@ -96,42 +111,60 @@ def _stretches(lines: Sequence[str], first: int, delimiter: str | None, decimal:
     return [run for run in runs if run[1] > 0]
 
 
-def _header(lines: Sequence[str], delimiter: str | None, columns: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names and units of the columns, from the lines above the table; empty where there are none."""
+def _header(
+    lines: Sequence[str], delimiter: str | None, columns: int
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names and units of the columns, from the lines above the table; empty where there are
+    none."""
     names: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
     for line in reversed(lines):
         cut = [field.strip().strip('"').strip("'").strip() for field in fields(line, delimiter)]
         if not cut:
             continue
-        if cut[0] == "Y_Unit_Label" and len(cut) >= columns - 1:  # LabVIEW: the abscissa has no unit label
+        if (
+            cut[0] == "Y_Unit_Label" and len(cut) >= columns - 1
+        ):  # LabVIEW: the abscissa has no unit label
             units = units or ("", *cut[1:columns])
-        if len(cut) < columns or len(cut) > columns + 2 or (names and len(set(names)) == len(names)):
+        if (
+            len(cut) < columns
+            or len(cut) > columns + 2
+            or (names and len(set(names)) == len(names))
+        ):
             continue
-        if all(field.startswith(("[", "(")) for field in cut) or (all(is_unit(field) for field in cut) and not units):
+        if all(field.startswith(("[", "(")) for field in cut) or (
+            all(is_unit(field) for field in cut) and not units
+        ):
             units = tuple(field.strip("[]() ") for field in cut[:columns])
         else:
             names = tuple(cut[:columns])
     if names and not units:
         split = [_BRACKETED.match(name) for name in names]
         if any(m is not None and is_unit(m["unit"]) for m in split):
-            units = tuple(m["unit"].strip() if m is not None and is_unit(m["unit"]) else "" for m in split)
-            names = tuple(m["name"].strip() if m is not None and is_unit(m["unit"]) else name
-                          for m, name in zip(split, names, strict=True))  # fmt: skip
+            units = tuple(
+                m["unit"].strip() if m is not None and is_unit(m["unit"]) else "" for m in split
+            )
+            names = tuple(
+                m["name"].strip() if m is not None and is_unit(m["unit"]) else name
+                for m, name in zip(split, names, strict=True)
+            )
     return names, units
 
 
 def find_layout(lines: Sequence[str], encoding: str, options: Options, where: str) -> Layout:
-    """The layout of a text file from its first lines: the longest run of rows of numbers is the table.
+    """The layout of a text file from its first lines: the longest run of rows of numbers is the
+    table.
 
-    Of several ways to cut the lines the one with the longest run counts, then the one with more columns. Raises
-    `RecordingError` when no run of two rows is found.
+    Of several ways to cut the lines the one with the longest run counts, then the one with more
+    columns. Raises `RecordingError` when no run of two rows is found.
     """
     skip = (options.skip_rows or 0) + (options.header_lines or 0)
     best: tuple[tuple[int, int], str | None, str, int, int] | None = None
     for delimiter in (options.delimiter,) if options.delimiter else _DELIMITERS:
         for decimal in (options.decimal,) if options.decimal else (".", ","):
-            if decimal == "," and (delimiter == "," or not any("," in line for line in lines[skip:])):
+            if decimal == "," and (
+                delimiter == "," or not any("," in line for line in lines[skip:])
+            ):
                 continue
             runs = _stretches(lines, skip, delimiter, decimal)
             if not runs:
@@ -140,19 +173,28 @@ def find_layout(lines: Sequence[str], encoding: str, options: Options, where: st
             if best is None or (rows, columns) > best[0]:
                 best = ((rows, columns), delimiter, decimal, place, columns)
     if best is None or best[0][0] < 2:
-        raise RecordingError(f"{where}: no table of numbers was found in its first {len(lines)} lines. "
-                             "Say delimiter, decimal and header_lines in the [[recordings]] block, or check the file.")
+        raise RecordingError(
+            f"{where}: no table of numbers was found in its first {len(lines)} lines. Say "
+            "delimiter, decimal and header_lines in the [[recordings]] block, or check the "
+            "file."
+        )
     (_, columns), delimiter, decimal, first, _ = best
     if options.header_lines is not None:
         first = skip
         while first < len(lines) and not lines[first].strip():
             first += 1
     notes = tuple(
-        f"lines {place + 1} to {place + rows} hold another table ({rows} rows of {count}); it was left out"
-        for place, rows, count in _stretches(lines[:first], skip, delimiter, decimal) if rows >= 3 and count > 1
-    )  # fmt: skip
+        f"lines {place + 1} to {place + rows} hold another table ({rows} rows of {count}); it "
+        "was left out"
+        for place, rows, count in _stretches(lines[:first], skip, delimiter, decimal)
+        if rows >= 3 and count > 1
+    )
     sample = [row(line, delimiter, decimal) for line in lines[first : first + 50] if line.strip()]
-    is_complex = any(isinstance(value, complex) for numbers in sample if numbers for value in numbers)
+    is_complex = any(
+        isinstance(value, complex) for numbers in sample if numbers for value in numbers
+    )
     names, units = _header(lines[options.skip_rows or 0 : first], delimiter, columns)
     marks = None if delimiter is None else lines[first].strip("\r\n").count(delimiter)
-    return Layout(encoding, delimiter, decimal, first, columns, marks, is_complex, names, units, notes)
+    return Layout(
+        encoding, delimiter, decimal, first, columns, marks, is_complex, names, units, notes
+    )

@@ -13,12 +13,14 @@ from cvxupdate.recordings.read.wanted import Names, Wanted, channel_of, real_val
 from cvxupdate.recordings.types import DOF_KINDS, Channel, ModeTable, Origin, Real
 
 WEIGHT = 0.01
-"""Deviation of a frequency, as a fraction, where nobody gave one: a weight, not a measurement (``relative_only``)."""
+"""Deviation of a frequency, as a fraction, where nobody gave one: a weight, not a measurement
+(``relative_only``)."""
 
 
 @dataclass(frozen=True)
 class ModeValues:
-    """One mode as declared: ``shape`` and ``shape_std`` by place, None where unknown; ``pair`` 0 for "find it"."""
+    """One mode as declared: ``shape`` and ``shape_std`` by place, None where unknown; ``pair`` 0
+    for "find it"."""
 
     frequency: float
     frequency_std: float | None = None
@@ -29,13 +31,22 @@ class ModeValues:
     pair: int = 0
 
 
-def mode_table(modes: Sequence[ModeValues], origin: Origin, wanted: Sequence[Wanted] = (), *, frequency_std: float | None = None,
-               frequency_std_relative: float | None = None, channels: Sequence[Channel] = ()) -> ModeTable:  # fmt: skip
+def mode_table(
+    modes: Sequence[ModeValues],
+    origin: Origin,
+    wanted: Sequence[Wanted] = (),
+    *,
+    frequency_std: float | None = None,
+    frequency_std_relative: float | None = None,
+    channels: Sequence[Channel] = (),
+) -> ModeTable:
     """A `ModeTable` from declared modes, in rising order of frequency.
 
-    ``wanted`` says which node and DOF each entry of a shape is (``column`` is its place). A mode without its own deviation takes
-    ``frequency_std`` (Hz), else ``frequency_std_relative`` times its frequency; if no mode and no default has one, 1 % is set for
-    all as a mere weight and ``relative_only`` is True. A deviation that only some modes have is an error. Raises `RecordingError`.
+    ``wanted`` says which node and DOF each entry of a shape is (``column`` is its place). A mode
+    without its own deviation takes ``frequency_std`` (Hz), else ``frequency_std_relative`` times
+    its frequency; if no mode and no default has one, 1 % is set for all as a mere weight and
+    ``relative_only`` is True. A deviation that only some modes have is an error. Raises
+    `RecordingError`.
     """
     where = origin.source
     if not modes:
@@ -44,7 +55,10 @@ def mode_table(modes: Sequence[ModeValues], origin: Origin, wanted: Sequence[Wan
     frequency = np.array([mode.frequency for mode in modes], dtype=float)
     if not np.all(np.isfinite(frequency)) or np.any(frequency <= 0.0):
         raise RecordingError(f"{where}: a frequency is not a positive number.")
-    std = np.array([mode.frequency_std if mode.frequency_std is not None else np.nan for mode in modes], dtype=float)
+    std = np.array(
+        [mode.frequency_std if mode.frequency_std is not None else np.nan for mode in modes],
+        dtype=float,
+    )
     fallback = frequency_std if frequency_std is not None else None
     if fallback is not None:
         std = np.where(np.isnan(std), fallback, std)
@@ -55,7 +69,10 @@ def mode_table(modes: Sequence[ModeValues], origin: Origin, wanted: Sequence[Wan
         std = WEIGHT * frequency
     elif np.any(np.isnan(std)):
         missing = frequency[np.isnan(std)][0]
-        raise RecordingError(f"{where}: the mode at {missing:g} Hz has no frequency_std, others have. Give it, or frequency_std for all.")
+        raise RecordingError(
+            f"{where}: the mode at {missing:g} Hz has no frequency_std, others have. Give it, "
+            "or frequency_std for all."
+        )
     if np.any(std <= 0.0):
         raise RecordingError(f"{where}: a frequency_std is not positive.")
 
@@ -65,32 +82,53 @@ def mode_table(modes: Sequence[ModeValues], origin: Origin, wanted: Sequence[Wan
     places, labels = _places(where, wanted, channels)
     shapes, deviations = _shapes(where, modes, places, len(labels))
     return ModeTable(
-        origin, frequency, std, column([mode.damping for mode in modes]), column([mode.damping_std for mode in modes]),
-        labels, shapes, deviations, np.array([mode.pair for mode in modes], dtype=np.int64), relative_only,
-    )  # fmt: skip
+        origin,
+        frequency,
+        std,
+        column([mode.damping for mode in modes]),
+        column([mode.damping_std for mode in modes]),
+        labels,
+        shapes,
+        deviations,
+        np.array([mode.pair for mode in modes], dtype=np.int64),
+        relative_only,
+    )
 
 
-def _places(where: str, wanted: Sequence[Wanted], channels: Sequence[Channel]) -> tuple[list[tuple[int, float]], tuple[Channel, ...]]:
+def _places(
+    where: str, wanted: Sequence[Wanted], channels: Sequence[Channel]
+) -> tuple[list[tuple[int, float]], tuple[Channel, ...]]:
     """Place in ``shape`` and factor (sign, scale) of each channel, and the channels."""
     if channels:
         return [(place, 1.0) for place in range(len(channels))], tuple(channels)
     places, labels = [], []
     for want in wanted:
         if isinstance(want.column, str):
-            raise RecordingError(f"{where}: {want.label}: the place of a mode shape's entry is a number.")
+            raise RecordingError(
+                f"{where}: {want.label}: the place of a mode shape's entry is a number."
+            )
         channel = channel_of(Contents(where, "modes"), want)
         places.append((want.column, channel.scale))
         labels.append(channel)
     return places, tuple(labels)
 
 
-def _shapes(where: str, modes: Sequence[ModeValues], places: Sequence[tuple[int, float]], count: int) \
-        -> tuple[np.ndarray | None, Real | None]:
+def _shapes(
+    where: str, modes: Sequence[ModeValues], places: Sequence[tuple[int, float]], count: int
+) -> tuple[np.ndarray | None, Real | None]:
     if all(mode.shape is None for mode in modes):
         return None, None
     if not count:
-        raise RecordingError(f"{where}: the modes have shapes, but channels does not say which node and dof each entry is.")
-    is_complex = any(isinstance(entry, complex) for mode in modes if mode.shape is not None for entry in mode.shape)
+        raise RecordingError(
+            f"{where}: the modes have shapes, but channels does not say which node and dof "
+            "each entry is."
+        )
+    is_complex = any(
+        isinstance(entry, complex)
+        for mode in modes
+        if mode.shape is not None
+        for entry in mode.shape
+    )
     shapes = np.full((len(modes), count), np.nan, dtype=complex if is_complex else float)
     deviations = np.full((len(modes), count), np.nan)
     for m, mode in enumerate(modes):
@@ -98,21 +136,30 @@ def _shapes(where: str, modes: Sequence[ModeValues], places: Sequence[tuple[int,
             continue
         for c, (place, factor) in enumerate(places):
             if not 0 <= place < len(mode.shape):
-                raise RecordingError(f"{where}: the shape at {mode.frequency:g} Hz has {len(mode.shape)} entries; channel column {place} is not "
-                                     "one of them.")
+                raise RecordingError(
+                    f"{where}: the shape at {mode.frequency:g} Hz has {len(mode.shape)} "
+                    f"entries; channel column {place} is not one of them."
+                )
             shapes[m, c] = mode.shape[place] * factor
             if mode.shape_std is not None:
-                value = mode.shape_std if isinstance(mode.shape_std, int | float) else mode.shape_std[place]
+                value = (
+                    mode.shape_std
+                    if isinstance(mode.shape_std, int | float)
+                    else mode.shape_std[place]
+                )
                 deviations[m, c] = value * abs(factor)
     return shapes, None if np.all(np.isnan(deviations)) else deviations
 
 
-def modes_of_contents(contents: Contents, names: Names, wanted: Sequence[Wanted] = ()) -> tuple[list[ModeValues], tuple[Channel, ...]]:
+def modes_of_contents(
+    contents: Contents, names: Names, wanted: Sequence[Wanted] = ()
+) -> tuple[list[ModeValues], tuple[Channel, ...]]:
     """Modes from a file: data sets 55 of a universal file, or arrays.
 
-    Arrays: ``frequency`` (Hz) or ``eigenvalue`` (rad²/s²), with ``frequency_std`` or ``eigenvalue_std``, ``damping``,
-    ``damping_std``; ``shape`` (modes, entries) or ``shape_columns`` (entries, modes), and likewise ``shape_std`` or
-    ``shape_std_columns``. The deviation of λ = (2πf)² gives that of f by σ_f = σ_λ / (8π²f). Also returns the channels of the
+    Arrays: ``frequency`` (Hz) or ``eigenvalue`` (rad²/s²), with ``frequency_std`` or
+    ``eigenvalue_std``, ``damping``, ``damping_std``; ``shape`` (modes, entries) or
+    ``shape_columns`` (entries, modes), and likewise ``shape_std`` or ``shape_std_columns``. The
+    deviation of λ = (2πf)² gives that of f by σ_f = σ_λ / (8π²f). Also returns the channels of the
     shapes where the file itself labels them (55).
     """
     where = contents.file
@@ -127,7 +174,10 @@ def modes_of_contents(contents: Contents, names: Names, wanted: Sequence[Wanted]
             return None
         values = real_values(np.atleast_1d(np.squeeze(array)), f"{where}: {names[name]}")
         if values.ndim != 1:
-            raise RecordingError(f"{where}: {names[name]!r} has shape {array.shape}; one number for each mode is needed.")
+            raise RecordingError(
+                f"{where}: {names[name]!r} has shape {array.shape}; one number for each mode "
+                "is needed."
+            )
         return values
 
     frequency, eigenvalue = vector("frequency"), vector("eigenvalue")
@@ -137,41 +187,67 @@ def modes_of_contents(contents: Contents, names: Names, wanted: Sequence[Wanted]
             raise RecordingError(f"{where}: an eigenvalue is not positive.")
         frequency = np.sqrt(eigenvalue) / (2.0 * np.pi)
         eigenvalue_std = vector("eigenvalue_std")
-        std = eigenvalue_std / (8.0 * np.pi**2 * frequency) if eigenvalue_std is not None and eigenvalue_std.shape == frequency.shape else std
+        std = (
+            eigenvalue_std / (8.0 * np.pi**2 * frequency)
+            if eigenvalue_std is not None and eigenvalue_std.shape == frequency.shape
+            else std
+        )
     if frequency is None:
-        raise RecordingError(f"{where}: there is no array 'frequency' (Hz) or 'eigenvalue' (rad²/s²) among "
-                             f"{', '.join(contents.arrays) or 'its data'}. Name it with variables.")
+        raise RecordingError(
+            f"{where}: there is no array 'frequency' (Hz) or 'eigenvalue' (rad²/s²) among "
+            f"{', '.join(contents.arrays) or 'its data'}. Name it with variables."
+        )
     count = frequency.size
-    columns = {"frequency_std": std, "damping": vector("damping"), "damping_std": vector("damping_std")}
+    columns = {
+        "frequency_std": std,
+        "damping": vector("damping"),
+        "damping_std": vector("damping_std"),
+    }
     for name, values in columns.items():
         if values is not None and values.size != count:
-            raise RecordingError(f"{where}: {count} frequencies, but {values.size} values of {name}.")
+            raise RecordingError(
+                f"{where}: {count} frequencies, but {values.size} values of {name}."
+            )
 
     def matrix(name: str) -> np.ndarray | None:
-        rows, turned = contents.arrays.get(names[name]), contents.arrays.get(names[f"{name}_columns"])
+        rows, turned = (
+            contents.arrays.get(names[name]),
+            contents.arrays.get(names[f"{name}_columns"]),
+        )
         array = rows if rows is not None else (turned.T if turned is not None else None)
-        if array is not None and (array.ndim != 2 or array.shape[0] != count or array.dtype.kind not in "biufc"):
-            raise RecordingError(f"{where}: {name} has shape {array.shape}; {count} modes were given. Use shape for (modes, entries) and "
-                                 "shape_columns for (entries, modes).")
+        if array is not None and (
+            array.ndim != 2 or array.shape[0] != count or array.dtype.kind not in "biufc"
+        ):
+            raise RecordingError(
+                f"{where}: {name} has shape {array.shape}; {count} modes were given. Use "
+                "shape for (modes, entries) and shape_columns for (entries, modes)."
+            )
         return array
 
     shape, shape_std = matrix("shape"), matrix("shape_std")
     if shape is not None and not wanted:
         shape = None  # without channels nobody knows where its entries are
     if shape is not None and shape_std is not None and shape.shape != shape_std.shape:
-        raise RecordingError(f"{where}: shape {shape.shape} and shape_std {shape_std.shape} do not agree.")
+        raise RecordingError(
+            f"{where}: shape {shape.shape} and shape_std {shape_std.shape} do not agree."
+        )
 
     def entry(values: Real | None, m: int) -> float | None:
         return None if values is None or np.isnan(values[m]) else float(values[m])
 
     return [
         ModeValues(
-            float(frequency[m]), entry(columns["frequency_std"], m), entry(columns["damping"], m), entry(columns["damping_std"], m),
+            float(frequency[m]),
+            entry(columns["frequency_std"], m),
+            entry(columns["damping"], m),
+            entry(columns["damping_std"], m),
             None if shape is None else list(shape[m].tolist()),
-            None if shape is None or shape_std is None else [float(v) for v in np.real(shape_std[m])],
+            None
+            if shape is None or shape_std is None
+            else [float(v) for v in np.real(shape_std[m])],
         )
         for m in range(count)
-    ], ()  # fmt: skip
+    ], ()
 
 
 def _from_shapes(contents: Contents) -> tuple[list[ModeValues], tuple[Channel, ...]]:
@@ -179,13 +255,25 @@ def _from_shapes(contents: Contents) -> tuple[list[ModeValues], tuple[Channel, .
     first = contents.shapes[0]
     for shape in contents.shapes:
         if not np.array_equal(shape.nodes, first.nodes) or shape.values.shape != first.values.shape:
-            raise RecordingError(f"{contents.file}: its mode shapes are not given at the same nodes. Export one set of modes.")
+            raise RecordingError(
+                f"{contents.file}: its mode shapes are not given at the same nodes. Export "
+                "one set of modes."
+            )
     used = np.any([shape.values != 0.0 for shape in contents.shapes], axis=0)
     channels = tuple(
-        Channel(int(first.nodes[i]), DOF_KINDS[j], first.quantity) for i in range(used.shape[0]) for j in range(used.shape[1]) if used[i, j]
+        Channel(int(first.nodes[i]), DOF_KINDS[j], first.quantity)
+        for i in range(used.shape[0])
+        for j in range(used.shape[1])
+        if used[i, j]
     )
     modes = [
-        ModeValues(shape.frequency, None, None if np.isnan(shape.damping) else shape.damping, None, shape.values[used].tolist())
+        ModeValues(
+            shape.frequency,
+            None,
+            None if np.isnan(shape.damping) else shape.damping,
+            None,
+            shape.values[used].tolist(),
+        )
         for shape in contents.shapes
     ]
     return modes, channels

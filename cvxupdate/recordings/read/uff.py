@@ -1,8 +1,9 @@
 """Universal File Format: data sets 15, 55, 58, 58b, 151 and 164.
 
-Read here rather than by pyuff, because a laboratory's file is large, and is not always whole: a binary body may contain the
-bytes of a block's end mark (so its stated length is used), an incomplete set must be said and not padded, and functions of
-500 MB stay on disk. The tests compare with pyuff. Source: University of Cincinnati SDRL, Universal File Datasets Summary.
+Read here rather than by pyuff, because a laboratory's file is large, and is not always whole: a
+binary body may contain the bytes of a block's end mark (so its stated length is used), an
+incomplete set must be said and not padded, and functions of 500 MB stay on disk. The tests compare
+with pyuff. Source: University of Cincinnati SDRL, Universal File Datasets Summary.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from cvxupdate.recordings.read.uff_shape import read_shape
 
 @dataclass(frozen=True)
 class _Block:
-    """One data set: its type word (``"58b"``), its header lines, and where its body begins and ends in the file."""
+    """One data set: its type word (``"58b"``), its header lines, and where its body begins and ends
+    in the file."""
 
     number: int
     word: str
@@ -55,7 +57,11 @@ def _mark_at(view: mmap.mmap, at: int) -> tuple[int, int] | None:
     """The end mark that stands right here, or behind one line break: (offset, offset behind it)."""
     for begin in (at, at + 1, at + 2):
         end = _line_end(view, begin) if begin < len(view) else begin
-        if view[at:begin].strip() == b"" and view[begin : min(end, begin + 90)].strip() == b"-1" and view[begin : begin + 1] != b"\n":
+        if (
+            view[at:begin].strip() == b""
+            and view[begin : min(end, begin + 90)].strip() == b"-1"
+            and view[begin : begin + 1] != b"\n"
+        ):
             return begin, end
     return None
 
@@ -81,21 +87,25 @@ def _blocks(view: mmap.mmap, notes: list[str]) -> Iterator[_Block]:
                 at = end
             length = body_bytes(lines)
             closing = _mark_at(view, at + length) if length is not None else None
-            # the end mark follows the body at once; if it does not, the stated length is wrong and the next mark counts
+            # the end mark follows the body at once; if it does not, the stated length is wrong and
+            # the next mark counts
             if closing is None:
                 closing = _find_mark(view, at)
                 notes.append(f"data set {number}: the length of its binary body is misstated")
         else:
             closing = _find_mark(view, at)
         if closing is None:
-            notes.append(f"data set {number} ({word or 'no type'}) is cut off by the end of the file")
+            notes.append(
+                f"data set {number} ({word or 'no type'}) is cut off by the end of the file"
+            )
             closing = (len(view), len(view))
         yield _Block(number, word, tuple(lines), at, closing[0])
         opening = _find_mark(view, closing[1])
 
 
 def _nodes(text: str, units: Units) -> dict[int, tuple[float, float, float]]:
-    """Data set 15: node label, two coordinate systems, colour, x, y, z; the coordinates in metres."""
+    """Data set 15: node label, two coordinate systems, colour, x, y, z; the coordinates in
+    metres."""
     nodes: dict[int, tuple[float, float, float]] = {}
     for line in text.splitlines():
         words = line.split()
@@ -111,8 +121,9 @@ def _nodes(text: str, units: Units) -> dict[int, tuple[float, float, float]]:
 def read_uff(path: Path, options: Options) -> Contents:
     """The functions (58, 58b), shapes (55), nodes (15) and units (164) of a universal file.
 
-    A set that is of another kind, or damaged, is left out and named in ``notes``; the others are kept. Binary bodies remain
-    views of the file. Raises `RecordingError` when no set can be read at all.
+    A set that is of another kind, or damaged, is left out and named in ``notes``; the others are
+    kept. Binary bodies remain views of the file. Raises `RecordingError` when no set can be read at
+    all.
     """
     if path.stat().st_size == 0:
         raise RecordingError(f"{path}: the file is empty.")
@@ -136,12 +147,16 @@ def read_uff(path: Path, options: Options) -> Contents:
             try:
                 units = units_of(text_of(block))
             except (RecordingError, ValueError, IndexError) as error:
-                notes.append(f"data set {block.number} (164, units) cannot be read: {error}; SI units are assumed")
+                notes.append(
+                    f"data set {block.number} (164, units) cannot be read: {error}; SI units "
+                    "are assumed"
+                )
     functions: list[Function] = []
     shapes: list[Shape] = []
     nodes: dict[int, tuple[float, float, float]] = {}
     for block in blocks:
         if block.word in ("58", "58b"):
+
             def function(block: _Block = block) -> None:
                 lines, start = block.lines, block.start
                 if block.word == "58":
@@ -149,15 +164,30 @@ def read_uff(path: Path, options: Options) -> Contents:
                     lines = (block.lines[0], *(line.rstrip("\r") for line in head))
                     for _ in range(11):
                         start = _line_end(view, start)
-                functions.append(read_function(function_header(lines), view, start, block.stop, units))
+                functions.append(
+                    read_function(function_header(lines), view, start, block.stop, units)
+                )
+
             attempt(block, function)
         elif block.word == "55":
             attempt(block, lambda block=block: shapes.append(read_shape(text_of(block), units)))  # type: ignore[misc]
         elif block.word == "15":
             attempt(block, lambda block=block: nodes.update(_nodes(text_of(block), units)))  # type: ignore[misc]
         elif block.word not in ("151", "164"):
-            notes.append(f"data set {block.number} is of type {block.word!r}, which is not a recording; it was left out")
+            notes.append(
+                f"data set {block.number} is of type {block.word!r}, which is not a "
+                "recording; it was left out"
+            )
     if not functions and not shapes and not nodes:
         why = "; ".join(notes[:3]) if notes else "it has no data set between two lines of -1"
-        raise RecordingError(f"{path}: nothing in this universal file can be read: {why}. Export it again as UFF 58.")
-    return Contents(str(path), "uff", functions=tuple(functions), shapes=tuple(shapes), nodes=nodes, notes=tuple(notes))
+        raise RecordingError(
+            f"{path}: nothing in this universal file can be read: {why}. Export it again as UFF 58."
+        )
+    return Contents(
+        str(path),
+        "uff",
+        functions=tuple(functions),
+        shapes=tuple(shapes),
+        nodes=nodes,
+        notes=tuple(notes),
+    )

@@ -9,14 +9,22 @@ from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.types import DOF_KINDS
 
 # specific data types of data sets 55 and 58 that a structure's recording can have
-QUANTITY = {2: "strain", 8: "displacement", 9: "force", 11: "velocity", 12: "acceleration", 13: "force"}
+QUANTITY = {
+    2: "strain",
+    8: "displacement",
+    9: "force",
+    11: "velocity",
+    12: "acceleration",
+    13: "force",
+}
 # length and force exponents of those quantities (the table of data set 58)
 _EXPONENTS = {"displacement": (1, 0), "velocity": (1, 0), "acceleration": (1, 0), "force": (0, 1)}
 
 
 @dataclass(frozen=True)
 class Units:
-    """Data set 164: numbers of the file divided by ``length`` (``force``) are in metres (newtons)."""
+    """Data set 164: numbers of the file divided by ``length`` (``force``) are in metres
+    (newtons)."""
 
     length: float = 1.0
     force: float = 1.0

@@ -17,12 +17,15 @@ from cvxupdate.recordings.read.disk import PIECE
 from cvxupdate.recordings.read.uff_fields import QUANTITY, Units, direction, fields, integer, real
 from cvxupdate.recordings.units import is_unit, parse_unit
 
-_NUMBER = re.compile(rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?|[-+]?(?:nan|inf)\w*", re.IGNORECASE)
+_NUMBER = re.compile(
+    rb"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+)?|[-+]?(?:nan|inf)\w*", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True)
 class Header:
-    """Records 1 to 11, and what the first line says of a binary body (``order`` "<" or ">", None for text)."""
+    """Records 1 to 11, and what the first line says of a binary body (``order`` "<" or ">", None
+    for text)."""
 
     order: str | None
     title: str
@@ -42,7 +45,8 @@ class Header:
 
 
 def body_bytes(lines: Sequence[str]) -> int | None:
-    """The length of a binary body: what the number of points needs, else what the first line states, None if unreadable."""
+    """The length of a binary body: what the number of points needs, else what the first line
+    states, None if unreadable."""
     try:
         stated = integer(lines[0][31:43].strip(), "the number of bytes")
         header = function_header(lines)
@@ -52,7 +56,8 @@ def body_bytes(lines: Sequence[str]) -> int | None:
 
 
 def _lengths(header: Header) -> tuple[int, ...]:
-    """The possible lengths of a binary body; an uneven double abscissa is single by the standard, double as pyuff writes it."""
+    """The possible lengths of a binary body; an uneven double abscissa is single by the standard,
+    double as pyuff writes it."""
     size = 8 if header.double else 4
     ordinate = header.points * size * (2 if header.complex else 1)
     if header.even:
@@ -61,7 +66,8 @@ def _lengths(header: Header) -> tuple[int, ...]:
 
 
 def function_header(lines: Sequence[str]) -> Header:
-    """The header from its twelve lines (the type's line first); raises `RecordingError` with the field that is wrong."""
+    """The header from its twelve lines (the type's line first); raises `RecordingError` with the
+    field that is wrong."""
     if len(lines) < 12:
         raise RecordingError("the header is cut short")
     order: str | None = None
@@ -83,32 +89,58 @@ def function_header(lines: Sequence[str]) -> Header:
         dof, sign = direction(integer(code or "0", "a direction"))
         ends.append(Point(integer(node or "0", "a node"), dof, sign))
     return Header(
-        order, lines[1].strip(), kind, ends[0], ends[1], data_type in (4, 6), data_type in (5, 6), points, even,
-        real(seven[3], "the abscissa's minimum") if even else 0.0, real(seven[4], "the abscissa's step") if even else 0.0,
+        order,
+        lines[1].strip(),
+        kind,
+        ends[0],
+        ends[1],
+        data_type in (4, 6),
+        data_type in (5, 6),
+        points,
+        even,
+        real(seven[3], "the abscissa's minimum") if even else 0.0,
+        real(seven[4], "the abscissa's step") if even else 0.0,
         QUANTITY.get(integer(axes[0][0] or "0", "the data type of the ordinate"), "unknown"),
-        QUANTITY.get(integer(axes[1][0] or "0", "the data type of the denominator"), ""), axes[0][5], axes[1][5],
-    )  # fmt: skip
+        QUANTITY.get(integer(axes[1][0] or "0", "the data type of the denominator"), ""),
+        axes[0][5],
+        axes[1][5],
+    )
 
 
-def _binary(header: Header, view: mmap.mmap, start: int, stop: int) -> tuple[NDArray[Any] | None, NDArray[Any]]:
-    # a line break may stand between the body and the end mark; more than that, and the number of points is not the file's
+def _binary(
+    header: Header, view: mmap.mmap, start: int, stop: int
+) -> tuple[NDArray[Any] | None, NDArray[Any]]:
+    # a line break may stand between the body and the end mark; more than that, and the number of
+    # points is not the file's
     fits = [n for n in _lengths(header) if n <= stop - start <= n + 4]
     if not fits:
-        raise RecordingError(f"it has {stop - start} bytes where {header.points} points need {max(_lengths(header))}")
-    kind = f"{header.order}{'c' if header.complex else 'f'}{(8 if header.double else 4) * (2 if header.complex else 1)}"
+        raise RecordingError(
+            f"it has {stop - start} bytes where {header.points} points need {max(_lengths(header))}"
+        )
+    size = (8 if header.double else 4) * (2 if header.complex else 1)
+    kind = f"{header.order}{'c' if header.complex else 'f'}{size}"
     if header.even:
         return None, np.frombuffer(view, kind, header.points, start)
     wide = header.double and max(fits) == max(_lengths(header))
-    pair = np.frombuffer(view, np.dtype([("x", f"{header.order}f{8 if wide else 4}"), ("y", kind)]), header.points, start)
+    pair = np.frombuffer(
+        view,
+        np.dtype([("x", f"{header.order}f{8 if wide else 4}"), ("y", kind)]),
+        header.points,
+        start,
+    )
     return np.asarray(pair["x"], dtype=float), np.asarray(pair["y"])
 
 
-def _text(header: Header, view: mmap.mmap, start: int, stop: int) -> tuple[NDArray[Any] | None, NDArray[Any]]:
+def _text(
+    header: Header, view: mmap.mmap, start: int, stop: int
+) -> tuple[NDArray[Any] | None, NDArray[Any]]:
     per = (2 if header.complex else 1) + (0 if header.even else 1)
     pieces = [_numbers(view[at:end]) for at, end in _cuts(view, start, stop)]
     numbers = np.concatenate([*pieces, np.zeros(0)])
     if numbers.size != per * header.points:
-        raise RecordingError(f"it has {numbers.size} numbers where {header.points} points need {per * header.points}")
+        raise RecordingError(
+            f"it has {numbers.size} numbers where {header.points} points need {per * header.points}"
+        )
     table = numbers.reshape(header.points, per)
     x = None if header.even else table[:, 0].copy()
     y = table[:, -2] + 1j * table[:, -1] if header.complex else table[:, -1].copy()
@@ -116,7 +148,8 @@ def _text(header: Header, view: mmap.mmap, start: int, stop: int) -> tuple[NDArr
 
 
 def _cuts(view: mmap.mmap, start: int, stop: int) -> Iterator[tuple[int, int]]:
-    """Runs of whole lines of some megabytes: words of text take ten times the memory of their numbers."""
+    """Runs of whole lines of some megabytes: words of text take ten times the memory of their
+    numbers."""
     while start < stop:
         end = stop if stop - start <= PIECE // 4 else view.find(b"\n", start + PIECE // 4, stop) + 1
         end = end if end > start else stop
@@ -125,7 +158,8 @@ def _cuts(view: mmap.mmap, start: int, stop: int) -> Iterator[tuple[int, int]]:
 
 
 def _numbers(body: bytes) -> NDArray[np.float64]:
-    """Fixed-width fields may touch (a minus sign fills the gap): then they are cut before a sign that is not an exponent's."""
+    """Fixed-width fields may touch (a minus sign fills the gap): then they are cut before a sign
+    that is not an exponent's."""
     body = body.replace(b"D", b"e")
     try:
         return np.array(body.split(), dtype=float)
@@ -136,7 +170,10 @@ def _numbers(body: bytes) -> NDArray[np.float64]:
 def _scale(header: Header, units: Units) -> tuple[float, str]:
     """Factor to SI: the axis labels where they name units, else the file's data set 164."""
     factor, names = 1.0, []
-    labels = ((header.quantity, header.unit, header.response.dof, 1), (header.per, header.per_unit, header.reference.dof, -1))
+    labels = (
+        (header.quantity, header.unit, header.response.dof, 1),
+        (header.per, header.per_unit, header.reference.dof, -1),
+    )
     for quantity, unit, dof, power in labels:
         if not quantity or header.kind == 6:
             continue
@@ -149,12 +186,25 @@ def _scale(header: Header, units: Units) -> tuple[float, str]:
 
 
 def read_function(header: Header, view: mmap.mmap, start: int, stop: int, units: Units) -> Function:
-    """One function; a body that does not hold the stated number of points raises `RecordingError`, nothing is padded."""
+    """One function; a body that does not hold the stated number of points raises `RecordingError`,
+    nothing is padded."""
     if header.even and not header.step > 0.0 and header.points > 1:
         raise RecordingError(f"the step of its abscissa is {header.step}")
     x, y = (_text if header.order is None else _binary)(header, view, start, stop)
     if x is not None and (not np.all(np.isfinite(x)) or np.any(np.diff(x) <= 0.0)):
         raise RecordingError("its abscissa does not increase")
     factor, unit = _scale(header, units)
-    return Function(header.kind, header.response, header.reference, header.start, header.step, x, y,
-                    header.quantity, header.per, unit, factor, header.title)  # fmt: skip
+    return Function(
+        header.kind,
+        header.response,
+        header.reference,
+        header.start,
+        header.step,
+        x,
+        y,
+        header.quantity,
+        header.per,
+        unit,
+        factor,
+        header.title,
+    )

@@ -14,7 +14,8 @@ _TEN, _THIRTEEN = (10,) * 8, (13,) * 6
 
 
 def read_shape(text: str, units: Units) -> Shape:
-    """A normal mode (analysis 2) or a complex one (3 by displacement, 7 by velocity); others raise `RecordingError`.
+    """A normal mode (analysis 2) or a complex one (3 by displacement, 7 by velocity); others raise
+    `RecordingError`.
 
     The frequency of a complex mode is |λ| / 2π and its damping -Re λ / |λ| (λ in rad/s).
     """
@@ -22,14 +23,26 @@ def read_shape(text: str, units: Units) -> Shape:
     if len(lines) < 8:
         raise RecordingError("its header is cut short")
     _, analysis, _, specific, data_type, per_node = (
-        integer(word, name) for word, name in zip(
+        integer(word, name)
+        for word, name in zip(
             fields(lines[5], _TEN)[:6],
-            ("the model type", "the analysis type", "the data characteristic", "the specific data type", "the data type",
-             "the number of values per node"), strict=True))  # fmt: skip
+            (
+                "the model type",
+                "the analysis type",
+                "the data characteristic",
+                "the specific data type",
+                "the data type",
+                "the number of values per node",
+            ),
+            strict=True,
+        )
+    )
     if analysis not in (2, 3, 7):
         raise RecordingError(f"analysis type {analysis} is not a mode")
     if data_type not in (2, 5) or per_node not in (3, 6):
-        raise RecordingError(f"data type {data_type} with {per_node} values per node is not a shape")
+        raise RecordingError(
+            f"data type {data_type} with {per_node} values per node is not a shape"
+        )
     numbers = [real(word, "record 8") for word in fields(lines[7], _THIRTEEN) if word]
     if analysis == 2:
         frequency = numbers[0]

@@ -21,10 +21,12 @@ FORMS = ("complex", "real-imaginary", "magnitude-phase", "db-phase")
 class Wanted:
     """One declared channel.
 
-    ``column`` is a column of the table (number, or name in its header) or the name of an array of the file; ``index`` picks one
-    row of an array with more axes (its leading axes). ``unit`` and ``sensitivity`` as in `units.scale_to_si` (an empty unit:
-    what the file states, else SI). For an FRF in columns: ``form`` (one of `FORMS`), ``pair`` the column of the imaginary part or
-    phase, ``coherence`` that of the coherence, ``reference`` the place of its reference in the list of references.
+    ``column`` is a column of the table (number, or name in its header) or the name of an array of
+    the file; ``index`` picks one row of an array with more axes (its leading axes). ``unit`` and
+    ``sensitivity`` as in `units.scale_to_si` (an empty unit: what the file states, else SI). For an
+    FRF in columns: ``form`` (one of `FORMS`), ``pair`` the column of the imaginary part or phase,
+    ``coherence`` that of the coherence, ``reference`` the place of its reference in the list of
+    references.
     """
 
     column: int | str
@@ -50,7 +52,8 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Names:
-    """Names of the arrays inside a file, where they differ from the customary ones (``variables`` in the problem file)."""
+    """Names of the arrays inside a file, where they differ from the customary ones (``variables``
+    in the problem file)."""
 
     given: Mapping[str, str] = field(default_factory=dict)
 
@@ -59,16 +62,24 @@ class Names:
 
 
 def table_of(contents: Contents, names: Names) -> AnyArray | None:
-    """The table of the file as (rows, columns): the array ``data``, or the file's only numeric array of two axes; else None.
+    """The table of the file as (rows, columns): the array ``data``, or the file's only numeric
+    array of two axes; else None.
 
-    A table with fewer rows than columns whose rows are the channels (16 or more samples to a channel) is turned.
+    A table with fewer rows than columns whose rows are the channels (16 or more samples to a
+    channel) is turned.
     """
     name = names["data"]
     array = contents.arrays.get(name)
     if array is None and "data" in names.given:
-        raise RecordingError(f"{contents.file}: there is no array {name!r}. It holds: {_listed(contents)}.")
+        raise RecordingError(
+            f"{contents.file}: there is no array {name!r}. It holds: {_listed(contents)}."
+        )
     if array is None:
-        tables = [value for value in contents.arrays.values() if value.ndim == 2 and min(value.shape) > 0 and value.size > 64]
+        tables = [
+            value
+            for value in contents.arrays.values()
+            if value.ndim == 2 and min(value.shape) > 0 and value.size > 64
+        ]
         array = tables[0] if len(tables) == 1 else None
     if array is None:
         return None
@@ -82,36 +93,66 @@ def table_of(contents: Contents, names: Names) -> AnyArray | None:
 
 
 def _listed(contents: Contents) -> str:
-    found = [f"{name} {'x'.join(map(str, array.shape))}" for name, array in list(contents.arrays.items())[:12]]
-    return ", ".join([*found, *(["columns " + ", ".join(contents.columns)] if contents.columns else [])]) or "no arrays"
+    found = [
+        f"{name} {'x'.join(map(str, array.shape))}"
+        for name, array in list(contents.arrays.items())[:12]
+    ]
+    return (
+        ", ".join(
+            [*found, *(["columns " + ", ".join(contents.columns)] if contents.columns else [])]
+        )
+        or "no arrays"
+    )
 
 
-def values_of(contents: Contents, names: Names, column: int | str, index: tuple[int, ...] = (), who: str = "") -> NDArray[Any]:
-    """One column (or named array) as a 1-D array of numbers; raises `RecordingError` with what the file does hold."""
+def values_of(
+    contents: Contents, names: Names, column: int | str, index: tuple[int, ...] = (), who: str = ""
+) -> NDArray[Any]:
+    """One column (or named array) as a 1-D array of numbers; raises `RecordingError` with what the
+    file does hold."""
     where = f"{contents.file}{': ' + who if who else ''}"
     if isinstance(column, str):
         array = contents.arrays.get(names[column], contents.arrays.get(column))
         if array is not None:
             if index:
-                if len(index) >= array.ndim or any(not -n <= i < n for i, n in zip(index, array.shape, strict=False)):
-                    raise RecordingError(f"{where}: index {list(index)} does not fit array {column!r} of shape {array.shape}.")
+                if len(index) >= array.ndim or any(
+                    not -n <= i < n for i, n in zip(index, array.shape, strict=False)
+                ):
+                    raise RecordingError(
+                        f"{where}: index {list(index)} does not fit array {column!r} of shape "
+                        f"{array.shape}."
+                    )
                 array = array[index]
             array = np.squeeze(array)
             if array.ndim != 1:
-                raise RecordingError(f"{where}: array {column!r} has shape {array.shape}; one row of it is needed. Give index.")
+                raise RecordingError(
+                    f"{where}: array {column!r} has shape {array.shape}; one row of it is "
+                    "needed. Give index."
+                )
             return np.asarray(array)
         if column in contents.columns:
             if contents.columns.count(column) > 1:
-                raise RecordingError(f"{where}: {contents.columns.count(column)} columns are named {column!r}. Give its number.")
+                raise RecordingError(
+                    f"{where}: {contents.columns.count(column)} columns are named {column!r}. "
+                    "Give its number."
+                )
             column = contents.columns.index(column)
         else:
-            raise RecordingError(f"{where}: there is no column or array {column!r}. The file holds: {_listed(contents)}.")
+            raise RecordingError(
+                f"{where}: there is no column or array {column!r}. The file holds: "
+                f"{_listed(contents)}."
+            )
     table = table_of(contents, names)
     if table is None:
-        raise RecordingError(f"{where}: the file has no array 'data', so a column's number says nothing. It holds: "
-                             f"{_listed(contents)}. Name the array with column or variables.")
+        raise RecordingError(
+            f"{where}: the file has no array 'data', so a column's number says nothing. It holds: "
+            f"{_listed(contents)}. Name the array with column or variables."
+        )
     if not 0 <= column < table.shape[1]:
-        raise RecordingError(f"{where}: there is no column {column}; the table has {table.shape[1]} (0 to {table.shape[1] - 1}).")
+        raise RecordingError(
+            f"{where}: there is no column {column}; the table has {table.shape[1]} (0 to "
+            f"{table.shape[1] - 1})."
+        )
     return np.asarray(table[:, column])
 
 
@@ -124,8 +165,11 @@ def stated_unit(contents: Contents, column: int | str) -> str:
 
 
 def channel_of(contents: Contents, wanted: Wanted, per: str | None = None) -> Channel:
-    """The labelled channel with its factor to SI; a fault of the unit names the file and the channel."""
-    unit = wanted.unit or ("" if wanted.sensitivity is not None else stated_unit(contents, wanted.column))
+    """The labelled channel with its factor to SI; a fault of the unit names the file and the
+    channel."""
+    unit = wanted.unit or (
+        "" if wanted.sensitivity is not None else stated_unit(contents, wanted.column)
+    )
     if wanted.form == "db-phase" and not wanted.unit:
         unit = ""
     try:

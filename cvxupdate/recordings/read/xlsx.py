@@ -19,10 +19,15 @@ _CELLS = 10**7
 
 def _xml(archive: zipfile.ZipFile, name: str, where: str) -> ElementTree.Element:
     if archive.getinfo(name).file_size > _LIMIT:
-        raise RecordingError(f"{where}: {name} is larger than {_LIMIT // 2**20} MB. Export the sheet as CSV.")
+        raise RecordingError(
+            f"{where}: {name} is larger than {_LIMIT // 2**20} MB. Export the sheet as CSV."
+        )
     text = archive.read(name)
     if b"<!DOCTYPE" in text or b"<!ENTITY" in text:  # entities can grow without bound
-        raise RecordingError(f"{where}: {name} declares entities, which a workbook does not need. Export the sheet as CSV.")
+        raise RecordingError(
+            f"{where}: {name} declares entities, which a workbook does not need. Export the "
+            "sheet as CSV."
+        )
     return ElementTree.fromstring(text)
 
 
@@ -35,11 +40,18 @@ def _column(reference: str) -> int:
 
 
 def read_xlsx(path: Path, options: Options) -> Contents:
-    """One array per sheet (``"sheet1"`` …, also ``"data"`` for the first), NaN where a cell is not a number; text is left out."""
+    """One array per sheet (``"sheet1"`` …, also ``"data"`` for the first), NaN where a cell is not
+    a number; text is left out."""
     arrays: dict[str, AnyArray] = {}
     with zipfile.ZipFile(path) as archive:
-        sheets = sorted((name for name in archive.namelist() if re.fullmatch(r"xl/worksheets/sheet\d+\.xml", name)),
-                        key=lambda name: int(re.findall(r"\d+", name)[-1]))  # fmt: skip
+        sheets = sorted(
+            (
+                name
+                for name in archive.namelist()
+                if re.fullmatch(r"xl/worksheets/sheet\d+\.xml", name)
+            ),
+            key=lambda name: int(re.findall(r"\d+", name)[-1]),
+        )
         for name in sheets:
             cells: list[tuple[int, int, float]] = []
             for y, line in enumerate(_xml(archive, name, str(path)).iter(f"{_NS}row")):
@@ -52,7 +64,10 @@ def read_xlsx(path: Path, options: Options) -> Contents:
                 continue
             rows, columns = max(y for y, _, _ in cells) + 1, max(x for _, x, _ in cells) + 1
             if rows * columns > _CELLS:
-                raise RecordingError(f"{path}: {name} spans {rows} x {columns} cells. Export the part with the numbers as CSV.")
+                raise RecordingError(
+                    f"{path}: {name} spans {rows} x {columns} cells. Export the part with the "
+                    "numbers as CSV."
+                )
             table = np.full((rows, columns), np.nan)
             for y, x, number in cells:
                 table[y, x] = number

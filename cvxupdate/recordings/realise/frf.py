@@ -9,11 +9,13 @@ from cvxupdate.recordings.types import Complex, Real
 
 
 def normal_frf(H: Complex) -> Real:
-    """Receptances of the undamped structure from those of the damped one, ``Re H + Im H (Re H)^-1 Im H`` (thesis 2.29).
+    """Receptances of the undamped structure from those of the damped one, ``Re H + Im H (Re H)^-1
+    Im H`` (thesis 2.29).
 
-    ``H`` (lines, n, n) square. Exact at every frequency, for viscous or hysteretic damping of any size, when all degrees of freedom
-    that move are in the matrix: ``(Re H + Im H Re H^-1 Im H)^-1 = Re(H^-1)``. With fewer coordinates it is exact only as far as
-    the reduced dynamic stiffness has the undamped one as its real part: light damping.
+    ``H`` (lines, n, n) square. Exact at every frequency, for viscous or hysteretic damping of any
+    size, when all degrees of freedom that move are in the matrix: ``(Re H + Im H Re H^-1 Im H)^-1 =
+    Re(H^-1)``. With fewer coordinates it is exact only as far as the reduced dynamic stiffness has
+    the undamped one as its real part: light damping.
 
     Raises
     ------
@@ -21,28 +23,39 @@ def normal_frf(H: Complex) -> Real:
         When H is not square.
     """
     if H.ndim != 3 or H.shape[1] != H.shape[2]:
-        raise RecordingError(f"the normal FRF needs a square matrix at each line (forces at all responses), got {H.shape}")
+        raise RecordingError(
+            "the normal FRF needs a square matrix at each line (forces at all responses), "
+            f"got {H.shape}"
+        )
     return np.asarray(H.real + H.imag @ np.linalg.solve(H.real, H.imag))
 
 
 def normal_stiffness(H: Complex) -> Real:
-    """Real part of the dynamic stiffness, ``Re(H^-1) = K - w² M`` of the undamped structure, (lines, n, n)."""
+    """Real part of the dynamic stiffness, ``Re(H^-1) = K - w² M`` of the undamped structure,
+    (lines, n, n)."""
     if H.ndim != 3 or H.shape[1] != H.shape[2]:
-        raise RecordingError(f"the dynamic stiffness needs a square matrix at each line, got {H.shape}")
+        raise RecordingError(
+            f"the dynamic stiffness needs a square matrix at each line, got {H.shape}"
+        )
     return np.asarray(np.linalg.inv(H).real)
 
 
 def chen_hsu_tsuei(frequency: Real, H: Complex) -> tuple[Real, Real]:
-    """Undamped natural frequencies (Hz) and real shapes (modes, n) from square receptances over a band.
+    """Undamped natural frequencies (Hz) and real shapes (modes, n) from square receptances over a
+    band.
 
-    The eigenvalues of the real dynamic stiffness (the inverse of the normal FRF, 2.28) cross zero at the undamped frequencies; the
-    eigenvector there is the normal mode. Crossings are found between neighbouring lines and placed by linear interpolation along
-    ``omega²``, so only FRFs next to resonance are used, as in the original. H must be receptance (use `convert`).
-    Assumes that every significant degree of freedom is measured and forced; see `normal_frf`.
+    The eigenvalues of the real dynamic stiffness (the inverse of the normal FRF, 2.28) cross zero
+    at the undamped frequencies; the eigenvector there is the normal mode. Crossings are found
+    between neighbouring lines and placed by linear interpolation along ``omega²``, so only FRFs
+    next to resonance are used, as in the original. H must be receptance (use `convert`). Assumes
+    that every significant degree of freedom is measured and forced; see `normal_frf`.
     """
-    values, vectors = np.linalg.eigh(0.5 * (normal_stiffness(H) + normal_stiffness(H).transpose(0, 2, 1)))
+    values, vectors = np.linalg.eigh(
+        0.5 * (normal_stiffness(H) + normal_stiffness(H).transpose(0, 2, 1))
+    )
     w2 = (2.0 * np.pi * frequency) ** 2
-    # K - w² M loses one positive eigenvalue at each natural frequency (Sylvester): the sorted k-th eigenvalue crosses downward
+    # K - w² M loses one positive eigenvalue at each natural frequency (Sylvester): the sorted k-th
+    # eigenvalue crosses downward
     found: list[tuple[float, Real]] = []
     for line in range(frequency.size - 1):
         for k in np.flatnonzero((values[line] > 0.0) & (values[line + 1] <= 0.0)):

@@ -1,4 +1,5 @@
-"""How complex a mode shape is: phase collinearity and the modal complexity factors. ``shapes`` is (modes, channels)."""
+"""How complex a mode shape is: phase collinearity and the modal complexity factors. ``shapes`` is
+(modes, channels)."""
 
 from __future__ import annotations
 
@@ -8,24 +9,36 @@ from cvxupdate.recordings.types import Complex, Real
 
 
 def phase_collinearity(shapes: Complex) -> Real:
-    """Modal phase collinearity (MPC), (modes,): 1 for a real shape times any phase, 0 for phases spread evenly.
+    """Modal phase collinearity (MPC), (modes,): 1 for a real shape times any phase, 0 for phases
+    spread evenly.
 
-    ``|phi^T phi|² / (phi^H phi)²`` (J. Juang, R. Pappa, J. Guid. Control Dyn. 8 (1985) 620, without centring).
+    ``|phi^T phi|² / (phi^H phi)²`` (J. Juang, R. Pappa, J. Guid. Control Dyn. 8 (1985) 620, without
+    centring).
     """
-    return np.asarray(np.abs(np.sum(shapes**2, axis=1)) ** 2 / np.sum(np.abs(shapes) ** 2, axis=1) ** 2)
+    return np.asarray(
+        np.abs(np.sum(shapes**2, axis=1)) ** 2 / np.sum(np.abs(shapes) ** 2, axis=1) ** 2
+    )
 
 
 def complexity_phase(shapes: Complex) -> Real:
-    """MCF1, (modes,): scatter of phase, 0 for a real shape, 1 when all phases differ as much as they can.
+    """MCF1, (modes,): scatter of phase, 0 for a real shape, 1 when all phases differ as much as
+    they can.
 
-    Mean over all pairs of entries of \\|sin(phase difference)\\|, weighted by the product of the amplitudes, relative to its
-    value 2/pi for phases spread evenly, at most 1 (after M. Imregun, D. Ewins, IMAC XIII (1995): the sum of the phase differences
-    between all pairs; the sine makes 0 and 180 degrees equal).
+    Mean over all pairs of entries of \\|sin(phase difference)\\|, weighted by the product of the
+    amplitudes, relative to its value 2/pi for phases spread evenly, at most 1 (after M. Imregun, D.
+    Ewins, IMAC XIII (1995): the sum of the phase differences between all pairs; the sine makes 0
+    and 180 degrees equal).
     """
     product = shapes[:, :, None] * np.conj(shapes[:, None, :])
     off = ~np.eye(shapes.shape[1], dtype=bool)
     total = np.sum(np.abs(product)[:, off], axis=1)
-    return np.minimum(np.sum(np.abs(product.imag)[:, off], axis=1) / np.where(total > 0, total, np.inf) * np.pi / 2, 1.0)
+    return np.minimum(
+        np.sum(np.abs(product.imag)[:, off], axis=1)
+        / np.where(total > 0, total, np.inf)
+        * np.pi
+        / 2,
+        1.0,
+    )
 
 
 def _hull_area(z: Complex) -> float:
@@ -50,10 +63,17 @@ def _hull_area(z: Complex) -> float:
 
 
 def complexity_area(shapes: Complex) -> Real:
-    """MCF2, (modes,): area of the polygon around the entries in the complex plane over that of the circle through the largest.
+    """MCF2, (modes,): area of the polygon around the entries in the complex plane over that of the
+    circle through the largest.
 
-    0 for a real shape (all entries on one line), towards 1 for a travelling wave (M. Imregun, D. Ewins, IMAC XIII (1995); Ewins,
-    *Modal Testing*, 2nd ed., section 2.8). The polygon is the convex hull.
+    0 for a real shape (all entries on one line), towards 1 for a travelling wave (M. Imregun, D.
+    Ewins, IMAC XIII (1995); Ewins, *Modal Testing*, 2nd ed., section 2.8). The polygon is the
+    convex hull.
     """
     largest = np.max(np.abs(shapes), axis=1)
-    return np.array([_hull_area(row / top) / np.pi if top > 0 else 0.0 for row, top in zip(shapes, largest, strict=True)])
+    return np.array(
+        [
+            _hull_area(row / top) / np.pi if top > 0 else 0.0
+            for row, top in zip(shapes, largest, strict=True)
+        ]
+    )

@@ -1,4 +1,5 @@
-"""Real modes from M^-1 K: Ibrahim's two methods. ``poles`` (modes,) rad/s, ``shapes`` (modes, channels) of viscous modes."""
+"""Real modes from M^-1 K: Ibrahim's two methods. ``poles`` (modes,) rad/s, ``shapes`` (modes,
+channels) of viscous modes."""
 
 from __future__ import annotations
 
@@ -10,30 +11,40 @@ from cvxupdate.recordings.types import Complex, Real
 
 
 def normal_modes_of(MinvK: Real, count: int) -> tuple[Real, Real]:
-    """Natural frequencies (Hz) and real shapes (count, channels) of ``M^-1 K``, lowest first, the least complex solutions.
+    """Natural frequencies (Hz) and real shapes (count, channels) of ``M^-1 K``, lowest first, the
+    least complex solutions.
 
-    Eigenvalues that are complex (M^-1 K from noisy data need not be symmetrisable) contribute their modulus and rotated real part.
+    Eigenvalues that are complex (M^-1 K from noisy data need not be symmetrisable) contribute their
+    modulus and rotated real part.
     """
     values, vectors = np.linalg.eig(MinvK)
-    keep = np.argsort(np.where(values.imag < -1e-9 * np.abs(values), np.inf, np.abs(values)))[:count]
+    keep = np.argsort(np.where(values.imag < -1e-9 * np.abs(values), np.inf, np.abs(values)))[
+        :count
+    ]
     v = vectors[:, keep].astype(np.complex128)
     v = v * np.exp(-0.5j * np.angle(np.sum(v**2, axis=0)))
     return np.asarray(np.sqrt(np.abs(values[keep])) / (2.0 * np.pi)), np.asarray(v.real.T)
 
 
 def _basis(shapes: Complex, channels_kept: int) -> Real:
-    """Orthonormal real basis of the subspace that the shapes span best, (channels, channels_kept)."""
+    """Orthonormal real basis of the subspace that the shapes span best, (channels,
+    channels_kept)."""
     both = np.concatenate([shapes.real, shapes.imag]).T
     return np.asarray(np.linalg.svd(both, full_matrices=False)[0][:, :channels_kept])
 
 
-def ibrahim_state(poles: Complex, shapes: Complex, *, step: float | None = None) -> tuple[Real, Real]:
-    """Ibrahim's first method (1983a; thesis 2.17 to 2.21): the state matrix from free responses built of the identified modes.
+def ibrahim_state(
+    poles: Complex, shapes: Complex, *, step: float | None = None
+) -> tuple[Real, Real]:
+    """Ibrahim's first method (1983a; thesis 2.17 to 2.21): the state matrix from free responses
+    built of the identified modes.
 
-    Displacement, velocity and acceleration of all modes together are formed at 2 m instants ``step`` apart (default a quarter of the
-    shortest period), ``A = Ydot Y^-1``, and M^-1 K read from it. With more channels than modes the responses are projected on the
-    real subspace that the shapes span best. Exact when the modes are complete (as many as channels); assumes viscous damping and,
-    when incomplete, that the normal modes lie in that subspace (light damping). Returns frequencies (Hz) and shapes.
+    Displacement, velocity and acceleration of all modes together are formed at 2 m instants
+    ``step`` apart (default a quarter of the shortest period), ``A = Ydot Y^-1``, and M^-1 K read
+    from it. With more channels than modes the responses are projected on the real subspace that the
+    shapes span best. Exact when the modes are complete (as many as channels); assumes viscous
+    damping and, when incomplete, that the normal modes lie in that subspace (light damping).
+    Returns frequencies (Hz) and shapes.
 
     Raises
     ------
@@ -42,7 +53,10 @@ def ibrahim_state(poles: Complex, shapes: Complex, *, step: float | None = None)
     """
     m = poles.size
     if m > shapes.shape[1]:
-        raise RecordingError(f"{m} modes but {shapes.shape[1]} channels: Ibrahim's method needs at least as many channels")
+        raise RecordingError(
+            f"{m} modes but {shapes.shape[1]} channels: Ibrahim's method needs at least as "
+            "many channels"
+        )
     basis = _basis(shapes, m)
     q = (shapes @ basis).T
     dt = 0.25 * 2.0 * np.pi / float(np.max(np.abs(poles))) if step is None else step
@@ -51,20 +65,30 @@ def ibrahim_state(poles: Complex, shapes: Complex, *, step: float | None = None)
     scale = float(np.mean(np.abs(poles)))
     Y = np.concatenate([x * scale, v])
     if np.linalg.cond(Y) > 1e13:
-        raise RecordingError("the modes are dependent: their free responses do not fill the state space; drop a repeated mode")
+        raise RecordingError(
+            "the modes are dependent: their free responses do not fill the state space; drop "
+            "a repeated mode"
+        )
     A = np.linalg.solve(Y.T, a.T).T
     frequency, real = normal_modes_of(-A[:, :m] * scale, m)
     return frequency, np.asarray(real @ basis.T)
 
 
 def ibrahim_fill(
-    poles: Complex, shapes: Complex, analytical_frequency: Real, analytical_shapes: Real, *, analytical_damping: float = 0.0
+    poles: Complex,
+    shapes: Complex,
+    analytical_frequency: Real,
+    analytical_shapes: Real,
+    *,
+    analytical_damping: float = 0.0,
 ) -> tuple[Real, Real]:
-    """Ibrahim's second method (1983b; thesis 2.22, 2.23): ``[M^-1 K, M^-1 C]`` from measured modes filled up with the model's.
+    """Ibrahim's second method (1983b; thesis 2.22, 2.23): ``[M^-1 K, M^-1 C]`` from measured modes
+    filled up with the model's.
 
-    The model's modes above the measured ones (``analytical_frequency`` Hz, ``analytical_shapes`` (modes, channels), as many as make the
-    set complete) stand in for what was not measured. Assumes viscous damping, that the measured modes are the lowest ones, and that the
-    model's higher modes are right. Returns frequencies (Hz) and shapes of the measured modes only.
+    The model's modes above the measured ones (``analytical_frequency`` Hz, ``analytical_shapes``
+    (modes, channels), as many as make the set complete) stand in for what was not measured. Assumes
+    viscous damping, that the measured modes are the lowest ones, and that the model's higher modes
+    are right. Returns frequencies (Hz) and shapes of the measured modes only.
 
     Raises
     ------
@@ -73,14 +97,17 @@ def ibrahim_fill(
     """
     n = shapes.shape[1]
     if poles.size + analytical_frequency.size != n:
-        raise RecordingError(f"{poles.size} measured and {analytical_frequency.size} analytical modes do not make {n}, the "
-                             "number of channels; give exactly the modes that are missing")
+        raise RecordingError(
+            f"{poles.size} measured and {analytical_frequency.size} analytical modes do not "
+            f"make {n}, the number of channels; give exactly the modes that are missing"
+        )
     w = 2.0 * np.pi * analytical_frequency
     z = analytical_damping
     poles_all = np.concatenate([poles, w * complex(-z, np.sqrt(1.0 - z**2))])
     phi = np.concatenate([shapes, analytical_shapes.astype(np.complex128)]).T
     phi = phi / np.linalg.norm(phi, axis=0)
-    # one row scale per mode: displacement in units of velocity, so that high modes do not drown the low ones
+    # one row scale per mode: displacement in units of velocity, so that high modes do not drown the
+    # low ones
     weight = 1.0 / np.abs(poles_all)
     top = np.concatenate([phi, phi * poles_all]) * weight
     right = -phi * poles_all**2 * weight

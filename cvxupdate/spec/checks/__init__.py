@@ -1,7 +1,7 @@
 """The checks of a problem file: one class each, in one list.
 
-A check says which sections must be whole for it to make sense (``needs``); called with a `Case` it yields a
-`Complaint` for each fault. To add one: write the class, name it here, add a spoilt file to
+A check says which sections must be whole for it to make sense (``needs``); called with a `Case` it
+yields a `Complaint` for each fault. To add one: write the class, name it here, add a spoilt file to
 ``tests/spec/test_spoilt.py``.
 """
 
@@ -11,7 +11,13 @@ from collections.abc import Iterator
 from typing import Protocol
 
 from cvxupdate.spec.checks.case import Case
-from cvxupdate.spec.checks.constraints import BoundsCrossed, ConstraintNames, LinearSides, OneMass, RegulariserGroups
+from cvxupdate.spec.checks.constraints import (
+    BoundsCrossed,
+    ConstraintNames,
+    LinearSides,
+    OneMass,
+    RegulariserGroups,
+)
 from cvxupdate.spec.checks.dofs import ActiveDofs, Directions, TypeDofs
 from cvxupdate.spec.checks.files import Datasets, MatrixSources, MissingFiles
 from cvxupdate.spec.checks.geometry import Orientation, PlateShape, SpinAxis, ZeroLength

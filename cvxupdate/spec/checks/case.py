@@ -17,7 +17,8 @@ ROWS: Loc = ("model", "elements")
 
 @dataclass(frozen=True)
 class Case:
-    """A parsed problem file. ``damaged`` names the sections of which a part was left out because it has faults."""
+    """A parsed problem file. ``damaged`` names the sections of which a part was left out because it
+    has faults."""
 
     spec: Spec
     damaged: frozenset[str] = frozenset()
@@ -42,7 +43,11 @@ class Case:
     @cached_property
     def open_nodes(self) -> bool:
         """Whether a matrix block brings nodes that only its file knows."""
-        return any(isinstance(block, MatrixBlock) and any(isinstance(row.labels, str) for row in block.rows) for block in self.spec.model.elements)
+        return any(
+            isinstance(block, MatrixBlock)
+            and any(isinstance(row.labels, str) for row in block.rows)
+            for block in self.spec.model.elements
+        )
 
     def has_node(self, number: int) -> bool:
         """Whether the node exists, as far as the text can tell."""
@@ -72,9 +77,12 @@ class Case:
 
     @cached_property
     def names(self) -> tuple[str, ...] | None:
-        """Names of the parameters; None when a row finds no element, which is a fault of its own, or where the matrices have names of their own."""
+        """Names of the parameters; None when a row finds no element, which is a fault of its own,
+        or where the matrices have names of their own."""
         update = self.spec.update
-        complete = update is None or (len(self.targets_by_row) == len(update.parameters) and update.whole is None)
+        complete = update is None or (
+            len(self.targets_by_row) == len(update.parameters) and update.whole is None
+        )
         return tuple(t.name for t in self.targets) if complete else None
 
     @cached_property

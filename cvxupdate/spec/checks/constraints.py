@@ -56,7 +56,9 @@ class ConstraintNames:
             if len(set(tied.parameters)) < len(tied.parameters):
                 yield Complaint(at, "ties a parameter to itself.", "Name each parameter once.")
         for i, linear in enumerate(case.spec.constraints.linear):
-            yield from _unknown(("constraints", "linear", i, "coefficients"), linear.coefficients, names)
+            yield from _unknown(
+                ("constraints", "linear", i, "coefficients"), linear.coefficients, names
+            )
 
 
 @dataclass(frozen=True)
@@ -73,15 +75,23 @@ class LinearSides:
             if not sides:
                 yield Complaint(at, "has no right-hand side.", "Add equals, at_most or at_least.")
             elif row.equals is not None and len(sides) > 1:
-                yield Complaint((*at, "equals"), "stands beside at_most or at_least.", "Give an equation or limits, not both.")
-            elif row.at_most is not None and row.at_least is not None and row.at_least > row.at_most:
+                yield Complaint(
+                    (*at, "equals"),
+                    "stands beside at_most or at_least.",
+                    "Give an equation or limits, not both.",
+                )
+            elif (
+                row.at_most is not None and row.at_least is not None and row.at_least > row.at_most
+            ):
                 yield Complaint(
                     (*at, "at_least"),
                     f"the limits are crossed: {row.at_least:g} is above {row.at_most:g}.",
                     "Exchange or widen them.",
                 )
             if not any(row.coefficients.values()):
-                yield Complaint((*at, "coefficients"), "are all zero.", "Give at least one that is not.")
+                yield Complaint(
+                    (*at, "coefficients"), "are all zero.", "Give at least one that is not."
+                )
 
 
 @dataclass(frozen=True)
@@ -99,11 +109,15 @@ class OneMass:
         if bool(clause.conserve) == (clause.value is not None):
             yield Complaint(
                 at,
-                "says both `conserve` and `value`." if clause.conserve else "says neither `conserve` nor `value`.",
+                "says both `conserve` and `value`."
+                if clause.conserve
+                else "says neither `conserve` nor `value`.",
                 "Give { conserve = true }, or { value = kg }.",
             )
         if not any(_has_mass(case, row) for _, _, row in case.rows()):
-            yield Complaint(at, "the model has no mass.", "Give the materials a `rho`, or add masses.")
+            yield Complaint(
+                at, "the model has no mass.", "Give the materials a `rho`, or add masses."
+            )
 
 
 def _has_mass(case: Case, row: object) -> bool:
@@ -131,7 +145,11 @@ class RegulariserGroups:
                 continue
             at = ("regularisation", i, "groups")
             if row.kind != "group-l1":
-                yield Complaint(at, f"mean nothing for kind '{row.kind}'.", 'Leave them out, or take kind = "group-l1".')
+                yield Complaint(
+                    at,
+                    f"mean nothing for kind '{row.kind}'.",
+                    'Leave them out, or take kind = "group-l1".',
+                )
             for group in row.groups:
                 yield from _unknown(at, group, names)
 
@@ -139,4 +157,6 @@ class RegulariserGroups:
 def _unknown(at: Loc, used: Iterable[str], names: tuple[str, ...] | None) -> Iterator[Complaint]:
     for name in used:
         if names is not None and name not in names:
-            yield Complaint(at, f"there is no parameter '{name}'.", nearest(name, names, "parameter"))
+            yield Complaint(
+                at, f"there is no parameter '{name}'.", nearest(name, names, "parameter")
+            )

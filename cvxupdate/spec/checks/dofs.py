@@ -23,10 +23,21 @@ class ActiveDofs:
         """Repetitions, here and in supports; a model without nodes."""
         model = case.spec.model
         if len(set(model.dofs)) < len(model.dofs):
-            yield Complaint(("model", "dofs"), f"{list(model.dofs)} names a kind twice.", "Name each kind once.")
-        bare = not model.nodes and "nodes" not in case.damaged and not case.open_nodes and not case.labels
+            yield Complaint(
+                ("model", "dofs"), f"{list(model.dofs)} names a kind twice.", "Name each kind once."
+            )
+        bare = (
+            not model.nodes
+            and "nodes" not in case.damaged
+            and not case.open_nodes
+            and not case.labels
+        )
         if bare:
-            yield Complaint(("model", "nodes"), "there are no nodes.", 'Add the nodes, or { file = "nodes.csv" }.')
+            yield Complaint(
+                ("model", "nodes"),
+                "there are no nodes.",
+                'Add the nodes, or { file = "nodes.csv" }.',
+            )
         auto = any(isinstance(row, MatrixRow) and row.labels == "auto" for _, _, row in case.rows())
         if auto and "x" not in model.dofs:
             yield Complaint(
@@ -60,7 +71,8 @@ class Directions:
                 if dof not in active:
                     yield Complaint(
                         (*loc, "dof" if row.dof else "dofs"),
-                        f"{block.type} {row.id} acts along '{dof}', but the active DOFs are {', '.join(active)}.",
+                        f"{block.type} {row.id} acts along '{dof}', but the active DOFs are "
+                        f"{', '.join(active)}.",
                         f"Add '{dof}' to model.dofs, or correct the direction.",
                     )
 
@@ -82,17 +94,34 @@ class TypeDofs:
                     f"plate elements need z, rx and ry; {', '.join(lacking)} not active.",
                     "Add them to model.dofs.",
                 )
-            elif block.type in ("rod", "mass") and not active & TRANSLATIONS and not _inertia_only(block):
+            elif (
+                block.type in ("rod", "mass")
+                and not active & TRANSLATIONS
+                and not _inertia_only(block)
+            ):
                 problem, remedy = (
                     f"{block.type} elements need a translation, and none is active.",
                     "Add x, y or z to model.dofs.",
                 )
-            elif block.type in ("beam2d", "beam3d") and not (bends and active & TRANSLATIONS) and not _axial(active):
+            elif (
+                block.type in ("beam2d", "beam3d")
+                and not (bends and active & TRANSLATIONS)
+                and not _axial(active)
+            ):
                 active_now = ", ".join(case.spec.model.dofs)
-                problem = f"{block.type} elements need translations and rotations; active are {active_now}."
-                remedy = 'Add to model.dofs, e.g. ["z", "ry"] for bending in the x–z plane; a rod has translations only.'
+                problem = (
+                    f"{block.type} elements need translations and rotations; active are "
+                    f"{active_now}."
+                )
+                remedy = (
+                    'Add to model.dofs, e.g. ["z", "ry"] for bending in the x–z plane; a rod has '
+                    "translations only."
+                )
             elif block.type == "gyroscopic" and len(active & {"rx", "ry", "rz"}) < 2:
-                problem, remedy = "a gyroscopic moment couples two rotations.", "Add both rotations square to the axis to model.dofs."
+                problem, remedy = (
+                    "a gyroscopic moment couples two rotations.",
+                    "Add both rotations square to the axis to model.dofs.",
+                )
             else:
                 continue
             yield Complaint(("model", "elements", i, "type"), problem, remedy)

@@ -50,7 +50,11 @@ class MatrixSources:
                 continue
             named = [n for n in (getattr(row, key) for key in MATRICES) if n is not None]
             if not named:
-                yield Complaint(loc, f"element {row.id} names no matrix.", "Give `stiffness`, `mass`, `damping` or `structural`.")
+                yield Complaint(
+                    loc,
+                    f"element {row.id} names no matrix.",
+                    "Give `stiffness`, `mass`, `damping` or `structural`.",
+                )
             elif row.file is None and not all(_is_file(n) for n in named):
                 yield Complaint(
                     (*loc, "file"),

@@ -19,7 +19,8 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class ZeroLength:
-    """Rods, beams and two-node springs join two different nodes, rods and beams two different points."""
+    """Rods, beams and two-node springs join two different nodes, rods and beams two different
+    points."""
 
     needs: ClassVar[tuple[str, ...]] = ()
 
@@ -33,7 +34,11 @@ class ZeroLength:
                     f"{block.type} {row.id} names a node twice: {list(nodes)}.",
                     "Name each node once; a spring to ground has one node only.",
                 )
-            elif isinstance(row, LineRow | GyroscopicRow) and len(nodes) == 2 and all(n in case.nodes for n in nodes):
+            elif (
+                isinstance(row, LineRow | GyroscopicRow)
+                and len(nodes) == 2
+                and all(n in case.nodes for n in nodes)
+            ):
                 a, b = (case.nodes[n] for n in nodes)
                 if (a.x, a.y, a.z) == (b.x, b.y, b.z):
                     yield Complaint(
@@ -52,7 +57,11 @@ class Orientation:
     def __call__(self, case: Case) -> Iterator[Complaint]:
         """Every orientation that gives no plane."""
         for loc, block, row in case.rows():
-            if not isinstance(row, LineRow) or row.orientation is None or not all(n in case.nodes for n in row.nodes):
+            if (
+                not isinstance(row, LineRow)
+                or row.orientation is None
+                or not all(n in case.nodes for n in row.nodes)
+            ):
                 continue
             axis = _unit(_between(*(case.nodes[n] for n in row.nodes)))
             vector = _unit(row.orientation)
@@ -61,7 +70,8 @@ class Orientation:
             if vector is None or math.hypot(*_cross(axis, vector)) < ROUNDING:
                 yield Complaint(
                     (*loc, "orientation"),
-                    f"{block.type} {row.id}: {list(row.orientation)} is zero or parallel to the axis of the element.",
+                    f"{block.type} {row.id}: {list(row.orientation)} is zero or parallel to "
+                    "the axis of the element.",
                     "Give a vector in the local x–z plane that leaves the axis.",
                 )
 
@@ -78,22 +88,36 @@ class SpinAxis:
             if not isinstance(row, GyroscopicRow):
                 continue
             if len(row.nodes) == 2 and row.axis is not None:
-                yield Complaint((*loc, "axis"), f"gyroscopic {row.id} is a shaft: its axis runs from its first node to its second.", "Leave `axis` out.")
+                yield Complaint(
+                    (*loc, "axis"),
+                    f"gyroscopic {row.id} is a shaft: its axis runs from its first node to "
+                    "its second.",
+                    "Leave `axis` out.",
+                )
             elif len(row.nodes) == 1 and (row.axis is None or _unit(row.axis) is None):
-                problem = f"gyroscopic {row.id} is a disc and " + ("has no axis." if row.axis is None else "its axis has no length.")
-                yield Complaint((*loc, "axis"), problem, "Give the axis it spins about, e.g. [1.0, 0.0, 0.0].")
+                problem = f"gyroscopic {row.id} is a disc and " + (
+                    "has no axis." if row.axis is None else "its axis has no length."
+                )
+                yield Complaint(
+                    (*loc, "axis"), problem, "Give the axis it spins about, e.g. [1.0, 0.0, 0.0]."
+                )
 
 
 @dataclass(frozen=True)
 class PlateShape:
-    """A plate element is a rectangle in a plane of constant z, its nodes counter-clockwise seen from +z."""
+    """A plate element is a rectangle in a plane of constant z, its nodes counter-clockwise seen
+    from +z."""
 
     needs: ClassVar[tuple[str, ...]] = ()
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
         """Every plate that is not, with the order that would be right where one exists."""
         for loc, _, row in case.rows():
-            if not isinstance(row, PlateRow) or len(set(row.nodes)) < 4 or not all(n in case.nodes for n in row.nodes):
+            if (
+                not isinstance(row, PlateRow)
+                or len(set(row.nodes)) < 4
+                or not all(n in case.nodes for n in row.nodes)
+            ):
                 continue
             corners = [case.nodes[n] for n in row.nodes]
             if _is_rectangle(corners):
@@ -103,7 +127,8 @@ class PlateShape:
                     right = [row.nodes[i] for i in order]
                     yield Complaint(
                         (*loc, "nodes"),
-                        f"plate {row.id}: {list(row.nodes)} does not run counter-clockwise (from +z).",
+                        f"plate {row.id}: {list(row.nodes)} does not run counter-clockwise "
+                        "(from +z).",
                         f"Write {right}.",
                     )
                     break
@@ -126,7 +151,9 @@ def _is_rectangle(corners: list[Node]) -> bool:
     unit_u, unit_v = _unit(u), _unit(v)
     if unit_u is None or unit_v is None:
         return False
-    square = abs(sum(p * q for p, q in zip(unit_u, unit_v, strict=True))) <= 4 * ROUNDING * size / min(lu, lv)
+    square = abs(
+        sum(p * q for p, q in zip(unit_u, unit_v, strict=True))
+    ) <= 4 * ROUNDING * size / min(lu, lv)
     flat = max(abs(u[2]), abs(v[2]), abs(w[2])) <= slack
     return closes and square and flat and _cross(unit_u, unit_v)[2] > 0
 

@@ -24,7 +24,11 @@ class DuplicateIds:
         seen: set[int] = set()
         for i, node in enumerate(case.spec.model.nodes):
             if node.id in seen:
-                yield Complaint(("model", "nodes", i, "id"), f"node {node.id} is there twice.", "Give every node its own number.")
+                yield Complaint(
+                    ("model", "nodes", i, "id"),
+                    f"node {node.id} is there twice.",
+                    "Give every node its own number.",
+                )
             seen.add(node.id)
         seen = set()
         for loc, _, row in case.rows():
@@ -74,7 +78,11 @@ class Labels:
                 )
             for label in row.labels:
                 if not re.fullmatch(r"n\d{1,10}\.r?[xyz]", label, re.ASCII):
-                    yield Complaint((*loc, "labels"), f"'{label}' is not a DOF label.", 'Write "n6.y": node 6, DOF y.')
+                    yield Complaint(
+                        (*loc, "labels"),
+                        f"'{label}' is not a DOF label.",
+                        'Write "n6.y": node 6, DOF y.',
+                    )
                 elif case.nodes and int(label[1:].split(".")[0]) not in case.nodes:
                     yield Complaint(
                         (*loc, "labels"),
@@ -82,7 +90,9 @@ class Labels:
                         "Add the node to model.nodes, or leave model.nodes out.",
                     )
                 elif label.split(".")[1] not in case.spec.model.dofs:
-                    yield Complaint((*loc, "labels"), f"'{label}' is not active.", "Add its kind to model.dofs.")
+                    yield Complaint(
+                        (*loc, "labels"), f"'{label}' is not active.", "Add its kind to model.dofs."
+                    )
 
 
 @dataclass(frozen=True)
@@ -120,10 +130,15 @@ class Sections:
                     nearest(row.section, known, "section"),
                 )
         for name, section in known.items():
-            if section.shape == "circle" and section.wall is not None and 2 * section.wall > section.diameter:
+            if (
+                section.shape == "circle"
+                and section.wall is not None
+                and 2 * section.wall > section.diameter
+            ):
                 yield Complaint(
                     ("model", "sections", name, "wall"),
-                    f"a wall of {section.wall:g} m does not fit a diameter of {section.diameter:g} m.",
+                    f"a wall of {section.wall:g} m does not fit a diameter of "
+                    f"{section.diameter:g} m.",
                     "It is at most half the diameter.",
                 )
 
@@ -148,14 +163,21 @@ class SectionShapes:
                 said.add(row.section)
                 at = ("model", "elements", i, "rows", j, "section")
                 if (block.type == "plate") != (section.shape == "plate"):
-                    wanted = "a section of shape plate" if block.type == "plate" else "rectangle, circle or general"
+                    wanted = (
+                        "a section of shape plate"
+                        if block.type == "plate"
+                        else "rectangle, circle or general"
+                    )
                     yield Complaint(
                         at,
-                        f"element {row.id} is a {block.type}, but section '{row.section}' is a {section.shape}.",
+                        f"element {row.id} is a {block.type}, but section '{row.section}' is "
+                        f"a {section.shape}.",
                         f"It needs {wanted}.",
                     )
                 elif section.shape == "general":
-                    required = {"rod": ("A",), "beam2d": ("A",), "beam3d": ("A", "Iy", "Iz", "J")}[block.type]
+                    required = {"rod": ("A",), "beam2d": ("A",), "beam3d": ("A", "Iy", "Iz", "J")}[
+                        block.type
+                    ]
                     absent = [key for key in required if getattr(section, key) is None]
                     if block.type == "beam3d":
                         absent = [key for key in absent if _bends(key, case)]
@@ -164,7 +186,8 @@ class SectionShapes:
                     if absent:
                         yield Complaint(
                             ("model", "sections", row.section),
-                            f"has no {' and no '.join(absent)}, which the {block.type} elements need.",
+                            f"has no {' and no '.join(absent)}, which the {block.type} "
+                            "elements need.",
                             f"Add {', '.join(absent)}.",
                         )
 

@@ -1,4 +1,5 @@
-"""Parameters of [update]: each acts on something, from a nominal value that can change, within bounds."""
+"""Parameters of [update]: each acts on something, from a nominal value that can change, within
+bounds."""
 
 from __future__ import annotations
 
@@ -13,7 +14,23 @@ from cvxupdate.spec.update import ParameterRow
 from cvxupdate.spec.words import nearest
 
 PLACES = ("elements", "group", "groups", "material")
-POSITIVE = ("mass", "m", "rho", "E", "A", "I", "Iy", "Iz", "J", "thickness", "height", "width", "Dx", "Dy", "Dxy")
+POSITIVE = (
+    "mass",
+    "m",
+    "rho",
+    "E",
+    "A",
+    "I",
+    "Iy",
+    "Iz",
+    "J",
+    "thickness",
+    "height",
+    "width",
+    "Dx",
+    "Dy",
+    "Dxy",
+)
 """Properties that must stay above zero; the others may reach it."""
 P_VALUES = {"stiffness": "k", "mass": "m", "damping": "c"}
 """The words that multiply whole element matrices, and the physical word beside each."""
@@ -26,7 +43,8 @@ def _rows(case: Case) -> Iterator[tuple[int, ParameterRow]]:
 
 @dataclass(frozen=True)
 class SomethingFree:
-    """Something is to be found: parameters, or whole matrices that stay symmetric and have no crossed bounds."""
+    """Something is to be found: parameters, or whole matrices that stay symmetric and have no
+    crossed bounds."""
 
     needs: ClassVar[tuple[str, ...]] = ("update",)
 
@@ -36,17 +54,31 @@ class SomethingFree:
         if update is None:
             return
         if not update.parameters and update.whole is None:
-            yield Complaint(("update", "parameters"), "is empty.", "Name at least one parameter, or give [update.whole].")
+            yield Complaint(
+                ("update", "parameters"),
+                "is empty.",
+                "Name at least one parameter, or give [update.whole].",
+            )
         if update.whole is None:
             return
         at = ("update", "whole")
         if update.method != "ceam":
-            yield Complaint(at, f"is nothing for method '{update.method}'.", 'Take method = "ceam".')
+            yield Complaint(
+                at, f"is nothing for method '{update.method}'.", 'Take method = "ceam".'
+            )
         if not update.whole.symmetric and case.spec.constraints.symmetry is None:
-            yield Complaint((*at, "symmetric"), "is false and nothing keeps the matrices symmetric.", "Add symmetry = {} to [constraints].")
+            yield Complaint(
+                (*at, "symmetric"),
+                "is false and nothing keeps the matrices symmetric.",
+                "Add symmetry = {} to [constraints].",
+            )
         low, high = update.whole.lower, update.whole.upper
         if low is not None and high is not None and low > high:
-            yield Complaint((*at, "lower"), f"the bounds are crossed: lower {low:g} is above upper {high:g}.", "Exchange or widen them.")
+            yield Complaint(
+                (*at, "lower"),
+                f"the bounds are crossed: lower {low:g} is above upper {high:g}.",
+                "Exchange or widen them.",
+            )
 
 
 @dataclass(frozen=True)
@@ -61,11 +93,23 @@ class ParameterSelection:
             given = [p for p in PLACES if getattr(row, p) is not None]
             at = ("update", "parameters", i)
             if len(given) > 1:
-                yield Complaint(at, f"names {' and '.join(given)}.", "Name exactly one of elements, group, groups, material.")
+                yield Complaint(
+                    at,
+                    f"names {' and '.join(given)}.",
+                    "Name exactly one of elements, group, groups, material.",
+                )
             elif not given and row.of not in DAMPING_WORDS:
-                yield Complaint(at, f"does not say where '{row.of}' changes.", "Add elements, group, groups or material.")
+                yield Complaint(
+                    at,
+                    f"does not say where '{row.of}' changes.",
+                    "Add elements, group, groups or material.",
+                )
             elif not given and row.each is not None:
-                yield Complaint((*at, "each"), "splits nothing: no elements or groups are named.", "Leave `each` out.")
+                yield Complaint(
+                    (*at, "each"),
+                    "splits nothing: no elements or groups are named.",
+                    "Leave `each` out.",
+                )
 
 
 @dataclass(frozen=True)
@@ -83,7 +127,11 @@ class ParameterElements:
             for key, group in [("group", row.group)] + [("groups", g) for g in row.groups or ()]:
                 if group is not None and group not in case.groups:
                     known = False
-                    yield Complaint((*at, key), f"there is no group '{group}'.", nearest(group, case.groups, "group"))
+                    yield Complaint(
+                        (*at, key),
+                        f"there is no group '{group}'.",
+                        nearest(group, case.groups, "group"),
+                    )
             if row.material is not None and row.material not in model.materials:
                 known = False
                 yield Complaint(
@@ -94,7 +142,9 @@ class ParameterElements:
             for number in row.elements if isinstance(row.elements, tuple) else ():
                 if number not in case.elements:
                     known = False
-                    yield Complaint((*at, "elements"), f"there is no element {number}.", "Correct the number.")
+                    yield Complaint(
+                        (*at, "elements"), f"there is no element {number}.", "Correct the number."
+                    )
                 elif not has_property(model, *case.elements[number], row.of):
                     known = False
                     kind = case.elements[number][0].type
@@ -122,7 +172,8 @@ class NominalZero:
     needs: ClassVar[tuple[str, ...]] = ("elements", "materials", "damping")
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
-        """Every parameter whose nominal value is 0 and that gives no ``scale``, or is a p-value of it."""
+        """Every parameter whose nominal value is 0 and that gives no ``scale``, or is a p-value of
+        it."""
         for i, row in _rows(case):
             if row.scale is not None and row.of not in P_VALUES:
                 continue
@@ -131,13 +182,19 @@ class NominalZero:
                 if all(_nominal(case, e, row.of) == 0.0 for e in carriers):
                     remedy = "Add scale = …, the size of one unit of p."
                     if row.of in P_VALUES:
-                        remedy = f'Write of = "{P_VALUES[row.of]}" with scale = …, the size of one unit of p.'
-                    problem = f"'{target.name}' is 0 in the model, so a relative change does nothing."
+                        remedy = (
+                            f'Write of = "{P_VALUES[row.of]}" with scale = …, the size of one '
+                            "unit of p."
+                        )
+                    problem = (
+                        f"'{target.name}' is 0 in the model, so a relative change does nothing."
+                    )
                     yield Complaint(("update", "parameters", i), problem, remedy)
 
 
 def _nominal(case: Case, number: int, of: str) -> float | None:
-    """Nominal value of a property where the text has it as one number; None where it is not 0 for sure."""
+    """Nominal value of a property where the text has it as one number; None where it is not 0 for
+    sure."""
     block, row = case.elements[number]
     if of in ("eta", "alpha", "beta"):
         own = getattr(row, "eta", None) if of == "eta" else None
@@ -145,7 +202,9 @@ def _nominal(case: Case, number: int, of: str) -> float | None:
             own = getattr(case.spec.model.materials.get(getattr(row, "material", "")), "eta", None)
         return float(own if own is not None else getattr(case.spec.model.damping, of, 0.0))
     if of in P_VALUES:
-        of = {("spring", "stiffness"): "k", ("mass", "mass"): "m", ("dashpot", "damping"): "c"}.get((block.type, of), "")
+        of = {("spring", "stiffness"): "k", ("mass", "mass"): "m", ("dashpot", "damping"): "c"}.get(
+            (block.type, of), ""
+        )
         if of == "m" and any(getattr(row, inertia) > 0.0 for inertia in ("Ixx", "Iyy", "Izz")):
             return None
     if of in ("k", "m", "c", "Ixx", "Iyy", "Izz", "Ip", "omega", "N"):
@@ -161,7 +220,8 @@ class ParameterBounds:
     needs: ClassVar[tuple[str, ...]] = ()
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
-        """Every pair that crosses (its own, or with [constraints] bounds), and every lower bound that is not physical."""
+        """Every pair that crosses (its own, or with [constraints] bounds), and every lower bound
+        that is not physical."""
         common = case.spec.constraints.bounds
         for i, row in _rows(case):
             at = ("update", "parameters", i)
@@ -179,14 +239,16 @@ class ParameterBounds:
 
 
 def unphysical(at: tuple[str | int, ...], lower: float, row: ParameterRow) -> Iterator[Complaint]:
-    """A lower bound on p that lets 1 + p reach what no structure has; nothing is said where ``scale`` makes p absolute."""
+    """A lower bound on p that lets 1 + p reach what no structure has; nothing is said where
+    ``scale`` makes p absolute."""
     if row.scale is not None or row.of == "nu":
         return
     strict = row.of in POSITIVE
     if lower < -1.0 or (strict and lower == -1.0):
         yield Complaint(
             at,
-            f"p = {lower:g} makes '{row.of}' {'zero or ' if strict else ''}negative (the factor is 1 + p).",
+            f"p = {lower:g} makes '{row.of}' {'zero or ' if strict else ''}negative (the "
+            "factor is 1 + p).",
             f"Keep lower {'above' if strict else 'at or above'} -1.",
         )
 

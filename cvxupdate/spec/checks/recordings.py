@@ -14,7 +14,8 @@ from cvxupdate.spec.recordings import FrfRecording, ModesRecording, TimeRecordin
 
 @dataclass(frozen=True)
 class EmptyRecordings:
-    """A recording holds something; not asked where a faulty row was taken out, for it may have been the only one."""
+    """A recording holds something; not asked where a faulty row was taken out, for it may have been
+    the only one."""
 
     needs: ClassVar[tuple[str, ...]] = ("recordings",)
 
@@ -24,15 +25,25 @@ class EmptyRecordings:
             tabular = recording.file is None or recording.file.suffix.lower() == ".csv"
             if isinstance(recording, ModesRecording) and not recording.rows and tabular:
                 remedy = "Give rows = [ { frequency = … }, … ] or a file with them."
-                yield Complaint(("recordings", i, "rows"), "the recording is empty: no modes.", remedy)
+                yield Complaint(
+                    ("recordings", i, "rows"), "the recording is empty: no modes.", remedy
+                )
             if recording.channels is not None and not recording.channels:
                 yield Complaint(
                     ("recordings", i, "channels"),
                     "the recording is empty: no channels.",
                     "List the channels, or leave `channels` out where the file names them.",
                 )
-            if isinstance(recording, ModesRecording) and recording.frequency_std and recording.frequency_std_relative:
-                yield Complaint(("recordings", i, "frequency_std_relative"), "stands beside `frequency_std`.", "Give one of them.")
+            if (
+                isinstance(recording, ModesRecording)
+                and recording.frequency_std
+                and recording.frequency_std_relative
+            ):
+                yield Complaint(
+                    ("recordings", i, "frequency_std_relative"),
+                    "stands beside `frequency_std`.",
+                    "Give one of them.",
+                )
 
 
 @dataclass(frozen=True)
@@ -80,13 +91,15 @@ class ChannelPlaces:
                 if not case.has_node(channel.node):
                     yield Complaint(
                         (*at, "node"),
-                        f"channel {channel.column} sits at node {channel.node}, which does not exist.",
+                        f"channel {channel.column} sits at node {channel.node}, which does "
+                        "not exist.",
                         "Correct the number, or add the node to the model.",
                     )
                 if channel.dof not in active:
                     yield Complaint(
                         (*at, "dof"),
-                        f"channel {channel.column} reads DOF '{channel.dof}', but the active DOFs are {', '.join(active)}.",
+                        f"channel {channel.column} reads DOF '{channel.dof}', but the active "
+                        f"DOFs are {', '.join(active)}.",
                         f"Add '{channel.dof}' to model.dofs, or take the channel out.",
                     )
 
@@ -98,19 +111,39 @@ class Corrections:
     needs: ClassVar[tuple[str, ...]] = ()
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
-        """Corrections that say nothing or too much, a gain of zero, a channel exchanged with itself."""
+        """Corrections that say nothing or too much, a gain of zero, a channel exchanged with
+        itself."""
         for i, recording in enumerate(case.spec.recordings):
             for j, row in enumerate(recording.corrections):
                 at = ("recordings", i, "corrections", j)
-                said = [key for key in ("gain", "delay", "exchanged_with") if getattr(row, key) is not None]
+                said = [
+                    key
+                    for key in ("gain", "delay", "exchanged_with")
+                    if getattr(row, key) is not None
+                ]
                 if len(said) != 1:
-                    yield Complaint(at, f"says {' and '.join(said) or 'no fault'}.", "Give one of gain, delay and exchanged_with; another row takes another.")
+                    yield Complaint(
+                        at,
+                        f"says {' and '.join(said) or 'no fault'}.",
+                        "Give one of gain, delay and exchanged_with; another row takes another.",
+                    )
                 elif row.gain == 0.0:
-                    yield Complaint((*at, "gain"), "is 0: nothing of the signal is left.", "Leave the channel out of the recording instead.")
+                    yield Complaint(
+                        (*at, "gain"),
+                        "is 0: nothing of the signal is left.",
+                        "Leave the channel out of the recording instead.",
+                    )
                 elif row.delay is not None and recording.kind == "modes":
-                    yield Complaint((*at, "delay"), "means nothing in a table of modes.", "Take it out.")
-                elif row.exchanged_with is not None and (row.exchanged_with.node, row.exchanged_with.dof) == (row.node, row.dof):
-                    yield Complaint((*at, "exchanged_with"), "is the channel itself.", "Name the other channel.")
+                    yield Complaint(
+                        (*at, "delay"), "means nothing in a table of modes.", "Take it out."
+                    )
+                elif row.exchanged_with is not None and (
+                    row.exchanged_with.node,
+                    row.exchanged_with.dof,
+                ) == (row.node, row.dof):
+                    yield Complaint(
+                        (*at, "exchanged_with"), "is the channel itself.", "Name the other channel."
+                    )
 
 
 @dataclass(frozen=True)
@@ -120,7 +153,8 @@ class References:
     needs: ClassVar[tuple[str, ...]] = ("nodes",)
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
-        """Every reference whose place the model does not have, and every channel without its reference."""
+        """Every reference whose place the model does not have, and every channel without its
+        reference."""
         active = case.spec.model.dofs
         for i, recording in enumerate(case.spec.recordings):
             if not isinstance(recording, FrfRecording) or recording.references is None:
@@ -129,14 +163,30 @@ class References:
                 at = ("recordings", i, "references", j)
                 if not case.has_node(reference.node):
                     problem = f"the excitation sits at node {reference.node}, which does not exist."
-                    yield Complaint((*at, "node"), problem, "Correct the number, or add the node to the model.")
+                    yield Complaint(
+                        (*at, "node"), problem, "Correct the number, or add the node to the model."
+                    )
                 if reference.dof not in active:
-                    problem = f"the excitation acts along '{reference.dof}', but the active DOFs are {', '.join(active)}."
-                    yield Complaint((*at, "dof"), problem, f"Add '{reference.dof}' to model.dofs, or correct it.")
+                    problem = (
+                        f"the excitation acts along '{reference.dof}', but the active DOFs are "
+                        f"{', '.join(active)}."
+                    )
+                    yield Complaint(
+                        (*at, "dof"),
+                        problem,
+                        f"Add '{reference.dof}' to model.dofs, or correct it.",
+                    )
             for j, channel in enumerate(recording.channels or ()):
                 if recording.references and channel.reference >= len(recording.references):
-                    problem = f"{channel.reference} of {len(recording.references)} references: there is no such one."
-                    yield Complaint(("recordings", i, "channels", j, "reference"), problem, "The first reference is 0.")
+                    problem = (
+                        f"{channel.reference} of {len(recording.references)} references: there is "
+                        "no such one."
+                    )
+                    yield Complaint(
+                        ("recordings", i, "channels", j, "reference"),
+                        problem,
+                        "The first reference is 0.",
+                    )
 
 
 @dataclass(frozen=True)
@@ -146,7 +196,8 @@ class Shapes:
     needs: ClassVar[tuple[str, ...]] = ()
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
-        """Every shape that does not fit its channels, and modes paired twice with one mode of the model."""
+        """Every shape that does not fit its channels, and modes paired twice with one mode of the
+        model."""
         for i, recording in enumerate(case.spec.recordings):
             if not isinstance(recording, ModesRecording):
                 continue
@@ -158,20 +209,28 @@ class Shapes:
                 if row.mode is not None and paired[row.mode] > 1:
                     yield Complaint(
                         (*at, "mode"),
-                        f"{paired[row.mode]} measured modes are paired with mode {row.mode} of the model.",
+                        f"{paired[row.mode]} measured modes are paired with mode {row.mode} "
+                        "of the model.",
                         "Pair each with its own, or leave `mode` out.",
                     )
                     paired[row.mode] = 0
                 if row.shape is None:
                     if row.shape_std is not None:
-                        yield Complaint((*at, "shape_std"), "is given without a `shape`.", "Give the shape too, or take it out.")
+                        yield Complaint(
+                            (*at, "shape_std"),
+                            "is given without a `shape`.",
+                            "Give the shape too, or take it out.",
+                        )
                     continue
                 shaped = True
                 numbers = [c for c in columns if isinstance(c, int)]
-                if columns and (len(row.shape) != len(columns) or any(c >= len(row.shape) for c in numbers)):
+                if columns and (
+                    len(row.shape) != len(columns) or any(c >= len(row.shape) for c in numbers)
+                ):
                     yield Complaint(
                         (*at, "shape"),
-                        f"has {len(row.shape)} entries for {len(columns)} channels" + (f" (columns up to {max(numbers)})." if numbers else "."),
+                        f"has {len(row.shape)} entries for {len(columns)} channels"
+                        + (f" (columns up to {max(numbers)})." if numbers else "."),
                         "Give an entry for each channel; `column` counts from 0.",
                     )
                 if isinstance(row.shape_std, tuple) and len(row.shape_std) != len(row.shape):
@@ -181,7 +240,11 @@ class Shapes:
                         "Give one number, or one for each entry.",
                     )
                 if not any(v if isinstance(v, float | int) else any(v) for v in row.shape):
-                    yield Complaint((*at, "shape"), "is zero everywhere.", "Give the measured shape, or leave it out.")
+                    yield Complaint(
+                        (*at, "shape"),
+                        "is zero everywhere.",
+                        "Give the measured shape, or leave it out.",
+                    )
             if shaped and recording.channels is None:
                 yield Complaint(
                     ("recordings", i, "channels"),
@@ -200,10 +263,24 @@ class Bands:
         """Every band and every slice that is empty."""
         for i, recording in enumerate(case.spec.recordings):
             if recording.band is not None and recording.band[0] >= recording.band[1]:
-                yield Complaint(("recordings", i, "band"), f"{list(recording.band)} is empty.", "Write [lowest, highest] in Hz.")
-            if isinstance(recording, TimeRecording) and recording.stop is not None and recording.stop <= (recording.start or 0):
-                problem = f"no samples are left: start {recording.start or 0}, stop {recording.stop}."
-                yield Complaint(("recordings", i, "stop"), problem, "`stop` is the sample behind the last one used.")
+                yield Complaint(
+                    ("recordings", i, "band"),
+                    f"{list(recording.band)} is empty.",
+                    "Write [lowest, highest] in Hz.",
+                )
+            if (
+                isinstance(recording, TimeRecording)
+                and recording.stop is not None
+                and recording.stop <= (recording.start or 0)
+            ):
+                problem = (
+                    f"no samples are left: start {recording.start or 0}, stop {recording.stop}."
+                )
+                yield Complaint(
+                    ("recordings", i, "stop"),
+                    problem,
+                    "`stop` is the sample behind the last one used.",
+                )
 
 
 @dataclass(frozen=True)
@@ -221,7 +298,11 @@ class FitRecording:
                 'Give at least one recording use = "fit".',
             )
         elif not case.spec.recordings and case.spec.update is not None:
-            yield Complaint(("recordings",), "there are no recordings, so [update] has nothing to fit.", "Add [[recordings]].")
+            yield Complaint(
+                ("recordings",),
+                "there are no recordings, so [update] has nothing to fit.",
+                "Add [[recordings]].",
+            )
 
 
 @dataclass(frozen=True)
@@ -241,6 +322,7 @@ class MethodRecording:
             words = " or ".join(sorted(wanted))
             yield Complaint(
                 ("update", "method"),
-                f"'{update.method}' needs a recording of kind {words} to fit; there is only {', '.join(sorted(kinds))}.",
+                f"'{update.method}' needs a recording of kind {words} to fit; there is only "
+                f"{', '.join(sorted(kinds))}.",
                 f"Add a {words} recording, or choose another method.",
             )

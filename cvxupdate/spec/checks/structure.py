@@ -1,4 +1,5 @@
-"""Mechanisms that the text alone shows; those that only the matrices show are found by the FE layer."""
+"""Mechanisms that the text alone shows; those that only the matrices show are found by the FE
+layer."""
 
 from __future__ import annotations
 
@@ -42,13 +43,19 @@ class UnheldMasses:
         """Every lump that only floats."""
         if any(isinstance(block, MatrixBlock) for block in case.spec.model.elements):
             return
-        joined = {node for _, _, row in case.rows() if not isinstance(row, MassRow | GyroscopicRow) for node in getattr(row, "nodes", ())}
+        joined = {
+            node
+            for _, _, row in case.rows()
+            if not isinstance(row, MassRow | GyroscopicRow)
+            for node in getattr(row, "nodes", ())
+        }
         held = _held(case)
         for loc, _, row in case.rows():
             if isinstance(row, MassRow) and row.nodes[0] not in joined and row.nodes[0] not in held:
                 yield Complaint(
                     (*loc, "nodes"),
-                    f"mass {row.id} at node {row.nodes[0]} is joined to nothing: the model is a mechanism.",
+                    f"mass {row.id} at node {row.nodes[0]} is joined to nothing: the model is "
+                    "a mechanism.",
                     "Join the node by a spring, rod or beam.",
                 )
 
@@ -64,13 +71,25 @@ class Ties:
         for i, tie in enumerate(case.spec.model.ties):
             at = ("model", "ties", i, "nodes")
             if len(set(tie.nodes)) < len(tie.nodes):
-                yield Complaint(at, f"names a node twice: {list(tie.nodes)}.", "Name each node once.")
+                yield Complaint(
+                    at, f"names a node twice: {list(tie.nodes)}.", "Name each node once."
+                )
             unknown = [n for n in tie.nodes if n not in case.nodes]
             for node in unknown:
-                yield Complaint(at, f"node {node} is tied, but does not exist.", "Add the node to model.nodes, or correct the number.")
-            points = {(n.x, n.y, n.z) for n in (case.nodes[k] for k in tie.nodes if k in case.nodes)}
+                yield Complaint(
+                    at,
+                    f"node {node} is tied, but does not exist.",
+                    "Add the node to model.nodes, or correct the number.",
+                )
+            points = {
+                (n.x, n.y, n.z) for n in (case.nodes[k] for k in tie.nodes if k in case.nodes)
+            }
             if not unknown and len(points) > 1:
-                yield Complaint(at, f"nodes {list(tie.nodes)} do not lie at one point.", "Give them the same coordinates, or join them by an element.")
+                yield Complaint(
+                    at,
+                    f"nodes {list(tie.nodes)} do not lie at one point.",
+                    "Give them the same coordinates, or join them by an element.",
+                )
 
 
 @dataclass(frozen=True)
@@ -80,10 +99,15 @@ class Preloads:
     needs: ClassVar[tuple[str, ...]] = ()
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
-        """Every rod with one: it would hang on it like a string, which a rod element does not know."""
+        """Every rod with one: it would hang on it like a string, which a rod element does not
+        know."""
         for loc, block, row in case.rows():
             if isinstance(row, LineRow) and row.N != 0.0 and block.type == "rod":
-                yield Complaint((*loc, "N"), f"rod {row.id} has a preload, which only beams can carry.", "Make it a beam2d or beam3d.")
+                yield Complaint(
+                    (*loc, "N"),
+                    f"rod {row.id} has a preload, which only beams can carry.",
+                    "Make it a beam2d or beam3d.",
+                )
 
 
 def _held(case: Case) -> set[int]:
