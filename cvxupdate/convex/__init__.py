@@ -43,8 +43,9 @@ from .regularisers import (
     groups_by_carrier,
 )
 from .smallest import smallest_eigenvalue
+from .solve import solve_step
 from .solvers import SolverChoice, available_solvers
-from .step import CompiledStep, Step, solve_step
+from .step import CompiledStep, Step
 from .weight import WeightChoice, choose_weight, with_chosen_weight
 
 __all__ = [

@@ -242,14 +242,3 @@ def infeasible_step(conflict: Conflict, n: int, solver: str, seconds: float) -> 
         conflict.relaxation,
         conflict.proof,
     )
-
-
-def solve_step(
-    problem: StepProblem, system: LinearSystem, solver: SolverChoice | None = None
-) -> Step:
-    """Compile and solve once; a weight that is a rule is chosen first."""
-    from .weight import with_chosen_weight
-
-    choice = solver or SolverChoice()
-    chosen, _ = with_chosen_weight(problem, system, choice)
-    return CompiledStep(chosen, len(system.rows), choice).solve(system)

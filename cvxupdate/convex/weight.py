@@ -15,6 +15,7 @@ from .losses import LeastSquares
 from .problem import StepProblem
 from .regularisers.common import RULES, Regulariser
 from .solvers import SolverChoice
+from .step import CompiledStep
 
 POINTS = 33
 
@@ -42,7 +43,7 @@ class Sweep:
     problem: StepProblem
     system: LinearSystem
     index: int
-    step: Any
+    step: CompiledStep
     R: Array
     d: Array
 
@@ -93,8 +94,6 @@ def choose_weight(
         No regulariser, an unknown rule, or "gcv" or "discrepancy" with a loss other than least
         squares.
     """
-    from .step import CompiledStep
-
     if rule not in RULES:
         raise InputError(
             f"weight rule {rule!r} is not known; choose one of {', '.join(map(repr, RULES))}, "

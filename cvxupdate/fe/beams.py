@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from cvxupdate.fe.elements.base import Real, Term, Values, rotate
 from cvxupdate.fe.hermite import unit_matrices
 from cvxupdate.fe.sections import Section, section_constants
+from cvxupdate.fe.terms import Real, Term, Values, rotate
 from cvxupdate.fe.triads import line_triads
 
 # Places of (w₁, ψ₁, w₂, ψ₂) among the twelve local DOFs, and the sign of the rotation: θz = dv/dx,

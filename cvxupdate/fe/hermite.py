@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.polynomial import polynomial as P
 
-from cvxupdate.fe.elements.base import Real
+from cvxupdate.fe.terms import Real
 
 # Ascending powers of ξ: the part without Φ and the part that Φ multiplies, for w(ξ) and ψ(ξ).
 _W = (

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cvxupdate.fe.elements.base import Values
+from cvxupdate.fe.terms import Values
 
 FACTORS = ("A", "Iy", "Iz", "J")
 

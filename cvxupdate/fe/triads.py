@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.elements.base import Real
+from cvxupdate.fe.terms import Real
 
 
 def line_triads(xyz: Real, orientation: Real) -> Real:

@@ -10,24 +10,11 @@ and Trapp 1998).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
+from cvxupdate.fe.terms import Real, Term, Values, rotate
 
-Real = NDArray[np.float64]
-Values = NDArray[Any]  # real, or complex while a derivative is taken
-
-
-@dataclass(frozen=True)
-class Term:
-    """One geometric factor: ``matrix`` is "K", "M" or "C", ``coefficient`` names its scalar,
-    ``values`` is (elements, d, d)."""
-
-    matrix: str
-    coefficient: str
-    values: Real
+__all__ = ["Element", "Real", "Term", "Values", "rotate"]
 
 
 class Element(Protocol):
@@ -60,13 +47,3 @@ class Element(Protocol):
     def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
         """Scalars of every term, each (elements,); ``length`` is among ``properties`` for elements
         with two nodes."""
-
-
-def rotate(local: Real, triads: Real, blocks: int) -> Real:
-    """Rotate local matrices (e, 3·blocks, 3·blocks) by triads (e, 3, 3) whose rows are the local
-    axes: Rᵀ k R, block by block."""
-    e = local.shape[0]
-    split = local.reshape(e, blocks, 3, blocks, 3)
-    return np.asarray(
-        np.einsum("eki,eakbl,elj->eaibj", triads, split, triads, optimize=True).reshape(local.shape)
-    )
