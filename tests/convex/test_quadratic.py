@@ -1,41 +1,153 @@
-"""The program that is written down is the one that cvxpy compiles, entry by entry."""
+"""The program that is written down is the one that cvxpy compiles: entry by entry, and in the
+normal form of docs/convex-step.md, for every member of the registries that it serves."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import cvxpy as cp
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
-from cvxupdate.convex import Bounds, StepProblem, Tikhonov
-from cvxupdate.convex.losses import AbsoluteLoss
-from cvxupdate.convex.matrix_form import cone_program
-from cvxupdate.convex.problem import compile_step
+from cvxupdate import convex as cv
+from cvxupdate.convex.constraints.clauses import LinearClause
+from cvxupdate.convex.matrix_form import ConeProgram, Cones, cone_program
+from cvxupdate.convex.problem import Model, compile_step
 from cvxupdate.convex.quadratic import quadratic_program, written
+from cvxupdate.system import Array
 
-COLUMNS = ("a", "b", "c", "d")
-BOUNDS = Bounds(np.array([-1.0, -2.0, -np.inf, -3.0]), np.array([4.0, 5.0, 6.0, np.inf]))
-PRIOR = Tikhonov(1.0, np.array([0.0, 0.1, 0.2, 0.0]), np.array([0.1, 0.2, 0.3, 1e4]))
-ROUGH = Tikhonov(0.3)
+from ..cases.convex_members import COLUMNS, CONSTRAINTS, LOSSES, REGULARISERS, N
+
+Box = tuple[Array, Array]
+BOXES: dict[str, Box | None] = {
+    "no trust region": None,
+    "trust region": (np.array([0.4, -0.2, 0.1, 0.0, 1.3]), np.full(N, 0.3)),
+    "trust region on some": (
+        np.array([0.4, -0.2, 0.1, 0.0, 1.3]),
+        np.array([0.3, np.inf, 0.2, 1.0, np.inf]),
+    ),
+}
 
 
-@pytest.mark.parametrize("boxed", [False, True])
-@pytest.mark.parametrize(
-    ("terms", "weights"), [((), ()), ((PRIOR,), (1.0,)), ((PRIOR, ROUGH), (0.7, 0.0))]
-)
-@pytest.mark.parametrize("bounds", [(), (BOUNDS,)])
-def test_it_is_cvxpy_s_program(
-    boxed: bool, terms: tuple[Tikhonov, ...], weights: tuple[float, ...], bounds: tuple[Bounds, ...]
-) -> None:
-    problem = StepProblem(regularisers=terms, constraints=bounds, columns=COLUMNS)
-    assert written(problem)
+def title(member: object) -> str:
+    return type(member).__name__
+
+
+def step_problem(
+    regularisers: Sequence[cv.Regulariser] = (),
+    constraints: Sequence[cv.Constraint] = (),
+    loss: cv.Loss | None = None,
+) -> cv.StepProblem:
+    return cv.StepProblem(
+        loss or cv.LeastSquares(), tuple(regularisers), tuple(constraints), COLUMNS
+    )
+
+
+def reduced_data(rows: int = N) -> tuple[Array, Array]:
     rng = np.random.default_rng(3)
-    R, d = np.triu(rng.normal(size=(4, 4))), rng.normal(size=4)
-    box = (rng.normal(size=4), np.array([0.3, np.inf, 0.2, 1.0])) if boxed else None
-    model = compile_step(problem, 9, boxed)
+    return rng.normal(size=(rows, N)), rng.normal(size=rows)
+
+
+def compiled(
+    problem: cv.StepProblem, weights: Sequence[float], box: Box | None, rows: int = N
+) -> Model:
+    """cvxpy's model for N rows, with data of ``rows`` in it."""
+    model = compile_step(problem, N, box is not None)
     if box is not None:
         model.set_box(*box)
-    model.set_data(R, d, weights)
+    model.set_data(*reduced_data(rows), weights)
+    return model
+
+
+# --- what is served, from the registries -----------------------------------------------------
+
+SERVED_TERMS = [r for r in REGULARISERS if written(step_problem([r]))]
+SERVED_CONSTRAINTS = [c for c in CONSTRAINTS if written(step_problem(constraints=[c]))]
+TERMS = [(), *((r,) for r in SERVED_TERMS), tuple(SERVED_TERMS)]
+CLAUSES = [(), *((c,) for c in SERVED_CONSTRAINTS), tuple(SERVED_CONSTRAINTS)]
+
+
+@pytest.mark.parametrize(
+    ("registry", "instances"),
+    [(cv.LOSSES, LOSSES), (cv.REGULARISERS, REGULARISERS), (cv.CONSTRAINTS, CONSTRAINTS)],
+    ids=["losses", "regularisers", "constraints"],
+)
+def test_every_member_has_an_instance(
+    registry: Sequence[type], instances: Sequence[object]
+) -> None:
+    """Whether a member is served is asked of its instances, so each needs one."""
+    assert {type(x) for x in instances} == set(registry)
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        *(step_problem(loss=loss) for loss in LOSSES),
+        *(step_problem([r]) for r in REGULARISERS),
+        *(step_problem(constraints=[c]) for c in CONSTRAINTS),
+    ],
+    ids=[title(x) for x in (*LOSSES, *REGULARISERS, *CONSTRAINTS)],
+)
+def test_what_is_served_is_what_cvxpy_makes_a_plain_least_squares_program_of(
+    problem: cv.StepProblem,
+) -> None:
+    """Served exactly where cvxpy's form has no linear cost, no cone beyond inequalities, and no
+    equality but those that define its auxiliary variables, one each."""
+    model = compiled(problem, problem.weights, None)
+    program, _ = cone_program(model.problem, model.p)
+    plain = (
+        not program.cones.beyond_qp
+        and not np.any(program.q)
+        and program.cones.zero == program.q.size - N
+    )
+    assert written(problem) == plain
+
+
+# --- the same program -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("box", BOXES)
+@pytest.mark.parametrize("clauses", CLAUSES, ids=lambda c: "+".join(map(title, c)) or "free")
+@pytest.mark.parametrize("terms", TERMS, ids=lambda t: "+".join(map(title, t)) or "bare")
+def test_it_is_cvxpy_s_program(
+    terms: tuple[cv.Regulariser, ...], clauses: tuple[cv.Constraint, ...], box: str
+) -> None:
+    """The same variables, rows, cones and entries, in the same order."""
+    same_program(step_problem(terms, clauses), [0.7 + k for k in range(len(terms))], BOXES[box])
+
+
+def test_a_term_of_weight_zero_keeps_its_place() -> None:
+    same_program(step_problem(SERVED_TERMS), [0.7, 0.0], BOXES["trust region"])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_whatever_the_linear_inequalities(seed: int) -> None:
+    """Clauses of no class: any rows, on any parameters, with either side open."""
+    rng = np.random.default_rng(seed)
+
+    class Rows:
+        def clauses(self, columns: tuple[str, ...]) -> tuple[cv.Clause, ...]:
+            made = []
+            for k in range(4):
+                on = tuple(map(int, rng.permutation(N)[: rng.integers(1, N + 1)]))
+                C = rng.normal(size=(int(rng.integers(1, 4)), len(on)))
+                C[rng.random(C.shape) < 0.3] = 0.0
+                middle, half = rng.normal(size=len(C)), rng.uniform(0.1, 1.0, size=len(C))
+                low, high = middle - half, middle + half
+                low[rng.random(len(C)) < 0.4] = -np.inf
+                high[rng.random(len(C)) < 0.4] = np.inf
+                made.append(LinearClause(f"rows {k}", on, C, low, high))
+            return tuple(made)
+
+    same_program(step_problem(SERVED_TERMS[:1], [Rows()]), [1.3], BOXES["trust region on some"])
+
+
+def same_program(problem: cv.StepProblem, weights: Sequence[float], box: Box | None) -> None:
+    model = compiled(problem, weights, box)
     wanted, (at,) = cone_program(model.problem, model.p)
-    found, begins = quadratic_program(problem, R, d, weights, box)
+    R, d = reduced_data()
+    found, begins = quadratic_program(problem, R, d, tuple(weights), box)
     assert (begins, found.cones, found.constant) == (at, wanted.cones, wanted.constant)
     for mine, theirs in ((found.P, wanted.P), (found.A, wanted.A)):
         np.testing.assert_array_equal(mine.toarray(), theirs.toarray())
@@ -44,7 +156,103 @@ def test_it_is_cvxpy_s_program(
     np.testing.assert_allclose(found.b, wanted.b, rtol=1e-15, atol=1e-15)
 
 
-def test_others_are_left_to_cvxpy() -> None:
-    held = Bounds(np.array([0.0, -1.0, -1.0, -1.0]), np.array([0.0, 1.0, 1.0, 1.0]))
-    assert not written(StepProblem(constraints=(held,), columns=COLUMNS))  # an equality
-    assert not written(StepProblem(loss=AbsoluteLoss(), columns=COLUMNS))
+# --- the normal form --------------------------------------------------------------------------
+
+
+def normal_form(program: ConeProgram, at: int) -> tuple[Array, Array, float, Array]:
+    """(H, g, c, rows): minimise ½ pᵀH p + gᵀp + c subject to rows[:, :n] p ≤ rows[:, n].
+
+    Every equality defines one auxiliary variable: E y + F p = e with E square and regular. With
+    y = E⁻¹(e − F p) put in, only p is left. Each row is divided by its largest coefficient; rows
+    without one (trust region switched off) say 0 ≤ b, b > 0, and go; the rest are sorted.
+    """
+    zero, size = program.cones.zero, program.q.size
+    A, p = program.A.toarray(), np.arange(at, at + N)
+    y = np.setdiff1d(np.arange(size), p)
+    assert y.size == zero
+    T, t = np.zeros((size, N)), np.zeros(size)
+    T[p] = np.eye(N)
+    T[y] = -np.linalg.solve(A[:zero, y], A[:zero, p]) if zero else T[y]
+    t[y] = np.linalg.solve(A[:zero, y], program.b[:zero]) if zero else t[y]
+    P = program.P.toarray()
+    G, h = A[zero:] @ T, program.b[zero:] - A[zero:] @ t
+    scale = np.abs(G).max(axis=1, initial=0.0)
+    assert np.all(h[scale == 0.0] > 0.0)
+    rows = np.column_stack([G, h])[scale > 0.0] / scale[scale > 0.0, None]
+    order = np.lexsort(np.round(rows, 9).T)
+    cost = 0.5 * t @ P @ t + program.q @ t + program.constant
+    return T.T @ P @ T, T.T @ (P @ t + program.q), float(cost), rows[order]
+
+
+def osqp_program(model: Model) -> tuple[ConeProgram, int]:
+    """cvxpy's other canonical form, that of quadratic-program solvers: A x = b, F x ≤ G."""
+    data, _, inverse = model.problem.get_problem_data(cp.OSQP)
+    program = ConeProgram(
+        data["P"],
+        np.asarray(data["q"]),
+        sp.vstack([data["A"], data["F"]]),
+        np.concatenate([data["b"], data["G"]]),
+        Cones(data["A"].shape[0], data["F"].shape[0]),
+        float(np.ravel(inverse[-1][cp.settings.OFFSET])[0]),
+    )
+    return program, int(data["param_prob"].var_id_to_col[model.p.id])
+
+
+def stated(
+    problem: cv.StepProblem, weights: Sequence[float], box: Box | None, rows_of_data: int = N
+) -> tuple[Array, Array, float, Array]:
+    """The normal form from the definitions: no matrices of cvxpy, none of the package."""
+    R, d = reduced_data(rows_of_data)
+    H, g, c = 2 * R.T @ R, -2 * R.T @ d, d @ d
+    for weight, term in zip(weights, problem.regularisers, strict=True):
+        assert isinstance(term, cv.Tikhonov)
+        price = weight / np.broadcast_to(np.asarray(term.scale), (N,)) ** 2
+        wish = np.broadcast_to(np.asarray(term.reference), (N,))
+        H, g, c = H + 2 * np.diag(price), g - 2 * price * wish, c + price @ wish**2
+    rows = []
+    for clause in problem.clauses:
+        assert isinstance(clause, LinearClause)
+        full = np.zeros((len(clause.lower), N))
+        full[:, list(clause.on)] = clause.C
+        rows += [np.append(a, b) for a, b in zip(full, clause.upper, strict=True)]
+        rows += [np.append(-a, -b) for a, b in zip(full, clause.lower, strict=True)]
+    if box is not None:
+        rows += [np.append(e, m + r) for e, m, r in zip(np.eye(N), *box, strict=True)]
+        rows += [np.append(-e, r - m) for e, m, r in zip(np.eye(N), *box, strict=True)]
+    table = np.array([row / np.abs(row[:N]).max() for row in rows if np.isfinite(row[N])])
+    table = table.reshape(-1, N + 1)
+    return H, g, float(c), table[np.lexsort(np.round(table, 9).T)]
+
+
+@pytest.mark.parametrize("box", BOXES)
+@pytest.mark.parametrize("clauses", CLAUSES, ids=lambda c: "+".join(map(title, c)) or "free")
+def test_the_normal_form_is_that_of_the_step(clauses: tuple[cv.Constraint, ...], box: str) -> None:
+    """Written down, compiled for conic solvers, compiled for quadratic ones, and as the step is
+    defined: one normal form."""
+    problem, weights = step_problem(SERVED_TERMS, clauses), [0.7, 1.9]
+    model = compiled(problem, weights, BOXES[box])
+    conic, (at,) = cone_program(model.problem, model.p)
+    R, d = reduced_data()
+    programs = (
+        quadratic_program(problem, R, d, tuple(weights), BOXES[box]),
+        osqp_program(model),
+        (conic, at),
+    )
+    wanted = stated(problem, weights, BOXES[box])
+    for program, begins in programs:
+        for mine, theirs in zip(normal_form(program, begins), wanted, strict=True):
+            np.testing.assert_allclose(mine, theirs, rtol=1e-12, atol=1e-12)
+
+
+def test_zero_rows_that_fill_the_compiled_data_change_nothing() -> None:
+    """A system with fewer rows than parameters: cvxpy's data are filled with zero rows, the program
+    that is written down has none of them."""
+    problem, box = step_problem(SERVED_TERMS, SERVED_CONSTRAINTS), BOXES["trust region on some"]
+    model = compiled(problem, [0.7, 1.9], box, 3)
+    conic, (at,) = cone_program(model.problem, model.p)
+    found, begins = quadratic_program(problem, *reduced_data(3), (0.7, 1.9), box)
+    assert conic.q.size == found.q.size + N - 3
+    forms = normal_form(found, begins), normal_form(conic, at), stated(problem, [0.7, 1.9], box, 3)
+    for written_down, by_cvxpy, by_definition in zip(*forms, strict=True):
+        np.testing.assert_allclose(written_down, by_cvxpy, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(written_down, by_definition, rtol=1e-12, atol=1e-12)
