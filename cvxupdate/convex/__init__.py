@@ -5,7 +5,7 @@ The only room that knows cvxpy, Clarabel, OSQP, SCS and qpsolvers; they load on 
 
 from .certificate import Certificate, Farkas, certify, farkas
 from .compare import SolverRow, compare_solvers, spread
-from .conflict import Conflict, Relaxation, find_conflict
+from .conflict import Conflict, find_conflict
 from .constraints import (
     CONSTRAINTS,
     Bounds,
@@ -42,6 +42,7 @@ from .regularisers import (
     TotalVariation,
     groups_by_carrier,
 )
+from .relaxation import Relaxation
 from .smallest import smallest_eigenvalue
 from .solve import solve_step
 from .solvers import SolverChoice, available_solvers

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..errors import InputError
-from ..system import LinearSystem
+from ..system import Array, LinearSystem
 from .certificate import NO_CERTIFICATE, Certificate
 from .conflict import find_conflict
-from .matrix_form import cone_program
+from .matrix_form import ConeProgram, cone_program
 from .polish import solve_certified
 from .problem import StepProblem, compile_step
 from .solvers import SolverChoice, available_solvers, solver_named
+from .solvers.common import Solver
 from .step import ACCEPTED
 from .weight import with_chosen_weight
 
@@ -54,52 +55,59 @@ def compare_solvers(
     model = compile_step(chosen, len(system.rows), box=False)
     model.set_data(R, d, chosen.weights)
     program, (at,) = cone_program(model.problem, model.p)
-    n = len(chosen.columns)
-    rows = []
-    for name in names or available_solvers():
-        solver = solver_named(name)
-        refusal = solver.refusal(program)
-        if refusal:
-            rows.append(SolverRow(solver.name, "refused", np.nan, NO_CERTIFICATE, 0.0, 0, refusal))
-            continue
-        raw, certificate = solve_certified(solver, program, replace(asked, name=solver.name))
-        if raw.status == "refused":
-            rows.append(SolverRow(solver.name, "refused", np.nan, NO_CERTIFICATE, 0.0, 0, raw.note))
-            continue
-        status = raw.status
-        if status != "infeasible":
-            status = (
-                "optimal"
-                if certificate.is_optimal(max(ACCEPTED, 10 * asked.tolerance))
-                else "stopped"
-            )
-        p = raw.x[at : at + n]
-        objective = (
-            chosen.objective(system, p)
-            if status != "infeasible" and np.all(np.isfinite(p))
-            else np.nan
-        )
-        note = (
-            ""
-            if status == "optimal"
-            else f"{raw.note} (largest residual {certificate.worst:.1e})".strip()
-        )
-        rows.append(
-            SolverRow(
-                solver.name, status, objective, certificate, raw.seconds, raw.iterations, note
-            )
-        )
-    if any(row.status in ("infeasible", "stopped") for row in rows):
-        conflict = find_conflict(chosen.clauses, n)
-        if conflict is not None:
-            words = "these clauses cannot hold together: " + "; ".join(conflict.clauses[:6])
-            rows = [
-                replace(row, status="infeasible", objective=np.nan, note=words)
-                if row.status in ("infeasible", "stopped")
-                else row
-                for row in rows
-            ]
-    return tuple(rows)
+
+    def objective(x: Array) -> float:
+        p = x[at : at + len(chosen.columns)]
+        return chosen.objective(system, p) if np.all(np.isfinite(p)) else np.nan
+
+    rows = tuple(
+        _row(solver_named(name), program, asked, objective) for name in names or available_solvers()
+    )
+    return _with_conflict(rows, chosen)
+
+
+def _row(
+    solver: Solver, program: ConeProgram, asked: SolverChoice, objective: Callable[[Array], float]
+) -> SolverRow:
+    """One solver's answer to the program, judged by our own certificate."""
+    refusal = solver.refusal(program)
+    if refusal:
+        return SolverRow(solver.name, "refused", np.nan, NO_CERTIFICATE, 0.0, 0, refusal)
+    raw, certificate = solve_certified(solver, program, replace(asked, name=solver.name))
+    if raw.status == "refused":
+        return SolverRow(solver.name, "refused", np.nan, NO_CERTIFICATE, 0.0, 0, raw.note)
+    status = raw.status
+    if status != "infeasible":
+        proven = certificate.is_optimal(max(ACCEPTED, 10 * asked.tolerance))
+        status = "optimal" if proven else "stopped"
+    why_not = f"{raw.note} (largest residual {certificate.worst:.1e})".strip()
+    return SolverRow(
+        solver.name,
+        status,
+        np.nan if status == "infeasible" else objective(raw.x),
+        certificate,
+        raw.seconds,
+        raw.iterations,
+        "" if status == "optimal" else why_not,
+    )
+
+
+def _with_conflict(rows: tuple[SolverRow, ...], problem: StepProblem) -> tuple[SolverRow, ...]:
+    """Where a solver reached no optimum because the clauses cannot hold together, its row says
+    so."""
+    unsolved = ("infeasible", "stopped")
+    if not any(row.status in unsolved for row in rows):
+        return rows
+    conflict = find_conflict(problem.clauses, len(problem.columns))
+    if conflict is None:
+        return rows
+    note = "these clauses cannot hold together: " + "; ".join(conflict.clauses[:6])
+    return tuple(
+        replace(row, status="infeasible", objective=np.nan, note=note)
+        if row.status in unsolved
+        else row
+        for row in rows
+    )
 
 
 def spread(rows: Sequence[SolverRow]) -> float:

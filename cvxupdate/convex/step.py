@@ -12,12 +12,13 @@ import numpy as np
 from ..errors import InputError
 from ..system import Array, LinearSystem
 from .certificate import NO_CERTIFICATE, Certificate, Farkas
-from .conflict import Conflict, Relaxation, find_conflict
+from .conflict import Conflict, find_conflict
 from .constraints.clauses import Clause, is_active
 from .matrix_form import ConeProgram, cone_program
 from .polish import solve_certified
 from .problem import Model, StepProblem, box_clauses, compile_projection, compile_step
 from .quadratic import quadratic_program, written
+from .relaxation import Relaxation
 from .solvers import SolverChoice, solver_named
 
 # A step counts as optimal when our own certificate passes this; solvers are asked for far more.

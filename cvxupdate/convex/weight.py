@@ -94,26 +94,7 @@ def choose_weight(
         No regulariser, an unknown rule, or "gcv" or "discrepancy" with a loss other than least
         squares.
     """
-    if rule not in RULES:
-        raise InputError(
-            f"weight rule {rule!r} is not known; choose one of {', '.join(map(repr, RULES))}, "
-            "or a number."
-        )
-    if not problem.regularisers:
-        raise InputError(
-            f"the weight rule {rule!r} needs a regulariser; add a [regularisation] table."
-        )
-    if rule != "l-curve" and not isinstance(problem.loss, LeastSquares):
-        raise InputError(
-            f"the weight rule {rule!r} is defined for the least-squares loss only; choose "
-            '"l-curve" or a number.'
-        )
-    open_ones = [k for k, reg in enumerate(problem.regularisers) if isinstance(reg.weight, str)]
-    if len(open_ones) > 1:
-        raise InputError(
-            "only one regulariser can have its weight chosen by a rule; give the others a number."
-        )
-    index = open_ones[0] if open_ones else 0
+    index = _open_weight(problem, rule)
     problem.check(system)
     R, d, _ = problem.loss.reduce(*system.weighted())
     step = CompiledStep(problem, len(system.rows), solver or SolverChoice())
@@ -138,6 +119,31 @@ def choose_weight(
         )
         return _least_gcv(grid, loss, penalty, freedom, system.count)
     return _discrepancy(sweep, grid, loss, penalty, system.count)
+
+
+def _open_weight(problem: StepProblem, rule: str) -> int:
+    """Which regulariser's weight the rule may choose; InputError where there is none, or the rule
+    does not apply."""
+    if rule not in RULES:
+        raise InputError(
+            f"weight rule {rule!r} is not known; choose one of {', '.join(map(repr, RULES))}, "
+            "or a number."
+        )
+    if not problem.regularisers:
+        raise InputError(
+            f"the weight rule {rule!r} needs a regulariser; add a [regularisation] table."
+        )
+    if rule != "l-curve" and not isinstance(problem.loss, LeastSquares):
+        raise InputError(
+            f"the weight rule {rule!r} is defined for the least-squares loss only; choose "
+            '"l-curve" or a number.'
+        )
+    open_ones = [k for k, reg in enumerate(problem.regularisers) if isinstance(reg.weight, str)]
+    if len(open_ones) > 1:
+        raise InputError(
+            "only one regulariser can have its weight chosen by a rule; give the others a number."
+        )
+    return open_ones[0] if open_ones else 0
 
 
 def with_chosen_weight(
