@@ -210,8 +210,10 @@ def _corner(grid: Array, loss: Array, penalty: Array) -> WeightChoice:
 
 
 def _least_gcv(grid: Array, loss: Array, penalty: Array, freedom: Array, rows: int) -> WeightChoice:
-    left = rows - freedom
-    score = np.where(left > 1e-6 * rows, rows * loss / np.where(left > 0, left, 1.0) ** 2, np.nan)
+    spare = rows - freedom
+    score = np.where(
+        spare > 1e-6 * rows, rows * loss / np.where(spare > 0, spare, 1.0) ** 2, np.nan
+    )
     if not np.any(np.isfinite(score)):
         raise InputError(
             f'the weight rule "gcv" needs more rows ({rows}) than effective parameters; '

@@ -67,25 +67,8 @@ def admissible(
             "admissible: the clauses are over other parameters than the model's; make both "
             "from one problem file."
         )
-    limits = [c.limits(n) for c in problem.constraints if isinstance(c, Bounds)]
-    reach = (
-        np.min([np.maximum(np.abs(lo), np.abs(hi)) for lo, hi in limits], axis=0)
-        if limits
-        else np.full(n, np.inf)
-    )
-    if not np.all(np.isfinite(reach)):
-        open_ = problem.columns[int(np.argmax(~np.isfinite(reach)))]
-        raise InputError(
-            f"admissible: the parameter {open_} has no bounds, so the noise band of the worst "
-            "case is infinite. Give it bounds."
-        )
-    modes = assigned_modes(model, tables)
-    if any(not mode.full(model.size) for mode in modes):
-        raise InputError(
-            "admissible: a mode was not measured at every free DOF; its equation is linear "
-            "in the parameters only locally, so nothing would be proved. Use complete (not "
-            "expanded) shapes."
-        )
+    reach = _reach(problem)
+    modes = _complete_modes(model, tables)
     _check_linear(model, reach)
     count = sum(len(mode.at) + 1 for mode in modes)
     factor = float(norm.isf((1.0 - confidence) / (2.0 * count)))
@@ -169,13 +152,44 @@ def band_clause(model: Model, mode: AssignedMode, reach: Real, factor: float) ->
     )
 
 
+def _reach(problem: StepProblem) -> Real:
+    """The largest magnitude that the bounds allow each parameter; InputError where it is not
+    finite."""
+    n = len(problem.columns)
+    limits = [c.limits(n) for c in problem.constraints if isinstance(c, Bounds)]
+    reach = (
+        np.min([np.maximum(np.abs(lo), np.abs(hi)) for lo, hi in limits], axis=0)
+        if limits
+        else np.full(n, np.inf)
+    )
+    if not np.all(np.isfinite(reach)):
+        open_ = problem.columns[int(np.argmax(~np.isfinite(reach)))]
+        raise InputError(
+            f"admissible: the parameter {open_} has no bounds, so the noise band of the worst "
+            "case is infinite. Give it bounds."
+        )
+    return np.asarray(reach)
+
+
+def _complete_modes(model: Model, tables: Sequence[ModeTable]) -> tuple[AssignedMode, ...]:
+    """The measured modes; InputError where a shape is incomplete."""
+    modes = assigned_modes(model, tables)
+    if any(not mode.full(model.size) for mode in modes):
+        raise InputError(
+            "admissible: a mode was not measured at every free DOF; its equation is linear "
+            "in the parameters only locally, so nothing would be proved. Use complete (not "
+            "expanded) shapes."
+        )
+    return modes
+
+
 def _check_linear(model: Model, reach: Real) -> None:
     p = 0.5 * reach * np.where(np.arange(len(reach)) % 2, -1.0, 1.0)
-    zero, far, mirror = (model.matrices(x) for x in (model.zero(), p, -p))
+    zero, there, mirror = (model.matrices(x) for x in (model.zero(), p, -p))
     for name in ("K", "M", "C", "D"):
         base = getattr(zero, name)
-        bend = getattr(far, name) + getattr(mirror, name) - 2.0 * base
-        if abs(bend).max() > 1e-9 * max(abs(base).max(), np.finfo(float).tiny):
+        curved = getattr(there, name) + getattr(mirror, name) - 2.0 * base
+        if abs(curved).max() > 1e-9 * max(abs(base).max(), np.finfo(float).tiny):
             raise InputError(
                 f"admissible: {name} is not linear in the parameters, so infeasibility would "
                 "prove nothing. Free p-values, E, rho or k instead."

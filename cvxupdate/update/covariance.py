@@ -58,51 +58,54 @@ def uncertainty(
     Source: Bard, *Nonlinear Parameter Estimation* (1974), ch. 7; Friswell and Mottershead (1995),
     8.2.
     """
-    n = len(parameters)
     J, _ = system.weighted()
-    Z = la.null_space(equalities) if len(equalities) else np.eye(n)
-    width = np.array(
-        [q.upper - q.lower if np.isfinite(q.upper - q.lower) else 1.0 for q in parameters]
-    )
-    width = np.where(width > 0, width, 1.0)
-    scaled = J @ (width[:, None] * _scaled_basis(Z, width))
+    Z = la.null_space(equalities) if len(equalities) else np.eye(len(parameters))
+    width = _widths(parameters)
     basis = _scaled_basis(Z, width)
-    U, s, Vt = np.linalg.svd(scaled, full_matrices=False)
-    del U
-    known = s > 1e-10 * s.max(initial=0.0)
-    rank = int(known.sum())
+    inverse, directions = _inverse_singular(J @ (width[:, None] * basis))
+    known = np.isfinite(inverse)
+    s2, ratio = _scatter(system, p, int(known.sum()), relative_only)
+    along = width[:, None] * (basis @ directions.T)  # p moved by one unit of each direction
+    kept = along[:, known] * inverse[known]
+    moves = np.abs(along) > 1e-8 * np.abs(along).max(initial=1.0)
+    variance = s2 * np.sum(np.where(moves[:, known], kept, 0.0) ** 2, axis=1)
+    open_ = [k for k in np.argsort(-inverse) if inverse[k] * np.sqrt(s2) > 0.5]
+    combos = tuple(
+        _combination(basis @ directions[k], float(inverse[k] * np.sqrt(s2)), parameters)
+        for k in open_
+    )
+    return Uncertainty(
+        np.where(np.any(moves[:, ~known], axis=1), np.inf, np.sqrt(variance)),
+        s2 * kept @ kept.T,
+        float(np.sqrt(ratio)),
+        combos,
+    )
+
+
+def _widths(parameters: Sequence[Parameter]) -> Array:
+    """The distance between the bounds of each parameter, 1 where it is free or held."""
+    width = np.array([q.upper - q.lower for q in parameters])
+    return np.where(np.isfinite(width) & (width > 0), width, 1.0)
+
+
+def _inverse_singular(J: Array) -> tuple[Array, Array]:
+    """Inverse singular values of J (rows, k), inf where J says nothing, and all k right singular
+    vectors as rows."""
+    _, s, Vt = np.linalg.svd(J, full_matrices=False)
+    directions = np.vstack([Vt, la.null_space(Vt).T]) if Vt.shape[0] < Vt.shape[1] else Vt
+    inverse = np.full(len(directions), np.inf)
+    known = np.flatnonzero(s > 1e-10 * s.max(initial=0.0))
+    inverse[known] = 1.0 / s[known]
+    return inverse, directions
+
+
+def _scatter(system: LinearSystem, p: Array, rank: int, relative_only: bool) -> tuple[float, float]:
+    """(s², χ² / (rows − rank)): the factor on the variance, and the ratio that it may come from."""
     freedom = system.count - rank
     chi2 = float(np.sum(system.residual(p) ** 2))
     ratio = chi2 / freedom if freedom > 0 else 1.0
     surprising = freedom > 0 and chi2 > chdtri(freedom, SURPRISE)
-    s2 = ratio if relative_only or surprising else 1.0
-    full = np.vstack([Vt, la.null_space(Vt).T]) if Vt.shape[0] < Vt.shape[1] else Vt
-    inverse = np.concatenate(
-        [
-            np.where(known, 1.0 / np.where(known, s, 1.0), np.inf),
-            np.full(full.shape[0] - len(s), np.inf),
-        ]
-    )
-    along = width[:, None] * (basis @ full.T)  # p moved by one unit of each singular direction
-    with np.errstate(invalid="ignore"):
-        spread = np.where(np.abs(along) > 1e-8 * np.abs(along).max(initial=1.0), np.abs(along), 0.0)
-        variance = (
-            np.nansum(
-                np.where(
-                    spread > 0, (spread * np.where(np.isfinite(inverse), inverse, np.inf)) ** 2, 0.0
-                ),
-                axis=1,
-            )
-            * s2
-        )
-    finite = np.isfinite(inverse)
-    kept = along[:, finite] * inverse[finite]
-    covariance = s2 * kept @ kept.T
-    open_ = [k for k in np.argsort(-inverse) if inverse[k] * np.sqrt(s2) > 0.5]
-    combos = tuple(
-        _combination(basis @ full[k], float(inverse[k] * np.sqrt(s2)), parameters) for k in open_
-    )
-    return Uncertainty(np.sqrt(variance), covariance, float(np.sqrt(ratio)), combos)
+    return (ratio if relative_only or surprising else 1.0), ratio
 
 
 def _scaled_basis(Z: Array, width: Array) -> Array:
@@ -117,7 +120,7 @@ def _combination(direction: Array, std: float, parameters: Sequence[Parameter]) 
     order = np.argsort(-np.abs(direction))[:4]
     large = [k for k in order if abs(direction[k]) > 0.3] or list(
         order
-    )  # many small shares: the largest stand for all
+    )  # many small parts: the largest stand for all
     up = [parameters[k].name for k in large if direction[k] > 0]
     down = [parameters[k].name for k in large if direction[k] < 0]
     if len(large) == 1:
@@ -125,7 +128,7 @@ def _combination(direction: Array, std: float, parameters: Sequence[Parameter]) 
     elif not down:
         words = (
             f"{_list(up)} move together: the recordings hardly see them rise or fall by the same "
-            "share of their range"
+            "fraction of their range"
         )
     else:
         words = (

@@ -5,47 +5,26 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
 from cvxupdate.convex import SolverChoice, StepProblem
-from cvxupdate.correlate import mac
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import ModeTable, Recording
 from cvxupdate.residual.modal import ModalPoint, ModalResidual, another_pairing, modal_residual
-from cvxupdate.residual.pairing import Index, channel_rows, real_shapes
+from cvxupdate.residual.pairing import Index
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
 from cvxupdate.update.covariance import Uncertainty, uncertainty
+from cvxupdate.update.measured_modes import modal_metrics, modal_tables, mode_results
+from cvxupdate.update.outcome import RELATIVE, objective_metric, updated
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
-from cvxupdate.update.result import Metrics, ModeResult, ParameterResult, Updated
+from cvxupdate.update.result import Updated
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterate, objective_at
 
-AT_BOUND = 1e-6  # of the distance between the bounds
 REPAIRINGS = 5  # how often the loop may go on with another pairing
-
-
-def modal_tables(
-    recordings: Sequence[Recording],
-) -> tuple[tuple[ModeTable, ...], tuple[ModeTable, ...]]:
-    """Mode tables to fit and to score only.
-
-    Raises
-    ------
-    InputError
-        When there is nothing to fit.
-    """
-    tables = [r for r in recordings if isinstance(r, ModeTable)]
-    fit = tuple(t for t in tables if t.origin.use == "fit")
-    if not fit:
-        raise InputError(
-            'methods frequencies and sensitivity need a recording of kind "modes" with use = '
-            '"fit". Add one, or identify modes first.'
-        )
-    return fit, tuple(t for t in tables if t.origin.use != "fit")
 
 
 def residual_of(spec: Spec, model: Model, recordings: Sequence[Recording]) -> ModalResidual:
@@ -101,45 +80,19 @@ def update_modal(
     known = uncertainty(
         loop.point.system(), end.p, model.parameters, equality_rows(loop.problem, end.p), relative
     )
-    return Updated(
-        problem=spec.name,
-        title=spec.title,
-        source=spec.source,
-        path=str(spec.path),
-        status=loop.status,
-        reason=loop.reason,
+    fit = modal_metrics(start, end)
+    fit["fit"] |= objective_metric(loop, start, end)
+    return updated(
+        spec,
+        model,
+        loop,
+        known,
+        relative,
+        begin,
         method=spec.update.method if spec.update is not None else "frequencies",
-        solver=loop.step.solver,
-        iterations=len(loop.history),
-        parameters=parameter_results(model, end.p, known, relative, len(loop.history) > 0),
-        fit=modal_metrics(start, end, loop),
-        certificate=certificate_of(loop),
-        time=time.perf_counter() - begin,
-        conflict=loop.step.conflict if loop.status == "infeasible" else (),
-        relaxation=tuple(r.says for r in loop.step.relaxation)
-        if loop.status == "infeasible"
-        else (),
-        modes=mode_results(start, end),
-        history=tuple({**asdict(h), "ratio": _number(h.ratio)} for h in loop.history),
-        undetermined=tuple(
-            {
-                "coefficients": dict(c.coefficients),
-                "standard_deviation": _number(c.std),
-                "says": c.says,
-            }
-            for c in known.undetermined
-        ),
-        noise=None if relative else known.noise,
-        active=loop.step.active,
-        regularisation=regularisation_of(loop),
-        model={
-            "dofs": model.size,
-            "elements": int(sum(len(set(b.ids.tolist())) for b in model.blocks)),
-            "nodes": len(model.node_ids),
-            "mass_before": model.total_mass(),
-            "mass_after": model.total_mass(end.p),
-        },
+        fit=fit,
         notes=(*_notes(start, relative, known), *paired),
+        modes=mode_results(start, end),
     )
 
 
@@ -227,156 +180,6 @@ def scored_ends(
     )
 
 
-def parameter_results(
-    model: Model, p: Array, known: Uncertainty, relative: bool, ran: bool
-) -> tuple[ParameterResult, ...]:
-    """Parameters in SI units with their deviations and bounds."""
-    out = []
-    for q, value, std in zip(model.parameters, p.tolist(), known.std.tolist(), strict=True):
-        width = q.upper - q.lower if np.isfinite(q.upper - q.lower) else 1.0
-        bound = (
-            "lower"
-            if value <= q.lower + AT_BOUND * width
-            else "upper"
-            if value >= q.upper - AT_BOUND * width
-            else None
-        )
-        size = abs(q.unit_size)
-        out.append(
-            ParameterResult(
-                q.name,
-                q.of,
-                q.elements[0] if len(q.elements) == 1 else None,
-                q.elements,
-                q.group,
-                q.unit,
-                q.physical(0.0),
-                q.physical(value),
-                _number(std * size),
-                _number(q.physical(q.lower)),
-                _number(q.physical(q.upper)),
-                bound is not None,
-                bound,
-                value,
-                _number(std),
-            )
-        )
-    return tuple(out)
-
-
-def mode_results(start: ModalPoint, end: ModalPoint) -> tuple[ModeResult, ...]:
-    """Every measured mode beside its partner, before and after."""
-    out = []
-    tables = start.residual.tables
-    for k, table in enumerate(tables):
-        before, after = start.frequencies(k), end.frequencies(k)
-        mac_before, mac_after = _macs(start, k), _macs(end, k)
-        for i, fx in enumerate(table.frequency.tolist()):
-            if start.places[k][i] < 0 or end.places[k][i] < 0:
-                continue
-            out.append(
-                ModeResult(
-                    table.origin.name,
-                    table.origin.use,
-                    fx,
-                    float(table.frequency_std[i]),
-                    float(before[i]),
-                    float(after[i]),
-                    100 * abs(float(before[i]) - fx) / fx,
-                    100 * abs(float(after[i]) - fx) / fx,
-                    int(start.places[k][i]) - start.modes.rigid + 1,
-                    int(end.places[k][i]) - start.modes.rigid + 1,
-                    _number(mac_before[i]),
-                    _number(mac_after[i]),
-                )
-            )
-    return tuple(out)
-
-
-def modal_metrics(
-    start: ModalPoint, end: ModalPoint, loop: LoopResult[ModalPoint] | None
-) -> dict[str, Metrics]:
-    """The contract's metrics for the fitted and the held-out modes."""
-    modes = mode_results(start, end)
-    out: dict[str, Metrics] = {}
-    for key, use in (("fit", "fit"), ("hold_out", "hold-out")):
-        mine = [m for m in modes if m.use == use]
-        metrics: Metrics = {}
-        if mine:
-            b, a = np.array([m.error_before for m in mine]), np.array([m.error_after for m in mine])
-            metrics["frequency_error_percent_mean"] = {
-                "before": float(b.mean()),
-                "after": float(a.mean()),
-            }
-            metrics["frequency_error_percent_max"] = {
-                "before": float(b.max()),
-                "after": float(a.max()),
-            }
-            pairs = [
-                (m.mac_before, m.mac_after)
-                for m in mine
-                if m.mac_before is not None and m.mac_after is not None
-            ]
-            if pairs:
-                for name, f in (("mac_mean", np.mean), ("mac_min", np.min)):
-                    metrics[name] = {
-                        "before": float(f([x for x, _ in pairs])),
-                        "after": float(f([y for _, y in pairs])),
-                    }
-        out[key] = metrics
-    if loop is not None and not any(isinstance(r.weight, str) for r in loop.problem.regularisers):
-        out["fit"]["objective"] = {
-            "before": objective_at(loop.problem, start),
-            "after": objective_at(loop.problem, end),
-        }
-    return out
-
-
-def _macs(point: ModalPoint, k: int) -> Array:
-    table = point.residual.tables[k]
-    out = np.full(len(table.frequency), np.nan)
-    if table.shapes is None:
-        return out
-    rows, shapes = channel_rows(table, point.residual.model), real_shapes(table.shapes)
-    for i, at in enumerate(point.places[k].tolist()):
-        ok = (rows >= 0) & np.isfinite(shapes[i])
-        if at >= 0 and ok.sum() >= 2:
-            out[i] = mac(point.modes.shapes[rows[ok], at][:, None], shapes[i][ok][:, None])[0, 0]
-    return out
-
-
-def certificate_of(loop: LoopResult[Any]) -> dict[str, object]:
-    """The certificate of the last step, as the contract names its parts."""
-    c = loop.step.certificate
-    out: dict[str, object] = dict(c.as_dict())
-    out |= {
-        "primal_residual": out.pop("primal"),
-        "dual_residual": out.pop("dual"),
-        "optimal": c.is_optimal(),
-        "says": loop.step.says,
-    }
-    if loop.step.infeasibility is not None:
-        out["infeasibility"] = asdict(loop.step.infeasibility)
-    return out
-
-
-def regularisation_of(loop: LoopResult[Any]) -> tuple[dict[str, object], ...]:
-    """Each regulariser with its weight and how it was chosen."""
-    out: list[dict[str, object]] = []
-    for r in loop.problem.regularisers:
-        chosen = loop.weight
-        rule = chosen.rule if chosen is not None and r.weight == chosen.weight else None
-        out.append(
-            {
-                "kind": r.name,
-                "weight": r.weight,
-                "rule": rule,
-                "note": chosen.note if rule and chosen is not None else "",
-            }
-        )
-    return tuple(out)
-
-
 def _notes(start: ModalPoint, relative: bool, known: Uncertainty) -> tuple[str, ...]:
     notes = []
     residual = start.residual
@@ -407,10 +210,7 @@ def _notes(start: ModalPoint, relative: bool, known: Uncertainty) -> tuple[str, 
             "sensors, so only their frequencies were fitted."
         )
     if relative:
-        notes.append(
-            "The recordings state no deviations: their weights are relative, and the "
-            "parameters' deviations come from the scatter of the residual."
-        )
+        notes.append(RELATIVE)
     elif known.noise > 2.0:
         notes.append(
             f"The residual is {known.noise:.1f} times what the stated deviations allow: the "
@@ -418,7 +218,3 @@ def _notes(start: ModalPoint, relative: bool, known: Uncertainty) -> tuple[str, 
             "factor."
         )
     return tuple(notes)
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -20,7 +20,7 @@ from cvxupdate.residual.frf_reduced import ReducedResidual, make_basis
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
 from cvxupdate.update.covariance import uncertainty
-from cvxupdate.update.modal import certificate_of, parameter_results, regularisation_of
+from cvxupdate.update.outcome import certificate_of, parameter_results, regularisation_of
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
 from cvxupdate.update.result import Metrics, Updated
 from cvxupdate.update.rfm_accuracy import accuracy_results, says

@@ -46,11 +46,11 @@ GOOD = 0.75
 """Ratio above which nothing else is tried."""
 HALVINGS = 6
 ENOUGH = 1e-4
-"""Share of the predicted decrease that counts as one."""
+"""Fraction of the predicted decrease that counts as one."""
 AHEAD = 0.1
-"""Share of the step over which the second derivative along it is taken."""
+"""Fraction of the step over which the second derivative along it is taken."""
 DOMINANT = 0.75
-"""Second-order terms that move the step by more than this share of it are not believed."""
+"""Second-order terms that move the step by more than this fraction of it are not believed."""
 
 
 @dataclass(frozen=True)
@@ -100,8 +100,8 @@ def with_second_order(
     ahead = tried(residual, compiled.problem, point, point.p + AHEAD * (p - point.p)).point
     if ahead is None or ahead.differences[2] != system.rows:
         return nothing
-    bend = (ahead.differences[0] - (system.A @ ahead.p - system.b)) / AHEAD**2
-    again = compiled.solve(replace(system, b=system.b - bend), centre=point.p, radius=radius)
+    curved = (ahead.differences[0] - (system.A @ ahead.p - system.b)) / AHEAD**2
+    again = compiled.solve(replace(system, b=system.b - curved), centre=point.p, radius=radius)
     if again.status != "optimal" or np.linalg.norm(again.p - p) > DOMINANT * np.linalg.norm(
         p - point.p
     ):
@@ -121,16 +121,16 @@ def along_line(
     constraints that are convex.
 
     ``value`` and ``slope`` (< 0) are the objective and its derivative at the start along the whole
-    step. A share t of the step is enough where the objective falls by 1e-4 t slope (Armijo 1966);
-    the next t is the minimum of the parabola through what is known, within [0.1, 0.5] of the last,
-    half where nothing is known. Where the whole step was good enough but less than promised, the
-    parabola's minimum is tried once.
+    step. A fraction t of the step is enough where the objective falls by 1e-4 t slope (Armijo
+    1966); the next t is the minimum of the parabola through what is known, within [0.1, 0.5] of the
+    last, half where nothing is known. Where the whole step was good enough but less than promised,
+    the parabola's minimum is tried once.
     """
     t, best = 1.0, trial
     for _ in range(HALVINGS):
         enough = best.objective <= value + ENOUGH * t * slope
-        bend = best.objective - value - t * slope
-        wanted = -0.5 * slope * t**2 / bend if np.isfinite(bend) and bend > 0.0 else 0.5 * t
+        excess = best.objective - value - t * slope
+        wanted = -0.5 * slope * t**2 / excess if np.isfinite(excess) and excess > 0.0 else 0.5 * t
         if enough and wanted > 0.9 * t:
             break
         nearer = float(np.clip(wanted, 0.1 * t, 0.9 * t if enough else 0.5 * t))

@@ -20,7 +20,7 @@ from cvxupdate.convex import (
 )
 from cvxupdate.convex.constraints.clauses import violation
 from cvxupdate.errors import InputError
-from cvxupdate.system import Array
+from cvxupdate.system import Array, LinearSystem
 from cvxupdate.update.trial import (
     ENOUGH,
     GOOD,
@@ -40,6 +40,7 @@ __all__ = ["Iteration", "LoopResult", "Options", "Residual", "iterate", "objecti
 FEASIBLE = 1e-9  # a start that breaks no clause by more is taken as it is
 EXACT = 1e-10  # of the stated deviations: a residual below is rounding
 SHORTEST = 1e-10  # trust region below which a step is rounding
+FLAT = "no shorter step decreases the objective: it is flat to rounding"
 WIDEST = 0.9  # relative trust region at most: no factor 1 + p may change its sign
 
 
@@ -48,7 +49,7 @@ class Options:
     """``tolerance``: relative decrease of the objective below which the loop ends; ``radius``:
     first trust region, in units of p.
 
-    ``relative`` (one for each parameter, empty: none): those whose trust region is in shares of
+    ``relative`` (one for each parameter, empty: none): those whose trust region is in fractions of
     their present factor 1 + p, the multiplicative form of (3.50). ``line_search`` along each step
     (3.52); ``second_order`` terms along it.
     """
@@ -115,86 +116,115 @@ def iterate(
         When the model is no structure at the start.
     """
     initial = residual.evaluate(p0)
-    point, step = initial, None
-    if max((violation(c, p0) for c in problem.clauses), default=0.0) > FEASIBLE:
-        step = CompiledStep(problem, 1, choice).nearest(p0)
-        if step.status != "optimal":
-            return LoopResult(initial, initial, step, step.status, step.says, (), problem, None)
-        point = residual.evaluate(step.p, initial)
+    point, step = _admissible_start(residual, problem, choice, p0, initial)
+    if step is not None and step.status != "optimal":
+        return LoopResult(initial, initial, step, step.status, step.says, (), problem, None)
     system = point.system()
     problem, weight = with_chosen_weight(problem, system, choice)
     compiled = CompiledStep(problem, len(system.rows), choice)
-    value = objective_at(problem, point)
+    here = Here(point, system, objective_at(problem, point))
     exact = EXACT**2 * len(system.rows)
     radius, history = options.radius, []
     status, reason = "stopped", f"the limit of {options.max_iterations} iterations was reached"
     for number in range(1, options.max_iterations + 1):
-        if len(system.rows) > compiled.rows:
-            compiled = CompiledStep(problem, len(system.rows), choice)
+        if len(here.system.rows) > compiled.rows:
+            compiled = CompiledStep(problem, len(here.system.rows), choice)
         radius = min(radius, WIDEST) if options.relative else radius
-        unit = options.unit(point.p)
-        step = compiled.solve(system, centre=point.p, radius=radius * unit)
-        if step.status != "optimal":
-            status, reason = step.status, step.says
+        unit = options.unit(here.point.p)
+        step = compiled.solve(here.system, centre=here.point.p, radius=radius * unit)
+        ended = _ended(step, here.value, exact, options.tolerance)
+        if ended is not None:
+            status, reason = ended
             break
-        predicted, size = (
-            value - step.objective,
-            float(np.max(np.abs(step.p - point.p) / unit, initial=0.0)),
-        )
-        if value <= exact:
-            status, reason = (
-                "converged",
-                f"the model meets the recordings to {EXACT:.0e} of their deviations",
-            )
-            break
-        if predicted <= options.tolerance * value:
-            status, reason = (
-                "converged",
-                "the step predicts a further decrease of only "
-                f"{max(predicted, 0.0) / value:.1e} of the objective",
-            )
-            break
-        trial: Trial[P] = Trial(None, np.inf)
-        if options.second_order:
-            trial = with_second_order(residual, compiled, point, system, step.p, radius * unit)
-        if value - trial.objective < GOOD * predicted:
-            trial = min(tried(residual, problem, point, step.p), trial, key=lambda t: t.objective)
-        if options.line_search and value - trial.objective < POOR * predicted:
-            end = step.p if trial.point is None else trial.point.p
-            slope = slope_along(problem, system, point.p, end)
-            trial = along_line(
-                partial(tried, residual, problem, point), point.p, end, value, slope, trial
-            )
-        ratio = (value - trial.objective) / predicted
-        accepted = bool(ratio > ENOUGH) and trial.point is not None
-        here = trial.point if accepted and trial.point is not None else point
-        taken = float(np.max(np.abs(here.p - point.p) / unit, initial=0.0)) if accepted else size
-        history.append(
-            Iteration(
-                number,
-                trial.objective if accepted else value,
-                float(ratio),
-                radius,
-                taken,
-                accepted,
-                tuple(here.p.tolist()),
-            )
-        )
+        size = _largest(step.p - here.point.p, unit)
+        trial = _attempt(residual, compiled, here, step, radius * unit, options)
+        ratio = float((here.value - trial.objective) / (here.value - step.objective))
+        taken, accepted = size, False
+        if ratio > ENOUGH and trial.point is not None:
+            taken, accepted = _largest(trial.point.p - here.point.p, unit), True
+            here = Here(trial.point, trial.point.system(), trial.objective)
+        p = tuple(here.point.p.tolist())
+        history.append(Iteration(number, here.value, ratio, radius, taken, accepted, p))
         if progress is not None:
             progress(history[-1])
-        if accepted:
-            point, value = here, trial.objective
-            system = point.system()
-        if ratio < POOR:
-            radius = 0.25 * size
-        elif ratio > GOOD and taken > 0.99 * radius:
-            radius *= 2.0
-        if radius < SHORTEST * max(1.0, float(np.max(np.abs(point.p), initial=0.0))):
-            status, reason = (
-                "converged",
-                "no shorter step decreases the objective: it is flat to rounding",
-            )
+        radius = _next_radius(radius, ratio, size, taken)
+        if radius < SHORTEST * max(1.0, float(np.max(np.abs(p), initial=0.0))):
+            status, reason = "converged", FLAT
             break
     if step is None:
         raise InputError("the loop was given no iteration. Set max_iterations to 1 or more.")
-    return LoopResult(initial, point, step, status, reason, tuple(history), problem, weight)
+    return LoopResult(initial, here.point, step, status, reason, tuple(history), problem, weight)
+
+
+@dataclass(frozen=True)
+class Here(Generic[P]):
+    """Where the loop stands: the point, its linear system, its true objective."""
+
+    point: P
+    system: LinearSystem
+    value: float
+
+
+def _largest(move: Array, unit: Array) -> float:
+    """The largest component of a move, in units of the trust region."""
+    return float(np.max(np.abs(move) / unit, initial=0.0))
+
+
+def _admissible_start(
+    residual: Residual[P], problem: StepProblem, choice: SolverChoice, p0: Array, initial: P
+) -> tuple[P, Step | None]:
+    """The point nearest to ``p0`` that satisfies the constraints, with the step that found it;
+    ``initial`` (that at ``p0``) and None where it does so itself."""
+    if max((violation(c, p0) for c in problem.clauses), default=0.0) <= FEASIBLE:
+        return initial, None
+    step = CompiledStep(problem, 1, choice).nearest(p0)
+    return (residual.evaluate(step.p, initial) if step.status == "optimal" else initial), step
+
+
+def _ended(step: Step, value: float, exact: float, tolerance: float) -> tuple[str, str] | None:
+    """Status and reason where the loop ends at this step, before it is tried."""
+    if step.status != "optimal":
+        return step.status, step.says
+    if value <= exact:
+        return "converged", f"the model meets the recordings to {EXACT:.0e} of their deviations"
+    predicted = value - step.objective
+    if predicted <= tolerance * value:
+        return "converged", (
+            "the step predicts a further decrease of only "
+            f"{max(predicted, 0.0) / value:.1e} of the objective"
+        )
+    return None
+
+
+def _attempt(
+    residual: Residual[P],
+    compiled: CompiledStep,
+    here: Here[P],
+    step: Step,
+    radius: Array,
+    options: Options,
+) -> Trial[P]:
+    """The best of what the options allow: the step with second-order terms, the step itself, points
+    along it."""
+    problem, point, value = compiled.problem, here.point, here.value
+    predicted = value - step.objective
+    trial: Trial[P] = Trial(None, np.inf)
+    if options.second_order:
+        trial = with_second_order(residual, compiled, point, here.system, step.p, radius)
+    if value - trial.objective < GOOD * predicted:
+        trial = min(tried(residual, problem, point, step.p), trial, key=lambda t: t.objective)
+    if options.line_search and value - trial.objective < POOR * predicted:
+        end = step.p if trial.point is None else trial.point.p
+        slope = slope_along(problem, here.system, point.p, end)
+        evaluate = partial(tried, residual, problem, point)
+        trial = along_line(evaluate, point.p, end, value, slope, trial)
+    return trial
+
+
+def _next_radius(radius: float, ratio: float, size: float, taken: float) -> float:
+    """The trust region after a step of ``size`` of which ``taken`` was taken."""
+    if ratio < POOR:
+        return 0.25 * size
+    if ratio > GOOD and taken > 0.99 * radius:
+        return 2.0 * radius
+    return radius

@@ -1,0 +1,181 @@
+"""What every method reports of its loop: parameters, certificate, history, the model."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from cvxupdate.fe.model import Model
+from cvxupdate.spec import Spec
+from cvxupdate.system import Array
+from cvxupdate.update.covariance import Uncertainty
+from cvxupdate.update.result import AccuracyResult, Metrics, ModeResult, ParameterResult, Updated
+from cvxupdate.update.trust_region import LoopResult, objective_at
+
+AT_BOUND = 1e-6  # of the distance between the bounds
+RELATIVE = (
+    "The recordings state no deviations: their weights are relative, and the parameters' "
+    "deviations come from the scatter of the residual."
+)
+
+
+def updated(
+    spec: Spec,
+    model: Model,
+    loop: LoopResult[Any],
+    known: Uncertainty,
+    relative: bool,
+    begin: float,
+    *,
+    method: str,
+    fit: dict[str, Metrics],
+    notes: Sequence[str],
+    modes: tuple[ModeResult, ...] = (),
+    accuracy: tuple[AccuracyResult, ...] = (),
+    facts: dict[str, Any] | None = None,
+) -> Updated:
+    """The outcome of a loop.
+
+    Parameters
+    ----------
+    known : the uncertainty at the loop's end; relative : whether the deviations were weights only.
+    begin : `time.perf_counter` when the method began.
+    facts : what else is to be said of the model.
+    """
+    p, infeasible = loop.point.p, loop.status == "infeasible"
+    return Updated(
+        problem=spec.name,
+        title=spec.title,
+        source=spec.source,
+        path=str(spec.path),
+        status=loop.status,
+        reason=loop.reason,
+        method=method,
+        solver=loop.step.solver,
+        iterations=len(loop.history),
+        parameters=parameter_results(model, p, known, relative, len(loop.history) > 0),
+        fit=fit,
+        certificate=certificate_of(loop),
+        time=time.perf_counter() - begin,
+        conflict=loop.step.conflict if infeasible else (),
+        relaxation=tuple(r.says for r in loop.step.relaxation) if infeasible else (),
+        modes=modes,
+        history=tuple({**asdict(h), "ratio": finite(h.ratio)} for h in loop.history),
+        undetermined=tuple(
+            {
+                "coefficients": dict(c.coefficients),
+                "standard_deviation": finite(c.std),
+                "says": c.says,
+            }
+            for c in known.undetermined
+        ),
+        noise=None if relative else known.noise,
+        active=loop.step.active,
+        regularisation=regularisation_of(loop),
+        model=model_facts(model, p) | (facts or {}),
+        notes=tuple(notes),
+        accuracy=accuracy,
+    )
+
+
+def objective_metric(
+    loop: LoopResult[Any], start: Any | None = None, end: Any | None = None
+) -> Metrics:
+    """The objective at both ends of the loop (or at the given points); nothing while a weight is
+    still a rule."""
+    if any(isinstance(r.weight, str) for r in loop.problem.regularisers):
+        return {}
+    ends = loop.start if start is None else start, loop.point if end is None else end
+    before, after = (objective_at(loop.problem, point) for point in ends)
+    return {"objective": {"before": before, "after": after}}
+
+
+def model_facts(model: Model, p: Array) -> dict[str, Any]:
+    """Sizes of the model and its mass (kg) before and after. Entries of whole matrices are no
+    elements."""
+    blocks = [b for b in model.blocks if b.kind.name != "entry"]
+    return {
+        "dofs": model.size,
+        "elements": int(sum(len(set(b.ids.tolist())) for b in blocks)),
+        "nodes": len(model.node_ids),
+        "mass_before": model.total_mass(),
+        "mass_after": model.total_mass(p),
+    }
+
+
+def parameter_results(
+    model: Model, p: Array, known: Uncertainty, relative: bool, ran: bool
+) -> tuple[ParameterResult, ...]:
+    """Parameters in SI units with their deviations and bounds."""
+    out = []
+    for q, value, std in zip(model.parameters, p.tolist(), known.std.tolist(), strict=True):
+        width = q.upper - q.lower if np.isfinite(q.upper - q.lower) else 1.0
+        bound = (
+            "lower"
+            if value <= q.lower + AT_BOUND * width
+            else "upper"
+            if value >= q.upper - AT_BOUND * width
+            else None
+        )
+        size = abs(q.unit_size)
+        out.append(
+            ParameterResult(
+                q.name,
+                q.of,
+                q.elements[0] if len(q.elements) == 1 else None,
+                q.elements,
+                q.group,
+                q.unit,
+                q.physical(0.0),
+                q.physical(value),
+                finite(std * size),
+                finite(q.physical(q.lower)),
+                finite(q.physical(q.upper)),
+                bound is not None,
+                bound,
+                value,
+                finite(std),
+            )
+        )
+    return tuple(out)
+
+
+def certificate_of(loop: LoopResult[Any]) -> dict[str, object]:
+    """The certificate of the last step, as the contract names its parts."""
+    c = loop.step.certificate
+    out: dict[str, object] = dict(c.as_dict())
+    out |= {
+        "primal_residual": out.pop("primal"),
+        "dual_residual": out.pop("dual"),
+        "optimal": c.is_optimal(),
+        "says": loop.step.says,
+    }
+    if loop.step.infeasibility is not None:
+        out["infeasibility"] = asdict(loop.step.infeasibility)
+    return out
+
+
+def regularisation_of(loop: LoopResult[Any]) -> tuple[dict[str, object], ...]:
+    """Each regulariser with its weight and how it was chosen."""
+    out: list[dict[str, object]] = []
+    for r in loop.problem.regularisers:
+        chosen = loop.weight
+        rule = chosen.rule if chosen is not None and r.weight == chosen.weight else None
+        out.append(
+            {
+                "kind": r.name,
+                "weight": r.weight,
+                "rule": rule,
+                "note": chosen.note if rule and chosen is not None else "",
+            }
+        )
+    return tuple(out)
+
+
+def finite(value: float) -> float | None:
+    """The number, None where it is not finite."""
+    return float(value) if np.isfinite(value) else None
