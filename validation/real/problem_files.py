@@ -1,5 +1,5 @@
-"""Make the problem files that `cvxupdate diagnose` is tried with on real recordings:
-`problem_diagnose_*.toml` in the folders of problems/real.
+"""Make the problem files that `cvxupdate diagnose` is tried with on real recordings, and the models
+that they share: `problem_diagnose_*.toml` in the folders of problems/real.
 
 Run: CVXUPDATE_DATA=/path/to/data python -m validation.real.problem_files            (a few seconds;
 the files are kept in the repository)
@@ -62,6 +62,11 @@ def head(title: str, source: str) -> str:
     return f'title = "{title}"\nsource = "{source}"\n\n'
 
 
+def including(name: str) -> str:
+    """A [model] that is in a file beside the problem file."""
+    return f'[model]\ninclude = "{name}"\n\n'
+
+
 CLAMP = '[[model.supports]]\nnodes = [1]\ndofs = ["z", "ry"]\n\n'
 
 
@@ -119,7 +124,9 @@ def roller() -> dict[str, str]:
     """Six places of the roller; fitted is the test that shows the second line more clearly, held
     out the other (its second line where it is clear)."""
     tests = list(roller_rests().values())[:2]
-    files = {}
+    mesh = np.linspace(0.0, 0.501, 168).tolist()
+    steel, strip = "E = 200e9\nnu = 0.3\nrho = 7850.0", "width = 0.051\nheight = 0.00666"
+    files = {"bar.toml": bar(mesh, steel, strip) + CLAMP}
     for place in sorted(tests[0]):
         found: list[tuple[float, str, list[Row]]] = []
         for name, rests in zip(("test 0", "test 1"), (t[place] for t in tests), strict=True):
@@ -132,12 +139,7 @@ def roller() -> dict[str, str]:
         )
         files[f"problem_diagnose_place_{place + 1}.toml"] = (
             head(f"Cantilever, roller at rest {place + 1} of 6: a model without the roller", ROLLER)
-            + bar(
-                np.linspace(0.0, 0.501, 168).tolist(),
-                "E = 200e9\nnu = 0.3\nrho = 7850.0",
-                "width = 0.051\nheight = 0.00666",
-            )
-            + CLAMP
+            + including("bar.toml")
             + mode_rows(rows, "fit", fitted)
             + "\n"
             + mode_rows(again if clear > CLEAR else again[:1], "hold-out", other)
@@ -223,8 +225,18 @@ def beam(
     masses: Sequence[float] = (SIX,) * 6,
     tail: str = "",
 ) -> str:
-    """A problem file of the beam with its masses at ``positions``; rigidly clamped without
-    ``clamp``."""
+    """A problem file of the beam with its masses at ``positions``, written whole; rigidly clamped
+    without ``clamp``."""
+    return head(title, BEAM) + beam_model(positions, masses) + held(clamp) + recordings + tail
+
+
+def held(clamp: Clamp | None) -> str:
+    """What holds the beam, as tables of a [model]."""
+    return CLAMP if clamp is None else clamp.text()
+
+
+def beam_model(positions: np.ndarray, masses: Sequence[float] = (SIX,) * 6) -> str:
+    """The [model] of the beam with its masses, held by nothing."""
     xs, at = beam_mesh(positions)
     lumps = block(
         "rows",
@@ -233,12 +245,8 @@ def beam(
             for k, (n, m) in enumerate(zip(at, masses, strict=True))
         ],
     )
-    held = CLAMP if clamp is None else clamp.text()
-    return (
-        head(title, BEAM)
-        + bar(xs.tolist(), "E = 200e9\nnu = 0.3\nrho = 7850.0", "width = 0.025\nheight = 0.00475")
-        + f'[[model.elements]]\ntype = "mass"\n{lumps}\n{held}{recordings}{tail}'
-    )
+    steel, strip = "E = 200e9\nnu = 0.3\nrho = 7850.0", "width = 0.025\nheight = 0.00475"
+    return bar(xs.tolist(), steel, strip) + f'[[model.elements]]\ntype = "mass"\n{lumps}\n'
 
 
 CALIBRATE = """
@@ -269,20 +277,14 @@ def beam_files() -> dict[str, str]:
     even, where = medians(f[0, ::2], positions)
     odd, _ = medians(f[0, 1::2], positions)
     fit = mode_rows(even, "fit", "medians of the healthy layouts 1, 3, 5, ...")
+    other = mode_rows(odd, "hold-out", "medians of the healthy layouts 2, 4, 6, ...")
+    title, shared = "Cantilever with six masses, healthy", including("medians.toml")
     return {
-        "problem_diagnose_healthy.toml": beam(
-            "Cantilever with six masses, healthy: rigidly clamped, as drawn",
-            where,
-            None,
-            fit + "\n" + mode_rows(odd, "hold-out", "medians of the healthy layouts 2, 4, 6, ..."),
-        ),
-        "problem_calibrate.toml": beam(
-            "Cantilever with six masses, healthy: the clamp calibrated",
-            where,
-            Clamp(),
-            fit,
-            tail=CALIBRATE,
-        ),
+        "medians.toml": beam_model(where),
+        "problem_diagnose_healthy.toml": head(f"{title}: rigidly clamped, as drawn", BEAM)
+        + f"{shared}{held(None)}{fit}\n{other}",
+        "problem_calibrate.toml": head(f"{title}: the clamp calibrated", BEAM)
+        + f"{shared}{held(Clamp())}{fit}{CALIBRATE}",
     }
 
 
@@ -338,18 +340,14 @@ def tip_masses() -> dict[str, str]:
         '[[model.elements]]\ntype = "mass"\nrows = [{ id = 102, nodes = [21], m = 0.054, group = '
         '"accelerometer" }]\n\n'
     )
-    return {
+    mesh = np.linspace(0.0, 0.35, 21).tolist()
+    steel, strip = "E = 210e9\nnu = 0.3\nrho = 8069.0", "width = 0.025\nheight = 0.006"
+    damping = '[model.damping]\nkind = "modal"\nzeta = 0.02\n'
+    return {"nominal.toml": bar(mesh, steel, strip) + gauge + CLAMP + damping} | {
         f"problem_diagnose_{mass}.toml": head(
             f"Cantilever with its tip mass left out ({mass})", UNB
         )
-        + bar(
-            np.linspace(0.0, 0.35, 21).tolist(),
-            "E = 210e9\nnu = 0.3\nrho = 8069.0",
-            "width = 0.025\nheight = 0.006",
-        )
-        + gauge
-        + CLAMP
-        + '[model.damping]\nkind = "modal"\nzeta = 0.02\n\n'
+        + including("nominal.toml")
         + "".join(hammer(mass, t, "hold-out" if k else "fit") for k, t in enumerate(names))
         for mass, names in tests.items()
     }
@@ -402,22 +400,14 @@ def frame_table(modes: Sequence[tuple[float, float, np.ndarray]], use: str, name
     )
 
 
-def frame(
-    title: str,
-    k: Sequence[float],
-    m: Sequence[float],
-    recordings: str,
-    groups: Sequence[str] = ("legs",) * 3,
-    tail: str = "",
-) -> str:
-    """A shear chain of three storeys of stiffness ``k`` (N/m) and floors of mass ``m`` (kg)."""
+def frame(k: Sequence[float], m: Sequence[float]) -> str:
+    """The [model] of a shear chain: three storeys of stiffness ``k`` (N/m), floors of mass ``m``
+    (kg)."""
     storeys = block(
         "rows",
         [
-            f'id = {i}, nodes = {nodes}, k = {v:.8g}, group = "{g}"'
-            for i, nodes, v, g in zip(
-                (1, 2, 3), ("[1]", "[1, 2]", "[2, 3]"), k, groups, strict=True
-            )
+            f'id = {i}, nodes = {nodes}, k = {v:.8g}, group = "legs"'
+            for i, nodes, v in zip((1, 2, 3), ("[1]", "[1, 2]", "[2, 3]"), k, strict=True)
         ],
     )
     floors = block(
@@ -431,9 +421,8 @@ def frame(
         "nodes", [f"id = {i + 1}, x = 0.0, z = {z}" for i, z in enumerate((0.2018, 0.3801, 0.5584))]
     )
     return (
-        head(title, FRAME)
-        + f'[model]\ndofs = ["x"]\n{nodes}\n[[model.elements]]\ntype = "spring"\ndof = '
-        f'"x"\n{storeys}\n[[model.elements]]\ntype = "mass"\n{floors}\n{recordings}{tail}'
+        f'[model]\ndofs = ["x"]\n{nodes}\n[[model.elements]]\ntype = "spring"\ndof = '
+        f'"x"\n{storeys}\n[[model.elements]]\ntype = "mass"\n{floors}'
     )
 
 
@@ -450,38 +439,36 @@ parameters = [
 def frame_files() -> dict[str, str]:
     """Clamped legs against test 1; storeys to calibrate on test 1."""
     tests = frame_modes()
-    clamped, floors = (52460.0,) * 3, (5.201,) * 3
+    shared = including("clamped.toml")
     names = ("Experimental.csv", "test_2.csv", "test_3.csv")
     return {
-        "problem_diagnose_clamped.toml": frame(
-            "Three-storey frame: clamped legs against what was measured",
-            clamped,
-            floors,
-            frame_table(tests[0], "fit", names[0])
-            + frame_table(tests[1], "hold-out", names[1])
-            + frame_table(tests[2], "hold-out", names[2]),
-        ),
-        "problem_calibrate.toml": frame(
-            "Three-storey frame: storeys calibrated on the first test",
-            clamped,
-            floors,
-            frame_table(tests[0], "fit", names[0]),
-            tail=STOREYS,
-        ),
+        "clamped.toml": frame((52460.0,) * 3, (5.201,) * 3),
+        "problem_diagnose_clamped.toml": head(
+            "Three-storey frame: clamped legs against what was measured", FRAME
+        )
+        + shared
+        + frame_table(tests[0], "fit", names[0])
+        + frame_table(tests[1], "hold-out", names[1])
+        + frame_table(tests[2], "hold-out", names[2]),
+        "problem_calibrate.toml": head(
+            "Three-storey frame: storeys calibrated on the first test", FRAME
+        )
+        + shared
+        + frame_table(tests[0], "fit", names[0])
+        + STOREYS,
     }
 
 
 def repeats(k: Sequence[float], m: Sequence[float]) -> dict[str, str]:
     """The second and the third test against the model calibrated on the first."""
     tests = frame_modes()
-    return {
-        f"problem_diagnose_test_{i}.toml": frame(
-            f"Three-storey frame, test {i}, against the model calibrated on test 1",
-            k,
-            m,
-            frame_table(tests[i - 1], "fit", f"test_{i}.csv")
-            + frame_table(tests[4 - i], "hold-out", f"test_{5 - i}.csv"),
+    return {"calibrated.toml": frame(k, m)} | {
+        f"problem_diagnose_test_{i}.toml": head(
+            f"Three-storey frame, test {i}, against the model calibrated on test 1", FRAME
         )
+        + including("calibrated.toml")
+        + frame_table(tests[i - 1], "fit", f"test_{i}.csv")
+        + frame_table(tests[4 - i], "hold-out", f"test_{5 - i}.csv")
         for i in (2, 3)
     }
 
@@ -518,6 +505,7 @@ def write(made: Mapping[str, Mapping[str, str]]) -> None:
     """Problem files by data set and name."""
     for name, files in made.items():
         for file, text in files.items():
+            text = text.rstrip("\n") + "\n"
             (table.PROBLEMS / name / file).write_text(text, encoding="utf-8")
             print(f"{name}/{file}")
 
