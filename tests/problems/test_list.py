@@ -35,7 +35,9 @@ def test_every_shared_model_is_included_by_two_files_and_no_model_stands_twice()
     for name in SHARED - {"bay/x1.toml"}:  # x1.toml: the true structure beside its two models
         assert used.count((PROBLEMS / name).resolve()) >= 2, name
     whole = [
-        (Path(n).parts[0], str(t["model"])) for n, t in TABLES.items() if "include" not in t["model"]
+        (Path(n).parts[0], str(t["model"]))
+        for n, t in TABLES.items()
+        if "include" not in t["model"]
     ]
     assert len(set(whole)) == len(whole)
 

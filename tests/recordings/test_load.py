@@ -128,7 +128,7 @@ rows = [{ frequency = 4.0 }]
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (("node = 1, dof", "node = 2, dof"), None),
+        (("node=1, dof", "node=2, dof"), None),
         (
             ('sensitivity = "100 mV/g"', 'sensitivity = "100 mV/N"'),
             "channel 1 .acceleration at n1.x.*does not measure",
