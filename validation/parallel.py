@@ -27,5 +27,5 @@ def workers(jobs: int) -> Iterator[ProcessPoolExecutor]:
 
 
 def _quiet() -> None:
-    """Ctrl-C goes to every process of the terminal: a worker then ends without a traceback."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    """Ctrl-C goes to every process of the terminal; the one that holds the pool ends the others."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
