@@ -21,11 +21,11 @@ bench: $(VENV)/.test
 	$(BIN)/python -m pytest tests/benchmarks --override-ini=addopts= -q --import-mode=importlib -s
 
 proof: $(VENV)/.test
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python problems/proof.py
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.proof
 
 # Interrupt it and start it again: finished cases are kept. ARGS="--seed 0 --count 60 --cases" develops.
 calibrate: $(VENV)/.test
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python problems/calibrate.py $(ARGS)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.calibrate $(ARGS)
 
 $(VENV)/bin/python:
 	$(PYTHON) -c "import sys; sys.exit('cvxupdate needs Python 3.11 or newer; run make PYTHON=python3.11') if sys.version_info < (3, 11) else None"

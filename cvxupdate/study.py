@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cvxupdate.errors import CvxupdateError, InputError
+from cvxupdate.errors import CvxupdateError, Fault, InputError, ProblemFileError
 from cvxupdate.spec import Spec, load_problem
 
 if TYPE_CHECKING:
@@ -215,7 +215,8 @@ def check(path: str | os.PathLike[str]) -> dict[str, object]:
     """
     from cvxupdate.fe.modes import model_modes
 
-    _, model, recordings = open_problem(path)
+    spec, model, recordings = open_problem(path)
+    _refuse_unknown_effects(spec)
     model_modes(model, 1)  # a mechanism or an indefinite mass shows here
     return {
         "nodes": len(model.node_ids),
@@ -242,6 +243,7 @@ def diagnose(
     from cvxupdate.diagnose import diagnose_problem
 
     spec, model, recordings = open_problem(path, told)
+    _refuse_unknown_effects(spec)
     found = diagnose_problem(spec, model, recordings, progress)
     banded = [
         r.origin.name
@@ -254,6 +256,31 @@ def diagnose(
         for name in banded
     )
     return _with_refined(replace(found, evidence=(*found.evidence, *said)))
+
+
+def _refuse_unknown_effects(spec: Spec) -> None:
+    """Refuse effects that the grammar names and the catalogue does not have: nothing would be tried
+    for them, and "nothing explains it" would be no answer.
+
+    Raises
+    ------
+    ProblemFileError
+        With a fault for each.
+    """
+    from cvxupdate.physics import CATALOGUE
+
+    faults = [
+        Fault(
+            str(spec.path),
+            f"diagnose.physics[{i}]",
+            f"'{word}' is not implemented yet, so nothing would be tried for it.",
+            f"Take it out. Implemented: {', '.join(sorted(CATALOGUE))}.",
+        )
+        for i, word in enumerate(spec.diagnose.physics or ())
+        if word not in CATALOGUE
+    ]
+    if faults:
+        raise ProblemFileError(faults)
 
 
 def _with_refined(found: Diagnosis) -> Diagnosis:

@@ -1,5 +1,5 @@
 """Figures 6.1 to 6.8 and 6.11 of the thesis and the CEAM column of Table 6.2, from the problem
-files ceam_case1 … ceam_case6.
+files problems/ceam/case1 … case6.
 
 Run: python examples/ceam_cases.py [folder]
 """
@@ -25,7 +25,7 @@ FIGURES = {
 
 def case(number, name="problem.toml"):
     """(updated, model, held-out FRF, p) of a case."""
-    path = PROBLEMS / f"ceam_case{number}" / name
+    path = PROBLEMS / f"ceam/case{number}" / name
     updated = study.run(path)
     _, model, recordings = study.open_problem(path)
     held = next(r for r in recordings if r.origin.use == "hold-out")

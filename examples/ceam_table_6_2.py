@@ -34,7 +34,7 @@ One run (24 s of CPU in all, one core shared with other work):
 RFM's ten most softened elements are the ten wrong ones in all cases but 3 (eight of them), CEAM's
 in all but 6 (nine). RFM converges everywhere here, which the thesis's did not, and is no dearer; it
 gets 24 noise-free lines (5 % noise in case 3), CEAM gets modes. Why RFM has the better responses in
-case 6 stands in `problems/ceam_case6/source.md`.
+case 6 stands in `problems/ceam/case6/source.md`.
 
 Run: python examples/ceam_table_6_2.py [folder]
 """
@@ -64,7 +64,7 @@ THESIS = {
 
 def solved(case, name):
     """(updated, CPU seconds, accelerance error before and after, p of the stiffness)."""
-    path = PROBLEMS / f"ceam_case{case}" / name
+    path = PROBLEMS / f"ceam/case{case}" / name
     begin = time.process_time()
     updated = study.run(path)
     seconds = time.process_time() - begin
@@ -158,7 +158,7 @@ def main(folder="out/examples/ceam_table_6_2"):
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     study.run(
-        PROBLEMS / "ceam_case1" / "problem.toml"
+        PROBLEMS / "ceam/case1" / "problem.toml"
     )  # what loads on use is loaded, so that no case pays for it
     rows = [row(case, name) for case in range(1, 7) for name in ("problem.toml", "rfm.toml")]
     rows += [row(4, f"modes{count}.toml") for count in (40, 60, 80)]

@@ -35,7 +35,7 @@ def chain(plt, folder):
         ("noisy", "Fig. 3.6, 10 % noise"),
     )
     for ax, (name, words) in zip(axes, cases, strict=True):
-        result, model, p = updated(f"chain10_{name}")
+        result, model, p = updated(f"chain10/{name}")
         at = np.array([model.place["n5.x"]])
         ax.semilogy(
             f,
@@ -60,7 +60,7 @@ def chain(plt, folder):
     axes[2].set_xlabel("frequency (Hz)")
     figure.tight_layout()
     figure.savefig(folder / "chain.png", dpi=120)
-    result, _, p = updated("chain10_incomplete")
+    result, _, p = updated("chain10/incomplete")
     figure, axes = plt.subplots(3, 1, figsize=(6, 6), sharex=True, sharey=True)  # Fig. 3.5
     for ax, h in zip(axes, result.history[:3], strict=True):
         ax.bar(np.arange(21), h["p"])
@@ -71,8 +71,8 @@ def chain(plt, folder):
 
 
 def frame(plt, folder):
-    result, model, p = updated("bay_fe1_x1_incomplete")
-    noisy, _, q = updated("bay_fe1_x1_noisy")
+    result, model, p = updated("bay/fe1_x1_incomplete")
+    noisy, _, q = updated("bay/fe1_x1_noisy")
     print(
         f"bay, ten coordinates: {result.iterations} iterations, largest error of p "
         f"{np.abs(p[:20][[i - 1 for i in bay.STIFF]] - (1 / 1.08 - 1)).max():.1e}; with 0.5 % "
@@ -152,7 +152,7 @@ def surfaces(plt, folder):
 
 
 def plate(plt, folder, percent):
-    result, _, p = updated(f"plate_complex_{percent}pct")
+    result, _, p = updated(f"plate_complex/{percent}pct")
     figure, axes = plt.subplots(3, 1, figsize=(7, 6), sharex=True, sharey=True)
     for ax, values, words in zip(
         axes, p.reshape(3, 45), ("stiffness", "mass", "damping"), strict=True

@@ -39,8 +39,8 @@ CONVEX = {
 }
 
 CHAIN, BAY = (
-    ("chain10_complete", "chain10_incomplete"),
-    ("bay_fe1_x1_complete", "bay_fe1_x1_incomplete"),
+    ("chain10/complete", "chain10/incomplete"),
+    ("bay/fe1_x1_complete", "bay/fe1_x1_incomplete"),
 )
 
 

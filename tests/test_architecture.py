@@ -56,7 +56,6 @@ ONLY = {
     "cvxpy": "convex",
     "qpsolvers": "convex",
     "matplotlib": "report",
-    "plotly": "report",
     "jinja2": "report",
 }
 # They know all parts; nothing stands on them.
@@ -68,13 +67,9 @@ HEAVY = (
     "osqp",
     "scs",
     "matplotlib",
-    "plotly",
     "jinja2",
     "pyuff",
     "h5py",
-    "pymatreader",
-    "joblib",
-    "dask",
     "pydantic",
     "typer",
     "rich",
@@ -311,12 +306,8 @@ def test_no_room_loads_cvxpy_or_plots_on_import(name: str) -> None:
             "cvxpy",
             "qpsolvers",
             "matplotlib",
-            "plotly",
             "pyuff",
             "h5py",
-            "pymatreader",
-            "joblib",
-            "dask",
         ), target
 
 

@@ -175,6 +175,31 @@ def test_check_and_schema(call, here):
     assert files(here) == ["chain/problem.toml"], "check and schema write nothing"
 
 
+@pytest.mark.parametrize("verb", ["check", "diagnose"])
+def test_an_effect_that_is_not_implemented_is_refused(call, here, verb):
+    from cvxupdate.physics import CATALOGUE
+    from cvxupdate.spec.update import PHYSICS
+
+    missing = [word for word in PHYSICS if word not in CATALOGUE]
+    (here / "chain/problem.toml").write_text(
+        CHAIN + f'[diagnose]\nphysics = ["added_mass", {", ".join(map(json.dumps, missing))}]\n'
+    )
+    code, out, err = call(verb, "chain/problem.toml")
+    if not missing:  # every effect of the contract is there
+        assert code == 0
+        return
+    assert (code, out) == (2, "") and "Traceback" not in err
+    for i, word in enumerate(missing, 1):
+        assert f"diagnose.physics[{i}]: '{word}' is not implemented yet" in err
+    assert "Implemented: added_mass" in err and "'added_mass'" not in err
+    assert files(here) == ["chain/problem.toml"], "nothing is written"
+
+
+def test_run_does_not_ask_what_diagnose_may_consider(call, here):
+    (here / "chain/problem.toml").write_text(CHAIN + '[diagnose]\nphysics = ["clearance"]\n')
+    assert call("run", "chain/problem.toml")[0] == 0
+
+
 def test_help_names_every_command(call):
     code, out, err = call("--help")
     assert (code, err) == (0, "")

@@ -1,7 +1,6 @@
 """`correlate` as a whole: a model against recordings of itself is perfect, what differs is said,
 nothing is changed."""
 
-import importlib.util
 import json
 import os
 import sys
@@ -16,13 +15,11 @@ from cvxupdate.fe.modes import model_modes
 from cvxupdate.report import correlate_files, correlate_summary
 from cvxupdate.study import correlate, run
 from tests.cases.pages import assert_self_contained
+from validation import make_bay as BAY
 
 ROOT = Path(__file__).resolve().parents[1]
 PLATE = ROOT / "problems" / "structure_a" / "problem.toml"
 BRIDGE = ROOT / "problems" / "real" / "smu-modal-data" / "problem_footbridge.toml"
-spec = importlib.util.spec_from_file_location("bay_make", ROOT / "problems" / "bay" / "make.py")
-BAY = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(BAY)
 LOSSY = '[model.damping]\nkind = "structural"\neta = 0.01\n'
 Z = tuple(f"n{i}.z" for i in (1, 4, 5, 7, 9, 11, 13, 15, 16, 18))
 

@@ -47,12 +47,15 @@ def described(page: str) -> frozenset[str]:
 def _table(whole: dict[str, Any], name: str) -> str:
     part = whole if name == "ProblemFile" else whole["$defs"][name]
     required = part.get("required", ())
+    instead = part.get("anyOf", [{}])[0].get("required", ())
     strict = ProblemFile.model_json_schema()["$defs"].get(name, {}).get("required", ())
     rows = ["| key | type | default | meaning |", "|---|---|---|---|"]
     for key, value in part["properties"].items():
         default = (
             "**required**"
             if key in required
+            else "**required**, or included"
+            if key in instead
             else "row or block"
             if key in strict
             else _default(value)

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from cvxupdate.spec.base import Dofs, Id, NonNegative, Part, Positive, Table, one_of
+from cvxupdate.spec.base import Dofs, Id, NonNegative, Part, Positive, Table, Text, one_of
 from cvxupdate.spec.elements import Block
 
 
@@ -148,8 +148,12 @@ Damping = Annotated[StructuralDamping | RayleighDamping | ModalDamping, Field(di
 
 
 class Model(Part):
-    """A finite-element model in text."""
+    """A finite-element model in text; after loading, ``include`` is None and what it named is in
+    place."""
 
+    include: Text | None = Field(
+        default=None, description="a file with a [model] that this one adds to (see below)"
+    )
     dofs: Dofs = Field(description="the active DOF kinds")
     nodes: Annotated[tuple[Node, ...], Table()] = Field(
         default=(), description="the nodes; may be left out when a matrix block brings the DOFs"

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from cvxupdate.errors import Fault
 from cvxupdate.spec.base import Loc
 from cvxupdate.spec.prepare import Complaint, Prepared
+from cvxupdate.spec.tables import Source
 
 MOST_ALIKE = 10
 """Faults of one kind in one list that are written out; of the rest only the number is said."""
@@ -38,9 +39,9 @@ class Places:
 
     def fault(self, complaint: Complaint) -> Fault:
         """File and key in words."""
-        loc = complaint.loc
+        source, loc = self._origin(complaint)
         for length in range(len(loc), 1, -1):
-            table = self.prepared.tables.get(loc[:length])
+            table = source.tables.get(loc[:length])
             if table is None:
                 continue
             rest = loc[length:]
@@ -52,7 +53,12 @@ class Places:
             return Fault(str(table.path), key, complaint.problem, complaint.remedy)
         if self.prepared.wrapped and loc[:2] == ("regularisation", 0):
             loc = ("regularisation", *loc[2:])
-        return Fault(str(self.prepared.path), _key(loc), complaint.problem, complaint.remedy)
+        return Fault(str(source.path), _key(loc), complaint.problem, complaint.remedy)
+
+    def _origin(self, complaint: Complaint) -> tuple[Source, Loc]:
+        if complaint.source is not None:
+            return complaint.source, complaint.loc
+        return self.prepared.origin(complaint.loc)
 
 
 def gather(complaints: Sequence[Complaint], places: Places) -> tuple[Fault, ...]:
@@ -81,7 +87,7 @@ def gather(complaints: Sequence[Complaint], places: Places) -> tuple[Fault, ...]
             key = _key(tuple(str(s) for s in group[:-1])).replace(".#", "[…]")
             text = f"{count - MOST_ALIKE} more faults of the same kind."
             faults[("", key, text + str(group))] = Fault(
-                str(places.prepared.path), key, text, str(group[-1])
+                str(places.prepared.source.path), key, text, str(group[-1])
             )
     return tuple(faults.values())
 

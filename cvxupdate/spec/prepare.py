@@ -1,5 +1,5 @@
-"""From parsed TOML to what pydantic reads: CSV tables in place, paths resolved, block values pushed
-into rows."""
+"""From parsed TOML to what pydantic reads: included models and CSV tables in place, paths resolved,
+block values pushed into rows."""
 
 from __future__ import annotations
 
@@ -11,16 +11,21 @@ from typing import Any
 
 from cvxupdate.spec.base import Loc
 from cvxupdate.spec.elements import EXCLUSIVE, INHERITED, MATRICES, MATRIX_FILES
-from cvxupdate.spec.tables import TableError, TableFile, locate, read_table, unusable
+from cvxupdate.spec.include import Refusal, included, merge, placed
+from cvxupdate.spec.tables import Source, TableError, locate, read_table, unusable
 
 
 @dataclass(frozen=True)
 class Complaint:
-    """A fault at a place of the problem file, before the place is written out as file and key."""
+    """A fault at a place of the problem, before the place is written out as file and key.
+
+    ``loc`` is a place of the whole problem; with ``source`` it is a place of that file.
+    """
 
     loc: Loc
     problem: str
     remedy: str
+    source: Source | None = None
 
 
 @dataclass
@@ -28,8 +33,10 @@ class Prepared:
     """The data for pydantic, and where each part of it came from."""
 
     data: dict[str, Any]
-    path: Path
-    tables: dict[Loc, TableFile] = field(default_factory=dict)
+    source: Source
+    origins: dict[Loc, tuple[Source, Loc]] = field(default_factory=dict)
+    """Place in a merged [model] → the file that says it, and the place there; empty when nothing is
+    included."""
     inherited: dict[Loc, dict[str, frozenset[int]]] = field(default_factory=dict)
     """For a block: key → the rows that have it from the block."""
     wrapped: bool = False
@@ -37,22 +44,30 @@ class Prepared:
     complaints: list[Complaint] = field(default_factory=list)
     damaged: set[str] = field(default_factory=set)
     """Sections of which a part could not be read."""
+    incomplete: bool = False
+    """An included file could not be used, so the [model] is not known."""
+
+    def origin(self, loc: Loc) -> tuple[Source, Loc]:
+        """The file that says what stands at ``loc``, and the place there."""
+        for length in range(len(loc), 1, -1):
+            found = self.origins.get(loc[:length])
+            if found is not None:
+                return found[0], (*found[1], *loc[length:])
+        return self.source, loc
 
 
 def prepare(raw: dict[str, Any], path: Path) -> Prepared:
     """Everything pydantic needs to see at once; never raises for what a file may hold."""
-    out = Prepared(_copy(raw), path)
-    data, base = out.data, path.parent
-    for table, key, loc in _tables(data):
-        _inline(out, table, key, loc, base)
-    for table in _with_files(data):
-        _resolve(table, base)
+    out = Prepared(_copy(raw), Source(path))
+    data = out.data
+    out.origins = _assemble(out, data, out.source, ())
     model = data.get("model")
     if isinstance(model, dict) and isinstance(model.get("elements"), list):
         for i, block in enumerate(model["elements"]):
             if isinstance(block, dict):
                 _inherit(out, block, ("model", "elements", i))
                 if block.get("type") == "matrix":
+                    base = out.origin(("model", "elements", i))[0].path.parent
                     for _, row in _dicts(block.get("rows")):
                         _resolve_matrices(row, base)
     if isinstance(data.get("regularisation"), dict):
@@ -60,6 +75,34 @@ def prepare(raw: dict[str, Any], path: Path) -> Prepared:
         out.wrapped = True
     out.data = _freeze(data)
     return out
+
+
+def _assemble(
+    out: Prepared, data: dict[str, Any], source: Source, above: tuple[Path, ...]
+) -> dict[Loc, tuple[Source, Loc]]:
+    """Put the tables and the included [model] of one file in place; where each part of the merged
+    [model] came from, {} when nothing was included.
+
+    ``above`` are the files that led here, the problem file first.
+    """
+    for table, key, loc in _tables(data):
+        _inline(out, table, key, loc, source)
+    for table in _with_files(data):
+        _resolve(table, source.path.parent)
+    model = data.get("model")
+    if not isinstance(model, dict) or not isinstance(model.get("include"), str):
+        return {}
+    name = model.pop("include")
+    inner = Source(source.path.parent / name)
+    below = included(name, (*above, source.path))
+    if isinstance(below, Refusal):
+        there = source if below.here else inner
+        out.complaints.append(Complaint(below.loc, below.problem, below.remedy, there))
+        out.incomplete = True
+        return {}
+    places = _assemble(out, below, inner, (*above, source.path)) or placed(below["model"], inner)
+    data["model"], places = merge(below["model"], places, model, placed(model, source))
+    return places
 
 
 def section_of(loc: Loc) -> str:
@@ -104,7 +147,7 @@ def _tables(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str, Loc]]:
         yield update, "parameters", ("update",)
 
 
-def _inline(out: Prepared, table: dict[str, Any], key: str, at: Loc, base: Path) -> None:
+def _inline(out: Prepared, table: dict[str, Any], key: str, at: Loc, source: Source) -> None:
     named = table.get(key)
     if not isinstance(named, dict):
         return
@@ -112,7 +155,10 @@ def _inline(out: Prepared, table: dict[str, Any], key: str, at: Loc, base: Path)
     file, dataset = named.get("file"), named.get("dataset")
     faults = [
         Complaint(
-            (*loc, k), f"unknown key '{k}'.", "A table of rows takes `file` and `dataset` only."
+            (*loc, k),
+            f"unknown key '{k}'.",
+            "A table of rows takes `file` and `dataset` only.",
+            source,
         )
         for k in named
         if k not in ("file", "dataset")
@@ -121,19 +167,23 @@ def _inline(out: Prepared, table: dict[str, Any], key: str, at: Loc, base: Path)
     if not isinstance(file, str) or not isinstance(dataset, str | None):
         faults.append(
             Complaint(
-                loc, "is neither a list of rows nor a file.", 'Give rows, or { file = "x.csv" }.'
+                loc,
+                "is neither a list of rows nor a file.",
+                'Give rows, or { file = "x.csv" }.',
+                source,
             )
         )
     else:
-        path = locate(file, dataset, base)
+        path = locate(file, dataset, source.path.parent)
         wrong = unusable(path, dataset)
         if wrong:
-            faults.append(Complaint((*loc, "file"), *wrong))
+            faults.append(Complaint((*loc, "file"), *wrong, source))
         else:
             try:
-                rows, out.tables[loc] = read_table(path)
+                rows, source.tables[loc] = read_table(path)
             except TableError as error:
-                faults.append(Complaint((*loc, "file"), f"'{path}' {error.problem}", error.remedy))
+                problem = f"'{path}' {error.problem}"
+                faults.append(Complaint((*loc, "file"), problem, error.remedy, source))
     out.complaints += faults
     if rows or not faults:
         table[key] = rows

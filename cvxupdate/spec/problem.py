@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +16,8 @@ from cvxupdate.spec.grammar import ProblemFile, Spec
 from cvxupdate.spec.places import Places, gather
 from cvxupdate.spec.prepare import Complaint, Prepared, prepare
 from cvxupdate.spec.prune import prune
+from cvxupdate.spec.read import read_toml
 from cvxupdate.spec.words import findings, translate
-
-LARGEST = 500_000_000
-"""Bytes above which a file is surely not a problem file."""
 
 
 def load_problem(path: str | os.PathLike[str]) -> Spec:
@@ -62,6 +59,8 @@ def schema() -> dict[str, Any]:
     for kind, name in rows.items():
         part = out["$defs"][name]
         part["required"] = [key for key in part.get("required", []) if key not in INHERITED[kind]]
+    model = out["$defs"]["Model"]
+    model["anyOf"] = [{"required": model.pop("required")}, {"required": ["include"]}]
     one = out["properties"]["regularisation"]
     out["properties"]["regularisation"] = {
         "anyOf": [one["items"], one],
@@ -71,12 +70,14 @@ def schema() -> dict[str, Any]:
 
 
 def _examine(path: Path) -> tuple[tuple[Fault, ...], Spec | None]:
-    raw = _read(path)
+    raw = read_toml(path)
     if isinstance(raw, Fault):
         return (raw,), None
     prepared = prepare(raw, path)
     places = Places(prepared)
     complaints = list(prepared.complaints)
+    if prepared.incomplete:  # without the whole [model] every other complaint would be a guess
+        return gather(complaints, places), None
     try:
         parsed: ProblemFile | None = ProblemFile.model_validate(prepared.data)
     except ValidationError as error:
@@ -97,8 +98,10 @@ def _examine(path: Path) -> tuple[tuple[Fault, ...], Spec | None]:
 def _known(complaint: Complaint, prepared: Prepared) -> bool:
     """Whether a missing table is missing only because its CSV file could not be read, which was
     said already."""
+    source, loc = prepared.origin(complaint.loc)
     return complaint.problem == "is missing." and any(
-        c.loc[: len(complaint.loc)] == complaint.loc for c in prepared.complaints
+        (c.source or prepared.source) == source and c.loc[: len(loc)] == loc
+        for c in prepared.complaints
     )
 
 
@@ -118,55 +121,3 @@ def _spec(path: Path, parsed: ProblemFile) -> Spec:
         parsed.solver,
         parsed.diagnose,
     )
-
-
-def _read(path: Path) -> dict[str, Any] | Fault:
-    """The parsed TOML, or the one fault that keeps it from being read."""
-
-    def fault(problem: str, remedy: str, key: str = "") -> Fault:
-        return Fault(str(path), key, problem, remedy)
-
-    if "\0" in str(path):
-        return fault("holds a NUL character, so it names no file.", "Correct the name.")
-    if os.path.isdir(path):
-        inside = path / "problem.toml"
-        return fault(
-            "is a folder.",
-            f"Name the problem file in it: {inside}."
-            if inside.is_file()
-            else "Name a problem file.",
-        )
-    try:
-        if os.path.getsize(path) > LARGEST:
-            return fault(
-                f"is larger than {LARGEST // 1_000_000} MB: surely not a problem file.",
-                "Name the .toml file.",
-            )
-        blob = path.read_bytes()
-    except FileNotFoundError:
-        return fault("there is no such file.", "Check the name and the folder you are in.")
-    except OSError as error:
-        return fault(f"cannot be read: {error.strerror}.", "Check the name and the permissions.")
-    if blob.startswith((b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff")):
-        return fault(
-            "begins with a byte-order mark.",
-            "Save the file as UTF-8 without BOM; TOML does not allow one.",
-        )
-    try:
-        text = blob.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = blob.count(b"\n", 0, error.start) + 1
-        return fault(
-            f"is not UTF-8 text (line {line}, byte {error.start}).", "Save the file as UTF-8."
-        )
-    if not text.strip():
-        return fault("is empty.", "Write a problem file; docs/problem-files.md shows one.")
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        return fault("is nested too deeply.", "A problem file needs four levels at most.")
-    except ValueError as error:  # TOMLDecodeError, or an integer of thousands of digits
-        return fault(
-            f"is not valid TOML: {error}.",
-            "Correct that place; quotes, brackets and commas are the usual causes.",
-        )

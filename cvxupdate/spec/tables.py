@@ -7,9 +7,11 @@ import io
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+
+from cvxupdate.spec.base import Loc
 
 LISTS = frozenset(
     {"nodes", "shape", "orientation", "axis", "elements", "groups", "dofs", "labels", "index"}
@@ -55,6 +57,15 @@ class TableFile:
 
     path: Path
     lines: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A file with a part of the problem; ``tables``: the CSV files that it names, by their place in
+    it."""
+
+    path: Path
+    tables: dict[Loc, TableFile] = field(default_factory=dict)
 
 
 def locate(

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-PROBLEMS = Path(__file__).resolve().parents[2] / "problems"
-sys.path.insert(0, str(PROBLEMS))
-import make_rfm  # noqa: E402
+ROOT = Path(__file__).resolve().parents[2]
+PROBLEMS = ROOT / "problems"
+sys.path.insert(0, str(ROOT))  # an example is run as a script, with its own folder as the first
 
 from cvxupdate.convex import Bounds, LeastSquares, SolverChoice, StepProblem  # noqa: E402
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin  # noqa: E402
@@ -18,6 +18,7 @@ from cvxupdate.residual.frf_data import frf_data  # noqa: E402
 from cvxupdate.study import open_problem  # noqa: E402
 from cvxupdate.update.rfm import fit_responses  # noqa: E402
 from cvxupdate.update.trust_region import Options  # noqa: E402
+from validation import make_rfm  # noqa: E402
 
 bay = make_rfm.bay
 CORNER = ("n1.x", "n1.y", "n1.z")
@@ -30,7 +31,7 @@ TRUTH[WRONG] = 1 / 1.08 - 1
 
 def fe1():
     """Model FE1 with its 40 p-values (20 of stiffness, then 20 of mass)."""
-    return open_problem(PROBLEMS / "bay_fe1_x1_complete" / "problem.toml")[1]
+    return open_problem(PROBLEMS / "bay/fe1_x1_complete" / "problem.toml")[1]
 
 
 def data_of(model, frequency, H, responses, references, noise=None):

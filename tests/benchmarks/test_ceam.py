@@ -48,8 +48,8 @@ from cvxupdate.update.definite import definiteness  # noqa: E402
 from cvxupdate.update.trust_region import Options, iterate  # noqa: E402
 from tests.benchmarks.test_modes import plate  # noqa: E402
 
-BAY = ROOT / "problems" / "ceam_case1" / "problem.toml"
-WHOLE = ROOT / "problems" / "ceam_whole" / "problem.toml"
+BAY = ROOT / "problems" / "ceam/case1" / "problem.toml"
+WHOLE = ROOT / "problems" / "ceam/whole" / "problem.toml"
 MODES = 3
 
 

@@ -1,9 +1,7 @@
 """One changed element of the bay structure (thesis 3.4), located by force balance and by energies,
 complete and with the ten sensors of 3.4.1."""
 
-import importlib.util
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,21 +9,18 @@ import pytest
 from cvxupdate.correlate import element_balance, element_batches, energy_map, pair_modes
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.reduction import dynamic, partition, serep
+from validation import make_bay
 
-BAY = Path(__file__).resolve().parents[2] / "problems" / "bay" / "make.py"
 COUNT = 8
 
 
 @pytest.fixture(scope="module")
 def bay():
-    spec = importlib.util.spec_from_file_location("bay_make", BAY)
-    make = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(make)
-    model = make.build("X1")
+    model = make_bay.build("X1")
     return (
         model,
         model.matrices(),
-        np.array([model.place[s] for s in make.TEN]),
+        np.array([model.place[s] for s in make_bay.TEN]),
         model_modes(model, 15).flexible(),
     )
 

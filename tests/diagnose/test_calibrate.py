@@ -3,29 +3,17 @@ well-formed, an interrupted run resumed, outcomes told apart."""
 
 from __future__ import annotations
 
-import importlib
-import sys
 import time
 import tomllib
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy.linalg
 
 from cvxupdate.study import open_problem
-
-PROBLEMS = Path(__file__).resolve().parents[2] / "problems"
-
-
-sys.path.insert(0, str(PROBLEMS))  # scripts beside one another, not a package that is installed
-
-calibrate, generate = importlib.import_module("calibrate"), importlib.import_module("generate")
-laboratory, cases, effects, files = (
-    importlib.import_module(f"generated.{name}")
-    for name in ("laboratory", "cases", "effects", "files")
-)
+from validation import calibrate, generate
+from validation.generated import cases, effects, files, laboratory
 
 
 def test_a_seed_gives_the_same_files(tmp_path):

@@ -3,17 +3,11 @@ not right."""
 
 from __future__ import annotations
 
-import importlib.util
 from copy import deepcopy
-from pathlib import Path
 
 import pytest
 
-SPEC = importlib.util.spec_from_file_location(
-    "proof", Path(__file__).resolve().parents[2] / "problems" / "proof.py"
-)
-proof = importlib.util.module_from_spec(SPEC)
-SPEC.loader.exec_module(proof)
+from validation import proof
 
 
 def place(nodes=(), elements=(), groups=(), dof=None):

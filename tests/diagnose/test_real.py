@@ -3,35 +3,17 @@ judge and the makers of problem files without them."""
 
 from __future__ import annotations
 
-import importlib.util
 import os
-import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from validation import proof_chapter9 as chapter9
+from validation.real import diagnoses
+
 PROBLEMS = Path(__file__).resolve().parents[2] / "problems"
-
-
-def load_module(path: Path):
-    """A script of the problems folder as a module."""
-    sys.path.insert(0, str(path.parent))
-    spec = importlib.util.spec_from_file_location(path.stem + "_of_problems", path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture(scope="module")
-def diagnoses():
-    return load_module(PROBLEMS / "real" / "diagnoses.py")
-
-
-@pytest.fixture(scope="module")
-def chapter9():
-    return load_module(PROBLEMS / "proof_chapter9.py")
 
 
 def present(name: str) -> bool:
@@ -58,7 +40,7 @@ def cross(rows, columns, n=14, m=10):
     ]
 
 
-def test_a_cross_is_two_whole_middle_strips(chapter9):
+def test_a_cross_is_two_whole_middle_strips():
     truth = {"across": [7, 8], "along": [5, 6], "columns": 14}
     assert chapter9.strips(cross([5, 6], [7, 8]), truth) == (True, True)
     assert chapter9.strips(cross([5], [7]), truth) == (True, True), "one element wide"
@@ -86,7 +68,7 @@ def finding(word, parameters, elements=()):
     }
 
 
-def test_a_cross_beside_the_middle_counts_only_with_the_middle_one_as_its_equivalent(chapter9):
+def test_a_cross_beside_the_middle_counts_only_with_the_middle_one_as_its_equivalent():
     truth = {
         "words": ["thickness_change"],
         "needed": [["thickness_change"]],
@@ -116,7 +98,7 @@ def test_a_cross_beside_the_middle_counts_only_with_the_middle_one_as_its_equiva
     assert row["right"] and "equivalents" in row["note"]
 
 
-def test_the_judge_of_chapter_9_counts_parameters_and_error(chapter9):
+def test_the_judge_of_chapter_9_counts_parameters_and_error():
     truth = {
         "words": ["orthotropy", "mass_proportional_damping", "stiffness_change"],
         "needed": [["orthotropy"]],
@@ -149,13 +131,13 @@ def test_the_judge_of_chapter_9_counts_parameters_and_error(chapter9):
     assert not chapter9.judge(other, truth)["right"]
 
 
-def test_a_place_between_nodes_is_the_vertex_of_the_misfit(diagnoses):
+def test_a_place_between_nodes_is_the_vertex_of_the_misfit():
     misfit = [(x, 1e7, 3.0 + ((x - 0.1142) / 0.002) ** 2) for x in (0.111, 0.114, 0.117)]
     assert diagnoses.between_nodes(misfit) == pytest.approx(0.1142, abs=1e-9)
     assert diagnoses.between_nodes(misfit[:2]) == 0.114, "without both neighbours the node itself"
 
 
-def test_one_place_that_is_off_does_not_bend_the_line(diagnoses):
+def test_one_place_that_is_off_does_not_bend_the_line():
     v = np.array([1.2, 1.6, 2.1, 2.5, 2.9, 3.4])
     x = 0.0563 * v - 0.01
     x[0] += 0.03
@@ -163,7 +145,7 @@ def test_one_place_that_is_off_does_not_bend_the_line(diagnoses):
     assert slope == pytest.approx(0.0563, rel=0.02) and offset == pytest.approx(-0.01, abs=2e-3)
 
 
-def test_masses_of_the_beam_stand_at_their_printed_places(diagnoses):
+def test_masses_of_the_beam_stand_at_their_printed_places():
     positions = np.array([0.0274, 0.1010, 0.1595, 0.2041, 0.2352, 0.3018])
     xs, at = diagnoses.make.beam_mesh(positions)
     assert np.all(np.diff(xs) > 0) and xs[[n - 1 for n in at]] == pytest.approx(positions)
@@ -173,7 +155,9 @@ def test_truths_are_in_no_problem_file():
     """The tool's files say nothing of the sensor's volts, of weighed masses or of the place of the
     loss."""
     for file in (PROBLEMS / "real").glob("*/problem_diagnose_*.toml"):
-        text = file.read_text(encoding="utf-8")
+        own = file.read_text(encoding="utf-8")
+        include = tomllib.loads(own)["model"].get("include")
+        text = own + ((file.parent / include).read_text(encoding="utf-8") if include else "")
         for secret in ("1.437", "0.270", "0.128", "volt", " V:", "strip welded", "L1"):
             assert secret not in text, f"{file.name}: {secret}"
 
@@ -207,7 +191,7 @@ def test_clamped_legs_get_no_confident_wrong_sentence():
 @pytest.mark.slow
 @needs("dropbear-moving-support")
 @pytest.mark.parametrize(("place", "millimetres"), [(3, 110.8), (4, 135.0), (6, 185.4)])
-def test_the_roller_is_found_where_the_sensor_says(diagnoses, place, millimetres):
+def test_the_roller_is_found_where_the_sensor_says(place, millimetres):
     """Places on the straight line of the sensor through all six rests; the roller is the word that
     comes first."""
     from cvxupdate.study import diagnose
@@ -223,7 +207,7 @@ def test_the_roller_is_found_where_the_sensor_says(diagnoses, place, millimetres
 
 @pytest.mark.slow
 @needs("beam-six-masses-frf")
-def test_the_mass_that_went_is_the_one_next_to_the_clamp(diagnoses, tmp_path):
+def test_the_mass_that_went_is_the_one_next_to_the_clamp(tmp_path):
     """Three of seventy layouts: calibrated on the healthy medians, diagnosed from five
     frequencies."""
     from cvxupdate.study import diagnose, run

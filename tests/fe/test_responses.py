@@ -3,9 +3,6 @@ own physics."""
 
 from __future__ import annotations
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -25,18 +22,8 @@ from cvxupdate.fe.responses import (
     matrices_with_damping,
     receptance,
 )
+from validation import make_bay as bay
 
-ROOT = Path(__file__).resolve().parents[2]
-
-
-def load_bay():
-    spec = importlib.util.spec_from_file_location("bay_make", ROOT / "problems" / "bay" / "make.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-bay = load_bay()
 DAMPED = '[model.damping]\nkind = "structural"\neta = 0.02'
 RAYLEIGH = '[model.damping]\nkind = "rayleigh"\nalpha = 3.0\nbeta = 1e-5'
 MODAL = '[model.damping]\nkind = "modal"\nzeta = [0.01, 0.02, 0.015]'

@@ -3,7 +3,6 @@ its numbers."""
 
 import dataclasses
 import math
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -13,23 +12,22 @@ from cvxupdate.report import run_files
 from cvxupdate.report.accuracy import sentences
 from cvxupdate.study import run
 from tests.cases.pages import assert_self_contained
+from tests.cases.problems import written_whole
 
 PROBLEMS = Path(__file__).resolve().parents[2] / "problems"
 
 
 @pytest.fixture(scope="module")
 def chain():
-    return run(PROBLEMS / "chain10_noisy" / "problem.toml")
+    return run(PROBLEMS / "chain10/noisy" / "problem.toml")
 
 
 @pytest.fixture(scope="module")
 def quieter(tmp_path_factory):
     """The same recording said to be ten times more accurate."""
     folder = tmp_path_factory.mktemp("quiet")
-    for file in (PROBLEMS / "chain10_noisy").iterdir():
-        shutil.copy(file, folder)
     path = folder / "problem.toml"
-    text = path.read_text()
+    text = written_whole(PROBLEMS / "chain10/noisy" / "problem.toml")
     old = next(line for line in text.splitlines() if line.startswith("noise = "))
     path.write_text(text.replace(old, f"noise = {float(old.split('=')[1]) / 10}"))
     return run(path)

@@ -3,7 +3,6 @@ weights, points, accuracy."""
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,26 +10,24 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from cvxupdate.convex import Bounds, LeastSquares, SolverChoice, StepProblem
+from cvxupdate.errors import InputError, ModelError, RecordingError
+from cvxupdate.fe.model import Matrices
+from cvxupdate.fe.responses import matrices_with_damping, receptance
+from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
+from cvxupdate.residual.contraction import constant, derivatives
+from cvxupdate.residual.frf import KINDS, FrfResidual, frf_error, responses_of
+from cvxupdate.residual.frf_accuracy import accuracy
+from cvxupdate.residual.frf_data import frf_data
+from cvxupdate.residual.frf_output import Lines, ordered
+from cvxupdate.residual.frf_points import choose_points, most_informative, resonances, sensitivities
+from cvxupdate.residual.frf_reduced import ReducedResidual, make_basis
+from cvxupdate.study import open_problem
+from cvxupdate.update.rfm import fit_reduced
+from cvxupdate.update.trust_region import Options
+from validation import make_rfm
+
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "problems"))
-import make_rfm  # noqa: E402
-
-from cvxupdate.convex import Bounds, LeastSquares, SolverChoice, StepProblem  # noqa: E402
-from cvxupdate.errors import InputError, ModelError, RecordingError  # noqa: E402
-from cvxupdate.fe.model import Matrices  # noqa: E402
-from cvxupdate.fe.responses import matrices_with_damping, receptance  # noqa: E402
-from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin  # noqa: E402
-from cvxupdate.residual.contraction import constant, derivatives  # noqa: E402
-from cvxupdate.residual.frf import KINDS, FrfResidual, frf_error, responses_of  # noqa: E402
-from cvxupdate.residual.frf_accuracy import accuracy  # noqa: E402
-from cvxupdate.residual.frf_data import frf_data  # noqa: E402
-from cvxupdate.residual.frf_output import Lines, ordered  # noqa: E402
-from cvxupdate.residual.frf_points import choose_points, most_informative, resonances, sensitivities  # noqa: E402
-from cvxupdate.residual.frf_reduced import ReducedResidual, make_basis  # noqa: E402
-from cvxupdate.study import open_problem  # noqa: E402
-from cvxupdate.update.rfm import fit_reduced  # noqa: E402
-from cvxupdate.update.trust_region import Options  # noqa: E402
-
 bay = make_rfm.bay
 SENSORS = tuple(f"n{i}.z" for i in (1, 8, 23, 31, 44, 60))
 
@@ -56,7 +53,7 @@ def recording(frequency, H, responses, references, quantity="displacement", **mo
 def plate():
     """A damped plate with 135 parameters of stiffness, mass and damping, and receptances of the
     true one at six sensors, two forces (one unmeasured)."""
-    model = open_problem(ROOT / "problems" / "plate_complex_0pct" / "problem.toml")[1]
+    model = open_problem(ROOT / "problems" / "plate_complex/0pct" / "problem.toml")[1]
     real = make_rfm.build(make_rfm.plate_toml(False))
     f = [13.0, 41.0, 77.0]
     return model, recording(
@@ -66,7 +63,7 @@ def plate():
 
 @pytest.fixture(scope="module")
 def frame():
-    model = open_problem(ROOT / "problems" / "bay_fe1_x1_complete" / "problem.toml")[1]
+    model = open_problem(ROOT / "problems" / "bay/fe1_x1_complete" / "problem.toml")[1]
     return model, bay.build("X1")
 
 
@@ -174,7 +171,7 @@ def test_derivatives_of_p_values_do_not_depend_on_p(plate, frame):
                 assert (x is None) == (y is None) and (
                     x is None or y == pytest.approx(x, rel=1e-12, abs=1e-12 * np.abs(x).max())
                 )
-    assert not constant(open_problem(ROOT / "problems" / "bay_fe2_x1" / "problem.toml")[1])
+    assert not constant(open_problem(ROOT / "problems" / "bay/fe2_x1" / "problem.toml")[1])
 
 
 def test_lines_in_one_order_are_the_receptances(plate, frame, monkeypatch):

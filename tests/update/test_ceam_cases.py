@@ -15,7 +15,7 @@ TRUE = np.array([1 / 1.08 - 1 if i in STIFF else 0.0 for i in range(1, 21)])
 
 
 def run(case, name="problem.toml"):
-    updated = study.run(PROBLEMS / f"ceam_case{case}" / name)
+    updated = study.run(PROBLEMS / f"ceam/case{case}" / name)
     assert updated.status == "converged"
     assert updated.model["mass_eigenvalue_min"] > 0
     assert updated.model["stiffness_eigenvalue_min"] > -1e-10

@@ -191,7 +191,7 @@ def test_what_a_whole_matrix_cannot_have_is_said(tmp_path):
 def test_rigid_modes_stay_to_rounding_however_soft_the_frame_is_out_of_its_plane():
     """Whatever entries move, within the clause all six motions stay free by the package's own
     measure; the bay is 160 times softer out of its plane."""
-    _, model, _ = study.open_problem(PROBLEMS / "ceam_whole" / "problem.toml")
+    _, model, _ = study.open_problem(PROBLEMS / "ceam/whole" / "problem.toml")
     (clause,) = rigid_modes_kept(model)[0].clauses(tuple(q.name for q in model.parameters))
     rows = np.zeros((len(clause.lower), len(model.parameters)))
     rows[:, list(clause.on)] = clause.C
@@ -210,7 +210,7 @@ def test_rigid_modes_stay_to_rounding_however_soft_the_frame_is_out_of_its_plane
 def test_the_bay_on_its_own_pattern():
     """Ten modes of X1 and 362 entries of FE1's stiffness, the problem file as it is, matrix
     inequality included."""
-    path = PROBLEMS / "ceam_whole" / "problem.toml"
+    path = PROBLEMS / "ceam/whole" / "problem.toml"
     updated = study.run(path)
     assert updated.status == "converged"
     _, model, _ = study.open_problem(path)

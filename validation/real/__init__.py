@@ -1,0 +1,1 @@
+"""The public data sets of problems/real: their problem files, their table, their diagnoses."""
