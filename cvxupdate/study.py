@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from cvxupdate.diagnose.finding import Diagnosis
     from cvxupdate.fe.model import Model
     from cvxupdate.recordings.inspect import Inspection
-    from cvxupdate.recordings.read.contents import Told
+    from cvxupdate.recordings.read.contents import Progress
     from cvxupdate.recordings.types import Recording
     from cvxupdate.update.result import Updated
     from cvxupdate.update.trust_region import Iteration
@@ -34,10 +34,10 @@ WORTH = {"frf_error": 0.01, "frequency_error_percent_mean": 0.1}
 
 
 def open_problem(
-    path: str | os.PathLike[str], told: Told | None = None
+    path: str | os.PathLike[str], progress: Progress | None = None
 ) -> tuple[Spec, Model, tuple[Recording, ...]]:
-    """A problem file with its model and recordings; ``told`` hears how far the reading of large
-    files is (what, done, of how many).
+    """A problem file with its model and recordings; ``progress`` is called while
+    large files are read, with (what, done, total).
 
     Raises
     ------
@@ -49,13 +49,13 @@ def open_problem(
     from cvxupdate.recordings.load import load_recordings
 
     spec = load_problem(Path(path))
-    return spec, build_model(spec), load_recordings(spec, told)
+    return spec, build_model(spec), load_recordings(spec, progress)
 
 
 def run(
     path: str | os.PathLike[str],
     progress: Callable[[Iteration], None] | None = None,
-    told: Told | None = None,
+    reading: Progress | None = None,
 ) -> Updated:
     """Update the model of a problem file as its [update] table says.
 
@@ -69,7 +69,7 @@ def run(
     from cvxupdate.update.modal import update_modal
     from cvxupdate.update.parts import step_problem
 
-    spec, model, recordings = open_problem(path, told)
+    spec, model, recordings = open_problem(path, reading)
     if spec.update is None:
         raise InputError(
             f"{path}: there is no [update] table, so there is nothing to run. Add one with a "
@@ -96,7 +96,7 @@ def run(
     )
 
 
-def correlate(path: str | os.PathLike[str], told: Told | None = None) -> Compared:
+def correlate(path: str | os.PathLike[str], progress: Progress | None = None) -> Compared:
     """Compare the model of a problem file with its recordings: modes, shapes, frequency responses,
     sensors. Nothing is changed.
 
@@ -111,7 +111,7 @@ def correlate(path: str | os.PathLike[str], told: Told | None = None) -> Compare
     from cvxupdate.residual.pairing import needed_modes, real_shapes, start_pairing
 
     begin = time.perf_counter()
-    spec, model, recordings = open_problem(path, told)
+    spec, model, recordings = open_problem(path, progress)
     if not recordings:
         raise InputError(
             f"{path}: there is no recording, so there is nothing to compare the model with. "
@@ -145,7 +145,7 @@ def correlate(path: str | os.PathLike[str], told: Told | None = None) -> Compare
     return replace(compared, time=time.perf_counter() - begin)
 
 
-def inspect(path: str | os.PathLike[str], told: Told | None = None) -> Inspection:
+def inspect(path: str | os.PathLike[str], progress: Progress | None = None) -> Inspection:
     """What a file of recordings holds, and a [[recordings]] block to start from.
 
     Raises
@@ -155,7 +155,7 @@ def inspect(path: str | os.PathLike[str], told: Told | None = None) -> Inspectio
     """
     from cvxupdate.recordings.inspect import inspect_file
 
-    return inspect_file(Path(path), told=told)
+    return inspect_file(Path(path), progress=progress)
 
 
 def quality_notes(recordings: Sequence[Recording]) -> tuple[str, ...]:
@@ -211,7 +211,7 @@ def check(path: str | os.PathLike[str]) -> dict[str, object]:
     Raises
     ------
     InputError
-        With every fault at once, as far as they can be told.
+        With every fault at once, as far as they can be found.
     """
     from cvxupdate.fe.modes import model_modes
 
@@ -229,7 +229,7 @@ def check(path: str | os.PathLike[str]) -> dict[str, object]:
 def diagnose(
     path: str | os.PathLike[str],
     progress: Callable[[str], None] | None = None,
-    told: Told | None = None,
+    reading: Progress | None = None,
 ) -> Diagnosis:
     """Locate the mismatch of a problem, name the physics left out, model it, and show the fit
     improve on what was not fitted.
@@ -241,7 +241,7 @@ def diagnose(
     """
     from cvxupdate.diagnose import diagnose_problem
 
-    spec, model, recordings = open_problem(path, told)
+    spec, model, recordings = open_problem(path, reading)
     found = diagnose_problem(spec, model, recordings, progress)
     banded = [
         r.origin.name

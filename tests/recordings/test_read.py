@@ -12,9 +12,10 @@ import pytest
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.read import FORMATS, read_file
 from cvxupdate.recordings.read.contents import Options
+from cvxupdate.recordings.read.time_axis import rate_of_times
 from cvxupdate.recordings.read.to_frf import frequency_response
 from cvxupdate.recordings.read.to_modes import modes_of_contents
-from cvxupdate.recordings.read.to_time import gather, rate_of_times, time_blocks
+from cvxupdate.recordings.read.to_time import gather, time_blocks
 from cvxupdate.recordings.read.variance import averages_from_scatter, variance_of_frf
 from cvxupdate.recordings.read.wanted import Names, Wanted
 from cvxupdate.recordings.types import Channel, Origin
