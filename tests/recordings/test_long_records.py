@@ -231,7 +231,7 @@ def test_inspect_shows_a_bar_on_a_terminal_and_never_with_json(
     if option:
         assert shown == "" and json.loads(said)["length"] == 1_500_000
     else:
-        assert "looking at the channels" in shown and "100%" in shown and "1500000 samples" in said
+        assert "inspecting the channels" in shown and "100%" in shown and "1500000 samples" in said
 
 
 @pytest.mark.slow
@@ -242,7 +242,7 @@ def test_half_a_gigabyte_is_inspected_in_less_than_one_with_a_bar(tmp_path: Path
     long_file(tmp_path / "a.npy", samples, 8)
     assert (tmp_path / "a.npy").stat().st_size > 500e6
     said, shown, peak = on_a_terminal("inspect", str(tmp_path / "a.npy"))
-    assert f"{samples} samples" in said and "looking at the channels" in shown and "100%" in shown
+    assert f"{samples} samples" in said and "inspecting the channels" in shown and "100%" in shown
     assert peak < 1e9
     seen = inspect_file(tmp_path / "a.npy")
     assert [c.rms for c in seen.channels] == pytest.approx([np.sqrt(1.0 + 4.5)] * 8, rel=1e-3)

@@ -417,7 +417,7 @@ def test_frf_arrays_of_wrong_shape_are_refused(tmp_path: Path) -> None:
         ("H", np.ones((40, 1, 2), complex), "shape"),
         ("H", np.ones((39, 2, 1), complex), "39"),
         ("response_dof", [3, 7], "1 to 6"),
-        ("frequency", np.zeros(40), "increase"),
+        ("frequency", np.zeros(40), "increasing"),
         ("response_node", [1], "do not agree"),
         ("coherence", np.ones((40, 2, 3)), "coherence"),
         ("coherence", np.full((40, 2, 1), 1.5), "between 0 and 1"),

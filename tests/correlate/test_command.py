@@ -17,7 +17,7 @@ from cvxupdate.report import correlate_files, correlate_summary
 from cvxupdate.study import correlate, run
 from tests.cases.pages import assert_self_contained
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 PLATE = ROOT / "problems" / "structure_a" / "problem.toml"
 BRIDGE = ROOT / "problems" / "real" / "smu-modal-data" / "problem_footbridge.toml"
 spec = importlib.util.spec_from_file_location("bay_make", ROOT / "problems" / "bay" / "make.py")
