@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from cvxupdate.diagnose.finding import Diagnosis
     from cvxupdate.fe.model import Model
     from cvxupdate.recordings.inspect import Inspection
+    from cvxupdate.recordings.load import Known
     from cvxupdate.recordings.read.contents import Progress
     from cvxupdate.recordings.types import Recording
     from cvxupdate.update.result import Updated
@@ -27,10 +28,10 @@ if TYPE_CHECKING:
 MODES_IN_BAND = 30
 """Modes computed for the sensors of frequency responses."""
 MESH_MATTERS, NEARER = 1e-3, 0.7
-"""Relative shift of frequencies by the mesh from which on a finer one is tried, and the part of the
-error that it must come down to."""
+"""Relative shift of the frequencies by the mesh above which a finer one is tried, and the fraction
+to which it must reduce the error."""
 WORTH = {"frf_error": 0.01, "frequency_error_percent_mean": 0.1}
-"""What it must gain, by metric."""
+"""The least absolute reduction of the error, by metric."""
 
 
 def open_problem(
@@ -72,8 +73,8 @@ def run(
     spec, model, recordings = open_problem(path, reading)
     if spec.update is None:
         raise InputError(
-            f"{path}: there is no [update] table, so there is nothing to run. Add one with a "
-            "method and parameters."
+            f"{path}: no [update] table, so there is nothing to run. Add one with a method and "
+            "parameters."
         )
     if spec.update.method == "ceam":
         from cvxupdate.update.ceam import update_ceam
@@ -105,17 +106,21 @@ def correlate(path: str | os.PathLike[str], progress: Progress | None = None) ->
     InputError
         For a fault of the input, or where there is no recording to compare with.
     """
+    begin = time.perf_counter()
+    compared = _compared(*open_problem(path, progress))
+    return replace(compared, time=time.perf_counter() - begin)
+
+
+def _compared(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Compared:
+    """`correlate`, of a problem that was opened."""
     from cvxupdate.correlate.compare import compare
     from cvxupdate.fe.modes import model_modes
     from cvxupdate.recordings.types import ModeTable
     from cvxupdate.residual.pairing import needed_modes, real_shapes, start_pairing
 
-    begin = time.perf_counter()
-    spec, model, recordings = open_problem(path, progress)
     if not recordings:
         raise InputError(
-            f"{path}: there is no recording, so there is nothing to compare the model with. "
-            "Add a [[recordings]] table."
+            f"{spec.path}: no recording to compare the model with. Add a [[recordings]] table."
         )
     found = sorted(
         ((k, r) for k, r in enumerate(recordings) if isinstance(r, ModeTable)),
@@ -133,7 +138,7 @@ def correlate(path: str | os.PathLike[str], progress: Progress | None = None) ->
         k: None if t.shapes is None else real_shapes(t.shapes)
         for k, t in zip(which, tables, strict=True)
     }
-    compared = compare(
+    return compare(
         spec,
         model,
         recordings,
@@ -142,7 +147,6 @@ def correlate(path: str | os.PathLike[str], progress: Progress | None = None) ->
         shapes,
         quality_notes(recordings),
     )
-    return replace(compared, time=time.perf_counter() - begin)
 
 
 def inspect(path: str | os.PathLike[str], progress: Progress | None = None) -> Inspection:
@@ -231,8 +235,8 @@ def diagnose(
     progress: Callable[[str], None] | None = None,
     reading: Progress | None = None,
 ) -> Diagnosis:
-    """Locate the mismatch of a problem, name the physics left out, model it, and show the fit
-    improve on what was not fitted.
+    """Locate the mismatch of a problem, name the missing physics, model it, and show how the fit
+    to held-out recordings improves.
 
     Raises
     ------
@@ -249,17 +253,20 @@ def diagnose(
         if declared.kind == "time" and declared.band is not None
     ]
     said = tuple(
-        f"{name}: band was not used, for a time history is diagnosed sample by sample, at "
-        "every frequency that it holds."
+        f"{name}: band was not used: a time history is diagnosed sample by sample, over its "
+        "whole frequency range."
         for name in banded
     )
-    return _with_refined(replace(found, evidence=(*found.evidence, *said)))
+    known = tuple(zip(spec.recordings, recordings, strict=True))
+    return _with_refined(replace(found, evidence=(*found.evidence, *said)), known)
 
 
-def _with_refined(found: Diagnosis) -> Diagnosis:
-    """With the updated model on a finer mesh where `correlate` says that it comes nearer, and what
-    it says of both."""
+def _with_refined(found: Diagnosis, known: Known) -> Diagnosis:
+    """With the updated model on a finer mesh where that comes closer to the recordings in
+    `correlate`, and the figures of both. The ``known`` recordings are not read again."""
     from cvxupdate.diagnose.refine import refined_text, shift
+    from cvxupdate.fe.build import build_model
+    from cvxupdate.recordings.load import load_recordings
 
     fine = None if found.updated is None else refined_text(found.updated)
     if found.updated is None or fine is None:
@@ -271,7 +278,10 @@ def _with_refined(found: Diagnosis) -> Diagnosis:
         try:
             if shift(*paths) < MESH_MATTERS:
                 return found
-            both = [correlate(path).fit for path in paths]
+            both = [
+                _compared(spec, build_model(spec), load_recordings(spec, known=known)).fit
+                for spec in map(load_problem, paths)
+            ]
         except CvxupdateError:
             return found
     key, where = ("hold_out", "held-out") if both[0]["hold_out"] else ("fit", "fitted")
@@ -282,7 +292,7 @@ def _with_refined(found: Diagnosis) -> Diagnosis:
     unit = " % of the frequencies" if name != "frf_error" else " of the frequency responses"
     says = (
         f"In correlate, updated/problem.toml has an error of {errors[0]:.3g}{unit} ({where} "
-        "recordings), for it stands on the mesh of the file that was diagnosed; on a finer "
-        f"one the same model has {errors[1]:.3g}{unit}: updated/refined.toml."
+        "recordings), because it keeps the mesh of the file that was diagnosed; on a finer "
+        f"mesh the same model has {errors[1]:.3g}{unit}: updated/refined.toml."
     )
     return replace(found, refined=fine, evidence=(*found.evidence, says))

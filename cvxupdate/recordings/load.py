@@ -3,6 +3,7 @@ model."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -58,13 +59,14 @@ def _origin(declared: Declared, number: int) -> Origin:
     return Origin(name, source, declared.use, declared.level)
 
 
-Opened = dict[tuple[str, Options, str | None], Contents]
-"""The file that was read last: several recordings of one file read it once."""
+Key = tuple[str, Options, str | None]
+Opened = dict[Key, Contents]
+"""Files that were read and are still needed: several recordings of one file read it once."""
+Known = Sequence[tuple[Declared, Recording]]
+"""Recordings that were loaded before, each with its declaration."""
 
 
-def _contents(declared: Declared, opened: Opened, progress: Progress | None = None) -> Contents:
-    if declared.file is None:
-        raise RecordingError("a recording names no file.")
+def _key(declared: Declared, progress: Progress | None = None) -> Key:
     options = Options(
         declared.delimiter,
         declared.decimal,
@@ -73,10 +75,15 @@ def _contents(declared: Declared, opened: Opened, progress: Progress | None = No
         declared.header_lines,
         progress=progress,
     )
-    key = (str(declared.file), options, declared.format)
+    return str(declared.file), options, declared.format
+
+
+def _contents(declared: Declared, opened: Opened, progress: Progress | None = None) -> Contents:
+    if declared.file is None:
+        raise RecordingError("a recording names no file.")
+    key = _key(declared, progress)
     if key not in opened:
-        opened.clear()  # one at a time: files are large
-        opened[key] = read_file(declared.file, options, declared.format)
+        opened[key] = read_file(declared.file, key[1], declared.format)
     return opened[key]
 
 
@@ -232,20 +239,41 @@ def check_fit(recording: Recording, nodes: frozenset[int] | None, dofs: tuple[st
             )
 
 
-def load_recordings(spec: Spec, progress: Progress | None = None) -> tuple[Recording, ...]:
+def load_recordings(
+    spec: Spec, progress: Progress | None = None, known: Known = ()
+) -> tuple[Recording, ...]:
     """Every recording of a problem file: labelled channels, SI values, FRFs with their variance.
 
-    ``band`` cuts FRFs here; for time histories it is the residual's to use. Raises `RecordingError`
+    ``band`` cuts FRFs here; for time histories it is the residual's to use. A recording that is
+    among the ``known`` ones, further corrections apart, is not read again. Raises `RecordingError`
     with the first file and channel that cannot be read or does not fit the model.
     """
     given = any(isinstance(block, MatrixBlock) for block in spec.model.elements)
     nodes = None if given else frozenset(node.id for node in spec.model.nodes)
+    keys = [_key(declared) for declared in spec.recordings]
     recordings = []
     opened: Opened = {}
     for number, declared in enumerate(spec.recordings):
-        recording = corrected(
-            load_recording(declared, number, opened, progress), declared.corrections
-        )
+        recording = _again(declared, known)
+        if recording is None:
+            raw = load_recording(declared, number, opened, progress)
+            recording = corrected(raw, declared.corrections)
+        for key in set(opened) - set(keys[number + 1 :]):
+            del opened[key]  # files are large
         check_fit(recording, nodes, tuple(spec.model.dofs))
         recordings.append(recording)
     return tuple(recordings)
+
+
+def _again(declared: Declared, known: Known) -> Recording | None:
+    """The known recording of the same declaration, with those corrections applied that it does not
+    have yet; None where there is none."""
+    bare = declared.model_copy(update={"corrections": ()})
+    for other, recording in known:
+        done = len(other.corrections)
+        if (
+            other.model_copy(update={"corrections": ()}) == bare
+            and declared.corrections[:done] == other.corrections
+        ):
+            return corrected(recording, declared.corrections[done:])
+    return None
