@@ -68,7 +68,6 @@ def run(
     """
     from cvxupdate.update.definite import definiteness
     from cvxupdate.update.modal import update_modal
-    from cvxupdate.update.parts import step_problem
 
     spec, model, recordings = open_problem(path, reading)
     if spec.update is None:
@@ -86,13 +85,10 @@ def run(
         updated = update_rfm(spec, model, recordings, progress)
     else:
         updated = update_modal(spec, model, recordings, progress)
-    clauses = tuple(
-        c.name for c in step_problem(spec, model).clauses if not c.name.startswith("bounds on ")
-    )
     eigenvalues = definiteness(model, [q.p for q in updated.parameters])
     return replace(
         updated,
-        model={**updated.model, "clauses": clauses, **eigenvalues},
+        model={**updated.model, **eigenvalues},
         notes=(*updated.notes, *quality_notes(recordings)),
     )
 

@@ -36,7 +36,7 @@ from cvxupdate.update.modal import (
     regularisation_of,
 )
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
-from cvxupdate.update.result import Metrics, ModeResult, Updated
+from cvxupdate.update.result import Metrics, ModeResult, Updated, clause_names
 from cvxupdate.update.score import frf_metrics
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterate, objective_at
 
@@ -362,6 +362,7 @@ def update_ceam(
         active=loop.step.active,
         regularisation=regularisation_of(loop),
         model={
+            "clauses": clause_names(loop.problem),
             "dofs": model.size,
             "elements": int(
                 sum(len(set(b.ids.tolist())) for b in model.blocks if b.kind.name != "entry")

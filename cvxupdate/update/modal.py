@@ -21,7 +21,7 @@ from cvxupdate.spec import Spec
 from cvxupdate.system import Array
 from cvxupdate.update.covariance import Uncertainty, uncertainty
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
-from cvxupdate.update.result import Metrics, ModeResult, ParameterResult, Updated
+from cvxupdate.update.result import Metrics, ModeResult, ParameterResult, Updated, clause_names
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterate, objective_at
 
 AT_BOUND = 1e-6  # of the distance between the bounds
@@ -133,6 +133,7 @@ def update_modal(
         active=loop.step.active,
         regularisation=regularisation_of(loop),
         model={
+            "clauses": clause_names(loop.problem),
             "dofs": model.size,
             "elements": int(sum(len(set(b.ids.tolist())) for b in model.blocks)),
             "nodes": len(model.node_ids),
