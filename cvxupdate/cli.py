@@ -68,8 +68,8 @@ def run(problem: Problem, out: Out = None, as_json: Json = False) -> None:
 
     _must_be_writable(out)
     with _display(as_json) as show:
-        told = None if show is None else show.read
-        updated = do(problem, None if show is None else lambda h: show.say(_iteration(h)), told)
+        reading = None if show is None else show.read
+        updated = do(problem, None if show is None else lambda h: show.say(_iteration(h)), reading)
     files, payload = run_files(updated)
     folder = _folder(out, updated.problem)
     _write(folder, files)

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from cvxupdate.diagnose.finding import Diagnosis
     from cvxupdate.fe.model import Model
     from cvxupdate.recordings.inspect import Inspection
-    from cvxupdate.recordings.read.contents import Told
+    from cvxupdate.recordings.load import Known
+    from cvxupdate.recordings.read.contents import Progress
     from cvxupdate.recordings.types import Recording
     from cvxupdate.update.result import Updated
     from cvxupdate.update.trust_region import Iteration
@@ -27,17 +28,17 @@ if TYPE_CHECKING:
 MODES_IN_BAND = 30
 """Modes computed for the sensors of frequency responses."""
 MESH_MATTERS, NEARER = 1e-3, 0.7
-"""Relative shift of frequencies by the mesh from which on a finer one is tried, and the part of the
-error that it must come down to."""
+"""Relative shift of the frequencies by the mesh above which a finer one is tried, and the fraction
+to which it must reduce the error."""
 WORTH = {"frf_error": 0.01, "frequency_error_percent_mean": 0.1}
-"""What it must gain, by metric."""
+"""The least absolute reduction of the error, by metric."""
 
 
 def open_problem(
-    path: str | os.PathLike[str], told: Told | None = None
+    path: str | os.PathLike[str], progress: Progress | None = None
 ) -> tuple[Spec, Model, tuple[Recording, ...]]:
-    """A problem file with its model and recordings; ``told`` hears how far the reading of large
-    files is (what, done, of how many).
+    """A problem file with its model and recordings; ``progress`` is called while
+    large files are read, with (what, done, total).
 
     Raises
     ------
@@ -49,13 +50,13 @@ def open_problem(
     from cvxupdate.recordings.load import load_recordings
 
     spec = load_problem(Path(path))
-    return spec, build_model(spec), load_recordings(spec, told)
+    return spec, build_model(spec), load_recordings(spec, progress)
 
 
 def run(
     path: str | os.PathLike[str],
     progress: Callable[[Iteration], None] | None = None,
-    told: Told | None = None,
+    reading: Progress | None = None,
 ) -> Updated:
     """Update the model of a problem file as its [update] table says.
 
@@ -67,13 +68,12 @@ def run(
     """
     from cvxupdate.update.definite import definiteness
     from cvxupdate.update.modal import update_modal
-    from cvxupdate.update.parts import step_problem
 
-    spec, model, recordings = open_problem(path, told)
+    spec, model, recordings = open_problem(path, reading)
     if spec.update is None:
         raise InputError(
-            f"{path}: there is no [update] table, so there is nothing to run. Add one with a "
-            "method and parameters."
+            f"{path}: no [update] table, so there is nothing to run. Add one with a method and "
+            "parameters."
         )
     if spec.update.method == "ceam":
         from cvxupdate.update.ceam import update_ceam
@@ -85,18 +85,15 @@ def run(
         updated = update_rfm(spec, model, recordings, progress)
     else:
         updated = update_modal(spec, model, recordings, progress)
-    clauses = tuple(
-        c.name for c in step_problem(spec, model).clauses if not c.name.startswith("bounds on ")
-    )
     eigenvalues = definiteness(model, [q.p for q in updated.parameters])
     return replace(
         updated,
-        model={**updated.model, "clauses": clauses, **eigenvalues},
+        model={**updated.model, **eigenvalues},
         notes=(*updated.notes, *quality_notes(recordings)),
     )
 
 
-def correlate(path: str | os.PathLike[str], told: Told | None = None) -> Compared:
+def correlate(path: str | os.PathLike[str], progress: Progress | None = None) -> Compared:
     """Compare the model of a problem file with its recordings: modes, shapes, frequency responses,
     sensors. Nothing is changed.
 
@@ -105,17 +102,21 @@ def correlate(path: str | os.PathLike[str], told: Told | None = None) -> Compare
     InputError
         For a fault of the input, or where there is no recording to compare with.
     """
+    begin = time.perf_counter()
+    compared = _compared(*open_problem(path, progress))
+    return replace(compared, time=time.perf_counter() - begin)
+
+
+def _compared(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Compared:
+    """`correlate`, of a problem that was opened."""
     from cvxupdate.correlate.compare import compare
     from cvxupdate.fe.modes import model_modes
     from cvxupdate.recordings.types import ModeTable
     from cvxupdate.residual.pairing import needed_modes, real_shapes, start_pairing
 
-    begin = time.perf_counter()
-    spec, model, recordings = open_problem(path, told)
     if not recordings:
         raise InputError(
-            f"{path}: there is no recording, so there is nothing to compare the model with. "
-            "Add a [[recordings]] table."
+            f"{spec.path}: no recording to compare the model with. Add a [[recordings]] table."
         )
     found = sorted(
         ((k, r) for k, r in enumerate(recordings) if isinstance(r, ModeTable)),
@@ -133,7 +134,7 @@ def correlate(path: str | os.PathLike[str], told: Told | None = None) -> Compare
         k: None if t.shapes is None else real_shapes(t.shapes)
         for k, t in zip(which, tables, strict=True)
     }
-    compared = compare(
+    return compare(
         spec,
         model,
         recordings,
@@ -142,10 +143,9 @@ def correlate(path: str | os.PathLike[str], told: Told | None = None) -> Compare
         shapes,
         quality_notes(recordings),
     )
-    return replace(compared, time=time.perf_counter() - begin)
 
 
-def inspect(path: str | os.PathLike[str], told: Told | None = None) -> Inspection:
+def inspect(path: str | os.PathLike[str], progress: Progress | None = None) -> Inspection:
     """What a file of recordings holds, and a [[recordings]] block to start from.
 
     Raises
@@ -155,7 +155,7 @@ def inspect(path: str | os.PathLike[str], told: Told | None = None) -> Inspectio
     """
     from cvxupdate.recordings.inspect import inspect_file
 
-    return inspect_file(Path(path), told=told)
+    return inspect_file(Path(path), progress=progress)
 
 
 def quality_notes(recordings: Sequence[Recording]) -> tuple[str, ...]:
@@ -211,7 +211,7 @@ def check(path: str | os.PathLike[str]) -> dict[str, object]:
     Raises
     ------
     InputError
-        With every fault at once, as far as they can be told.
+        With every fault at once, as far as they can be found.
     """
     from cvxupdate.fe.modes import model_modes
 
@@ -230,10 +230,10 @@ def check(path: str | os.PathLike[str]) -> dict[str, object]:
 def diagnose(
     path: str | os.PathLike[str],
     progress: Callable[[str], None] | None = None,
-    told: Told | None = None,
+    reading: Progress | None = None,
 ) -> Diagnosis:
-    """Locate the mismatch of a problem, name the physics left out, model it, and show the fit
-    improve on what was not fitted.
+    """Locate the mismatch of a problem, name the missing physics, model it, and show how the fit
+    to held-out recordings improves.
 
     Raises
     ------
@@ -242,7 +242,7 @@ def diagnose(
     """
     from cvxupdate.diagnose import diagnose_problem
 
-    spec, model, recordings = open_problem(path, told)
+    spec, model, recordings = open_problem(path, reading)
     _refuse_unknown_effects(spec)
     found = diagnose_problem(spec, model, recordings, progress)
     banded = [
@@ -251,11 +251,12 @@ def diagnose(
         if declared.kind == "time" and declared.band is not None
     ]
     said = tuple(
-        f"{name}: band was not used, for a time history is diagnosed sample by sample, at "
-        "every frequency that it holds."
+        f"{name}: band was not used: a time history is diagnosed sample by sample, over its "
+        "whole frequency range."
         for name in banded
     )
-    return _with_refined(replace(found, evidence=(*found.evidence, *said)))
+    known = tuple(zip(spec.recordings, recordings, strict=True))
+    return _with_refined(replace(found, evidence=(*found.evidence, *said)), known)
 
 
 def _refuse_unknown_effects(spec: Spec) -> None:
@@ -283,10 +284,12 @@ def _refuse_unknown_effects(spec: Spec) -> None:
         raise ProblemFileError(faults)
 
 
-def _with_refined(found: Diagnosis) -> Diagnosis:
-    """With the updated model on a finer mesh where `correlate` says that it comes nearer, and what
-    it says of both."""
+def _with_refined(found: Diagnosis, known: Known) -> Diagnosis:
+    """With the updated model on a finer mesh where that comes closer to the recordings in
+    `correlate`, and the figures of both. The ``known`` recordings are not read again."""
     from cvxupdate.diagnose.refine import refined_text, shift
+    from cvxupdate.fe.build import build_model
+    from cvxupdate.recordings.load import load_recordings
 
     fine = None if found.updated is None else refined_text(found.updated)
     if found.updated is None or fine is None:
@@ -298,7 +301,10 @@ def _with_refined(found: Diagnosis) -> Diagnosis:
         try:
             if shift(*paths) < MESH_MATTERS:
                 return found
-            both = [correlate(path).fit for path in paths]
+            both = [
+                _compared(spec, build_model(spec), load_recordings(spec, known=known)).fit
+                for spec in map(load_problem, paths)
+            ]
         except CvxupdateError:
             return found
     key, where = ("hold_out", "held-out") if both[0]["hold_out"] else ("fit", "fitted")
@@ -309,7 +315,7 @@ def _with_refined(found: Diagnosis) -> Diagnosis:
     unit = " % of the frequencies" if name != "frf_error" else " of the frequency responses"
     says = (
         f"In correlate, updated/problem.toml has an error of {errors[0]:.3g}{unit} ({where} "
-        "recordings), for it stands on the mesh of the file that was diagnosed; on a finer "
-        f"one the same model has {errors[1]:.3g}{unit}: updated/refined.toml."
+        "recordings), because it keeps the mesh of the file that was diagnosed; on a finer "
+        f"mesh the same model has {errors[1]:.3g}{unit}: updated/refined.toml."
     )
     return replace(found, refined=fine, evidence=(*found.evidence, says))

@@ -1,4 +1,4 @@
-"""Model against measurement: pure functions of arrays (thesis 2.2)."""
+"""Model against measurement: pure functions of arrays (section 2.2)."""
 
 from cvxupdate.correlate.balance import (
     ElementBalance,

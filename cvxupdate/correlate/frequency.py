@@ -1,4 +1,4 @@
-"""Natural frequencies against natural frequencies (thesis 2.2.1)."""
+"""Natural frequencies against natural frequencies (section 2.2.1)."""
 
 from __future__ import annotations
 

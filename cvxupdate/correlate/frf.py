@@ -1,4 +1,4 @@
-"""FRFs against FRFs: error norms, FRAC, FDAC (thesis 2.2.7).
+"""FRFs against FRFs: error norms, FRAC, FDAC (section 2.2.7).
 
 H is (lines, responses, references), complex, both sets in one unit; lines with a NaN in an entry
 are left out of it.

@@ -1,4 +1,4 @@
-"""Shapes against the mass matrix, and against one another without one (thesis 2.2.5).
+"""Shapes against the mass matrix, and against one another without one (section 2.2.5).
 
 Shapes are (N, modes), real or complex; M is (N, N), sparse or dense, in kg: the full one, or one
 reduced to the measured DOFs (``Transformation.reduce``). For complex shapes ᵀ is read as ᴴ.

@@ -1,4 +1,4 @@
-"""The closed-form methods of the literature (thesis 2.7): dense matrices in, dense matrices out,
+"""The closed-form methods of the literature (section 2.7): dense matrices in, dense matrices out,
 with their known faults measured."""
 
 from cvxupdate.direct.assignment import minas_inman, symmetric_gain, zimmerman_widengren

@@ -3,6 +3,7 @@ model."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +11,11 @@ import numpy as np
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.corrections import corrected
 from cvxupdate.recordings.read import read_file
-from cvxupdate.recordings.read.contents import Contents, Options, Told
+from cvxupdate.recordings.read.contents import Contents, Options, Progress
+from cvxupdate.recordings.read.time_pieces import TimeBlocks
 from cvxupdate.recordings.read.to_frf import frequency_response
 from cvxupdate.recordings.read.to_modes import ModeValues, mode_table, modes_of_contents
-from cvxupdate.recordings.read.to_time import TimeBlocks, gather, time_blocks
+from cvxupdate.recordings.read.to_time import gather, time_blocks
 from cvxupdate.recordings.read.wanted import Names, Wanted
 from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Origin, Recording
 from cvxupdate.spec import Spec
@@ -57,35 +59,44 @@ def _origin(declared: Declared, number: int) -> Origin:
     return Origin(name, source, declared.use, declared.level)
 
 
-Opened = dict[tuple[str, Options, str | None], Contents]
-"""The file that was read last: several recordings of one file read it once."""
+Key = tuple[str, Options, str | None]
+Opened = dict[Key, Contents]
+"""Files that were read and are still needed: several recordings of one file read it once."""
+Known = Sequence[tuple[Declared, Recording]]
+"""Recordings that were loaded before, each with its declaration."""
 
 
-def _contents(declared: Declared, opened: Opened, told: Told | None = None) -> Contents:
-    if declared.file is None:
-        raise RecordingError("a recording names no file.")
+def _key(declared: Declared, progress: Progress | None = None) -> Key:
     options = Options(
         declared.delimiter,
         declared.decimal,
         declared.encoding,
         declared.skip_rows,
         declared.header_lines,
-        told=told,
+        progress=progress,
     )
-    key = (str(declared.file), options, declared.format)
+    return str(declared.file), options, declared.format
+
+
+def _contents(declared: Declared, opened: Opened, progress: Progress | None = None) -> Contents:
+    if declared.file is None:
+        raise RecordingError("a recording names no file.")
+    key = _key(declared, progress)
     if key not in opened:
-        opened.clear()  # one at a time: files are large
-        opened[key] = read_file(declared.file, options, declared.format)
+        opened[key] = read_file(declared.file, key[1], declared.format)
     return opened[key]
 
 
 def blocks_of(
-    declared: TimeRecording, number: int = 0, opened: Opened | None = None, told: Told | None = None
+    declared: TimeRecording,
+    number: int = 0,
+    opened: Opened | None = None,
+    progress: Progress | None = None,
 ) -> TimeBlocks:
     """A declared time history as blocks that stay on disk: as they lie where the format allows,
     else in a temporary file once they are large."""
     return time_blocks(
-        _contents(declared, {} if opened is None else opened, told),
+        _contents(declared, {} if opened is None else opened, progress),
         [_wanted(row) for row in declared.channels or ()],
         _origin(declared, number),
         rate=declared.rate,
@@ -97,13 +108,13 @@ def blocks_of(
 
 
 def _frf(
-    declared: FrfRecording, number: int, opened: Opened, told: Told | None
+    declared: FrfRecording, number: int, opened: Opened, progress: Progress | None
 ) -> FrequencyResponse:
     references = [Channel(row.node, row.dof, row.quantity) for row in declared.references or ()]
     if declared.references is not None and not references:
         references = [_SPECTRUM]
     frf = frequency_response(
-        _contents(declared, opened, told),
+        _contents(declared, opened, progress),
         _origin(declared, number),
         quantity=declared.response,
         wanted=[_wanted(row) for row in declared.channels or ()],
@@ -168,14 +179,17 @@ def _modes(declared: ModesRecording, number: int, opened: Opened) -> ModeTable:
 
 
 def load_recording(
-    declared: Declared, number: int = 0, opened: Opened | None = None, told: Told | None = None
+    declared: Declared,
+    number: int = 0,
+    opened: Opened | None = None,
+    progress: Progress | None = None,
 ) -> Recording:
     """One declared recording, read and in SI. Raises `RecordingError` naming file and channel."""
     opened = {} if opened is None else opened
     if isinstance(declared, TimeRecording):
-        return gather(blocks_of(declared, number, opened, told), told)
+        return gather(blocks_of(declared, number, opened, progress), progress)
     if isinstance(declared, FrfRecording):
-        return _frf(declared, number, opened, told)
+        return _frf(declared, number, opened, progress)
     return _modes(declared, number, opened)
 
 
@@ -225,18 +239,41 @@ def check_fit(recording: Recording, nodes: frozenset[int] | None, dofs: tuple[st
             )
 
 
-def load_recordings(spec: Spec, told: Told | None = None) -> tuple[Recording, ...]:
+def load_recordings(
+    spec: Spec, progress: Progress | None = None, known: Known = ()
+) -> tuple[Recording, ...]:
     """Every recording of a problem file: labelled channels, SI values, FRFs with their variance.
 
-    ``band`` cuts FRFs here; for time histories it is the residual's to use. Raises `RecordingError`
+    ``band`` cuts FRFs here; for time histories it is the residual's to use. A recording that is
+    among the ``known`` ones, further corrections apart, is not read again. Raises `RecordingError`
     with the first file and channel that cannot be read or does not fit the model.
     """
     given = any(isinstance(block, MatrixBlock) for block in spec.model.elements)
     nodes = None if given else frozenset(node.id for node in spec.model.nodes)
+    keys = [_key(declared) for declared in spec.recordings]
     recordings = []
     opened: Opened = {}
     for number, declared in enumerate(spec.recordings):
-        recording = corrected(load_recording(declared, number, opened, told), declared.corrections)
+        recording = _again(declared, known)
+        if recording is None:
+            raw = load_recording(declared, number, opened, progress)
+            recording = corrected(raw, declared.corrections)
+        for key in set(opened) - set(keys[number + 1 :]):
+            del opened[key]  # files are large
         check_fit(recording, nodes, tuple(spec.model.dofs))
         recordings.append(recording)
     return tuple(recordings)
+
+
+def _again(declared: Declared, known: Known) -> Recording | None:
+    """The known recording of the same declaration, with those corrections applied that it does not
+    have yet; None where there is none."""
+    bare = declared.model_copy(update={"corrections": ()})
+    for other, recording in known:
+        done = len(other.corrections)
+        if (
+            other.model_copy(update={"corrections": ()}) == bare
+            and declared.corrections[:done] == other.corrections
+        ):
+            return corrected(recording, declared.corrections[done:])
+    return None

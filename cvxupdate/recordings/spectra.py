@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.read.disk import release
+from cvxupdate.recordings.read.disk_buffer import release
 from cvxupdate.recordings.types import Complex, Real
 from cvxupdate.recordings.windows import effective_averages, window
 

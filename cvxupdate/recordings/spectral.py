@@ -46,7 +46,7 @@ def _frf(
     if not np.any(keep):
         raise RecordingError(
             "the references are copies of one another (or silent) at every line: their FRFs "
-            "cannot be told apart; use one reference, or uncorrelated forces"
+            "cannot be separated; use one reference, or uncorrelated forces"
         )
     part = Spectra(
         spectra.frequency[keep],

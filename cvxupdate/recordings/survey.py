@@ -23,8 +23,8 @@ from cvxupdate.recordings.quality.samples import (
     repeats,
     step_between,
 )
-from cvxupdate.recordings.read.contents import AnyArray, Told
-from cvxupdate.recordings.read.disk import release
+from cvxupdate.recordings.read.contents import AnyArray, Progress
+from cvxupdate.recordings.read.disk_buffer import release
 from cvxupdate.recordings.types import Real
 
 LONG = 2**20
@@ -231,12 +231,12 @@ class _Channel:
 
 
 def survey(
-    columns: Sequence[AnyArray], rate: float, told: Told | None = None, what: str = ""
+    columns: Sequence[AnyArray], rate: float, progress: Progress | None = None, what: str = ""
 ) -> tuple[Survey, ...]:
     """Every channel of a record in one pass, `LONG` samples at a time; ``columns`` are equally
     long, and may lie on disk.
 
-    ``told(what, samples done, samples in all)`` is called after each block.
+    ``progress(what, samples done, samples in all)`` is called after each block.
     """
     samples = len(columns[0]) if columns else 0
     channels = [_Channel(samples) for _ in columns]
@@ -244,6 +244,6 @@ def survey(
         for channel, column in zip(channels, columns, strict=True):
             channel.add(column[at : at + LONG], at + LONG >= samples)
         release(*columns)
-        if told is not None:
-            told(what, min(at + LONG, samples), samples)
+        if progress is not None:
+            progress(what, min(at + LONG, samples), samples)
     return tuple(channel.result(rate) for channel in channels)

@@ -1,5 +1,5 @@
-"""Reduction and expansion: one transformation for both (thesis 2.4, 2.5), and the choice of sensor
-places."""
+"""Reduction and expansion: one transformation for both (sections 2.4, 2.5), and the choice of
+sensor places."""
 
 from cvxupdate.reduction.dynamic import dynamic, gysin, kidder, petersmann
 from cvxupdate.reduction.modal import hybrid_tam, serep, serepa, tam

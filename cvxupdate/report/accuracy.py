@@ -1,5 +1,5 @@
 """How accurate recordings of frequency responses must be, as a section of the page of `run`: words
-and a figure for each recording (thesis chapter 5)."""
+and a figure for each recording (chapter 5)."""
 
 from __future__ import annotations
 

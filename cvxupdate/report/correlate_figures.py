@@ -194,8 +194,8 @@ def matrix(
 
 
 def shape_lines(name: str, found: ShapeComparison) -> str | None:
-    """Measured against model motion at every sensor for each paired mode, with the 45° line (thesis
-    2.2)."""
+    """Measured against model motion at every sensor for each paired mode, with the 45° line
+    (section 2.2)."""
     c = found.correlation
     count = min(c.shapes_model.shape[1], 9)
     if not count:

@@ -25,7 +25,7 @@ INTERVAL = 2.0
 
 
 def frequencies(modes: Sequence[ModeResult], moved: bool) -> str | None:
-    """Model frequency against measured frequency, before and after, with the 45° line (thesis Fig.
+    """Model frequency against measured frequency, before and after, with the 45° line (figure
     9.8)."""
     if not modes:
         return None

@@ -13,7 +13,7 @@ from cvxupdate.fe.model import Model
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
 from cvxupdate.update.covariance import Uncertainty
-from cvxupdate.update.result import AccuracyResult, Metrics, ModeResult, ParameterResult, Updated
+from cvxupdate.update.result import AccuracyResult, Metrics, ModeResult, ParameterResult, Updated, clause_names
 from cvxupdate.update.trust_region import LoopResult, objective_at
 
 AT_BOUND = 1e-6  # of the distance between the bounds
@@ -76,7 +76,7 @@ def updated(
         noise=None if relative else known.noise,
         active=loop.step.active,
         regularisation=regularisation_of(loop),
-        model=model_facts(model, p) | (facts or {}),
+        model={"clauses": clause_names(loop.problem), **model_facts(model, p), **(facts or {})},
         notes=tuple(notes),
         accuracy=accuracy,
     )

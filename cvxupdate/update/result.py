@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from cvxupdate.convex import StepProblem
 
 Metrics = dict[str, dict[str, float]]
 
@@ -81,6 +84,12 @@ class AccuracyResult:
     best: tuple[float, ...]
     spread: float | None
     borne: float | None
+
+
+def clause_names(problem: StepProblem) -> tuple[str, ...]:
+    """The clauses that a step had to keep, bounds on parameters left out: those stand beside the
+    parameters."""
+    return tuple(c.name for c in problem.clauses if not c.name.startswith("bounds on "))
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from cvxupdate.system import Array
 from cvxupdate.update.covariance import uncertainty
 from cvxupdate.update.outcome import certificate_of, parameter_results, regularisation_of
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
-from cvxupdate.update.result import Metrics, Updated
+from cvxupdate.update.result import Metrics, Updated, clause_names
 from cvxupdate.update.rfm_accuracy import accuracy_results, says
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterate, objective_at
 
@@ -342,6 +342,7 @@ def update_rfm(
         active=loop.step.active,
         regularisation=regularisation_of(loop),
         model={
+            "clauses": clause_names(loop.problem),
             "dofs": model.size,
             "elements": int(sum(len(set(b.ids.tolist())) for b in model.blocks)),
             "nodes": len(model.node_ids),

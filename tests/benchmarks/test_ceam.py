@@ -271,6 +271,8 @@ def test_the_same_step_by_cvxpy_with_parameters(benchmark, n):
     whole = cp.Problem(cp.Minimize(cp.sum_squares(R @ p - d)), [p >= -0.02, p <= 0.02])
     R.value, d.value, _ = problem.loss.reduce(*data.weighted())
     benchmark.pedantic(lambda: whole.solve(solver=cp.CLARABEL), rounds=2, warmup_rounds=1)
+    ours = cv.CompiledStep(problem, len(data.rows)).solve(data)
+    assert np.abs(ours.p - p.value).max() < 1e-5
 
 
 def test_a_thousand_bounds_in_conflict(benchmark):
@@ -296,11 +298,13 @@ def test_a_thousand_bounds_in_conflict(benchmark):
 
 def test_equations_of_ten_complete_modes(benchmark):
     spec, model, recordings = study.open_problem(BAY)
-    benchmark.pedantic(
+    system = benchmark.pedantic(
         lambda: residual_of(spec, model, recordings).evaluate(model.zero()).system(),
         rounds=3,
         warmup_rounds=1,
     )
+    assert system.A.shape == (len(system.b), len(model.parameters))
+    assert np.all(np.isfinite(system.A)) and np.all(np.isfinite(system.b))
 
 
 if __name__ == "__main__":

@@ -45,7 +45,7 @@ def assembled(model: Model, blocks: tuple[DerivativeBlock, ...], matrix: str) ->
     return out[:-1, :-1]
 
 
-def check(model: Model, p: np.ndarray) -> None:
+def check_derivatives(model: Model, p: np.ndarray) -> None:
     for j, parameter in enumerate(model.parameters):
         blocks = model.derivative(j, p)
         step = np.zeros(len(p), dtype=complex)
@@ -87,8 +87,8 @@ def test_every_word(case: Case) -> None:
     wanted = [Wanted(w, w, scale=1.0) for w in words_of(model)]
     model = model.with_parameters(select_parameters(wanted, model))
     p = np.random.default_rng(7).uniform(-0.15, 0.15, len(wanted))
-    check(model, p)
-    check(model, model.zero())
+    check_derivatives(model, p)
+    check_derivatives(model, model.zero())
 
 
 def test_all_words_were_met() -> None:
@@ -114,8 +114,8 @@ def test_words_that_are_zero_today(case: Case) -> None:
         if any(has_property(b, w) for b in model.blocks)
     ]
     model = model.with_parameters(select_parameters(wanted, model))
-    check(model, model.zero())
-    check(model, np.full(len(wanted), 0.3))
+    check_derivatives(model, model.zero())
+    check_derivatives(model, np.full(len(wanted), 0.3))
     for parameter in model.parameters:
         assert (parameter.nominal, parameter.unit_size) == (0.0, ZERO[parameter.of])
 
@@ -169,7 +169,7 @@ def test_overlapping_and_tied_parameters() -> None:
             model,
         )
     )
-    check(model, np.array([0.2, -0.1, 0.15, 0.05, -0.1, 0.3, 0.2, -0.2, 0.4]))
+    check_derivatives(model, np.array([0.2, -0.1, 0.15, 0.05, -0.1, 0.3, 0.2, -0.2, 0.4]))
     assert [p.members() for p in model.parameters] == [1, 2, 3, 6, 6, 1, 6, 6, 1]
 
 

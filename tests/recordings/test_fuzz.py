@@ -208,24 +208,24 @@ def original(name: str) -> bytes:
         return path.read_bytes()
 
 
-def exercise(raw: bytes, ending: str) -> None:
+def assert_read_or_refused(raw: bytes, ending: str) -> None:
     """Read, inspect and interpret a file; anything but a `RecordingError` fails, and so does a
     shape that was never written."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"x{ending}"
         path.write_bytes(raw)
         with no_hang():
-            read_in_every_way(path)
+            assert_refused_by_name(path)
 
 
-def read_in_every_way(path: Path) -> None:
+def assert_refused_by_name(path: Path) -> None:
     try:
         contents = read_file(path)
     except RecordingError as error:
         assert str(path) in str(error)
         contents = None
     if contents is not None:
-        consistent(contents)
+        assert_consistent(contents)
     for attempt in (
         lambda: inspect_file(path),
         lambda: gather(time_blocks(read_file(path), WANTED, ORIGIN, rate=100.0)),
@@ -235,7 +235,7 @@ def read_in_every_way(path: Path) -> None:
             attempt()
 
 
-def consistent(contents: Contents) -> None:
+def assert_consistent(contents: Contents) -> None:
     """Functions have as many values as abscissae; a text table that lost rows says so."""
     for f in contents.functions:
         assert f.values.ndim == 1 and (f.abscissa is None or f.abscissa.shape == f.values.shape)
@@ -253,8 +253,8 @@ FEW = settings(
 @pytest.mark.parametrize("name", NAMES)
 def test_truncated_files(name: str) -> None:
     raw = original(name)
-    for share in np.linspace(0.0, 1.0, 25):
-        exercise(raw[: int(share * len(raw))], Path(name).suffix)
+    for fraction in np.linspace(0.0, 1.0, 25):
+        assert_read_or_refused(raw[: int(fraction * len(raw))], Path(name).suffix)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -268,19 +268,19 @@ def test_flipped_bits(name: str, data: st.DataObject) -> None:
             st.one_of(st.integers(0, min(len(raw), 700) - 1), st.integers(0, len(raw) - 1))
         )
         raw[place] ^= 1 << data.draw(st.integers(0, 7))
-    exercise(bytes(raw), Path(name).suffix)
+    assert_read_or_refused(bytes(raw), Path(name).suffix)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_mislabelled_files(name: str) -> None:
     for ending in ENDINGS:
-        exercise(original(name), ending)
+        assert_read_or_refused(original(name), ending)
 
 
 @FEW
 @given(raw=st.binary(max_size=400), ending=st.sampled_from(ENDINGS))
 def test_random_bytes(raw: bytes, ending: str) -> None:
-    exercise(raw, ending)
+    assert_read_or_refused(raw, ending)
 
 
 @FEW
@@ -289,7 +289,7 @@ def test_random_bytes(raw: bytes, ending: str) -> None:
     ending=st.sampled_from((".csv", ".json", ".uff")),
 )
 def test_random_text(raw: str, ending: str) -> None:
-    exercise(raw.encode(), ending)
+    assert_read_or_refused(raw.encode(), ending)
 
 
 @FEW
@@ -300,18 +300,18 @@ def test_random_text(raw: str, ending: str) -> None:
 )
 def test_a_piece_cut_out(at: int, cut: int, name: str) -> None:
     raw = original(name)
-    exercise(raw[:at] + raw[at + cut :], Path(name).suffix)
+    assert_read_or_refused(raw[:at] + raw[at + cut :], Path(name).suffix)
 
 
 @pytest.mark.parametrize("name", ["a.stored.npz", "a.npz", "a.npy", "a.mat", "b.uff"])
 @FEW
-@given(share=st.floats(0.05, 0.999))
-def test_a_truncated_record_is_never_a_shorter_record(name: str, share: float) -> None:
+@given(fraction=st.floats(0.05, 0.999))
+def test_a_truncated_record_is_never_a_shorter_record(name: str, fraction: float) -> None:
     """A binary format states its length: half a file must not pass for a shorter test."""
     raw = original(name)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"x{Path(name).suffix}"
-        path.write_bytes(raw[: int(share * len(raw))])
+        path.write_bytes(raw[: int(fraction * len(raw))])
         try:
             history = gather(time_blocks(read_file(path), WANTED, ORIGIN, rate=100.0))
         except RecordingError:
@@ -320,5 +320,5 @@ def test_a_truncated_record_is_never_a_shorter_record(name: str, share: float) -
 
 
 def test_a_json_nested_without_end() -> None:
-    exercise(b"[" * 100_000, ".json")
-    exercise(b'{"data":' * 50_000, ".json")
+    assert_read_or_refused(b"[" * 100_000, ".json")
+    assert_read_or_refused(b'{"data":' * 50_000, ".json")

@@ -11,7 +11,10 @@ import numpy as np
 import pytest
 
 from cvxupdate.errors import RecordingError
+from cvxupdate.recordings import load
 from cvxupdate.recordings.load import blocks_of, load_recordings
+from cvxupdate.recordings.read import read_file
+from cvxupdate.recordings.read.contents import Contents
 from cvxupdate.recordings.types import FrequencyResponse, ModeTable, TimeHistory
 from cvxupdate.spec import check_problem, load_problem
 from validation.real import table
@@ -63,6 +66,54 @@ def test_a_time_history_arrives_in_si(tmp_path: Path) -> None:
     assert isinstance(record, TimeHistory)
     np.testing.assert_allclose(record.data, data[10:110] * [4.4482216152605, 9.80665 / 0.1])
     assert (record.rate, record.origin.level, record.origin.use) == (50.0, 2.0, "fit")
+
+
+RUN = '[[recordings]]\nkind = "time"\nfile = "{}.npz"\nrate = 50.0\nstart = {}\nstop = {}\n'
+
+
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The names of the files that `load` reads, in order."""
+    seen: list[str] = []
+
+    def read(path: Path, *rest: object) -> Contents:
+        seen.append(path.name)
+        return read_file(path, *rest)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(load, "read_file", read)
+    return seen
+
+
+def test_every_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where recordings of two files alternate."""
+    for name in "ab":
+        np.savez(tmp_path / f"{name}.npz", data=np.random.default_rng(0).normal(size=(300, 2)))
+    order = "abab"
+    text = "".join(RUN.format(n, 10 * k, 200 + k) + CHANNELS for k, n in enumerate(order))
+    seen = counted(monkeypatch)
+    records = load_recordings(load_problem(problem(tmp_path, text)))
+    assert seen == ["a.npz", "b.npz"]
+    assert [len(r.data) for r in records] == [200 - 9 * k for k in range(4)]  # type: ignore[union-attr]
+
+
+def test_a_known_recording_is_corrected_and_not_read_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As when an updated model with a gain taken out is compared with what was diagnosed."""
+    np.savez(tmp_path / "a.npz", data=np.random.default_rng(0).normal(size=(300, 2)))
+    gain = 'corrections = [{{ node = 1, dof = "x", gain = {} }}{}]\n'
+    more = ', { node = 1, dof = "x", gain = 4.0 }'
+    table = RUN.format("a", 10, 110) + CHANNELS
+    first = load_problem(problem(tmp_path, table + gain.format(2.0, "")))
+    known = tuple(zip(first.recordings, load_recordings(first), strict=True))
+    again = load_problem(problem(tmp_path, table + gain.format(2.0, more)))
+    other = load_problem(problem(tmp_path, table + gain.format(5.0, "")))
+    seen = counted(monkeypatch)
+    (record,) = load_recordings(again, known=known)
+    assert seen == [] and isinstance(record, TimeHistory)
+    assert np.array_equal(record.data, load_recordings(again)[0].data)  # type: ignore[union-attr]
+    seen.clear()
+    load_recordings(other, known=known)
+    assert seen == ["a.npz"], "another correction is another recording"
 
 
 def test_frf_arrays_and_the_band(tmp_path: Path) -> None:
@@ -135,7 +186,7 @@ rows = [{ frequency = 4.0 }]
         ),
         (("column = 1", "column = 7"), "no column 7; the table has 2"),
         (("rate = 50.0", "rate = 50.0\nstart = 299"), "leave nothing of 300"),
-        (("rate = 50.0\n", ""), "does not say its sampling rate"),
+        (("rate = 50.0\n", ""), "does not state its sampling rate"),
         (("column = 1", 'column = "acc"'), "no column or array 'acc'.*data 300x2"),
     ],
 )

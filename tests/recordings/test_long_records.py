@@ -15,10 +15,11 @@ import pytest
 from numpy.typing import NDArray
 
 from cvxupdate.recordings import survey as module
-from cvxupdate.recordings.inspect import _survey, inspect_file
+from cvxupdate.recordings.inspect import inspect_file
+from cvxupdate.recordings.inspect.channels import survey_whole
 from cvxupdate.recordings.read import read_file
 from cvxupdate.recordings.read.contents import Options
-from cvxupdate.recordings.read.to_time import rate_of_times, rises
+from cvxupdate.recordings.read.time_axis import rate_of_times, rises
 from cvxupdate.recordings.survey import survey
 
 RATE = 2048.0
@@ -64,7 +65,7 @@ def signals() -> dict[str, NDArray[np.float64]]:
 @pytest.mark.parametrize("name", list(signals()))
 def test_blocks_say_what_the_whole_record_says(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     x = signals()[name]
-    want = _survey(x, RATE)
+    want = survey_whole(x, RATE)
     monkeypatch.setattr(module, "LONG", 4096)
     (seen,) = survey([x], RATE)
     assert (seen.missing, seen.clipped) == (want.missing, want.clipped)
@@ -97,14 +98,15 @@ def test_the_bar_moves_to_its_end(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_times_are_checked_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    from cvxupdate.recordings.read import to_time
 
-    monkeypatch.setattr(to_time, "_BLOCK", 100)
+    from cvxupdate.recordings.read import time_axis
+
+    monkeypatch.setattr(time_axis, "BLOCK", 100)
     t = np.arange(1000) / 50.0
     assert rises(t) and rate_of_times(t, "x") == pytest.approx(50.0)
     late = t.copy()
     late[700:] += 0.5
-    with pytest.raises(to_time.RecordingError, match="sample "):
+    with pytest.raises(time_axis.RecordingError, match="sample "):
         rate_of_times(late, "x")
     back = t.copy()
     back[500] = back[499]
@@ -119,13 +121,13 @@ def test_a_large_file_is_held_on_disk_whatever_its_format(
 ) -> None:
     """24 MB (6 MB of text), with everything above half a megabyte counted as large: memory stays
     far below the table's size."""
-    from cvxupdate.recordings.read import disk
+    from cvxupdate.recordings.read import disk_buffer
 
-    for name in ("npz", "hdf5", "mat", "text", "disk"):
+    for name in ("npz", "hdf5", "mat", "text", "disk_buffer"):
         monkeypatch.setattr(
             sys.modules[f"cvxupdate.recordings.read.{name}"],
             "PIECE",
-            2**17 if name != "disk" else disk.PIECE,
+            2**17 if name != "disk_buffer" else disk_buffer.PIECE,
         )
     monkeypatch.setattr(sys.modules["cvxupdate.recordings.read.text"], "_PIECE", 4096)
     data = np.random.default_rng(2).normal(size=(200_000, 4) if form == "csv" else (1_500_000, 2))
@@ -150,7 +152,9 @@ def test_a_large_file_is_held_on_disk_whatever_its_format(
     heard: list[tuple[int, int]] = []
     read_file(path)  # libraries that load on use
     tracemalloc.start()
-    contents = read_file(path, Options(told=lambda what, done, total: heard.append((done, total))))
+    contents = read_file(
+        path, Options(progress=lambda what, done, total: heard.append((done, total)))
+    )
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     np.testing.assert_allclose(contents.arrays["data"], data, atol=1e-6 if form == "csv" else 0.0)
@@ -227,7 +231,7 @@ def test_inspect_shows_a_bar_on_a_terminal_and_never_with_json(
     if option:
         assert shown == "" and json.loads(said)["length"] == 1_500_000
     else:
-        assert "looking at the channels" in shown and "100%" in shown and "1500000 samples" in said
+        assert "inspecting the channels" in shown and "100%" in shown and "1500000 samples" in said
 
 
 @pytest.mark.slow
@@ -238,7 +242,7 @@ def test_half_a_gigabyte_is_inspected_in_less_than_one_with_a_bar(tmp_path: Path
     long_file(tmp_path / "a.npy", samples, 8)
     assert (tmp_path / "a.npy").stat().st_size > 500e6
     said, shown, peak = on_a_terminal("inspect", str(tmp_path / "a.npy"))
-    assert f"{samples} samples" in said and "looking at the channels" in shown and "100%" in shown
+    assert f"{samples} samples" in said and "inspecting the channels" in shown and "100%" in shown
     assert peak < 1e9
     seen = inspect_file(tmp_path / "a.npy")
     assert [c.rms for c in seen.channels] == pytest.approx([np.sqrt(1.0 + 4.5)] * 8, rel=1e-3)

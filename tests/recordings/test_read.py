@@ -12,9 +12,10 @@ import pytest
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.read import FORMATS, read_file
 from cvxupdate.recordings.read.contents import Options
+from cvxupdate.recordings.read.time_axis import rate_of_times
 from cvxupdate.recordings.read.to_frf import frequency_response
 from cvxupdate.recordings.read.to_modes import modes_of_contents
-from cvxupdate.recordings.read.to_time import gather, rate_of_times, time_blocks
+from cvxupdate.recordings.read.to_time import gather, time_blocks
 from cvxupdate.recordings.read.variance import averages_from_scatter, variance_of_frf
 from cvxupdate.recordings.read.wanted import Names, Wanted
 from cvxupdate.recordings.types import Channel, Origin
@@ -416,7 +417,7 @@ def test_frf_arrays_of_wrong_shape_are_refused(tmp_path: Path) -> None:
         ("H", np.ones((40, 1, 2), complex), "shape"),
         ("H", np.ones((39, 2, 1), complex), "39"),
         ("response_dof", [3, 7], "1 to 6"),
-        ("frequency", np.zeros(40), "increase"),
+        ("frequency", np.zeros(40), "increasing"),
         ("response_node", [1], "do not agree"),
         ("coherence", np.ones((40, 2, 3)), "coherence"),
         ("coherence", np.full((40, 2, 1), 1.5), "between 0 and 1"),

@@ -93,7 +93,7 @@ def test_a_sensitivity_turns_volts_into_the_quantity() -> None:
         (("acceleration", "V"), "sensitivity"),
         (("force", "newtn"), "newton"),
         (("displacement", "m", "rx"), "rotation"),
-        (("force", "N", "x", 0.0), "not zero"),
+        (("force", "N", "x", 0.0), "non-zero"),
         (("force", "m/"), ""),
     ],
 )

@@ -154,7 +154,7 @@ change = st.tuples(
 )
 
 
-def holds(path: Path) -> None:
+def assert_faults_are_complete(path: Path) -> None:
     try:
         spec = load_problem(path)
     except ProblemFileError as error:
@@ -181,7 +181,7 @@ def test_changed_values(
     good.write_text(
         "\n".join(f"{json.dumps(k)} = {write(v)}" for k, v in spoilt(start, changes).items())
     )
-    holds(good)
+    assert_faults_are_complete(good)
 
 
 @settings(
@@ -194,7 +194,7 @@ def test_changed_values(
 def test_changed_bytes(good: Path, at: int, cut: int, put: bytes) -> None:
     blob = (GOOD / "problem.toml").read_bytes()
     good.write_bytes(blob[:at] + put + blob[at + cut :])
-    holds(good)
+    assert_faults_are_complete(good)
 
 
 @settings(
@@ -212,7 +212,7 @@ def test_any_csv_file(good: Path, text: bytes, table: str) -> None:
     data = copy.deepcopy(PLAIN)
     (data["model"] if table == "nodes" else data["model"]["elements"][0])[table] = {"file": "t.csv"}
     good.write_text("\n".join(f"{json.dumps(k)} = {write(v)}" for k, v in data.items()))
-    holds(good)
+    assert_faults_are_complete(good)
 
 
 def test_the_writer_of_this_test_keeps_the_good_file(good: Path) -> None:

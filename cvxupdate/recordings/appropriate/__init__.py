@@ -1,4 +1,4 @@
-"""Force appropriation, thesis 2.3.2: forces that excite one normal mode, and the modes they
+"""Force appropriation (section 2.3.2): forces that excite one normal mode, and the modes they
 excite."""
 
 from cvxupdate.recordings.appropriate.indicators import (

@@ -1,5 +1,5 @@
-"""Curves over frequency whose zeros or minima are undamped natural frequencies: thesis 2.35 to
-2.44.
+"""Curves over frequency whose zeros or minima are undamped natural frequencies: (2.35) to
+(2.44).
 
 ``H`` is (lines, responses, exciters), receptance or accelerance (for a mobility multiply by ``i
 omega`` first: `convert`). Each function gives eigenvalues (lines, exciters), ascending, and real

@@ -99,7 +99,7 @@ def decay_rates(table: ModeTable) -> DecayRates:
     scatter is below 0.25 and the fitted exponent lies within 0.35, or three of its deviations, of
     the law's. The stated deviations of the damping weigh the fit where known. The rate is the
     median, its deviation 1.25 robust scatter / root of the number of modes (Ewins section 2.4.3;
-    thesis Table 9.1).
+    Table 9.1).
 
     Raises
     ------

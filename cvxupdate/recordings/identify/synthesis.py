@@ -1,4 +1,4 @@
-"""FRFs synthesised from identified modes (thesis 9.5), and what they leave unexplained."""
+"""FRFs synthesised from identified modes (section 9.5), and what they leave unexplained."""
 
 from __future__ import annotations
 

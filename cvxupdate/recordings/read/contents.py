@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 AnyArray = NDArray[Any]
-Told = Callable[[str, int, int], None]
-"""How far a long work is: ``(what, done, of how many)``."""
+Progress = Callable[[str, int, int], None]
+"""Called during a long task with ``(what, done, total)``."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Options:
     ``delimiter``, ``decimal`` (``"."`` or ``","``), ``encoding``, ``skip_rows`` (lines left out on
     top) and ``header_lines`` (lines of header after those) are for text files. ``only`` names the
     arrays that are wanted, so that a container with hundreds of megabytes of others need not be
-    read. ``told`` is called while a large file is read; it does not say how to read it.
+    read. ``progress`` is called while a large file is read; it does not affect the reading.
     """
 
     delimiter: str | None = None
@@ -31,7 +31,7 @@ class Options:
     skip_rows: int | None = None
     header_lines: int | None = None
     only: frozenset[str] | None = None
-    told: Told | None = field(default=None, compare=False)
+    progress: Progress | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)

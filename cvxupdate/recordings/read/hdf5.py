@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.read.contents import AnyArray, Contents, Options, Told
-from cvxupdate.recordings.read.disk import PIECE, Spool
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Options, Progress
+from cvxupdate.recordings.read.disk_buffer import PIECE, DiskBuffer
 
 
 def _complex(value: AnyArray) -> AnyArray:
@@ -25,19 +25,19 @@ def _complex(value: AnyArray) -> AnyArray:
     return value
 
 
-def _values(item: Any, where: str, told: Told | None) -> AnyArray:
+def _values(item: Any, where: str, progress: Progress | None) -> AnyArray:
     """The numbers of a data set; those of a large one go to disk by slices along its first axis."""
     if item.ndim == 0 or item.size * item.dtype.itemsize <= 4 * PIECE or item.dtype.kind == "V":
         return np.asarray(item[()])
-    spool = Spool(where)
+    buffer = DiskBuffer(where)
     rows = max(1, PIECE // max(item.size // max(item.shape[0], 1) * item.dtype.itemsize, 1))
     if item.chunks is not None:
         rows = max(rows // item.chunks[0], 1) * item.chunks[0]  # a chunk is unpacked once
     for at in range(0, item.shape[0], rows):
-        spool.add(np.asarray(item[at : at + rows]))
-        if told is not None:
-            told(f"reading {item.name}", min(at + rows, item.shape[0]), item.shape[0])
-    return np.asarray(np.frombuffer(spool.view(), item.dtype, item.size).reshape(item.shape))
+        buffer.add(np.asarray(item[at : at + rows]))
+        if progress is not None:
+            progress(f"reading {item.name}", min(at + rows, item.shape[0]), item.shape[0])
+    return np.asarray(np.frombuffer(buffer.view(), item.dtype, item.size).reshape(item.shape))
 
 
 def read_hdf5(path: Path, options: Options) -> Contents:
@@ -88,7 +88,7 @@ def read_hdf5(path: Path, options: Options) -> Contents:
                 )
             if "MATLAB_empty" in item.attrs:
                 continue
-            value = _complex(_values(item, f"{path}: data set {name!r}", options.told))
+            value = _complex(_values(item, f"{path}: data set {name!r}", options.progress))
             if value.dtype.kind not in "biufc":
                 notes.append(f"data set {name!r} does not hold plain numbers; it was left out")
                 continue

@@ -10,8 +10,8 @@ import numpy as np
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.matfile import Sparse, read_variables
-from cvxupdate.recordings.read.contents import AnyArray, Contents, Options, Told
-from cvxupdate.recordings.read.disk import PIECE, Spool, release
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Options, Progress
+from cvxupdate.recordings.read.disk_buffer import PIECE, DiskBuffer, release
 
 _DENSE = 10**8  # entries of a sparse matrix that is made dense
 
@@ -28,28 +28,28 @@ def _dense(sparse: Sparse, where: str) -> AnyArray:
     return dense
 
 
-def _unpacked(body: memoryview, where: str, told: Told | None) -> memoryview:
+def _unpacked(body: memoryview, where: str, progress: Progress | None) -> memoryview:
     """A compressed element; what is large goes to disk. `zlib.error` where the checksum, or
     anything else, is wrong."""
     if len(body) < PIECE // 16:
         return memoryview(zlib.decompress(body))
-    unpacker, spool, at = zlib.decompressobj(), Spool(where), 0
+    unpacker, buffer, at = zlib.decompressobj(), DiskBuffer(where), 0
     while at < len(body) or unpacker.unconsumed_tail:
         packed = unpacker.unconsumed_tail or body[at : at + PIECE]
         at += 0 if unpacker.unconsumed_tail else len(packed)
         piece = unpacker.decompress(packed, PIECE)
-        spool.add(piece)
+        buffer.add(piece)
         release(body)
         if not piece and unpacker.eof:
             break
-        if told is not None:
-            told(f"unpacking {Path(where).name}", at - len(unpacker.unconsumed_tail), len(body))
+        if progress is not None:
+            progress(f"unpacking {Path(where).name}", at - len(unpacker.unconsumed_tail), len(body))
     if not unpacker.eof:
         raise RecordingError(
             f"{where}: a variable of it ends before its time. The file is cut short or "
             "damaged: copy or save it again."
         )
-    return spool.view()
+    return buffer.view()
 
 
 def read_mat(path: Path, options: Options) -> Contents:
@@ -60,7 +60,7 @@ def read_mat(path: Path, options: Options) -> Contents:
     unpacked to disk.
     """
     found = read_variables(
-        path, options.only, lambda body, where: _unpacked(body, where, options.told)
+        path, options.only, lambda body, where: _unpacked(body, where, options.progress)
     )
     sparse = {
         name: _dense(matrix, f"{path}: variable {name!r}") for name, matrix in found.sparse.items()

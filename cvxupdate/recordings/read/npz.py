@@ -14,8 +14,8 @@ from typing import IO
 import numpy as np
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.read.contents import AnyArray, Contents, Options, Told
-from cvxupdate.recordings.read.disk import PIECE, Spool
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Options, Progress
+from cvxupdate.recordings.read.disk_buffer import PIECE, DiskBuffer
 
 _LIMIT = 2**34  # bytes of one array that are believed without a second thought: 16 GB
 _HEADER = (
@@ -59,7 +59,7 @@ def _array(
 
 
 def _unpacked(
-    stream: IO[bytes], member: zipfile.ZipInfo, where: str, told: Told | None
+    stream: IO[bytes], member: zipfile.ZipInfo, where: str, progress: Progress | None
 ) -> AnyArray | None:
     """A compressed member; a large one is unpacked to disk. The archive checks its own sum when the
     end is reached."""
@@ -67,13 +67,15 @@ def _unpacked(
         array = _array(stream, member.file_size, where, None, 0)
         stream.read()
         return array
-    spool = Spool(where)
+    buffer = DiskBuffer(where)
     while piece := stream.read(PIECE):
-        spool.add(piece)
-        if told is not None:
-            told(f"unpacking {member.filename}", spool.size, max(member.file_size, spool.size))
-    view = spool.view()
-    return _array(io.BytesIO(view[:_HEADER]), spool.size, where, view, 0)
+        buffer.add(piece)
+        if progress is not None:
+            progress(
+                f"unpacking {member.filename}", buffer.size, max(member.file_size, buffer.size)
+            )
+    view = buffer.view()
+    return _array(io.BytesIO(view[:_HEADER]), buffer.size, where, view, 0)
 
 
 def _stored_at(path: Path, member: zipfile.ZipInfo) -> int:
@@ -86,7 +88,7 @@ def _stored_at(path: Path, member: zipfile.ZipInfo) -> int:
     return int(member.header_offset) + 30 + int(name) + int(extra)
 
 
-def _sound(path: Path, start: int, member: zipfile.ZipInfo, told: Told | None) -> bool:
+def _sound(path: Path, start: int, member: zipfile.ZipInfo, progress: Progress | None) -> bool:
     """Whether an uncompressed member agrees with its checksum; read in pieces, so that a large one
     stays on disk."""
     total, left = 0, member.file_size
@@ -94,8 +96,8 @@ def _sound(path: Path, start: int, member: zipfile.ZipInfo, told: Told | None) -
         file.seek(start)
         while left > 0 and (piece := file.read(min(2**22, left))):
             total, left = zlib.crc32(piece, total), left - len(piece)
-            if told is not None and member.file_size > PIECE:
-                told(f"reading {path.name}", member.file_size - left, member.file_size)
+            if progress is not None and member.file_size > PIECE:
+                progress(f"reading {path.name}", member.file_size - left, member.file_size)
     return total == member.CRC
 
 
@@ -138,8 +140,8 @@ def read_npz(path: Path, options: Options) -> Contents:
                 if stored:
                     array = _array(stream, member.file_size, where, view, _stored_at(path, member))
                 else:
-                    array = _unpacked(stream, member, where, options.told)
-            if stored and not _sound(path, _stored_at(path, member), member, options.told):
+                    array = _unpacked(stream, member, where, options.progress)
+            if stored and not _sound(path, _stored_at(path, member), member, options.progress):
                 raise RecordingError(
                     f"{where}: its checksum is wrong. The file is damaged: copy or export it again."
                 )

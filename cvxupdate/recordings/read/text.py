@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.read.contents import AnyArray, Contents, Options, Told
-from cvxupdate.recordings.read.disk import PIECE, Spool
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Options, Progress
+from cvxupdate.recordings.read.disk_buffer import PIECE, DiskBuffer
 from cvxupdate.recordings.read.text_layout import Layout, fields, find_layout, number, row
 
 _SAMPLE = 400  # lines looked at for the layout
@@ -138,7 +138,7 @@ def _slow(
 
 
 def text_pieces(
-    path: Path, layout: Layout, notes: list[str], told: Told | None = None
+    path: Path, layout: Layout, notes: list[str], progress: Progress | None = None
 ) -> Iterator[NDArray[Any]]:
     """The rows of the table, some tens of thousands at a time, (rows, columns) real or complex;
     notes are added on the way."""
@@ -152,8 +152,8 @@ def text_pieces(
         while piece := list(itertools.islice(numbered, _PIECE)):
             table = _fast([line for _, line in piece], layout)
             yield _slow(piece, layout, notes, str(path), numbered) if table is None else table
-            if told is not None and size > PIECE and not raw.closed:
-                told(f"reading {path.name}", raw.tell(), size)
+            if progress is not None and size > PIECE and not raw.closed:
+                progress(f"reading {path.name}", raw.tell(), size)
 
 
 def _gathered(pieces: Iterator[NDArray[Any]], where: str) -> NDArray[Any]:
@@ -170,10 +170,10 @@ def _gathered(pieces: Iterator[NDArray[Any]], where: str) -> NDArray[Any]:
             break
     else:
         return held[0] if len(held) == 1 else np.concatenate(held)
-    spool = Spool(where)
+    buffer = DiskBuffer(where)
     for piece in itertools.chain(held, pieces):
-        spool.add(piece)
-    return np.asarray(np.frombuffer(spool.view(), held[0].dtype).reshape(-1, held[0].shape[1]))
+        buffer.add(piece)
+    return np.asarray(np.frombuffer(buffer.view(), held[0].dtype).reshape(-1, held[0].shape[1]))
 
 
 def _commands(path: Path, encoding: str) -> dict[str, AnyArray]:
@@ -206,7 +206,7 @@ def read_text(path: Path, options: Options) -> Contents:
             raise
         return Contents(str(path), "settings", arrays, notes=("a list of settings, not a table",))
     notes = list(layout.notes)
-    data = _gathered(text_pieces(path, layout, notes, options.told), str(path))
+    data = _gathered(text_pieces(path, layout, notes, options.progress), str(path))
     if len(data) < 2:
         raise RecordingError(
             f"{path}: its table has fewer than two rows. Check header_lines and the file."

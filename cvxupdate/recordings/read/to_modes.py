@@ -55,15 +55,37 @@ def mode_table(
     frequency = np.array([mode.frequency for mode in modes], dtype=float)
     if not np.all(np.isfinite(frequency)) or np.any(frequency <= 0.0):
         raise RecordingError(f"{where}: a frequency is not a positive number.")
-    std = np.array(
-        [mode.frequency_std if mode.frequency_std is not None else np.nan for mode in modes],
-        dtype=float,
+    given = _column([mode.frequency_std for mode in modes])
+    std, relative_only = _deviations(frequency, given, frequency_std, frequency_std_relative, where)
+    places, labels = _places(where, wanted, channels)
+    shapes, deviations = _shapes(where, modes, places, len(labels))
+    return ModeTable(
+        origin,
+        frequency,
+        std,
+        _column([mode.damping for mode in modes]),
+        _column([mode.damping_std for mode in modes]),
+        labels,
+        shapes,
+        deviations,
+        np.array([mode.pair for mode in modes], dtype=np.int64),
+        relative_only,
     )
-    fallback = frequency_std if frequency_std is not None else None
+
+
+def _column(values: list[float | None]) -> Real:
+    return np.array([np.nan if value is None else value for value in values], dtype=float)
+
+
+def _deviations(
+    frequency: Real, given: Real, fallback: float | None, relative: float | None, where: str
+) -> tuple[Real, bool]:
+    """Deviation of every frequency in Hz, and whether it is a mere weight; see `mode_table`."""
+    std = given
     if fallback is not None:
         std = np.where(np.isnan(std), fallback, std)
-    elif frequency_std_relative is not None:
-        std = np.where(np.isnan(std), frequency_std_relative * frequency, std)
+    elif relative is not None:
+        std = np.where(np.isnan(std), relative * frequency, std)
     relative_only = bool(np.all(np.isnan(std)))
     if relative_only:
         std = WEIGHT * frequency
@@ -75,24 +97,7 @@ def mode_table(
         )
     if np.any(std <= 0.0):
         raise RecordingError(f"{where}: a frequency_std is not positive.")
-
-    def column(values: list[float | None]) -> Real:
-        return np.array([np.nan if value is None else value for value in values], dtype=float)
-
-    places, labels = _places(where, wanted, channels)
-    shapes, deviations = _shapes(where, modes, places, len(labels))
-    return ModeTable(
-        origin,
-        frequency,
-        std,
-        column([mode.damping for mode in modes]),
-        column([mode.damping_std for mode in modes]),
-        labels,
-        shapes,
-        deviations,
-        np.array([mode.pair for mode in modes], dtype=np.int64),
-        relative_only,
-    )
+    return std, relative_only
 
 
 def _places(
@@ -162,85 +167,33 @@ def modes_of_contents(
     deviation of λ = (2πf)² gives that of f by σ_f = σ_λ / (8π²f). Also returns the channels of the
     shapes where the file itself labels them (55).
     """
-    where = contents.file
     if contents.shapes:
         return _from_shapes(contents)
-
-    def vector(name: str) -> Real | None:
-        array = contents.arrays.get(names[name])
-        if array is None and names[name] in contents.columns:
-            array = contents.arrays["data"][:, contents.columns.index(names[name])]
-        if array is None:
-            return None
-        values = real_values(np.atleast_1d(np.squeeze(array)), f"{where}: {names[name]}")
-        if values.ndim != 1:
-            raise RecordingError(
-                f"{where}: {names[name]!r} has shape {array.shape}; one number for each mode "
-                "is needed."
-            )
-        return values
-
-    frequency, eigenvalue = vector("frequency"), vector("eigenvalue")
-    std = vector("frequency_std")
-    if frequency is None and eigenvalue is not None:
-        if np.any(eigenvalue <= 0.0):
-            raise RecordingError(f"{where}: an eigenvalue is not positive.")
-        frequency = np.sqrt(eigenvalue) / (2.0 * np.pi)
-        eigenvalue_std = vector("eigenvalue_std")
-        std = (
-            eigenvalue_std / (8.0 * np.pi**2 * frequency)
-            if eigenvalue_std is not None and eigenvalue_std.shape == frequency.shape
-            else std
-        )
-    if frequency is None:
-        raise RecordingError(
-            f"{where}: there is no array 'frequency' (Hz) or 'eigenvalue' (rad²/s²) among "
-            f"{', '.join(contents.arrays) or 'its data'}. Name it with variables."
-        )
+    frequency, std = _frequencies(contents, names)
     count = frequency.size
-    columns = {
-        "frequency_std": std,
-        "damping": vector("damping"),
-        "damping_std": vector("damping_std"),
-    }
-    for name, values in columns.items():
+    damping, damping_std = (_vector(contents, names, key) for key in ("damping", "damping_std"))
+    for name, values in (
+        ("frequency_std", std),
+        ("damping", damping),
+        ("damping_std", damping_std),
+    ):
         if values is not None and values.size != count:
             raise RecordingError(
-                f"{where}: {count} frequencies, but {values.size} values of {name}."
+                f"{contents.file}: {count} frequencies, but {values.size} values of {name}."
             )
-
-    def matrix(name: str) -> np.ndarray | None:
-        rows, turned = (
-            contents.arrays.get(names[name]),
-            contents.arrays.get(names[f"{name}_columns"]),
-        )
-        array = rows if rows is not None else (turned.T if turned is not None else None)
-        if array is not None and (
-            array.ndim != 2 or array.shape[0] != count or array.dtype.kind not in "biufc"
-        ):
-            raise RecordingError(
-                f"{where}: {name} has shape {array.shape}; {count} modes were given. Use "
-                "shape for (modes, entries) and shape_columns for (entries, modes)."
-            )
-        return array
-
-    shape, shape_std = matrix("shape"), matrix("shape_std")
+    shape, shape_std = (_matrix(contents, names, key, count) for key in ("shape", "shape_std"))
     if shape is not None and not wanted:
         shape = None  # without channels nobody knows where its entries are
     if shape is not None and shape_std is not None and shape.shape != shape_std.shape:
         raise RecordingError(
-            f"{where}: shape {shape.shape} and shape_std {shape_std.shape} do not agree."
+            f"{contents.file}: shape {shape.shape} and shape_std {shape_std.shape} do not agree."
         )
-
-    def entry(values: Real | None, m: int) -> float | None:
-        return None if values is None or np.isnan(values[m]) else float(values[m])
-
     return [
         ModeValues(
             float(frequency[m]),
-            entry(columns["frequency_std"], m),
-            entry(columns["damping"], m),
-            entry(columns["damping_std"], m),
+            _entry(std, m),
+            _entry(damping, m),
+            _entry(damping_std, m),
             None if shape is None else list(shape[m].tolist()),
             None
             if shape is None or shape_std is None
@@ -248,6 +201,63 @@ def modes_of_contents(
         )
         for m in range(count)
     ], ()
+
+
+def _entry(values: Real | None, m: int) -> float | None:
+    return None if values is None or np.isnan(values[m]) else float(values[m])
+
+
+def _vector(contents: Contents, names: Names, name: str) -> Real | None:
+    """One number for each mode, from an array or a named column; None where there is none."""
+    array = contents.arrays.get(names[name])
+    if array is None and names[name] in contents.columns:
+        array = contents.arrays["data"][:, contents.columns.index(names[name])]
+    if array is None:
+        return None
+    where = f"{contents.file}: {names[name]}"
+    values = real_values(np.atleast_1d(np.squeeze(array)), where)
+    if values.ndim != 1:
+        raise RecordingError(
+            f"{contents.file}: {names[name]!r} has shape {array.shape}; one number for each mode "
+            "is needed."
+        )
+    return values
+
+
+def _frequencies(contents: Contents, names: Names) -> tuple[Real, Real | None]:
+    """Frequencies in Hz and their deviations, from eigenvalues where the file has those instead."""
+    frequency, eigenvalue = (_vector(contents, names, key) for key in ("frequency", "eigenvalue"))
+    std = _vector(contents, names, "frequency_std")
+    if frequency is None and eigenvalue is not None:
+        if np.any(eigenvalue <= 0.0):
+            raise RecordingError(f"{contents.file}: an eigenvalue is not positive.")
+        frequency = np.sqrt(eigenvalue) / (2.0 * np.pi)
+        eigenvalue_std = _vector(contents, names, "eigenvalue_std")
+        if eigenvalue_std is not None and eigenvalue_std.shape == frequency.shape:
+            std = eigenvalue_std / (8.0 * np.pi**2 * frequency)
+    if frequency is None:
+        raise RecordingError(
+            f"{contents.file}: there is no array 'frequency' (Hz) or 'eigenvalue' (rad²/s²) among "
+            f"{', '.join(contents.arrays) or 'its data'}. Name it with variables."
+        )
+    return frequency, std
+
+
+def _matrix(contents: Contents, names: Names, name: str, count: int) -> np.ndarray | None:
+    """Shapes (modes, entries), turned where the file has them by columns; None without any."""
+    rows, turned = (
+        contents.arrays.get(names[name]),
+        contents.arrays.get(names[f"{name}_columns"]),
+    )
+    array = rows if rows is not None else (turned.T if turned is not None else None)
+    if array is not None and (
+        array.ndim != 2 or array.shape[0] != count or array.dtype.kind not in "biufc"
+    ):
+        raise RecordingError(
+            f"{contents.file}: {name} has shape {array.shape}; {count} modes were given. Use "
+            "shape for (modes, entries) and shape_columns for (entries, modes)."
+        )
+    return array
 
 
 def _from_shapes(contents: Contents) -> tuple[list[ModeValues], tuple[Channel, ...]]:

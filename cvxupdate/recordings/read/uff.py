@@ -9,8 +9,8 @@ with pyuff. Source: University of Cincinnati SDRL, Universal File Datasets Summa
 from __future__ import annotations
 
 import mmap
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from cvxupdate.errors import RecordingError
@@ -22,11 +22,11 @@ from cvxupdate.recordings.read.uff_shape import read_shape
 
 @dataclass(frozen=True)
 class _Block:
-    """One data set: its type word (``"58b"``), its header lines, and where its body begins and ends
+    """One data set: its type (``"58b"``), its header lines, and where its body begins and ends
     in the file."""
 
     number: int
-    word: str
+    type: str
     lines: tuple[str, ...]
     start: int
     stop: int
@@ -73,14 +73,14 @@ def _blocks(view: mmap.mmap, notes: list[str]) -> Iterator[_Block]:
     while opening is not None:
         begin = opening[1]
         first_end = _line_end(view, begin)
-        word_line = view[begin : min(first_end, begin + 200)].decode("latin-1")
-        word = word_line[:7].strip()
-        if word_line.strip() == "-1":  # some writers repeat the opening mark
+        type_line = view[begin : min(first_end, begin + 200)].decode("latin-1")
+        type_ = type_line[:7].strip()
+        if type_line.strip() == "-1":  # some writers repeat the opening mark
             opening = (begin, first_end)
             continue
         number += 1
-        lines, at = [word_line], first_end
-        if word == "58b":
+        lines, at = [type_line], first_end
+        if type_ == "58b":
             for _ in range(11):
                 end = _line_end(view, at)
                 lines.append(view[at : min(end, at + 400)].decode("latin-1").rstrip("\r\n"))
@@ -96,10 +96,10 @@ def _blocks(view: mmap.mmap, notes: list[str]) -> Iterator[_Block]:
             closing = _find_mark(view, at)
         if closing is None:
             notes.append(
-                f"data set {number} ({word or 'no type'}) is cut off by the end of the file"
+                f"data set {number} ({type_ or 'no type'}) is cut off by the end of the file"
             )
             closing = (len(view), len(view))
-        yield _Block(number, word, tuple(lines), at, closing[0])
+        yield _Block(number, type_, tuple(lines), at, closing[0])
         opening = _find_mark(view, closing[1])
 
 
@@ -127,67 +127,78 @@ def read_uff(path: Path, options: Options) -> Contents:
     """
     if path.stat().st_size == 0:
         raise RecordingError(f"{path}: the file is empty.")
-    notes: list[str] = []
     with path.open("rb") as file:
         view = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
-    blocks = list(_blocks(view, notes))
-
-    def text_of(block: _Block) -> str:
-        return view[block.start : block.stop].decode("latin-1")
-
-    def attempt(block: _Block, what: Callable[[], None]) -> None:
-        try:
-            what()
-        except (RecordingError, ValueError, IndexError, OverflowError) as error:
-            notes.append(f"data set {block.number} ({block.word}) cannot be read: {error}")
-
-    units = Units()
+    found = _Found(view, [])
+    blocks = list(_blocks(view, found.notes))
+    units = found.units(blocks)
     for block in blocks:
-        if block.word == "164":
-            try:
-                units = units_of(text_of(block))
-            except (RecordingError, ValueError, IndexError) as error:
-                notes.append(
-                    f"data set {block.number} (164, units) cannot be read: {error}; SI units "
-                    "are assumed"
-                )
-    functions: list[Function] = []
-    shapes: list[Shape] = []
-    nodes: dict[int, tuple[float, float, float]] = {}
-    for block in blocks:
-        if block.word in ("58", "58b"):
-
-            def function(block: _Block = block) -> None:
-                lines, start = block.lines, block.start
-                if block.word == "58":
-                    head = view[start : start + 4000].decode("latin-1").split("\n")[:11]
-                    lines = (block.lines[0], *(line.rstrip("\r") for line in head))
-                    for _ in range(11):
-                        start = _line_end(view, start)
-                functions.append(
-                    read_function(function_header(lines), view, start, block.stop, units)
-                )
-
-            attempt(block, function)
-        elif block.word == "55":
-            attempt(block, lambda block=block: shapes.append(read_shape(text_of(block), units)))  # type: ignore[misc]
-        elif block.word == "15":
-            attempt(block, lambda block=block: nodes.update(_nodes(text_of(block), units)))  # type: ignore[misc]
-        elif block.word not in ("151", "164"):
-            notes.append(
-                f"data set {block.number} is of type {block.word!r}, which is not a "
+        if block.type not in ("55", "58", "58b", "15", "151", "164"):
+            found.notes.append(
+                f"data set {block.number} is of type {block.type!r}, which is not a "
                 "recording; it was left out"
             )
-    if not functions and not shapes and not nodes:
-        why = "; ".join(notes[:3]) if notes else "it has no data set between two lines of -1"
+            continue
+        try:
+            found.read(block, units)
+        except (RecordingError, ValueError, IndexError, OverflowError) as error:
+            found.notes.append(f"data set {block.number} ({block.type}) cannot be read: {error}")
+    if not found.functions and not found.shapes and not found.nodes:
+        why = "; ".join(found.notes[:3])
+        why = why or "it has no data set between two lines of -1"
         raise RecordingError(
             f"{path}: nothing in this universal file can be read: {why}. Export it again as UFF 58."
         )
     return Contents(
         str(path),
         "uff",
-        functions=tuple(functions),
-        shapes=tuple(shapes),
-        nodes=nodes,
-        notes=tuple(notes),
+        functions=tuple(found.functions),
+        shapes=tuple(found.shapes),
+        nodes=found.nodes,
+        notes=tuple(found.notes),
     )
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What was read of a mapped file so far."""
+
+    view: mmap.mmap
+    notes: list[str]
+    functions: list[Function] = field(default_factory=list)
+    shapes: list[Shape] = field(default_factory=list)
+    nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
+
+    def text(self, block: _Block) -> str:
+        return self.view[block.start : block.stop].decode("latin-1")
+
+    def units(self, blocks: list[_Block]) -> Units:
+        """Those of the last readable data set 164, else SI."""
+        units = Units()
+        for block in (block for block in blocks if block.type == "164"):
+            try:
+                units = units_of(self.text(block))
+            except (RecordingError, ValueError, IndexError) as error:
+                self.notes.append(
+                    f"data set {block.number} (164, units) cannot be read: {error}; SI units "
+                    "are assumed"
+                )
+        return units
+
+    def read(self, block: _Block, units: Units) -> None:
+        """Add a function, a shape or nodes; raises what a damaged set leads to."""
+        if block.type in ("58", "58b"):
+            self.functions.append(self._function(block, units))
+        elif block.type == "55":
+            self.shapes.append(read_shape(self.text(block), units))
+        elif block.type == "15":
+            self.nodes.update(_nodes(self.text(block), units))
+
+    def _function(self, block: _Block, units: Units) -> Function:
+        lines, start = block.lines, block.start
+        if block.type == "58":
+            head = self.view[start : start + 4000].decode("latin-1").split("\n")[:11]
+            lines = (block.lines[0], *(line.rstrip("\r") for line in head))
+            for _ in range(11):
+                start = _line_end(self.view, start)
+        return read_function(function_header(lines), self.view, start, block.stop, units)

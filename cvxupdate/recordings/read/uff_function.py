@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.read.contents import Function, Point
-from cvxupdate.recordings.read.disk import PIECE
+from cvxupdate.recordings.read.disk_buffer import PIECE
 from cvxupdate.recordings.read.uff_fields import QUANTITY, Units, direction, fields, integer, real
 from cvxupdate.recordings.units import is_unit, parse_unit
 

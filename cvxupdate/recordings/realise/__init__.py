@@ -1,4 +1,4 @@
-"""Real (normal) modes from complex ones, thesis 2.3.1; every method's assumption is in its
+"""Real (normal) modes from complex ones (section 2.3.1); every method's assumption is in its
 docstring."""
 
 from cvxupdate.recordings.realise.frf import chen_hsu_tsuei, normal_frf, normal_stiffness

@@ -1,4 +1,4 @@
-"""Real modes straight from FRFs: the route of Chen, Hsu and Tsuei (thesis 2.24 to 2.32)."""
+"""Real modes straight from FRFs: the route of Chen, Hsu and Tsuei (2.24 to 2.32)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cvxupdate.recordings.types import Complex, Real
 
 def normal_frf(H: Complex) -> Real:
     """Receptances of the undamped structure from those of the damped one, ``Re H + Im H (Re H)^-1
-    Im H`` (thesis 2.29).
+    Im H`` (2.29).
 
     ``H`` (lines, n, n) square. Exact at every frequency, for viscous or hysteretic damping of any
     size, when all degrees of freedom that move are in the matrix: ``(Re H + Im H Re H^-1 Im H)^-1 =

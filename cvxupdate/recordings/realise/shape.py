@@ -15,7 +15,7 @@ def rotated(shapes: Complex) -> Complex:
 
 
 def simple(shapes: Complex) -> Real:
-    """Modulus with the sign of the cosine of the phase (thesis 2.16), after the phase of each shape
+    """Modulus with the sign of the cosine of the phase (2.16), after the phase of each shape
     was turned to its axis.
 
     Assumes light damping: phases close to 0 and 180 degrees. An entry near 90 degrees keeps its
@@ -30,13 +30,13 @@ def ahmadian_gladwell(shapes: Complex) -> Real:
     the one of largest MAC.
 
     Assumes nothing about the damping, and so cannot undo it: for heavy non-proportional damping the
-    best correlated real vector is not the normal mode (the thesis, after 2.34).
+    best correlated real vector is not the normal mode (after 2.34).
     """
     return np.asarray(rotated(shapes).real)
 
 
 def niedbal(shapes: Complex) -> Real:
-    """``Re + Im (Re^T Re)^-1 Re^T Im`` over all modes together (thesis 2.34; Niedbal 1984).
+    """``Re + Im (Re^T Re)^-1 Re^T Im`` over all modes together (2.34; Niedbal 1984).
 
     Assumes that the real modes are ``phi_C T`` with Re T near the unit matrix: the measured modes
     span the real ones, phases were normalised (done here by `rotated`), and damping is light to
@@ -66,7 +66,7 @@ def mac_with(complex_shape: Complex, real_shape: Real) -> float:
 
 
 def _best_step(c: Complex, r: Real, gamma: Real) -> float:
-    """Root kappa of the thesis's quadratic that maximises MAC(c, r + kappa gamma)."""
+    """Root kappa of the quadratic of section 2.3.1 that maximises MAC(c, r + kappa gamma)."""
     a, b = np.vdot(c, r), np.vdot(c, gamma)
     A, B, C = abs(a) ** 2, 2.0 * float((a * np.conj(b)).real), abs(b) ** 2
     D, E, F = float(r @ r), 2.0 * float(r @ gamma), float(gamma @ gamma)
@@ -82,7 +82,7 @@ def imregun_ewins(shapes: Complex, start: Real | None = None, *, sweeps: int = 5
 
     ``start`` (modes, channels), default `simple`. gamma runs over the real and imaginary parts of
     the complex shape and the unit vectors; kappa is a root of ``(CE - BF) k² + 2 (CD - AF) k + (BD
-    - AE) = 0`` (thesis 2.3.1). Sweeps end when MAC gains nothing. Assumes that correlation is the
+    - AE) = 0`` (section 2.3.1). Sweeps end when MAC gains nothing. Assumes that correlation is the
     measure of success; the maximum is the vector of `ahmadian_gladwell`, damping is not undone.
     """
     first = simple(shapes) if start is None else start

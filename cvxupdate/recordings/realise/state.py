@@ -36,7 +36,7 @@ def _basis(shapes: Complex, channels_kept: int) -> Real:
 def ibrahim_state(
     poles: Complex, shapes: Complex, *, step: float | None = None
 ) -> tuple[Real, Real]:
-    """Ibrahim's first method (1983a; thesis 2.17 to 2.21): the state matrix from free responses
+    """Ibrahim's first method (1983a; 2.17 to 2.21): the state matrix from free responses
     built of the identified modes.
 
     Displacement, velocity and acceleration of all modes together are formed at 2 m instants
@@ -82,7 +82,7 @@ def ibrahim_fill(
     *,
     analytical_damping: float = 0.0,
 ) -> tuple[Real, Real]:
-    """Ibrahim's second method (1983b; thesis 2.22, 2.23): ``[M^-1 K, M^-1 C]`` from measured modes
+    """Ibrahim's second method (1983b; 2.22, 2.23): ``[M^-1 K, M^-1 C]`` from measured modes
     filled up with the model's.
 
     The model's modes above the measured ones (``analytical_frequency`` Hz, ``analytical_shapes``

@@ -17,7 +17,7 @@ from cvxupdate.study import correlate, run
 from tests.cases.pages import assert_self_contained
 from validation import make_bay as BAY
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 PLATE = ROOT / "problems" / "structure_a" / "problem.toml"
 BRIDGE = ROOT / "problems" / "real" / "smu-modal-data" / "problem_footbridge.toml"
 LOSSY = '[model.damping]\nkind = "structural"\neta = 0.01\n'

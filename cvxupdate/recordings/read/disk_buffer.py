@@ -1,5 +1,4 @@
-"""Records larger than memory should hold: numbers spooled to disk, and mapped pages given back once
-they were used."""
+"""Records that do not fit into memory: a buffer on disk, and mapped pages released after use."""
 
 from __future__ import annotations
 
@@ -19,7 +18,7 @@ PIECE = 2**24
 """Bytes between two reports, and between two releases of mapped pages."""
 
 
-class Spool:
+class DiskBuffer:
     """Bytes written to a temporary file that has no name, and read back as a mapped array: memory
     holds only what is looked at."""
 

@@ -6,7 +6,7 @@ import re
 import tomllib
 from pathlib import Path
 
-PROBLEMS = Path(__file__).resolve().parents[2] / "problems"
+PROBLEMS = Path(__file__).resolve().parents[1] / "problems"
 TABLES = {
     path.relative_to(PROBLEMS).as_posix(): tomllib.loads(path.read_text(encoding="utf-8"))
     for path in sorted(PROBLEMS.rglob("*.toml"))

@@ -1,0 +1,50 @@
+"""The [[recordings]] table that `inspect` prints."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from cvxupdate.recordings.inspect.result import ChannelView
+
+
+def _quoted(text: str) -> str:
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def recordings_block(path: Path, kind: str, lines: list[str]) -> str:
+    """A [[recordings]] table of ``kind`` with the given further lines."""
+    return (
+        "\n".join(
+            [
+                "[[recordings]]",
+                f'kind = "{kind}"',
+                'use = "fit"',
+                f"file = {_quoted(path.name)}",
+                *lines,
+            ]
+        )
+        + "\n"
+    )
+
+
+def rate_line(rate: float) -> str:
+    """The key ``rate``, with a comment where the file does not state it (NaN)."""
+    return (
+        f"rate = {float(f'{rate:.10g}')!r}"
+        if np.isfinite(rate)
+        else "rate = 1.0            # Hz: not stated in the file"
+    )
+
+
+def channel_row(
+    column: int | str, view: ChannelView, node: int | None = None, dof: str = ""
+) -> str:
+    """A row of ``channels``; node 1 and DOF z stand in where the file states none."""
+    key = column if isinstance(column, int) else _quoted(column)
+    unit = f", unit = {_quoted(view.unit)}" if view.unit else ""
+    place = f', node = {node if node is not None else 1}, dof = "{dof or "z"}"'
+    if view.quantity in ("voltage", "unknown"):
+        place = ""
+    return f'  {{ column = {key}, quantity = "{view.quantity}"{place}{unit} }},'

@@ -1,0 +1,274 @@
+"""Rules of the house that the code itself shows: sizes of files and functions, no `hasattr`, no
+`assert` in the package, an assertion in every test, tests that mirror the package.
+
+The `PENDING` sets name what is still over a limit. They may only shrink: a name that no longer
+breaks its rule must be taken out.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE, TESTS = ROOT / "cvxupdate", ROOT / "tests"
+LONGEST_FILE, LONGEST_FUNCTION, MOST_BRANCHES = 300, 60, 15  # lines, lines, cyclomatic complexity
+
+PENDING_FILES: set[str] = {
+    "cvxupdate/cli.py",
+    "cvxupdate/convex/conflict.py",
+    "cvxupdate/correlate/compare.py",
+    "cvxupdate/correlate/modes.py",
+    "cvxupdate/diagnose/draft.py",
+    "cvxupdate/diagnose/effects.py",
+    "cvxupdate/diagnose/export.py",
+    "cvxupdate/diagnose/forward.py",
+    "cvxupdate/diagnose/judge.py",
+    "cvxupdate/diagnose/modal.py",
+    "cvxupdate/diagnose/modal_fit.py",
+    "cvxupdate/diagnose/modal_scan.py",
+    "cvxupdate/diagnose/modal_search.py",
+    "cvxupdate/diagnose/residual.py",
+    "cvxupdate/diagnose/signals.py",
+    "cvxupdate/diagnose/sized.py",
+    "cvxupdate/diagnose/verdict.py",
+    "cvxupdate/fe/build.py",
+    "cvxupdate/fe/eigen.py",
+    "cvxupdate/matfile.py",
+    "cvxupdate/physics/base.py",
+    "cvxupdate/recordings/quality/compare.py",
+    "cvxupdate/recordings/quality/frf.py",
+    "cvxupdate/recordings/spectral.py",
+    "cvxupdate/report/correlate_figures.py",
+    "cvxupdate/report/correlate_page.py",
+    "cvxupdate/report/diagnosis_curves.py",
+    "cvxupdate/report/figures.py",
+    "cvxupdate/report/structure.py",
+    "cvxupdate/residual/modal.py",
+    "cvxupdate/residual/pairing.py",
+    "cvxupdate/spec/checks/recordings.py",
+    "cvxupdate/spec/elements.py",
+    "cvxupdate/spec/update.py",
+    "cvxupdate/update/ceam.py",
+    "cvxupdate/update/clauses.py",
+    "cvxupdate/update/modal.py",
+    "cvxupdate/update/rfm.py",
+}
+PENDING_FUNCTIONS: set[str] = {
+    "cvxupdate/convex/compare.py:compare_solvers",
+    "cvxupdate/convex/weight.py:choose_weight",
+    "cvxupdate/correlate/compare.py:compare",
+    "cvxupdate/correlate/modes.py:compare_shapes",
+    "cvxupdate/correlate/reciprocal.py:reciprocal_vectors",
+    "cvxupdate/correlate/summary.py:correlation",
+    "cvxupdate/diagnose/engine.py:explain",
+    "cvxupdate/diagnose/sized.py:sized_sets",
+    "cvxupdate/diagnose/verdict.py:_diagnosis",
+    "cvxupdate/diagnose/verdict.py:diagnose_responses",
+    "cvxupdate/diagnose/words.py:sentence",
+    "cvxupdate/direct/result.py:faults",
+    "cvxupdate/matfile.py:_matrix",
+    "cvxupdate/recordings/identify/decay.py:decay_rates",
+    "cvxupdate/recordings/identify/identify.py:identify_modes",
+    "cvxupdate/recordings/identify/plscf.py:plscf",
+    "cvxupdate/recordings/local_polynomial.py:local_polynomial",
+    "cvxupdate/recordings/periodic.py:best_linear_approximation",
+    "cvxupdate/recordings/quality/__init__.py:_samples",
+    "cvxupdate/recordings/quality/compare.py:_of_time",
+    "cvxupdate/recordings/spectra.py:spectra_from_chunks",
+    "cvxupdate/recordings/spectral.py:frf_from_time",
+    "cvxupdate/report/accuracy.py:figure",
+    "cvxupdate/report/correlate_figures.py:matrix",
+    "cvxupdate/report/correlate_figures.py:overlays",
+    "cvxupdate/report/correlate_page.py:shape_part",
+    "cvxupdate/report/diagnosis_curves.py:map_picture",
+    "cvxupdate/report/diagnosis_figures.py:fit_bars",
+    "cvxupdate/report/diagnosis_figures.py:place_picture",
+    "cvxupdate/report/figures.py:mode_errors",
+    "cvxupdate/report/figures.py:parameters",
+    "cvxupdate/report/figures.py:parameters.paint",
+    "cvxupdate/report/run_page.py:run_page",
+    "cvxupdate/residual/frf_data.py:frf_data",
+    "cvxupdate/residual/modal.py:modal_residual",
+    "cvxupdate/update/admissible.py:admissible",
+    "cvxupdate/update/ceam.py:update_ceam",
+    "cvxupdate/update/clauses.py:inertia",
+    "cvxupdate/update/covariance.py:uncertainty",
+    "cvxupdate/update/modal.py:update_modal",
+    "cvxupdate/update/rfm.py:fit_reduced",
+    "cvxupdate/update/rfm.py:update_rfm",
+    "cvxupdate/update/trust_region.py:iterate",
+}
+PENDING_HASATTR: set[str] = {
+    "cvxupdate/cli.py",
+    "cvxupdate/correlate/summary.py",
+    "cvxupdate/direct/result.py",
+    "cvxupdate/update/clauses.py",
+}
+
+SHARED_FOLDERS = {"cases", "benchmarks"}  # instances for the contract tests; `make bench`
+WHOLE = {"test_architecture.py", "test_house_rules.py", "test_examples.py"}
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+@cache
+def tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def sources(folder: Path) -> list[Path]:
+    return sorted(folder.rglob("*.py"))
+
+
+def relative(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+def functions(path: Path) -> Iterator[tuple[str, Function]]:
+    """Every function with its name in the file: ``Class.method``, ``outer.inner``."""
+
+    def inside(node: ast.AST, name: str) -> Iterator[tuple[str, Function]]:
+        for child in ast.iter_child_nodes(node):
+            if isinstance(child, Function | ast.ClassDef):
+                own = f"{name}.{child.name}" if name else child.name
+                if not isinstance(child, ast.ClassDef):
+                    yield own, child
+                yield from inside(child, own)
+            else:
+                yield from inside(child, name)
+
+    yield from inside(tree(path), "")
+
+
+def complexity(function: ast.AST) -> int:
+    """McCabe's number as `ruff` counts it: one more than the branches, those of inner functions
+    included."""
+    count = 1
+    for node in ast.walk(function):
+        if isinstance(node, ast.If | ast.For | ast.AsyncFor | ast.While | ast.ExceptHandler):
+            count += 1
+        if isinstance(node, ast.For | ast.AsyncFor | ast.While | ast.Try) and node.orelse:
+            count += 1
+        if isinstance(node, ast.Match):
+            count += len(node.cases)
+        if isinstance(node, Function) and node is not function:
+            count += 1
+    return count
+
+
+def long_files() -> set[str]:
+    return {
+        relative(p)
+        for p in sources(PACKAGE)
+        if len(p.read_text(encoding="utf-8").splitlines()) > LONGEST_FILE
+    }
+
+
+def large_functions() -> set[str]:
+    return {
+        f"{relative(path)}:{name}"
+        for path in sources(PACKAGE)
+        for name, f in functions(path)
+        if (f.end_lineno or f.lineno) - f.lineno + 1 > LONGEST_FUNCTION
+        or complexity(f) > MOST_BRANCHES
+    }
+
+
+def users_of_hasattr() -> set[str]:
+    return {
+        relative(path)
+        for path in sources(PACKAGE)
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.Name) and node.id == "hasattr"
+    }
+
+
+@pytest.mark.parametrize(
+    ("found", "pending"),
+    [
+        pytest.param(long_files, PENDING_FILES, id="files over 300 lines"),
+        pytest.param(large_functions, PENDING_FUNCTIONS, id="functions over 60 lines or branches"),
+        pytest.param(users_of_hasattr, PENDING_HASATTR, id="hasattr"),
+    ],
+)
+def test_nothing_new_breaks_a_rule(found, pending: set[str]) -> None:
+    over = found()
+    assert over <= pending, f"split or mend: {sorted(over - pending)}"
+    assert pending <= over, f"mended: take out of PENDING: {sorted(pending - over)}"
+
+
+def test_the_package_asserts_nothing() -> None:
+    """`python -O` drops assertions; a fault of the input is an error of cvxupdate/errors.py."""
+    found = [
+        f"{relative(path)}:{node.lineno}"
+        for path in sources(PACKAGE)
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.Assert)
+    ]
+    assert found == []
+
+
+def asserts(function: ast.AST) -> bool:
+    """An assert, pytest.raises/warns/fail, or a helper named assert_… or check_…."""
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assert):
+            return True
+        if isinstance(node, ast.Call):
+            f = node.func
+            name = (
+                f.attr if isinstance(f, ast.Attribute) else f.id if isinstance(f, ast.Name) else ""
+            )
+            if name in ("raises", "warns", "fail") or name.startswith(("assert_", "check_")):
+                return True
+    return False
+
+
+def test_every_test_asserts() -> None:
+    silent = [
+        f"{relative(path)}:{name}"
+        for path in sources(TESTS)
+        for name, f in functions(path)
+        if f.name.startswith("test_") and not asserts(f)
+    ]
+    assert silent == []
+
+
+def test_helpers_that_count_as_assertions_assert() -> None:
+    """A helper of the tests whose name promises an assertion holds one."""
+    empty = [
+        f"{relative(path)}:{name}"
+        for path in sources(TESTS)
+        for name, f in functions(path)
+        if f.name.startswith(("assert_", "check_")) and not asserts(f)
+    ]
+    assert empty == []
+
+
+def test_tests_mirror_the_package() -> None:
+    """Every folder of tests is a folder of the package, every file beside them a module."""
+    folders = {p.parent.relative_to(TESTS) for p in sources(TESTS)} - {Path()}
+    astray = {
+        f.as_posix()
+        for f in folders
+        if f.parts[0] not in SHARED_FOLDERS and not (PACKAGE / f).is_dir()
+    }
+    assert astray == set()
+    for path in TESTS.glob("test_*.py"):
+        module = PACKAGE / path.name.removeprefix("test_")
+        assert path.name in WHOLE or module.is_file(), f"{path.name} mirrors no module"
+
+
+def test_the_net_catches_what_it_should() -> None:
+    """The net itself, on a function that breaks each rule."""
+    source = (
+        "def test_a():\n    for i in x:\n        if i:\n            pass\n    else:\n        y()\n"
+        "    while z:\n        break\n    try:\n        pass\n    except E:\n        pass\n"
+    )
+    f = ast.parse(source).body[0]
+    assert complexity(f) == 6 and not asserts(f)
+    assert asserts(ast.parse("def f():\n    with pytest.raises(E):\n        g()"))
+    assert asserts(ast.parse("def f():\n    check_all(1)"))
