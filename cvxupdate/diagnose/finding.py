@@ -8,34 +8,13 @@ from math import isfinite
 from typing import Any
 
 from cvxupdate.diagnose.curves import Shown
-from cvxupdate.diagnose.words import (
-    capital,
-    effect,
-    effect_of,
-    sentence,
-    sentence_of,
-    where,
-    words_of,
-)
-from cvxupdate.physics.base import Place
-
-__all__ = [
-    "Diagnosis",
-    "Finding",
-    "capital",
-    "effect",
-    "effect_of",
-    "sentence",
-    "sentence_of",
-    "where",
-    "words_of",
-]
+from cvxupdate.physics.place import Place
 
 
 @dataclass(frozen=True)
 class Finding:
     """One piece of physics, where, how large, how sure, and what the recordings cannot tell from
-    it."""
+    it; ``title`` is "an added mass at node 5 (x)"."""
 
     physics: str
     place: Place
@@ -44,6 +23,7 @@ class Finding:
     confidence: float
     equivalent: tuple[tuple[str, Place], ...]
     says: str
+    title: str = ""
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of ``findings``."""
