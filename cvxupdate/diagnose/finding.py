@@ -8,6 +8,7 @@ from math import isfinite
 from typing import Any
 
 from cvxupdate.diagnose.curves import Shown
+from cvxupdate.physics import told
 from cvxupdate.physics.place import Place
 
 
@@ -23,7 +24,12 @@ class Finding:
     confidence: float
     equivalent: tuple[tuple[str, Place], ...]
     says: str
-    title: str = ""
+    title: str
+
+    @property
+    def alternatives(self) -> tuple[str, ...]:
+        """Titles of what the recordings cannot tell from it."""
+        return tuple(told(name, place).title for name, place in self.equivalent)
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of ``findings``."""

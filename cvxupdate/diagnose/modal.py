@@ -37,7 +37,7 @@ from cvxupdate.diagnose.modal_fit import error_of, fit_modes, metrics_of, prepar
 from cvxupdate.diagnose.modal_search import ModalBench, ModalTrial, pairs, trials_beside
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
-from cvxupdate.physics import effect_names, told
+from cvxupdate.physics import effect_names
 from cvxupdate.physics.effect import MODES
 from cvxupdate.physics.place import capital
 from cvxupdate.recordings.types import ModeTable, Recording
@@ -285,7 +285,7 @@ def _evidence(o: ModalOutcome, final: ModalTrial | None, findings: Sequence[Find
     ]
     out += [
         f"These modes do not tell {f.title} from "
-        + ", ".join(told(w, p).title for w, p in f.equivalent[:6])
+        + ", ".join(f.alternatives[:6])
         + (f" and {len(f.equivalent) - 6} more." if len(f.equivalent) > 6 else ".")
         for f in findings
         if f.equivalent
@@ -351,6 +351,7 @@ def _candidates(o: ModalOutcome) -> list[dict[str, Any]]:
         for e, (values, _) in zip(t.effects, t.figures, strict=True):
             row = {
                 "physics": e.candidate.physics,
+                "title": e.candidate.title,
                 "location": e.candidate.place.to_json(),
                 "score": finite(t.error),
                 "hold_out_score": finite(t.hold_out),

@@ -390,6 +390,7 @@ def _candidates(
         for k, (effect, (values, _)) in enumerate(effects):
             row = {
                 "physics": effect.candidate.physics,
+                "title": effect.candidate.title,
                 "location": effect.candidate.place.to_json(),
                 "score": finite(t.error),
                 "hold_out_score": finite(t.hold_out),
@@ -406,6 +407,7 @@ def _candidates(
     out += [
         {
             "physics": s.candidate.physics,
+            "title": s.candidate.title,
             "location": s.candidate.place.to_json(),
             "score": None,
             "hold_out_score": None,
