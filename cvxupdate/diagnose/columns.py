@@ -10,10 +10,10 @@ from functools import cached_property
 import numpy as np
 
 from cvxupdate.diagnose.forward import Changes, Receptances, Response, by_point, forces, summed
-from cvxupdate.diagnose.residual import Fault, ResponsePoint
+from cvxupdate.diagnose.residual import ResponsePoint
 from cvxupdate.diagnose.signals import Complex, Real
 from cvxupdate.fe.model import DerivativeBlock
-from cvxupdate.physics.base import Candidate
+from cvxupdate.physics.effect import ChannelFault, Effect, HiddenOscillator, ModelChange
 
 # numbers at points (points × sensors × cases × columns) that are held at a time: what fits in a
 # cache
@@ -34,14 +34,14 @@ class Columns:
         """1 / deviation of every row of every signal."""
         return tuple(1.0 / s.scale().reshape(-1) for s in self.point.setting.signals)
 
-    def batches(self, candidates: Mapping[int, Candidate]) -> Iterator[tuple[list[int], Real]]:
+    def batches(self, candidates: Mapping[int, Effect]) -> Iterator[tuple[list[int], Real]]:
         """(numbers of candidates, their columns (rows, n), side by side, equally many each);
         candidates without any are left out."""
         kinds: dict[tuple[str, int], list[int]] = {}
         for k, c in candidates.items():
-            kinds.setdefault((_kind(c), len(c.tangent)), []).append(k)
+            kinds.setdefault((_kind(c), c.count if c.change else 1), []).append(k)
         for (kind, width), numbers in kinds.items():
-            for part in _pieces(numbers, self._at_once(max(width, 1))):
+            for part in _pieces(numbers, self._at_once(width)):
                 yield from self._batch(kind, part, [candidates[k] for k in part])
 
     def _at_once(self, columns: int) -> int:
@@ -49,7 +49,7 @@ class Columns:
         return max(1, ROOM // (largest * columns))
 
     def _batch(
-        self, kind: str, numbers: list[int], chosen: list[Candidate]
+        self, kind: str, numbers: list[int], chosen: list[Effect]
     ) -> Iterator[tuple[list[int], Real]]:
         responses = self.point.responses
         if kind == "tuned":
@@ -76,7 +76,9 @@ class Columns:
             )
         elif kind == "several":
             change = Changes.of(
-                [blocks for c in chosen for blocks in c.tangent], self.point.modes, self.point.low
+                [t for c in chosen if c.change for t in c.change.tangent],
+                self.point.modes,
+                self.point.low,
             )
             yield (
                 numbers,
@@ -91,45 +93,45 @@ class Columns:
             parts += [w[:, None] * flat.real, w[:, None] * flat.imag]
         return np.vstack(parts)
 
-    def _faults(self, r: Response, chosen: Sequence[Candidate]) -> Complex:
+    def _faults(self, r: Response, chosen: Sequence[Effect]) -> Complex:
         """Rows (rows, sensors, cases, n): gains and exchanges act on rows as they do on points,
         only delays need their frequency."""
+        faults = [c.fault for c in chosen if c.fault is not None]
         heard = self.point.faulty(r.signal, r.raw)
         rows = r.rows(heard)
         unit = delay_unit(self.point)
         late = (
             r.rows((-1j * unit) * r.signal.s.imag[:, None, None] * heard)
-            if any(c.sensor == "delay" for c in chosen)
+            if any(f.how == "delay" for f in faults)
             else rows
         )
         out = np.zeros((*rows.shape, len(chosen)), dtype=complex)
-        for k, c in enumerate(chosen):
-            if c.sensor == "delay":
-                own = [i for i, label in enumerate(r.signal.sensors) if label == c.channel]
+        for k, f in enumerate(faults):
+            if f.how == "delay":
+                own = [i for i, label in enumerate(r.signal.sensors) if label == f.channel]
                 out[..., k][:, own] = late[:, own]
             else:
-                out[..., k] = Fault(c.channel or "", c.sensor or "", unit, c.other).rate(
-                    0.0, r.signal, rows
-                )
+                out[..., k] = f.rate(0.0, r.signal.sensors, r.signal.s, rows)
         return out
 
 
-def sums_of(candidates: Sequence[Candidate]) -> dict[int, list[int]]:
+def sums_of(candidates: Sequence[Effect]) -> dict[int, list[int]]:
     """Sets of elements whose columns are the sums of those of single elements that are candidates
     too: numbers of both."""
-    singles = {
-        (c.physics, c.members[0]): k
+    sets = {
+        k: (c.physics, c.change.members)
         for k, c in enumerate(candidates)
-        if len(c.members) == 1 and c.additive and _kind(c) != NONE
+        if c.change is not None and c.change.additive and c.change.members and _kind(c) != NONE
     }
+    singles = {(name, ids[0]): k for k, (name, ids) in sets.items() if len(ids) == 1}
     return {
-        k: [singles[(c.physics, e)] for e in c.members]
-        for k, c in enumerate(candidates)
-        if len(c.members) > 1 and c.additive and all((c.physics, e) in singles for e in c.members)
+        k: [singles[name, e] for e in ids]
+        for k, (name, ids) in sets.items()
+        if len(ids) > 1 and all((name, e) in singles for e in ids)
     }
 
 
-def columns_of(point: ResponsePoint, candidates: Sequence[Candidate]) -> list[Real | None]:
+def columns_of(point: ResponsePoint, candidates: Sequence[Effect]) -> list[Real | None]:
     """Weighted columns (rows, n) of each candidate; None where it has none."""
     out: list[Real | None] = [None] * len(candidates)
     sets = sums_of(candidates)
@@ -148,30 +150,28 @@ def delay_unit(point: ResponsePoint) -> float:
     return 1.0 / (2.0 * np.pi * point.setting.top)
 
 
-def _kind(c: Candidate) -> str:
-    if c.channel is not None:
-        return "fault"
-    if c.tuned is not None:
-        return "tuned"
-    if not c.tangent or not all(c.tangent):
-        return NONE
-    return (
-        "small"
-        if len(c.tangent) == 1 and sum(b.dofs.size for b in c.tangent[0]) <= SMALL
-        else "several"
-    )
+def _kind(c: Effect) -> str:
+    match c.action:
+        case ChannelFault():
+            return "fault"
+        case HiddenOscillator():
+            return "tuned"
+        case ModelChange(tangent=tangent) if all(tangent):
+            few = len(tangent) == 1 and sum(b.dofs.size for b in tangent[0]) <= SMALL
+            return "small" if few else "several"
+    return NONE
 
 
 def _pieces(numbers: list[int], most: int) -> list[list[int]]:
     return [numbers[k : k + most] for k in range(0, len(numbers), most)]
 
 
-def _tuned(r: Response, g: Receptances, chosen: Sequence[Candidate]) -> Complex:
+def _tuned(r: Response, g: Receptances, chosen: Sequence[Effect]) -> Complex:
     """(points, n, sensors, cases): hidden oscillators of one gram-like unit of mass, dynamic mass
     s² (2ζωs + ω²) / (s² + 2ζωs + ω²) at their DOFs."""
-    places, frequency, zeta = (
-        np.array(x) for x in zip(*(c.tuned for c in chosen if c.tuned is not None), strict=True)
-    )
+    hidden = [c.action for c in chosen if isinstance(c.action, HiddenOscillator)]
+    places = [h.row for h in hidden]
+    frequency, zeta = np.array([h.frequency for h in hidden]), np.array([h.zeta for h in hidden])
     s, omega = r.signal.s[:, None], 2.0 * np.pi * frequency
     soft = 2.0 * zeta * omega * s + omega**2
     dynamic = -(r.drive * r.signal.s**2)[:, None] * soft / (s**2 + soft)
@@ -183,11 +183,11 @@ def _tuned(r: Response, g: Receptances, chosen: Sequence[Candidate]) -> Complex:
     return out
 
 
-def _small(r: Response, g: Receptances, chosen: Sequence[Candidate]) -> Complex:
+def _small(r: Response, g: Receptances, chosen: Sequence[Effect]) -> Complex:
     """(points, n, sensors, cases): changes of a few DOFs each, by the receptances at those."""
     out = np.empty((len(r.raw), len(chosen), *r.raw.shape[1:]), dtype=complex)
-    for k, c in enumerate(chosen):
-        out[:, k] = _one(r, g, c.tangent[0])
+    for k, change in enumerate(c.change for c in chosen if c.change is not None):
+        out[:, k] = _one(r, g, change.tangent[0])
     return out
 
 

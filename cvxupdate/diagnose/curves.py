@@ -16,7 +16,7 @@ import numpy as np
 
 from cvxupdate.diagnose.residual import ResponsePoint
 from cvxupdate.diagnose.signals import Complex, Real, Signal
-from cvxupdate.physics.base import Candidate
+from cvxupdate.physics.effect import Effect
 
 if TYPE_CHECKING:
     from cvxupdate.residual.modal import ModalPoint
@@ -89,7 +89,7 @@ def responses_shown(
     after: ResponsePoint,
     fitted: Sequence[Signal],
     held: Sequence[Signal],
-    shares: Iterable[tuple[Candidate, float]] = (),
+    shares: Iterable[tuple[Effect, float]] = (),
 ) -> Shown:
     """From the model as it was, the model as found (or as ordinary parameters leave it), sharp
     signals, and candidates with their shares.
@@ -112,7 +112,7 @@ def responses_shown(
 
 
 def modes_shown(
-    before: ModalPoint, after: ModalPoint, shares: Iterable[tuple[Candidate, float]] = ()
+    before: ModalPoint, after: ModalPoint, shares: Iterable[tuple[Effect, float]] = ()
 ) -> Shown:
     """From the comparison with mode tables before and after; both have the same tables."""
     out = []
@@ -125,13 +125,13 @@ def modes_shown(
     return Shown((), (), tuple(out), *places(shares))
 
 
-def places(shares: Iterable[tuple[Candidate, float]]) -> tuple[dict[int, float], dict[int, float]]:
+def places(shares: Iterable[tuple[Effect, float]]) -> tuple[dict[int, float], dict[int, float]]:
     """The best share at every node and at every element; a set of elements stands for its elements
     only where it is one element."""
     nodes: dict[int, float] = {}
     elements: dict[int, float] = {}
     for c, share in shares:
-        if c.channel is not None or not np.isfinite(share) or share <= 0.0:
+        if c.fault is not None or not np.isfinite(share) or share <= 0.0:
             continue
         target, ids = (
             (nodes, c.place.nodes)

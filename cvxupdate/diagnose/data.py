@@ -15,7 +15,7 @@ from cvxupdate.diagnose.signals import Signal, band_of, lines_of, smooth
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import has_property, select_parameters
-from cvxupdate.physics.base import Wanted
+from cvxupdate.physics.growth import Wanted
 from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
 from cvxupdate.spec import Spec
 

@@ -11,41 +11,35 @@ import numpy as np
 
 from cvxupdate.diagnose.data import Data
 from cvxupdate.diagnose.fit import Fit, fitted_at, prior_scales, setting_for
-from cvxupdate.diagnose.residual import Fault, Setting
+from cvxupdate.diagnose.residual import Setting
 from cvxupdate.diagnose.screen import Score, delay_unit
+from cvxupdate.diagnose.shortlist import Key
 from cvxupdate.diagnose.signals import Real, Signal
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
-from cvxupdate.physics import CATALOGUE
-from cvxupdate.physics.attached_resonator import attach
-from cvxupdate.physics.base import Candidate, Context, reported
-
-Key = tuple[object, ...]
-
-
-def key_of(c: Candidate) -> Key:
-    """What a candidate is and where (see `Effect.key`)."""
-    return (c.physics, c.place, c.channel, c.sensor, c.other)
+from cvxupdate.physics import candidates_of
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import Effect as Candidate
+from cvxupdate.physics.effect import plant
+from cvxupdate.physics.fault import Fault
 
 
 @dataclass(frozen=True)
 class Effect:
-    """A candidate planted on a model; ``mass`` (kg) is what a hidden oscillator's parameters are
-    relative to, 0 for other words."""
+    """A candidate planted on a model."""
 
     candidate: Candidate
-    mass: float = 0.0
 
     @property
     def key(self) -> Key:
         """What it is and where: two effects of one key are the same hypothesis (a hidden
         oscillator's tuning is refined in the fit)."""
-        return key_of(self.candidate)
+        return self.candidate.key
 
     @property
     def columns(self) -> int:
         """Parameters on the model (a sensor fault has none there)."""
-        return 0 if self.candidate.channel is not None else self.candidate.extra
+        return self.candidate.columns
 
 
 @dataclass(frozen=True)
@@ -63,7 +57,7 @@ class Trial:
     @property
     def extra(self) -> int:
         """Parameters beyond the ordinary ones."""
-        return sum(e.candidate.extra for e in self.effects)
+        return sum(e.candidate.count for e in self.effects)
 
     @property
     def name(self) -> str:
@@ -118,7 +112,7 @@ class Bench:
         """`release`, each support once."""
         return cache(self.release)
 
-    def context(self, model: Model) -> Context:
+    def context(self, model: Model) -> SearchContext:
         """For placing words on ``model``, which is the ordinary one or grown from it."""
         m = model.matrices(model.zero())
 
@@ -126,7 +120,7 @@ class Bench:
             return regrown(self._freed(node, kind), model)
 
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
-        return Context(
+        return SearchContext(
             model,
             m.K,
             m.M,
@@ -136,14 +130,12 @@ class Bench:
             held,
             released,
             self.zeta,
+            tuple(label for s in self.data.sharp if s.order == 2 for label in s.sensors),
         )
 
     def candidates(self, model: Model, words: Sequence[str] | None = None) -> list[Candidate]:
         """Every word at every place on ``model``."""
-        context = self.context(model)
-        return [
-            c for word in (self.words if words is None else words) for c in CATALOGUE[word](context)
-        ]
+        return candidates_of(self.context(model), self.words if words is None else words)
 
     def setting(self, model: Model, signals: Sequence[Signal], faults: Sequence[Fault]) -> Setting:
         """The unknowns of ``model`` against ``signals``."""
@@ -184,30 +176,11 @@ def regrown(released: Model, grown: Model) -> Model:
 
 
 def planted(bench: Bench, parent: Trial, score: Score, signals: Sequence[Signal]) -> Hypothesis:
-    """A further effect on a fitted parent, from its first-order size.
-
-    Raises
-    ------
-    ModelError
-        When the candidate brings no model.
-    """
-    c, base, faults = score.candidate, parent.fit.setting.model, parent.fit.setting.faults
-    effect, guess = Effect(c), score.p
-    if c.channel is not None and c.sensor is not None:
-        model, faults = (
-            base,
-            (*faults, Fault(c.channel, c.sensor, delay_unit(parent.fit.point), c.other)),
-        )
-        guess = np.zeros(1) if c.sensor == "swap" else score.p  # an exchange begins as a whole one
-    elif c.tuned is not None:
-        row, frequency, zeta = c.tuned
-        whole = max(base.total_mass(), 1e-9)
-        effect = Effect(c, float(np.clip(score.p[0], 1e-4 * whole, 0.2 * whole)))
-        model, guess = attach(base, row, frequency, effect.mass, zeta), np.zeros(3)
-    elif c.model is not None:
-        model = c.model
-    else:
-        raise ModelError("the candidate brings no model")
+    """A further effect on a fitted parent, from its first-order size."""
+    base, faults = parent.fit.setting.model, parent.fit.setting.faults
+    put = plant(score.candidate, base, score.p, delay_unit(parent.fit.point))
+    model, guess = put.model, put.start
+    faults = faults if put.fault is None else (*faults, put.fault)
     setting = bench.setting(model, signals, faults)
     n, known = len(base.parameters), len(parent.fit.setting.faults)
     start = np.zeros(len(setting.columns))
@@ -223,34 +196,17 @@ def planted(bench: Bench, parent: Trial, score: Score, signals: Sequence[Signal]
         tail = start[len(start) - len(faults) :]
         tail[:known] = parent.fit.p[len(parent.fit.p) - known :]
         if len(faults) > known:
-            tail[known] = guess[0]
-    return Hypothesis((*parent.effects, effect), setting, start)
-
-
-def on_model(bench: Bench, model: Model, c: Candidate) -> Candidate | None:
-    """The same candidate on another model; None where it cannot stand there."""
-    if c.channel is not None:
-        return c
-    if c.tuned is not None:
-        row = model.place.get(f"n{c.place.nodes[0]}.{c.place.dof}")
-        return None if row is None else replace(c, tuned=(row, *c.tuned[1:]))
-    return next(
-        (other for other in bench.candidates(model, (c.physics,)) if key_of(other) == key_of(c)),
-        None,
-    )
+            tail[known] = put.fault_start
+    return Hypothesis((*parent.effects, Effect(put.effect)), setting, start)
 
 
 def replanted(bench: Bench, model: Model, effect: Effect) -> tuple[Effect, Model] | None:
     """The same effect on another model; None where it cannot stand there."""
-    c = on_model(bench, model, effect.candidate)
+    c = effect.candidate.on(bench.context(model))
     if c is None:
         return None
-    if c.tuned is not None:
-        return Effect(c, effect.mass), attach(
-            model, c.tuned[0], c.tuned[1], effect.mass, c.tuned[2]
-        )
-    grown = model if c.channel is not None else c.model
-    return None if grown is None else (Effect(c), grown)
+    put = plant(c, model, np.zeros(c.count), 1.0)
+    return Effect(put.effect), put.model
 
 
 def as_drawn(bench: Bench, setting: Setting, p: Real) -> Real:
@@ -286,7 +242,7 @@ def without(bench: Bench, trial: Trial, index: int) -> Trial | None:
     fault_values: list[float] = []
     at, fault = ordinary, len(found.p) - len(setting.faults)
     for k, effect in enumerate(trial.effects):
-        if effect.candidate.channel is not None:
+        if effect.candidate.fault is not None:
             if k != index:
                 faults.append(setting.faults[fault - (len(found.p) - len(setting.faults))])
                 fault_values.append(float(found.p[fault]))
@@ -328,25 +284,15 @@ def figures(trial: Trial) -> list[tuple[dict[str, float], dict[str, float]]]:
     grow = max(1.0, found.cost / max(1, len(A) - len(p)))
     spread = np.sqrt(np.maximum(np.diag(np.linalg.pinv(H)), 0.0) * grow)
     at = len(setting.model.parameters) - sum(e.columns for e in trial.effects)
-    fault = len(p) - sum(e.candidate.channel is not None for e in trial.effects)
+    fault = len(p) - sum(e.candidate.fault is not None for e in trial.effects)
     out = []
     for effect in trial.effects:
         c = effect.candidate
-        values: dict[str, float] = {}
-        deviations: dict[str, float] = {}
-        for name, k, how in c.report:
-            place = fault if c.channel is not None else at + k
-            x, dx = float(p[place]), float(spread[place])
-            if how == "gain":
-                values[name], deviations[name] = 1.0 + x, dx
-            elif how == "delay":
-                unit = setting.faults[fault - len(p)].unit
-                values[name], deviations[name] = x * unit, dx * unit
-            else:
-                values[name], deviations[name] = reported(
-                    setting.model, setting.model.parameters[place], how, x, dx, c.offset
-                )
-        out.append((values, deviations))
+        first = at if c.columns else fault
+        own = slice(first, first + c.count)
+        unit = setting.faults[fault - len(p)].unit if c.fault is not None else 1.0
+        fresh = setting.model.parameters[own] if c.columns else ()
+        out.append(c.reported(setting.model, fresh, p[own], spread[own], unit))
         at += effect.columns
-        fault += c.channel is not None
+        fault += c.fault is not None
     return out

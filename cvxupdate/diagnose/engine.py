@@ -9,20 +9,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from cvxupdate.diagnose.data import WIDE, Data
-from cvxupdate.diagnose.effects import Bench, Key, Trial, key_of
-from cvxupdate.diagnose.finding import Finding, sentence
+from cvxupdate.diagnose.effects import Bench, Trial
+from cvxupdate.diagnose.finding import Finding
 from cvxupdate.diagnose.fit import CREDIBLE, Fit, at_level, error_of, fit, scatter_of, setting_for
 from cvxupdate.diagnose.pairs import beside, moved, pairs, planted_or_none, simpler
 from cvxupdate.diagnose.refit import CLEAR, charged, entered, raced
 from cvxupdate.diagnose.residual import noise_errors
 from cvxupdate.diagnose.screen import Score, screen
-from cvxupdate.diagnose.shortlist import DAMPING_WORDS, best_of, shortlist
+from cvxupdate.diagnose.shortlist import Key, best_of, shortlist
 from cvxupdate.diagnose.signals import Real
 from cvxupdate.diagnose.stability import stability
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter
-from cvxupdate.physics import CATALOGUE
-from cvxupdate.physics.base import Place
+from cvxupdate.physics import EFFECTS, effect_names, told
+from cvxupdate.physics.place import Place
 
 COARSE, FINE = (0, 1), (2, 3)  # levels at which the short list runs, and at which only the best do
 PLACES, FINAL = (16, 8), (5, 4)
@@ -103,7 +103,7 @@ def explain(
         data,
         tuple(supports),
         release,
-        tuple(w for w in CATALOGUE if words is None or w in words),
+        tuple(w for w in effect_names() if words is None or w in words),
         sensors,
         float(np.median(setting.zeta)) if setting.damped else 0.005,
     )
@@ -124,10 +124,11 @@ def explain(
         bench, nominal, errors, (noise_errors(data.sharp), noise_errors(data.sharp_hold_out)), base
     )
     pattern = outcome.pattern
+    damping = {t.name for t in EFFECTS if t.damping}
     wanted = [
         w
         for w in bench.words
-        if not pattern or (w in DAMPING_WORDS and base.damping_strain > DAMPING_GAIN)
+        if not pattern or (w in damping and base.damping_strain > DAMPING_GAIN)
     ]
     if not wanted:
         return outcome
@@ -172,7 +173,7 @@ def explain(
         screened=screened,
         trials=tuple(singles),
         pairs=tuple(double),
-        stable={key_of(s.candidate): often for s, often in stable},
+        stable={s.candidate.key: often for s, often in stable},
         entered=tuple((t, t.fit.misfit / points[0].misfit) for t in entries),
     )
 
@@ -223,6 +224,7 @@ def group_finding(q: Parameter, p: float, deviations: float) -> Finding:
     """One of `loose_groups` as a finding."""
     place = Place(elements=q.elements, groups=(q.group or q.name.rpartition(".")[0],))
     word = "stiffness_change" if q.of == "stiffness" else "mass_change"
+    effect = told(word, place)
     values = {"factor": 1.0 + p}
     sure = float(np.clip(1.0 - 3.0 / deviations**2, 0.5, 0.99))
     return Finding(
@@ -232,5 +234,6 @@ def group_finding(q: Parameter, p: float, deviations: float) -> Finding:
         {"factor": abs(p) / deviations},
         sure,
         (),
-        sentence(word, place, values),
+        effect.says(values),
+        effect.title,
     )

@@ -19,10 +19,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cvxupdate.diagnose.draft import Draft, add, change, draft_of
-from cvxupdate.diagnose.residual import Fault
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
+from cvxupdate.physics import writers
+from cvxupdate.physics.draft import Draft, change, draft_of
+from cvxupdate.physics.fault import Fault
 from cvxupdate.spec import Spec, check_problem
 from cvxupdate.spec.write import compacted, to_toml
 
@@ -135,15 +136,20 @@ def problem_text(
     ModelError
         For an element that the grammar has no word for, or a property below zero that cannot be.
     """
-    draft = draft_of(spec, model)
+    draft, written = draft_of(spec, model), writers()
     values = model.properties(p)
     for block, now in zip(model.blocks, values, strict=True):
         for e, number in enumerate(block.ids.tolist()):
             here = {k: float(np.real(v[e])) for k, v in now.items()}
             if number in draft.rows:
                 change(draft, model, block, e, here, zeta is not None)
+            elif block.kind.name in written:
+                written[block.kind.name](draft, model, block, e, here)
             else:
-                add(draft, model, block, e, here)
+                raise ModelError(
+                    f"the diagnosis added a {block.kind.name} element, which a problem file has no "
+                    "word for."
+                )
     _damping(draft, model, values, zeta, alpha)
     _recordings(draft, faults, channels, pairs or {})
     _update(draft, model, spec)
@@ -237,7 +243,7 @@ def _recordings(
     for number, recording in enumerate(draft.tables.get("recordings", ())):
         has = channels[number] if number < len(channels) else frozenset()
         corrections = [
-            _correction(fault, value)
+            fault.correction(value)
             for fault, value in reversed(faults)
             if {fault.channel, fault.other or fault.channel} <= has
         ]
@@ -261,19 +267,6 @@ def _labels(recordings: Sequence[Recording]) -> list[frozenset[str]]:
         )
         for r in recordings
     ]
-
-
-def _correction(fault: Fault, value: float) -> dict[str, Any]:
-    node, _, dof = fault.channel.partition(".")
-    row: dict[str, Any] = {"node": int(node[1:]), "dof": dof}
-    if fault.how == "swap":
-        other, _, kind = fault.other.partition(".")
-        return {**row, "exchanged_with": {"node": int(other[1:]), "dof": kind}}
-    return (
-        {**row, "gain": 1.0 + value}
-        if fault.how == "gain"
-        else {**row, "delay": value * fault.unit}
-    )
 
 
 def _update(draft: Draft, model: Model, spec: Spec) -> None:

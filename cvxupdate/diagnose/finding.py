@@ -8,34 +8,14 @@ from math import isfinite
 from typing import Any
 
 from cvxupdate.diagnose.curves import Shown
-from cvxupdate.diagnose.words import (
-    capital,
-    effect,
-    effect_of,
-    sentence,
-    sentence_of,
-    where,
-    words_of,
-)
-from cvxupdate.physics.base import Place
-
-__all__ = [
-    "Diagnosis",
-    "Finding",
-    "capital",
-    "effect",
-    "effect_of",
-    "sentence",
-    "sentence_of",
-    "where",
-    "words_of",
-]
+from cvxupdate.physics import told
+from cvxupdate.physics.place import Place
 
 
 @dataclass(frozen=True)
 class Finding:
     """One piece of physics, where, how large, how sure, and what the recordings cannot tell from
-    it."""
+    it; ``title`` is "an added mass at node 5 (x)"."""
 
     physics: str
     place: Place
@@ -44,6 +24,12 @@ class Finding:
     confidence: float
     equivalent: tuple[tuple[str, Place], ...]
     says: str
+    title: str
+
+    @property
+    def alternatives(self) -> tuple[str, ...]:
+        """Titles of what the recordings cannot tell from it."""
+        return tuple(told(name, place).title for name, place in self.equivalent)
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of ``findings``."""

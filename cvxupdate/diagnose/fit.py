@@ -11,12 +11,13 @@ import numpy as np
 from cvxupdate.convex import Bounds, SolverChoice, StepProblem, Tikhonov
 from cvxupdate.diagnose.forward import file_damping
 from cvxupdate.diagnose.mesh import NONE, MeshError
-from cvxupdate.diagnose.residual import Fault, ResponsePoint, Setting, channel_errors
+from cvxupdate.diagnose.residual import ResponsePoint, Setting, channel_errors
 from cvxupdate.diagnose.signals import Real, Signal
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import natural_modes
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.physics.fault import Fault
 from cvxupdate.update.trust_region import Options, iterate
 
 STIFFNESS_STD, MASS_STD = 0.02, 0.012  # ordinary scatter of a group between drawing and laboratory

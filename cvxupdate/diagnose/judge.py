@@ -9,13 +9,13 @@ from typing import Protocol
 
 import numpy as np
 
-from cvxupdate.diagnose.effects import Effect, Key, Trial
+from cvxupdate.diagnose.effects import Effect, Trial
 from cvxupdate.diagnose.engine import DAMPING_GAIN, EXPLAINED, OPEN, Outcome, mesh_allowance
 from cvxupdate.diagnose.finding import Finding
 from cvxupdate.diagnose.fit import Fit
-from cvxupdate.diagnose.shortlist import DAMPING_WORDS
+from cvxupdate.diagnose.shortlist import Key
 from cvxupdate.fe.model import Model
-from cvxupdate.physics.base import Place
+from cvxupdate.physics.place import Place
 
 # a finding must halve the misfit beyond noise, and the held-out error of the model as it was
 HALVED = 0.5
@@ -82,9 +82,8 @@ def halves(t: Judged, outcome: Outcome) -> bool:
     fit = t.trial.fit
     if outcome.pattern:
         drop = outcome.base.damping_strain - fit.damping_strain
-        word = t.trial.effects[0].candidate.physics
         return (
-            word in DAMPING_WORDS
+            t.trial.effects[0].candidate.type.damping
             and drop > max(DAMPING_GAIN, HALVED * outcome.base.damping_strain)
             and fit.misfit <= 1.05 * outcome.base.misfit
         )
@@ -275,13 +274,10 @@ def standing_of(mine: float, base: float, field: Sequence[Competitor], size: flo
 def size_of(effect: Effect, values: Mapping[str, float], deviations: Mapping[str, float]) -> float:
     """An effect's size in its own deviations; infinite where no effect is no number (a rigid
     joint)."""
-    name, _, how = effect.candidate.report[0]
-    return (
-        np.inf
-        if how in ("inverse", "kappa")
-        else abs(values[name] - (1.0 if how in ("factor", "gain") else 0.0))
-        / max(deviations[name], 1e-12)
-    )
+    q = effect.candidate.figures[0]
+    if q.nothing is None:
+        return float(np.inf)
+    return abs(values[q.name] - q.nothing) / max(deviations[q.name], 1e-12)
 
 
 def _scale(found: Fit, outcome: Outcome) -> float:

@@ -14,15 +14,7 @@ from cvxupdate.diagnose.curves import modes_shown
 from cvxupdate.diagnose.data import held_dofs, ordinary, release_from
 from cvxupdate.diagnose.engine import EXPLAINED, group_finding, loose_groups
 from cvxupdate.diagnose.export import of_modes
-from cvxupdate.diagnose.finding import (
-    Diagnosis,
-    Finding,
-    capital,
-    effect,
-    effect_of,
-    finite,
-    sentence_of,
-)
+from cvxupdate.diagnose.finding import Diagnosis, Finding, finite
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.judge import (
     FAINT,
@@ -45,20 +37,13 @@ from cvxupdate.diagnose.modal_fit import error_of, fit_modes, metrics_of, prepar
 from cvxupdate.diagnose.modal_search import ModalBench, ModalTrial, pairs, trials_beside
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
-from cvxupdate.physics import CATALOGUE
+from cvxupdate.physics import effect_names
+from cvxupdate.physics.effect import MODES
+from cvxupdate.physics.place import capital
 from cvxupdate.recordings.types import ModeTable, Recording
 from cvxupdate.residual.modal import ModalPoint
 from cvxupdate.spec import Spec
 
-# Words that frequencies and real shapes cannot tell (spin splits pairs of complex modes).
-SILENT = (
-    "gyroscopic",
-    "attached_resonator",
-    "viscous_damper",
-    "structural_damping",
-    "mass_proportional_damping",
-    "sensor_fault",
-)
 # measured figures beyond the ordinary parameters from which on a second effect is sought: with
 # fewer, two fit nearly anything
 SPARE = 5
@@ -110,8 +95,8 @@ def diagnose_modes(
     data = prepared(start, tables, mesh)
     words = tuple(
         w
-        for w in CATALOGUE
-        if w not in SILENT and (spec.diagnose.physics is None or w in spec.diagnose.physics)
+        for w in effect_names(MODES)
+        if spec.diagnose.physics is None or w in spec.diagnose.physics
     )
     supports = tuple(
         held_dofs(model, [(s.nodes, s.dofs) for s in spec.model.supports], spec.model.dofs)
@@ -237,7 +222,8 @@ def _findings(
                 deviations,
                 sure,
                 same,
-                sentence_of(e.candidate, values),
+                e.candidate.says(values),
+                e.candidate.title,
             )
         )
     told = claimed(sorted(out, key=lambda f: -f.confidence), o.base.fit.misfit, final.fit.misfit)
@@ -261,7 +247,7 @@ def _verdict(o: ModalOutcome, findings: Sequence[Finding]) -> tuple[str, str]:
 
 def _named(t: ModalTrial) -> str:
     return (
-        " with ".join(effect_of(e.candidate) for e in t.effects)
+        " with ".join(e.candidate.title for e in t.effects)
         or "letting the groups' parameters go far"
     )
 
@@ -292,14 +278,14 @@ def _evidence(o: ModalOutcome, final: ModalTrial | None, findings: Sequence[Find
     out.append(f"{capital(_named(final))} brings it to {_errors(final)}.")
     known = {(f.physics, f.place) for f in findings}
     out += [
-        f"{capital(effect_of(e.candidate))} is needed for the last of it, but others "
+        f"{capital(e.candidate.title)} is needed for the last of it, but others "
         "elsewhere would do as well: it is not claimed."
         for e in final.effects
         if (e.candidate.physics, e.candidate.place) not in known
     ]
     out += [
-        f"These modes do not tell {effect(f.physics, f.place)} from "
-        + ", ".join(effect(w, p) for w, p in f.equivalent[:6])
+        f"These modes do not tell {f.title} from "
+        + ", ".join(f.alternatives[:6])
         + (f" and {len(f.equivalent) - 6} more." if len(f.equivalent) > 6 else ".")
         for f in findings
         if f.equivalent
@@ -365,6 +351,7 @@ def _candidates(o: ModalOutcome) -> list[dict[str, Any]]:
         for e, (values, _) in zip(t.effects, t.figures, strict=True):
             row = {
                 "physics": e.candidate.physics,
+                "title": e.candidate.title,
                 "location": e.candidate.place.to_json(),
                 "score": finite(t.error),
                 "hold_out_score": finite(t.hold_out),

@@ -15,17 +15,18 @@ import numpy as np
 
 from cvxupdate.diagnose.data import release_from
 from cvxupdate.diagnose.engine import DAMPING_GAIN
-from cvxupdate.diagnose.finding import Finding, effect_of, sentence, sentence_of
+from cvxupdate.diagnose.finding import Finding
 from cvxupdate.diagnose.fit import COMMON_DAMPING_STD, MODE_DAMPING_STD
 from cvxupdate.diagnose.forward import file_damping
 from cvxupdate.diagnose.judge import HALVED, Competitor, confidence, overlapping, standing_of
 from cvxupdate.diagnose.modal_fit import ModalFit, Tables
-from cvxupdate.diagnose.shortlist import DAMPING_WORDS
 from cvxupdate.diagnose.signals import Real
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.model import Model
-from cvxupdate.physics import CATALOGUE
-from cvxupdate.physics.base import Candidate, Context, Place, reported
+from cvxupdate.physics import candidates_of, told
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import RATIOS, Effect, ModelChange
+from cvxupdate.physics.place import Place
 from cvxupdate.recordings.identify.decay import decay_rates
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.modal import ModalPoint
@@ -62,8 +63,8 @@ class Ratios:
             (w * (u - common[:, None]) ** 2).sum(axis=1) + (common / COMMON_DAMPING_STD) ** 2
         )
 
-    def rate(self, c: Candidate) -> Real:
-        """What one unit of a candidate's parameter adds to each ratio, (modes,)."""
+    def rate(self, c: ModelChange) -> Real:
+        """What one unit of an effect's parameter adds to each ratio, (modes,)."""
         out = np.zeros(len(self.omega))
         phi = np.vstack([self.shapes, np.zeros((1, self.shapes.shape[1]))])
         for b in c.tangent[0]:
@@ -79,7 +80,7 @@ class DampingTrial:
     """A word that explains the pattern: its size in units of its parameter with deviation, and the
     strain that it leaves."""
 
-    candidate: Candidate
+    candidate: Effect
     size: float
     deviation: float
     strain: float
@@ -126,11 +127,11 @@ def needed_drop(places: int, modes: int) -> float:
 
 
 def damping_trials(
-    ratios: Ratios, candidates: Sequence[Candidate]
+    ratios: Ratios, candidates: Sequence[Effect]
 ) -> tuple[float, list[DampingTrial]]:
     """(strain of the file's pattern, words that bring it down by more than chance, best first)."""
     before = float(ratios.strain(np.zeros((1, len(ratios.omega))))[0])
-    rates = [(c, ratios.rate(c)) for c in candidates if c.tangent and c.tangent[0]]
+    rates = [(c, ratios.rate(c.change)) for c in candidates if c.change and c.change.tangent[0]]
     able = [(c, g) for c, g in rates if np.any(g > 0.0) and not np.any(g < -1e-12 * g.max())]
     words = [c.physics for c, _ in able]
     out = []
@@ -175,14 +176,11 @@ def damping_found(
     decay = _one_rate(tables)
     if decay.findings:
         return decay
-    words = [
-        w for w in DAMPING_WORDS if spec.diagnose.physics is None or w in spec.diagnose.physics
-    ]
     ratios = ratios_of(base.point, model)
-    if ratios is None or not words:
+    if ratios is None:
         return decay
     m = base.point.matrices
-    context = Context(
+    context = SearchContext(
         base.model,
         m.K,
         m.M,
@@ -193,14 +191,12 @@ def damping_found(
         release_from(spec),
         float(np.median(ratios.file)),
     )
-    before, trials = damping_trials(ratios, [c for w in words for c in CATALOGUE[w](context)])
-    if not trials or trials[0].candidate.model is None:
+    before, trials = damping_trials(ratios, candidates_of(context, spec.diagnose.physics, RATIOS))
+    if not trials or trials[0].candidate.change is None:
         return decay
-    best, c, grown = trials[0], trials[0].candidate, trials[0].candidate.model
-    name, _, how = c.report[0]
-    value, deviation = reported(
-        grown, grown.parameters[-1], how, best.size, best.deviation, c.offset
-    )
+    best, c, grown = trials[0], trials[0].candidate, trials[0].candidate.change.model
+    q = c.figures[0]
+    value, deviation = q.value(grown, grown.parameters[-1], best.size, best.deviation)
     near = [t for t in trials[1:] if t.strain <= best.strain + DAMPING_GAIN / 2]
     field = [
         Competitor(t.strain, overlapping(t.candidate.place, c.place, grown), t in near)
@@ -209,17 +205,18 @@ def damping_found(
     sure = confidence(standing_of(best.strain, before, field, abs(value) / max(deviation, 1e-12)))
     says = (
         f"The damping ratios depart from the file's pattern (sum of squares {before:.3g} in "
-        f"units of ordinary scatter, {len(ratios.omega)} modes); {effect_of(c)} brings it to "
+        f"units of ordinary scatter, {len(ratios.omega)} modes); {c.title} brings it to "
         f"{best.strain:.3g}."
     )
     found = Finding(
         c.physics,
         c.place,
-        {name: value},
-        {name: deviation},
+        {q.name: value},
+        {q.name: deviation},
         sure,
         tuple((t.candidate.physics, t.candidate.place) for t in near[:12]),
-        sentence_of(c, {name: value}),
+        c.says({q.name: value}),
+        c.title,
     )
     return DampingFound(
         (found,), (*decay.evidence, says), None, (grown, np.append(base.point.p, best.size))
@@ -239,15 +236,16 @@ def _one_rate(tables: Sequence[ModeTable]) -> DampingFound:
             continue
         evidence.append(rates.says)
         if rates.verdict == "constant decay rate":
-            values = {"alpha": rates.alpha}
+            values, effect = {"alpha": rates.alpha}, told("mass_proportional_damping", Place())
             found = Finding(
-                "mass_proportional_damping",
-                Place(),
+                effect.physics,
+                effect.place,
                 values,
                 {"alpha": rates.alpha_std},
                 0.9,
                 (),
-                sentence("mass_proportional_damping", Place(), values),
+                effect.says(values),
+                effect.title,
             )
             return DampingFound((found,), tuple(evidence), rates.alpha)
     return DampingFound(evidence=tuple(evidence))

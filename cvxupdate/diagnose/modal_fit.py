@@ -66,6 +66,12 @@ class Tables:
         return min(float(t.frequency.min()) for t in self.fit)
 
     @property
+    def accelerometers(self) -> tuple[str, ...]:
+        """Labels of the channels that shapes were measured with, unless they are known not to be
+        accelerometers."""
+        return tuple(c.label for t in self.fit for c in t.channels if c.quantity == "acceleration")
+
+    @property
     def shapes(self) -> bool:
         """Whether any mode to fit has a shape."""
         return any(t.shapes is not None for t in self.fit)

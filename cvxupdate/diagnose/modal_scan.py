@@ -20,7 +20,7 @@ from scipy.optimize import linear_sum_assignment
 from cvxupdate.diagnose.signals import Real
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.modes import Modes
-from cvxupdate.physics.base import Candidate
+from cvxupdate.physics.effect import Effect, ModelChange
 from cvxupdate.residual.modal import ModalPoint
 
 BASIS = 48  # modes that span what a local change can do to the lowest ones
@@ -145,14 +145,14 @@ def scene(point: ModalPoint, scales: Real, many: Modes) -> Scene:
     return replace(bare, total=float(bare.left(point.modes.eigenvalues[used][None], entries)[0]))
 
 
-def local(c: Candidate) -> bool:
-    """Whether the word is one parameter on a few DOFs, so that it may be large."""
-    return c.extra == 1 and bool(c.place.nodes) and len(c.tangent) == 1 and c.grow is not None
+def local(e: Effect) -> ModelChange | None:
+    """What an effect of one parameter on a few DOFs, which may be large, does to the model."""
+    return e.change if e.count == 1 and e.place.nodes else None
 
 
-def scan(where: Scene, candidates: Sequence[Candidate]) -> dict[int, tuple[float, float]]:
+def scan(where: Scene, candidates: Sequence[Effect]) -> dict[int, tuple[float, float]]:
     """For each local candidate (by its number): (squared residual left, best size)."""
-    which = [k for k, c in enumerate(candidates) if local(c)]
+    which = [k for k, e in enumerate(candidates) if local(e) is not None]
     out: dict[int, tuple[float, float]] = {}
     if len(which) > MANY:
         out = dict(
@@ -170,7 +170,7 @@ def scan(where: Scene, candidates: Sequence[Candidate]) -> dict[int, tuple[float
 
 
 def best_sizes(
-    where: Scene, candidates: Sequence[Candidate], effort: Effort
+    where: Scene, candidates: Sequence[Effect], effort: Effort
 ) -> list[tuple[float, float]]:
     """(squared residual that is left, size) of each of some local words at the best of its
     sizes."""
@@ -178,8 +178,8 @@ def best_sizes(
     for heavy in (False, True):
         alike = [
             k
-            for k, c in enumerate(candidates)
-            if any(b.M is not None for b in c.tangent[0]) == heavy
+            for k, e in enumerate(candidates)
+            if (change := local(e)) and any(b.M is not None for b in change.tangent[0]) == heavy
         ]
         for first in range(0, len(alike), TOGETHER):
             some = alike[first : first + TOGETHER]
@@ -190,15 +190,13 @@ def best_sizes(
     return out
 
 
-def _best(
-    where: Scene, candidates: Sequence[Candidate], effort: Effort
-) -> list[tuple[float, float]]:
+def _best(where: Scene, candidates: Sequence[Effect], effort: Effort) -> list[tuple[float, float]]:
     """`best_sizes` of words that all change the mass or all leave it."""
     enough = max(
         where.many.rigid + effort.modes, int(where.used.max(initial=0)) + 7
     )  # margin for modes that cross
     words = _change(where.many.shapes[:, :enough], candidates)
-    runs = [(k, side) for k, c in enumerate(candidates) for side in _sides(c, effort.sizes)]
+    runs = [(k, side) for k, e in enumerate(candidates) for side in _sides(e, effort.sizes)]
     best = [(np.inf, 0.0)] * len(candidates)
     if not runs:
         return best
@@ -235,12 +233,13 @@ def _best(
     return best
 
 
-def _change(basis: Real, candidates: Sequence[Candidate]) -> Change:
+def _change(basis: Real, candidates: Sequence[Effect]) -> Change:
     """Local words in a basis (N, q)."""
     phi, n, q = np.vstack([basis, np.zeros((1, basis.shape[1]))]), len(candidates), basis.shape[1]
     parts = {"K": np.zeros((n, q, q)), "M": np.zeros((n, q, q))}
-    for k, c in enumerate(candidates):
-        for b in c.tangent[0]:
+    changes = [change for e in candidates if (change := local(e)) is not None]
+    for k, change in enumerate(changes):
+        for b in change.tangent[0]:
             for name, part in (("K", b.K), ("M", b.M)):
                 if part is not None:
                     at = phi[b.dofs]
@@ -248,11 +247,11 @@ def _change(basis: Real, candidates: Sequence[Candidate]) -> Change:
     return Change(
         parts["K"],
         parts["M"] if np.any(parts["M"]) else None,
-        np.array([c.report[0][2] == "inverse" for c in candidates]),
+        np.array([change.series for change in changes]),
     )
 
 
-def _sides(c: Candidate, count: int) -> list[Real]:
+def _sides(c: Effect, count: int) -> list[Real]:
     """Sizes from small to large, on each side that the word may take."""
     lower, upper = c.limits
     sides = [np.geomspace(1e-3, upper, count)] if upper > 1e-3 else []

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cvxupdate.diagnose.effects import Effect, Key, key_of, regrown
+from cvxupdate.diagnose.effects import Effect, regrown
 from cvxupdate.diagnose.modal_fit import (
     ModalFit,
     Tables,
@@ -22,13 +22,16 @@ from cvxupdate.diagnose.modal_fit import (
 from cvxupdate.diagnose.modal_scan import BASIS, scan, scene
 from cvxupdate.diagnose.refit import CHARGE
 from cvxupdate.diagnose.screen import Left, Score
+from cvxupdate.diagnose.shortlist import Key
 from cvxupdate.diagnose.signals import Real
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import natural_modes
 from cvxupdate.fe.rigid import rigid_body_modes
-from cvxupdate.physics import CATALOGUE
-from cvxupdate.physics.base import Candidate, Context, reported
+from cvxupdate.physics import candidates_of
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import MODES
+from cvxupdate.physics.effect import Effect as Candidate
 from cvxupdate.residual.modal import ModalPoint
 
 SHORT, EACH, NEAR = (
@@ -82,7 +85,7 @@ class ModalTrial:
     @property
     def extra(self) -> int:
         """Parameters beyond the ordinary ones."""
-        return sum(e.candidate.extra for e in self.effects)
+        return sum(e.candidate.count for e in self.effects)
 
     @property
     def charged(self) -> float:
@@ -106,22 +109,10 @@ class ModalTrial:
         out, model = [], self.fit.model
         at = len(model.parameters) - self.extra
         for e in self.effects:
-            rows = [
-                (
-                    name,
-                    reported(
-                        model,
-                        model.parameters[at + k],
-                        how,
-                        float(self.fit.point.p[at + k]),
-                        float(self.fit.std[at + k]),
-                        e.candidate.offset,
-                    ),
-                )
-                for name, k, how in e.candidate.report
-            ]
-            out.append(({name: v for name, (v, _) in rows}, {name: d for name, (_, d) in rows}))
-            at += e.candidate.extra
+            own = slice(at, at + e.candidate.count)
+            x, dx = self.fit.point.p[own], self.fit.std[own]
+            out.append(e.candidate.reported(model, model.parameters[own], x, dx))
+            at += e.candidate.count
         return out
 
 
@@ -139,7 +130,7 @@ class ModalBench:
         """Every word at every place on a fitted model."""
         m = found.model.matrices(found.point.p)
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in found.model.place)
-        context = Context(
+        context = SearchContext(
             found.model,
             m.K,
             m.M,
@@ -149,16 +140,15 @@ class ModalBench:
             held,
             lambda node, kind: regrown(self.release(node, kind), found.model),
             0.005,
+            self.data.accelerometers,
         )
-        return [
-            c for word in (self.words if words is None else words) for c in CATALOGUE[word](context)
-        ]
+        return candidates_of(context, self.words if words is None else words, MODES)
 
 
 def trials_beside(bench: ModalBench, parent: ModalTrial, most: int = SHORT) -> list[ModalTrial]:
     """The most promising words beside those of ``parent``, refitted, best first."""
     base = parent.fit
-    candidates = [c for c in bench.candidates(base) if key_of(c) not in parent.keys]
+    candidates = [c for c in bench.candidates(base) if c.key not in parent.keys]
     bench.tell(f"screening {len(candidates)} candidates")
     # Ordinary parameters that gave way for want of a word come back where a word is tried at its
     # best size.
@@ -166,17 +156,17 @@ def trials_beside(bench: ModalBench, parent: ModalTrial, most: int = SHORT) -> l
     scores = shares(base, candidates)
     large = _sized(base.point.residual.evaluate(usual, base.point), candidates)
     ranked = sorted((large.get(k, s) for k, s in enumerate(scores)), key=lambda s: -_even(s.share))
-    sized = {key_of(s.candidate) for s in large.values()}
+    sized = {s.candidate.key for s in large.values()}
     out = _members(bench, parent, candidates) if not parent.effects and parent.error > FAR else []
     count: dict[str, int] = {}
     for s in ranked:
         c = s.candidate
         if sum(count.values()) >= most or s.share < NEAR * ranked[0].share:
             break
-        if count.get(c.physics, 0) >= EACH or c.grow is None:
+        if count.get(c.physics, 0) >= EACH or c.change is None:
             continue
         count[c.physics] = count.get(c.physics, 0) + 1
-        found = _planted(bench, parent, s, usual if key_of(c) in sized else None)
+        found = _planted(bench, parent, s, usual if c.key in sized else None)
         out += [] if found is None else [found]
     best: dict[frozenset[Key], ModalTrial] = {}
     for t in sorted(out, key=lambda t: _even(t.charged)):
@@ -195,7 +185,7 @@ def _members(
 ) -> list[ModalTrial]:
     """Words of one parameter on whole groups, followed through several sizes; those that fit best
     somewhere are refitted from there."""
-    able = [c for c in candidates if c.place.groups and c.extra == 1 and c.grow is not None]
+    able = [c for c in candidates if c.place.groups and c.count == 1 and c.change is not None]
     traced = [
         (best, c)
         for c in sorted(able, key=lambda c: -len(c.place.elements))[:TRACED]
@@ -208,8 +198,10 @@ def _members(
             start = np.append(parent.fit.point.p, size)
             found = (
                 None
-                if c.model is None
-                else fit_modes(c.model, bench.data, start, True, like=parent.fit.point.residual)
+                if c.change is None
+                else fit_modes(
+                    c.change.model, bench.data, start, True, like=parent.fit.point.residual
+                )
             )
         except CvxupdateError:
             continue
@@ -220,15 +212,16 @@ def _members(
 def _traced(data: Tables, parent: ModalTrial, c: Candidate) -> tuple[float, float] | None:
     """(weighted squares, size) of the best of `WHOLE`, the modes followed from size to size; None
     where there is no structure at any."""
-    if c.model is None:
+    if c.change is None:
         return None
-    q, out = c.model.parameters[-1], []
+    model = c.change.model
+    q, out = model.parameters[-1], []
     for side in (-1.0, 1.0):
         point: ModalPoint | None = None
         for size in [side * x for x in WHOLE if q.lower < side * x < q.upper]:
             try:
                 residual = (
-                    residual_of(c.model, data, parent.fit.point.residual)
+                    residual_of(model, data, parent.fit.point.residual)
                     if point is None
                     else point.residual
                 )
@@ -265,24 +258,23 @@ def _planted(
     """A candidate fitted beside ``parent``, from its first-order size or (``usual``: where
     everything else begins) its best size."""
     c, n = s.candidate, len(parent.fit.model.parameters)
-    if c.model is None:
+    if c.change is None:
         return None
+    model = c.change.model
     bench.tell(f"refitting {c.name}")
-    start = np.zeros(len(c.model.parameters))
+    start = np.zeros(len(model.parameters))
     start[:n] = parent.fit.point.p if usual is None else usual
     low, high = (
-        np.array([getattr(q, side) for q in c.model.parameters[n:]]) for side in ("lower", "upper")
+        np.array([getattr(q, side) for q in model.parameters[n:]]) for side in ("lower", "upper")
     )
-    first = s.p if len(s.p) == c.extra else np.zeros(c.extra)
+    first = s.p if len(s.p) == c.count else np.zeros(c.count)
     start[n:] = (
         first if usual is not None else np.clip(first, np.maximum(low, -0.3), np.minimum(high, 1.0))
     )
     try:
         return ModalTrial(
             (*parent.effects, Effect(c)),
-            fit_modes(
-                c.model, bench.data, start, usual is not None, like=parent.fit.point.residual
-            ),
+            fit_modes(model, bench.data, start, usual is not None, like=parent.fit.point.residual),
         )
     except CvxupdateError:
         return None
@@ -315,17 +307,13 @@ def _alone(bench: ModalBench, ordinary: ModalTrial, pair: ModalTrial) -> ModalTr
     """The second effect of a pair by itself."""
     last = pair.effects[-1]
     c = next(
-        (
-            c
-            for c in bench.candidates(ordinary.fit, (last.candidate.physics,))
-            if key_of(c) == last.key
-        ),
+        (c for c in bench.candidates(ordinary.fit, (last.candidate.physics,)) if c.key == last.key),
         None,
     )
     return (
         None
         if c is None
-        else _planted(bench, ordinary, Score(c, 1.0, pair.fit.point.p[-c.extra :]), None)
+        else _planted(bench, ordinary, Score(c, 1.0, pair.fit.point.p[-c.count :]), None)
     )
 
 
@@ -346,19 +334,17 @@ def shares(base: ModalFit, candidates: Sequence[Candidate]) -> list[Score]:
     single: dict[tuple[str, int], Real] = {}
     columns: list[Real | None] = []
     for c in candidates:
-        parts = (
-            [single[(c.physics, e)] for e in c.members if (c.physics, e) in single]
-            if len(c.members) > 1 and c.additive
-            else []
-        )
-        if parts and len(parts) == len(c.members):
+        change = c.change
+        members = change.members if change is not None and change.additive else ()
+        parts = [single[c.physics, e] for e in members if (c.physics, e) in single]
+        if len(members) > 1 and len(parts) == len(members):
             columns.append(np.sum(parts, axis=0)[:, None])
-        elif c.tangent and all(c.tangent):
-            columns.append(np.stack([column(blocks) for blocks in c.tangent], axis=1))
+        elif change is not None and all(change.tangent):
+            columns.append(np.stack([column(blocks) for blocks in change.tangent], axis=1))
         else:
             columns.append(None)
-        if len(c.members) == 1 and c.additive and (J := columns[-1]) is not None:
-            single[(c.physics, c.members[0])] = J[:, 0]
+        if len(members) == 1 and (J := columns[-1]) is not None:
+            single[c.physics, members[0]] = J[:, 0]
     return _scored(left, candidates, [None if J is None else weights[:, None] * J for J in columns])
 
 
@@ -367,7 +353,7 @@ def _scored(
 ) -> list[Score]:
     """Scores of candidates with weighted columns (rows, n) each (None: it has none); those with a
     single one at a time."""
-    out = [Score(c, 0.0, np.zeros(c.extra)) for c in candidates]
+    out = [Score(c, 0.0, np.zeros(c.count)) for c in candidates]
     total = float(left.residual @ left.residual)
     if total <= 0.0:
         return out
@@ -391,7 +377,7 @@ def _scored(
 
 def _together(left: Left, c: Candidate, J: Real) -> Score:
     """Score of a candidate with several weighted columns ``J`` (rows, n)."""
-    nothing = Score(c, 0.0, np.zeros(c.extra))
+    nothing = Score(c, 0.0, np.zeros(c.count))
     Jp, total = left.freed(J), float(left.residual @ left.residual)
     norms = np.linalg.norm(Jp, axis=0)
     if np.any(norms <= FAINT * np.maximum(np.linalg.norm(J, axis=0), 1e-300)):

@@ -14,9 +14,7 @@ from dataclasses import replace
 from cvxupdate.diagnose.effects import (
     Bench,
     Hypothesis,
-    Key,
     Trial,
-    key_of,
     planted,
     unbent,
     without,
@@ -24,10 +22,11 @@ from cvxupdate.diagnose.effects import (
 from cvxupdate.diagnose.fit import at_level
 from cvxupdate.diagnose.refit import CLEAR, Tell, charged, entered, raced
 from cvxupdate.diagnose.screen import Score, left_over, screen
-from cvxupdate.diagnose.shortlist import best_of, members, shortlist, unsized
+from cvxupdate.diagnose.shortlist import Key, best_of, members, shortlist, unsized
 from cvxupdate.diagnose.signals import Signal
 from cvxupdate.diagnose.sized import sized, sized_sets, sized_whole
 from cvxupdate.errors import ModelError
+from cvxupdate.physics import Effect
 
 ROUNDS = 6  # halves exchanged at most
 # times the best single effect's misfit: a half that leaves more as it stands is nothing without the
@@ -71,7 +70,7 @@ def beside(
     ranked = sorted(
         (sized_whole(point, h, left) for h in whole if h is not None), key=lambda pair: -pair[1]
     )
-    chosen = [*shortlist(exact, SECONDS, EACH), *(s for s in exact if key_of(s.candidate) in also)]
+    chosen = [*shortlist(exact, SECONDS, EACH), *(s for s in exact if s.candidate.key in also)]
     some = [
         *(planted_or_none(bench, fresh, s, signals) for s in chosen),
         *(planted_or_none(bench, parent, s, signals) for s in near),
@@ -118,7 +117,7 @@ def kin(bench: Bench, parent: Trial) -> list[Key]:
     """What would explain more beside a fitted trial, to first order: it may stand in the stead of
     one of its effects."""
     ranked = screen(parent.fit.point, bench.candidates(parent.fit.setting.model))
-    return [key_of(s.candidate) for s in shortlist(ranked, KIN, KIN)]
+    return [s.candidate.key for s in shortlist(ranked, KIN, KIN)]
 
 
 def _refit(
@@ -176,26 +175,30 @@ def _together(bench: Bench, pair: Trial, first: Trial | None) -> Hypothesis | No
     a, b = (e.candidate for e in pair.effects)
     bare = (
         None
-        if first is None or a.physics != b.physics or not (a.members and b.members)
+        if first is None or a.physics != b.physics or not (_members(a) and _members(b))
         else without(bench, first, 0)
     )
     if bare is None:
         return None
-    union = sorted({*a.members, *b.members})
+    union = sorted({*_members(a), *_members(b)})
     whole = next(
         (
             c
             for c in bench.candidates(bare.fit.setting.model, (a.physics,))
-            if sorted(c.members) == union and c.model is not None
+            if sorted(_members(c)) == union
         ),
         None,
     )
-    sizes = pair.fit.p[len(bench.ordinary.parameters) :][: a.extra]
+    sizes = pair.fit.p[len(bench.ordinary.parameters) :][: a.count]
     return (
         None
         if whole is None
         else planted(bench, bare, Score(whole, 1.0, sizes), bench.data.levels[COARSE])
     )
+
+
+def _members(e: Effect) -> tuple[int, ...]:
+    return () if e.change is None else e.change.members
 
 
 def _half_to_try(

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from cvxupdate.diagnose.effects import Trial, key_of
+from cvxupdate.diagnose.effects import Trial
 from cvxupdate.diagnose.engine import Outcome
 from cvxupdate.diagnose.judge import Judged, has
 
@@ -50,7 +50,7 @@ def placebo(final: Judged, outcome: Outcome) -> Placebo | None:
     rest = [
         1.0 - s.share
         for s in outcome.screened
-        if s.candidate.place not in places and frozenset((key_of(s.candidate),)) not in full
+        if s.candidate.place not in places and frozenset((s.candidate.key,)) not in full
     ]
     if not full and not rest:
         return None

@@ -5,12 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
-
-from cvxupdate.diagnose.effects import Bench, Hypothesis, Key, Trial, as_drawn
+from cvxupdate.diagnose.effects import Bench, Hypothesis, Trial, as_drawn
 from cvxupdate.diagnose.fit import Fit, at_level, fit
+from cvxupdate.diagnose.shortlist import Key
 from cvxupdate.errors import ModelError
-from cvxupdate.physics.sensor_fault import EXCHANGED
 
 CHARGE = 0.1  # relative decrease of the misfit that a further parameter must bring
 BEHIND = 10.0  # times the best cost at a level: no use going on
@@ -101,12 +99,8 @@ def _again(bench: Bench, found: Fit) -> Fit:
 def kept(bench: Bench, trial: Trial) -> Trial | None:
     """None for what another word says better: a hidden oscillator tuned beyond the recordings (a
     mass or a spring), an exchange of channels in part."""
-    if any(e.mass or e.candidate.sensor == "swap" for e in trial.effects):
+    if any(e.candidate.change is None for e in trial.effects):
         for effect, (values, _) in zip(trial.effects, trial.figures, strict=True):
-            if effect.mass:
-                tuned = np.sqrt(max(values["k"], 0.0) / max(values["m"], 1e-12)) / (2.0 * np.pi)
-                if not 0.8 * bench.data.bottom <= tuned <= 1.1 * bench.data.top:
-                    return None
-            elif effect.candidate.sensor == "swap" and abs(values["gain"] - 1.0) > EXCHANGED:
+            if not effect.candidate.tenable(values, bench.data.bottom, bench.data.top):
                 return None
     return trial

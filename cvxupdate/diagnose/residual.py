@@ -24,63 +24,8 @@ from cvxupdate.diagnose.signals import Complex, Real, Signal
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.physics.fault import Fault
 from cvxupdate.system import LinearSystem
-
-
-@dataclass(frozen=True)
-class Fault:
-    """A sensor fault under trial, one unknown p each.
-
-    ``how``: "gain", reading × (1 + p); "delay", reading late by p · ``unit`` seconds; "swap", the
-    readings of ``channel`` and ``other`` exchanged: each carries the share 1 + p of the other's and
-    −p of its own, so p = 0 is the whole exchange (start there) and a p that a fit drives away from
-    0 says that it was none. A recording that has only one of the two channels is left as it is.
-    """
-
-    channel: str
-    how: str
-    unit: float = 1.0
-    other: str = ""
-
-    def applied(self, p: float, signal: Signal, y: Complex) -> Complex:
-        """What the faulty sensors make of responses ``y`` (points, sensors, cases); linear in
-        ``y``."""
-        out = y.copy()
-        own = [k for k, label in enumerate(signal.sensors) if label == self.channel]
-        if self.how == "swap":
-            for a, b in self._pairs(signal):
-                out[:, a] += (1.0 + p) * (y[:, b] - y[:, a])
-                out[:, b] += (1.0 + p) * (y[:, a] - y[:, b])
-        elif self.how == "gain":
-            out[:, own] *= 1.0 + p
-        else:
-            out[:, own] *= np.exp(-1j * signal.s.imag * p * self.unit)[:, None, None]
-        return out
-
-    def rate(self, p: float, signal: Signal, y: Complex) -> Complex:
-        """Derivative of `applied` with respect to p. For a swap it is also what the share exchanged
-        adds to sound readings ``y``."""
-        out = np.zeros(y.shape, dtype=complex)
-        own = [k for k, label in enumerate(signal.sensors) if label == self.channel]
-        if self.how == "swap":
-            for a, b in self._pairs(signal):
-                out[:, a] = y[:, b] - y[:, a]
-                out[:, b] = y[:, a] - y[:, b]
-        elif self.how == "gain":
-            out[:, own] = y[:, own]
-        else:
-            out[:, own] = (
-                self.applied(p, signal, y)[:, own]
-                * (-1j * signal.s.imag * self.unit)[:, None, None]
-            )
-        return out
-
-    def _pairs(self, signal: Signal) -> list[tuple[int, int]]:
-        first, second = (
-            [k for k, label in enumerate(signal.sensors) if label == wanted]
-            for wanted in (self.channel, self.other)
-        )
-        return list(zip(first, second, strict=False))
 
 
 @dataclass(frozen=True)
@@ -112,10 +57,7 @@ class Setting:
             *(q.name for q in self.model.parameters),
             "damping",
             *(f"damping of mode {r + 1}" for r in range(self.damped)),
-            *(
-                f"{f.how} of {f.channel}" + (f" and {f.other}" if f.other else "")
-                for f in self.faults
-            ),
+            *(f.label for f in self.faults),
         )
 
     def evaluate(self, p: Real, before: ResponsePoint | None = None) -> ResponsePoint:
@@ -201,19 +143,16 @@ class ResponsePoint:
         """Responses ``y`` (points, sensors, cases) after the sensor faults from number ``start``
         on, one after the other."""
         for value, fault in list(zip(self.fault_values, self.setting.faults, strict=True))[start:]:
-            y = fault.applied(float(value), signal, y)
+            y = fault.applied(float(value), signal.sensors, signal.s, y)
         return y
 
     def fault_rate(self, number: int, signal: Signal, y: Complex) -> Complex:
         """Derivative of `faulty` with respect to the unknown of fault ``number``."""
         before = zip(self.fault_values[:number], self.setting.faults[:number], strict=True)
         for value, fault in before:
-            y = fault.applied(float(value), signal, y)
-        return self.faulty(
-            signal,
-            self.setting.faults[number].rate(float(self.fault_values[number]), signal, y),
-            number + 1,
-        )
+            y = fault.applied(float(value), signal.sensors, signal.s, y)
+        own, value = self.setting.faults[number], float(self.fault_values[number])
+        return self.faulty(signal, own.rate(value, signal.sensors, signal.s, y), number + 1)
 
     def modelled(self) -> tuple[Complex, ...]:
         """Model rows (rows, sensors, cases) of every signal, sensor faults included."""

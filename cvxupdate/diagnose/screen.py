@@ -14,7 +14,7 @@ from cvxupdate.diagnose.columns import delay_unit as delay_unit
 from cvxupdate.diagnose.fit import bounds_of, prior_scales
 from cvxupdate.diagnose.residual import ResponsePoint
 from cvxupdate.diagnose.signals import Real
-from cvxupdate.physics.base import Candidate
+from cvxupdate.physics.effect import Effect
 
 AT_BOUND = 1e-3  # of a bound: that near counts as on it
 NOTHING = 1e-12  # of a column: what is left of it then is rounding
@@ -29,7 +29,7 @@ class Score:
     To first order, or ``exact``: at the best of several sizes (`cvxupdate.diagnose.sized`).
     """
 
-    candidate: Candidate
+    candidate: Effect
     share: float
     p: Real
     exact: bool = False
@@ -73,7 +73,7 @@ def left_over(point: ResponsePoint, rows: NDArray[np.bool_] | None = None) -> Le
 
 
 def screen(
-    point: ResponsePoint, candidates: Sequence[Candidate], left: Left | None = None
+    point: ResponsePoint, candidates: Sequence[Effect], left: Left | None = None
 ) -> list[Score]:
     """Scores in the order of ``candidates`` (``left``: `left_over` of the point where it is at
     hand).
@@ -84,7 +84,7 @@ def screen(
     """
     left = left_over(point) if left is None else left
     sets = sums_of(candidates)
-    out = [Score(c, 0.0, np.zeros(c.extra)) for c in candidates]
+    out = [Score(c, 0.0, np.zeros(c.count)) for c in candidates]
     kept: dict[
         int, tuple[Real, Real]
     ] = {}  # columns of single elements, as they are and freed, for the sets
@@ -126,7 +126,7 @@ def norms(J: Real) -> Real:
 
 
 def _scored(
-    chosen: Sequence[Candidate], along: Real, length: Real, whole: Real, left: Left
+    chosen: Sequence[Effect], along: Real, length: Real, whole: Real, left: Left
 ) -> list[Score]:
     """Scores of candidates with one column each: ``along`` the residual, ``length`` freed,
     ``whole`` before."""
@@ -140,11 +140,11 @@ def _scored(
     ]
 
 
-def _several(c: Candidate, J: Real, Jp: Real, left: Left) -> Score:
+def _several(c: Effect, J: Real, Jp: Real, left: Left) -> Score:
     """A candidate with several columns."""
     length = norms(Jp)
     if np.any(length <= NOTHING * np.maximum(norms(J), 1e-300)):
-        return Score(c, 0.0, np.zeros(c.extra))
+        return Score(c, 0.0, np.zeros(c.count))
     best, *_ = np.linalg.lstsq(Jp / length, left.residual, rcond=1e-8)
     best = best / length
     if c.sign > 0 and best[0] < 0.0:
@@ -154,7 +154,7 @@ def _several(c: Candidate, J: Real, Jp: Real, left: Left) -> Score:
 
 
 def _score_sets(
-    candidates: Sequence[Candidate],
+    candidates: Sequence[Effect],
     sets: Mapping[int, Sequence[int]],
     kept: Mapping[int, tuple[Real, Real]],
     left: Left,

@@ -3,12 +3,11 @@ word."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 
-from cvxupdate.diagnose.effects import Key, key_of
 from cvxupdate.diagnose.screen import Score
 
-DAMPING_WORDS = ("viscous_damper", "structural_damping", "mass_proportional_damping")
+Key = tuple[Hashable, ...]  # of an effect
 PER_WORD, SHORT = 3, 12  # kept: of a word, and in all
 NEAR = 0.25  # of the largest share
 MEMBERS = 16  # words on whole groups that are refitted whatever their share
@@ -22,7 +21,7 @@ def shortlist(ranked: Sequence[Score], most: int = SHORT, each: int = PER_WORD) 
     count: dict[str, int] = {}
     seen: set[Key] = set()
     for s in order:
-        word, key = s.candidate.physics, key_of(s.candidate)
+        word, key = s.candidate.physics, s.candidate.key
         if s.share < NEAR * order[0].share or len(out) >= most:
             break
         if count.get(word, 0) < each and key not in seen:
@@ -39,16 +38,16 @@ def members(ranked: Sequence[Score], most: int = MEMBERS) -> list[Score]:
         s
         for s in ranked
         if s.candidate.place.groups
-        and s.candidate.grow is not None
-        and s.candidate.physics not in DAMPING_WORDS
+        and s.candidate.change is not None
+        and not s.candidate.type.damping
     ]
     return sorted(whole, key=lambda s: -s.share)[:most]
 
 
 def unsized(scores: Sequence[Score], exact: Sequence[Score]) -> list[Score]:
     """Those of the scores that have no exact one."""
-    known = {key_of(s.candidate) for s in exact}
-    return [s for s in scores if key_of(s.candidate) not in known]
+    known = {s.candidate.key for s in exact}
+    return [s for s in scores if s.candidate.key not in known]
 
 
 def best_of(lists: Sequence[Sequence[Score]]) -> list[Score]:
@@ -56,7 +55,7 @@ def best_of(lists: Sequence[Sequence[Score]]) -> list[Score]:
     best: dict[Key, Score] = {}
     for scores in lists:
         for s in scores:
-            key = key_of(s.candidate)
+            key = s.candidate.key
             if key not in best or s.share > best[key].share:
                 best[key] = s
     return sorted(best.values(), key=lambda s: -s.share)

@@ -11,8 +11,8 @@ and slender elements are of that kind.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy.linalg
@@ -24,10 +24,9 @@ from cvxupdate.diagnose.residual import ResponsePoint
 from cvxupdate.diagnose.screen import Left, Score
 from cvxupdate.diagnose.signals import Complex, Real
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.model import DerivativeBlock
-from cvxupdate.physics.base import Candidate
+from cvxupdate.physics.effect import Effect, HiddenOscillator, ModelChange
+from cvxupdate.physics.low_rank import LowRank, amounts, low_rank
 
-DIRECTIONS = 3  # columns of W at most
 REACH = (
     0.2,
     10.0,
@@ -47,62 +46,6 @@ SETS = 300  # sets of elements looked at: those with the largest first-order sha
 OSCILLATORS = 40  # hidden oscillators looked at: those with the largest first-order shares
 
 
-@dataclass(frozen=True)
-class Change:
-    """Δ Z = γ f(s) W Λ Wᵀ: DOFs ``used`` (u,), ``W`` (u, r), Λ's diagonal ``weights`` (r,), ``f``
-    of the points, for amounts γ."""
-
-    used: np.ndarray
-    W: Real
-    weights: Real
-    f: Callable[[Complex], Complex]
-
-
-def change_of(c: Candidate) -> Change | None:
-    """A candidate as a change along few directions; None where it is none."""
-    if c.tuned is not None:
-        row, frequency, zeta = c.tuned
-        omega = 2.0 * np.pi * frequency
-
-        def mass(s: Complex) -> Complex:
-            soft = 2.0 * zeta * omega * s + omega**2
-            return np.asarray(s**2 * soft / (s**2 + soft))
-
-        return Change(np.array([row]), np.ones((1, 1)), np.ones(1), mass)
-    if (
-        c.grow is None
-        or c.extra != 1
-        or len(c.tangent) != 1
-        or len(c.tangent[0]) != 1
-        or (len(c.members) > 0 and not c.additive)
-    ):
-        return None
-    block = c.tangent[0][0]
-    found = [(part, f) for part, f in _parts(block) if part is not None]
-    if len(found) != 1 or len(block.dofs) != 1:
-        return None
-    part, f = found[0]
-    free = block.dofs[0] >= 0
-    small = np.asarray(part[0])[np.ix_(free, free)]
-    used, inverse = np.unique(block.dofs[0][free], return_inverse=True)
-    whole = np.zeros((len(used), len(used)))
-    np.add.at(whole, (inverse[:, None], inverse[None, :]), small)
-    values, vectors = np.linalg.eigh(0.5 * (whole + whole.T))
-    kept = np.abs(values) > 1e-9 * np.max(np.abs(values), initial=0.0)
-    if not 0 < kept.sum() <= DIRECTIONS:
-        return None
-    return Change(used, vectors[:, kept], values[kept], f)
-
-
-def _parts(b: DerivativeBlock) -> tuple[tuple[Real | None, Callable[[Complex], Complex]], ...]:
-    return (
-        (b.K, np.ones_like),
-        (b.M, np.square),
-        (b.C, lambda s: s),
-        (b.D, lambda s: np.full_like(s, 1j)),
-    )
-
-
 def sized(point: ResponsePoint, ranked: Sequence[Score], left: Left) -> list[Score]:
     """The scores of those of ``ranked`` that act along few directions, each at the best of several
     sizes, shares exact but for ordinary unknowns (``left``: what they cannot take up at the point,
@@ -116,17 +59,11 @@ def sized(point: ResponsePoint, ranked: Sequence[Score], left: Left) -> list[Sco
     weights = [1.0 / s.scale() for s in point.setting.signals]
     heavy = float(point.setting.model.total_mass())
     modal = [_modal_receptance(point, r) for r in point.responses]
-    hidden = {
-        id(s)
-        for s in sorted(
-            (s for s in ranked if s.candidate.tuned is not None), key=lambda s: -s.share
-        )[:OSCILLATORS]
-    }
+    tuned = [s for s in ranked if isinstance(s.candidate.action, HiddenOscillator)]
+    beyond = {id(s) for s in sorted(tuned, key=lambda s: -s.share)[OSCILLATORS:]}
     out = []
     for score in ranked:
-        if score.candidate.tuned is not None and id(score) not in hidden:
-            continue
-        change = change_of(score.candidate)
+        change = None if id(score) in beyond else low_rank(score.candidate)
         if change is None:
             continue
         sizes = _sizes(score.candidate, change, point, modal[0], heavy)
@@ -135,9 +72,7 @@ def sized(point: ResponsePoint, ranked: Sequence[Score], left: Left) -> list[Sco
             if not len(sizes):
                 break
             try:
-                columns = _responses(
-                    change, _amounts(score.candidate, sizes), point, modal, weights
-                )
+                columns = _responses(change, amounts(score.candidate, sizes), point, modal, weights)
             except np.linalg.LinAlgError:
                 break
             norms = np.sum((left.residual[:, None] - left.freed(columns)) ** 2, axis=0)
@@ -170,25 +105,15 @@ def sized_sets(point: ResponsePoint, ranked: Sequence[Score], left: Left) -> lis
     total = float(left.residual @ left.residual)
     weights = [1.0 / s.scale() for s in point.setting.signals]
     low = min(point.low, *(len(r.q) for r in point.responses))
-    order = sorted(
-        (
-            s
-            for s in ranked
-            if s.candidate.grow is not None
-            and s.candidate.extra == 1
-            and len(s.candidate.tangent) == 1
-            and s.candidate.report[0][2] == "factor"
-            and change_of(s.candidate) is None
-        ),
-        key=lambda s: -s.share,
-    )
+    able = [
+        (s, s.candidate.change)
+        for s in ranked
+        if s.candidate.change is not None
+        and s.candidate.change.additive
+        and low_rank(s.candidate) is None
+    ]
 
-    def tried(rates: Sequence[Real], score: Score, sizes: Real) -> Score | None:
-        stiff = (
-            ((1.0 + sizes) ** 3 - 1.0) / 3.0
-            if score.candidate.physics == "thickness_change"
-            else sizes
-        )
+    def tried(rates: Sequence[Real], score: Score, stiff: Real, sizes: Real) -> Score | None:
         columns = np.stack(
             [
                 _weighted(point, weights, _modal(point, rates, a, b))
@@ -204,24 +129,24 @@ def sized_sets(point: ResponsePoint, ranked: Sequence[Score], left: Left) -> lis
             else None
         )
 
-    found: list[tuple[Score, Real, list[Real]]] = []
-    for score in order[:SETS]:
+    found: list[tuple[Score, ModelChange, Real, list[Real]]] = []
+    for score, change in sorted(able, key=lambda pair: -pair[0].share)[:SETS]:
         rates: list[Real] = [np.zeros((low, low)), np.zeros((low, low))]
-        for block in score.candidate.tangent[0]:
+        for block in change.tangent[0]:
             for k, part in enumerate(modal_blocks(point.modes.shapes[:, :low], block)[:2]):
                 rates[k] += 0.0 if part is None else part
         sizes = np.array(
             [x for x in SIZES if score.candidate.limits[0] < x < score.candidate.limits[1]]
         )
-        first = tried(rates, score, sizes)
+        first = tried(rates, score, change.stiffness_of(sizes), sizes)
         if first is not None:
-            found.append((first, sizes, rates))
+            found.append((first, change, sizes, rates))
     best = sorted(found, key=lambda item: -item[0].share)
-    out = [score for score, _, _ in best[FINEST:]]
-    for score, sizes, rates in best[:FINEST]:
+    out = [score for score, *_ in best[FINEST:]]
+    for score, change, sizes, rates in best[:FINEST]:
         for _ in range(FINER):
             sizes = _between(sizes, float(score.p[0]))
-            again = tried(rates, score, sizes)
+            again = tried(rates, score, change.stiffness_of(sizes), sizes)
             if again is None or again.share <= score.share:
                 break
             score = again
@@ -320,7 +245,7 @@ def _modal_receptance(point: ResponsePoint, r: Response) -> Complex:
     )
 
 
-def _at(change: Change, point: ResponsePoint, modal: Complex) -> Complex:
+def _at(change: LowRank, point: ResponsePoint, modal: Complex) -> Complex:
     """Receptances Wᵀ G W (points, r, r)."""
     phi = change.W.T @ point.modes.shapes[change.used]
     r, m = phi.shape
@@ -328,11 +253,9 @@ def _at(change: Change, point: ResponsePoint, modal: Complex) -> Complex:
     return np.asarray((modal.real @ pairs + 1j * (modal.imag @ pairs)).reshape(len(modal), r, r))
 
 
-def _sizes(
-    c: Candidate, change: Change, point: ResponsePoint, modal: Complex, heavy: float
-) -> Real:
+def _sizes(e: Effect, change: LowRank, point: ResponsePoint, modal: Complex, heavy: float) -> Real:
     """Sizes p to try, in order."""
-    if c.tuned is not None:
+    if isinstance(e.action, HiddenOscillator):
         return heavy * np.array(MASSES)
     s = point.responses[0].signal.s
     own = np.abs(
@@ -341,22 +264,15 @@ def _sizes(
     largest, typical = max(float(own.max()), 1e-300), max(float(np.median(own)), 1e-300)
     reach = REACH[0] / largest, REACH[1] / typical
     steps = np.geomspace(*reach, min(MOST, 2 + int(np.log(reach[1] / reach[0]) / np.log(STEP))))
-    if (
-        c.report[0][2] == "inverse"
-    ):  # a compliance beside the place's own: what is joined rigidly gives way at most wholly
+    if e.change is not None and e.change.series:  # joined rigidly: it gives way at most wholly
         gamma = np.unique(np.concatenate([steps[steps < 1.0], GIVEN]))
         return np.asarray(gamma / (1.0 - gamma))
-    p = steps if c.sign > 0 else np.concatenate([-steps[::-1], steps])
-    return p[(p > c.limits[0]) & (p < c.limits[1])]
-
-
-def _amounts(c: Candidate, p: Real) -> Real:
-    """γ of `Change` at sizes p: of a compliance, in series with the place's own, p / (1 + p)."""
-    return p / (1.0 + p) if c.tuned is None and c.report[0][2] == "inverse" else p
+    p = steps if e.sign > 0 else np.concatenate([-steps[::-1], steps])
+    return p[(p > e.limits[0]) & (p < e.limits[1])]
 
 
 def _responses(
-    change: Change,
+    change: LowRank,
     gammas: Real,
     point: ResponsePoint,
     modal: Sequence[Complex],
@@ -376,7 +292,7 @@ def _responses(
 
 
 def _moved(
-    change: Change, gammas: Real, point: ResponsePoint, r: Response, modal: Complex, g: Receptances
+    change: LowRank, gammas: Real, point: ResponsePoint, r: Response, modal: Complex, g: Receptances
 ) -> Complex:
     """The responses' change (points, sensors, cases, sizes)."""
     f = change.f(r.signal.s)

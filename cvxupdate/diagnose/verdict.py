@@ -19,10 +19,10 @@ from cvxupdate.diagnose.data import (
     prepare,
     release_from,
 )
-from cvxupdate.diagnose.effects import Trial, key_of, without
+from cvxupdate.diagnose.effects import Trial, without
 from cvxupdate.diagnose.engine import Outcome, explain, followed, group_finding, loose_groups
 from cvxupdate.diagnose.export import of_fit
-from cvxupdate.diagnose.finding import Diagnosis, Finding, capital, effect_of, finite, sentence_of
+from cvxupdate.diagnose.finding import Diagnosis, Finding, finite
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.judge import (
     FAINT,
@@ -46,7 +46,8 @@ from cvxupdate.diagnose.refit import CLEAR
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter
-from cvxupdate.physics import CATALOGUE
+from cvxupdate.physics import effect_names
+from cvxupdate.physics.place import capital
 from cvxupdate.recordings.types import FrequencyResponse, Recording, TimeHistory
 from cvxupdate.spec import Spec
 
@@ -81,7 +82,7 @@ def diagnose_responses(
     nonlinear = (
         change is not None and change[0] > LEVEL_CHANGE and change[0] > LEVEL_NOISE * change[1]
     )
-    if not nonlinear and "shear_deformation" in (spec.diagnose.physics or CATALOGUE):
+    if not nonlinear and "shear_deformation" in (spec.diagnose.physics or effect_names()):
         data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))
     supports = held_dofs(model, [(s.nodes, s.dofs) for s in spec.model.supports], spec.model.dofs)
     start = ordinary(undamped(model), scatter=spec.diagnose.scatter)
@@ -216,7 +217,7 @@ def _findings(outcome: Outcome, final: Judged, field: Sequence[Judged]) -> tuple
             for o in equivalents(effect, final.trial, [r.trial for r in near])
         )
         out.append(
-            Finding(c.physics, c.place, values, deviations, sure, same, sentence_of(c, values))
+            Finding(c.physics, c.place, values, deviations, sure, same, c.says(values), c.title)
         )
     return claimed(out, outcome.base.misfit, final.misfit)
 
@@ -272,7 +273,7 @@ def _ordinary_evidence(o: Outcome) -> list[str]:
 
 def _named(t: Judged) -> str:
     return (
-        " with ".join(effect_of(e.candidate) for e in t.trial.effects)
+        " with ".join(e.candidate.title for e in t.trial.effects)
         or "letting the groups' parameters go far"
     )
 
@@ -296,7 +297,7 @@ def _finding_evidence(
         if (e.candidate.physics, e.candidate.place) not in {(f.physics, f.place) for f in findings}
     ]
     out += [
-        f"{capital(effect_of(e.candidate))} is needed for the last of it, but others "
+        f"{capital(e.candidate.title)} is needed for the last of it, but others "
         "elsewhere would do as well: it is not claimed."
         for e in silent
     ]
@@ -389,6 +390,7 @@ def _candidates(
         for k, (effect, (values, _)) in enumerate(effects):
             row = {
                 "physics": effect.candidate.physics,
+                "title": effect.candidate.title,
                 "location": effect.candidate.place.to_json(),
                 "score": finite(t.error),
                 "hold_out_score": finite(t.hold_out),
@@ -405,13 +407,14 @@ def _candidates(
     out += [
         {
             "physics": s.candidate.physics,
+            "title": s.candidate.title,
             "location": s.candidate.place.to_json(),
             "score": None,
             "hold_out_score": None,
             "share": s.share,
-            "stability": o.stable.get(key_of(s.candidate)),
+            "stability": o.stable.get(s.candidate.key),
         }
         for s in o.screened[:40]
-        if key_of(s.candidate) not in shown
+        if s.candidate.key not in shown
     ]
     return out

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.report.diagnosis_words import physics_words
 from cvxupdate.report.numbers import number
 from cvxupdate.report.structure import LARGEST, _bare, _height, skeleton
 from cvxupdate.report.svg import AFTER, BEFORE, HELD, INK, PAPER, QUIET, draw
@@ -94,9 +93,9 @@ def place_picture(found: Diagnosis, spec: Spec) -> str | None:
                 if part.id == f.place.elements[len(f.place.elements) // 2]
                 for k in part.nodes
             ]
-            rings.append((corners, physics_words(f.physics)))
+            rings.append((corners, f.title))
         elif rows:
-            rings.append((rows, physics_words(f.physics)))
+            rings.append((rows, f.title))
             if len(rows) == 2:
                 marked |= {p.id: 1.0 for p in sketch.parts if set(p.nodes) == set(rows)}
     view = view_of(

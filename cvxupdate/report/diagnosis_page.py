@@ -11,10 +11,8 @@ from cvxupdate.report.diagnosis_curves import map_picture, mode_bars, other_curv
 from cvxupdate.report.diagnosis_figures import fit_bars, place_picture
 from cvxupdate.report.diagnosis_words import (
     VERDICTS,
-    equivalents,
+    capital,
     fit_rows,
-    physics_words,
-    place_words,
     values_words,
 )
 from cvxupdate.report.numbers import fixed, number, seconds
@@ -71,22 +69,18 @@ def diagnosis_page(found: Diagnosis, spec: Spec) -> str:
 def finding_part(f: Any) -> dict[str, Any]:
     """One finding for the page: words, figures with deviations, what is equivalent."""
     return {
-        "physics": physics_words(f.physics),
-        "word": f.physics,
-        "where": place_words(f.place.to_json()),
-        "says": f.says,
+        "title": capital(f.title),
         "confidence": f"{100 * f.confidence:.0f} %",
         "values": values_words(f.parameters, f.deviations, f.physics, f.place.dof),
-        "equivalent": equivalents(f.equivalent),
+        "equivalent": [capital(title) for title in f.alternatives],
     }
 
 
 def candidate_rows(found: Diagnosis) -> list[dict[str, str]]:
-    """Every word at every place that was tried, best first."""
+    """Every effect at every place that was tried, best first."""
     return [
         {
-            "physics": physics_words(c["physics"]),
-            "where": place_words(c["location"]),
+            "title": capital(c["title"]),
             "score": number(c.get("score"), 3),
             "hold_out": number(c.get("hold_out_score"), 3),
             "share": "" if c.get("share") is None else f"{100 * float(c['share']):.0f} %",

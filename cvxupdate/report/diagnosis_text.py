@@ -12,10 +12,8 @@ from rich.text import Text
 
 from cvxupdate.report.diagnosis_words import (
     VERDICTS,
-    equivalents,
+    capital,
     fit_rows,
-    physics_words,
-    place_words,
     values_words,
 )
 from cvxupdate.report.numbers import seconds
@@ -38,15 +36,9 @@ def diagnosis_text(found: Diagnosis, folder: Path) -> RenderableType:
             f"{name} = {value}"
             for name, value in values_words(f.parameters, f.deviations, f.physics, f.place.dof)
         )
-        parts.append(
-            Text(
-                f"  {physics_words(f.physics)}, {place_words(f.place.to_json())}: {values}; "
-                f"confidence {100 * f.confidence:.0f} %"
-            )
-        )
+        parts.append(Text(f"  {capital(f.title)}: {values}; confidence {100 * f.confidence:.0f} %"))
         parts += [
-            Text(f"    cannot be told from: {line}", style="dim")
-            for line in equivalents(f.equivalent)[:4]
+            Text(f"    cannot be told from: {title}", style="dim") for title in f.alternatives[:4]
         ]
     rows = fit_rows(found)
     if rows:

@@ -1,9 +1,9 @@
-"""A diagnosis in words: verdicts, places, figures with their units."""
+"""A diagnosis in words: verdicts, figures with their units."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from cvxupdate.report.numbers import number, with_deviation
 
@@ -31,43 +31,17 @@ UNITS = {
     "force": "N",
     "c2": "N·s²/m²",
 }
-MOST_NAMED = 12
-"""Elements named in a place at most."""
 
 
-def physics_words(word: str) -> str:
-    """``added_mass`` as "added mass"."""
-    return word.replace("_", " ")
+def capital(text: str) -> str:
+    """With a capital first."""
+    return text[:1].upper() + text[1:]
 
 
 def label_words(label: str) -> str:
     """``n3.x`` as "at node 3 (x)"."""
     node, _, dof = label.partition(".")
     return f"at node {node[1:]} ({dof})"
-
-
-def place_words(location: Mapping[str, Any]) -> str:
-    """A location of the contract in words."""
-    nodes, elements, groups = (list(location.get(k) or ()) for k in ("nodes", "elements", "groups"))
-    dof = location.get("dof")
-    parts = []
-    if groups:
-        parts.append(
-            ("group " if len(groups) == 1 else "groups ") + ", ".join(str(g) for g in groups)
-        )
-    elif elements:
-        parts.append(
-            ("element " if len(elements) == 1 else "elements ")
-            + ", ".join(str(e) for e in elements[:MOST_NAMED])
-            + (f" and {len(elements) - MOST_NAMED} more" if len(elements) > MOST_NAMED else "")
-        )
-    if nodes:
-        parts.append(
-            f"node {nodes[0]}"
-            if len(nodes) == 1
-            else "between nodes " + " and ".join(str(n) for n in nodes)
-        )
-    return (" at ".join(parts) or "the whole structure") + (f", {dof}" if dof else "")
 
 
 def unit_of(parameter: str, dof: str | None) -> str:
@@ -100,8 +74,3 @@ def fit_rows(found: Diagnosis) -> list[tuple[str, str, str]]:
         for key, v in found.fit.items()
         if v.get("before") is not None
     ]
-
-
-def equivalents(pairs: Sequence[tuple[str, Any]]) -> list[str]:
-    """What the recordings cannot tell from a finding, one line each."""
-    return [f"{physics_words(word)}, {place_words(place.to_json())}" for word, place in pairs]

@@ -67,6 +67,7 @@ PHYSICS = (
     "hysteresis",
     "quadratic_damping",
     "sensor_fault",
+    "sensor_mass",
 )
 """The physics words of the contract."""
 

@@ -31,7 +31,7 @@ from cvxupdate.diagnose.forward import receptances, respond, undamped  # noqa: E
 from cvxupdate.diagnose.signals import Signal  # noqa: E402
 from cvxupdate.fe.modes import natural_modes  # noqa: E402
 from cvxupdate.fe.rigid import rigid_body_modes  # noqa: E402
-from cvxupdate.physics.base import Rates, Wanted, append_parameters, tangents  # noqa: E402
+from cvxupdate.physics.growth import Rates, Wanted, append_parameters, tangents  # noqa: E402
 from cvxupdate.physics.members import member_sets  # noqa: E402
 from cvxupdate.study import open_problem  # noqa: E402
 

@@ -12,11 +12,11 @@ from cvxupdate.diagnose.columns import Columns, columns_of, delay_unit, sums_of
 from cvxupdate.diagnose.data import ordinary
 from cvxupdate.diagnose.fit import setting_for
 from cvxupdate.diagnose.forward import undamped
-from cvxupdate.diagnose.residual import Fault
 from cvxupdate.diagnose.screen import left_over, screen
 from cvxupdate.diagnose.signals import frf_lines, smooth
-from cvxupdate.physics import CATALOGUE
-from cvxupdate.physics.base import Context
+from cvxupdate.physics import candidates_of
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import HiddenOscillator
 
 WORDS = (
     "stiffness_change",
@@ -42,8 +42,10 @@ def scene(chain, lab, measure):
         for k, e in ((4, 0.03), (1, 0.1))
     )
     sensors = tuple(dict.fromkeys(label for s in signals for label in s.sensors))
-    context = Context(start, m.K, m.M, 75.0, 5.0, sensors, (), lambda node, kind: start, 0.005)
-    candidates = [c for word in WORDS for c in CATALOGUE[word](context)]
+    context = SearchContext(
+        start, m.K, m.M, 75.0, 5.0, sensors, (), lambda node, kind: start, 0.005
+    )
+    candidates = [c for word in WORDS for c in candidates_of(context, (word,))]
     setting = setting_for(start, model, signals, 75.0, 5.0)
     return model, start, signals, setting.evaluate(np.zeros(len(setting.columns))), candidates
 
@@ -54,19 +56,19 @@ def test_columns_are_those_of_the_models_that_grow(scene):
     n = len(start.parameters)
     compared = set()
     for c, J in zip(candidates, columns_of(point, candidates), strict=True):
-        if c.tuned is not None:
+        if isinstance(c.action, HiddenOscillator):
             continue
-        faults = (
-            () if c.channel is None else (Fault(c.channel, c.sensor, delay_unit(point), c.other),)
+        faults = () if c.fault is None else (replace(c.fault, unit=delay_unit(point)),)
+        setting = setting_for(
+            start if faults else c.change.model, model, signals, 75.0, 5.0, faults
         )
-        setting = setting_for(start if faults else c.model, model, signals, 75.0, 5.0, faults)
         p = np.zeros(len(setting.columns))
-        if c.sensor == "swap":
+        if c.fault and c.fault.how == "swap":
             p[-1] = -1.0  # nothing is exchanged yet
         A = (
             setting.evaluate(p).jacobian()[:, -1:]
             if faults
-            else setting.evaluate(p).jacobian()[:, n : n + c.extra]
+            else setting.evaluate(p).jacobian()[:, n : n + c.count]
         )
         wanted = weights[:, None] * A
         np.testing.assert_allclose(
@@ -79,13 +81,13 @@ def test_columns_are_those_of_the_models_that_grow(scene):
 def test_a_hidden_oscillator_s_column_is_a_mass_where_its_spring_is_stiff(scene):
     """Far below its own frequency a mass on a spring is a mass."""
     *_, point, candidates = scene
-    hidden = next(c for c in candidates if c.tuned is not None)
+    hidden = next(c for c in candidates if isinstance(c.action, HiddenOscillator))
     lump = next(
         c for c in candidates if c.physics == "added_mass" and c.place.nodes == hidden.place.nodes
     )
-    stiff = replace(hidden, tuned=(hidden.tuned[0], 1e6, 0.0))
+    stiff = replace(hidden, action=replace(hidden.action, frequency=1e6, zeta=0.0))
     a, b = columns_of(point, [stiff, lump])
-    unit = lump.tangent[0][0].M[0, 0, 0]
+    unit = lump.change.tangent[0][0].M[0, 0, 0]
     np.testing.assert_allclose(unit * a, b, rtol=1e-6, atol=1e-7 * np.abs(b).max())
 
 

@@ -11,12 +11,13 @@ import pytest
 from cvxupdate.diagnose.data import ordinary
 from cvxupdate.diagnose.fit import fit, setting_for
 from cvxupdate.diagnose.forward import basis, respond, sensor_rows, undamped
-from cvxupdate.diagnose.residual import Fault, channel_errors
+from cvxupdate.diagnose.residual import channel_errors
 from cvxupdate.diagnose.signals import frf_lines, smooth
 from cvxupdate.errors import RecordingError
 from cvxupdate.fe.rigid import rigid_body_modes
-from cvxupdate.physics import viscous_damper
-from cvxupdate.physics.base import Context
+from cvxupdate.physics import candidates_of
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.sensor_fault import Fault
 
 
 def signal_of(recording, epsilon=0.03):
@@ -75,17 +76,19 @@ def test_derivatives_with_dashpot_damping_and_faults(chain, lab, measure, zeta):
     _, model = chain
     start = ordinary(undamped(model))
     m = start.matrices(start.zero())
-    context = Context(start, m.K, m.M, 75.0, 5.0, ("n1.x",), (), lambda node, kind: start, ZETA)
-    damper = next(c for c in viscous_damper.candidates(context) if c.place.nodes == (2, 3))
+    context = SearchContext(
+        start, m.K, m.M, 75.0, 5.0, ("n1.x",), (), lambda node, kind: start, ZETA
+    )
+    damper = next(c for c in candidates_of(context, ("viscous_damper",)) if c.place.nodes == (2, 3))
     signals = (
         signal_of(measure(lab(c=(0, 0, 9.0, 0)), 4)),
         signal_of(measure(lab(), 1, seed=2), 0.1),
     )
-    setting = setting_for(damper.model, model, signals, 75.0, 5.0, FAULTS)
+    setting = setting_for(damper.change.model, model, signals, 75.0, 5.0, FAULTS)
     setting = replace(setting, zeta=np.full(setting.damped, zeta))
     rng = np.random.default_rng(4)
     p = 0.03 * rng.normal(size=len(setting.columns))
-    dashpot = len(damper.model.parameters) - 1
+    dashpot = len(damper.change.model.parameters) - 1
     p[dashpot] = 0.7  # it is on
     point = setting.evaluate(p)
     A = point.jacobian()

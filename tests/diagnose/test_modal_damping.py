@@ -10,8 +10,8 @@ from scipy.linalg import eig, eigh
 from cvxupdate.diagnose.data import ordinary
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.modal_damping import LUCK, Ratios, damping_trials, needed_drop
-from cvxupdate.physics import CATALOGUE
-from cvxupdate.physics.base import Context, reported
+from cvxupdate.physics import candidates_of
+from cvxupdate.physics.context import SearchContext
 
 WORDS = ("viscous_damper", "structural_damping", "mass_proportional_damping")
 
@@ -38,8 +38,8 @@ def ratios(lab, C, D, zeta=0.004):
 def found(chain, ratios):
     model = ordinary(undamped(chain[1]))
     m = model.matrices(model.zero())
-    context = Context(model, m.K, m.M, 60.0, 8.0, (), (), lambda node, kind: model, 0.004)
-    return damping_trials(ratios, [c for w in WORDS for c in CATALOGUE[w](context)])
+    context = SearchContext(model, m.K, m.M, 60.0, 8.0, (), (), lambda node, kind: model, 0.004)
+    return damping_trials(ratios, [c for w in WORDS for c in candidates_of(context, (w,))])
 
 
 def test_nothing_where_only_scatter_is(chain, lab):
@@ -59,8 +59,9 @@ def test_a_dashpot_across_a_spring(chain, lab):
     ]
     assert before > 20.0 and named
     c = named[0].candidate
-    value, deviation = reported(
-        c.model, c.model.parameters[-1], "value", named[0].size, named[0].deviation, c.offset
+    model = c.change.model
+    value, deviation = c.figures[0].value(
+        model, model.parameters[-1], named[0].size, named[0].deviation
     )
     assert abs(value - 25.0) < 3.0 * deviation and deviation < 12.0
 
@@ -85,13 +86,13 @@ def test_the_rate_of_a_word_is_the_derivative_of_the_complex_modes_damping(chain
     )
     model = ordinary(undamped(chain[1]))
     m = model.matrices(model.zero())
-    context = Context(model, m.K, m.M, 60.0, 8.0, (), (), lambda node, kind: model, 0.004)
-    c = next(c for c in CATALOGUE["viscous_damper"](context) if c.place.nodes == (2, 3))
-    unit = c.model.parameters[-1].unit_size
+    context = SearchContext(model, m.K, m.M, 60.0, 8.0, (), (), lambda node, kind: model, 0.004)
+    c = next(c for c in candidates_of(context, ("viscous_damper",)) if c.place.nodes == (2, 3))
+    unit = c.change.model.parameters[-1].unit_size
     np.testing.assert_allclose(
         with_it.measured - without.measured, bare_rate(bare, without) * 0.5, rtol=2e-2
     )
-    np.testing.assert_allclose(without.rate(c) / unit, bare_rate(bare, without), rtol=1e-9)
+    np.testing.assert_allclose(without.rate(c.change) / unit, bare_rate(bare, without), rtol=1e-9)
 
 
 def bare_rate(bare, r):

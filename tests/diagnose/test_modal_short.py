@@ -78,17 +78,17 @@ def left_one_by_one(where, c, sizes):
         basis.T
         @ sum(
             dense(b.dofs, part, len(basis))
-            for b in c.tangent[0]
+            for b in c.change.tangent[0]
             if (part := getattr(b, name)) is not None
         )
         @ basis
-        if any(getattr(b, name) is not None for b in c.tangent[0])
+        if any(getattr(b, name) is not None for b in c.change.tangent[0])
         else np.zeros((basis.shape[1],) * 2)
         for name in "KM"
     )
     V, at, out = np.eye(basis.shape[1]), where.used, []
     for p in sizes:
-        effective = p / (1.0 + p) if c.report[0][2] == "inverse" else p
+        effective = p / (1.0 + p) if c.change.series else p
         mass = np.eye(len(V)) + effective * M
         try:
             lam, new = eigh(np.diag(where.many.eigenvalues) + effective * K, mass)
@@ -121,7 +121,7 @@ def test_many_words_at_a_time_are_followed_as_one_by_one(tried):
     _, base, candidates = tried
     where, local = scene_of(base), [c for c in candidates if modal_scan.local(c)]
     assert {c.physics for c in local} == {"added_mass", "grounding_spring", "joint_flexibility"}
-    assert any(c.offset > 0.0 and c.physics == "grounding_spring" for c in local) and any(
+    assert any(c.change.series and c.physics == "grounding_spring" for c in local) and any(
         c.limits[0] < 0.0 for c in local
     )
     for c, (left, size) in zip(
@@ -169,11 +169,7 @@ def test_shares_are_those_of_the_models_that_grow(tried):
     """Columns against differences of the grown model's own modes, shares against plain least
     squares beside the ordinary parameters."""
     _, base, candidates = tried
-    few = [
-        c
-        for k, c in enumerate(candidates)
-        if k % 5 == 0 and c.model is not None and c.offset == 0.0
-    ]
+    few = [c for k, c in enumerate(candidates) if k % 5 == 0 and c.change and not c.change.series]
     assert {c.physics for c in few} >= {
         "stiffness_change",
         "mass_change",
@@ -186,7 +182,7 @@ def test_shares_are_those_of_the_models_that_grow(tried):
     r = np.concatenate([-weights * values, -base.point.p / scales])
     told = {s.candidate.name: s for s in shares(base, candidates)}
     for c in few:
-        residual = replace(base.point.residual, model=c.model)
+        residual = replace(base.point.residual, model=c.change.model)
         ends = [
             residual.evaluate(np.append(base.point.p, side * h)).differences[0]
             for side in (-1.0, 1.0)
@@ -214,15 +210,15 @@ def test_a_pairing_is_taken_over_only_by_the_same_structure(tried):
         c = next(
             c
             for c in candidates
-            if c.physics == word and c.offset == (0.0 if word == "grounding_spring" else c.offset)
+            if c.physics == word and (word != "grounding_spring" or not c.change.series)
         )
         over, afresh = (
-            residual_of(c.model, data, like),
-            modal_residual(c.model, data.fit, data.hold, data.shapes),
+            residual_of(c.change.model, data, like),
+            modal_residual(c.change.model, data.fit, data.hold, data.shapes),
         )
         assert (over.start is like.start) == (
-            c.model.labels == base.model.labels
-        ) and over.model is c.model
+            c.change.model.labels == base.model.labels
+        ) and over.model is c.change.model
         assert (
             over.count == afresh.count
             and over.muted == afresh.muted
@@ -251,10 +247,10 @@ def test_modes_are_followed_far_in_the_space_of_both_ends(tried, word):
     """As by full solutions at every step, wherever the word stands and though modes cross on the
     way."""
     bench, base, candidates = tried
-    some = [c for c in candidates if c.physics == word and c.model is not None][::4]
+    some = [c for c in candidates if c.physics == word and c.change is not None][::4]
     crossed = 0
     for c in some:
-        residual = residual_of(c.model, bench.data, base.point.residual)
+        residual = residual_of(c.change.model, bench.data, base.point.residual)
         start = np.append(np.zeros(len(base.point.p)), 0.9 * c.limits[1])
         point = None
         for size in np.geomspace(1e-4, 1.0, SIZES):

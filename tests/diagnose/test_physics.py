@@ -9,9 +9,9 @@ import pytest
 from cvxupdate.diagnose.data import held_dofs, ordinary, release_from
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.fe.modes import natural_modes
-from cvxupdate.physics import CATALOGUE, sensor_fault
+from cvxupdate.physics import EFFECTS, candidates_of
 from cvxupdate.physics.attached_resonator import attach
-from cvxupdate.physics.base import Context
+from cvxupdate.physics.context import SearchContext
 
 
 def context_of(problem):
@@ -19,7 +19,7 @@ def context_of(problem):
     start = ordinary(undamped(model))
     m = start.matrices(start.zero())
     held = held_dofs(model, [(s.nodes, s.dofs) for s in spec.model.supports], spec.model.dofs)
-    return Context(
+    return SearchContext(
         start, m.K, m.M, 800.0, 5.0, tuple(start.labels[:3]), tuple(held), release_from(spec), 0.005
     )
 
@@ -27,9 +27,9 @@ def context_of(problem):
 def grown(candidate, p):
     """K, M, C, D of the refitted model; DOFs that the base model does not have are condensed
     (statically, K alone has them coupled)."""
-    model = candidate.model
+    model = candidate.change.model
     full = np.zeros(len(model.parameters))
-    full[len(full) - candidate.extra :] = p
+    full[len(full) - candidate.count :] = p
     return model, {k: getattr(model.matrices(full), k).toarray() for k in "KMCD"}
 
 
@@ -82,22 +82,22 @@ BAR_WORDS = (
 )
 def test_tangents_are_derivatives_of_the_refitted_model(request, which, word):
     context = context_of(request.getfixturevalue(which))
-    found = CATALOGUE[word](context)
+    found = candidates_of(context, (word,))
     assert found, word
     h = 1e-6
     for candidate in found[:25]:
-        for k in range(candidate.extra):
-            step = np.zeros(candidate.extra)
+        for k in range(candidate.count):
+            step = np.zeros(candidate.count)
             step[k] = h
             model, after = grown(candidate, step)
-            _, before = grown(candidate, np.zeros(candidate.extra))
+            _, before = grown(candidate, np.zeros(candidate.count))
             compliance = model.size > context.model.size
             for what in "K" if compliance else "KMCD":
                 wanted = (
                     onto(context.model, model, after[what])
                     - onto(context.model, model, before[what])
                 ) / h
-                got = assembled(context.model, candidate.tangent[k], what)
+                got = assembled(context.model, candidate.change.tangent[k], what)
                 # a compliance begins at a ten thousandth of the structure's own, not at zero: that
                 # is all the difference there may be
                 tolerance = (1e-3 if compliance else 1e-5) * max(
@@ -112,11 +112,11 @@ def test_every_word_leaves_the_model_as_it_is_at_zero(request, which):
     thousands where the word is a compliance."""
     context = context_of(request.getfixturevalue(which))
     base = natural_modes(context.K, context.M, 4, np.zeros((context.model.size, 0))).frequencies
-    for word, candidates in CATALOGUE.items():
-        for c in candidates(context)[:12]:
-            if c.model is None or c.channel is not None:
+    for t in EFFECTS:
+        for c in t.candidates(context)[:12]:
+            if c.change is None:
                 continue
-            _, m = grown(c, np.zeros(c.extra))
+            _, m = grown(c, np.zeros(c.count))
             import scipy.linalg
 
             f = np.sqrt(
@@ -126,7 +126,7 @@ def test_every_word_leaves_the_model_as_it_is_at_zero(request, which):
                     eigvals_only=True,
                 )[:4]
             ) / (2 * np.pi)
-            np.testing.assert_allclose(f, base, rtol=1e-3, err_msg=f"{word} {c.name}")
+            np.testing.assert_allclose(f, base, rtol=1e-3, err_msg=c.name)
 
 
 def test_soft_supports_and_joints_end_at_free_and_hinged(bar):
@@ -134,8 +134,8 @@ def test_soft_supports_and_joints_end_at_free_and_hinged(bar):
     context = context_of(bar)
     soft = next(
         c
-        for c in CATALOGUE["grounding_spring"](context)
-        if c.place.nodes == (6,) and c.model.size > context.model.size
+        for c in candidates_of(context, ("grounding_spring",))
+        if c.place.nodes == (6,) and c.change.model.size > context.model.size
     )
     model, m = grown(soft, np.array([1e4]))
     row = model.place["n6.z"]
@@ -147,10 +147,10 @@ def test_soft_supports_and_joints_end_at_free_and_hinged(bar):
 def test_axial_force_changes_frequencies_as_euler_says(bar):
     """f(N) / f(0) = sqrt(1 + N / N_cr) for the first mode of a pinned bar; at −N_cr it buckles."""
     context = context_of(bar)
-    preload = CATALOGUE["axial_preload"](context)[0]
+    preload = candidates_of(context, ("axial_preload",))[0]
     f0 = natural_modes(context.K, context.M, 1, np.zeros((context.model.size, 0))).frequencies[0]
     for ratio in (-0.5, 0.4, 3.0):
-        model = preload.model
+        model = preload.change.model
         full = np.zeros(len(model.parameters))
         full[-1] = ratio
         m = model.matrices(full)
@@ -179,12 +179,12 @@ def test_a_resonator_adds_its_dynamic_stiffness(chain):
 
 def test_tie_of_sensor_faults_to_channels(chain):
     context = context_of(chain)
-    found = sensor_fault.candidates(context)
-    assert {(c.channel, c.sensor, c.other) for c in found} == {
+    found = candidates_of(context, ("sensor_fault",))
+    assert {(c.fault.channel, c.fault.how, c.fault.other) for c in found} == {
         *((label, how, "") for label in context.sensors for how in ("gain", "delay")),
         ("n1.x", "swap", "n2.x"),
         ("n1.x", "swap", "n3.x"),
         ("n2.x", "swap", "n3.x"),
     }
-    assert next(c for c in found if c.sensor == "swap").place.nodes == (1, 2)
+    assert next(c for c in found if c.fault.how == "swap").place.nodes == (1, 2)
     assert len({c.name for c in found}) == len(found)

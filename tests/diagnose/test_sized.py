@@ -15,18 +15,17 @@ from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.screen import left_over, screen
 from cvxupdate.diagnose.signals import frf_lines, smooth
 from cvxupdate.diagnose.sized import (
-    _amounts,
     _modal,
     _modal_receptance,
     _responses,
     _weighted,
-    change_of,
     sized,
     sized_sets,
     sized_whole,
 )
-from cvxupdate.physics import CATALOGUE
-from cvxupdate.physics.base import Context
+from cvxupdate.physics import candidates_of
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.low_rank import amounts, low_rank
 
 # logarithm of the factor on all damping ratios: none is left, so modes that cross keep their
 # damping in common
@@ -47,7 +46,7 @@ def scene(chain, lab, measure):
             model,
             start,
             signals,
-            Context(start, m.K, m.M, 75.0, 5.0, sensors, (), lambda node, kind: start, 0.005),
+            SearchContext(start, m.K, m.M, 75.0, 5.0, sensors, (), lambda node, kind: start, 0.005),
         )
 
     return make
@@ -62,7 +61,7 @@ def without_damping(start, model, signals):
 
 
 def candidates(context, *words):
-    return [c for word in words for c in CATALOGUE[word](context)]
+    return [c for word in words for c in candidates_of(context, (word,))]
 
 
 @pytest.mark.parametrize(
@@ -75,19 +74,19 @@ def test_a_change_of_any_size_is_that_of_the_model_that_grows(scene, word):
     weights = [1.0 / s.scale() for s in signals]
     compared = 0
     for c in candidates(context, word):
-        change = change_of(c)
+        change = low_rank(c)
         if change is None:
             continue
         sizes = np.array([0.4, 25.0]) if c.limits[1] > 30.0 else np.array([0.2, 0.9])
         J = _responses(
             change,
-            _amounts(c, sizes),
+            amounts(c, sizes),
             point,
             [_modal_receptance(point, r) for r in point.responses],
             weights,
         )
         for k, size in enumerate(sizes):
-            grown = setting_for(c.model, model, signals, 75.0, 5.0)
+            grown = setting_for(c.change.model, model, signals, 75.0, 5.0)
             q = np.zeros(len(grown.columns))
             q[n], q[n + 1] = size, UNDAMPED
             wanted = point.differences[1] * (
@@ -108,15 +107,15 @@ def test_a_set_of_elements_in_the_modes_is_that_of_the_model_that_grows(scene):
     model, start, signals, context = scene()
     n = len(start.parameters)
     point = without_damping(start, model, signals)
-    c = next(c for c in candidates(context, "stiffness_change") if len(c.members) > 1)
+    c = next(c for c in candidates(context, "stiffness_change") if len(c.change.members) > 1)
     shapes = point.modes.shapes
     K = np.zeros((start.size, start.size))
-    for block in c.tangent[0]:
+    for block in c.change.tangent[0]:
         for dofs, part in zip(block.dofs, block.K, strict=True):
             free = dofs >= 0
             K[np.ix_(dofs[free], dofs[free])] += part[np.ix_(free, free)]
     rates = [shapes.T @ K @ shapes, np.zeros((start.size, start.size))]
-    grown = setting_for(c.model, model, signals, 75.0, 5.0)
+    grown = setting_for(c.change.model, model, signals, 75.0, 5.0)
     q = np.zeros(len(grown.columns))
     q[n], q[n + 1] = 0.6, UNDAMPED
     wanted = point.differences[1] * (grown.evaluate(q).differences[0] - point.differences[0])
@@ -148,9 +147,9 @@ def test_a_set_s_size_is_found_too(scene):
     ranked = screen(point, candidates(context, "stiffness_change"), left)
     exact = [*sized(point, ranked, left), *sized_sets(point, ranked, left)]
     best = max(exact, key=lambda s: s.share)
-    assert best.candidate.members == (102,)
+    assert best.candidate.change.members == (102,)
     assert best.p[0] == pytest.approx(0.5, rel=0.1)
-    assert {len(s.candidate.members) for s in exact} > {
+    assert {len(s.candidate.change.members) for s in exact} > {
         1
     }  # single elements by the closed form, sets in the modes
 
@@ -169,8 +168,8 @@ def test_what_acts_on_the_whole_is_followed_through_sizes(scene):
     model, start, signals, context = scene(k=(1.35,) * 4)
     setting = setting_for(start, model, signals, 75.0, 5.0)
     point = setting.evaluate(np.zeros(len(setting.columns)))
-    c = next(c for c in candidates(context, "stiffness_change") if len(c.members) == 4)
-    grown = setting_for(c.model, model, signals, 75.0, 5.0)
+    c = next(c for c in candidates(context, "stiffness_change") if len(c.change.members) == 4)
+    grown = setting_for(c.change.model, model, signals, 75.0, 5.0)
     hypothesis, share = sized_whole(
         point, Hypothesis((Effect(c),), grown, np.zeros(len(grown.columns))), left_over(point)
     )

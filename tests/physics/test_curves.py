@@ -15,7 +15,11 @@ from cvxupdate.diagnose.residual import ResponsePoint
 from cvxupdate.diagnose.signals import Signal, frf_lines, smooth
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import select_parameters
-from cvxupdate.physics.base import Candidate, Place, Wanted
+from cvxupdate.physics import told
+from cvxupdate.physics.effect import ChannelFault, Effect
+from cvxupdate.physics.growth import Wanted
+from cvxupdate.physics.place import Place
+from cvxupdate.physics.sensor_fault import ChannelGain, Fault
 from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Origin
 from cvxupdate.residual.modal import modal_residual
 from tests.cases.elements import build
@@ -91,8 +95,8 @@ def shown() -> Shown:
         return setting.evaluate(values)
 
     near, far = (
-        Candidate("added_mass", Place(nodes=(2,)), None, 1, np.zeros(1)),
-        Candidate("stiffness_change", Place(elements=(2,)), None, 1, np.zeros(1)),
+        told("added_mass", Place(nodes=(2,))),
+        told("stiffness_change", Place(elements=(2,))),
     )
     return responses_shown(at(0.0), at(FACTOR - 1.0), fitted, held, [(near, 0.3), (far, 0.9)])
 
@@ -148,16 +152,17 @@ def test_recordings_that_hear_nothing_are_not_drawn() -> None:
 
 
 def test_the_map_takes_nodes_elements_and_no_channels() -> None:
-    def candidate(share: float, **place: object) -> tuple[Candidate, float]:
-        channel = place.pop("channel", None)
-        return Candidate("added_mass", Place(**place), None, 1, np.zeros(1), channel=channel), share  # type: ignore[arg-type]
+    def candidate(share: float, **place: object) -> tuple[Effect, float]:
+        return told("added_mass", Place(**place)), share  # type: ignore[arg-type]
+
+    wrong = ChannelFault(Fault("n5.x", "gain"))
 
     nodes, elements = places(
         [
             candidate(0.2, nodes=(1,)),
             candidate(0.5, nodes=(1,)),
             candidate(0.4, nodes=(2, 3)),
-            candidate(0.9, nodes=(5,), channel="n5.x"),
+            (Effect(ChannelGain(), Place(nodes=(5,)), wrong, ()), 0.9),
             candidate(0.3, elements=(7,)),
             candidate(0.8, elements=(7, 8)),
             candidate(np.nan, elements=(9,)),

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from cvxupdate.diagnose.export import of_modes, problem_text
 from cvxupdate.diagnose.forward import undamped
-from cvxupdate.diagnose.residual import Fault
 from cvxupdate.diagnose.signals import frf_lines, smooth
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.build import build_model
@@ -22,9 +21,12 @@ from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.fe.responses import matrices_with_damping
 from cvxupdate.fe.select import select_parameters
-from cvxupdate.physics import CATALOGUE
+from cvxupdate.physics import candidates_of
 from cvxupdate.physics.attached_resonator import attach
-from cvxupdate.physics.base import Candidate, Context, Wanted, append_parameters
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import Effect, plant
+from cvxupdate.physics.growth import Wanted, append_parameters
+from cvxupdate.physics.sensor_fault import Fault
 from cvxupdate.recordings.corrections import corrected
 from cvxupdate.recordings.load import load_recordings
 from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Origin
@@ -123,7 +125,7 @@ def ordinary(model: Model) -> Model:
     )
 
 
-def context_of(spec: Spec, model: Model) -> Context:
+def context_of(spec: Spec, model: Model) -> SearchContext:
     m = model.matrices(model.zero())
     held = [
         (int(n), k)
@@ -143,7 +145,7 @@ def context_of(spec: Spec, model: Model) -> Context:
         freed = replace(spec, model=spec.model.model_copy(update={"supports": tuple(supports)}))
         return model.with_parameters(()) if not supports else ordinary(undamped(build_model(freed)))
 
-    return Context(model, m.K, m.M, 400.0, 5.0, (), tuple(held), release, 0.005)
+    return SearchContext(model, m.K, m.M, 400.0, 5.0, (), tuple(held), release, 0.005)
 
 
 def receptance(
@@ -180,10 +182,10 @@ def written(folder: Path, spec: Spec, model: Model, p: NDArray[np.float64]) -> t
     return again, build_model(again)
 
 
-def values_for(candidate: Candidate, model: Model) -> NDArray[np.float64]:
+def values_for(candidate: Effect, model: Model) -> NDArray[np.float64]:
     """Ordinary parameters off by percents, physics by much, within bounds."""
     rng = np.random.default_rng(len(candidate.name))
-    p = np.concatenate([[0.031, -0.024], rng.uniform(0.2, 0.45, candidate.extra)])
+    p = np.concatenate([[0.031, -0.024], rng.uniform(0.2, 0.45, candidate.count)])
     if candidate.sign == 0 and len(candidate.name) % 2:
         p[2:] *= -1.0
     return np.clip(p, [q.lower for q in model.parameters], [q.upper for q in model.parameters])
@@ -229,17 +231,14 @@ def test_every_word_at_every_place_is_written(tmp_path: Path, structure: str, wo
     parameters and all damping included."""
     spec = problem(tmp_path, STRUCTURES[structure])
     base = ordinary(undamped(build_model(spec)))
-    found = CATALOGUE[word](context_of(spec, base))
+    found = candidates_of(context_of(spec, base), (word,))
     assert found
     acts: list[bool] = []
     few = {
         c.name: c for c in found
     }.values()  # a hidden oscillator has one candidate for each tuning
     for candidate in list(few)[:: max(1, len(few) // 12)]:
-        model = candidate.model
-        if candidate.tuned is not None:
-            model = attach(base, candidate.tuned[0], candidate.tuned[1], 0.07, 0.03)
-        assert model is not None
+        model = plant(candidate, base, np.array([0.07, 0.0, 0.0]), 1.0).model
         p = values_for(candidate, model)
         again, rebuilt = written(tmp_path, spec, model, p)
         wanted = receptance(model, LABELS[structure], p)
@@ -263,10 +262,12 @@ def test_every_word_at_every_place_is_written(tmp_path: Path, structure: str, wo
 def test_added_masses_taken_off_and_put_on(tmp_path: Path) -> None:
     spec = problem(tmp_path, BEAM)
     base = ordinary(undamped(build_model(spec)))
-    lump = next(c for c in CATALOGUE["added_mass"](context_of(spec, base)) if c.place.nodes == (4,))
-    assert lump.model is not None
+    lump = next(
+        c for c in candidates_of(context_of(spec, base), ("added_mass",)) if c.place.nodes == (4,)
+    )
+    assert lump.change is not None
     for size in (-3.0, 3.0):
-        again, rebuilt = written(tmp_path, spec, lump.model, np.array([0.0, 0.0, size]))
+        again, rebuilt = written(tmp_path, spec, lump.change.model, np.array([0.0, 0.0, size]))
         row = again.model.elements[-1].rows[0]
         assert row.taken_off == (size < 0.0) and row.m == pytest.approx(
             abs(size) * 0.01 * base.total_mass()
@@ -283,17 +284,17 @@ def test_several_effects_at_once(tmp_path: Path) -> None:
     model = ordinary(undamped(build_model(spec)))
     soft = next(
         c
-        for c in CATALOGUE["grounding_spring"](context_of(spec, model))
-        if c.place.nodes == (2,) and c.place.dof == "z" and c.offset > 0.0
+        for c in candidates_of(context_of(spec, model), ("grounding_spring",))
+        if c.place.nodes == (2,) and c.place.dof == "z" and c.change and c.change.series
     )
-    assert soft.model is not None
-    model = soft.model
+    assert soft.change is not None
+    model = soft.change.model
     for word, nodes_ in (("joint_flexibility", (3,)), ("added_mass", (5,))):
         candidate = next(
-            c for c in CATALOGUE[word](context_of(spec, model)) if c.place.nodes == nodes_
+            c for c in candidates_of(context_of(spec, model), (word,)) if c.place.nodes == nodes_
         )
-        assert candidate.model is not None
-        model = candidate.model
+        assert candidate.change is not None
+        model = candidate.change.model
     model = append_parameters(
         attach(model, model.place["n5.z"], 55.0, 0.05, 0.02), [Wanted("thin", "height", (3,))]
     )
@@ -377,7 +378,7 @@ def test_sensor_faults_are_taken_out_of_the_recordings_that_have_them(tmp_path: 
     signal = smooth(frf_lines(sound), 0.0)
     wrong = H
     for fault, value in faults:
-        wrong = fault.applied(value, signal, wrong)
+        wrong = fault.applied(value, signal.sensors, signal.s, wrong)
     back = corrected(replace(sound, H=wrong), again.recordings[0].corrections)
     order = [[c.label for c in back.responses].index(c.label) for c in channels]  # type: ignore[union-attr]
     np.testing.assert_allclose(back.H[:, order], H, rtol=1e-10)  # type: ignore[union-attr]
@@ -388,12 +389,12 @@ def test_modal_damping_is_that_of_the_diagnosis(tmp_path: Path) -> None:
     modes without."""
     spec = problem(tmp_path, {**PLATE, "supports": []})
     model = ordinary(undamped(build_model(spec)))
-    air = next(iter(CATALOGUE["mass_proportional_damping"](context_of(spec, model))))
-    assert air.model is not None
+    air = next(iter(candidates_of(context_of(spec, model), ("mass_proportional_damping",))))
+    assert air.change is not None
     p = np.array([0.02, -0.01, 0.7])
     zeta = [0.011, 0.007, 0.02, 0.02, 0.02]
     path = tmp_path / "again.toml"
-    path.write_text(problem_text(spec, air.model, p, zeta=zeta), encoding="utf-8")
+    path.write_text(problem_text(spec, air.change.model, p, zeta=zeta), encoding="utf-8")
     rebuilt = build_model(load_problem(path))
     assert rebuilt.modal_damping == (0.011, 0.007, 0.02)
     m = matrices_with_damping(rebuilt)
@@ -405,7 +406,9 @@ def test_modal_damping_is_that_of_the_diagnosis(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         np.diag(inside) - np.diag(modes.shapes.T @ (plain @ modes.shapes)), wanted, rtol=1e-9
     )
-    np.testing.assert_allclose(plain.toarray(), air.model.matrices(p).C.toarray(), rtol=1e-12)
+    np.testing.assert_allclose(
+        plain.toarray(), air.change.model.matrices(p).C.toarray(), rtol=1e-12
+    )
 
 
 MODES = """
@@ -490,15 +493,15 @@ def test_damping_found_in_tables_stands_beside_that_of_the_file(
         ),
     ).matrices()  # dashpots alone
     for word in ("mass_proportional_damping", "structural_damping"):
-        candidate = next(c for c in CATALOGUE[word](context_of(spec, model)) if c.model is not None)
-        assert candidate.model is not None
+        candidate = next(c for c in candidates_of(context_of(spec, model), (word,)))
+        assert candidate.change is not None
         p = np.append(model.zero(), 0.8)
         path = tmp_path / "again.toml"
-        path.write_text(problem_text(spec, candidate.model, p), encoding="utf-8")
+        path.write_text(problem_text(spec, candidate.change.model, p), encoding="utf-8")
         got, was, extra = (
             build_model(load_problem(path)).matrices(),
             file.matrices(),
-            candidate.model.matrices(p),
+            candidate.change.model.matrices(p),
         )
         if damping is None or damping["kind"] != "modal":
             for name in "CD":

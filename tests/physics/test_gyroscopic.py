@@ -18,8 +18,11 @@ from cvxupdate.errors import ModelError
 from cvxupdate.fe.elements import Gyroscopic
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.responses import condenser, receptance
-from cvxupdate.physics import CATALOGUE, gyroscopic
-from cvxupdate.physics.base import Candidate, Context, Wanted, append_parameters
+from cvxupdate.physics import candidates_of
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.growth import Wanted, append_parameters
+from cvxupdate.physics.gyroscopic import Spin
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
 from tests.cases.elements import build
 
@@ -88,22 +91,22 @@ def rotor(
     )
 
 
-def context_of(model: Model) -> Context:
+def context_of(model: Model) -> SearchContext:
     m = model.matrices()
-    return Context(model, m.K, m.M, TOP, 10.0, (), (), lambda node, kind: model, 0.005)
+    return SearchContext(model, m.K, m.M, TOP, 10.0, (), (), lambda node, kind: model, 0.005)
 
 
-def found(model: Model) -> Candidate:
-    (candidate,) = gyroscopic.candidates(context_of(model))
-    assert candidate.model is not None
+def found(model: Model) -> Effect:
+    (candidate,) = Spin().candidates(context_of(model))
+    assert candidate.change is not None
     return candidate
 
 
-def at_spin(candidate: Candidate, omega: float) -> tuple[Model, NDArray[np.float64]]:
-    assert candidate.model is not None
-    p = candidate.model.zero()
-    p[-1] = omega / candidate.model.parameters[-1].unit_size
-    return candidate.model, p
+def at_spin(candidate: Effect, omega: float) -> tuple[Model, NDArray[np.float64]]:
+    assert candidate.change is not None
+    p = candidate.change.model.zero()
+    p[-1] = omega / candidate.change.model.parameters[-1].unit_size
+    return candidate.change.model, p
 
 
 def test_the_word_is_the_element_of_the_problem_file() -> None:
@@ -121,7 +124,7 @@ def test_the_word_is_the_element_of_the_problem_file() -> None:
         model.matrices(p).C.toarray(), wanted, atol=1e-12 * np.abs(wanted).max()
     )
     slope = np.zeros((model.size + 1,) * 2)
-    for b in candidate.tangent[0]:
+    for b in candidate.change.tangent[0]:
         for dofs, small in zip(b.dofs, b.C, strict=True):
             slope[np.ix_(dofs, dofs)] += small
     dashpot = rotor().matrices().C.toarray()
@@ -139,11 +142,11 @@ def test_the_word_is_the_element_of_the_problem_file() -> None:
 )
 def test_what_is_not_round_cannot_spin(model: Model) -> None:
     """Its matrices would change as it turns."""
-    assert gyroscopic.candidates(context_of(model)) == []
+    assert Spin().candidates(context_of(model)) == []
 
 
 def test_a_round_disc_on_a_flat_bar_can() -> None:
-    (disc,) = gyroscopic.candidates(
+    (disc,) = Spin().candidates(
         context_of(rotor({"shape": "rectangle", "width": 0.02, "height": 0.025}))
     )
     assert disc.place.nodes == (3,) and disc.place.elements == ()
@@ -273,5 +276,6 @@ def test_force_balance_refuses_what_spins() -> None:
 
 
 def test_it_is_in_the_catalogue() -> None:
-    assert CATALOGUE["gyroscopic"] is gyroscopic.candidates
+    (same,) = candidates_of(context_of(rotor()), ("gyroscopic",))
+    assert same.key == found(rotor()).key
     assert Gyroscopic(1).dofs == ("rx", "ry", "rz")

@@ -4,23 +4,16 @@ linear physics."""
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
-import numpy as np
 import pytest
 
-from cvxupdate.diagnose.words import (
-    at,
-    effect,
-    number,
-    numbered,
-    quantity,
-    sentence,
-    sentence_of,
-    where,
-    words_of,
-)
-from cvxupdate.physics import CATALOGUE
-from cvxupdate.physics.base import Candidate, Place
+from cvxupdate.physics import EFFECTS, effect_names, told
+from cvxupdate.physics.effect import ChannelFault, Effect
+from cvxupdate.physics.place import Place, at, numbered, where
+from cvxupdate.physics.sensor_fault import ChannelDelay, ExchangedChannels, Fault
+from cvxupdate.physics.soft_support import SoftSupport
+from cvxupdate.physics.units import number, quantity
 
 FIGURES = {
     "stiffness_change": {"factor": 0.87},
@@ -37,7 +30,8 @@ FIGURES = {
     "attached_resonator": {"m": 0.0348, "k": 88826.0, "c": 3.7},
     "structural_damping": {"eta": 0.012},
     "mass_proportional_damping": {"alpha": 1.3},
-    "sensor_fault": {"gain": 0.5},
+    "sensor_mass": {"m": 0.0348},
+    "sensor_fault": {"gain": 0.5, "delay": 0.0037},
 }
 PLACES = [
     Place(nodes=(5,), dof="x"),
@@ -112,28 +106,32 @@ def test_places_as_things_and_as_answers() -> None:
         "at the joint of element 6 at node 7",
         "in the whole structure",
     ]
-    assert effect("added_mass", PLACES[0]) == "an added mass at node 5 (x)"
+    assert told("added_mass", PLACES[0]).title == "an added mass at node 5 (x)"
 
 
 def test_every_word_has_its_sentence_at_every_place() -> None:
     """One sentence, a capital first, a full stop last, neither underscore nor exponent nor "at
     where"."""
-    assert set(FIGURES) == set(CATALOGUE)
-    for physics, figures in FIGURES.items():
-        assert "_" not in words_of(physics)
+    assert set(FIGURES) == set(effect_names())
+    for kind in EFFECTS:
+        assert "_" not in kind.noun
         for place in PLACES:
             for sign in (1.0, -1.0):
                 moved = {
                     k: v * sign
-                    if k in ("m", "N", "omega") and physics != "attached_resonator"
+                    if k in ("m", "N", "omega", "delay") and kind.name != "attached_resonator"
                     else v
-                    for k, v in figures.items()
+                    for k, v in FIGURES[kind.name].items()
                 }
-                said = sentence(physics, place, moved)
+                said = kind.says(replace(told(kind.name, place), spot=at(place)), moved)
                 assert re.fullmatch(r"[A-Z].*\.", said) and said.count(". ") == 0, said
                 assert "_" not in said and not re.search(
                     r"\de[+-]?\d|nan|at where|in in|at at", said
                 ), said
+
+
+def sentence(physics: str, place: Place, values: dict[str, float]) -> str:
+    return told(physics, place).says(values)
 
 
 def test_signs_change_the_words() -> None:
@@ -151,36 +149,30 @@ def test_signs_change_the_words() -> None:
     assert "13 % softer" in sentence("stiffness_change", PLACES[3], {"factor": 0.87})
     assert "35 % thicker" in sentence("thickness_change", PLACES[4], {"factor": 1.35})
     assert "has the wrong sign" in sentence("sensor_fault", node, {"gain": -0.98})
-    assert "lags by 3.70 ms" in sentence("sensor_fault", node, {"delay": 0.0037})
-    assert "comes early" in sentence("sensor_fault", node, {"delay": -0.0037})
+    assert "lags by 3.70 ms" in ChannelDelay().says(told("sensor_fault", node), {"delay": 0.0037})
+    assert "comes early" in ChannelDelay().says(told("sensor_fault", node), {"delay": -0.0037})
     assert "3000 turns a minute" in sentence("gyroscopic", PLACES[5], {"omega": -314.159})
     assert "N·m/rad" in sentence("grounding_spring", Place(nodes=(1,), dof="ry"), {"k": 20.0})
 
 
-def test_a_candidate_knows_more_than_its_word() -> None:
-    soft = Candidate(
-        "grounding_spring", Place(nodes=(1,), dof="z"), None, 1, np.zeros(1), offset=1e-9
-    )
+def test_an_effect_type_knows_more_than_the_contract_s_name() -> None:
+    """A support that gives way is not a spring, an exchange says which channels."""
+    soft = SoftSupport().says(told("grounding_spring", Place(nodes=(1,), dof="z")), {"k": 2.1e6})
     assert (
-        sentence_of(soft, {"k": 2.1e6})
+        soft
         == "The support at node 1 (z) gives way: it holds with 2.10 MN/m, while the model holds "
         "it rigidly."
     )
-    swap = Candidate(
-        "sensor_fault",
+    swap = Effect(
+        ExchangedChannels(),
         Place(nodes=(3, 5), dof="x"),
-        None,
-        1,
-        np.zeros(1),
-        channel="n3.x",
-        sensor="swap",
-        other="n5.x",
+        ChannelFault(Fault("n3.x", "swap", other="n5.x")),
+        (),
+        spot="at node 3 (x) and at node 5 (x)",
     )
     assert (
-        sentence_of(swap, {"gain": 1.0})
+        swap.says({"gain": 1.0})
         == "The measurement, not the structure: the channels at node 3 (x) and at node 5 (x) "
         "are exchanged."
     )
-    assert sentence_of(
-        Candidate("added_mass", Place(nodes=(3,)), None, 1, np.zeros(1)), {"m": 2.0}
-    ) == sentence("added_mass", Place(nodes=(3,)), {"m": 2.0})
+    assert swap.title == "an exchange of the channels at node 3 (x) and at node 5 (x)"

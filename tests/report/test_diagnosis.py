@@ -16,7 +16,7 @@ from rich.console import Console
 
 from cvxupdate.diagnose.curves import Curve, ModeError, Shown, Spectrum
 from cvxupdate.diagnose.finding import Diagnosis, Finding
-from cvxupdate.physics.base import Place
+from cvxupdate.physics.place import Place
 from cvxupdate.report.diagnosis import diagnosis_files, diagnosis_summary
 from cvxupdate.spec import load_problem
 
@@ -50,6 +50,7 @@ FINDING = Finding(
     0.97,
     (("joint_flexibility", Place(nodes=(1,), elements=(1,))),),
     "The support gives way & <turns>.",
+    "a support that <gives way> at node 1 (ry)",
 )
 FOUND = Diagnosis(
     "o05",
@@ -61,6 +62,7 @@ FOUND = Diagnosis(
     (
         {
             "physics": "grounding_spring",
+            "title": "a spring to ground at node 1 (ry)",
             "location": {"nodes": [1], "elements": [], "groups": [], "dof": "ry"},
             "score": 0.01,
             "hold_out_score": 0.02,
@@ -111,10 +113,13 @@ def test_below_stand_proof_map_remains_and_other_channels() -> None:
     ):
         assert word in drawn
     assert "cvxupdate correlate updated/problem.toml" in text and "cannot tell" in text
+    assert "A joint that gives way at the joint of element 1 at node 1" in text
+    assert "A spring to ground at node 1 (ry)" in text
     assert (
         "<script" not in text
         and "http" not in text.replace("http://www.w3.org", "")
         and "<turns>" not in text
+        and "<gives way>" not in text
         and "<evidence>" not in text
     )
     ids = re.findall(r'\bid="([^"]+)"', text)

@@ -1,5 +1,7 @@
-"""A problem file in the making: what a diagnosis changed on the elements of the file, and the
-elements that it added."""
+"""A problem file in the making, and what a diagnosis changed on the elements of the file.
+
+Elements that it added are written by the effects that add them (`EffectType.writers`).
+"""
 
 from __future__ import annotations
 
@@ -17,17 +19,8 @@ from cvxupdate.spec import Spec
 from cvxupdate.spec.write import tables_of
 
 OWN = ("k", "c", "m", "Ixx", "Iyy", "Izz", "Ip", "omega", "N")  # properties that are keys of a row
-DRAWN = (
-    "width",
-    "height",
-    "diameter",
-    "wall",
-    "thickness",
-    "Dx",
-    "Dy",
-    "D1",
-    "Dxy",
-)  # of a section
+# of a section
+DRAWN = ("width", "height", "diameter", "wall", "thickness", "Dx", "Dy", "D1", "Dxy")
 CONSTANTS = ("A", "Iy", "Iz", "J")
 MADE_OF = ("E", "nu", "rho")
 
@@ -77,6 +70,46 @@ class Draft:
         if dofs:
             self.model.setdefault("supports", []).append({"nodes": [node], "dofs": list(dofs)})
 
+    def held(self, node: int, kind: str) -> bool:
+        """Whether a support holds a DOF."""
+        return any(
+            kind in s["dofs"] and (s["nodes"] == "all" or node in s["nodes"])
+            for s in self.model.get("supports", ())
+        )
+
+    def release(self, node: int, dof: str) -> None:
+        """The supports without one DOF of one node."""
+        out: list[dict[str, Any]] = []
+        for support in self.model["supports"]:
+            every = support["nodes"] == "all"
+            nodes = [n["id"] for n in self.model["nodes"]] if every else support["nodes"]
+            if node not in nodes or dof not in support["dofs"]:
+                out.append(support)
+                continue
+            others, kept = [n for n in nodes if n != node], [k for k in support["dofs"] if k != dof]
+            out += [{"nodes": others, "dofs": support["dofs"]}] if others else []
+            out += [{"nodes": [node], "dofs": kept}] if kept else []
+        self.model["supports"] = out
+        if not out:
+            del self.model["supports"]
+
+    def end(self, model: Model, dof: int) -> int:
+        """The node of a DOF here: that of the opened end of an element for its own DOFs."""
+        node, name = node_of(model, dof), model.labels[dof].split(".")[0]
+        return self.split[node, int(name.split("@e")[1])] if "@e" in name else node
+
+    def fresh_group(self, what: str, node: int) -> str:
+        """A group of its own."""
+        used = {row.get("group") for block in self.model["elements"] for row in block["rows"]}
+        name, number = f"{what} at node {node}", 2
+        while name in used:
+            name, number = f"{what} at node {node} ({number})", number + 1
+        return name
+
+
+Writer = Callable[[Draft, Model, Block, int, Mapping[str, float]], None]
+"""Writes element number e of a block with its property values as rows of a draft."""
+
 
 def draft_of(spec: Spec, model: Model) -> Draft:
     """The file as it was read; fresh numbers begin above those of ``model`` too."""
@@ -87,11 +120,13 @@ def draft_of(spec: Spec, model: Model) -> Draft:
     return Draft(tables, rows, blocks, max(int(model.node_ids.max()), 0), top)
 
 
-def _node(model: Model, dof: int) -> int:
+def node_of(model: Model, dof: int) -> int:
+    """The node number of a free DOF."""
     return int(model.node_ids[model.dof_node[dof]])
 
 
-def _kind(model: Model, dof: int) -> str:
+def kind_of(model: Model, dof: int) -> str:
+    """Its direction, "x" to "rz"."""
     return KINDS[int(model.dof_kind[dof])]
 
 
@@ -121,7 +156,7 @@ def change(
         row["taken_off"] = True
     for key in OWN:
         if key in moved:
-            row[key] = _not_negative(number, key, now[key])
+            row[key] = not_negative(number, key, now[key])
     if moved & set(MADE_OF):
         material = {k: v for k, v in draft.model["materials"][row["material"]].items() if k != "G"}
         row["material"] = _variant(
@@ -135,7 +170,7 @@ def change(
             _section(draft.model["sections"][row["section"]], block, e, now, moved),
         )
     for node in dict.fromkeys(
-        _node(model, d)
+        node_of(model, d)
         for d in block.dofs[e].tolist()
         if d >= 0 and f"@e{number}." in model.labels[d]
     ):
@@ -144,7 +179,7 @@ def change(
             number,
             node,
             {
-                _kind(model, d)
+                kind_of(model, d)
                 for d in block.dofs[e].tolist()
                 if d >= 0 and model.labels[d].startswith(f"n{node}@e{number}.")
             },
@@ -170,7 +205,14 @@ def _open_joint(draft: Draft, number: int, node: int, turning: set[str]) -> None
         draft.model.setdefault("ties", []).append({"nodes": [node, fresh], "dofs": tied})
 
 
-def _not_negative(number: int, key: str, value: float) -> float:
+def not_negative(number: int, key: str, value: float) -> float:
+    """The value of a row's key.
+
+    Raises
+    ------
+    ModelError
+        Where it is below zero and must not be.
+    """
     if value < 0.0 and key not in ("omega", "N"):
         raise ModelError(
             f"element {number}: {key} = {value:.4g} is below zero, which a problem file "
@@ -211,167 +253,3 @@ def _variant(draft: Draft, what: str, name: str, wanted: dict[str, Any]) -> str:
         number += 1
     known[f"{name}-{number}"] = wanted
     return f"{name}-{number}"
-
-
-def add(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
-    """An element that the file does not have.
-
-    Raises
-    ------
-    ModelError
-        For one that the grammar has no word for.
-    """
-    kind = block.kind.name
-    if kind not in _WRITERS:
-        raise ModelError(
-            f"the diagnosis added a {kind} element, which a problem file has no word for."
-        )
-    _WRITERS[kind](draft, model, block, e, now)
-
-
-def _end(draft: Draft, model: Model, dof: int) -> int:
-    """The node of a DOF here: that of the opened end of an element for its own DOFs."""
-    node, name = _node(model, dof), model.labels[dof].split(".")[0]
-    return draft.split[node, int(name.split("@e")[1])] if "@e" in name else node
-
-
-def _name(draft: Draft, what: str, node: int) -> str:
-    """A group of its own."""
-    used = {row.get("group") for block in draft.model["elements"] for row in block["rows"]}
-    name, number = f"{what} at node {node}", 2
-    while name in used:
-        name, number = f"{what} at node {node} ({number})", number + 1
-    return name
-
-
-def _mass(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
-    node, number = _end(draft, model, int(block.dofs[e, 0])), int(block.ids[e])
-    row = {
-        "id": number,
-        "nodes": [node],
-        "m": abs(now["m"]) * now["mass"],
-        **({"taken_off": True} if now["m"] < 0.0 else {}),
-    }
-    draft.put(
-        "mass",
-        {**row, "group": _name(draft, "mass taken off" if now["m"] < 0.0 else "added mass", node)},
-    )
-    here = {_kind(model, d) for d in block.dofs[e].tolist()}
-    draft.hold(
-        node,
-        [
-            k
-            for k in draft.model["dofs"]
-            if k in KINDS[:3]
-            and k not in here
-            and f"n{node}.{k}" not in model.place
-            and not _held(draft, node, k)
-        ],
-    )
-    draft.known[number, "m"] = (number, "m")
-
-
-def _held(draft: Draft, node: int, kind: str) -> bool:
-    return any(
-        kind in s["dofs"] and (s["nodes"] == "all" or node in s["nodes"])
-        for s in draft.model.get("supports", ())
-    )
-
-
-def _spring(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
-    """A spring by its stiffness or (a soft support, an opened joint) by its compliance."""
-    k, of = (now["k"], "k") if block.kind.name == "spring" else (1.0 / (now["a0"] + now["a"]), "a")
-    ends, number = block.dofs[e].tolist(), int(block.ids[e])
-    nodes, dof = [_end(draft, model, d) for d in ends], _kind(model, ends[0])
-    if _held(draft, nodes[0], dof):
-        _release(draft, nodes[0], dof)
-    what = "joint" if len(nodes) == 2 else "spring to ground" if of == "k" else "soft support"
-    stiffness = _not_negative(number, "k", k * now["stiffness"])
-    draft.put(
-        "spring",
-        {
-            "id": number,
-            "nodes": nodes,
-            "dof": dof,
-            "k": stiffness,
-            "group": _name(draft, what, nodes[0]),
-        },
-    )
-    draft.known[number, of] = (number, "k")
-
-
-def _release(draft: Draft, node: int, dof: str) -> None:
-    """A support without one DOF of one node."""
-    out: list[dict[str, Any]] = []
-    for support in draft.model["supports"]:
-        nodes = (
-            [n["id"] for n in draft.model["nodes"]]
-            if support["nodes"] == "all"
-            else support["nodes"]
-        )
-        if node not in nodes or dof not in support["dofs"]:
-            out.append(support)
-            continue
-        others, kept = [n for n in nodes if n != node], [k for k in support["dofs"] if k != dof]
-        out += [{"nodes": others, "dofs": support["dofs"]}] if others else []
-        out += [{"nodes": [node], "dofs": kept}] if kept else []
-    draft.model["supports"] = out
-    if not out:
-        del draft.model["supports"]
-
-
-def _dashpot(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
-    ends, number = block.dofs[e].tolist(), int(block.ids[e])
-    nodes = [_end(draft, model, d) for d in ends]
-    draft.put(
-        "dashpot",
-        {
-            "id": number,
-            "nodes": nodes,
-            "dof": _kind(model, ends[0]),
-            "c": _not_negative(number, "c", now["c"] * now["damping"]),
-            "group": _name(draft, "damper", nodes[0]),
-        },
-    )
-    draft.known[number, "c"] = (number, "c")
-
-
-def _oscillator(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
-    """A node of its own that moves along one DOF only: mass, spring and dashpot."""
-    host, number = int(block.dofs[e, 0]), int(block.ids[e])
-    node, dof = _end(draft, model, host), _kind(model, host)
-    fresh, group = draft.fresh_node(node), _name(draft, "resonator", node)
-    draft.hold(fresh, [k for k in draft.model["dofs"] if k != dof])
-    rows = {
-        "m": ("mass", {"nodes": [fresh], "m": now["m"]}),
-        "k": ("spring", {"nodes": [node, fresh], "dof": dof, "k": now["k"]}),
-        "c": ("dashpot", {"nodes": [node, fresh], "dof": dof, "c": now["c"]}),
-    }
-    for key, (kind, row) in rows.items():
-        own = number if key == "m" else draft.fresh_element()
-        _not_negative(own, key, now[key])
-        draft.put(kind, {"id": own, **row, "group": group})
-        draft.known[number, key] = (own, key)
-
-
-def _gyroscopic(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
-    if block.nodes is None:
-        raise ModelError(f"gyroscopic element {int(block.ids[e])} does not say its nodes.")
-    nodes, number = [int(n) for n in model.node_ids[block.nodes[e]]], int(block.ids[e])
-    row: dict[str, Any] = {"id": number, "nodes": nodes, "Ip": now["Ip"], "omega": now["omega"]}
-    if len(nodes) == 1:
-        unit = block.terms[0].values[block.geometry[e]]
-        row["axis"] = [float(unit[1, 2]), float(unit[2, 0]), float(unit[0, 1])]
-    draft.put("gyroscopic", {**row, "group": "spin"})
-    draft.known[number, "omega"] = (number, "omega")
-
-
-Writer = Callable[[Draft, Model, Block, int, Mapping[str, float]], None]
-_WRITERS: dict[str, Writer] = {
-    "mass": _mass,
-    "spring": _spring,
-    "compliance": _spring,
-    "dashpot": _dashpot,
-    "oscillator": _oscillator,
-    "gyroscopic": _gyroscopic,
-}

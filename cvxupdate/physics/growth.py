@@ -1,14 +1,11 @@
-"""What a physics word is: one more parameter (or a few) on the model, zero today, at a place where
-it can stand."""
+"""Growing a model by parameters and elements that have no effect yet."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from cvxupdate.fe.block import COMMON, Block, Index
@@ -16,8 +13,7 @@ from cvxupdate.fe.elements.base import Element, Term
 from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.fe.select import has_property, property_names, select_parameters
-
-Real = NDArray[np.float64]
+from cvxupdate.physics.context import Real
 
 
 @dataclass(frozen=True)
@@ -31,108 +27,6 @@ class Wanted:
     lower: float | None = None
     upper: float | None = None
     scale: float | None = None
-
-
-@dataclass(frozen=True)
-class Place:
-    """A location in the contract's words."""
-
-    nodes: tuple[int, ...] = ()
-    elements: tuple[int, ...] = ()
-    groups: tuple[str, ...] = ()
-    dof: str | None = None
-
-    def to_json(self) -> dict[str, object]:
-        """The ``location`` of a finding."""
-        out: dict[str, object] = {
-            "nodes": list(self.nodes),
-            "elements": list(self.elements),
-            "groups": list(self.groups),
-        }
-        if self.dof is not None:
-            out["dof"] = self.dof
-        return out
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A word at a place.
-
-    ``grow`` makes the `model`, which carries the extra parameters at the end of its list, ``extra``
-    of them (None: it has none of its own); ``start`` (extra,) is where a refit begins (zero: the
-    model as it is); ``limits`` bound the first of them. ``tangent`` gives, for each screening
-    column, derivative blocks on the base model's DOFs; ``tuned`` (DOF place, frequency in Hz,
-    damping) a hidden oscillator's column instead; ``channel`` a sensor label (``sensor``: "gain",
-    "delay" or "swap", the last with the channel ``other``). ``sign`` +1 where the first parameter
-    cannot be negative. ``report`` names each reported figure: (name, index, how). ``members`` are
-    the elements of a set; ``additive``: the set's column is the sum of its members' columns.
-    """
-
-    physics: str
-    place: Place
-    grow: Callable[[], Model] | None
-    extra: int
-    start: Real
-    tangent: tuple[tuple[DerivativeBlock, ...], ...] = ()
-    tuned: tuple[int, float, float] | None = None
-    channel: str | None = None
-    sensor: str | None = None
-    other: str = ""
-    sign: int = 0
-    report: tuple[tuple[str, int, str], ...] = ()
-    members: tuple[int, ...] = ()
-    offset: float = 0.0
-    additive: bool = False
-    limits: tuple[float, float] = (0.0, 0.0)
-
-    @cached_property
-    def model(self) -> Model | None:
-        """The model with the word on it, made when it is first asked for: most candidates are only
-        screened."""
-        return None if self.grow is None else self.grow()
-
-    @property
-    def name(self) -> str:
-        """A short label, for tables."""
-        p = self.place
-        where = (
-            p.groups
-            or (tuple(f"e{e}" for e in p.elements) if p.elements else ())
-            or tuple(f"n{n}" for n in p.nodes)
-        )
-        at = ", ".join(where[:4]) + (" …" if len(where) > 4 else "")
-        if self.channel is not None:
-            return f"{self.physics} ({self.sensor}) at {self.channel}" + (
-                f" and {self.other}" if self.other else ""
-            )
-        return f"{self.physics} at {at or 'the whole structure'}" + (f" ({p.dof})" if p.dof else "")
-
-
-@dataclass(frozen=True)
-class Context:
-    """The structure that words are placed on: the undamped model at p = 0, its matrices, the band's
-    top (Hz), and which sensors there are; ``release(node, kind)`` builds the model without one
-    support."""
-
-    model: Model
-    K: sp.csc_array
-    M: sp.csc_array
-    top: float
-    bottom: float
-    sensors: tuple[str, ...]
-    supports: tuple[tuple[int, str], ...]
-    release: Callable[[int, str], Model]
-    zeta: float
-
-    def local(self, row: int) -> tuple[float, float]:
-        """Diagonal stiffness and mass at a free DOF: the scale of what a support or lump there
-        would have to be."""
-        stiffness, mass = self._diagonals
-        return float(stiffness[row]), float(mass[row])
-
-    @cached_property
-    def _diagonals(self) -> tuple[Real, Real]:
-        return self.K.diagonal(), self.M.diagonal()
 
 
 def new_ids(model: Model, count: int) -> NDArray[np.int64]:
@@ -249,19 +143,10 @@ class Rates:
         return tuple(out)
 
 
-def given(model: Model) -> Callable[[], Model]:
-    """A model that is at hand already, for `Candidate.grow`."""
-    return partial(_itself, model)
-
-
-def _itself(model: Model) -> Model:
-    return model
-
-
 def at_once(
     dofs: Sequence[int], matrix: str, values: Real
 ) -> tuple[tuple[DerivativeBlock, ...], ...]:
-    """`Candidate.tangent` of one element that adds ``values`` (d, d) to one matrix per unit of
+    """`ModelChange.tangent` of one element that adds ``values`` (d, d) to one matrix per unit of
     p."""
     parts = {m: values[None] if m == matrix else None for m in "KMCD"}
     return (
@@ -282,26 +167,3 @@ def dof_rows(model: Model, kinds: Sequence[str]) -> list[tuple[int, int, str]]:
         )
         if KINDS[k] in kinds and "@" not in model.labels[i]
     ]
-
-
-TRANSLATIONS = ("x", "y", "z")
-ROTATIONS = ("rx", "ry", "rz")
-
-
-def reported(
-    model: Model, parameter: Parameter, how: str, x: float, dx: float, offset: float
-) -> tuple[float, float]:
-    """A parameter's value ``x`` and deviation ``dx``, in units of p, as the contract reports it:
-    ``how`` is "factor", "inverse", "kappa" or "value"."""
-    if how == "factor":
-        return 1.0 + x, dx
-    if how == "inverse":
-        compliance = offset + parameter.unit_size * x
-        return 1.0 / compliance, parameter.unit_size * dx / compliance**2
-    if how == "kappa":
-        kappa = max(
-            (float(b.properties["kappa"][0]) for b in model.blocks if "kappa" in b.properties),
-            default=5.0 / 6.0,
-        )
-        return kappa / max(x, 1e-6), kappa * dx / max(x, 1e-6) ** 2
-    return parameter.physical(x), abs(parameter.unit_size) * dx

@@ -1,0 +1,185 @@
+"""An instance of every effect type: the contract tests of tests/physics run over all of them.
+
+Structures have stiffness, mass and damping of every kind that a file can say, unequal spans and no
+symmetry; each instance names the structure where its type can stand, and figures for its sentence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from cvxupdate.fe.build import build_model
+from cvxupdate.fe.model import Model
+from cvxupdate.fe.select import select_parameters
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.growth import Wanted
+from cvxupdate.spec import Spec, load_problem
+from tests.cases.elements import STEEL, grid, nodes, toml
+
+BEAM: dict[str, Any] = {
+    "dofs": ["x", "z", "ry"],
+    "nodes": nodes([(x, 0.0, 0.0) for x in (0.0, 0.11, 0.23, 0.37, 0.48, 0.6)]),
+    "materials": {"steel": {**STEEL, "eta": 0.004}},
+    "sections": {"flat bar": {"shape": "rectangle", "width": 0.04, "height": 0.008}},
+    "elements": [
+        {
+            "type": "beam3d",
+            "material": "steel",
+            "section": "flat bar",
+            "rows": [
+                {"id": i, "nodes": [i, i + 1], "group": "long" if i < 4 else "short"}
+                for i in range(1, 6)
+            ],
+        },
+        {
+            "type": "mass",
+            "rows": [{"id": 11, "nodes": [4], "m": 0.12, "Iyy": 2e-5, "group": "tip"}],
+        },
+        {
+            "type": "spring",
+            "rows": [
+                {"id": 21, "nodes": [6], "k": 2e4, "dofs": ["x", "z"], "group": "hanger"},
+                {"id": 22, "nodes": [3, 5], "k": 3e3, "dof": "z", "group": "tie"},
+            ],
+        },
+        {"type": "dashpot", "dof": "z", "rows": [{"id": 31, "nodes": [3], "c": 1.4}]},
+    ],
+    "supports": [
+        {"nodes": "all", "dofs": ["y", "rx", "rz"]},
+        {"nodes": [1], "dofs": ["x"]},
+        {"nodes": [1, 2], "dofs": ["z"]},
+    ],
+    "damping": {"kind": "structural", "eta": 0.01},
+}
+PLATE: dict[str, Any] = {
+    **grid([0.0, 0.11, 0.3, 0.42], [0.0, 0.17, 0.26]),
+    "supports": [{"nodes": [1, 4], "dofs": ["z"]}],
+    "damping": {"kind": "rayleigh", "alpha": 0.3, "beta": 2e-6},
+}
+SHAFT: dict[str, Any] = {
+    "dofs": ["y", "z", "ry", "rz"],
+    "nodes": nodes([(x, 0.0, 0.0) for x in (0.0, 0.13, 0.29, 0.4)]),
+    "materials": {"m": STEEL},
+    "sections": {"s": {"shape": "circle", "diameter": 0.02}},
+    "elements": [
+        {
+            "type": "beam3d",
+            "material": "m",
+            "section": "s",
+            "rows": [
+                {"id": 1, "nodes": [1, 2], "group": "shaft"},
+                {"id": 2, "nodes": [3, 2], "group": "shaft"},
+                {"id": 3, "nodes": [3, 4], "group": "shaft"},
+            ],
+        },
+        {
+            "type": "mass",
+            "rows": [{"id": 4, "nodes": [3], "m": 2.0, "Ixx": 0.02, "Iyy": 0.011, "Izz": 0.011}],
+        },
+        {"type": "dashpot", "dof": "y", "rows": [{"id": 5, "nodes": [4], "c": 7.0}]},
+    ],
+    "supports": [{"nodes": [1], "dofs": ["y", "z", "ry", "rz"]}],
+}
+STRUCTURES: dict[str, dict[str, Any]] = {"beam": BEAM, "plate": PLATE, "shaft": SHAFT}
+ACCELEROMETERS = {
+    "beam": ("n3.z", "n4.x", "n4.z", "n6.z"),
+    "plate": ("n6.z", "n9.z"),
+    "shaft": ("n2.y", "n3.z", "n4.z"),
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """An effect type by the name of its class: where it can stand, and figures to be told."""
+
+    type: str
+    structure: str
+    figures: Mapping[str, float]
+
+
+CASES = (
+    Case("StiffnessChange", "beam", {"factor": 0.87}),
+    Case("MassChange", "plate", {"factor": 1.1}),
+    Case("ThicknessChange", "plate", {"factor": 1.35}),
+    Case("Orthotropy", "plate", {"Dx": 1.1, "Dy": 0.8, "D1": 1.0, "Dxy": 0.93}),
+    Case("AddedMass", "beam", {"m": -1.21}),
+    Case("SensorMass", "beam", {"m": 0.0348}),
+    Case("GroundingSpring", "beam", {"k": 3490.0}),
+    Case("SoftSupport", "beam", {"k": 2.1e6}),
+    Case("JointFlexibility", "beam", {"k": 2.1e6}),
+    Case("ShearDeformation", "beam", {"kappa": 0.83}),
+    Case("AxialPreload", "beam", {"N": -1830.0}),
+    Case("Spin", "shaft", {"omega": -314.159}),
+    Case("AttachedResonator", "beam", {"m": 0.0348, "k": 88826.0, "c": 3.7}),
+    Case("ViscousDamper", "beam", {"c": 0.0377}),
+    Case("StructuralDamping", "beam", {"eta": 0.012}),
+    Case("MassProportionalDamping", "shaft", {"alpha": 1.3}),
+    Case("ChannelGain", "beam", {"gain": 0.5}),
+    Case("ChannelDelay", "beam", {"delay": 0.0037}),
+    Case("ExchangedChannels", "beam", {"gain": 1.0}),
+)
+
+
+def problem(folder: Path, structure: Mapping[str, Any]) -> Spec:
+    """A problem file of a structure, read."""
+    path = folder / "problem.toml"
+    path.write_text(
+        f'title = "A \\"quoted\\" title"\nmodel = {toml(structure)}\n', encoding="utf-8"
+    )
+    return load_problem(path)
+
+
+def nuisance(model: Model) -> Model:
+    """A p-value of stiffness and mass for the first group."""
+    first = model.blocks[0]
+    mine = tuple(
+        int(i) for i, g in zip(first.ids, first.groups, strict=True) if g == first.groups[0]
+    )
+    return model.with_parameters(
+        select_parameters(
+            [Wanted(w, w, mine, first.groups[0]) for w in ("stiffness", "mass")], model
+        )
+    )
+
+
+def bare(model: Model) -> Model:
+    """Without the damping of the whole structure, dashpots apart."""
+    silent = ("eta", "alpha", "beta")
+    return replace(
+        model,
+        modal_damping=(),
+        blocks=tuple(
+            replace(
+                b,
+                properties={k: 0.0 * v if k in silent else v for k, v in b.properties.items()},
+            )
+            for b in model.blocks
+        ),
+    )
+
+
+def context_of(spec: Spec, model: Model, sensors: tuple[str, ...] = ()) -> SearchContext:
+    """Of a model built from ``spec``; ``sensors`` are accelerometers."""
+    m = model.matrices(model.zero())
+    held = [
+        (int(n), k)
+        for s in spec.model.supports
+        if s.nodes != "all"
+        for n in s.nodes
+        for k in s.dofs
+        if k in spec.model.dofs
+    ]
+
+    def release(node: int, kind: str) -> Model:
+        supports = []
+        for s in spec.model.supports:
+            for n in [n.id for n in spec.model.nodes] if s.nodes == "all" else s.nodes:
+                kept = tuple(k for k in s.dofs if (n, k) != (node, kind))
+                supports += [s.model_copy(update={"nodes": (n,), "dofs": kept})] if kept else []
+        freed = replace(spec, model=spec.model.model_copy(update={"supports": tuple(supports)}))
+        return nuisance(bare(build_model(freed)))
+
+    return SearchContext(model, m.K, m.M, 400.0, 5.0, sensors, tuple(held), release, 0.005, sensors)
