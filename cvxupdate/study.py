@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -16,7 +15,7 @@ from cvxupdate.spec import Spec, load_problem
 if TYPE_CHECKING:
     from cvxupdate.convex import SolverRow
     from cvxupdate.correlate.result import Compared
-    from cvxupdate.diagnose.finding import Diagnosis
+    from cvxupdate.diagnose.output.diagnosis import Diagnosis
     from cvxupdate.fe.model import Model
     from cvxupdate.recordings.inspect import Inspection
     from cvxupdate.recordings.read.contents import Told
@@ -105,11 +104,6 @@ def correlate(path: str | os.PathLike[str], told: Told | None = None) -> Compare
     InputError
         For a fault of the input, or where there is no recording to compare with.
     """
-    from cvxupdate.correlate.compare import compare
-    from cvxupdate.fe.modes import model_modes
-    from cvxupdate.recordings.types import ModeTable
-    from cvxupdate.residual.pairing import needed_modes, real_shapes, start_pairing
-
     begin = time.perf_counter()
     spec, model, recordings = open_problem(path, told)
     if not recordings:
@@ -117,6 +111,16 @@ def correlate(path: str | os.PathLike[str], told: Told | None = None) -> Compare
             f"{path}: there is no recording, so there is nothing to compare the model with. "
             "Add a [[recordings]] table."
         )
+    return replace(_compared(spec, model, recordings), time=time.perf_counter() - begin)
+
+
+def _compared(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Compared:
+    """A model beside its recordings."""
+    from cvxupdate.correlate.compare import compare
+    from cvxupdate.fe.modes import model_modes
+    from cvxupdate.recordings.types import ModeTable
+    from cvxupdate.residual.pairing import needed_modes, real_shapes, start_pairing
+
     found = sorted(
         ((k, r) for k, r in enumerate(recordings) if isinstance(r, ModeTable)),
         key=lambda item: item[1].origin.use != "fit",
@@ -133,7 +137,7 @@ def correlate(path: str | os.PathLike[str], told: Told | None = None) -> Compare
         k: None if t.shapes is None else real_shapes(t.shapes)
         for k, t in zip(which, tables, strict=True)
     }
-    compared = compare(
+    return compare(
         spec,
         model,
         recordings,
@@ -142,7 +146,6 @@ def correlate(path: str | os.PathLike[str], told: Told | None = None) -> Compare
         shapes,
         quality_notes(recordings),
     )
-    return replace(compared, time=time.perf_counter() - begin)
 
 
 def inspect(path: str | os.PathLike[str], told: Told | None = None) -> Inspection:
@@ -253,27 +256,30 @@ def diagnose(
         "every frequency that it holds."
         for name in banded
     )
-    return _with_refined(replace(found, evidence=(*found.evidence, *said)))
+    told_of = replace(found, evidence=(*found.evidence, *said))
+    return _with_refined(told_of, spec, recordings)
 
 
-def _with_refined(found: Diagnosis) -> Diagnosis:
+def _with_refined(found: Diagnosis, spec: Spec, recordings: Sequence[Recording]) -> Diagnosis:
     """With the updated model on a finer mesh where `correlate` says that it comes nearer, and what
     it says of both."""
-    from cvxupdate.diagnose.refine import refined_text, shift
+    from cvxupdate.diagnose.output.refine import refined, shift
+    from cvxupdate.fe.build import build_model
+    from cvxupdate.recordings.load import corrected_as
+    from cvxupdate.spec import read_text
 
-    fine = None if found.updated is None else refined_text(found.updated)
+    fine = None if found.updated is None else refined(found.updated)
     if found.updated is None or fine is None:
         return found
-    with tempfile.TemporaryDirectory() as scratch:
-        paths = [Path(scratch) / name for name in ("problem.toml", "refined.toml")]
-        for path, text in zip(paths, (found.updated, fine), strict=True):
-            path.write_text(text, encoding="utf-8")
-        try:
-            if shift(*paths) < MESH_MATTERS:
-                return found
-            both = [correlate(path).fit for path in paths]
-        except CvxupdateError:
+    try:
+        specs = [read_text(written.text, spec.path) for written in (found.updated, fine)]
+        models = [build_model(s) for s in specs]
+        if shift(*models) < MESH_MATTERS:
             return found
+        heard = corrected_as(specs[0], spec, recordings)
+        both = [_compared(s, m, heard).fit for s, m in zip(specs, models, strict=True)]
+    except CvxupdateError:
+        return found
     key, where = ("hold_out", "held-out") if both[0]["hold_out"] else ("fit", "fitted")
     name = next(m for m in WORTH if m in both[0][key])
     errors = [b[key][name]["after"] for b in both]
@@ -282,7 +288,7 @@ def _with_refined(found: Diagnosis) -> Diagnosis:
     unit = " % of the frequencies" if name != "frf_error" else " of the frequency responses"
     says = (
         f"In correlate, updated/problem.toml has an error of {errors[0]:.3g}{unit} ({where} "
-        "recordings), for it stands on the mesh of the file that was diagnosed; on a finer "
-        f"one the same model has {errors[1]:.3g}{unit}: updated/refined.toml."
+        "recordings), for it stands on the mesh of the file that was diagnosed; on a finer one "
+        f"the same model has {errors[1]:.3g}{unit}: updated/refined.toml."
     )
     return replace(found, refined=fine, evidence=(*found.evidence, says))

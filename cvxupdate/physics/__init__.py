@@ -1,33 +1,95 @@
-"""The catalogue: what the model gains by each physics word, where it can stand, its signs and its
-tell-tale. One list."""
+"""The effects that a model may lack: each a file with all that is particular to it. One list."""
 
-from cvxupdate.physics import (
-    added_mass,
-    attached_resonator,
-    changes,
-    grounding_spring,
-    gyroscopic,
-    joint_flexibility,
-    sensor_fault,
-    viscous_damper,
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from cvxupdate.errors import ModelError
+from cvxupdate.fe.model import Model
+from cvxupdate.physics.added_mass import AddedMass
+from cvxupdate.physics.attached_resonator import AttachedResonator
+from cvxupdate.physics.axial_preload import AxialPreload
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.draft import Writer
+from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, ModelChange
+from cvxupdate.physics.grounding_spring import GroundingSpring
+from cvxupdate.physics.gyroscopic import Spin
+from cvxupdate.physics.joint_flexibility import JointFlexibility
+from cvxupdate.physics.mass_change import MassChange
+from cvxupdate.physics.mass_proportional_damping import MassProportionalDamping
+from cvxupdate.physics.orthotropy import Orthotropy
+from cvxupdate.physics.place import Place
+from cvxupdate.physics.sensor_fault import ChannelDelay, ChannelGain, ExchangedChannels
+from cvxupdate.physics.sensor_mass import SensorMass
+from cvxupdate.physics.shear_deformation import ShearDeformation
+from cvxupdate.physics.soft_support import SoftSupport
+from cvxupdate.physics.stiffness_change import StiffnessChange
+from cvxupdate.physics.structural_damping import StructuralDamping
+from cvxupdate.physics.thickness_change import ThicknessChange
+from cvxupdate.physics.viscous_damper import ViscousDamper
+
+EFFECTS: tuple[EffectType, ...] = (
+    StiffnessChange(),
+    MassChange(),
+    ThicknessChange(),
+    Orthotropy(),
+    AddedMass(),
+    SensorMass(),
+    GroundingSpring(),
+    SoftSupport(),
+    JointFlexibility(),
+    ShearDeformation(),
+    AxialPreload(),
+    Spin(),
+    AttachedResonator(),
+    ViscousDamper(),
+    StructuralDamping(),
+    MassProportionalDamping(),
+    ChannelGain(),
+    ChannelDelay(),
+    ExchangedChannels(),
 )
 
-CATALOGUE = {
-    "stiffness_change": changes.stiffness_change,
-    "mass_change": changes.mass_change,
-    "thickness_change": changes.thickness_change,
-    "orthotropy": changes.orthotropy,
-    "added_mass": added_mass.candidates,
-    "grounding_spring": grounding_spring.candidates,
-    "joint_flexibility": joint_flexibility.candidates,
-    "shear_deformation": changes.shear_deformation,
-    "axial_preload": changes.axial_preload,
-    "gyroscopic": gyroscopic.candidates,
-    "attached_resonator": attached_resonator.candidates,
-    "viscous_damper": viscous_damper.candidates,
-    "structural_damping": changes.structural_damping,
-    "mass_proportional_damping": changes.mass_proportional_damping,
-    "sensor_fault": sensor_fault.candidates,
-}
 
-__all__ = ["CATALOGUE"]
+def effect_names(told_by: str = RESPONSES) -> tuple[str, ...]:
+    """The contract's names of the effects that recordings of a kind can tell, each once."""
+    return tuple(dict.fromkeys(t.name for t in EFFECTS if told_by in t.told_by))
+
+
+def candidates_of(
+    context: SearchContext, names: Collection[str] | None = None, told_by: str = RESPONSES
+) -> list[Effect]:
+    """Every effect (None: all; else those of these names) at every place, that recordings of a kind
+    can tell."""
+    return [
+        effect
+        for t in EFFECTS
+        if told_by in t.told_by and (names is None or t.name in names)
+        for effect in t.candidates(context)
+    ]
+
+
+def told(name: str, place: Place) -> Effect:
+    """An effect that is only to be told of: nothing of it can be fitted.
+
+    Raises
+    ------
+    ModelError
+        For a name that no effect has.
+    """
+    for t in EFFECTS:
+        if t.name == name:
+            return Effect(t, place, ModelChange(_nothing, ()), ())
+    raise ModelError(f"no effect is called {name!r}. Known: {', '.join(effect_names())}.")
+
+
+def _nothing() -> Model:
+    raise ModelError("this effect is only to be told of: it has no model.")
+
+
+def writers() -> dict[str, Writer]:
+    """How every element that an effect may add is written, by its kind."""
+    return {kind: write for t in EFFECTS for kind, write in t.writers}
+
+
+__all__ = ["EFFECTS", "Effect", "EffectType", "candidates_of", "effect_names", "told", "writers"]

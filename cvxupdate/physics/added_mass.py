@@ -3,81 +3,100 @@ Mottershead (1995), 3.2."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import partial
+from typing import final
 
 import numpy as np
 
 from cvxupdate.fe.block import COMMON, Block
 from cvxupdate.fe.elements import Mass, Term
 from cvxupdate.fe.model import KINDS, Model
-from cvxupdate.physics.base import (
-    TRANSLATIONS,
-    Candidate,
-    Context,
-    Place,
-    Wanted,
-    at_once,
-    dof_rows,
-    new_ids,
-    with_block,
-)
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.draft import Draft, kind_of
+from cvxupdate.physics.effect import Effect, EffectType, ModelChange
+from cvxupdate.physics.growth import Wanted, at_once, dof_rows, new_ids, with_block
+from cvxupdate.physics.place import TRANSLATIONS, Place, at
+from cvxupdate.physics.quantity import physical
+from cvxupdate.physics.units import quantity
 
 LIMITS = (-20.0, 1000.0)  # hundredths of the structure's mass
 
 
-def candidates(context: Context) -> list[Candidate]:
-    """One at every node that can translate; the unit is a hundredth of the structure's mass.
-    Tell-tale: all modes fall that move the node."""
-    model = context.model
+def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
+    """A lump in a problem file, held where it has no mass; its group's name is the block's."""
+    node, number = draft.end(model, int(block.dofs[e, 0])), int(block.ids[e])
+    off = now["m"] < 0.0
+    row = {"id": number, "nodes": [node], "m": abs(now["m"]) * now["mass"]}
+    row |= {"taken_off": True} if off else {}
+    name = block.groups[e] or ("mass taken off" if off else "added mass")
+    draft.put("mass", {**row, "group": draft.fresh_group(name, node)})
+    here = {kind_of(model, d) for d in block.dofs[e].tolist()}
+    silent = [k for k in draft.model["dofs"] if k in TRANSLATIONS and k not in here]
+    draft.hold(
+        node,
+        [k for k in silent if f"n{node}.{k}" not in model.place and not draft.held(node, k)],
+    )
+    draft.known[number, "m"] = (number, "m")
+
+
+@final
+class AddedMass(EffectType):
+    """A lump."""
+
+    name = "added_mass"
+    noun = "an added mass"
+    writers = (("mass", write),)
+
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """One at every node that can translate; the unit is a hundredth of the structure's mass.
+        Tell-tale: all modes fall that move the node."""
+        model = context.model
+        unit = 0.01 * max(model.total_mass(), 1e-12)
+        out = []
+        for node, rows in translations(model).items():
+            dof = KINDS[int(model.dof_kind[rows[0]])] if len(rows) == 1 else None
+            change = ModelChange(
+                partial(_grown, model, node, rows, unit),
+                at_once(rows, "M", unit * np.eye(len(rows))),
+            )
+            place = Place(nodes=(node,), dof=dof)
+            out.append(Effect(self, place, change, (physical("m", "kg"),), limits=LIMITS))
+        return out
+
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """Put on or taken off."""
+        much = quantity(abs(values["m"]), "kg")
+        carries = f"carries {much} more" if values["m"] >= 0 else f"is {much} lighter"
+        return f"The real structure {carries} than the model {at(effect.place)}."
+
+
+def translations(model: Model) -> dict[int, list[int]]:
+    """Node → rows of its free translations."""
     nodes: dict[int, list[int]] = {}
     for row, node, _ in dof_rows(model, TRANSLATIONS):
         nodes.setdefault(node, []).append(row)
-    unit = 0.01 * max(model.total_mass(), 1e-12)
-    out = []
-    for node, rows in nodes.items():
-        dof = KINDS[int(model.dof_kind[rows[0]])] if len(rows) == 1 else None
-        out.append(
-            Candidate(
-                "added_mass",
-                Place(nodes=(node,), dof=dof),
-                partial(_grown, model, node, rows, unit),
-                1,
-                np.zeros(1),
-                at_once(rows, "M", unit * np.eye(len(rows))),
-                report=(("m", 0, "value"),),
-                limits=LIMITS,
-            )
-        )
-    return out
+    return nodes
+
+
+def lumps(model: Model, rows: Sequence[Sequence[int]], group: str = "") -> Block:
+    """A block of lumps without mass on the DOFs ``rows`` (e, d), the same directions each."""
+    n, d = len(rows), len(rows[0])
+    values = {**COMMON, **dict.fromkeys(("m", "Ixx", "Iyy", "Izz"), 0.0)}
+    return Block(
+        Mass(),
+        new_ids(model, n),
+        (group,) * n,
+        np.array(rows),
+        np.array([[int(model.dof_kind[r]) for r in rows[0]]]),
+        (Term("M", "m", np.eye(d)[None]),),
+        np.zeros(n, dtype=np.int64),
+        {k: np.full(n, v) for k, v in values.items()},
+    )
 
 
 def _grown(model: Model, node: int, rows: list[int], unit: float) -> Model:
-    properties = {
-        **{k: np.array([v]) for k, v in COMMON.items()},
-        **{k: np.zeros(1) for k in ("m", "Ixx", "Iyy", "Izz")},
-    }
-    ids = new_ids(model, 1)
-    block = Block(
-        Mass(),
-        ids,
-        ("",),
-        np.array([rows]),
-        np.array([[int(model.dof_kind[r]) for r in rows]]),
-        (Term("M", "m", np.eye(len(rows))[None]),),
-        np.zeros(1, dtype=np.int64),
-        properties,
-    )
-    return with_block(
-        model,
-        block,
-        [
-            Wanted(
-                f"added_mass@n{node}",
-                "m",
-                (int(ids[0]),),
-                lower=LIMITS[0],
-                upper=LIMITS[1],
-                scale=unit,
-            )
-        ],
-    )
+    block = lumps(model, [rows])
+    ids, (low, high) = (int(block.ids[0]),), LIMITS
+    wanted = Wanted(f"added_mass@n{node}", "m", ids, lower=low, upper=high, scale=unit)
+    return with_block(model, block, [wanted])

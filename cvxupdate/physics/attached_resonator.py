@@ -3,8 +3,10 @@ does not have (Ewins 2000, 6.3)."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any, final
 
 import numpy as np
 
@@ -12,19 +14,17 @@ from cvxupdate.fe.block import COMMON, Block
 from cvxupdate.fe.elements import Term
 from cvxupdate.fe.elements.base import Real, Values
 from cvxupdate.fe.model import KINDS, Model
-from cvxupdate.physics.base import (
-    TRANSLATIONS,
-    Candidate,
-    Context,
-    Place,
-    Wanted,
-    append_parameters,
-    dof_rows,
-    new_ids,
-)
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.draft import Draft, kind_of, not_negative
+from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, HiddenOscillator
+from cvxupdate.physics.growth import Wanted, append_parameters, dof_rows, new_ids
+from cvxupdate.physics.place import TRANSLATIONS, Place, at
+from cvxupdate.physics.quantity import physical
+from cvxupdate.physics.units import number, quantity, stiffness_unit
 
 DAMPING = 0.01  # of the trial oscillators; free afterwards
 STEPS = 24  # trial frequencies in the band
+LIMITS = (-0.97, 50.0)  # of its mass, stiffness and damping
 
 
 @dataclass(frozen=True)
@@ -50,24 +50,57 @@ class Oscillator:
         return {name: properties[name] for name in self.properties}
 
 
-def candidates(context: Context) -> list[Candidate]:
-    """At every free translation, on a grid of frequencies; the model is only built for those that
-    pass the screening (`attach`)."""
-    grid = np.geomspace(max(context.bottom, 1e-3), context.top, STEPS)
-    return [
-        Candidate(
-            "attached_resonator",
-            Place(nodes=(node,), dof=kind),
-            None,
-            3,
-            np.zeros(3),
-            tuned=(row, float(f), DAMPING),
-            sign=1,
-            report=(("m", 0, "value"), ("k", 1, "value"), ("c", 2, "value")),
+def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
+    """A node of its own that moves along one DOF only: mass, spring and dashpot."""
+    host, number = int(block.dofs[e, 0]), int(block.ids[e])
+    node, dof = draft.end(model, host), kind_of(model, host)
+    fresh, group = draft.fresh_node(node), draft.fresh_group("resonator", node)
+    draft.hold(fresh, [k for k in draft.model["dofs"] if k != dof])
+    both: dict[str, Any] = {"nodes": [node, fresh], "dof": dof}
+    kinds = {"m": ("mass", {"nodes": [fresh]}), "k": ("spring", both), "c": ("dashpot", both)}
+    for key, (kind, row) in kinds.items():
+        own = number if key == "m" else draft.fresh_element()
+        value = not_negative(own, key, now[key])
+        draft.put(kind, {"id": own, **row, key: value, "group": group})
+        draft.known[number, key] = (own, key)
+
+
+@final
+class AttachedResonator(EffectType):
+    """A hidden oscillator."""
+
+    name = "attached_resonator"
+    noun = "a hidden oscillator"
+    told_by = frozenset({RESPONSES})
+    writers = (("oscillator", write),)
+
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """At every free translation, on a grid of frequencies; the model is only built for those
+        that pass the screening (`attach`)."""
+        grid = np.geomspace(max(context.bottom, 1e-3), context.top, STEPS)
+        figures = (physical("m", "kg"), physical("k", "N/m", 1), physical("c", "N·s/m", 2))
+        return [
+            Effect(
+                self,
+                Place(nodes=(node,), dof=kind),
+                HiddenOscillator(row, float(f), DAMPING, attach),
+                figures,
+                1,
+                LIMITS,
+            )
+            for row, node, kind in dof_rows(context.model, TRANSLATIONS)
+            for f in grid
+        ]
+
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """Mass, frequency and spring."""
+        m, k = values["m"], values["k"]
+        f = math.sqrt(k / m) / (2.0 * math.pi) if m > 0 and k > 0 else math.nan
+        spring = quantity(k, stiffness_unit(effect.place))
+        return (
+            f"Something of {quantity(m, 'kg')} swings on its own {at(effect.place)}, at "
+            f"{number(f)} Hz (on a spring of {spring}), that the model does not know."
         )
-        for row, node, kind in dof_rows(context.model, TRANSLATIONS)
-        for f in grid
-    ]
 
 
 def attach(model: Model, row: int, frequency: float, mass: float, zeta: float = DAMPING) -> Model:
@@ -108,7 +141,7 @@ def attach(model: Model, row: int, frequency: float, mass: float, zeta: float = 
     )
     grown = replace(grown, blocks=(*grown.blocks, block))
     wanted = [
-        Wanted(f"resonator.{n}", n, (int(ids[0]),), lower=-0.97, upper=50.0)
+        Wanted(f"resonator.{n}", n, (int(ids[0]),), lower=LIMITS[0], upper=LIMITS[1])
         for n in ("m", "k", "c")
     ]
     return append_parameters(grown, wanted)

@@ -8,30 +8,31 @@ while it spins: shafts of round section, discs with two equal moments of inertia
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, final
 
 import numpy as np
 
+from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import COMMON, Block
 from cvxupdate.fe.elements import Gyroscopic, Term
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.fe.sections import section_constants
-from cvxupdate.physics.base import (
-    Candidate,
-    Context,
-    Place,
-    Wanted,
-    append_parameters,
-    given,
-    new_ids,
-    tangents,
-)
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.draft import Draft
+from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, ModelChange
+from cvxupdate.physics.growth import Wanted, append_parameters, new_ids, tangents
+from cvxupdate.physics.place import Place, at, capital
+from cvxupdate.physics.quantity import physical
+from cvxupdate.physics.units import number
 
 ROUND = 1e-6  # relative difference of two moments of inertia of what is round
 SPEED = 0.1  # of the band's top: the unit of spin
-
+LIMITS = (-1e3, 1e3)
 
 Piece = tuple[tuple[int, ...], tuple[int, ...], float]
 
@@ -49,46 +50,59 @@ class Rotor:
     discs: tuple[Piece, ...]
 
 
-def candidates(context: Context) -> list[Candidate]:
-    """Every group of round beams along one line with the discs on it, and every disc on other
-    supports; one spin each, either way round."""
-    model = context.model
-    out = []
-    for rotor in (*_shafts(model), *_single_discs(model)):
-        blocks = _blocks(model, rotor)
-        if not any(_acts(b) for b in blocks):
-            continue
-        ids = tuple(int(i) for b in blocks for i in b.ids)
-        wanted = Wanted(
-            f"gyroscopic@{rotor.group or rotor.nodes}",
-            "omega",
-            ids,
-            lower=-1e3,
-            upper=1e3,
-            scale=2.0 * np.pi * SPEED * context.top,
-        )
-        grown = append_parameters(_with(model, blocks), [wanted])
-        place = Place(elements=rotor.elements, groups=(rotor.group,) if rotor.group else ())
-        if not rotor.elements:
-            place = Place(nodes=tuple(int(model.node_ids[n]) for n in rotor.nodes))
-        out.append(
-            Candidate(
-                "gyroscopic",
-                place,
-                given(grown),
-                1,
-                np.zeros(1),
-                tangents(grown, 1),
-                report=(("omega", 0, "value"),),
-                members=rotor.elements,
-                limits=(-1e3, 1e3),
+def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
+    """A gyroscopic element of a problem file; a disc says its axis."""
+    if block.nodes is None:
+        raise ModelError(f"gyroscopic element {int(block.ids[e])} does not say its nodes.")
+    nodes, own = [int(n) for n in model.node_ids[block.nodes[e]]], int(block.ids[e])
+    row: dict[str, Any] = {"id": own, "nodes": nodes, "Ip": now["Ip"], "omega": now["omega"]}
+    if len(nodes) == 1:
+        unit = block.terms[0].values[block.geometry[e]]
+        row["axis"] = [float(unit[1, 2]), float(unit[2, 0]), float(unit[0, 1])]
+    draft.put("gyroscopic", {**row, "group": "spin"})
+    draft.known[own, "omega"] = (own, "omega")
+
+
+@final
+class Spin(EffectType):
+    """What spins."""
+
+    name = "gyroscopic"
+    noun = "spin"
+    told_by = frozenset({RESPONSES})  # pairs of complex modes: real shapes do not show it
+    writers = (("gyroscopic", write),)
+
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """Every group of round beams along one line with the discs on it, and every disc on other
+        supports; one spin each, either way round."""
+        model, (low, high) = context.model, LIMITS
+        unit = 2.0 * np.pi * SPEED * context.top
+        out = []
+        for rotor in (*_shafts(model), *_single_discs(model)):
+            blocks = _blocks(model, rotor)
+            if not any(_acts(b) for b in blocks):
+                continue
+            ids = tuple(int(i) for b in blocks for i in b.ids)
+            name = f"gyroscopic@{rotor.group or rotor.nodes}"
+            wanted = Wanted(name, "omega", ids, lower=low, upper=high, scale=unit)
+            grow = partial(
+                append_parameters, replace(model, blocks=(*model.blocks, *blocks)), [wanted]
             )
+            place = Place(elements=rotor.elements, groups=(rotor.group,) if rotor.group else ())
+            if not rotor.elements:
+                place = Place(nodes=tuple(int(model.node_ids[n]) for n in rotor.nodes))
+            change = ModelChange(grow, tangents(grow(), 1), rotor.elements)
+            out.append(Effect(self, place, change, (physical("omega", "rad/s"),), limits=LIMITS))
+        return out
+
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """Its speed."""
+        omega = abs(values["omega"])
+        return (
+            f"{capital(at(effect.place))} something spins at {number(omega)} rad/s "
+            f"({number(omega * 30.0 / math.pi)} turns a minute), while it stands still in the "
+            "model."
         )
-    return out
-
-
-def _with(model: Model, blocks: list[Block]) -> Model:
-    return replace(model, blocks=(*model.blocks, *blocks))
 
 
 def _acts(block: Block) -> bool:

@@ -3,85 +3,94 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
+from typing import final
 
 import numpy as np
 
+from cvxupdate.fe.block import Block
 from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
-from cvxupdate.physics.base import Candidate, Context, Place, Wanted, append_parameters, small_block
-from cvxupdate.physics.grounding_spring import RIGID, SOFTEST, Compliance
+from cvxupdate.physics.compliance import RIGID, SOFTEST, Compliance, write
+from cvxupdate.physics.context import Real, SearchContext
+from cvxupdate.physics.effect import Effect, EffectType, ModelChange
+from cvxupdate.physics.growth import Wanted, append_parameters, small_block
+from cvxupdate.physics.place import Place, capital, where
+from cvxupdate.physics.quantity import stiffness
+from cvxupdate.physics.units import quantity
+
+LIMITS = (0.0, SOFTEST)
 
 
-def candidates(context: Context) -> list[Candidate]:
-    """One at every beam end that meets another element: the rotations of that end get DOFs of their
-    own, joined to the node by one compliance about every active axis. The screening column is −k_i
-    k_iᵀ of the element, exact for a rigid joint. At a node of two beams in line, one end stands for
-    both."""
-    model = context.model
-    meeting: dict[int, int] = {}
-    for block in model.blocks:
-        if block.kind.name in ("beam2d", "beam3d"):
-            half = block.dofs.shape[1] // 2
-            for row in block.dofs:
-                for end in (row[:half], row[half:]):
-                    turning = [
-                        int(d)
-                        for d, k in zip(end, block.direction[0, :half], strict=True)
-                        if k >= 3 and d >= 0
-                    ]
-                    if turning:
-                        meeting[turning[0]] = meeting.get(turning[0], 0) + 1
-    out, done = [], set()
-    for number, block in enumerate(model.blocks):
-        if block.kind.name not in ("beam2d", "beam3d"):
-            continue
-        half = block.dofs.shape[1] // 2
-        matrices = block.combine(block.scalars(block.properties)).get("K")
-        if matrices is None:
-            continue
-        for e in range(len(block.ids)):
-            for end in (0, 1):
-                columns = [
-                    end * half + i
-                    for i in range(half)
-                    if block.direction[0, i] >= 3 and block.dofs[e, end * half + i] >= 0
-                ]
-                if not columns:
-                    continue
+@final
+class JointFlexibility(EffectType):
+    """A joint that turns on a spring."""
+
+    name = "joint_flexibility"
+    noun = "a joint that gives way"
+    writers = (("compliance", write),)
+
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """One at every beam end that meets another element: the rotations of that end get DOFs of
+        their own, joined to the node by one compliance about every active axis. The tangent is −k_i
+        k_iᵀ of the element, exact for a rigid joint. At a node of two beams in line, one end stands
+        for both."""
+        beams = [(n, b) for n, b in enumerate(context.model.blocks) if _beam(b)]
+        meeting = Counter(int(b.dofs[e, turning[0]]) for _, b in beams for e, turning in _ends(b))
+        out, done = [], set()
+        for number, block in beams:
+            matrices = block.combine(block.scalars(block.properties)).get("K")
+            if matrices is None:
+                continue
+            for e, columns in _ends(block):
                 first = int(block.dofs[e, columns[0]])
-                if meeting.get(first, 0) < 2 or (meeting[first] == 2 and first in done):
+                if meeting[first] < 2 or (meeting[first] == 2 and first in done):
                     continue
                 done.add(first)
-                out.append(_joint(context, number, e, columns, np.asarray(matrices[e])))
-    return out
+                out.append(self._one(context.model, number, e, columns, np.asarray(matrices[e])))
+        return out
+
+    def _one(self, model: Model, number: int, e: int, columns: list[int], k: Real) -> Effect:
+        block = model.blocks[number]
+        node = int(model.node_ids[model.dof_node[block.dofs[e, columns[0]]]])
+        unit = 1.0 / float(np.mean(k[columns, columns]))
+        free = np.flatnonzero(block.dofs[e] >= 0)
+        bend = np.sum([np.outer(k[free, c], k[c, free]) for c in columns], axis=0)
+        dofs = block.dofs[e][free][None]
+        tangent = DerivativeBlock(dofs, (-bend * unit)[None], None, None, None)
+        grow = partial(_grown, model, number, e, columns, node, unit)
+        dof = KINDS[int(block.direction[0, columns[0]])]
+        place = Place(nodes=(node,), elements=(int(block.ids[e]),), dof=dof)
+        figures = (stiffness("k", "N·m/rad", unit / RIGID),)
+        change = ModelChange(grow, ((tangent,),), series=True)
+        return Effect(self, place, change, figures, 1, LIMITS)
+
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """The spring that it turns on."""
+        return (
+            f"{capital(where(effect.place))} gives way: it turns on a spring of "
+            f"{quantity(values['k'], 'N·m/rad')}, while the model joins it rigidly."
+        )
 
 
-def _joint(context: Context, number: int, e: int, columns: list[int], k: np.ndarray) -> Candidate:
-    model = context.model
-    block = model.blocks[number]
-    rows = block.dofs[e, columns]
-    node = int(model.node_ids[model.dof_node[rows[0]]])
-    element = int(block.ids[e])
-    unit = 1.0 / float(np.mean(k[columns, columns]))
-    free_columns = np.flatnonzero(block.dofs[e] >= 0)
-    bend = np.sum([np.outer(k[free_columns, c], k[c, free_columns]) for c in columns], axis=0)
-    tangent = DerivativeBlock(
-        block.dofs[e][free_columns][None], (-bend * unit)[None], None, None, None
-    )
-    dof = KINDS[int(block.direction[0, columns[0]])]
-    return Candidate(
-        "joint_flexibility",
-        Place(nodes=(node,), elements=(element,), dof=dof),
-        partial(_grown, model, number, e, columns, node, unit),
-        1,
-        np.zeros(1),
-        ((tangent,),),
-        sign=1,
-        report=(("k", 0, "inverse"),),
-        offset=unit / RIGID,
-        limits=(0.0, SOFTEST),
-    )
+def _beam(block: Block) -> bool:
+    return block.kind.name in ("beam2d", "beam3d")
+
+
+def _ends(block: Block) -> Iterator[tuple[int, list[int]]]:
+    """(row, columns of its free rotations) of every end that has any."""
+    half = block.dofs.shape[1] // 2
+    for e in range(len(block.ids)):
+        for first in (0, half):
+            columns = [
+                first + i
+                for i in range(half)
+                if block.direction[0, i] >= 3 and block.dofs[e, first + i] >= 0
+            ]
+            if columns:
+                yield e, columns
 
 
 def _grown(model: Model, number: int, e: int, columns: list[int], node: int, unit: float) -> Model:
@@ -115,5 +124,14 @@ def _grown(model: Model, number: int, e: int, columns: list[int], node: int, uni
         grown = replace(grown, blocks=(*grown.blocks, spring))
     return append_parameters(
         grown,
-        [Wanted(f"joint@e{element}n{node}", "a", tuple(ids), lower=0.0, upper=SOFTEST, scale=unit)],
+        [
+            Wanted(
+                f"joint@e{element}n{node}",
+                "a",
+                tuple(ids),
+                lower=LIMITS[0],
+                upper=LIMITS[1],
+                scale=unit,
+            )
+        ],
     )

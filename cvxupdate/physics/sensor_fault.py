@@ -1,5 +1,6 @@
 """``sensor_fault``: a channel with a wrong gain, sign or delay, or two channels exchanged: the
-measurement, not the structure.
+measurement, not the structure. Tell-tale: one or two channels are off at all frequencies, the
+others are not.
 
 A sign is a gain of −1. An exchange has no size of its own: its ``gain`` is the share of the other
 channel's motion that each reads, 1 for a true exchange; a fit that drives it away from 1 says that
@@ -9,74 +10,95 @@ the channels were not exchanged (`EXCHANGED` is how near it must end).
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
+from typing import final
 
-import numpy as np
-
-from cvxupdate.physics.base import Candidate, Context, Place, given
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import EXCHANGED as EXCHANGED
+from cvxupdate.physics.effect import RESPONSES, ChannelFault, Effect, EffectType
+from cvxupdate.physics.fault import Fault as Fault
+from cvxupdate.physics.place import Place, at, channel_place
+from cvxupdate.physics.quantity import delay, factor
+from cvxupdate.physics.units import number, quantity
 
 # of channels tried for an exchange; beyond, only those at one node and neighbours in the recording
 MOST_PAIRS = 500
-EXCHANGED = 0.1  # largest departure of an exchange's ``gain`` from 1
+WRONG_SIGN = 0.1  # a gain that near −1 is a wrong sign
+NOT = "The measurement, not the structure: "
 
 
-def candidates(context: Context) -> list[Candidate]:
-    """Gains, delays and exchanges; tell-tale: one or two channels are off at all frequencies, the
-    others are not."""
-    return faults(context) + swaps(context)
+@final
+class ChannelGain(EffectType):
+    """A gain, sign included."""
 
+    name = "sensor_fault"
+    noun = "a wrong gain of the channel"
+    told_by = frozenset({RESPONSES})
 
-def faults(context: Context) -> list[Candidate]:
-    """A gain (sign included) and a delay for every channel."""
-    out = []
-    for label in context.sensors:
-        node, dof = _place(label)
-        for how in ("gain", "delay"):
-            out.append(
-                Candidate(
-                    "sensor_fault",
-                    Place(nodes=(node,), dof=dof),
-                    given(context.model),
-                    1,
-                    np.zeros(1),
-                    channel=label,
-                    sensor=how,
-                    report=((how, 0, how),),
-                )
-            )
-    return out
-
-
-def swaps(context: Context) -> list[Candidate]:
-    """Every pair of channels exchanged (``channel`` and ``other``)."""
-    labels = context.sensors
-    pairs = list(itertools.combinations(range(len(labels)), 2))
-    if len(pairs) > MOST_PAIRS:
-        pairs = [
-            (a, b) for a, b in pairs if b == a + 1 or _place(labels[a])[0] == _place(labels[b])[0]
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """Of every channel."""
+        return [
+            Effect(self, channel_place(c), ChannelFault(Fault(c, "gain")), (factor("gain"),))
+            for c in context.sensors
         ]
-    out = []
-    for a, b in pairs:
-        (first, kind), (second, other) = _place(labels[a]), _place(labels[b])
-        place = Place(
-            nodes=(first, second) if first != second else (first,),
-            dof=kind if kind == other else None,
-        )
-        out.append(
-            Candidate(
-                "sensor_fault",
-                place,
-                given(context.model),
-                1,
-                np.zeros(1),
-                channel=labels[a],
-                sensor="swap",
-                other=labels[b],
-                report=(("gain", 0, "gain"),),
-            )
-        )
-    return out
+
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """The gain, or that the sign is wrong."""
+        gain, channel = values["gain"], f"{NOT}the channel {at(effect.place)}"
+        if abs(gain + 1.0) < WRONG_SIGN:
+            return f"{channel} has the wrong sign."
+        wrong = ", with the wrong sign." if gain < 0 else "."
+        return f"{channel} reads {number(gain)} times what it should{wrong}"
 
 
-def _place(label: str) -> tuple[int, str]:
-    node, _, dof = label.partition(".")
-    return int(node[1:]), dof
+@final
+class ChannelDelay(EffectType):
+    """A delay."""
+
+    name = "sensor_fault"
+    noun = "a delay of the channel"
+    told_by = frozenset({RESPONSES})
+
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """Of every channel."""
+        return [
+            Effect(self, channel_place(c), ChannelFault(Fault(c, "delay")), (delay("delay"),))
+            for c in context.sensors
+        ]
+
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """Late or early, by how much."""
+        late = "lags" if values["delay"] >= 0 else "comes early"
+        return (
+            f"{NOT}the channel {at(effect.place)} {late} by {quantity(abs(values['delay']), 's')}."
+        )
+
+
+@final
+class ExchangedChannels(EffectType):
+    """Two channels exchanged."""
+
+    name = "sensor_fault"
+    noun = "an exchange of the channels"
+    told_by = frozenset({RESPONSES})
+
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """Every pair of channels."""
+        labels = context.sensors
+        places = [channel_place(c) for c in labels]
+        pairs = list(itertools.combinations(range(len(labels)), 2))
+        if len(pairs) > MOST_PAIRS:
+            pairs = [(a, b) for a, b in pairs if b == a + 1 or places[a].nodes == places[b].nodes]
+        out = []
+        for a, b in pairs:
+            one, two = places[a], places[b]
+            nodes = one.nodes if one.nodes == two.nodes else one.nodes + two.nodes
+            place = Place(nodes=nodes, dof=one.dof if one.dof == two.dof else None)
+            action = ChannelFault(Fault(labels[a], "swap", other=labels[b]))
+            spot = f"{at(one)} and {at(two)}"
+            out.append(Effect(self, place, action, (factor("gain"),), spot=spot))
+        return out
+
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """Which."""
+        return f"{NOT}the channels {effect.spot} are exchanged."

@@ -3,6 +3,7 @@ model."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -240,3 +241,20 @@ def load_recordings(spec: Spec, told: Told | None = None) -> tuple[Recording, ..
         check_fit(recording, nodes, tuple(spec.model.dofs))
         recordings.append(recording)
     return tuple(recordings)
+
+
+def corrected_as(
+    written: Spec, original: Spec, recordings: Sequence[Recording]
+) -> tuple[Recording, ...]:
+    """Recordings of ``original`` as ``written`` declares them, which adds corrections of channels
+    and other pairings of modes to them and nothing else: files are not read again."""
+    out = []
+    for new, old, recording in zip(
+        written.recordings, original.recordings, recordings, strict=True
+    ):
+        heard = corrected(recording, new.corrections[len(old.corrections) :])
+        if isinstance(heard, ModeTable) and isinstance(new, ModesRecording) and new.rows:
+            pairs = np.array([row.mode or 0 for row in new.rows], dtype=np.int64)
+            heard = replace(heard, pairs=pairs)
+        out.append(heard)
+    return tuple(out)

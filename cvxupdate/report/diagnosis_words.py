@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from cvxupdate.report.numbers import number, with_deviation
 
 if TYPE_CHECKING:
-    from cvxupdate.diagnose.finding import Diagnosis
+    from cvxupdate.diagnose.output.diagnosis import Diagnosis
+    from cvxupdate.physics.effect import Effect
 
 VERDICTS = {
     "missing_physics": ("fair", "The model leaves out a piece of physics"),
@@ -102,6 +103,6 @@ def fit_rows(found: Diagnosis) -> list[tuple[str, str, str]]:
     ]
 
 
-def equivalents(pairs: Sequence[tuple[str, Any]]) -> list[str]:
+def equivalents(effects: Sequence[Effect]) -> list[str]:
     """What the recordings cannot tell from a finding, one line each."""
-    return [f"{physics_words(word)}, {place_words(place.to_json())}" for word, place in pairs]
+    return [e.title for e in effects]

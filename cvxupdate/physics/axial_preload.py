@@ -1,0 +1,64 @@
+"""``axial_preload``: geometric stiffness of a tension or compression in a group or a straight
+member (Przemieniecki 1968, 15.2); tell-tale: low modes shift most."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import final
+
+import numpy as np
+
+from cvxupdate.fe.model import Model
+from cvxupdate.fe.sections import section_constants
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import Effect, EffectType
+from cvxupdate.physics.factors import on_sets
+from cvxupdate.physics.growth import Wanted
+from cvxupdate.physics.members import member_sets, straight
+from cvxupdate.physics.place import at, capital
+from cvxupdate.physics.quantity import physical
+from cvxupdate.physics.units import quantity
+
+LIMITS = (-5.0, 50.0)  # of Euler's load
+
+
+@final
+class AxialPreload(EffectType):
+    """An axial force."""
+
+    name = "axial_preload"
+    noun = "an axial preload"
+
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """In every group and every straight member."""
+        model = context.model
+        members = {tuple(sorted(m)) for m in straight(model, "N")}
+        sets = [(i, g) for i, g in member_sets(model, "N") if g or i in members]
+
+        def wanted(k: int, ids: tuple[int, ...]) -> list[Wanted]:
+            unit, name = _euler(model, ids), f"{self.name}@{k}"
+            return [Wanted(name, "N", ids, lower=LIMITS[0], upper=LIMITS[1], scale=unit)]
+
+        return on_sets(self, model, sets, wanted, [physical("N", "N")], limits=LIMITS)
+
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """Tension or compression, and how much."""
+        kind = "a tension" if values["N"] > 0 else "a compression"
+        return (
+            f"{capital(at(effect.place))} there is {kind} of {quantity(abs(values['N']), 'N')} "
+            "that the model leaves out."
+        )
+
+
+def _euler(model: Model, ids: Sequence[int]) -> float:
+    """π² E I / L² of the elements taken as one bar: the size of a force that matters."""
+    wanted = set(ids)
+    for block in model.blocks:
+        rows = np.flatnonzero([i in wanted for i in block.ids.tolist()])
+        section = getattr(block.kind, "section", None)
+        if len(rows) and section is not None:
+            c = section_constants(section, block.properties)
+            inertia = np.minimum(np.real(c["Iy"][rows]), np.real(c["Iz"][rows]))
+            bending = float(np.min(inertia * block.properties["E"][rows]))
+            return float(np.pi**2 * bending / np.sum(block.properties["length"][rows]) ** 2)
+    return 1.0

@@ -1,0 +1,289 @@
+"""What an effect is: a type of physics that a model may lack, at a place, and what it does there.
+
+An effect acts in one of three ways (`Action`): a change of the model, a hidden oscillator whose
+mass is only known when it is planted, or a fault of channels, which leaves the model as it is.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from cvxupdate.fe.model import DerivativeBlock, Model
+from cvxupdate.fe.parameters import Parameter
+from cvxupdate.physics.context import Real, SearchContext
+from cvxupdate.physics.draft import Writer
+from cvxupdate.physics.fault import Fault
+from cvxupdate.physics.place import Place, at
+from cvxupdate.physics.quantity import Quantity as Quantity
+
+RESPONSES, MODES, RATIOS = "responses", "modes", "damping ratios"
+TUNED = (0.8, 1.1)  # of the band's bottom and top: a hidden oscillator beyond is a spring or a mass
+EXCHANGED = 0.1  # largest departure of an exchange's gain from 1
+LIGHTEST, HEAVIEST = 1e-4, 0.2  # of the structure's mass: a hidden oscillator's
+
+
+class EffectType(ABC):
+    """One kind of physics: all that is particular to it.
+
+    ``name`` is the contract's, ``noun`` what it is in a sentence; ``damping`` says that it takes
+    out energy and nothing else; ``told_by`` which recordings can tell it; ``writers`` how the
+    elements that it adds are written into a problem file, by their kind.
+    """
+
+    name: ClassVar[str]
+    noun: ClassVar[str]
+    damping: ClassVar[bool] = False
+    told_by: ClassVar[frozenset[str]] = frozenset({RESPONSES, MODES})
+    writers: ClassVar[tuple[tuple[str, Writer], ...]] = ()
+
+    @abstractmethod
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """The effect at every place where it can stand, with its matrices, bounds and signs."""
+
+    @abstractmethod
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """One sentence that a technician understands; ``values`` are the contract's figures."""
+
+
+@dataclass(frozen=True, eq=False)
+class ModelChange:
+    """Parameters on the model, which are zero where it has no effect.
+
+    ``grow`` makes the `model` that carries them at the end of its list; ``tangent`` gives for each
+    its derivative blocks on the DOFs of the model without them. ``members`` are the elements of a
+    set; ``additive``: K and M move in proportion, and those of a set as the sum of its members';
+    ``series``: a compliance beside that of its place, so sizes p act as p / (1 + p); ``cubic``:
+    stiffness goes with the third power of the size.
+    """
+
+    grow: Callable[[], Model]
+    tangent: tuple[tuple[DerivativeBlock, ...], ...]
+    members: tuple[int, ...] = ()
+    additive: bool = False
+    series: bool = False
+    cubic: bool = False
+
+    @cached_property
+    def model(self) -> Model:
+        """Made when it is first asked for: most candidates are only screened."""
+        return self.grow()
+
+    @property
+    def count(self) -> int:
+        """Number of unknowns."""
+        return len(self.tangent)
+
+    @property
+    def columns(self) -> int:
+        """Those that are parameters of the model."""
+        return self.count
+
+    @property
+    def detail(self) -> tuple[Hashable, ...]:
+        """What tells it from others at its place."""
+        return ()
+
+    def label(self, place: Place) -> str:
+        """Where, for tables."""
+        return f"at {place.short}"
+
+    def stiffness_of(self, sizes: Real) -> Real:
+        """What K moves by, in units of the tangent's, where M moves by ``sizes``."""
+        return ((1.0 + sizes) ** 3 - 1.0) / 3.0 if self.cubic else sizes
+
+    def tenable(self, values: Mapping[str, float], bottom: float, top: float) -> bool:
+        """Whatever its size."""
+        return True
+
+    def plant(self, effect: Effect, model: Model, guess: Real, delay_unit: float) -> Planted:
+        """On the model that it was made for."""
+        start = guess if len(guess) == self.count else np.zeros(self.count)
+        return Planted(effect, self.model, start)
+
+    def moved(self, effect: Effect, context: SearchContext) -> Effect | None:
+        """The candidate of the same kind at the same place of another model."""
+        found = effect.type.candidates(context)
+        return next((other for other in found if other.key == effect.key), None)
+
+
+@dataclass(frozen=True, eq=False)
+class HiddenOscillator:
+    """A mass on a spring and dashpot at a DOF (``row``), tuned to ``frequency`` (Hz) with damping
+    ratio ``zeta``; ``attach`` makes the model; ``mass`` (kg) is what its parameters are relative
+    to, 0 until it is planted."""
+
+    row: int
+    frequency: float
+    zeta: float
+    attach: Callable[[Model, int, float, float, float], Model]
+    mass: float = 0.0
+
+    count: ClassVar[int] = 3
+    columns: ClassVar[int] = 3
+    detail: ClassVar[tuple[Hashable, ...]] = ()  # its tuning is refined in the fit
+
+    def label(self, place: Place) -> str:
+        """Where, for tables."""
+        return f"at {place.short}"
+
+    def tenable(self, values: Mapping[str, float], bottom: float, top: float) -> bool:
+        """Tuned inside the band: below it is a spring to nothing, above it a mass."""
+        tuned = np.sqrt(max(values["k"], 0.0) / max(values["m"], 1e-12)) / (2.0 * np.pi)
+        return bool(TUNED[0] * bottom <= tuned <= TUNED[1] * top)
+
+    def plant(self, effect: Effect, model: Model, guess: Real, delay_unit: float) -> Planted:
+        """On any model; its first-order size is its mass, the parameters begin at zero."""
+        whole = max(model.total_mass(), 1e-9)
+        mass = self.mass or float(np.clip(guess[0], LIGHTEST * whole, HEAVIEST * whole))
+        grown = self.attach(model, self.row, self.frequency, mass, self.zeta)
+        return Planted(replace(effect, action=replace(self, mass=mass)), grown, np.zeros(3))
+
+    def moved(self, effect: Effect, context: SearchContext) -> Effect | None:
+        """The same tuning at the same DOF of another model."""
+        row = context.model.place.get(f"n{effect.place.nodes[0]}.{effect.place.dof}")
+        return None if row is None else replace(effect, action=replace(self, row=row))
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelFault:
+    """One or two channels are wrong, the structure is not."""
+
+    fault: Fault
+
+    count: ClassVar[int] = 1
+    columns: ClassVar[int] = 0
+
+    @property
+    def detail(self) -> tuple[Hashable, ...]:
+        """Which channels, and what they suffer from."""
+        return (self.fault.channel, self.fault.how, self.fault.other)
+
+    def label(self, place: Place) -> str:
+        """Where, for tables."""
+        f = self.fault
+        return f"({f.how}) at {f.channel}" + (f" and {f.other}" if f.other else "")
+
+    def tenable(self, values: Mapping[str, float], bottom: float, top: float) -> bool:
+        """An exchange is one in full or none."""
+        return self.fault.how != "swap" or abs(values["gain"] - 1.0) <= EXCHANGED
+
+    def plant(self, effect: Effect, model: Model, guess: Real, delay_unit: float) -> Planted:
+        """Beside any model; an exchange begins as a whole one."""
+        begun = 0.0 if self.fault.how == "swap" else float(guess[0])
+        return Planted(effect, model, np.zeros(0), replace(self.fault, unit=delay_unit), begun)
+
+    def moved(self, effect: Effect, context: SearchContext) -> Effect | None:
+        """Channels are what they are."""
+        return effect
+
+
+Action = ModelChange | HiddenOscillator | ChannelFault
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """An effect type at a place: ``figures`` are what is reported; ``sign`` +1 where its first
+    unknown cannot be negative; ``limits`` bound each unknown; ``spot`` says where in a sentence
+    (empty: as its place does)."""
+
+    type: EffectType
+    place: Place
+    action: Action
+    figures: tuple[Quantity, ...]
+    sign: int = 0
+    limits: tuple[float, float] = (0.0, 0.0)
+    spot: str = ""
+
+    @property
+    def physics(self) -> str:
+        """The contract's name of it."""
+        return self.type.name
+
+    @property
+    def key(self) -> tuple[Hashable, ...]:
+        """What it is and where: effects of one key are the same hypothesis."""
+        return (self.physics, self.place, *self.action.detail)
+
+    @property
+    def name(self) -> str:
+        """A short label, for tables and progress."""
+        return f"{self.physics} {self.action.label(self.place)}"
+
+    @property
+    def title(self) -> str:
+        """ "an added mass at node 5 (x)"."""
+        return f"{self.type.noun} {self.spot or at(self.place)}"
+
+    @property
+    def count(self) -> int:
+        """Number of its unknowns."""
+        return self.action.count
+
+    @property
+    def columns(self) -> int:
+        """How many of them are parameters of the model; none of a channel's fault."""
+        return self.action.columns
+
+    @property
+    def change(self) -> ModelChange | None:
+        """Its action where that is a change of the model."""
+        return self.action if isinstance(self.action, ModelChange) else None
+
+    @property
+    def fault(self) -> Fault | None:
+        """Its fault where it is one of channels."""
+        return self.action.fault if isinstance(self.action, ChannelFault) else None
+
+    def says(self, values: Mapping[str, float]) -> str:
+        """The sentence, with its figures."""
+        return self.type.says(self, values)
+
+    def tenable(self, values: Mapping[str, float], bottom: float, top: float) -> bool:
+        """False where another effect says it better (band in Hz)."""
+        return self.action.tenable(values, bottom, top)
+
+    def on(self, context: SearchContext) -> Effect | None:
+        """The same effect on another model; None where it cannot stand there."""
+        return self.action.moved(self, context)
+
+    def reported(
+        self,
+        model: Model,
+        parameters: Sequence[Parameter | None],
+        x: Sequence[float] | Real,
+        dx: Sequence[float] | Real,
+        unit: float = 1.0,
+    ) -> tuple[dict[str, float], dict[str, float]]:
+        """The contract's figures and their deviations, of unknowns ``x`` (count,) with deviations
+        ``dx``; ``parameters`` are their own on ``model``, ``unit`` the seconds of a delay."""
+        values: dict[str, float] = {}
+        deviations: dict[str, float] = {}
+        for q in self.figures:
+            k = q.index
+            values[q.name], deviations[q.name] = q.value(
+                model, parameters[k] if parameters else None, float(x[k]), float(dx[k]), unit
+            )
+        return values, deviations
+
+
+@dataclass(frozen=True)
+class Planted:
+    """An effect on a model: ``start`` (columns,) where its parameters begin; its fault, where it is
+    one, and where the unknown of that begins."""
+
+    effect: Effect
+    model: Model
+    start: Real
+    fault: Fault | None = None
+    fault_start: float = 0.0
+
+
+def plant(effect: Effect, model: Model, guess: Real, delay_unit: float) -> Planted:
+    """An effect on the model that it was placed on, from first-order sizes ``guess`` (count,)."""
+    return effect.action.plant(effect, model, guess, delay_unit)

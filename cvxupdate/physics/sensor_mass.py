@@ -1,0 +1,74 @@
+"""``sensor_mass``: every accelerometer of the recordings has the same mass, which the model lacks
+(mass loading; Ewins 2000, 3.5).
+
+Tell-tale: all modes fall, each by the motion that it has at all the points of measurement together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import final
+
+import numpy as np
+
+from cvxupdate.fe.model import DerivativeBlock, Model
+from cvxupdate.physics.added_mass import lumps, translations
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import Effect, EffectType, ModelChange
+from cvxupdate.physics.growth import Wanted, append_parameters
+from cvxupdate.physics.place import Place, channel_place
+from cvxupdate.physics.quantity import physical
+from cvxupdate.physics.units import quantity
+
+TOGETHER = 0.02  # of the structure's mass: all of them, at one unit
+LIMITS = (0.0, 100.0)
+
+
+@final
+class SensorMass(EffectType):
+    """The mass of each accelerometer."""
+
+    name = "sensor_mass"
+    noun = "the mass of the accelerometers"
+
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """One, of the whole structure, where there are accelerometers that can move it."""
+        nodes = {n for label in context.accelerometers for n in channel_place(label).nodes}
+        alike: dict[tuple[int, ...], list[list[int]]] = {}  # by the directions in which they move
+        for node, rows in translations(context.model).items():
+            if node in nodes:
+                kinds = tuple(int(context.model.dof_kind[r]) for r in rows)
+                alike.setdefault(kinds, []).append(rows)
+        count = sum(map(len, alike.values()))
+        if not count:
+            return []
+        unit = TOGETHER * max(context.model.total_mass(), 1e-12) / count
+        tangent = tuple(
+            DerivativeBlock(
+                np.array(rows), None, np.tile(unit * np.eye(len(k)), (len(rows), 1, 1)), None, None
+            )
+            for k, rows in alike.items()
+        )
+        grow = partial(_grown, context.model, list(alike.values()), unit)
+        change = ModelChange(grow, (tangent,), additive=True)
+        return [Effect(self, Place(), change, (physical("m", "kg"),), 1, LIMITS)]
+
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """That of one."""
+        return (
+            f"Every accelerometer loads the structure with {quantity(values['m'], 'kg')} that the "
+            "model leaves out."
+        )
+
+
+def _grown(model: Model, alike: Sequence[Sequence[Sequence[int]]], unit: float) -> Model:
+    ids: list[int] = []
+    for rows in alike:
+        block = lumps(model, rows, "accelerometer")
+        ids += block.ids.tolist()
+        model = replace(model, blocks=(*model.blocks, block))
+    low, high = LIMITS
+    wanted = Wanted("sensor_mass", "m", tuple(ids), lower=low, upper=high, scale=unit)
+    return append_parameters(model, [wanted])

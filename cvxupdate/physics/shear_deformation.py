@@ -1,0 +1,44 @@
+"""``shear_deformation``: Timoshenko shear where the model is Euler–Bernoulli; tell-tale: high modes
+fall, the more the higher. Φ = 12 E I / (κ G A L²)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import final
+
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import Effect, EffectType
+from cvxupdate.physics.factors import on_sets
+from cvxupdate.physics.growth import Wanted
+from cvxupdate.physics.members import member_sets
+from cvxupdate.physics.place import at
+from cvxupdate.physics.quantity import shear_coefficient
+from cvxupdate.physics.units import number
+
+LIMITS = (0.0, 3.0)  # of the flexibility in shear that the section's κ gives
+
+
+@final
+class ShearDeformation(EffectType):
+    """Beams that deform in shear."""
+
+    name = "shear_deformation"
+    noun = "deformation in shear"
+
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """In every group of beams."""
+        sets = [(i, g) for i, g in member_sets(context.model, "shear") if g]
+
+        def wanted(k: int, ids: tuple[int, ...]) -> list[Wanted]:
+            name = f"shear@{k}"
+            return [Wanted(name, "shear", ids, lower=LIMITS[0], upper=LIMITS[1], scale=1.0)]
+
+        figures = [shear_coefficient("kappa")]
+        return on_sets(self, context.model, sets, wanted, figures, limits=LIMITS, sign=1)
+
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """The shear coefficient."""
+        return (
+            f"The bars {at(effect.place)} are too stocky for the model: they also deform in shear "
+            f"(shear coefficient {number(values['kappa'], 2)})."
+        )
