@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -16,7 +15,7 @@ from cvxupdate.spec import Spec, load_problem
 if TYPE_CHECKING:
     from cvxupdate.convex import SolverRow
     from cvxupdate.correlate.result import Compared
-    from cvxupdate.diagnose.finding import Diagnosis
+    from cvxupdate.diagnose.output.diagnosis import Diagnosis
     from cvxupdate.fe.model import Model
     from cvxupdate.recordings.inspect import Inspection
     from cvxupdate.recordings.load import Known
@@ -256,11 +255,11 @@ def diagnose(
         for name in banded
     )
     known = tuple(zip(spec.recordings, recordings, strict=True))
-    return _with_refined(replace(found, evidence=(*found.evidence, *said)), known)
+    return _with_refined(replace(found, evidence=(*found.evidence, *said)), spec, known)
 
 
 def _refuse_unknown_effects(spec: Spec) -> None:
-    """Refuse effects that the grammar names and the catalogue does not have: nothing would be tried
+    """Refuse effects that the grammar names and is not implemented: nothing would be tried
     for them, and "nothing explains it" would be no answer.
 
     Raises
@@ -268,45 +267,45 @@ def _refuse_unknown_effects(spec: Spec) -> None:
     ProblemFileError
         With a fault for each.
     """
-    from cvxupdate.physics import CATALOGUE
+    from cvxupdate.physics import effect_names
 
+    known = effect_names()
     faults = [
         Fault(
             str(spec.path),
             f"diagnose.physics[{i}]",
             f"'{word}' is not implemented yet, so nothing would be tried for it.",
-            f"Take it out. Implemented: {', '.join(sorted(CATALOGUE))}.",
+            f"Take it out. Implemented: {', '.join(sorted(known))}.",
         )
         for i, word in enumerate(spec.diagnose.physics or ())
-        if word not in CATALOGUE
+        if word not in known
     ]
     if faults:
         raise ProblemFileError(faults)
 
 
-def _with_refined(found: Diagnosis, known: Known) -> Diagnosis:
+def _with_refined(found: Diagnosis, spec: Spec, known: Known) -> Diagnosis:
     """With the updated model on a finer mesh where that comes closer to the recordings in
     `correlate`, and the figures of both. The ``known`` recordings are not read again."""
-    from cvxupdate.diagnose.refine import refined_text, shift
+    from cvxupdate.diagnose.output.refine import refined, shift
     from cvxupdate.fe.build import build_model
     from cvxupdate.recordings.load import load_recordings
+    from cvxupdate.spec import read_text
 
-    fine = None if found.updated is None else refined_text(found.updated)
+    fine = None if found.updated is None else refined(found.updated)
     if found.updated is None or fine is None:
         return found
-    with tempfile.TemporaryDirectory() as scratch:
-        paths = [Path(scratch) / name for name in ("problem.toml", "refined.toml")]
-        for path, text in zip(paths, (found.updated, fine), strict=True):
-            path.write_text(text, encoding="utf-8")
-        try:
-            if shift(*paths) < MESH_MATTERS:
-                return found
-            both = [
-                _compared(spec, build_model(spec), load_recordings(spec, known=known)).fit
-                for spec in map(load_problem, paths)
-            ]
-        except CvxupdateError:
+    try:
+        specs = [read_text(written.text, spec.path) for written in (found.updated, fine)]
+        models = [build_model(s) for s in specs]
+        if shift(*models) < MESH_MATTERS:
             return found
+        both = [
+            _compared(s, m, load_recordings(s, known=known)).fit
+            for s, m in zip(specs, models, strict=True)
+        ]
+    except CvxupdateError:
+        return found
     key, where = ("hold_out", "held-out") if both[0]["hold_out"] else ("fit", "fitted")
     name = next(m for m in WORTH if m in both[0][key])
     errors = [b[key][name]["after"] for b in both]

@@ -1,12 +1,13 @@
-"""Detect, locate, name, model, prove: what the recordings say the model leaves out."""
+"""Detect, screen, search, judge, write: what the recordings say the model leaves out."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from cvxupdate.diagnose.finding import Diagnosis
+    from cvxupdate.diagnose.output.diagnosis import Diagnosis
     from cvxupdate.fe.model import Model
     from cvxupdate.recordings.types import Recording
     from cvxupdate.spec import Spec
@@ -25,17 +26,12 @@ def diagnose_problem(
     InputError
         When there is no recording to fit.
     """
-    from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
+    from cvxupdate.diagnose.gather import gathered
+    from cvxupdate.diagnose.pipeline import diagnosed
 
-    if any(
-        isinstance(r, FrequencyResponse | TimeHistory) and r.origin.use == "fit" for r in recordings
-    ):
-        from cvxupdate.diagnose.verdict import diagnose_responses
-
-        return diagnose_responses(spec, model, recordings, progress)
-    from cvxupdate.diagnose.modal import diagnose_modes
-
-    return diagnose_modes(spec, model, recordings, progress)
+    begin = time.perf_counter()
+    tell = progress or (lambda text: None)
+    return diagnosed(spec, recordings, gathered(spec, model, recordings, tell), tell, begin)
 
 
 __all__ = ["diagnose_problem"]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from cvxupdate.diagnose.finding import Diagnosis
+    from cvxupdate.diagnose.output.diagnosis import Diagnosis
     from cvxupdate.spec import Spec
 
 __all__ = ["diagnosis_files", "diagnosis_summary"]
@@ -26,8 +26,10 @@ def diagnosis_files(found: Diagnosis, spec: Spec) -> tuple[dict[str, str], str]:
 
     text = dumps(plain(found.to_json()))
     files = {"diagnosis.json": text, "report.html": diagnosis_page(found, spec)}
-    files |= {} if found.updated is None else {"updated/problem.toml": found.updated}
-    return files | ({} if found.refined is None else {"updated/refined.toml": found.refined}), text
+    files |= {} if found.updated is None else {"updated/problem.toml": found.updated.text}
+    return files | (
+        {} if found.refined is None else {"updated/refined.toml": found.refined.text}
+    ), text
 
 
 def diagnosis_summary(found: Diagnosis, folder: Path) -> RenderableType:

@@ -16,7 +16,7 @@ from cvxupdate.report.views import view_of
 
 if TYPE_CHECKING:
     from cvxupdate.correlate.result import Drawing
-    from cvxupdate.diagnose.curves import Curve, Shown, Spectrum
+    from cvxupdate.diagnose.shown import Curve, Shown, Spectrum
     from cvxupdate.spec import Spec
 
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s²"}

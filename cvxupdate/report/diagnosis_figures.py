@@ -15,7 +15,7 @@ from cvxupdate.report.views import view_of
 
 if TYPE_CHECKING:
     from cvxupdate.correlate.result import Drawing
-    from cvxupdate.diagnose.finding import Diagnosis
+    from cvxupdate.diagnose.output.diagnosis import Diagnosis
     from cvxupdate.spec import Spec
 
 WIDTH = 4.7

@@ -20,7 +20,7 @@ from cvxupdate.report.page import command, render
 from cvxupdate.report.words import METRICS
 
 if TYPE_CHECKING:
-    from cvxupdate.diagnose.finding import Diagnosis
+    from cvxupdate.diagnose.output.diagnosis import Diagnosis
     from cvxupdate.spec import Spec
 
 BARS_SAY = (

@@ -19,7 +19,7 @@ from cvxupdate.report.diagnosis_words import (
 from cvxupdate.report.numbers import seconds
 
 if TYPE_CHECKING:
-    from cvxupdate.diagnose.finding import Diagnosis
+    from cvxupdate.diagnose.output.diagnosis import Diagnosis
 
 TONES = {"good": "bold green", "fair": "bold yellow", "bad": "bold red"}
 

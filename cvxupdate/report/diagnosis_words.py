@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from cvxupdate.report.numbers import number, with_deviation
 
 if TYPE_CHECKING:
-    from cvxupdate.diagnose.finding import Diagnosis
+    from cvxupdate.diagnose.output.diagnosis import Diagnosis
 
 VERDICTS = {
     "missing_physics": ("fair", "The model leaves out a piece of physics"),

@@ -138,7 +138,7 @@ class ModalPoint:
                 weights.append([table.frequency[i] / (2.0 * measured * table.frequency_std[i])])
                 labels.append(f"{table.origin.name}: {table.frequency[i]:.5g} Hz")
         if self.residual.shapes:
-            for k, i, at, rows, x, std in self._shape_rows():
+            for k, i, at, rows, x, std in self.shape_rows():
                 scaled, _ = _scaled(self.modes.shapes[rows, at], x, std)
                 values.append((scaled - x).tolist())
                 weights.append((1.0 / std).tolist())
@@ -168,7 +168,7 @@ class ModalPoint:
             )
         ]
         if self.residual.shapes:
-            for _, _, i, sensors, x, std in self._shape_rows():
+            for _, _, i, sensors, x, std in self.shape_rows():
                 phi = self.modes.shapes[:, i]
                 others = next(
                     (self.modes.shapes[:, at[at != i]] for at in clusters(self.modes) if i in at),
@@ -189,7 +189,7 @@ class ModalPoint:
             A, A @ self.p - values, weights, tuple(q.name for q in model.parameters), labels
         )
 
-    def _shape_rows(self) -> list[tuple[int, int, int, Index, Real, Real]]:
+    def shape_rows(self) -> list[tuple[int, int, int, Index, Real, Real]]:
         """(table, measured mode, place, sensors, measured entries, deviations) of every shape that
         is fitted."""
         out = []

@@ -2,14 +2,16 @@
 
 from cvxupdate.spec.grammar import ProblemFile, Spec
 from cvxupdate.spec.parameters import Target, expand_parameters
-from cvxupdate.spec.problem import check_problem, load_problem, schema
+from cvxupdate.spec.problem import check_problem, check_text, load_problem, read_text, schema
 
 __all__ = [
     "ProblemFile",
     "Spec",
     "Target",
     "check_problem",
+    "check_text",
     "expand_parameters",
     "load_problem",
+    "read_text",
     "schema",
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,26 @@ def check_problem(path: str | os.PathLike[str]) -> tuple[Fault, ...]:
     return _examine(Path(path))[0]
 
 
+def read_text(text: str, path: str | os.PathLike[str]) -> Spec:
+    """A problem file that is at hand as text; relative paths in it are relative to ``path``'s
+    folder.
+
+    Raises
+    ------
+    ProblemFileError
+        With every fault at once.
+    """
+    faults, spec = _parsed(tomllib.loads(text), Path(path))
+    if faults or spec is None:
+        raise ProblemFileError(faults)
+    return spec
+
+
+def check_text(text: str, path: str | os.PathLike[str]) -> tuple[Fault, ...]:
+    """Every fault of a problem file that is at hand as text."""
+    return _parsed(tomllib.loads(text), Path(path))[0]
+
+
 def schema() -> dict[str, Any]:
     """JSON Schema (draft 2020-12) of problem files, for editors and other programs."""
     out = ProblemFile.model_json_schema()
@@ -71,8 +92,10 @@ def schema() -> dict[str, Any]:
 
 def _examine(path: Path) -> tuple[tuple[Fault, ...], Spec | None]:
     raw = read_toml(path)
-    if isinstance(raw, Fault):
-        return (raw,), None
+    return ((raw,), None) if isinstance(raw, Fault) else _parsed(raw, path)
+
+
+def _parsed(raw: dict[str, Any], path: Path) -> tuple[tuple[Fault, ...], Spec | None]:
     prepared = prepare(raw, path)
     places = Places(prepared)
     complaints = list(prepared.complaints)

@@ -13,7 +13,14 @@ from cvxupdate.fe.model import Model
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
 from cvxupdate.update.covariance import Uncertainty
-from cvxupdate.update.result import AccuracyResult, Metrics, ModeResult, ParameterResult, Updated, clause_names
+from cvxupdate.update.result import (
+    AccuracyResult,
+    Metrics,
+    ModeResult,
+    ParameterResult,
+    Updated,
+    clause_names,
+)
 from cvxupdate.update.trust_region import LoopResult, objective_at
 
 AT_BOUND = 1e-6  # of the distance between the bounds

@@ -1,0 +1,187 @@
+"""Hypotheses: effects placed on the nominal model, fitted; placing a further one, taking one out,
+and the figures that were found. The same for every kind of evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cvxupdate.diagnose.settings import PENALTY
+from cvxupdate.diagnose.types import Evidence, Fit, Key, Real, Score, Seed, Setting
+from cvxupdate.errors import CvxupdateError, ModelError
+from cvxupdate.physics.effect import Effect, plant
+from cvxupdate.physics.fault import Fault
+
+
+@dataclass(frozen=True)
+class Figures:
+    """An effect's parameters as the contract names them: values, deviations with what the model
+    leaves open, deviations by noise alone."""
+
+    values: dict[str, float]
+    deviations: dict[str, float]
+    noise: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """Effects on a model, fitted (none: nuisance parameters alone)."""
+
+    effects: tuple[Effect, ...]
+    fit: Fit
+
+    @property
+    def keys(self) -> frozenset[Key]:
+        """The set of what is supposed."""
+        return frozenset(e.key for e in self.effects)
+
+    @property
+    def unknowns(self) -> int:
+        """Those of the effects."""
+        return sum(e.count for e in self.effects)
+
+    @property
+    def name(self) -> str:
+        """For progress and tables."""
+        return " and ".join(e.name for e in self.effects) or "nuisance parameters"
+
+    @property
+    def title(self) -> str:
+        """In words."""
+        titles = " with ".join(e.title for e in self.effects)
+        return titles or "nuisance parameters far beyond their scatter"
+
+    @property
+    def penalised(self) -> float:
+        """Misfit with a penalty for each unknown beyond the first of each effect. Six digits:
+        mirror images of a symmetric structure are a tie, on every machine the same."""
+        whole = self.fit.misfit * (1.0 + PENALTY * (self.unknowns - len(self.effects)))
+        return float(f"{whole:.5e}")
+
+    @cached_property
+    def figures(self) -> tuple[Figures, ...]:
+        """Of every effect; worked out once, for they need a linearisation."""
+        return tuple(_figures(self))
+
+
+def _figures(h: Hypothesis) -> list[Figures]:
+    setting, p = h.fit.setting, h.fit.p
+    at = len(setting.model.parameters) - sum(e.columns for e in h.effects)
+    fault = len(p) - len(setting.faults)
+    out = []
+    for e in h.effects:
+        here = slice(at, at + e.columns) if e.columns else slice(fault, fault + 1)
+        own = setting.model.parameters[here] if e.columns else ()
+        unit = 1.0 if e.columns else setting.faults[fault - len(p)].unit
+        (values, wide), (_, narrow) = (
+            e.reported(setting.model, own, p[here], spread[here], unit)
+            for spread in (h.fit.deviations, h.fit.noise_deviations)
+        )
+        out.append(Figures(values, wide, narrow))
+        at += e.columns
+        fault += not e.columns
+    return out
+
+
+def seed_from(
+    evidence: Evidence, parent: Hypothesis, score: Score, level: int, nominal: bool = False
+) -> Seed | None:
+    """A further effect beside those of a fitted parent, from the size of its score; None where it
+    cannot stand there. ``nominal``: nuisance parameters begin as the parent has them at a finite
+    size, to which modes are followed."""
+    fit = parent.fit
+    try:
+        planted = plant(score.effect, fit.setting.model, score.p, evidence.delay_unit)
+        fresh = () if planted.fault is None else (planted.fault,)
+        setting = evidence.setting(planted.model, (*fit.setting.faults, *fresh), fit.setting)
+        setting = evidence.at_level(setting, level)
+    except ModelError:
+        return None
+    n, known = len(fit.setting.model.parameters), len(fit.setting.faults)
+    start = np.zeros(setting.size)
+    start[:n] = fit.p[:n]
+    added = planted.model.parameters[n:]
+    lower, upper = (np.array([getattr(q, side) for q in added]) for side in ("lower", "upper"))
+    if not score.exact:
+        lower, upper = np.maximum(lower, -0.5), np.minimum(upper, 5.0)
+    if planted.fault is None:
+        start[n : n + len(added)] = np.clip(planted.start, lower, upper)
+    tail = start[setting.size - len(setting.faults) :]
+    tail[:known] = fit.p[len(fit.p) - known :]
+    if planted.fault is not None:
+        tail[known:] = planted.fault_start
+    return Seed((*parent.effects, planted.effect), setting, start, nominal and score.exact)
+
+
+def seeds_from(
+    evidence: Evidence,
+    parent: Hypothesis,
+    scores: Collection[Score],
+    level: int,
+    nominal: bool = False,
+) -> list[Seed]:
+    """`seed_from` of those that can stand there."""
+    found = (seed_from(evidence, parent, s, level, nominal) for s in scores)
+    return [s for s in found if s is not None]
+
+
+def nominal_unknowns(evidence: Evidence, setting: Setting, p: Real) -> Real:
+    """Unknowns with the effects' as they are, the nuisance ones and damping nominal: what is
+    missing bends these, and where they truly lie, near nominal, a fit finds its way and the next
+    effect shows more clearly."""
+    out = p.copy()
+    out[: len(evidence.model.parameters)] = 0.0
+    out[len(setting.model.parameters) : len(p) - len(setting.faults)] = 0.0
+    return out
+
+
+def at_nominal(evidence: Evidence, h: Hypothesis, level: int = 0) -> Hypothesis:
+    """The hypothesis with `nominal_unknowns` at a level; as fitted where that is no structure."""
+    setting = evidence.at_level(h.fit.setting, level)
+    p = nominal_unknowns(evidence, setting, h.fit.p)
+    try:
+        return Hypothesis(h.effects, evidence.evaluated(setting, p))
+    except ModelError:
+        return Hypothesis(h.effects, evidence.evaluated(setting, h.fit.p))
+
+
+def without(evidence: Evidence, h: Hypothesis, index: int) -> Hypothesis | None:
+    """The fitted hypothesis with one effect taken out and everything else left where it was: what
+    the rest alone leaves unexplained."""
+    setting, p = h.fit.setting, h.fit.p
+    at, fault = len(evidence.model.parameters), len(p) - len(setting.faults)
+    model, values = evidence.model, list(p[:at])
+    effects: list[Effect] = []
+    faults: list[tuple[Fault, float]] = []
+    for k, effect in enumerate(h.effects):
+        if not effect.columns:
+            if k != index:
+                faults.append((setting.faults[fault - len(p)], float(p[fault])))
+                effects.append(effect)
+            fault += 1
+            continue
+        own = p[at : at + effect.columns]
+        at += effect.columns
+        if k == index:
+            continue
+        moved = effect.on(evidence.context(model))
+        if moved is None:
+            return None
+        planted = plant(moved, model, np.zeros(effect.count), evidence.delay_unit)
+        effects.append(planted.effect)
+        model = planted.model
+        values += list(own)
+    again = evidence.setting(model, [f for f, _ in faults], setting)
+    q = np.zeros(again.size)
+    q[: len(values)] = values
+    damping = p[len(setting.model.parameters) : len(p) - len(setting.faults)]
+    room = again.size - len(values) - len(faults)
+    q[len(values) : len(values) + min(room, len(damping))] = damping[:room]
+    q[again.size - len(faults) :] = [value for _, value in faults]
+    try:
+        return Hypothesis(tuple(effects), evidence.evaluated(again, q))
+    except CvxupdateError:
+        return None

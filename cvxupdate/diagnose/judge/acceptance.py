@@ -1,0 +1,135 @@
+"""When a hypothesis is accepted: it halves what its rival of less freedom leaves, shows on what was
+held out, and leaves what noise and the model's discrepancy may be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.settings import (
+    CLEARLY,
+    DAMPING_COST,
+    DAMPING_GAIN,
+    HALVED,
+    LOWER,
+    MET,
+    STRONG,
+    TWICE,
+    UNEXPLAINED,
+)
+from cvxupdate.diagnose.types import Errors, Evidence, Fit
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """A hypothesis with its errors; ``freed``: nuisance parameters that it lets go beyond their
+    scatter, which count as unknowns."""
+
+    hypothesis: Hypothesis
+    errors: Errors
+    freed: int = 0
+
+    @property
+    def fit(self) -> Fit:
+        """Its fit."""
+        return self.hypothesis.fit
+
+    @property
+    def unknowns(self) -> int:
+        """Beyond the nuisance parameters within their scatter."""
+        return self.hypothesis.unknowns + self.freed
+
+
+@dataclass(frozen=True)
+class Case:
+    """What every judgement compares with: the evidence, the nuisance parameters alone (``base``),
+    and whether only the pattern of damping is at stake."""
+
+    evidence: Evidence
+    base: Weighed
+    damping_only: bool
+
+    def weighed(self, h: Hypothesis, freed: int = 0) -> Weighed:
+        """A hypothesis with its errors."""
+        return Weighed(h, self.evidence.errors(h.fit), freed)
+
+    def scale(self, w: Weighed) -> float:
+        """What is compared: misfit beyond noise, or the strain on damping ratios."""
+        return w.fit.damping_strain if self.damping_only else w.fit.excess
+
+
+def beyond(error: float, noise: float) -> float:
+    """The part of an error that is not noise."""
+    return float(np.sqrt(max(error**2 - noise**2, 0.0)))
+
+
+def shown(hold_out: float, before: float, nominal: float, noise: float) -> bool:
+    """Whether a held-out error is no more than noise (where that is known), or half of the nominal
+    model's and either clearly below ``before`` or at the noise; true where nothing was held out
+    (NaN)."""
+    if not np.isfinite(hold_out) or hold_out <= noise:
+        return True
+    floor = MET * noise if np.isfinite(noise) else 0.0
+    lower = hold_out <= max(LOWER * before, floor)
+    lower = lower or beyond(hold_out, noise) <= LOWER * beyond(before, noise)
+    return bool(hold_out <= HALVED * nominal and lower)
+
+
+def information(after: Fit, before: Fit, further: int) -> float:
+    """Change of Bayes' information criterion (Kass and Raftery 1995) for ``further`` unknowns."""
+    n = after.rows
+    ratio = max(after.misfit, 1e-300) / max(before.misfit, 1e-300)
+    return float(n * np.log(ratio) + further * np.log(n))
+
+
+def better(w: Weighed, before: Weighed, case: Case) -> bool:
+    """Whether a hypothesis halves the misfit beyond noise of one with less freedom, for more than
+    its unknowns are worth, and shows on what was held out."""
+    evidence = case.evidence
+    if case.damping_only:
+        return _damps(w, before)
+    return (
+        w.fit.excess <= HALVED * before.fit.excess
+        and information(w.fit, before.fit, w.unknowns - before.unknowns) < -STRONG
+        and shown(
+            w.errors.hold_out,
+            before.errors.hold_out,
+            evidence.nominal.hold_out,
+            evidence.noise.hold_out,
+        )
+    )
+
+
+def _damps(w: Weighed, before: Weighed) -> bool:
+    drop = before.fit.damping_strain - w.fit.damping_strain
+    return (
+        all(e.type.damping for e in w.hypothesis.effects)
+        and drop > max(DAMPING_GAIN, HALVED * before.fit.damping_strain)
+        and w.fit.misfit <= DAMPING_COST * before.fit.misfit
+    )
+
+
+def explained(w: Weighed, case: Case) -> bool:
+    """Whether what a hypothesis leaves is within noise and the allowances for the model."""
+    return case.evidence.explained(w.fit, w.errors)
+
+
+def credible(w: Weighed, case: Case) -> bool:
+    """The same; or one clear effect may stand although the model is not exact: a tenth of the
+    responses is left, and a tenth of the misfit."""
+    near = case.evidence.relative(w.errors) <= UNEXPLAINED
+    clear = case.damping_only or w.fit.misfit <= CLEARLY * case.base.fit.misfit
+    return explained(w, case) or (near and clear)
+
+
+def needs_several(several: Weighed, single: Weighed | None, case: Case) -> bool:
+    """Whether several effects are needed: they explain, and leave at most half of what the best
+    single one leaves, which is more than the mesh's."""
+    evidence = case.evidence
+    if single is not None:
+        mesh = evidence.allowance(single.fit.setting.model)
+        if single.errors.fit <= TWICE * mesh:
+            return False
+    return explained(several, case) and better(several, single or case.base, case)

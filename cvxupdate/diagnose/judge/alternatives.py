@@ -1,0 +1,78 @@
+"""What the recordings fail to separate: rivals of a hypothesis, equivalents of an effect."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.judge.acceptance import Case, Weighed
+from cvxupdate.diagnose.settings import DAMPING_GAIN, RIVAL, STRONG
+from cvxupdate.fe.model import Model
+from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.place import Place
+
+
+def rivals(best: Weighed, others: Sequence[Weighed], case: Case) -> list[Weighed]:
+    """Other hypotheses that the recordings do not separate from the best."""
+    return [w for w in others if w is not best and _near(w, best, case)]
+
+
+def _near(w: Weighed, best: Weighed, case: Case) -> bool:
+    if case.damping_only:
+        return w.fit.damping_strain <= best.fit.damping_strain + DAMPING_GAIN / 2.0
+    worse = w.fit.cost - best.fit.cost
+    worse += (w.unknowns - best.unknowns) * np.log(max(best.fit.rows, 2))
+    close = w.fit.excess <= RIVAL * best.fit.excess or worse <= STRONG
+    held, noise = w.errors.hold_out, case.evidence.noise.hold_out
+    as_good = not np.isfinite(held) or held <= RIVAL * best.errors.hold_out or held <= noise
+    return bool(close and as_good)
+
+
+def equivalents(effect: Effect, best: Hypothesis, near: Sequence[Hypothesis]) -> tuple[Effect, ...]:
+    """What may stand for ``effect``: the odd one out of each rival that shares all other effects
+    with the best."""
+    rest = best.keys - {effect.key}
+    out: dict[object, Effect] = {}
+    for rival in near:
+        if rest <= rival.keys:
+            for other in rival.effects:
+                if other.key not in best.keys:
+                    out.setdefault(other.key, other)
+    return tuple(out.values())
+
+
+def overlapping(a: Place, b: Place, model: Model | None = None) -> bool:
+    """Whether two places share most of their elements, or a node; with ``model`` also a few
+    elements with nodes that are theirs."""
+    if a.elements and b.elements:
+        common = len(set(a.elements) & set(b.elements))
+        return common >= 0.5 * len(set(a.elements) | set(b.elements))
+    if model is not None and (a.elements or b.elements) and (a.nodes or b.nodes):
+        few, nodes = (a, b) if a.elements else (b, a)
+        ends = nodes_of(model, few.elements)
+        close = len(ends) <= len(nodes.nodes) + 1
+        return bool(nodes.nodes) and close and set(nodes.nodes) <= ends
+    return bool(set(a.nodes) & set(b.nodes)) and a.dof == b.dof
+
+
+def nodes_of(model: Model, elements: Sequence[int]) -> set[int]:
+    """Numbers of the nodes that elements stand on, wholly held ones left out."""
+    wanted = np.array(elements, dtype=np.int64)
+    found: set[int] = set()
+    for block in model.blocks:
+        used = block.dofs[np.isin(block.ids, wanted)]
+        found.update(model.node_ids[model.dof_node[used[used >= 0]]].tolist())
+    return found
+
+
+def has(h: Hypothesis, effect: Effect, model: Model) -> bool:
+    """Whether a hypothesis has an effect where ``effect`` stands."""
+    place = effect.place
+    return any(
+        place == p
+        or overlapping(place, p, model)
+        or (bool(place.elements) and set(place.elements) <= set(p.elements))
+        for p in (other.place for other in h.effects)
+    )

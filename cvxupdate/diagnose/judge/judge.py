@@ -1,0 +1,144 @@
+"""The decision: what is claimed of all that was tried, against whom, and how surely."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cvxupdate.diagnose.hypothesis import Hypothesis, without
+from cvxupdate.diagnose.judge.acceptance import (
+    Case,
+    Weighed,
+    better,
+    credible,
+    explained,
+    needs_several,
+)
+from cvxupdate.diagnose.judge.alternatives import equivalents, rivals
+from cvxupdate.diagnose.judge.confidence import Standing, standing
+from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
+from cvxupdate.diagnose.search.search import Found, damping_only
+from cvxupdate.diagnose.settings import CLEAR, EXPLAINED, FAINT, LARGE, OPEN, SURE
+from cvxupdate.diagnose.types import Evidence, Finding
+from cvxupdate.errors import CvxupdateError
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What was decided: the hypothesis that convinces (``final``, None where none does), whom it
+    was judged against (``field``), what is claimed of it, and how each of its effects stands."""
+
+    case: Case
+    singles: tuple[Weighed, ...]
+    several: tuple[Weighed, ...]
+    single: Weighed | None = None
+    final: Weighed | None = None
+    field: tuple[Weighed, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    standings: tuple[Standing, ...] = ()
+
+    @property
+    def last(self) -> Weighed:
+        """What the model is updated to: the final hypothesis where something is claimed of it,
+        else the nuisance parameters alone."""
+        return self.final if self.final is not None and self.findings else self.case.base
+
+    @property
+    def nearest(self) -> Weighed | None:
+        """The hypothesis that leaves least of all that were tried."""
+        tried = (*self.singles, *self.several)
+        return min(tried, key=lambda w: w.hypothesis.penalised, default=None)
+
+
+def judge(evidence: Evidence, found: Found) -> Judgement:
+    """Accept one effect, several, the nuisance parameters far off, or nothing."""
+    base = Hypothesis((), evidence.bases[-1])
+    case = Case(evidence, Weighed(base, evidence.errors(base.fit)), damping_only(evidence))
+    singles = tuple(case.weighed(h) for h in found.singles)
+    several = tuple(case.weighed(h) for h in found.several)
+    single = next((w for w in singles[:1] if better(w, case.base, case)), None)
+    final, field = single, singles
+    open_ = single is None or single.fit.excess > CLEAR
+    if several and open_ and needs_several(several[0], single, case):
+        final, field = several[0], (*several, *singles)
+    bare = Judgement(case, singles, several, single)
+    if not explained(case.base, case) and (final is None or not explained(final, case)):
+        wide = _wide(case, final if final is not None and credible(final, case) else None)
+        if wide is not None:
+            claimed = group_findings(wide.hypothesis)
+            return Judgement(case, singles, several, single, wide, (wide,), claimed)
+    if final is None:
+        return bare
+    standings = tuple(standing(k, final, field, case) for k in range(len(final.hypothesis.effects)))
+    findings: tuple[Finding, ...] = ()
+    if credible(final, case):
+        findings = _findings(case, final, field, standings)
+    return Judgement(case, singles, several, single, final, field, findings, standings)
+
+
+def _wide(case: Case, before: Weighed | None) -> Weighed | None:
+    """Nuisance parameters far beyond their scatter, where they explain what nothing else does."""
+    try:
+        h = Hypothesis((), case.evidence.wide())
+    except CvxupdateError:
+        return None
+    wide = case.weighed(h, len(loose_groups(h)))
+    good = wide.freed > 0 and explained(wide, case) and better(wide, before or case.base, case)
+    return wide if good else None
+
+
+def _findings(
+    case: Case, final: Weighed, field: Sequence[Weighed], standings: Sequence[Standing]
+) -> tuple[Finding, ...]:
+    """The effects, strongest first; a further one whose place the recordings cannot tell is not
+    claimed, nor any below the confidence that is stated."""
+    h = final.hypothesis
+    near = [w.hypothesis for w in rivals(final, field, case)]
+    parts = _parts(case, final)
+    out = []
+    for k in sorted(range(len(parts)), key=lambda k: -parts[k]):
+        effect, figures = h.effects[k], h.figures[k]
+        finding = Finding(
+            effect.physics,
+            effect.place,
+            effect.title,
+            figures.values,
+            figures.deviations,
+            figures.noise,
+            standings[k].confidence,
+            parts[k],
+            equivalents(effect, h, near),
+            effect.says(figures.values),
+        )
+        out.append(finding)
+    told = _told(out, case.base.fit.misfit, final.fit.misfit)
+    least = FAINT if explained(final, case) else SURE
+    return tuple(f for f in told if f.confidence >= least)
+
+
+def _told(findings: Sequence[Finding], base: float, left: float) -> tuple[Finding, ...]:
+    """Those told, of findings in order: of several, one whose place the recordings cannot tell is
+    not; nor is a doubtful one for a misfit ``base`` that counts as explained already, unless it
+    falls to a fraction (``left``)."""
+    told = tuple(f for f in findings if f.confidence >= SURE)
+    small = base <= OPEN * EXPLAINED and left > base / LARGE
+    return told or (() if small else tuple(findings[:1]))
+
+
+def _parts(case: Case, final: Weighed) -> list[float]:
+    """The part of the misfit beyond noise (0 to 1) that each effect explains: what comes back when
+    it is taken out and the rest stays; of a single one, what it takes away."""
+    h, scale = final.hypothesis, case.scale
+    whole = max(scale(case.base), 1e-300)
+    if len(h.effects) == 1:
+        return [float(np.clip(1.0 - scale(final) / whole, 0.0, 1.0))]
+    rests = [without(case.evidence, h, k) for k in range(len(h.effects))]
+    back = np.array(
+        [np.inf if r is None else max(r.fit.excess - final.fit.excess, 0.0) for r in rests]
+    )
+    taken = float(np.clip(1.0 - scale(final) / whole, 0.0, 1.0))
+    if not np.all(np.isfinite(back)) or back.sum() <= 0.0:
+        return [taken if np.isinf(b) else taken / len(rests) for b in back]
+    return [taken * float(b) / float(back.sum()) for b in back]

@@ -1,0 +1,64 @@
+"""A finding against placebos: the same procedure on every other effect and place, and how often one
+of them does as well by luck."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.judge.acceptance import Case, Weighed
+from cvxupdate.diagnose.judge.alternatives import has
+from cvxupdate.diagnose.search.search import Found
+
+
+@dataclass(frozen=True)
+class Placebo:
+    """``tried`` effects at places elsewhere, ``refitted`` of them and the others to first order;
+    ``left``: the least misfit that one of these left, as a fraction of the nuisance parameters'
+    alone; ``mine``: the same of the finding; ``chance``: (1 + those as good) / (1 + tried), the
+    rank test's level (Phipson and Smyth 2010)."""
+
+    tried: int
+    refitted: int
+    left: float
+    mine: float
+    chance: float
+
+    @property
+    def says(self) -> str:
+        """One line of evidence."""
+        return (
+            f"Placebo: {self.tried} other effects and places went through the same procedure "
+            f"({self.refitted} of them refitted); the best leaves {100 * self.left:.2g} % of the "
+            f"misfit, this leaves {100 * self.mine:.2g} %. Chance of so large an improvement by "
+            f"luck: {self.chance:.2g}."
+        )
+
+
+def placebo(final: Weighed, found: Found, case: Case) -> Placebo | None:
+    """The finding's improvement among those of all else; None where only the pattern of damping was
+    at stake, or nothing else was tried."""
+    model, base = case.evidence.model, case.base.fit.misfit
+    effects = final.hypothesis.effects
+    if case.damping_only or base <= 0.0 or not effects:
+        return None
+
+    def elsewhere(h: Hypothesis) -> bool:
+        return not any(has(h, e, model) for e in effects)
+
+    full = {h.keys: left for h, left in found.entries if elsewhere(h)}
+    full |= {h.keys: h.fit.misfit / base for h in (*found.singles, *found.several) if elsewhere(h)}
+    places = [e.place for e in effects]
+    rest = [
+        1.0 - s.fraction
+        for s in found.scores
+        if s.effect.place not in places and frozenset((s.effect.key,)) not in full
+    ]
+    if not full and not rest:
+        return None
+    mine = final.fit.misfit / base
+    as_good = sum(left <= mine for left in (*full.values(), *rest))
+    tried = len(full) + len(rest)
+    return Placebo(
+        tried, len(full), min([*full.values(), *rest]), mine, (1 + as_good) / (1 + tried)
+    )

@@ -1,0 +1,176 @@
+"""The pattern of damping in tables of modes: a dashpot, a lossy group or one rate of decay raises
+the ratios of just the modes that it moves.
+
+To first order a mode keeps its shape, and an effect adds φᵀCφ / 2ω + φᵀDφ / 2ω² to its damping
+ratio (Ewins 2000, 2.7). The file's ratios scatter: all of them together, and each by itself
+(`settings.COMMON_DAMPING_STD`, `settings.MODE_DAMPING_STD`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cvxupdate.diagnose.nominal.damping import file_damping
+from cvxupdate.diagnose.settings import (
+    COMMON_DAMPING_STD,
+    FEWEST_RATIOS,
+    HALVED,
+    LAW_RATIOS,
+    LUCK,
+    MODE_DAMPING_STD,
+    UNSTATED_DAMPING,
+)
+from cvxupdate.diagnose.types import Damper, Further, Real
+from cvxupdate.errors import CvxupdateError
+from cvxupdate.fe.model import Model
+from cvxupdate.physics.effect import Effect, ModelChange
+from cvxupdate.recordings.identify.decay import decay_rates
+from cvxupdate.recordings.types import ModeTable
+from cvxupdate.residual.modal import ModalPoint
+
+Candidates = Callable[[float], Sequence[Effect]]
+STEPS = 400  # sizes tried of each effect, up to where it would take the whole of a mode's damping
+
+
+@dataclass(frozen=True)
+class Ratios:
+    """Measured damping ratios (modes,), their deviations, what the file gives, and the modes:
+    shapes (N, modes), circular frequencies."""
+
+    measured: Real
+    std: Real
+    file: Real
+    shapes: Real
+    omega: Real
+
+    @property
+    def spread(self) -> Real:
+        """Deviation of the logarithm of each ratio: usual scatter and measurement."""
+        return np.sqrt(MODE_DAMPING_STD**2 + (self.std / self.measured) ** 2)
+
+    def strain(self, added: Real) -> Real:
+        """Squares of the log ratios in units of their scatter, the common shift at its best, when
+        ``added`` (sizes, modes) is taken off: (sizes,)."""
+        u, w = np.log((self.measured - added) / self.file), 1.0 / self.spread**2
+        common = (u * w).sum(axis=1) / (w.sum() + COMMON_DAMPING_STD**-2)
+        return np.asarray(
+            (w * (u - common[:, None]) ** 2).sum(axis=1) + (common / COMMON_DAMPING_STD) ** 2
+        )
+
+    def rate(self, c: ModelChange) -> Real:
+        """What one unit of an effect's parameter adds to each ratio, (modes,)."""
+        out = np.zeros(len(self.omega))
+        phi = np.vstack([self.shapes, np.zeros((1, self.shapes.shape[1]))])
+        for b in c.tangent[0]:
+            local = phi[b.dofs]  # (elements, dofs, modes); −1 is the ground
+            for part, by in ((b.C, 2.0 * self.omega), (b.D, 2.0 * self.omega**2)):
+                if part is not None:
+                    out += np.einsum("eim,eij,ejm->m", local, part, local, optimize=True) / by
+        return out
+
+
+def ratios_of(point: ModalPoint, original: Model) -> Ratios | None:
+    """The fitted tables' damping ratios beside the model's modes; None where there are too few."""
+    found: list[tuple[float, float, int]] = []
+    for table, places in zip(point.residual.fit, point.places, strict=False):
+        for i, place in enumerate(places.tolist()):
+            zeta, std = float(table.damping[i]), float(table.damping_std[i])
+            if (
+                place >= 0
+                and np.isfinite(zeta)
+                and zeta > 0.0
+                and point.modes.eigenvalues[place] > 0.0
+            ):
+                found.append(
+                    (
+                        zeta,
+                        std if np.isfinite(std) and std > 0.0 else UNSTATED_DAMPING * zeta,
+                        place,
+                    )
+                )
+    if len(found) < FEWEST_RATIOS:
+        return None
+    at = np.array([place for _, _, place in found])
+    omega = np.sqrt(point.modes.eigenvalues[at])
+    given = file_damping(
+        original,
+        np.sqrt(np.maximum(point.modes.eigenvalues[point.modes.rigid :], 0.0)) / (2.0 * np.pi),
+    )[at - point.modes.rigid]
+    return Ratios(
+        np.array([z for z, _, _ in found]),
+        np.array([s for _, s, _ in found]),
+        given,
+        point.modes.shapes[:, at],
+        omega,
+    )
+
+
+def needed_drop(places: int, modes: int) -> float:
+    """Drop of the strain that luck gives the best of so many places (no more can differ than there
+    are modes) once in `LUCK`: one-sided, one freedom."""
+    from scipy.stats import chi2
+
+    return float(chi2.isf(2.0 * LUCK / max(1, min(places, modes)), 1))
+
+
+def damping_trials(ratios: Ratios, candidates: Sequence[Effect]) -> tuple[float, list[Damper]]:
+    """(strain of the file's pattern, effects that lower it by more than chance, best first)."""
+    before = float(ratios.strain(np.zeros((1, len(ratios.omega))))[0])
+    rates = [(c, ratios.rate(c.change)) for c in candidates if c.change and c.change.tangent[0]]
+    able = [(c, g) for c, g in rates if np.any(g > 0.0) and not np.any(g < -1e-12 * g.max())]
+    names = [c.physics for c, _ in able]
+    out = []
+    for c, g in able:
+        most = 0.999 * float(
+            np.min(np.where(g > 0.0, ratios.measured / np.where(g > 0.0, g, 1.0), np.inf))
+        )
+        sizes = most * np.linspace(0.0, 1.0, STEPS + 1)
+        strains = ratios.strain(sizes[:, None] * g)
+        k = int(np.argmin(strains))
+        if before - strains[k] > max(
+            needed_drop(names.count(c.physics), len(ratios.omega)), HALVED * before
+        ):
+            inside = sizes[strains <= strains[k] + 1.0]
+            out.append(
+                Damper(
+                    c,
+                    float(sizes[k]),
+                    float(max(np.ptp(inside) / 2.0, most / STEPS)),
+                    float(strains[k]),
+                )
+            )
+    return before, sorted(out, key=lambda t: t.strain)
+
+
+def damping_laws(
+    tables: Sequence[ModeTable], point: ModalPoint, original: Model, effects: Candidates
+) -> Further:
+    """One rate of decay for all modes of a table, else effects that raise the damping of just the
+    modes that they move; ``original`` is the file's model, ``effects(zeta)`` those of damping on
+    the fitted one with a typical damping ratio."""
+    law = _one_rate(tables)
+    ratios = None if law.alpha is not None else ratios_of(point, original)
+    if ratios is None:
+        return law
+    strain, dampers = damping_trials(ratios, effects(float(np.median(ratios.file))))
+    return replace(law, strain=strain, modes=len(ratios.omega), dampers=tuple(dampers))
+
+
+def _one_rate(tables: Sequence[ModeTable]) -> Further:
+    """Mass-proportional damping, or an exponential window in the measurement, where it is all the
+    damping that there is."""
+    lines: list[str] = []
+    for table in tables:
+        if np.sum(np.isfinite(table.damping) & (table.damping > 0)) < LAW_RATIOS:
+            continue
+        try:
+            rates = decay_rates(table)
+        except CvxupdateError:
+            continue
+        lines.append(rates.says)
+        if rates.verdict == "constant decay rate":
+            return Further(tuple(lines), (rates.alpha, rates.alpha_std))
+    return Further(tuple(lines))

@@ -1,0 +1,264 @@
+"""Tables of modes as evidence: frequencies and, where measured, shapes; damping ratios beside."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.diagnose.modes.damping import damping_laws
+from cvxupdate.diagnose.modes.figures import modes_shown
+from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
+from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
+from cvxupdate.diagnose.modes.fit import ModesFit, ModesSetting, fit, fitted_at, setting_of
+from cvxupdate.diagnose.modes.members import whole_members
+from cvxupdate.diagnose.modes.scene import scene
+from cvxupdate.diagnose.modes.tables import Tables, chi_square, errors_of, rms
+from cvxupdate.diagnose.nominal.mesh import MeshError, mesh_line
+from cvxupdate.diagnose.nominal.scatter import with_nuisance
+from cvxupdate.diagnose.nominal.supports import regrown
+from cvxupdate.diagnose.screen.projection import Linearised
+from cvxupdate.diagnose.settings import CHANCE, FAR_OFF
+from cvxupdate.diagnose.shown import Shown
+from cvxupdate.diagnose.types import (
+    Errors,
+    FiniteSize,
+    Fit,
+    Further,
+    LevelChange,
+    Progress,
+    Real,
+    Score,
+    Seed,
+    Updated,
+)
+from cvxupdate.fe.model import Model
+from cvxupdate.fe.modes import natural_modes
+from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.physics import candidates_of
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import MODES, RATIOS, Effect
+from cvxupdate.physics.fault import Fault
+from cvxupdate.residual.modal import ModalPoint
+
+ZETA = 0.005  # a typical damping ratio, for sizes only
+
+
+@dataclass(frozen=True)
+class ModesEvidence:
+    """What stays fixed while hypotheses come and go: the file's model (``original``), the one with
+    nuisance parameters, tables, supports, effects to try (``damping``: on the ratios).
+
+    ``order`` is the place in the file of each table, those to fit first.
+    """
+
+    original: Model
+    model: Model
+    tables: Tables
+    mesh: MeshError
+    names: tuple[str, ...]
+    damping: tuple[str, ...]
+    supports: tuple[tuple[int, str], ...]
+    release: Callable[[int, str], Model]
+    order: tuple[int, ...]
+    progress: Progress
+
+    told_by = MODES
+    levels = 1
+    delay_unit = 1.0
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Hz."""
+        return self.tables.bottom, self.tables.top
+
+    @cached_property
+    def bases(self) -> tuple[ModesFit, ...]:
+        """Nuisance parameters fitted."""
+        return (fit(setting_of(self.model, self.tables), self.model.zero()),)
+
+    @cached_property
+    def nominal_point(self) -> ModalPoint:
+        """The nominal model."""
+        return self.bases[0].setting.residual.evaluate(self.model.zero())
+
+    @cached_property
+    def nominal(self) -> Errors:
+        """Its errors."""
+        return self._errors_at(self.nominal_point)
+
+    @cached_property
+    def noise(self) -> Errors:
+        """What standard deviations alone explain of held-out frequencies."""
+        return Errors(float("nan"), self.tables.noise)
+
+    def level_change(self) -> LevelChange | None:
+        """Tables say none."""
+        return None
+
+    def context(self, model: Model) -> SearchContext:
+        """For placing effects on the nuisance model or one grown from it."""
+        return self._context(model, ZETA)
+
+    def _context(self, model: Model, zeta: float) -> SearchContext:
+        m = model.matrices(model.zero())
+
+        def released(node: int, kind: str) -> Model:
+            return regrown(self.release(node, kind), model)
+
+        held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
+        top, bottom = self.tables.top, self.tables.bottom
+        channels = [c for t in self.tables.measured for c in t.channels]
+        heavy = tuple(dict.fromkeys(c.label for c in channels if c.quantity == "acceleration"))
+        return SearchContext(model, m.K, m.M, top, bottom, (), held, released, zeta, heavy)
+
+    def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
+        """Every effect at every place of a model."""
+        return candidates_of(self.context(model), self.names if names is None else names, MODES)
+
+    def setting(
+        self, model: Model, faults: Sequence[Fault], like: ModesSetting | None = None
+    ) -> ModesSetting:
+        """A model beside the tables."""
+        return setting_of(model, self.tables, None if like is None else like.residual)
+
+    def at_level(self, setting: ModesSetting, level: int) -> ModesSetting:
+        """There is but one."""
+        return setting
+
+    def evaluated(self, setting: ModesSetting, p: Real) -> ModesFit:
+        """Without fitting."""
+        return fitted_at(setting, setting.residual.evaluate(p))
+
+    def fitted(self, seed: Seed, effort: str) -> ModesFit:
+        """By trust-region convex steps, to the end at once."""
+        return fit(seed.setting, seed.start, seed.continued)
+
+    def linearised(self, found: Fit) -> Linearised:
+        """Of the nuisance parameters."""
+        return linearised(_own(found))
+
+    def columns(self, found: Fit, effects: Sequence[Effect]) -> list[Real | None]:
+        """Weighted derivative columns."""
+        return columns_of(_own(found), effects)
+
+    def first_order(self, found: Fit, effects: Sequence[Effect]) -> list[Score]:
+        """Explained fractions to first order; derivatives of local effects are not to be
+        trusted."""
+        scores = first_order(_own(found), effects)
+        return [replace(s, trusted=local(s.effect) is None) for s in scores]
+
+    def halves(self, found: Fit) -> Sequence[NDArray[np.bool_]]:
+        """None: a table has few rows."""
+        return ()
+
+    def finite_size(
+        self, nominal: Fit, parent: Fit, placed: tuple[Effect, ...], effects: Sequence[Effect]
+    ) -> FiniteSize:
+        """Local effects in the space of the model's own modes; whole members by continuation where
+        the model is far off."""
+        origin = _own(nominal)
+        at, model = origin.point.matrices, origin.setting.model
+        count = min(model.size, max(BASIS, len(origin.point.modes.eigenvalues)))
+        many = natural_modes(at.K, at.M, count, rigid_body_modes(model, at.K, at.M))
+        around = scene(origin.point, origin.setting.scales, many)
+        scores = [
+            Score(effects[k], 1.0 - left / around.total, np.array([size]), exact=True)
+            for k, (left, size) in scan(around, effects).items()
+            if around.total > 0.0
+        ]
+        far = not placed and self.errors(parent).fit > FAR_OFF
+        return FiniteSize(scores, whole_members(_own(parent), effects) if far else [])
+
+    def errors(self, found: Fit) -> Errors:
+        """R.m.s. relative errors of the frequencies."""
+        return self._errors_at(_own(found).point)
+
+    def _errors_at(self, point: ModalPoint) -> Errors:
+        moved = (*self.tables.fit, *self.tables.hold)
+        return Errors(*(rms(errors_of(point, moved, fitted)) for fitted in (True, False)))
+
+    def relative(self, errors: Errors) -> float:
+        """Of the eigenvalues, which go with stiffness as responses do: twice the frequencies'."""
+        return 2.0 * errors.worst
+
+    def allowance(self, model: Model) -> float:
+        """None: what the mesh may leave is in the tables' deviations."""
+        return 0.0
+
+    def explained(self, found: Fit, errors: Errors) -> bool:
+        """Whether noise, the model's discrepancy and the priors alone would leave as much once in
+        a hundred times."""
+        return bool(found.cost <= chi_square(CHANCE, found.rows))
+
+    def wide(self) -> ModesFit:
+        """The nuisance parameters let go far beyond their scatter."""
+        model = with_nuisance(self.model.with_parameters(()), wide=True)
+        return fit(setting_of(model, self.tables, wide=True), model.zero())
+
+    def further(self, last: Fit) -> Further:
+        """What the damping ratios say."""
+        point = _own(last).point
+
+        def effects(zeta: float) -> list[Effect]:
+            context = self._context(point.residual.model, zeta)
+            return candidates_of(context, self.damping, RATIOS)
+
+        return damping_laws(self.tables.fit, point, self.original, effects)
+
+    def left(self, errors: Errors) -> str:
+        """In words."""
+        held = ""
+        if np.isfinite(errors.hold_out):
+            held = f" and {100 * errors.hold_out:.3g} % (held out)"
+        return f"{100 * errors.fit:.3g} % of the frequencies, r.m.s. (fitted){held}"
+
+    def lines(self) -> list[str]:
+        """What the mesh of the file is worth."""
+        return mesh_line(self.mesh.worst(self.tables.top))
+
+    def updated(self, last: Fit, further: Further) -> Updated:
+        """With the pairing of each table."""
+        point = _own(last).point
+        pairs = {
+            k: [int(at) - point.modes.rigid + 1 if at >= 0 else 0 for at in places]
+            for k, places in zip(self.order, point.places, strict=False)
+        }
+        alpha = None if further.alpha is None else further.alpha[0]
+        return Updated(point.residual.model, point.p, alpha=alpha, pairs=pairs)
+
+    def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
+        """Errors of every mode before and after."""
+        return modes_shown(self.nominal_point, _own(last).point)
+
+    def stated(self, last: Fit) -> tuple[Errors, Errors]:
+        """R.m.s. relative errors of the frequencies: of the file as it came, mesh included, and of
+        the diagnosed model."""
+        before = (
+            rms(errors_of(self.nominal_point, self.tables.measured, fitted))
+            for fitted in (True, False)
+        )
+        return Errors(*before), self.errors(last)
+
+    def metrics(self, last: Fit) -> dict[str, Any]:
+        """The contract's metrics."""
+        moved = (*self.tables.fit, *self.tables.hold)
+        out: dict[str, Any] = {}
+        for key, fitted in (("fit", True), ("hold_out", False)):
+            before = 100.0 * np.abs(errors_of(self.nominal_point, self.tables.measured, fitted))
+            after = 100.0 * np.abs(errors_of(_own(last).point, moved, fitted))
+            out[key] = {}
+            if len(before) and len(after):
+                for name, f in (("mean", np.mean), ("max", np.max)):
+                    values = {"before": float(f(before)), "after": float(f(after))}
+                    out[key][f"frequency_error_percent_{name}"] = values
+        return out
+
+
+def _own(found: Any) -> ModesFit:
+    own: ModesFit = found
+    return own

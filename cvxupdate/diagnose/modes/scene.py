@@ -1,0 +1,83 @@
+"""Where sizes of local effects are tried: nuisance parameters linearised, modes as a basis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cvxupdate.diagnose.types import Real
+from cvxupdate.fe.block import Index
+from cvxupdate.fe.modes import Modes
+from cvxupdate.residual.modal import ModalPoint
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Where sizes are tried: ``point`` with the nuisance parameters linearised, ``Q`` (rows +
+    parameters, parameters) orthonormal columns of what they and their priors explain, ``below`` the
+    priors' residual, ``many`` modes of which the first are those of ``point``, ``used`` those that
+    tables are paired with.
+
+    ``values`` are rows of measured eigenvalues: (place in ``used``, (rad/s)², weight); ``shapes``
+    measured ones: (place, DOFs, entries, deviations).
+    """
+
+    Q: Real
+    below: Real
+    many: Modes
+    used: Index
+    values: tuple[tuple[int, float, float], ...]
+    shapes: tuple[tuple[int, Index, Real, Real], ...]
+    total: float
+
+    def left(self, eigenvalues: Real, entries: Sequence[Real]) -> Real:
+        """Squared weighted residuals (n,) of n sets of other modes, freed of what the ordinary
+        parameters can take up: ``eigenvalues`` (n, used) of those in ``used``, one by one, and for
+        each of ``shapes`` the ``entries`` (n, DOFs) that the model has there."""
+        places, measured, weights = (np.array([v[k] for v in self.values]) for k in range(3))
+        parts = [weights * (measured - eigenvalues[:, places.astype(np.int64)])]
+        for phi, (_, _, x, std) in zip(entries, self.shapes, strict=True):
+            w = 1.0 / std**2
+            scale = np.sum(w * phi * x, axis=1) / np.sum(w * phi**2, axis=1)
+            parts.append((x - phi * scale[:, None]) / std)
+        r = np.hstack([*parts, np.broadcast_to(self.below, (len(eigenvalues), len(self.below)))])
+        r = r - (r @ self.Q) @ self.Q.T
+        return np.asarray(np.einsum("ij,ij->i", r, r))
+
+    def mixed(self, V: Real) -> list[Real]:
+        """The entries of `left` of modes (n, basis, used) given in the basis of the first of
+        ``many``."""
+        return [
+            V[:, :, u] @ self.many.shapes[rows, : V.shape[1]].T for u, rows, _, _ in self.shapes
+        ]
+
+
+def scene(point: ModalPoint, scales: Real, many: Modes) -> Scene:
+    """Linearise the nuisance parameters, with priors of deviation ``scales``, at ``point``."""
+    A, _ = point.system().weighted()
+    Q, _ = np.linalg.qr(np.vstack([A, np.diag(1.0 / scales)]))
+    used = np.unique(np.concatenate([p for p in point.places]))
+    used = used[used >= 0]
+    where = {int(i): u for u, i in enumerate(used)}
+    values = []
+    for k, t in enumerate(point.residual.fit):
+        for i, at in enumerate(point.places[k].tolist()):
+            if at >= 0:
+                measured = (2.0 * np.pi * float(t.frequency[i])) ** 2
+                values.append(
+                    (
+                        where[at],
+                        measured,
+                        float(t.frequency[i] / (2.0 * measured * t.frequency_std[i])),
+                    )
+                )
+    shapes = (
+        [(where[at], rows, x, std) for _, _, at, rows, x, std in point.shape_rows()]
+        if point.residual.shapes
+        else []
+    )
+    bare = Scene(Q, -point.p / scales, many, used, tuple(values), tuple(shapes), 0.0)
+    entries = [point.modes.shapes[rows, used[u]][None] for u, rows, _, _ in shapes]
+    return replace(bare, total=float(bare.left(point.modes.eigenvalues[used][None], entries)[0]))

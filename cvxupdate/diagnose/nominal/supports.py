@@ -1,0 +1,66 @@
+"""Supports: which DOFs are held, and the model with one of them set free."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from cvxupdate.diagnose.nominal.damping import undamped
+from cvxupdate.diagnose.nominal.scatter import with_nuisance
+from cvxupdate.fe.build import build_model
+from cvxupdate.fe.model import Model
+from cvxupdate.spec import Spec
+
+
+def held_dofs(spec: Spec, model: Model) -> tuple[tuple[int, str], ...]:
+    """(node, kind) of every held DOF of an active kind."""
+    out: list[tuple[int, str]] = []
+    for support in spec.model.supports:
+        nodes: Sequence[int] = support.nodes if support.nodes != "all" else model.node_ids.tolist()
+        out += [(int(n), d) for n in nodes for d in support.dofs if d in spec.model.dofs]
+    return tuple(out)
+
+
+def release_from(spec: Spec) -> Callable[[int, str], Model]:
+    """Builds the undamped nuisance model without one support DOF."""
+
+    def release(node: int, kind: str) -> Model:
+        supports = []
+        for s in spec.model.supports:
+            nodes = [n.id for n in spec.model.nodes] if s.nodes == "all" else list(s.nodes)
+            for n in nodes:
+                kept = tuple(k for k in s.dofs if (n, k) != (node, kind))
+                if kept:
+                    supports.append(s.model_copy(update={"nodes": (n,), "dofs": kept}))
+        text = spec.model.model_copy(update={"supports": tuple(supports)})
+        freed = build_model(replace(spec, model=text, update=None))
+        return with_nuisance(undamped(freed), scatter=spec.diagnose.scatter)
+
+    return release
+
+
+def regrown(released: Model, grown: Model) -> Model:
+    """``grown`` (the nuisance model with effects added) on the DOFs of ``released`` (the nuisance
+    model with a support set free)."""
+    extra = [i for i, label in enumerate(grown.labels) if label not in released.place]
+    labels = (*released.labels, *(grown.labels[i] for i in extra))
+    place = {label: i for i, label in enumerate(labels)}
+    to = np.array([*(place[label] for label in grown.labels), -1], dtype=np.int64)
+    blocks = tuple(
+        replace(
+            b,
+            dofs=np.where(b.dofs >= 0, to[b.dofs], released.blocks[k].dofs)
+            if k < len(released.blocks)
+            else to[b.dofs],
+        )
+        for k, b in enumerate(grown.blocks)
+    )
+    return replace(
+        grown,
+        labels=labels,
+        dof_node=np.append(released.dof_node, grown.dof_node[extra]),
+        dof_kind=np.append(released.dof_kind, grown.dof_kind[extra]),
+        blocks=blocks,
+    )

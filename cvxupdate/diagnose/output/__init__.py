@@ -1,0 +1,1 @@
+"""What a diagnosis says: sentences, the updated model, what the page draws."""

@@ -1,0 +1,134 @@
+"""The diagnosis in the contract's form."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from math import isfinite
+from typing import Any
+
+from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.judge.acceptance import Weighed
+from cvxupdate.diagnose.judge.judge import Judgement
+from cvxupdate.diagnose.output.export import Written
+from cvxupdate.diagnose.search.search import Found
+from cvxupdate.diagnose.shown import Shown
+from cvxupdate.diagnose.types import Errors, Finding
+
+MOST = 40  # candidates listed that were only screened
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The verdict with all that stands behind it; field names as in ``diagnosis.json``."""
+
+    problem: str
+    title: str
+    path: str
+    verdict: str
+    says: str
+    findings: tuple[Finding, ...]
+    candidates: tuple[dict[str, Any], ...]
+    fit: dict[str, dict[str, float | None]]
+    metrics: dict[str, Any]
+    evidence: tuple[str, ...]
+    time: float
+    details: dict[str, Any]
+    updated: Written | None = None  # the diagnosed model as a problem file
+    shown: Shown | None = None  # what the page draws
+    refined: Written | None = None  # the updated model on a finer mesh, where that matters
+
+    def to_json(self) -> dict[str, Any]:
+        """The whole of ``diagnosis.json``."""
+        return {
+            "problem": self.problem,
+            "title": self.title,
+            "verdict": self.verdict,
+            "says": self.says,
+            "findings": [f.to_json() for f in self.findings],
+            "candidates": list(self.candidates),
+            "fit": self.fit,
+            "metrics": self.metrics,
+            "evidence": list(self.evidence),
+            "time": self.time,
+            **self.details,
+        }
+
+
+def finite(x: float) -> float | None:
+    """A number as `diagnosis.json` has it: None where it is not known."""
+    return float(x) if isfinite(x) else None
+
+
+def fit_table(judgement: Judgement) -> dict[str, dict[str, float | None]]:
+    """The contract's errors before and after; and, by the measure that judgement goes by, with
+    nuisance parameters alone and of noise alone."""
+    evidence = judgement.case.evidence
+    before, after = evidence.stated(judgement.last.fit)
+    columns: dict[str, Errors] = {
+        "before": before,
+        "nuisance": judgement.case.base.errors,
+        "after": after,
+        "noise": evidence.noise,
+    }
+    return {
+        key: {name: finite(getattr(errors, key)) for name, errors in columns.items()}
+        for key in ("fit", "hold_out")
+    }
+
+
+def details_of(judgement: Judgement) -> dict[str, Any]:
+    """Misfits, and what the confidence in each effect rests on."""
+    last = judgement.last
+    out: dict[str, Any] = {
+        "method": f"output error of {judgement.case.evidence.told_by}, trust-region convex steps",
+        "misfit": {"nuisance": judgement.case.base.fit.misfit, "after": last.fit.misfit},
+    }
+    if last.hypothesis.effects:
+        out["standing"] = [
+            {"name": e.name, **asdict(s)}
+            for e, s in zip(last.hypothesis.effects, judgement.standings, strict=True)
+        ]
+    return out
+
+
+def candidates_table(judgement: Judgement, found: Found) -> tuple[dict[str, Any], ...]:
+    """Refitted ones with their errors (several effects after single ones, each naming those
+    beside it), then what was only screened."""
+    out: list[dict[str, Any]] = []
+    for w in (*judgement.singles, *judgement.several):
+        out += _rows(w, found)
+    listed = {e.key for w in judgement.singles for e in w.hypothesis.effects}
+    out += [
+        {
+            "physics": s.effect.physics,
+            "title": s.effect.title,
+            "location": s.effect.place.to_json(),
+            "score": None,
+            "hold_out_score": None,
+            "explained_fraction": s.fraction,
+            "stability": found.stable.get(s.effect.key),
+        }
+        for s in found.scores[:MOST]
+        if s.effect.key not in listed
+    ]
+    return tuple(out)
+
+
+def _rows(w: Weighed, found: Found) -> list[dict[str, Any]]:
+    h: Hypothesis = w.hypothesis
+    out = []
+    for k, (effect, figures) in enumerate(zip(h.effects, h.figures, strict=True)):
+        others: Sequence[str] = [e.name for i, e in enumerate(h.effects) if i != k]
+        row = {
+            "physics": effect.physics,
+            "title": effect.title,
+            "location": effect.place.to_json(),
+            "score": finite(w.errors.fit),
+            "hold_out_score": finite(w.errors.hold_out),
+            "misfit": finite(w.fit.misfit),
+            "parameters": figures.values,
+            "stability": found.stable.get(effect.key),
+        }
+        out.append({**row, "beside": ", ".join(others)} if others else row)
+    return out

@@ -1,0 +1,142 @@
+"""Verdict and evidence in plain words, the same for every kind of recording."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cvxupdate.diagnose.judge.acceptance import Weighed, explained
+from cvxupdate.diagnose.judge.judge import Judgement
+from cvxupdate.diagnose.settings import LEVEL_CHANGE, LEVEL_NOISE
+from cvxupdate.diagnose.types import Errors, Evidence, Finding, LevelChange
+
+MOST = 6  # equivalents that are named
+RIVALS = 3  # other hypotheses whose errors are stated
+
+
+def nonlinear(change: LevelChange | None) -> bool:
+    """Whether the recordings depend on the drive level by more than noise and reason."""
+    if change is None:
+        return False
+    return change.change > LEVEL_CHANGE and change.change > LEVEL_NOISE * change.noise
+
+
+def verdict_of(judgement: Judgement, further: Sequence[Finding], level: bool) -> tuple[str, str]:
+    """(verdict, sentence)."""
+    if level:
+        return "undetermined", (
+            "Something in the structure depends on the vibration level (contact, friction, a "
+            "stiffening spring): no linear change of the model can explain these recordings."
+        )
+    findings = (*judgement.findings, *further)
+    if findings:
+        groups = all(
+            f.physics in ("stiffness_change", "mass_change") and f.place.groups for f in findings
+        )
+        says = " ".join(f.says for f in findings)
+        return "parameter_error" if groups else "missing_physics", says
+    evidence, base = judgement.case.evidence, judgement.case.base
+    if explained(base, judgement.case):
+        return "consistent", (
+            "Nothing is missing: the model explains the recordings within noise and the usual "
+            "scatter of its parameters."
+        )
+    nearest = judgement.nearest
+    if judgement.final is not None and nearest is not None:
+        return "undetermined", (
+            f"No one or two effects explain the recordings: {nearest.hypothesis.title} comes "
+            f"nearest, but leaves {evidence.left(_worst(nearest.errors))}."
+        )
+    return "undetermined", (
+        "Something differs that none of the known effects explains at any one or two places; "
+        f"what remains is {evidence.left(Errors(base.errors.fit, float('nan')))}."
+    )
+
+
+def _worst(errors: Errors) -> Errors:
+    return Errors(errors.worst, float("nan"))
+
+
+def evidence_lines(judgement: Judgement, change: LevelChange | None) -> list[str]:
+    """One line each: what in the recordings says so."""
+    evidence = judgement.case.evidence
+    level = nonlinear(change)
+    out = [*_level_line(change, level), *evidence.lines()]
+    if not level:
+        out += _base_lines(evidence, judgement.case.base)
+    if judgement.findings and judgement.final is not None:
+        out += _finding_lines(judgement, judgement.final)
+    elif judgement.nearest is not None and not judgement.findings and not level:
+        nearest = judgement.nearest
+        left = evidence.left(nearest.errors)
+        out.append(
+            f"{capital(nearest.hypothesis.title)} comes nearest: {left}, not enough to claim it."
+        )
+    return out
+
+
+def _level_line(change: LevelChange | None, level: bool) -> list[str]:
+    if change is None:
+        return []
+    return [
+        f"Between drive levels the transfer functions change by {100 * change.change:.2g} % "
+        f"(noise alone: {100 * change.noise:.2g} %): "
+        + (
+            "the response depends on the level, so the structure is not linear."
+            if level
+            else "the structure is linear to that accuracy."
+        )
+    ]
+
+
+def _base_lines(evidence: Evidence, base: Weighed) -> list[str]:
+    noise = evidence.noise.fit
+    alone = f" (noise alone: {evidence.left(Errors(noise, float('nan')))})"
+    return [
+        f"The nominal model leaves {evidence.left(evidence.nominal)}"
+        + (f"{alone}." if np.isfinite(noise) else "."),
+        "With the usual scatter of group stiffness, group mass and damping it is "
+        f"{evidence.left(base.errors)}; weighted misfit {base.fit.misfit:.3g} per row "
+        "(1: noise and discretisation).",
+    ]
+
+
+def _finding_lines(judgement: Judgement, final: Weighed) -> list[str]:
+    evidence, single = judgement.case.evidence, judgement.single
+    out = []
+    if single is not None and single is not final:
+        out.append(
+            f"One effect alone, {single.hypothesis.title}, leaves {evidence.left(single.errors)}: "
+            "not enough."
+        )
+    out.append(
+        f"{capital(final.hypothesis.title)} brings the error to {evidence.left(final.errors)}."
+    )
+    told = {(f.physics, f.place) for f in judgement.findings}
+    out += [
+        f"{capital(e.title)} is needed for the last of it, but others elsewhere would do as well: "
+        "it is not claimed."
+        for e in final.hypothesis.effects
+        if (e.physics, e.place) not in told
+    ]
+    out += [_equivalents(f) for f in judgement.findings if f.equivalent]
+    others = [w for w in judgement.field if w is not final]
+    out += [
+        f"The same procedure with {w.hypothesis.title} leaves {evidence.left(w.errors)}."
+        for w in others[:RIVALS]
+    ]
+    return out
+
+
+def _equivalents(f: Finding) -> str:
+    more = len(f.equivalent) - MOST
+    return f"These recordings do not tell {f.title} from " + (
+        ", ".join(e.title for e in f.equivalent[:MOST])
+        + (f" and {more} more." if more > 0 else ".")
+    )
+
+
+def capital(text: str) -> str:
+    """With a capital first."""
+    return text[:1].upper() + text[1:]

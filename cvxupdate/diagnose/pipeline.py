@@ -1,0 +1,65 @@
+"""Detect, screen, search, judge, write: once, for every kind of evidence."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+from cvxupdate.diagnose.judge.judge import judge
+from cvxupdate.diagnose.judge.pattern import pattern_of
+from cvxupdate.diagnose.judge.placebo import placebo
+from cvxupdate.diagnose.output.diagnosis import (
+    Diagnosis,
+    candidates_table,
+    details_of,
+    fit_table,
+)
+from cvxupdate.diagnose.output.export import updated_problem, with_damping
+from cvxupdate.diagnose.output.wording import evidence_lines, nonlinear, verdict_of
+from cvxupdate.diagnose.search.search import Found, search
+from cvxupdate.diagnose.types import Evidence, Further, Progress
+from cvxupdate.recordings.types import Recording
+from cvxupdate.spec import Spec
+
+
+def diagnosed(
+    spec: Spec,
+    recordings: Sequence[Recording],
+    evidence: Evidence,
+    progress: Progress,
+    begin: float,
+) -> Diagnosis:
+    """The diagnosis of a problem by its evidence; ``begin``: when it began (`perf_counter`)."""
+    change = evidence.level_change()
+    level = nonlinear(change)
+    found = Found() if level else search(evidence, progress)
+    judgement = judge(evidence, found)
+    last = judgement.last
+    further = Further() if level else evidence.further(last.fit)
+    pattern = pattern_of(further)
+    findings = (*judgement.findings, *pattern.findings)
+    verdict, says = verdict_of(judgement, pattern.findings, level)
+    lines = [*evidence_lines(judgement, change), *pattern.lines]
+    if judgement.findings and judgement.final is not None:
+        sham = placebo(judgement.final, found, judgement.case)
+        lines += [] if sham is None else [sham.says]
+    updated = None
+    if findings:
+        model = with_damping(evidence.updated(last.fit, further), pattern.damped)
+        updated = updated_problem(spec, recordings, model, [says])
+    return Diagnosis(
+        problem=spec.name,
+        title=spec.title,
+        path=str(spec.path),
+        verdict=verdict,
+        says=says,
+        findings=findings,
+        candidates=candidates_table(judgement, found),
+        fit=fit_table(judgement),
+        metrics=evidence.metrics(last.fit),
+        evidence=tuple(lines),
+        time=time.perf_counter() - begin,
+        details=details_of(judgement),
+        updated=updated,
+        shown=evidence.shown(last.fit, found.scores),
+    )

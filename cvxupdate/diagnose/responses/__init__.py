@@ -1,0 +1,1 @@
+"""Evidence from frequency responses and time histories."""

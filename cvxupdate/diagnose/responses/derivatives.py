@@ -1,0 +1,137 @@
+"""Derivatives of responses with respect to parameters, from the modal pieces of a synthesis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cvxupdate.diagnose.responses.lines import Complex, Real
+from cvxupdate.diagnose.responses.products import times
+from cvxupdate.diagnose.responses.synthesis import Index, Response
+from cvxupdate.fe.model import DerivativeBlock
+from cvxupdate.fe.modes import Modes
+
+Small = tuple[Real | None, ...]
+MANY = 40  # DOFs of a derivative above which it goes through the band's modes instead of every DOF
+
+
+@dataclass(frozen=True)
+class Changes:
+    """Derivatives ∂Z/∂p = ∂K + s² ∂M + s ∂C + i ∂D of several parameters, ready for every signal.
+
+    A change of a few DOFs is taken exactly, through the receptances at those DOFs; one of many DOFs
+    (a whole group) through the lowest ``low`` modes, which carry it. ``parts``: of each parameter
+    (places among ``used``, or None for the modes; the four small matrices); ``used`` (n,) all such
+    DOFs.
+    """
+
+    modes: Modes
+    low: int
+    used: Index
+    parts: tuple[tuple[tuple[Index | None, Small], ...], ...]
+
+    @classmethod
+    def of(
+        cls, derivatives: Sequence[Sequence[DerivativeBlock]], modes: Modes, low: int
+    ) -> Changes:
+        """From the element blocks of every parameter."""
+        own = [[(b, np.unique(b.dofs)) for b in blocks] for blocks in derivatives]
+        few = [[not (len(u) > MANY and low < len(u)) for _, u in pairs] for pairs in own]
+        needed = [
+            u
+            for pairs, flags in zip(own, few, strict=True)
+            for (_, u), flag in zip(pairs, flags, strict=True)
+            if flag
+        ]
+        used = np.unique(np.concatenate(needed)) if needed else np.zeros(0, dtype=np.int64)
+        parts = tuple(
+            tuple(
+                (np.searchsorted(used, u), summed(b, u))
+                if flag
+                else (None, modal_blocks(modes.shapes[:, :low], b))
+                for (b, u), flag in zip(pairs, flags, strict=True)
+            )
+            for pairs, flags in zip(own, few, strict=True)
+        )
+        return cls(modes, low, used, parts)
+
+    def columns(self, r: Response) -> Complex:
+        """∂Y/∂p (points, parameters, sensors, cases) = −sᵒ aᵀ ∂Z q."""
+        phi = np.vstack([self.modes.shapes, np.zeros((1, self.modes.shapes.shape[1]))])[self.used]
+        near, beyond = phi[:, : r.near], phi[:, r.near :]
+        right = times(near, r.q)
+        left = None
+        if r.high is not None and len(self.used):
+            right, left = right + r.high.right(beyond), r.high.left(beyond)
+        sensed = by_point(r.a) if r.coupled else None
+        out = np.empty((len(r.raw), len(self.parts), *r.raw.shape[1:]), dtype=complex)
+        for j, parts in enumerate(self.parts):
+            moved = np.zeros(r.q.shape, dtype=complex)  # modal forces of the change
+            beside = []  # what high modes make of it
+            for places, small in parts:
+                if places is None:
+                    moved[: self.low] += forces(small, r.q[: self.low], r.signal.s)
+                    continue
+                local = forces(small, right[places], r.signal.s)
+                moved += times(near[places].T, local)
+                if left is not None:
+                    beside.append(
+                        np.matmul(np.swapaxes(np.take(left, places, axis=1), 1, 2), by_point(local))
+                    )
+            moved *= -r.drive[:, None]
+            if sensed is None:
+                out[:, j] = np.moveaxis(
+                    times(r.at[: r.near].T, r.inverse[:, :, None] * moved), 0, 1
+                )
+            else:
+                out[:, j] = np.matmul(np.swapaxes(sensed, 1, 2), by_point(moved))
+            for more in beside:
+                out[:, j] -= r.drive[:, None, None] * more
+        return out
+
+
+def forces(small: Small, right: Complex, s: Complex) -> Complex:
+    """(∂K + s² ∂M + s ∂C + i ∂D) right: (n, points, cases)."""
+    force = np.zeros(right.shape, dtype=complex)
+    factors: tuple[Complex, ...] = (
+        np.ones((1, 1), dtype=complex),
+        (s**2)[:, None],
+        s[:, None],
+        np.full((1, 1), 1j),
+    )
+    for part, factor in zip(small, factors, strict=True):
+        if part is not None:
+            force += factor * times(part, right)
+    return force
+
+
+def by_point(z: Complex) -> Complex:
+    """(n, points, columns) as (points, n, columns), contiguous: products at every point are many
+    times slower across memory."""
+    return np.ascontiguousarray(np.swapaxes(z, 0, 1))
+
+
+def summed(b: DerivativeBlock, used: Index) -> Small:
+    """∂K, ∂M, ∂C, ∂D over the DOFs ``used`` (n, n), None where zero; the ground's rows stay in, its
+    receptances are zero."""
+    at = np.searchsorted(used, b.dofs)
+    n = len(used)
+    where = (at[:, :, None] * n + at[:, None, :]).reshape(-1)
+    return tuple(
+        None
+        if part is None
+        else np.asarray(np.bincount(where, part.reshape(-1), n * n), dtype=float).reshape(n, n)
+        for part in (b.K, b.M, b.C, b.D)
+    )
+
+
+def modal_blocks(shapes: Real, b: DerivativeBlock) -> Small:
+    """φᵀ ∂K φ and so on, element by element: φ (N, low)."""
+    phi = np.where((b.dofs >= 0)[:, :, None], shapes[b.dofs], 0.0)
+    e, d, low = phi.shape
+    return tuple(
+        None if part is None else phi.reshape(e * d, low).T @ (part @ phi).reshape(e * d, low)
+        for part in (b.K, b.M, b.C, b.D)
+    )

@@ -1,0 +1,56 @@
+"""Errors of modelled responses, channel by channel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from cvxupdate.diagnose.responses.lines import Real
+from cvxupdate.diagnose.responses.point import ResponsePoint
+from cvxupdate.diagnose.responses.signals import Signal
+
+
+def channel_errors(point: ResponsePoint, signals: Sequence[Signal]) -> float:
+    """‖Y − Ŷ‖ / ‖Y‖ of each channel that responds, averaged (0 perfect, 1 as large as the signal),
+    of the model at ``point`` on ``signals``; modes keep its damping. NaN without signals."""
+    if not signals:
+        return float("nan")
+    modelled = on_signals(point, signals).modelled()
+    gaps = (np.abs(model - s.Y) for s, model in zip(signals, modelled, strict=True))
+    return _averaged(signals, [_norms(gap) for gap in gaps])
+
+
+def noise_errors(signals: Sequence[Signal]) -> float:
+    """The same measure for noise alone: what a perfect model would be left with."""
+    return _averaged(signals, [_norms(s.std) for s in signals])
+
+
+def on_signals(point: ResponsePoint, signals: Sequence[Signal]) -> ResponsePoint:
+    """The point with its model's responses to other signals."""
+    return replace(point.setting, signals=tuple(signals)).evaluate(point.p, point)
+
+
+def _norms(values: Real) -> Real:
+    """Of each channel."""
+    return np.asarray(np.sqrt(np.sum(values**2, axis=(0, 2))))
+
+
+def _averaged(signals: Sequence[Signal], gaps: Sequence[Real]) -> float:
+    errors: list[float] = []
+    for signal, gap in zip(signals, gaps, strict=True):
+        errors += (gap / _norms(np.abs(signal.Y)))[signal.audible()].tolist()
+    return float(np.mean(errors)) if errors else float("nan")
+
+
+def frobenius(point: ResponsePoint, signals: Sequence[Signal]) -> float:
+    """‖Ŷ − Y‖ / ‖Y‖ over all lines and channels of each signal; r.m.s. over signals."""
+    if not signals:
+        return float("nan")
+    modelled = on_signals(point, signals).modelled()
+    each = [
+        float(np.linalg.norm(m - s.Y) / np.linalg.norm(s.Y))
+        for s, m in zip(signals, modelled, strict=True)
+    ]
+    return float(np.sqrt(np.mean(np.square(each))))

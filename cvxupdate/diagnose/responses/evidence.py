@@ -1,0 +1,316 @@
+"""FRFs and time histories as evidence: output error on the half-plane, from smooth to sharp."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
+from cvxupdate.diagnose.nominal.mesh import MeshError, mesh_line
+from cvxupdate.diagnose.nominal.supports import regrown
+from cvxupdate.diagnose.responses.columns import columns_of, delay_unit
+from cvxupdate.diagnose.responses.data import Data
+from cvxupdate.diagnose.responses.errors import channel_errors, frobenius, noise_errors
+from cvxupdate.diagnose.responses.figures import responses_shown
+from cvxupdate.diagnose.responses.finite_size import few_directions, whole_member
+from cvxupdate.diagnose.responses.first_order import first_order, linearised
+from cvxupdate.diagnose.responses.fit import ResponseFit, fit, fitted_at, setting_for
+from cvxupdate.diagnose.responses.levels import level_change
+from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
+from cvxupdate.diagnose.responses.resampling import halves
+from cvxupdate.diagnose.responses.sets import sets_of_elements
+from cvxupdate.diagnose.screen.projection import Linearised, Projection
+from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
+from cvxupdate.diagnose.settings import (
+    EXPLAINED,
+    HOPELESS,
+    MOST_ALLOWANCE,
+    OPEN,
+    WHOLE,
+    WHOLES,
+    WIDE,
+)
+from cvxupdate.diagnose.shown import Shown
+from cvxupdate.diagnose.types import (
+    Errors,
+    FiniteSize,
+    Fit,
+    Further,
+    LevelChange,
+    Progress,
+    Real,
+    Score,
+    Seed,
+    Updated,
+)
+from cvxupdate.fe.model import Model
+from cvxupdate.physics import candidates_of
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.fault import Fault
+from cvxupdate.recordings.types import TimeHistory
+
+# (tolerance, iterations) of a fit by its effort
+EFFORTS = {"first pass": (1e-2, 3), "coarse": (1e-2, 12), "sharp": (1e-3, 12)}
+
+
+@dataclass(frozen=True)
+class ResponseEvidence:
+    """What stays fixed while hypotheses come and go: the file's model (``original``, for its
+    damping), the one with nuisance parameters, recordings, supports, effects to try.
+
+    ``release(node, kind)`` is the nuisance model without one support.
+    """
+
+    original: Model
+    model: Model
+    data: Data
+    names: tuple[str, ...]
+    supports: tuple[tuple[int, str], ...]
+    release: Callable[[int, str], Model]
+    progress: Progress
+
+    told_by = "responses"
+
+    @property
+    def levels(self) -> int:
+        """Levels of smoothing."""
+        return len(self.data.levels)
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Hz."""
+        return self.data.bottom, self.data.top
+
+    @property
+    def delay_unit(self) -> float:
+        """A delay that turns the phase by one radian at the top of the band, s."""
+        return delay_unit(self.data.top)
+
+    @cached_property
+    def bases(self) -> tuple[ResponseFit, ...]:
+        """Nuisance parameters fitted, level by level; far off, there is nothing to sharpen."""
+        out: list[ResponseFit] = []
+        setting = self.setting(self.model, ())
+        p = np.zeros(setting.size)
+        for level in range(self.levels):
+            out.append(fit(self.at_level(setting, level), p))
+            p = out[-1].p
+            if level == self.levels - 2 and out[-1].misfit > HOPELESS * EXPLAINED:
+                break
+        return tuple(out)
+
+    @cached_property
+    def nominal_point(self) -> ResponsePoint:
+        """The nominal model, the mesh's error taken out."""
+        setting = self.setting(self.model, ())
+        return setting.evaluate(np.zeros(setting.size))
+
+    @cached_property
+    def nominal(self) -> Errors:
+        """Its errors."""
+        return self._errors_at(self.nominal_point)
+
+    @cached_property
+    def noise(self) -> Errors:
+        """Of noise alone."""
+        return Errors(noise_errors(self.data.sharp), noise_errors(self.data.sharp_hold_out))
+
+    def level_change(self) -> LevelChange | None:
+        """Between runs at different drive levels."""
+        return level_change(self.data.sharp)
+
+    @cached_property
+    def _freed(self) -> Callable[[int, str], Model]:
+        return cache(self.release)
+
+    @cached_property
+    def _zeta(self) -> float:
+        setting = self.setting(self.model, ())
+        return float(np.median(setting.zeta)) if setting.damped else 0.005
+
+    def context(self, model: Model) -> SearchContext:
+        """For placing effects on the nuisance model or one grown from it."""
+        m = model.matrices(model.zero())
+
+        def released(node: int, kind: str) -> Model:
+            return regrown(self._freed(node, kind), model)
+
+        held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
+        return SearchContext(
+            model,
+            m.K,
+            m.M,
+            self.data.top,
+            self.data.bottom,
+            self.data.sensors,
+            held,
+            released,
+            self._zeta,
+            self.data.accelerometers,
+        )
+
+    def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
+        """Every effect at every place of a model."""
+        wanted = self.names if names is None else names
+        return candidates_of(self.context(model), wanted, self.told_by)
+
+    def setting(
+        self, model: Model, faults: Sequence[Fault], like: ResponseSetting | None = None
+    ) -> ResponseSetting:
+        """A model against the recordings at the level of another setting (None: the first)."""
+        data, level = self.data, 0 if like is None else like.level
+        setting = setting_for(
+            model, self.original, data.levels[level], data.top, faults, data.mesh_of(model)
+        )
+        return replace(setting, level=level)
+
+    def at_level(self, setting: ResponseSetting, level: int) -> ResponseSetting:
+        """The same against those of another level."""
+        return replace(setting, signals=self.data.levels[level], level=level)
+
+    def evaluated(self, setting: ResponseSetting, p: Real) -> ResponseFit:
+        """Without fitting."""
+        return fitted_at(setting.evaluate(p))
+
+    def fitted(self, seed: Seed, effort: str) -> ResponseFit:
+        """By trust-region convex steps."""
+        tolerance, iterations = EFFORTS[effort]
+        return fit(seed.setting, seed.start, tolerance=tolerance, iterations=iterations)
+
+    def linearised(self, found: Fit) -> Linearised:
+        """Of the nuisance parameters that can still move."""
+        return linearised(_point(found))
+
+    def columns(self, found: Fit, effects: Sequence[Effect]) -> list[Real | None]:
+        """Weighted derivative columns."""
+        return columns_of(_point(found), effects)
+
+    def first_order(self, found: Fit, effects: Sequence[Effect]) -> list[Score]:
+        """Explained fractions to first order."""
+        return first_order(_point(found), effects)
+
+    def halves(self, found: Fit) -> Sequence[NDArray[np.bool_]]:
+        """Of blocks of frequency of each sensor and recording."""
+        return halves(_point(found).setting.signals)
+
+    def finite_size(
+        self, nominal: Fit, parent: Fit, placed: tuple[Effect, ...], effects: Sequence[Effect]
+    ) -> FiniteSize:
+        """In closed form where an effect acts along few directions, in the basis of the lowest
+        modes for sets of elements, and by a model for each size for whole members."""
+        point = _point(nominal)
+        left = Projection.of(linearised(point))
+        linear = first_order(point, effects, left)
+        exact = best_of(few_directions(point, linear, left), sets_of_elements(point, linear, left))
+        seeds = seeds_from(
+            self, Hypothesis(placed, nominal), not_among(members(linear), exact)[:WHOLES], 0
+        )
+        ranked = sorted((whole_member(point, s, left) for s in seeds), key=lambda pair: -pair[1])
+        return FiniteSize(exact, [seed for seed, _ in ranked[:WHOLE]])
+
+    def errors(self, found: Fit) -> Errors:
+        """Channel by channel."""
+        return self._errors_at(_point(found))
+
+    def _errors_at(self, point: ResponsePoint) -> Errors:
+        return Errors(
+            channel_errors(point, self.data.sharp), channel_errors(point, self.data.sharp_hold_out)
+        )
+
+    def relative(self, errors: Errors) -> float:
+        """A fraction of the responses as it is."""
+        return errors.worst
+
+    def mesh_of(self, model: Model) -> MeshError:
+        """That of a hypothesis: beams that deform in shear have another."""
+        return self.data.mesh_of(model)
+
+    def allowance(self, model: Model) -> float:
+        """What extrapolation to a fine mesh may miss, in half-power bandwidths (2 ζ f)."""
+        base = self.bases[-1]
+        if not base.setting.damped:
+            return 0.0
+        bandwidth = np.median(base.point.damping[base.point.owner])
+        return float(min(MOST_ALLOWANCE, self.mesh_of(model).missed(self.data.top) / bandwidth))
+
+    def explained(self, found: Fit, errors: Errors) -> bool:
+        """Within noise and the discrepancy of a sound model, or what the mesh may leave."""
+        within = found.misfit <= OPEN * EXPLAINED
+        return bool(within or errors.worst <= self.allowance(found.setting.model))
+
+    def wide(self) -> ResponseFit:
+        """The nuisance parameters let go far beyond their scatter."""
+        free = [replace(q, lower=-WIDE, upper=WIDE) for q in self.model.parameters]
+        setting = self.setting(self.model.with_parameters(free), ())
+        found = fit(setting, np.zeros(setting.size))
+        for level in range(1, self.levels):
+            found = fit(self.at_level(setting, level), found.p)
+        return found
+
+    def further(self, last: Fit) -> Further:
+        """Nothing: the search heard all that responses say."""
+        return Further()
+
+    def left(self, errors: Errors) -> str:
+        """In words."""
+        held = f" and {errors.hold_out:.3g} (held out)" if np.isfinite(errors.hold_out) else ""
+        return f"{errors.fit:.3g} of the response (fitted){held}"
+
+    def lines(self) -> list[str]:
+        """What the mesh of the file is worth."""
+        return mesh_line(self.data.mesh.worst(self.data.top))
+
+    def updated(self, last: Fit, further: Further) -> Updated:
+        """With a damping ratio of its own for every mode, and the faults of the sensors."""
+        point = _point(last)
+        setting = point.setting
+        faults = zip(setting.faults, (float(v) for v in point.fault_values), strict=True)
+        n = len(setting.model.parameters)
+        notes: tuple[str, ...] = ()
+        if setting.mesh is not None and np.any(np.abs(setting.mesh) > 1e-6):
+            shift = 100.0 * float(np.abs(setting.mesh).max())
+            notes = (
+                "The diagnosis took out what the mesh shifts the frequencies (up to "
+                f"{shift:.2g} %); this file has them with it.",
+            )
+        zeta = point.damping[point.modes.rigid :]
+        return Updated(setting.model, point.p[:n], zeta=zeta, faults=tuple(faults), notes=notes)
+
+    def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
+        """Responses before and after, what remains, and the map of explained fractions."""
+        return responses_shown(
+            self.nominal_point,
+            _point(last),
+            self.data.sharp,
+            self.data.sharp_hold_out,
+            [(s.effect, s.fraction) for s in scores],
+        )
+
+    def stated(self, last: Fit) -> tuple[Errors, Errors]:
+        """The contract's error of the file as it came and of the diagnosed model."""
+        before, after = (
+            Errors(frobenius(p, self.data.sharp), frobenius(p, self.data.sharp_hold_out))
+            for p in (self.nominal_point, _point(last))
+        )
+        return before, after
+
+    def metrics(self, last: Fit) -> dict[str, Any]:
+        """The contract's metrics."""
+        time = any(isinstance(r, TimeHistory) for r in self.data.fit)
+        name = "response_error" if time else "frf_error"
+        before, after = self.stated(last)
+        return {
+            key: {name: {"before": getattr(before, key), "after": getattr(after, key)}}
+            for key in ("fit", "hold_out")
+        }
+
+
+def _point(found: Any) -> ResponsePoint:
+    point: ResponsePoint = found.point
+    return point

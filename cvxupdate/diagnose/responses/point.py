@@ -1,0 +1,233 @@
+"""Output error of responses: model parameters, one damping ratio for each mode, sensor faults. A
+residual for the trust-region loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from cvxupdate.diagnose.responses.derivatives import Changes, by_point
+from cvxupdate.diagnose.responses.lines import Complex, Real
+from cvxupdate.diagnose.responses.signals import Signal
+from cvxupdate.diagnose.responses.synthesis import (
+    Receptances,
+    Response,
+    basis,
+    receptances,
+    respond,
+    sensor_rows,
+)
+from cvxupdate.fe.model import Matrices, Model
+from cvxupdate.fe.modes import Modes
+from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.physics.fault import Fault
+from cvxupdate.system import LinearSystem
+
+
+@dataclass(frozen=True)
+class ResponseSetting:
+    """What is fitted: model (undamped, its parameters: nuisance ones, then the effects'), signals,
+    file damping by mode, faults, band top (Hz), ``mesh`` the relative mesh error of each damped
+    mode's frequency, ``level`` that of the signals.
+
+    The unknowns are, in order: the model's parameters; z₀, by which the logarithm of every damping
+    ratio moves together; z_r, each mode's own; the faults.
+    """
+
+    model: Model
+    signals: tuple[Signal, ...]
+    zeta: Real
+    top: float
+    faults: tuple[Fault, ...] = ()
+    mesh: Real | None = None
+    level: int = 0
+
+    @property
+    def damped(self) -> int:
+        """Number of modes with a damping ratio of their own."""
+        return len(self.zeta)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the unknowns."""
+        return (
+            *(q.name for q in self.model.parameters),
+            "damping",
+            *(f"damping of mode {r + 1}" for r in range(self.damped)),
+            *(f.label for f in self.faults),
+        )
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return len(self.model.parameters) + 1 + self.damped + len(self.faults)
+
+    def evaluate(self, p: Real, before: ResponsePoint | None = None) -> ResponsePoint:
+        """The responses at ``p``; modes keep their damping ratio when they cross. ModelError where
+        the model is no structure."""
+        n = len(self.model.parameters)
+        m = self.model.matrices(p[:n])
+        modes = basis(m.K, m.M, self.top, rigid_body_modes(self.model, m.K, m.M))
+        if before is None:
+            owner = np.arange(self.damped) + modes.rigid
+        else:
+            likeness = (before.modes.shapes[:, before.owner].T @ (m.M @ modes.shapes)) ** 2
+            rows, columns = linear_sum_assignment(likeness, maximize=True)
+            owner = columns[np.argsort(rows)]
+        if self.mesh is not None:
+            moved = modes.eigenvalues.copy()
+            moved[owner] *= (1.0 + self.mesh) ** 2
+            modes = Modes(moved, modes.shapes, modes.rigid)
+        return ResponsePoint(
+            self, np.asarray(p, dtype=float), m, modes, np.asarray(owner, dtype=np.int64)
+        )
+
+
+@dataclass(frozen=True)
+class ResponsePoint:
+    """The responses at one vector of unknowns; ``owner`` (damped,) says which mode each damping
+    ratio belongs to."""
+
+    setting: ResponseSetting
+    p: Real
+    matrices: Matrices
+    modes: Modes
+    owner: np.ndarray
+
+    @cached_property
+    def damping(self) -> Real:
+        """Damping ratio of every mode."""
+        n = len(self.setting.model.parameters)
+        z0, z = self.p[n], self.p[n + 1 : n + 1 + self.setting.damped]
+        typical = float(np.median(self.setting.zeta)) if self.setting.damped else 0.005
+        out = np.full(len(self.modes.eigenvalues), typical * np.exp(min(z0, 5.0)))
+        out[self.owner] = self.setting.zeta * np.exp(np.minimum(z0 + z, 6.0))
+        out[: self.modes.rigid] = 0.0
+        return out
+
+    @cached_property
+    def responses(self) -> tuple[Response, ...]:
+        """The model's answer to every signal, before sensor faults."""
+        C, D = self._further_damping()
+        near = max(self.low, int(self.owner.max(initial=-1)) + 1)
+        out = []
+        for signal in self.setting.signals:
+            sensors, inputs = (
+                sensor_rows(self.setting.model, labels)
+                for labels in (signal.sensors, signal.inputs)
+            )
+            out.append(respond(signal, self.modes, sensors, inputs, self.damping, C, D, near))
+        return tuple(out)
+
+    @cached_property
+    def green(self) -> tuple[Receptances, ...]:
+        """Responses of every DOF, signal by signal."""
+        return tuple(receptances(r, self.modes) for r in self.responses)
+
+    @property
+    def low(self) -> int:
+        """Number of modes that carry what happens in the band."""
+        return max(8, int(np.sum(self.modes.frequencies < 2.5 * self.setting.top)))
+
+    def _further_damping(self) -> tuple[Real | None, Real | None]:
+        m = self.matrices
+        if not (np.any(m.C.data) or np.any(m.D.data)):
+            return None, None
+        phi = self.modes.shapes[:, : self.low]
+        return phi.T @ (m.C @ phi), phi.T @ (m.D @ phi)
+
+    @property
+    def fault_values(self) -> Real:
+        """The unknowns of the sensor faults."""
+        return self.p[len(self.p) - len(self.setting.faults) :]
+
+    def faulty(self, signal: Signal, y: Complex, start: int = 0) -> Complex:
+        """Responses ``y`` (points, sensors, cases) after the sensor faults from number ``start``
+        on, one after the other."""
+        for value, fault in list(zip(self.fault_values, self.setting.faults, strict=True))[start:]:
+            y = fault.applied(float(value), signal.sensors, signal.s, y)
+        return y
+
+    def fault_rate(self, number: int, signal: Signal, y: Complex) -> Complex:
+        """Derivative of `faulty` with respect to the unknown of fault ``number``."""
+        before = zip(self.fault_values[:number], self.setting.faults[:number], strict=True)
+        for value, fault in before:
+            y = fault.applied(float(value), signal.sensors, signal.s, y)
+        value, fault = float(self.fault_values[number]), self.setting.faults[number]
+        return self.faulty(signal, fault.rate(value, signal.sensors, signal.s, y), number + 1)
+
+    def modelled(self) -> tuple[Complex, ...]:
+        """Model rows (rows, sensors, cases) of every signal, sensor faults included."""
+        return tuple(r.rows(self.faulty(r.signal, r.raw)) for r in self.responses)
+
+    @cached_property
+    def differences(self) -> tuple[Real, Real, tuple[str, ...]]:
+        """(model − measured, weights, labels): real parts, then imaginary parts, signal by
+        signal."""
+        values, weights = [], []
+        for signal, model in zip(self.setting.signals, self.modelled(), strict=True):
+            gap, weight = (model - signal.Y).reshape(-1), 1.0 / signal.scale().reshape(-1)
+            values += [gap.real, gap.imag]
+            weights += [weight, weight]
+        flat = np.concatenate(values)
+        return flat, np.concatenate(weights), ("",) * len(flat)
+
+    def jacobian(self) -> Real:
+        """Derivative of `differences` with respect to every unknown, (rows, unknowns)."""
+        model = self.setting.model
+        change = Changes.of(
+            model.derivatives(self.p[: len(model.parameters)]), self.modes, self.low
+        )
+        parts = []
+        for r in self.responses:
+            damped, common = self._damping_columns(r)
+            columns = np.concatenate([change.columns(r), common[:, None]], axis=1)
+            if self.setting.faults:
+                rates = [
+                    self.fault_rate(number, r.signal, r.raw)
+                    for number in range(len(self.setting.faults))
+                ]
+                columns = np.stack(
+                    [*(self.faulty(r.signal, c) for c in np.moveaxis(columns, 1, 0)), *rates],
+                    axis=1,
+                )
+            rows = np.moveaxis(r.rows(columns), 1, -1).reshape(r.signal.Y.size, -1)
+            at = len(model.parameters) + 1
+            stacked = np.hstack(
+                [rows[:, :at], damped.reshape(len(rows), len(self.owner)), rows[:, at:]]
+            )
+            parts += [stacked.real, stacked.imag]
+        return np.vstack(parts)
+
+    def _damping_columns(self, r: Response) -> tuple[Complex, Complex]:
+        """Derivatives with respect to each log ζ, as rows (rows, sensors, cases, damped), and to z₀
+        (points, sensors, cases): they all move together."""
+        # ∂(2 ζ ω s)/∂ log ζ
+        shear = 2.0 * np.sqrt(np.maximum(self.modes.eigenvalues, 0.0)) * self.damping
+        factor = -(r.drive * r.signal.s)[:, None]
+        own = self.owner
+        moved = factor * (shear[own, None, None] * r.q[own])  # (damped, points, cases)
+        common = factor[:, :, None] * np.matmul(
+            np.swapaxes(by_point(r.a), 1, 2), by_point(shear[: r.near, None, None] * r.q)
+        )
+        if r.high is not None:
+            common = common + factor[:, :, None] * r.high.between(
+                r.at[r.near :], shear[r.near :], 2
+            )
+        if not len(own):
+            return np.zeros((*r.signal.Y.shape, 0), dtype=complex), common
+        if r.coupled or self.setting.faults:
+            each = r.a[own][:, :, :, None] * moved[:, :, None, :]
+            return r.rows(np.stack([self.faulty(r.signal, e) for e in each], axis=-1)), common
+        # (rows, cases, damped): every sensor sees it by its shape
+        slim = r.rows(np.moveaxis(moved * r.inverse[own][:, :, None], 0, -1))
+        return slim[:, None] * r.at[own].T[None, :, None, :], common
+
+    def system(self) -> LinearSystem:
+        """Linearised at this point."""
+        values, weights, labels = self.differences
+        A = self.jacobian()
+        return LinearSystem(A, A @ self.p - values, weights, self.setting.columns, labels)

@@ -1,0 +1,117 @@
+"""Sets of elements at finite sizes, in the basis of the lowest modes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.linalg
+
+from cvxupdate.diagnose.responses.derivatives import modal_blocks
+from cvxupdate.diagnose.responses.finite_size import SIZES
+from cvxupdate.diagnose.responses.lines import Complex, Real
+from cvxupdate.diagnose.responses.point import ResponsePoint
+from cvxupdate.diagnose.responses.products import times
+from cvxupdate.diagnose.screen.projection import Projection
+from cvxupdate.diagnose.screen.sizes import best_size
+from cvxupdate.diagnose.types import Score
+from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.low_rank import low_rank
+
+FINEST = 24  # sets whose sizes are refined
+SETS = 300  # sets of elements looked at: those with the largest first-order fractions
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """An effect's change of K and M per unit in the basis of the lowest modes, (low, low) each."""
+
+    effect: Effect
+    K: Real
+    M: Real
+
+    @classmethod
+    def of(cls, effect: Effect, shapes: Real) -> Reduced:
+        """From its derivative blocks; ``shapes`` (N, low)."""
+        low = shapes.shape[1]
+        rates = [np.zeros((low, low)), np.zeros((low, low))]
+        for block in effect.change.tangent[0] if effect.change is not None else ():
+            for k, part in enumerate(modal_blocks(shapes, block)[:2]):
+                rates[k] += 0.0 if part is None else part
+        return cls(effect, rates[0], rates[1])
+
+
+def sets_of_elements(
+    point: ResponsePoint, scores: Sequence[Score], left: Projection
+) -> list[Score]:
+    """The scores of factors with one parameter that act along many directions, sets of elements
+    first of all, each at the best of several sizes: those with the largest first-order
+    fractions."""
+    total = left.total
+    if total <= 0.0 or any(r.coupled for r in point.responses):
+        return []
+    weights = [1.0 / s.scale() for s in point.setting.signals]
+    shapes = point.modes.shapes[:, : min(point.low, *(len(r.q) for r in point.responses))]
+    able = [s for s in scores if _is_factor(s.effect)]
+
+    def tried(reduced: Reduced, score: Score, sizes: Real, rounds: int) -> Score | None:
+        def squares(p: Real) -> Real:
+            change = reduced.effect.change
+            stiff = p if change is None else change.stiffness_of(p)
+            changes = (_changed(point, reduced, a, b) for a, b in zip(stiff, p, strict=True))
+            return left.remaining(np.stack([_weighted(point, weights, c) for c in changes], axis=1))
+
+        best = best_size(squares, sizes, total, rounds)
+        if best is None:
+            return None
+        return replace(score, fraction=1.0 - best[1] / total, p=np.array([best[0]]), exact=True)
+
+    found: list[tuple[Score, Real, Reduced]] = []
+    for score in sorted(able, key=lambda s: -s.fraction)[:SETS]:
+        low, high = score.effect.limits
+        sizes = np.array([x for x in SIZES if low < x < high])
+        reduced = Reduced.of(score.effect, shapes)
+        first = tried(reduced, score, sizes, 0)
+        if first is not None:
+            found.append((first, sizes, reduced))
+    best = sorted(found, key=lambda item: -item[0].fraction)
+    finer = [tried(reduced, score, sizes, 2) for score, sizes, reduced in best[:FINEST]]
+    return [*(s for s in finer if s is not None), *(score for score, _, _ in best[FINEST:])]
+
+
+def _is_factor(effect: Effect) -> bool:
+    """One factor on a property, along more directions than the closed form takes."""
+    change = effect.change
+    one = change is not None and change.count == 1 and effect.figures[0].nothing == 1.0
+    return one and low_rank(effect) is None
+
+
+def _changed(point: ResponsePoint, reduced: Reduced, a: float, b: float) -> list[Complex]:
+    """The responses' change (points, sensors, cases) when K and M in the basis of the lowest modes
+    change by ``a``, ``b`` times the rates; modes keep their damping in their order."""
+    low = len(reduced.K)
+    lam = np.maximum(point.modes.eigenvalues[:low], 0.0)
+    try:
+        new, V = scipy.linalg.eigh(np.diag(lam) + a * reduced.K, np.eye(low) + b * reduced.M)
+    except np.linalg.LinAlgError:
+        return [np.zeros(r.raw.shape, dtype=complex) for r in point.responses]
+    new = np.maximum(new, 0.0)
+    slow = 2.0 * point.damping[:low] * np.sqrt(new)
+    out = []
+    for r in point.responses:
+        s = r.signal.s
+        force = r.q[:low] / r.inverse[:low, :, None]
+        moved = times(V.T, force) / (s**2 + slow[:, None] * s + new[:, None])[:, :, None]
+        change = times((V.T @ r.at[:low]).T, moved) - times(r.at[:low].T, r.q[:low])
+        out.append(r.drive[:, None, None] * np.moveaxis(change, 0, 1))
+    return out
+
+
+def _weighted(point: ResponsePoint, weights: Sequence[Real], changes: Sequence[Complex]) -> Real:
+    """Changes of the responses as weighted rows."""
+    parts = []
+    for r, w, change in zip(point.responses, weights, changes, strict=True):
+        flat = (w * r.rows(point.faulty(r.signal, change))).reshape(-1)
+        parts += [flat.real, flat.imag]
+    return np.concatenate(parts)

@@ -1,0 +1,164 @@
+"""Recordings as one kind of equation, Y(s) = sᵒ H(s) U(s), on points s of the right half-plane.
+
+Lightly damped resonances make an output error a field of narrow valleys: a model whose mode lies
+one bandwidth off learns nothing from its gradient. On a line s = δ + iω the same data are smooth
+over δ. Time histories that start from rest are transformed there directly (an exponential window,
+exact for zero initial conditions); FRFs are carried there by Poisson's kernel, applied to measured
+and modelled FRFs alike so that the ends of the band do no harm. δ = ε ω shrinks from level to
+level: far-reaching first, sharp at the end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.diagnose.responses.lines import SPACING, Complex, Lines, Real
+from cvxupdate.diagnose.settings import RESPONSE_DISCREPANCY
+
+SILENT = 1e-6  # of the recording's strongest response: rounding of single-precision files
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One recording at one level of smoothing.
+
+    ``s`` (points,) where the model is evaluated; ``mix`` (rows, points) carries model values to
+    rows (None: rows are the points); ``Y`` (rows, responses, cases) measured; ``U`` (points,
+    references, cases) what drove it; ``std`` like ``Y``: noise; ``order`` of differentiation;
+    ``sensors`` and ``inputs`` DOF labels.
+    """
+
+    name: str
+    use: str
+    level: float | None
+    s: Complex
+    mix: Complex | Real | None
+    Y: Complex
+    U: Complex
+    std: Real
+    order: int
+    sensors: tuple[str, ...]
+    inputs: tuple[str, ...]
+
+    def scale(self) -> Real:
+        """Standard deviation of each row for weighting: noise, and `RESPONSE_DISCREPANCY` of the
+        response around it."""
+        size = np.abs(self.Y)
+        around = np.sqrt(np.mean(size**2, axis=0, keepdims=True))
+        # a channel that hardly moves says nothing finer than this
+        silent = SILENT * np.sqrt(np.mean(size**2))
+        local, overall = RESPONSE_DISCREPANCY * size, 0.1 * RESPONSE_DISCREPANCY * around
+        return np.sqrt(self.std**2 + local**2 + overall**2 + silent**2)
+
+    @cached_property
+    def single(self) -> bool:
+        """Whether there is but one drive, in one case."""
+        return self.U.shape[1:] == (1, 1)
+
+    @cached_property
+    def plain(self) -> bool:
+        """Whether each case is a unit of one drive, or there is but one (see `carry`)."""
+        return self.single or (
+            self.U.shape[1] == self.U.shape[2] and bool(np.all(np.eye(self.U.shape[1]) == self.U))
+        )
+
+    @cached_property
+    def carry(self) -> Complex | Real | None:
+        """`mix` for responses to a unit of the drive where there is but one: real then, for H1
+        weighs with the drive's power; None: points are rows."""
+        if self.mix is None or not self.single:
+            return self.mix
+        carry = self.mix * self.U[:, 0, 0]
+        return (
+            np.ascontiguousarray(carry.real)
+            if np.abs(carry.imag).max() <= 1e-12 * np.abs(carry).max()
+            else carry
+        )
+
+    def audible(self) -> NDArray[np.bool_]:
+        """(responses,): channels whose signal stands above their noise and above rounding of the
+        recording."""
+        power, noise = (np.sqrt(np.mean(np.abs(v) ** 2, axis=(0, 2))) for v in (self.Y, self.std))
+        return np.asarray((power > 3.0 * noise) & (power > 10.0 * SILENT * power.max()))
+
+
+def smooth(lines: Lines, epsilon: float) -> Signal:
+    """Lines under Poisson's kernel of half-width ε f; with several lines of drive, as the ratio of
+    smoothed cross to smoothed auto spectrum (H1).
+
+    The operation is linear in the responses, and the model's go through the same: ``epsilon`` 0
+    leaves the lines as they are.
+    """
+    if epsilon <= 0.0:
+        return Signal(
+            lines.name,
+            lines.use,
+            lines.level,
+            lines.s,
+            None,
+            lines.Y,
+            lines.U,
+            lines.std,
+            lines.order,
+            lines.sensors,
+            lines.inputs,
+        )
+    # the same lines are dropped from the model: smoothing needs no more of them
+    keep = ~_stride_mask(len(lines.s), 450 if epsilon > 0.04 else 900)
+    s, Y, U, std = lines.s[keep], lines.Y[keep], lines.U[keep], lines.std[keep]
+    f = s.imag / (2.0 * np.pi)
+    step = float(np.median(np.diff(f)))
+    centres = _points((float(f[0]), float(f[-1])), epsilon, step)
+    width = np.maximum(epsilon * centres, step)
+    kernel = width[:, None] / ((centres[:, None] - f[None, :]) ** 2 + width[:, None] ** 2)
+    if U.shape[2] > 1 or np.allclose(U, 1.0):
+        mix = [kernel / kernel.sum(axis=1, keepdims=True)]
+    else:
+        mix = []
+        for drive in U[:, :, 0].T:
+            weighted = kernel * np.conj(drive)
+            mix.append(weighted / (kernel @ np.abs(drive) ** 2)[:, None])
+    whole = np.vstack(mix)
+    noise = np.sqrt(_mixed(np.abs(whole) ** 2, std**2))
+    return Signal(
+        lines.name,
+        lines.use,
+        lines.level,
+        s,
+        whole,
+        _mixed(whole, Y),
+        U,
+        noise,
+        lines.order,
+        lines.sensors,
+        lines.inputs,
+    )
+
+
+def _mixed(mix: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:
+    """(rows, lines) times (lines, sensors, cases)."""
+    return np.asarray((mix @ values.reshape(len(values), -1)).reshape(len(mix), *values.shape[1:]))
+
+
+def _stride_mask(count: int, most: int) -> NDArray[np.bool_]:
+    """True for lines to drop, so that at most ``most`` evenly spread ones stay."""
+    stride = max(1, int(np.ceil(count / most)))
+    return np.arange(count) % stride != 0
+
+
+def _points(band: tuple[float, float], epsilon: float, least: float) -> Real:
+    """Frequencies (Hz) spaced by `SPACING` δ: in proportion to frequency above ``least``; wider
+    where there would be more than 1200."""
+    spacing = SPACING
+    while True:
+        out = [band[0]]
+        while out[-1] < band[1] and len(out) <= 1200:
+            out.append(out[-1] + spacing * max(epsilon * out[-1], least))
+        if out[-1] >= band[1]:
+            return np.array(out[:-1] if len(out) > 2 else out)
+        spacing *= 1.3

@@ -1,0 +1,212 @@
+"""The response of a model with modal damping at points of the right half-plane."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from cvxupdate.diagnose.responses.high_modes import HighModes, high_modes
+from cvxupdate.diagnose.responses.lines import Complex, Real
+from cvxupdate.diagnose.responses.products import drawn, times
+from cvxupdate.diagnose.responses.signals import Signal
+from cvxupdate.errors import RecordingError
+from cvxupdate.fe.model import Model
+from cvxupdate.fe.modes import Modes, natural_modes
+
+Index = NDArray[np.int64]
+FEW = 0.3  # of the modes: up to so many columns of damping are taken by Woodbury's formula
+RANK = 1e-14  # of the largest eigenvalue: below is rounding
+
+
+@dataclass(frozen=True)
+class Response:
+    """Modal pieces of one signal: ``q`` (modes, points, cases) and ``a`` (modes, points, sensors)
+    of the modes near the band, the ``high`` ones above it, what the sensors do ``raw`` (points,
+    sensors, cases), ``drive`` sᵒ (points,).
+
+    Where there is but one drive in one case, everything at points is to a unit of it: the drive
+    itself comes in with the `rows`. ``at`` (modes, sensors) are the shapes at the sensors,
+    ``inverse`` (modes, points) is 1 / (s² + 2 ζ ω s + ω²); ``coupled``: further damping couples
+    them.
+    """
+
+    signal: Signal
+    q: Complex
+    a: Complex
+    high: HighModes | None
+    raw: Complex
+    drive: Complex
+    at: Real
+    inverse: Complex
+    coupled: bool
+
+    @property
+    def near(self) -> int:
+        """Number of modes that have pieces of their own."""
+        return len(self.q)
+
+    def rows(self, values: Complex) -> Complex:
+        """From points (points, …) to rows (rows, …): the smoothing that the measurement went
+        through."""
+        carry = self.signal.carry
+        if carry is None:
+            return (
+                values * self.signal.U.reshape(-1, *(1,) * (values.ndim - 1))
+                if self.signal.single
+                else values
+            )
+        return times(carry, values)
+
+
+def sensor_rows(model: Model, labels: Sequence[str]) -> Index:
+    """Places of DOF labels; −1 for a DOF that a support holds.
+
+    Raises
+    ------
+    RecordingError
+        For a channel whose node the model does not have.
+    """
+    nodes = {f"n{i}" for i in model.node_ids.tolist()}
+    for label in labels:
+        if label.split(".")[0] not in nodes:
+            raise RecordingError(f"channel {label} sits at a node that the model does not have.")
+    return np.array([model.place.get(label, -1) for label in labels], dtype=np.int64)
+
+
+def basis(K: sp.csc_array, M: sp.csc_array, top: float, rigid: Real) -> Modes:
+    """Modes for synthesis: all of them for small models, else up to three times the band (``top``
+    in Hz)."""
+    N = K.shape[0]
+    if N <= 320:
+        return natural_modes(K, M, N, rigid)
+    count = 60
+    while True:
+        modes = natural_modes(K, M, count, rigid)
+        if count >= N or modes.frequencies[-1] > 3.0 * top:
+            return modes
+        count *= 2
+
+
+def respond(
+    signal: Signal,
+    modes: Modes,
+    sensors: Index,
+    inputs: Index,
+    zeta: Real,
+    C: Real | None,
+    D: Real | None,
+    near: int = 0,
+) -> Response:
+    """Model response to a signal's drive.
+
+    ``zeta`` (m,) modal damping; ``C`` and ``D`` (low, low) further viscous and hysteretic damping
+    among the lowest modes, None where there is none; at least the first ``near`` modes get pieces
+    of their own.
+    """
+    s = signal.s
+    phi = np.vstack([modes.shapes, np.zeros((1, modes.shapes.shape[1]))])
+    ps, pb = phi[sensors].T, phi[inputs].T
+    lam = np.maximum(modes.eigenvalues, 0.0)
+    slow = 2.0 * np.asarray(zeta) * np.sqrt(lam)
+    low = 0 if C is None else len(C)
+    high = high_modes(signal, modes, max(low, near), lam, slow, ps, pb)
+    n = len(lam) if high is None else high.first
+    d = s**2 + slow[:n, None] * s + lam[:n, None]
+    inverse = 1.0 / d
+    force = (
+        np.broadcast_to(pb[:n, None, :].astype(complex), (n, len(s), pb.shape[1]))
+        if signal.plain
+        else drawn(pb[:n], signal.U)
+    )
+    q = inverse[:, :, None] * force
+    a = inverse[:, :, None] * ps[:n, None, :]
+    if low and C is not None and D is not None:
+        # damping couples the modes of the band; above it they stay apart
+        q[:low], a[:low] = _coupled(s, inverse[:low], C, D, force[:low], ps[:low])
+    drive = s**signal.order
+    raw = np.moveaxis(times(ps[:n].T, q), 0, 1)
+    if high is not None:
+        raw = raw + high.between(ps[high.first :], 1.0)
+    return Response(signal, q, a, high, drive[:, None, None] * raw, drive, ps, inverse, bool(low))
+
+
+def _coupled(
+    s: Complex, inverse: Complex, C: Real, D: Real, force: Complex, ps: Real
+) -> tuple[Complex, Complex]:
+    """Z⁻¹ f (low, points, cases) and Z⁻ᵀ φ (low, points, sensors) with Z = diag(d) + s C + i D,
+    ``inverse`` 1 / d (low, points).
+
+    Few dashpots, few columns V: (Δ + V X Vᵀ)⁻¹ = Δ⁻¹ − Δ⁻¹ V (X⁻¹ + Vᵀ Δ⁻¹ V)⁻¹ Vᵀ Δ⁻¹ (Woodbury).
+    """
+    low, points = inverse.shape
+    cases, sensors = force.shape[2], ps.shape[1]
+    if np.array_equal(C, C.T) and np.array_equal(D, D.T):  # one system for both sides
+        right = np.concatenate(
+            [force, np.broadcast_to(ps[:, None, :], (low, points, sensors))], axis=2
+        )
+        few = (_columns(C), _columns(D))
+        V = np.hstack([vectors for _, vectors in few])
+        if V.shape[1] <= FEW * low:
+            # X⁻¹ is s c and i d: the inverse is taken of the product, so that a vanishing one does
+            # no harm
+            X = np.concatenate(
+                [s[:, None] * few[0][0], np.broadcast_to(1j * few[1][0], (points, len(few[1][0])))],
+                axis=1,
+            )
+            alone = inverse[:, :, None] * right
+            inner = np.moveaxis(times(V.T, inverse[:, :, None] * V[:, None, :]), 0, 1)
+            core = np.linalg.solve(
+                np.eye(V.shape[1]) + X[:, :, None] * inner,
+                X[:, :, None] * np.moveaxis(times(V.T, alone), 0, 1),
+            )
+            both = alone - inverse[:, :, None] * times(V, np.moveaxis(core, 1, 0))
+        else:
+            both = np.moveaxis(
+                np.linalg.solve(_dynamic(s, inverse, C, D), np.moveaxis(right, 0, 1)), 1, 0
+            )
+        return both[:, :, :cases], both[:, :, cases:]
+    Z = _dynamic(s, inverse, C, D)
+    left = np.broadcast_to(ps, (points, low, sensors)).astype(complex)
+    return np.swapaxes(np.linalg.solve(Z, np.swapaxes(force, 0, 1)), 0, 1), np.swapaxes(
+        np.linalg.solve(np.swapaxes(Z, 1, 2), left), 0, 1
+    )
+
+
+def _dynamic(s: Complex, inverse: Complex, C: Real, D: Real) -> Complex:
+    Z = s[:, None, None] * C + 1j * D
+    Z[:, np.arange(len(inverse)), np.arange(len(inverse))] += 1.0 / inverse.T
+    return Z
+
+
+def _columns(C: Real) -> tuple[Real, Real]:
+    """Eigenvalues (r,) and vectors (n, r) of a symmetric matrix that are not rounding."""
+    values, vectors = np.linalg.eigh(C)
+    kept = np.abs(values) > RANK * np.abs(values).max(initial=0.0)
+    return values[kept], vectors[:, kept]
+
+
+@dataclass(frozen=True)
+class Receptances:
+    """Responses between sensors, drives and chosen DOFs: ``left`` (DOFs, points, sensors),
+    ``right`` (DOFs, points, cases)."""
+
+    left: Complex
+    right: Complex
+
+
+def receptances(response: Response, modes: Modes, dofs: Index | None = None) -> Receptances:
+    """From modal pieces to ``dofs`` (−1: the ground; None: all of them, the ground last)."""
+    phi = np.vstack([modes.shapes, np.zeros((1, modes.shapes.shape[1]))])
+    phi = phi if dofs is None else phi[dofs]
+    n = response.near
+    left, right = times(phi[:, :n], response.a), times(phi[:, :n], response.q)
+    if response.high is not None:
+        left, right = (
+            left + np.swapaxes(response.high.left(phi[:, n:]), 0, 1),
+            right + response.high.right(phi[:, n:]),
+        )
+    return Receptances(left, right)

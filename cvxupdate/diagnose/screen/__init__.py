@@ -1,0 +1,1 @@
+"""Which effects at which places are worth a refit: projected residual, short list, resampling."""

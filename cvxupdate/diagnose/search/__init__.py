@@ -1,0 +1,1 @@
+"""Hypotheses sought: one effect, several, the nuisance parameters let go far."""

@@ -1,0 +1,47 @@
+"""What is worth a refit beside a fitted hypothesis."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seeds_from
+from cvxupdate.diagnose.screen.shortlist import shortlist
+from cvxupdate.diagnose.settings import ALTERNATIVES, EACH_SIZED, SEVERAL_LEVEL, SHORT
+from cvxupdate.diagnose.types import Evidence, Key, Score, Seed
+
+
+def beside(
+    evidence: Evidence,
+    parent: Hypothesis,
+    also: Collection[Key] = (),
+    level: int = SEVERAL_LEVEL,
+    scores: Sequence[Score] | None = None,
+) -> list[Seed]:
+    """What shows there to first order (``scores``: already screened, and placed); and what shows
+    at finite sizes beside its effects alone, with nuisance parameters nominal (``also``: these
+    too, however little they show). The refits are to begin at ``level``."""
+    model = parent.fit.setting.model
+    effects = [c for c in evidence.candidates(model) if c.key not in parent.keys]
+    near: list[Score] = []
+    if scores is None:
+        near = shortlist(evidence.first_order(parent.fit, effects))
+    nominal = at_nominal(evidence, parent)
+    sized = evidence.finite_size(nominal.fit, parent.fit, parent.effects, effects)
+    exact = [*shortlist(sized.scores, SHORT, EACH_SIZED)]
+    exact += [s for s in sized.scores if s.effect.key in also and s not in exact]
+    return [
+        *seeds_from(evidence, nominal, exact, level, nominal=True),
+        *seeds_from(evidence, parent, near, level),
+        *(_at(evidence, seed, level) for seed in sized.seeds),
+    ]
+
+
+def _at(evidence: Evidence, seed: Seed, level: int) -> Seed:
+    return Seed(seed.effects, evidence.at_level(seed.setting, level), seed.start, seed.continued)
+
+
+def alternatives_to(evidence: Evidence, parent: Hypothesis) -> list[Key]:
+    """What would explain more beside a fitted hypothesis, to first order: it may take the place of
+    one of its effects."""
+    scores = evidence.first_order(parent.fit, evidence.candidates(parent.fit.setting.model))
+    return [s.effect.key for s in shortlist(scores, ALTERNATIVES, ALTERNATIVES)]

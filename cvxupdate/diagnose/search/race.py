@@ -1,0 +1,92 @@
+"""Hypotheses race from smooth recordings to sharp ones, and who falls far behind does not go on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import chain
+
+from cvxupdate.diagnose.hypothesis import Hypothesis, nominal_unknowns
+from cvxupdate.diagnose.settings import ABREAST, AGAIN, BEHIND, CLEAR
+from cvxupdate.diagnose.types import Evidence, Fit, Key, Progress, Seed
+from cvxupdate.errors import CvxupdateError
+
+Legs = Sequence[tuple[int, int]]
+
+
+def entered(evidence: Evidence, seeds: Sequence[Seed], progress: Progress) -> list[Hypothesis]:
+    """The first pass of seeds, at the level their settings have, best first; of a hypothesis begun
+    in several places the best. Those that lead to no structure are left out."""
+    found: dict[frozenset[Key], Hypothesis] = {}
+    for number, seed in enumerate(seeds):
+        progress(f"refitting {number + 1} of {len(seeds)}: {seed.name}")
+        try:
+            h = Hypothesis(seed.effects, evidence.fitted(seed, "first pass"))
+        except CvxupdateError:
+            continue
+        if tenable(evidence, h) and (h.keys not in found or h.penalised < found[h.keys].penalised):
+            found[h.keys] = h
+    return sorted(found.values(), key=lambda h: h.penalised)
+
+
+def raced(
+    evidence: Evidence, hypotheses: Sequence[Hypothesis], legs: Legs, progress: Progress
+) -> list[Hypothesis]:
+    """Fitted hypotheses carried on through the levels of ``legs`` (those that the evidence has);
+    at most so many (or twice that of near equals) enter each. Best first."""
+    runners = sorted(hypotheses, key=lambda h: h.penalised)
+    for level, most in legs:
+        if level >= evidence.levels or not runners:
+            break
+        arrived = []
+        field = _field(runners, most)
+        for number, h in enumerate(field):
+            progress(f"sharpening {number + 1} of {len(field)}: {h.name}")
+            try:
+                carried = Hypothesis(h.effects, _sharper(evidence, h, level))
+            except CvxupdateError:
+                continue
+            if tenable(evidence, carried):
+                arrived.append(carried)
+        runners = sorted(arrived, key=lambda h: h.penalised)
+    return runners
+
+
+def _field(runners: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
+    best = runners[0].penalised
+    return [
+        h
+        for k, h in enumerate(runners)
+        if h.penalised <= BEHIND * best
+        and (k < most or (k < 2 * most and h.penalised <= ABREAST * best))
+    ]
+
+
+def _sharper(evidence: Evidence, h: Hypothesis, level: int) -> Fit:
+    """Fitted on from where it is; what leaves much at an early level is begun a second time, from
+    nominal nuisance parameters, and the better one counts."""
+    effort = "sharp" if level == evidence.levels - 1 else "coarse"
+    setting = evidence.at_level(h.fit.setting, level)
+    found = evidence.fitted(Seed(h.effects, setting, h.fit.p), effort)
+    if level != AGAIN or found.excess <= CLEAR:
+        return found
+    start = nominal_unknowns(evidence, setting, found.p)
+    try:
+        other = evidence.fitted(Seed(h.effects, setting, start), "coarse")
+    except CvxupdateError:
+        return found
+    return min(found, other, key=lambda f: f.misfit)
+
+
+def tenable(evidence: Evidence, h: Hypothesis) -> bool:
+    """False where another effect says it better: a hidden oscillator tuned beyond the recordings
+    (a mass or a spring), an exchange of channels in part."""
+    wary = [k for k, e in enumerate(h.effects) if e.change is None]
+    return all(h.effects[k].tenable(h.figures[k].values, *evidence.band) for k in wary)
+
+
+def merged(*lists: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Of the same hypothesis the best, best first."""
+    best: dict[frozenset[Key], Hypothesis] = {}
+    for h in sorted(chain(*lists), key=lambda h: h.penalised):
+        best.setdefault(h.keys, h)
+    return list(best.values())

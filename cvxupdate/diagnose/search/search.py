@@ -1,0 +1,116 @@
+"""The search: every effect at every place screened, the short list refitted, several effects where
+one is not enough."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
+from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
+from cvxupdate.diagnose.screen.stability import stability
+from cvxupdate.diagnose.search.beside import beside
+from cvxupdate.diagnose.search.race import entered, merged, raced
+from cvxupdate.diagnose.search.several import in_their_place, pairs, simpler
+from cvxupdate.diagnose.settings import (
+    CLEAR,
+    COARSE,
+    DAMPING_GAIN,
+    EXPLAINED,
+    FEW_PARENTS,
+    FINE,
+    OPEN,
+    PARENTS,
+    SPARE,
+    STABLE,
+)
+from cvxupdate.diagnose.types import Evidence, Key, Progress, Score
+from cvxupdate.physics import EFFECTS
+
+
+@dataclass(frozen=True)
+class Found:
+    """All that was tried: first-order ``scores``, hypotheses of one effect and of several, best
+    first; how often half of the recordings chooses a candidate (``stable``); of every hypothesis
+    that was refitted at least once the fraction of the misfit that it left there (``entries``)."""
+
+    scores: tuple[Score, ...] = ()
+    singles: tuple[Hypothesis, ...] = ()
+    several: tuple[Hypothesis, ...] = ()
+    stable: Mapping[Key, float] = field(default_factory=dict)
+    entries: tuple[tuple[Hypothesis, float], ...] = ()
+
+
+def damping_only(evidence: Evidence) -> bool:
+    """Whether only the pattern of damping may be at stake: nuisance parameters explain the
+    rest."""
+    return evidence.bases[-1].misfit <= EXPLAINED
+
+
+def names_tried(evidence: Evidence) -> tuple[str, ...]:
+    """Effects worth trying: all; where nuisance parameters explain the rest, those of damping if
+    the pattern of damping departs from the file's."""
+    if not damping_only(evidence):
+        return evidence.names
+    if evidence.bases[-1].damping_strain <= DAMPING_GAIN:
+        return ()
+    damping = {e.name for e in EFFECTS if e.damping}
+    return tuple(n for n in evidence.names if n in damping)
+
+
+def search(evidence: Evidence, progress: Progress) -> Found:
+    """Screen at every level, refit the short list; several effects where no single one is
+    enough."""
+    progress("fitting the nuisance parameters")
+    bases, names = evidence.bases, names_tried(evidence)
+    if not names:
+        return Found()
+    candidates = evidence.candidates(evidence.model, names)
+    rankings = []
+    for fit in bases[: max(1, evidence.levels - 1)]:
+        progress(f"screening {len(candidates)} candidates")
+        rankings.append(evidence.first_order(fit, candidates))
+    clearest = int(np.argmax([max((s.fraction for s in r), default=0.0) for r in rankings]))
+    progress("resampling the recordings")
+    stable = stability(evidence, bases[clearest], rankings[clearest])
+    often = [s for s, part in stable if part >= STABLE]
+    listed = best_of(*(shortlist(r) for r in rankings), often)
+    start, pattern = Hypothesis((), bases[0]), damping_only(evidence)
+    seeds = seeds_from(evidence, start, listed, 0)
+    if not pattern:
+        seeds += beside(evidence, start, level=0, scores=rankings[0])
+    entries = entered(evidence, seeds, progress)
+    coarse = raced(evidence, entries, COARSE, progress)
+    if not pattern and coarse and coarse[0].penalised > OPEN * EXPLAINED:
+        coarse = in_their_place(evidence, coarse, progress)
+    singles = raced(evidence, coarse, FINE, progress)
+    if pattern:
+        singles.sort(key=lambda h: h.fit.damping_strain)
+    several: list[Hypothesis] = []
+    if not pattern and not _enough(evidence, singles):
+        few = bool(singles) and _mesh_may(evidence, singles[0])
+        several = pairs(evidence, coarse, FEW_PARENTS if few else PARENTS, progress)
+    if several:
+        singles = merged(singles, simpler(evidence, several[0], progress))
+    return Found(
+        tuple(best_of(*rankings)),
+        tuple(singles),
+        tuple(several),
+        {s.effect.key: part for s, part in stable},
+        tuple((h, h.fit.misfit / bases[0].misfit) for h in entries),
+    )
+
+
+def _enough(evidence: Evidence, singles: Sequence[Hypothesis]) -> bool:
+    """Whether one effect is enough, or more than one could not be told."""
+    base = evidence.bases[-1]
+    spare = base.rows - len(evidence.model.parameters)
+    clear = bool(singles) and singles[0].fit.excess <= CLEAR
+    return base.misfit <= OPEN * EXPLAINED or clear or spare < SPARE
+
+
+def _mesh_may(evidence: Evidence, h: Hypothesis) -> bool:
+    """Whether what is left may be the mesh's."""
+    return evidence.errors(h.fit).fit <= evidence.allowance(h.fit.setting.model)

@@ -1,0 +1,152 @@
+"""Several effects at once: a further one beside each of the best first ones, then each exchanged
+in turn.
+
+The best single effect need not be one of the true two, so none is kept for good: several are tried
+as the first, and each of the best set is sought again with the others in place (backfitting;
+Hastie, Tibshirani and Friedman 2009, 9.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, without
+from cvxupdate.diagnose.search.beside import alternatives_to, beside
+from cvxupdate.diagnose.search.race import entered, raced
+from cvxupdate.diagnose.settings import (
+    ALONE,
+    CLEAR,
+    CLOSE,
+    FINE,
+    FINE_SEVERAL,
+    MOVES,
+    PARTNERS,
+    ROUNDS,
+    SEVERAL_LEVEL,
+)
+from cvxupdate.diagnose.types import Evidence, Key, Progress, Score, Seed
+
+
+@dataclass
+class Pool:
+    """Hypotheses that were refitted together, and all that were tried."""
+
+    evidence: Evidence
+    progress: Progress
+    found: dict[frozenset[Key], Hypothesis] = field(default_factory=dict)
+    tried: set[frozenset[Key]] = field(default_factory=set)
+
+    def refit(self, seeds: Sequence[Seed]) -> None:
+        """Enter what was not tried yet; the best go on to the level of the search."""
+        fresh = [s for s in seeds if s.keys not in self.tried and len(s.keys) == len(s.effects)]
+        self.tried.update(s.keys for s in fresh)
+        entries = entered(self.evidence, fresh, self.progress)
+        for h in raced(self.evidence, entries, ((SEVERAL_LEVEL, PARTNERS),), self.progress):
+            self.found[h.keys] = h
+
+    @property
+    def best(self) -> Hypothesis | None:
+        """The best so far."""
+        return min(self.found.values(), key=lambda h: h.penalised, default=None)
+
+
+def in_their_place(
+    evidence: Evidence, singles: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """Single effects sought again where the best ones stand: at their fits, with nuisance
+    parameters no longer bent by the mismatch. All, best first."""
+    known = {h.keys: h for h in singles}
+    pool = Pool(evidence, progress, known, set(known))
+    for parent in _close(singles)[:MOVES]:
+        rest = without(evidence, parent, 0)
+        if rest is not None:
+            progress(f"seeking in place of {parent.name}")
+            pool.refit(beside(evidence, rest, alternatives_to(evidence, parent)))
+    ranked = sorted(pool.found.values(), key=lambda h: h.penalised)
+    return ranked[: len(singles) + PARTNERS]
+
+
+def _close(singles: Sequence[Hypothesis]) -> list[Hypothesis]:
+    return [h for h in singles if h.penalised <= CLOSE * singles[0].penalised]
+
+
+def pairs(
+    evidence: Evidence, singles: Sequence[Hypothesis], parents: int, progress: Progress
+) -> list[Hypothesis]:
+    """The best pairs of effects, sharpened, best first; ``singles`` are fitted, best first, of
+    which ``parents`` are firsts."""
+    pool = Pool(evidence, progress)
+    for parent in _close(singles)[:parents]:
+        progress(f"seeking beside {parent.name}")
+        pool.refit(beside(evidence, parent))
+        if pool.found and min(h.fit.excess for h in pool.found.values()) <= CLEAR:
+            break  # others that would do as well are found by the exchange
+    exchanged: set[frozenset[Key]] = set()
+    for _ in range(ROUNDS):
+        found = _to_exchange(pool, exchanged, ALONE * singles[0].penalised)
+        if found is None:
+            break
+        whole, rest = found
+        progress(f"seeking beside {rest.name} again")
+        pool.refit(beside(evidence, rest, alternatives_to(evidence, whole)))
+    return raced(evidence, list(pool.found.values()), FINE_SEVERAL, progress)
+
+
+def _to_exchange(
+    pool: Pool, tried: set[frozenset[Key]], most: float
+) -> tuple[Hypothesis, Hypothesis] | None:
+    """The best set, and what is left of it without an effect that was not exchanged yet; None
+    where there is none. A rest that leaves more than ``most`` is nothing: the other one carries
+    all."""
+    best = pool.best
+    if best is None:
+        return None
+    for index in range(len(best.effects)):
+        rest = frozenset(e.key for k, e in enumerate(best.effects) if k != index)
+        if rest not in tried:
+            tried.add(rest)
+            left = without(pool.evidence, best, index)
+            if left is not None and left.penalised <= most:
+                return best, left
+    return None
+
+
+def simpler(evidence: Evidence, pair: Hypothesis, progress: Progress) -> list[Hypothesis]:
+    """What one effect does from where two ended, sharpened: each of them alone, and the same effect
+    twice as once on both sets together."""
+    rests = [without(evidence, pair, index) for index in range(len(pair.effects))]
+    seeds = [
+        Seed(r.effects, evidence.at_level(r.fit.setting, SEVERAL_LEVEL), r.fit.p)
+        for r in rests
+        if r is not None
+    ]
+    together = _together(evidence, pair, rests[-1])
+    found = entered(evidence, [*seeds, *([] if together is None else [together])], progress)
+    return raced(evidence, found, ((SEVERAL_LEVEL, len(found)), *FINE), progress)
+
+
+def _together(evidence: Evidence, pair: Hypothesis, first: Hypothesis | None) -> Seed | None:
+    """Both sets of elements of one effect type as one place (a run, a patch, a group), where it
+    can stand there."""
+    a, b = pair.effects[:2]
+    if first is None or a.physics != b.physics:
+        return None
+    sets = [set(c.members) for e in (a, b) if (c := e.change) is not None and c.members]
+    bare = without(evidence, first, 0) if len(sets) == 2 else None
+    if bare is None:
+        return None
+    union = set.union(*sets)
+    whole = next(
+        (
+            c
+            for c in evidence.candidates(bare.fit.setting.model, (a.physics,))
+            if c.change is not None and set(c.change.members) == union
+        ),
+        None,
+    )
+    at = len(evidence.model.parameters)
+    size = pair.fit.p[at : at + a.count]
+    if whole is None:
+        return None
+    return seed_from(evidence, bare, Score(whole, 1.0, size), SEVERAL_LEVEL)

@@ -1,0 +1,132 @@
+"""Every threshold of the diagnosis: its name, its unit, and why it is what it is.
+
+None was fitted to a case. Those that state a probability say which; those that state a size say of
+what. What only decides accuracy or memory of a computation stays beside that computation.
+"""
+
+from __future__ import annotations
+
+# --------------------------------------------------------------- nominal model and its scatter
+# Standard deviation of a group's p-value between drawing and laboratory: tolerance of modulus and
+# section, and of density and section, of rolled metal.
+STIFFNESS_STD, MASS_STD = 0.02, 0.012
+# Standard deviations: a nuisance parameter further off than this is a finding, not scatter.
+CREDIBLE = 3.5
+# |p| of a group: how far a parameter error is followed.
+WIDE = 0.3
+# Standard deviations of log ζ: of all modes together, of each mode by itself. Damping is hardly
+# known beforehand, and the ratios of one structure scatter by about a third.
+COMMON_DAMPING_STD, MODE_DAMPING_STD = 1.0, 0.35
+# Standard deviation of what has no prior.
+FREE = 1e4
+# Relative shift of a frequency by the mesh beyond which two modes are not one and the same.
+ANOTHER_MODE = 0.2
+# Element length in depths where a Timoshenko beam's errors of second and fourth order are equal.
+SLENDER = 4.0
+# Response error: what the mesh may leave is never taken to be more.
+MOST_ALLOWANCE = 0.3
+
+# ------------------------------------------------------------------------------ what is detected
+# Relative change of the transfer functions between drive levels, and how many times the noise of
+# that change, that make a structure nonlinear.
+LEVEL_CHANGE, LEVEL_NOISE = 0.05, 5.0
+
+# ---------------------------------------------------------- weights: noise and model discrepancy
+# Fraction of the local response: what the discretisation of a sound model may miss besides noise.
+RESPONSE_DISCREPANCY = 0.01
+# The same of a natural frequency (relative) and of a mode shape's entry (largest entry 1).
+FREQUENCY_DISCREPANCY, SHAPE_DISCREPANCY = 0.003, 0.02
+# Relative standard deviations where a file states none: of an FRF, a natural frequency, a shape's
+# entry, a damping ratio.
+UNSTATED_FRF, UNSTATED_FREQUENCY, UNSTATED_SHAPE, UNSTATED_DAMPING = 0.01, 0.005, 0.05, 0.1
+# Relative: how well coherence or a quiet band tells the variance of the noise.
+NOISE_KNOWN = 0.1
+# Weighted squares per row: a tenth of the model discrepancy's; misfits below are equal.
+RESOLVED = 0.01
+# Half-widths of the smoothing kernel, in parts of the frequency, from far-reaching to sharp.
+LEVELS = (0.15, 0.05, 0.016, 0.005)
+
+# ------------------------------------------------------------------------------------- screening
+# Candidates kept of one effect type and in all, from first order; from finite sizes.
+EACH, SHORT, EACH_SIZED = 3, 12, 4
+# Fraction of the largest explained fraction: candidates below are not refitted.
+NEAR = 0.25
+# Effects on whole groups: compared by first order, tried at finite sizes, refitted.
+MEMBERS, WHOLES, WHOLE = 16, 6, 3
+# Fraction of the half-samples that makes a candidate worth a refit whatever its explained
+# fraction (Meinshausen and Bühlmann 2010: 0.6 to 0.9).
+STABLE = 0.7
+# r.m.s. relative error of the frequencies above which a derivative says little of a whole member.
+FAR_OFF = 0.05
+
+# ---------------------------------------------------------------------------------------- search
+# (level, how many enter) of the race on smooth recordings, and on sharp ones; where several
+# effects are sought, at which level they are refitted.
+COARSE, FINE = ((0, 16), (1, 8)), ((2, 5), (3, 4))
+SEVERAL_LEVEL = 1
+FINE_SEVERAL = ((2, 4), (3, 3))
+# Relative fall of the misfit that a further unknown of an effect must bring.
+PENALTY = 0.1
+# Times the best misfit: further behind, a hypothesis does not go on; nearer, it always does.
+BEHIND, ABREAST = 10.0, 3.0
+# Weighted squares per row beyond noise (half a per cent of the response): what leaves no more
+# needs nothing else.
+CLEAR = 0.25
+# Level at which a fit that leaves more is begun a second time, from the nominal model.
+AGAIN = 1
+# Single effects beside which a second is sought; where the mesh alone may leave as much.
+PARENTS, FEW_PARENTS = 4, 2
+# Times the best single effect's misfit: further behind, none is tried as a first.
+CLOSE = 4.0
+# Seconds refitted that are carried on; best singles in whose place others are sought; exchanges
+# of one effect of the best set; alternatives that may take an effect's place.
+PARTNERS, MOVES, ROUNDS, ALTERNATIVES = 6, 2, 6, 6
+# Times the best single effect's misfit: an effect that alone leaves more is nothing by itself.
+ALONE = 100.0
+# Measured figures beyond the nuisance parameters from which on a second effect is sought: with
+# fewer, two effects fit nearly anything.
+SPARE = 5
+
+# ----------------------------------------------------------------------------------------- judge
+# Weighted squares per row: within noise and model discrepancy; above, a model leaves something
+# open; above, there is nothing to sharpen.
+EXPLAINED, OPEN, HOPELESS = 1.0, 4.0, 10.0
+# Level of chi-square at which what a table of modes leaves is chance.
+CHANCE = 0.99
+# Level at which a held-out error agrees with its standard deviations.
+LIKELY = 0.95
+# A finding must halve the misfit beyond noise, and the held-out error of the model as it came.
+HALVED = 0.5
+# Of the held-out error with nuisance parameters alone, noise apart.
+LOWER = 0.7
+# Times the noise: a held-out error that cannot become lower.
+MET = 1.1
+# Fall of Bayes' information criterion that is strong evidence (Kass and Raftery 1995).
+STRONG = 6.0
+# Misfit beyond noise within this factor of the best: the recordings do not separate the two.
+RIVAL = 2.0
+# Relative error of the responses, or of the eigenvalues, above which even the best model leaves
+# the recordings unexplained.
+UNEXPLAINED = 0.1
+# Fraction of the nuisance parameters' misfit that an effect may leave that does not explain all.
+CLEARLY = 0.1
+# Times what the mesh may leave: nothing below is taken for a second effect.
+TWICE = 2.0
+# Fall of a misfit that already counts as explained from which a doubtful finding is still told.
+LARGE = 4.0
+# Confidence below which none is stated; below which a further effect, or one that leaves
+# something unexplained, is not.
+FAINT, SURE = 0.15, 0.4
+# Bounds of the confidence in a single lead: no ratio of misfits makes it certain.
+LEAST_SURE, MOST_SURE = 0.3, 0.99
+
+# --------------------------------------------------------------------------- pattern of damping
+# Fall of the squares of log damping ratios that chance gives one parameter once in two thousand
+# times (chi-square, one degree of freedom).
+DAMPING_GAIN = 12.0
+# Probability that the best of an effect's places does as well where there is nothing.
+LUCK = 0.002
+# Measured damping ratios below which there is no pattern, and no law of all modes.
+FEWEST_RATIOS, LAW_RATIOS = 4, 6
+# Relative growth of the misfit that an effect of damping may cost.
+DAMPING_COST = 1.05

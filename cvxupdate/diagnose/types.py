@@ -1,0 +1,353 @@
+"""What the stages hand to one another, and the protocol behind which each kind of recording
+stands.
+
+A stage knows only these. A third kind of evidence (motion of nonlinear structures) is one more
+implementation of `Evidence`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.diagnose.shown import Shown
+from cvxupdate.fe.model import Model
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.fault import Fault
+from cvxupdate.physics.place import Place
+
+Real = NDArray[np.float64]
+Progress = Callable[[str], None]
+Key = tuple[Hashable, ...]
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Relative errors on what was fitted and on what was held out (NaN: nothing was)."""
+
+    fit: float
+    hold_out: float
+
+    @property
+    def worst(self) -> float:
+        """The larger one."""
+        return float(np.nanmax([self.fit, self.hold_out]))
+
+
+@dataclass(frozen=True)
+class Score:
+    """The fraction of the projected residual (0 to 1) that an effect explains and its size ``p``
+    (count,), with the side respected that it may take.
+
+    To first order, or ``exact``: at the best of several finite sizes. ``trusted``: False where a
+    derivative says nothing of an effect of finite size.
+    """
+
+    effect: Effect
+    fraction: float
+    p: Real
+    exact: bool = False
+    trusted: bool = True
+
+
+class Setting(Protocol):
+    """A model and what it is compared with; its unknowns are, in order, the model's parameters,
+    the evidence's own (damping) and the sensor faults'."""
+
+    @property
+    def model(self) -> Model:
+        """With its parameters: nuisance ones, then the effects'."""
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """Of the sensors, in the order in which they act."""
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+
+    @property
+    def level(self) -> int:
+        """Of smoothing, at which it is compared."""
+
+
+class Fit(Protocol):
+    """A setting at a vector of unknowns."""
+
+    @property
+    def setting(self) -> Any:
+        """What is fitted to what: a `Setting` of the evidence's own kind."""
+
+    @property
+    def p(self) -> Real:
+        """The unknowns."""
+
+    @property
+    def deviations(self) -> Real:
+        """Their standard deviations: linearised, grown with the misfit."""
+
+    @property
+    def noise_deviations(self) -> Real:
+        """The same of the recordings' noise alone."""
+
+    @property
+    def cost(self) -> float:
+        """Weighted squares of the rows and of the priors."""
+
+    @property
+    def rows(self) -> int:
+        """Number of measured figures."""
+
+    @property
+    def misfit(self) -> float:
+        """Weighted squares per row, priors included."""
+
+    @property
+    def excess(self) -> float:
+        """The misfit beyond noise, as far as the noise is known."""
+
+    @property
+    def damping_strain(self) -> float:
+        """Squares of the modes' own log damping ratios in units of their scatter; 0 where the
+        evidence has none."""
+
+
+@dataclass(frozen=True)
+class Seed:
+    """Effects placed on a model, and where their fit begins. ``continued``: at a finite size, to
+    which the modes have to be followed."""
+
+    effects: tuple[Effect, ...]
+    setting: Any
+    start: Real
+    continued: bool = False
+
+    @property
+    def keys(self) -> frozenset[Key]:
+        """The set of what is supposed."""
+        return frozenset(e.key for e in self.effects)
+
+    @property
+    def name(self) -> str:
+        """For progress."""
+        return " and ".join(e.name for e in self.effects) or "nuisance parameters"
+
+
+@dataclass(frozen=True)
+class FiniteSize:
+    """Effects at their best finite sizes: ``scores``, and ``seeds`` on whole members."""
+
+    scores: Sequence[Score]
+    seeds: Sequence[Seed]
+
+
+@dataclass(frozen=True)
+class LevelChange:
+    """Relative change of the transfer functions between drive levels, and what noise alone makes
+    of it."""
+
+    change: float
+    noise: float
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One effect: where, how large, how sure, and what the recordings cannot tell from it.
+
+    ``title``: effect and place as a thing ("an added mass at node 5"); ``noise_deviations``: of
+    the recordings alone, where ``deviations`` includes what the model leaves open; ``explains``:
+    its part of the misfit beyond noise, 0 to 1.
+    """
+
+    physics: str
+    place: Place
+    title: str
+    parameters: Mapping[str, float]
+    deviations: Mapping[str, float]
+    noise_deviations: Mapping[str, float]
+    confidence: float
+    explains: float
+    equivalent: tuple[Effect, ...]
+    says: str
+
+    @property
+    def alternatives(self) -> tuple[str, ...]:
+        """The equivalents in words."""
+        return tuple(e.title for e in self.equivalent)
+
+    def to_json(self) -> dict[str, Any]:
+        """The contract's entry of ``findings``."""
+        return {
+            "physics": self.physics,
+            "location": self.place.to_json(),
+            "parameters": dict(self.parameters),
+            "standard_deviation": dict(self.deviations),
+            "noise_deviation": dict(self.noise_deviations),
+            "confidence": self.confidence,
+            "explains": self.explains,
+            "equivalent": [
+                {"physics": e.physics, "location": e.place.to_json()} for e in self.equivalent
+            ],
+            "says": self.says,
+        }
+
+
+@dataclass(frozen=True)
+class Updated:
+    """A diagnosed model, for the problem file: its parameters ``p``, and beside them modal
+    damping ratios ``zeta`` of the flexible modes, a decay rate ``alpha`` (1/s) of all modes,
+    sensor ``faults`` with their unknowns, the flexible mode of each row of each table
+    (``pairs``)."""
+
+    model: Model
+    p: Real
+    zeta: Real | None = None
+    alpha: float | None = None
+    faults: tuple[tuple[Fault, float], ...] = ()
+    pairs: Mapping[int, Sequence[int]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Damper:
+    """An effect that explains a pattern of damping ratios: its size in units of its parameter with
+    deviation, and the strain that it leaves."""
+
+    effect: Effect
+    size: float
+    deviation: float
+    strain: float
+
+
+@dataclass(frozen=True)
+class Further:
+    """What the evidence says beside its search: one rate of decay ``alpha`` (1/s, with deviation)
+    of all modes; or the ``strain`` of the pattern of damping ratios of so many ``modes``, and what
+    brings it down by more than chance, best first."""
+
+    lines: tuple[str, ...] = ()
+    alpha: tuple[float, float] | None = None
+    strain: float = 0.0
+    modes: int = 0
+    dampers: tuple[Damper, ...] = ()
+
+
+class Evidence(Protocol):
+    """What one kind of recording says of a model and of what it may lack."""
+
+    @property
+    def told_by(self) -> str:
+        """The kind, as effects name it: "responses" or "modes"."""
+
+    @property
+    def model(self) -> Model:
+        """The nominal model with its nuisance parameters, undamped."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Effects that are tried."""
+
+    @property
+    def levels(self) -> int:
+        """How many levels of smoothing there are, from far-reaching to sharp."""
+
+    @property
+    def bases(self) -> Sequence[Fit]:
+        """Nuisance parameters alone fitted, level by level as far as it is worth while."""
+
+    @property
+    def noise(self) -> Errors:
+        """Errors that noise alone makes."""
+
+    @property
+    def nominal(self) -> Errors:
+        """Errors of the model as it came, the mesh's taken out."""
+
+    @property
+    def delay_unit(self) -> float:
+        """Seconds of one unit of a sensor's delay."""
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Lowest and highest frequency, Hz."""
+
+    def level_change(self) -> LevelChange | None:
+        """How the recordings depend on the drive level; None where no two levels compare."""
+
+    def context(self, model: Model) -> SearchContext:
+        """For placing effects on a model."""
+
+    def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
+        """Every effect at every place of a model."""
+
+    def setting(self, model: Model, faults: Sequence[Fault], like: Any = None) -> Any:
+        """A model against the recordings, as another setting is (None: at the first level)."""
+
+    def at_level(self, setting: Any, level: int) -> Any:
+        """The same against those of another level."""
+
+    def evaluated(self, setting: Any, p: Real) -> Fit:
+        """Without fitting. Raises ModelError where the model is no structure."""
+
+    def fitted(self, seed: Seed, effort: str) -> Fit:
+        """Fitted from a seed; ``effort`` is "first pass", "coarse" or "sharp". Raises
+        CvxupdateError where that leads to no structure."""
+
+    def first_order(self, fit: Fit, effects: Sequence[Effect]) -> list[Score]:
+        """Scores in the order of ``effects``."""
+
+    def finite_size(
+        self, nominal: Fit, parent: Fit, placed: tuple[Effect, ...], effects: Sequence[Effect]
+    ) -> FiniteSize:
+        """Effects at their best sizes beside those already ``placed``: conditional on nominal
+        nuisance parameters, or on those of the fitted ``parent``."""
+
+    def halves(self, fit: Fit) -> Sequence[NDArray[np.bool_]]:
+        """Random halves of the rows with their complements; none where rows are too few."""
+
+    def linearised(self, fit: Fit) -> Any:
+        """The nuisance parameters (`cvxupdate.diagnose.screen.projection.Linearised`)."""
+
+    def columns(self, fit: Fit, effects: Sequence[Effect]) -> list[Real | None]:
+        """Weighted derivative columns (rows, count) of effects; None where one has none."""
+
+    def errors(self, fit: Fit) -> Errors:
+        """On what was fitted and on what was held out."""
+
+    def relative(self, errors: Errors) -> float:
+        """The worse one as a fraction of the responses or of the eigenvalues."""
+
+    def allowance(self, model: Model) -> float:
+        """Error that the mesh may leave although its shift was taken out."""
+
+    def explained(self, fit: Fit, errors: Errors) -> bool:
+        """Whether what a fit leaves is within noise and the allowances."""
+
+    def wide(self) -> Fit:
+        """The nuisance parameters let go far beyond their scatter."""
+
+    def further(self, last: Fit) -> Further:
+        """What else the recordings say once the search is over."""
+
+    def left(self, errors: Errors) -> str:
+        """Errors in words, with what they are a fraction of."""
+
+    def lines(self) -> list[str]:
+        """Evidence on the recordings and the nominal model, one line each."""
+
+    def updated(self, last: Fit, further: Further) -> Updated:
+        """The model that a fit ended at, for the problem file."""
+
+    def stated(self, last: Fit) -> tuple[Errors, Errors]:
+        """The contract's errors: of the file as it came, and of the diagnosed model."""
+
+    def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
+        """What the page draws."""
+
+    def metrics(self, last: Fit) -> dict[str, Any]:
+        """The contract's metrics before and after, of fitted and of held-out recordings."""
