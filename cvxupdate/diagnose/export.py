@@ -34,14 +34,8 @@ if TYPE_CHECKING:
     from cvxupdate.residual.modal import ModalPoint
 
 
-ELASTIC = (
-    "spring",
-    "rod",
-    "beam2d",
-    "beam3d",
-    "plate",
-    "matrix",
-)  # element types with a loss factor
+# element types with a loss factor
+ELASTIC = ("spring", "rod", "beam2d", "beam3d", "plate", "matrix")
 
 
 def of_fit(
@@ -146,10 +140,8 @@ def problem_text(
             elif block.kind.name in written:
                 written[block.kind.name](draft, model, block, e, here)
             else:
-                raise ModelError(
-                    f"the diagnosis added a {block.kind.name} element, which a problem file has no "
-                    "word for."
-                )
+                what = f"the diagnosis added a {block.kind.name} element"
+                raise ModelError(f"{what}, which a problem file has no word for.")
     _damping(draft, model, values, zeta, alpha)
     _recordings(draft, faults, channels, pairs or {})
     _update(draft, model, spec)

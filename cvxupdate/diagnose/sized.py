@@ -27,16 +27,11 @@ from cvxupdate.errors import ModelError
 from cvxupdate.physics.effect import Effect, HiddenOscillator, ModelChange
 from cvxupdate.physics.low_rank import LowRank, amounts, low_rank
 
-REACH = (
-    0.2,
-    10.0,
-    # sizes: from this much of the one that rules the receptance at its own place where that is
-    # largest, to its typical one
-)
-STEP, MOST = (
-    1.5,
-    48,
-)  # ratio of two sizes, as narrow as a resonance is on the widest lines; how many at most
+# sizes: from this much of the one that rules the receptance at its own place where that is
+# largest, to its typical one
+REACH = (0.2, 10.0)
+# ratio of two sizes, as narrow as a resonance is on the widest lines; how many at most
+STEP, MOST = 1.5, 48
 MASSES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.2)  # of hidden oscillators, of the structure's
 GIVEN = (0.1, 0.3, 0.6, 0.9, 0.97)  # how far what is joined rigidly gives way
 FINEST = 24  # sets whose sizes are refined
@@ -135,9 +130,8 @@ def sized_sets(point: ResponsePoint, ranked: Sequence[Score], left: Left) -> lis
         for block in change.tangent[0]:
             for k, part in enumerate(modal_blocks(point.modes.shapes[:, :low], block)[:2]):
                 rates[k] += 0.0 if part is None else part
-        sizes = np.array(
-            [x for x in SIZES if score.candidate.limits[0] < x < score.candidate.limits[1]]
-        )
+        least, most = score.candidate.limits
+        sizes = np.array([x for x in SIZES if least < x < most])
         first = tried(rates, score, change.stiffness_of(sizes), sizes)
         if first is not None:
             found.append((first, change, sizes, rates))
