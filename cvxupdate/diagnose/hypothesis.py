@@ -9,8 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
+from cvxupdate.diagnose.fit import Fit, Setting
 from cvxupdate.diagnose.settings import PENALTY
-from cvxupdate.diagnose.types import Evidence, Fit, Key, Real, Score, Seed, Setting
+from cvxupdate.diagnose.types import Evidence, Key, Real, Score, Seed
 from cvxupdate.errors import CvxupdateError, ModelError
 from cvxupdate.physics.effect import Effect, plant
 from cvxupdate.physics.fault import Fault
@@ -101,7 +102,7 @@ def seed_from(
     except ModelError:
         return None
     n, known = len(fit.setting.model.parameters), len(fit.setting.faults)
-    start = np.zeros(setting.size)
+    start = np.zeros(len(setting.columns))
     start[:n] = fit.p[:n]
     added = planted.model.parameters[n:]
     lower, upper = (np.array([getattr(q, side) for q in added]) for side in ("lower", "upper"))
@@ -109,7 +110,7 @@ def seed_from(
         lower, upper = np.maximum(lower, -0.5), np.minimum(upper, 5.0)
     if planted.fault is None:
         start[n : n + len(added)] = np.clip(planted.start, lower, upper)
-    tail = start[setting.size - len(setting.faults) :]
+    tail = start[len(start) - len(setting.faults) :]
     tail[:known] = fit.p[len(fit.p) - known :]
     if planted.fault is not None:
         tail[known:] = planted.fault_start
@@ -175,12 +176,12 @@ def without(evidence: Evidence, h: Hypothesis, index: int) -> Hypothesis | None:
         model = planted.model
         values += list(own)
     again = evidence.setting(model, [f for f, _ in faults], setting)
-    q = np.zeros(again.size)
+    q = np.zeros(len(again.columns))
     q[: len(values)] = values
     damping = p[len(setting.model.parameters) : len(p) - len(setting.faults)]
-    room = again.size - len(values) - len(faults)
+    room = len(q) - len(values) - len(faults)
     q[len(values) : len(values) + min(room, len(damping))] = damping[:room]
-    q[again.size - len(faults) :] = [value for _, value in faults]
+    q[len(q) - len(faults) :] = [value for _, value in faults]
     try:
         return Hypothesis(tuple(effects), evidence.evaluated(again, q))
     except CvxupdateError:

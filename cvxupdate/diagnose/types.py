@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.context import SearchContext
@@ -53,68 +54,6 @@ class Score:
     p: Real
     exact: bool = False
     trusted: bool = True
-
-
-class Setting(Protocol):
-    """A model and what it is compared with; its unknowns are, in order, the model's parameters,
-    the evidence's own (damping) and the sensor faults'."""
-
-    @property
-    def model(self) -> Model:
-        """With its parameters: nuisance ones, then the effects'."""
-
-    @property
-    def faults(self) -> tuple[Fault, ...]:
-        """Of the sensors, in the order in which they act."""
-
-    @property
-    def size(self) -> int:
-        """Number of unknowns."""
-
-    @property
-    def level(self) -> int:
-        """Of smoothing, at which it is compared."""
-
-
-class Fit(Protocol):
-    """A setting at a vector of unknowns."""
-
-    @property
-    def setting(self) -> Any:
-        """What is fitted to what: a `Setting` of the evidence's own kind."""
-
-    @property
-    def p(self) -> Real:
-        """The unknowns."""
-
-    @property
-    def deviations(self) -> Real:
-        """Their standard deviations: linearised, grown with the misfit."""
-
-    @property
-    def noise_deviations(self) -> Real:
-        """The same of the recordings' noise alone."""
-
-    @property
-    def cost(self) -> float:
-        """Weighted squares of the rows and of the priors."""
-
-    @property
-    def rows(self) -> int:
-        """Number of measured figures."""
-
-    @property
-    def misfit(self) -> float:
-        """Weighted squares per row, priors included."""
-
-    @property
-    def excess(self) -> float:
-        """The misfit beyond noise, as far as the noise is known."""
-
-    @property
-    def damping_strain(self) -> float:
-        """Squares of the modes' own log damping ratios in units of their scatter; 0 where the
-        evidence has none."""
 
 
 @dataclass(frozen=True)

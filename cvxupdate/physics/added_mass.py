@@ -15,7 +15,7 @@ from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.draft import Draft, kind_of
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
-from cvxupdate.physics.growth import Wanted, at_once, dof_rows, new_ids, with_block
+from cvxupdate.physics.growth import at_once, dof_rows, new_ids, with_block
 from cvxupdate.physics.place import TRANSLATIONS, Place, at
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity
@@ -97,6 +97,4 @@ def lumps(model: Model, rows: Sequence[Sequence[int]], group: str = "") -> Block
 
 def _grown(model: Model, node: int, rows: list[int], unit: float) -> Model:
     block = lumps(model, [rows])
-    ids, (low, high) = (int(block.ids[0]),), LIMITS
-    wanted = Wanted(f"added_mass@n{node}", "m", ids, lower=low, upper=high, scale=unit)
-    return with_block(model, block, [wanted])
+    return with_block(model, block, f"added_mass@n{node}", "m", LIMITS, unit)

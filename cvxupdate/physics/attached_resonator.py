@@ -17,7 +17,7 @@ from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.draft import Draft, kind_of, not_negative
 from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, HiddenOscillator
-from cvxupdate.physics.growth import Wanted, append_parameters, dof_rows, new_ids
+from cvxupdate.physics.growth import append_parameters, dof_rows, limited, new_ids
 from cvxupdate.physics.place import TRANSLATIONS, Place, at
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import number, quantity, stiffness_unit
@@ -140,8 +140,5 @@ def attach(model: Model, row: int, frequency: float, mass: float, zeta: float = 
         properties,
     )
     grown = replace(grown, blocks=(*grown.blocks, block))
-    wanted = [
-        Wanted(f"resonator.{n}", n, (int(ids[0]),), lower=LIMITS[0], upper=LIMITS[1])
-        for n in ("m", "k", "c")
-    ]
+    wanted = [limited(f"resonator.{n}", n, ids.tolist(), LIMITS) for n in ("m", "k", "c")]
     return append_parameters(grown, wanted)

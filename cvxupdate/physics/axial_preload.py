@@ -13,7 +13,7 @@ from cvxupdate.fe.sections import section_constants
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType
 from cvxupdate.physics.factors import on_sets
-from cvxupdate.physics.growth import Wanted
+from cvxupdate.physics.growth import Wanted, limited
 from cvxupdate.physics.members import member_sets, straight
 from cvxupdate.physics.place import at, capital
 from cvxupdate.physics.quantity import physical
@@ -36,8 +36,7 @@ class AxialPreload(EffectType):
         sets = [(i, g) for i, g in member_sets(model, "N") if g or i in members]
 
         def wanted(k: int, ids: tuple[int, ...]) -> list[Wanted]:
-            unit, name = _euler(model, ids), f"{self.name}@{k}"
-            return [Wanted(name, "N", ids, lower=LIMITS[0], upper=LIMITS[1], scale=unit)]
+            return [limited(f"{self.name}@{k}", "N", ids, LIMITS, _euler(model, ids))]
 
         return on_sets(self, model, sets, wanted, [physical("N", "N")], limits=LIMITS)
 

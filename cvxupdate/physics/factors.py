@@ -7,7 +7,7 @@ from functools import partial
 
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange, Quantity
-from cvxupdate.physics.growth import Rates, Wanted, append_parameters, tangents
+from cvxupdate.physics.growth import Rates, Wanted, append_parameters, limited, tangents
 from cvxupdate.physics.place import Place, at, capital
 from cvxupdate.physics.quantity import factor
 from cvxupdate.physics.units import number
@@ -57,7 +57,7 @@ def factors(
     """A factor on the property ``of`` of each of ``sets``."""
 
     def wanted(k: int, ids: tuple[int, ...]) -> list[Wanted]:
-        return [Wanted(f"{type_.name}@{k}", of, ids, lower=limits[0], upper=limits[1])]
+        return [limited(f"{type_.name}@{k}", of, ids, limits)]
 
     return on_sets(
         type_,

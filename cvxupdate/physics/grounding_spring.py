@@ -16,7 +16,7 @@ from cvxupdate.physics.compliance import put_spring
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.draft import Draft
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
-from cvxupdate.physics.growth import Wanted, at_once, dof_rows, small_block, with_block
+from cvxupdate.physics.growth import at_once, dof_rows, small_block, with_block
 from cvxupdate.physics.place import Place, at, capital
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity, stiffness_unit
@@ -67,5 +67,4 @@ class GroundingSpring(EffectType):
 def _grown(model: Model, row: int, node: int, kind: str, unit: float) -> Model:
     dofs, directions = np.array([[row]]), [KINDS.index(kind)]
     block = small_block(model, Spring(kind, 1), dofs, directions, "K", np.ones((1, 1)), {"k": 0.0})
-    name, ids, (low, high) = f"grounding_spring@n{node}.{kind}", (int(block.ids[0]),), LIMITS
-    return with_block(model, block, [Wanted(name, "k", ids, lower=low, upper=high, scale=unit)])
+    return with_block(model, block, f"grounding_spring@n{node}.{kind}", "k", LIMITS, unit)

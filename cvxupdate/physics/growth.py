@@ -64,9 +64,23 @@ def small_block(
     )
 
 
-def with_block(model: Model, block: Block, wanted: Sequence[Wanted]) -> Model:
-    """The model with a block added and parameters on it appended."""
-    return append_parameters(replace(model, blocks=(*model.blocks, block)), wanted)
+def with_block(
+    model: Model, block: Block, name: str, of: str, limits: tuple[float, float], unit: float
+) -> Model:
+    """The model with a block added, and one parameter on a property of all its elements."""
+    grown = replace(model, blocks=(*model.blocks, block))
+    return append_parameters(grown, [limited(name, of, block.ids.tolist(), limits, unit)])
+
+
+def limited(
+    name: str,
+    of: str,
+    elements: Sequence[int],
+    limits: tuple[float, float],
+    scale: float | None = None,
+) -> Wanted:
+    """A parameter within ``limits`` on the property ``of`` of elements."""
+    return Wanted(name, of, tuple(elements), None, *limits, scale)
 
 
 def append_parameters(model: Model, wanted: Sequence[Wanted]) -> Model:

@@ -25,7 +25,7 @@ from cvxupdate.fe.sections import section_constants
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.draft import Draft
 from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, ModelChange
-from cvxupdate.physics.growth import Wanted, append_parameters, new_ids, tangents
+from cvxupdate.physics.growth import append_parameters, limited, new_ids, tangents
 from cvxupdate.physics.place import Place, at, capital
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import number
@@ -75,7 +75,7 @@ class Spin(EffectType):
     def candidates(self, context: SearchContext) -> list[Effect]:
         """Every group of round beams along one line with the discs on it, and every disc on other
         supports; one spin each, either way round."""
-        model, (low, high) = context.model, LIMITS
+        model = context.model
         unit = 2.0 * np.pi * SPEED * context.top
         out = []
         for rotor in (*_shafts(model), *_single_discs(model)):
@@ -84,10 +84,9 @@ class Spin(EffectType):
                 continue
             ids = tuple(int(i) for b in blocks for i in b.ids)
             name = f"gyroscopic@{rotor.group or rotor.nodes}"
-            wanted = Wanted(name, "omega", ids, lower=low, upper=high, scale=unit)
-            grow = partial(
-                append_parameters, replace(model, blocks=(*model.blocks, *blocks)), [wanted]
-            )
+            spinning = replace(model, blocks=(*model.blocks, *blocks))
+            wanted = limited(name, "omega", ids, LIMITS, unit)
+            grow = partial(append_parameters, spinning, [wanted])
             place = Place(elements=rotor.elements, groups=(rotor.group,) if rotor.group else ())
             if not rotor.elements:
                 place = Place(nodes=tuple(int(model.node_ids[n]) for n in rotor.nodes))

@@ -16,7 +16,7 @@ from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
 from cvxupdate.physics.compliance import RIGID, SOFTEST, Compliance, write
 from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
-from cvxupdate.physics.growth import Wanted, append_parameters, small_block
+from cvxupdate.physics.growth import append_parameters, limited, small_block
 from cvxupdate.physics.place import Place, capital, where
 from cvxupdate.physics.quantity import stiffness
 from cvxupdate.physics.units import quantity
@@ -122,16 +122,5 @@ def _grown(model: Model, number: int, e: int, columns: list[int], node: int, uni
         )
         ids.append(int(spring.ids[0]))
         grown = replace(grown, blocks=(*grown.blocks, spring))
-    return append_parameters(
-        grown,
-        [
-            Wanted(
-                f"joint@e{element}n{node}",
-                "a",
-                tuple(ids),
-                lower=LIMITS[0],
-                upper=LIMITS[1],
-                scale=unit,
-            )
-        ],
-    )
+    name = f"joint@e{element}n{node}"
+    return append_parameters(grown, [limited(name, "a", ids, LIMITS, unit)])

@@ -9,7 +9,7 @@ from typing import final
 
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import RATIOS, RESPONSES, Effect, EffectType, ModelChange
-from cvxupdate.physics.growth import Wanted, append_parameters, tangents
+from cvxupdate.physics.growth import append_parameters, limited, tangents
 from cvxupdate.physics.place import Place
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import number
@@ -28,8 +28,8 @@ class MassProportionalDamping(EffectType):
 
     def candidates(self, context: SearchContext) -> list[Effect]:
         """One, of the whole structure."""
-        asked = [Wanted(self.name, "alpha", (), lower=LIMITS[0], upper=LIMITS[1], scale=1.0)]
-        grow = partial(append_parameters, context.model, asked)
+        wanted = limited(self.name, "alpha", (), LIMITS, 1.0)
+        grow = partial(append_parameters, context.model, [wanted])
         change = ModelChange(grow, tangents(grow(), 1))
         return [Effect(self, Place(), change, (physical("alpha", "1/s"),), 1, LIMITS)]
 

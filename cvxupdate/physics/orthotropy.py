@@ -9,7 +9,7 @@ from typing import final
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType
 from cvxupdate.physics.factors import on_sets
-from cvxupdate.physics.growth import Wanted
+from cvxupdate.physics.growth import Wanted, limited
 from cvxupdate.physics.members import member_sets
 from cvxupdate.physics.place import at
 from cvxupdate.physics.quantity import factor
@@ -31,10 +31,7 @@ class Orthotropy(EffectType):
         sets = [(i, g) for i, g in member_sets(context.model, "Dx") if g]
 
         def wanted(k: int, ids: tuple[int, ...]) -> list[Wanted]:
-            return [
-                Wanted(f"{self.name}.{n}@{k}", n, ids, lower=LIMITS[0], upper=LIMITS[1])
-                for n in RIGIDITIES
-            ]
+            return [limited(f"{self.name}.{n}@{k}", n, ids, LIMITS) for n in RIGIDITIES]
 
         figures = [factor(n, k) for k, n in enumerate(RIGIDITIES)]
         return on_sets(self, context.model, sets, wanted, figures, limits=LIMITS)

@@ -17,7 +17,7 @@ from cvxupdate.fe.model import DerivativeBlock, Model
 from cvxupdate.physics.added_mass import lumps, translations
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
-from cvxupdate.physics.growth import Wanted, append_parameters
+from cvxupdate.physics.growth import append_parameters, limited
 from cvxupdate.physics.place import Place, channel_place
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity
@@ -69,6 +69,4 @@ def _grown(model: Model, alike: Sequence[Sequence[Sequence[int]]], unit: float) 
         block = lumps(model, rows, "accelerometer")
         ids += block.ids.tolist()
         model = replace(model, blocks=(*model.blocks, block))
-    low, high = LIMITS
-    wanted = Wanted("sensor_mass", "m", tuple(ids), lower=low, upper=high, scale=unit)
-    return append_parameters(model, [wanted])
+    return append_parameters(model, [limited("sensor_mass", "m", ids, LIMITS, unit)])

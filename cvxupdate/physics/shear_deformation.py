@@ -9,7 +9,7 @@ from typing import final
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType
 from cvxupdate.physics.factors import on_sets
-from cvxupdate.physics.growth import Wanted
+from cvxupdate.physics.growth import Wanted, limited
 from cvxupdate.physics.members import member_sets
 from cvxupdate.physics.place import at
 from cvxupdate.physics.quantity import shear_coefficient
@@ -30,8 +30,7 @@ class ShearDeformation(EffectType):
         sets = [(i, g) for i, g in member_sets(context.model, "shear") if g]
 
         def wanted(k: int, ids: tuple[int, ...]) -> list[Wanted]:
-            name = f"shear@{k}"
-            return [Wanted(name, "shear", ids, lower=LIMITS[0], upper=LIMITS[1], scale=1.0)]
+            return [limited(f"shear@{k}", "shear", ids, LIMITS, 1.0)]
 
         figures = [shear_coefficient("kappa")]
         return on_sets(self, context.model, sets, wanted, figures, limits=LIMITS, sign=1)

@@ -13,7 +13,7 @@ from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
 from cvxupdate.physics.compliance import RIGID, SOFTEST, Compliance, write
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
-from cvxupdate.physics.growth import Wanted, small_block, with_block
+from cvxupdate.physics.growth import small_block, with_block
 from cvxupdate.physics.place import Place, at
 from cvxupdate.physics.quantity import stiffness
 from cvxupdate.physics.units import quantity, stiffness_unit
@@ -72,8 +72,7 @@ def _softened(model: Model, row: int, label: str, kind: str, unit: float) -> Mod
         np.ones((1, 1)),
         {"a": 0.0, "a0": unit / RIGID},
     )
-    name, ids, (low, high) = f"soft_support@{label}", (int(block.ids[0]),), LIMITS
-    return with_block(model, block, [Wanted(name, "a", ids, lower=low, upper=high, scale=unit)])
+    return with_block(model, block, f"soft_support@{label}", "a", LIMITS, unit)
 
 
 def _tangent(

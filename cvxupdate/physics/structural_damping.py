@@ -9,7 +9,7 @@ from typing import final
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import RATIOS, RESPONSES, Effect, EffectType
 from cvxupdate.physics.factors import on_sets
-from cvxupdate.physics.growth import Rates, Wanted
+from cvxupdate.physics.growth import Rates, Wanted, limited
 from cvxupdate.physics.members import member_sets
 from cvxupdate.physics.place import at
 from cvxupdate.physics.quantity import physical
@@ -35,8 +35,7 @@ class StructuralDamping(EffectType):
         some = [(i, g) for i, g in sets if g and not (len(g) > 1 and len(i) == whole)]
 
         def wanted(k: int, ids: tuple[int, ...]) -> list[Wanted]:
-            name = f"{self.name}@{k}"
-            return [Wanted(name, "eta", ids, lower=LIMITS[0], upper=LIMITS[1], scale=LOSS)]
+            return [limited(f"{self.name}@{k}", "eta", ids, LIMITS, LOSS)]
 
         rates = Rates.of(context.model, "eta", LOSS)
         figures = [physical("eta", "")]

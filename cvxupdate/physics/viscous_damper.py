@@ -15,7 +15,7 @@ from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.draft import Draft, kind_of, not_negative
 from cvxupdate.physics.effect import RATIOS, RESPONSES, Effect, EffectType, ModelChange
-from cvxupdate.physics.growth import Wanted, at_once, dof_rows, small_block, with_block
+from cvxupdate.physics.growth import at_once, dof_rows, small_block, with_block
 from cvxupdate.physics.place import TRANSLATIONS, Place, at, capital
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import damper_unit, quantity
@@ -88,8 +88,7 @@ def _grown(
         model, Dashpot(kind, len(rows)), np.array([rows]), directions, "C", pattern, {"c": 0.0}
     )
     name = "viscous_damper@" + "-".join(str(n) for n in nodes) + kind
-    ids, (low, high) = (int(block.ids[0]),), LIMITS
-    return with_block(model, block, [Wanted(name, "c", ids, lower=low, upper=high, scale=unit)])
+    return with_block(model, block, name, "c", LIMITS, unit)
 
 
 def neighbours(model: Model) -> list[tuple[int, int, str]]:

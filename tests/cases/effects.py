@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from cvxupdate.diagnose.forward import undamped
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import select_parameters
@@ -55,9 +56,9 @@ BEAM: dict[str, Any] = {
     "damping": {"kind": "structural", "eta": 0.01},
 }
 PLATE: dict[str, Any] = {
-    **grid([0.0, 0.11, 0.3, 0.42], [0.0, 0.17, 0.26]),
+    **grid([0.0, 0.11, 0.3, 0.42], [0.0, 0.17, 0.26], material={**STEEL, "eta": 0.003}),
     "supports": [{"nodes": [1, 4], "dofs": ["z"]}],
-    "damping": {"kind": "rayleigh", "alpha": 0.3, "beta": 2e-6},
+    "damping": {"kind": "modal", "zeta": [0.01, 0.02]},
 }
 SHAFT: dict[str, Any] = {
     "dofs": ["y", "z", "ry", "rz"],
@@ -145,22 +146,6 @@ def nuisance(model: Model) -> Model:
     )
 
 
-def bare(model: Model) -> Model:
-    """Without the damping of the whole structure, dashpots apart."""
-    silent = ("eta", "alpha", "beta")
-    return replace(
-        model,
-        modal_damping=(),
-        blocks=tuple(
-            replace(
-                b,
-                properties={k: 0.0 * v if k in silent else v for k, v in b.properties.items()},
-            )
-            for b in model.blocks
-        ),
-    )
-
-
 def context_of(spec: Spec, model: Model, sensors: tuple[str, ...] = ()) -> SearchContext:
     """Of a model built from ``spec``; ``sensors`` are accelerometers."""
     m = model.matrices(model.zero())
@@ -180,6 +165,6 @@ def context_of(spec: Spec, model: Model, sensors: tuple[str, ...] = ()) -> Searc
                 kept = tuple(k for k in s.dofs if (n, k) != (node, kind))
                 supports += [s.model_copy(update={"nodes": (n,), "dofs": kept})] if kept else []
         freed = replace(spec, model=spec.model.model_copy(update={"supports": tuple(supports)}))
-        return nuisance(bare(build_model(freed)))
+        return nuisance(undamped(build_model(freed)))
 
     return SearchContext(model, m.K, m.M, 400.0, 5.0, sensors, tuple(held), release, 0.005, sensors)

@@ -13,7 +13,7 @@ from cvxupdate.fe.elements import Spring
 from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
-from cvxupdate.physics.growth import Wanted, dof_rows, small_block, with_block
+from cvxupdate.physics.growth import dof_rows, small_block, with_block
 from cvxupdate.physics.place import Place
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity
@@ -51,7 +51,4 @@ class Foundation(EffectType):
 def _grown(model: Model, rows: list[int], kind: str, unit: float) -> Model:
     dofs, along = np.array(rows)[:, None], [KINDS.index(kind)]
     block = small_block(model, Spring(kind, 1), dofs, along, "K", np.ones((1, 1)), {"k": 0.0})
-    ids = tuple(block.ids.tolist())
-    return with_block(
-        model, block, [Wanted("foundation", "k", ids, lower=0.0, upper=LIMITS[1], scale=unit)]
-    )
+    return with_block(model, block, "foundation", "k", LIMITS, unit)

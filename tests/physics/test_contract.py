@@ -13,6 +13,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from cvxupdate.diagnose.export import problem_text
+from cvxupdate.diagnose.forward import undamped
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import DerivativeBlock, Model
 from cvxupdate.physics import EFFECTS, candidates_of, effect_names
@@ -26,7 +27,6 @@ from tests.cases.effects import (
     CASES,
     STRUCTURES,
     Case,
-    bare,
     context_of,
     nuisance,
     problem,
@@ -52,7 +52,7 @@ def case(request: pytest.FixtureRequest) -> Case:
 @pytest.fixture
 def scene(case: Case, tmp_path: Path) -> tuple[Spec, Model, SearchContext]:
     spec = problem(tmp_path, STRUCTURES[case.structure])
-    model = nuisance(bare(build_model(spec)))
+    model = nuisance(undamped(build_model(spec)))
     return spec, model, context_of(spec, model, ACCELEROMETERS[case.structure])
 
 

@@ -20,10 +20,8 @@ from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.fe.responses import matrices_with_damping
-from cvxupdate.fe.select import select_parameters
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.attached_resonator import attach
-from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, plant
 from cvxupdate.physics.growth import Wanted, append_parameters
 from cvxupdate.physics.sensor_fault import Fault
@@ -33,67 +31,13 @@ from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Or
 from cvxupdate.residual.modal import modal_residual
 from cvxupdate.spec import Spec, check_problem, load_problem
 from cvxupdate.spec.write import compacted, tables_of, to_toml
-from tests.cases.elements import STEEL, grid, nodes, toml
+from tests.cases.effects import BEAM, SHAFT, context_of, nuisance, problem
+from tests.cases.elements import grid, toml
 
-BEAM = {
-    "dofs": ["x", "z", "ry"],
-    "nodes": nodes([(x, 0.0, 0.0) for x in (0.0, 0.11, 0.23, 0.37, 0.48, 0.6)]),
-    "materials": {"steel": {**STEEL, "eta": 0.004}},
-    "sections": {"flat bar": {"shape": "rectangle", "width": 0.04, "height": 0.008}},
-    "elements": [
-        {
-            "type": "beam3d",
-            "material": "steel",
-            "section": "flat bar",
-            "rows": [
-                {"id": i, "nodes": [i, i + 1], "group": "long" if i < 4 else "short"}
-                for i in range(1, 6)
-            ],
-        },
-        {
-            "type": "mass",
-            "rows": [{"id": 11, "nodes": [4], "m": 0.12, "Iyy": 2e-5, "group": "tip"}],
-        },
-        {
-            "type": "spring",
-            "rows": [{"id": 21, "nodes": [6], "k": 2e4, "dofs": ["x", "z"], "group": "hanger"}],
-        },
-        {"type": "dashpot", "dof": "z", "rows": [{"id": 31, "nodes": [3], "c": 1.4}]},
-    ],
-    "supports": [
-        {"nodes": "all", "dofs": ["y", "rx", "rz"]},
-        {"nodes": [1], "dofs": ["x"]},
-        {"nodes": [1, 2], "dofs": ["z"]},
-    ],
-    "damping": {"kind": "structural", "eta": 0.01},
-}
 PLATE = {
     **grid([0.0, 0.11, 0.3, 0.42], [0.0, 0.17, 0.26]),
     "supports": [{"nodes": [1, 4], "dofs": ["z"]}],
     "damping": {"kind": "modal", "zeta": [0.01, 0.02]},
-}
-SHAFT = {
-    "dofs": ["y", "z", "ry", "rz"],
-    "nodes": nodes([(x, 0.0, 0.0) for x in (0.0, 0.13, 0.29, 0.4)]),
-    "materials": {"m": STEEL},
-    "sections": {"s": {"shape": "circle", "diameter": 0.02}},
-    "elements": [
-        {
-            "type": "beam3d",
-            "material": "m",
-            "section": "s",
-            "rows": [
-                {"id": 1, "nodes": [1, 2], "group": "shaft"},
-                {"id": 2, "nodes": [3, 2], "group": "shaft"},
-                {"id": 3, "nodes": [3, 4], "group": "shaft"},
-            ],
-        },
-        {
-            "type": "mass",
-            "rows": [{"id": 4, "nodes": [3], "m": 2.0, "Ixx": 0.02, "Iyy": 0.011, "Izz": 0.011}],
-        },
-    ],
-    "supports": [{"nodes": [1], "dofs": ["y", "z", "ry", "rz"]}],
 }
 STRUCTURES = {"beam": BEAM, "plate": PLATE, "shaft": SHAFT}
 LABELS = {
@@ -102,50 +46,6 @@ LABELS = {
     "shaft": ["n2.y", "n3.z", "n4.ry", "n4.z"],
 }
 FREQUENCIES = (7.0, 61.0, 333.0)
-
-
-def problem(folder: Path, structure: dict[str, Any]) -> Spec:
-    path = folder / "problem.toml"
-    path.write_text(
-        f'title = "A \\"quoted\\" title"\nmodel = {toml(structure)}\n', encoding="utf-8"
-    )
-    return load_problem(path)
-
-
-def ordinary(model: Model) -> Model:
-    """A p-value of stiffness and mass for the first group."""
-    first = model.blocks[0]
-    mine = tuple(
-        int(i) for i, g in zip(first.ids, first.groups, strict=True) if g == first.groups[0]
-    )
-    return model.with_parameters(
-        select_parameters(
-            [Wanted(w, w, mine, first.groups[0]) for w in ("stiffness", "mass")], model
-        )
-    )
-
-
-def context_of(spec: Spec, model: Model) -> SearchContext:
-    m = model.matrices(model.zero())
-    held = [
-        (int(n), k)
-        for s in spec.model.supports
-        if s.nodes != "all"
-        for n in s.nodes
-        for k in s.dofs
-        if k in spec.model.dofs
-    ]
-
-    def release(node: int, kind: str) -> Model:
-        supports = []
-        for s in spec.model.supports:
-            for n in [n.id for n in spec.model.nodes] if s.nodes == "all" else s.nodes:
-                kept = tuple(k for k in s.dofs if (n, k) != (node, kind))
-                supports += [s.model_copy(update={"nodes": (n,), "dofs": kept})] if kept else []
-        freed = replace(spec, model=spec.model.model_copy(update={"supports": tuple(supports)}))
-        return model.with_parameters(()) if not supports else ordinary(undamped(build_model(freed)))
-
-    return SearchContext(model, m.K, m.M, 400.0, 5.0, (), tuple(held), release, 0.005)
 
 
 def receptance(
@@ -230,7 +130,7 @@ def test_every_word_at_every_place_is_written(tmp_path: Path, structure: str, wo
     """FRFs of the file built anew are those of the diagnosed model to 1e-8 of the largest, ordinary
     parameters and all damping included."""
     spec = problem(tmp_path, STRUCTURES[structure])
-    base = ordinary(undamped(build_model(spec)))
+    base = nuisance(undamped(build_model(spec)))
     found = candidates_of(context_of(spec, base), (word,))
     assert found
     acts: list[bool] = []
@@ -261,7 +161,7 @@ def test_every_word_at_every_place_is_written(tmp_path: Path, structure: str, wo
 
 def test_added_masses_taken_off_and_put_on(tmp_path: Path) -> None:
     spec = problem(tmp_path, BEAM)
-    base = ordinary(undamped(build_model(spec)))
+    base = nuisance(undamped(build_model(spec)))
     lump = next(
         c for c in candidates_of(context_of(spec, base), ("added_mass",)) if c.place.nodes == (4,)
     )
@@ -281,7 +181,7 @@ def test_several_effects_at_once(tmp_path: Path) -> None:
     """A joint that gives way at the node of a soft support, with a resonator, a spin-free lump and
     a thinner element beside it."""
     spec = problem(tmp_path, BEAM)
-    model = ordinary(undamped(build_model(spec)))
+    model = nuisance(undamped(build_model(spec)))
     soft = next(
         c
         for c in candidates_of(context_of(spec, model), ("grounding_spring",))
@@ -325,7 +225,7 @@ zeta = 0.01
         encoding="utf-8",
     )
     spec = load_problem(tmp_path / "problem.toml")
-    model = ordinary(undamped(build_model(spec)))
+    model = nuisance(undamped(build_model(spec)))
     _, rebuilt = written(tmp_path, spec, model, np.array([0.2, -0.1]))
     np.testing.assert_allclose(
         rebuilt.matrices().K.toarray(), 1.2 * np.array([[3e4, -1e4], [-1e4, 2e4]])
@@ -357,7 +257,7 @@ def test_sensor_faults_are_taken_out_of_the_recordings_that_have_them(tmp_path: 
     )
     (tmp_path / "problem.toml").write_text(f"model = {toml(BEAM)}\n{recordings}", encoding="utf-8")
     spec = load_problem(tmp_path / "problem.toml")
-    model = ordinary(undamped(build_model(spec)))
+    model = nuisance(undamped(build_model(spec)))
     text = problem_text(
         spec,
         model,
@@ -388,7 +288,7 @@ def test_modal_damping_is_that_of_the_diagnosis(tmp_path: Path) -> None:
     """Each mode its own ratio, a common decay rate beside them, and a free structure's rigid-body
     modes without."""
     spec = problem(tmp_path, {**PLATE, "supports": []})
-    model = ordinary(undamped(build_model(spec)))
+    model = nuisance(undamped(build_model(spec)))
     air = next(iter(candidates_of(context_of(spec, model), ("mass_proportional_damping",))))
     assert air.change is not None
     p = np.array([0.02, -0.01, 0.7])
@@ -430,7 +330,7 @@ def test_mode_tables_keep_their_pairs_when_modes_are_counted_anew(tmp_path: Path
         f"model = {toml(BEAM)}\n{MODES.replace('FOURTH', repr(float(fourth)))}", encoding="utf-8"
     )
     spec = load_problem(tmp_path / "problem.toml")
-    base = ordinary(undamped(build_model(spec)))
+    base = nuisance(undamped(build_model(spec)))
     low = 0.3 * model_modes(base, 1).frequencies[0]
     model = attach(base, base.place["n6.z"], float(low), 1e-3, 0.01)
     fit, hold = (
@@ -478,7 +378,7 @@ def test_damping_found_in_tables_stands_beside_that_of_the_file(
             **({"damping": damping} if damping else {}),
         },
     )
-    file, model = build_model(spec), ordinary(undamped(build_model(spec)))
+    file, model = build_model(spec), nuisance(undamped(build_model(spec)))
     own = replace(
         file,
         blocks=tuple(

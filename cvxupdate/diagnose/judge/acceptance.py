@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.settings import (
     CLEARLY,
@@ -19,7 +20,7 @@ from cvxupdate.diagnose.settings import (
     TWICE,
     UNEXPLAINED,
 )
-from cvxupdate.diagnose.types import Errors, Evidence, Fit
+from cvxupdate.diagnose.types import Errors, Evidence
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.modes.damping import damping_laws
 from cvxupdate.diagnose.modes.figures import modes_shown
 from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
 from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
-from cvxupdate.diagnose.modes.fit import ModesFit, ModesSetting, fit, fitted_at, setting_of
+from cvxupdate.diagnose.modes.following import followed
 from cvxupdate.diagnose.modes.members import whole_members
 from cvxupdate.diagnose.modes.scene import scene
+from cvxupdate.diagnose.modes.setting import ModesSetting, setting_of
 from cvxupdate.diagnose.modes.tables import Tables, chi_square, errors_of, rms
 from cvxupdate.diagnose.nominal.mesh import MeshError, mesh_line
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
@@ -27,7 +29,6 @@ from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import (
     Errors,
     FiniteSize,
-    Fit,
     Further,
     LevelChange,
     Progress,
@@ -44,8 +45,10 @@ from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import MODES, RATIOS, Effect
 from cvxupdate.physics.fault import Fault
 from cvxupdate.residual.modal import ModalPoint
+from cvxupdate.update.trust_region import Options
 
 ZETA = 0.005  # a typical damping ratio, for sizes only
+OPTIONS = Options(1e-4, 25, 0.3)
 
 
 @dataclass(frozen=True)
@@ -77,9 +80,9 @@ class ModesEvidence:
         return self.tables.bottom, self.tables.top
 
     @cached_property
-    def bases(self) -> tuple[ModesFit, ...]:
+    def bases(self) -> tuple[Fit, ...]:
         """Nuisance parameters fitted."""
-        return (fit(setting_of(self.model, self.tables), self.model.zero()),)
+        return (fitted(setting_of(self.model, self.tables), self.model.zero(), OPTIONS),)
 
     @cached_property
     def nominal_point(self) -> ModalPoint:
@@ -130,26 +133,29 @@ class ModesEvidence:
         """There is but one."""
         return setting
 
-    def evaluated(self, setting: ModesSetting, p: Real) -> ModesFit:
+    def evaluated(self, setting: ModesSetting, p: Real) -> Fit:
         """Without fitting."""
-        return fitted_at(setting, setting.residual.evaluate(p))
+        return fitted_at(setting, p)
 
-    def fitted(self, seed: Seed, effort: str) -> ModesFit:
+    def fitted(self, seed: Seed, effort: str) -> Fit:
         """By trust-region convex steps, to the end at once."""
-        return fit(seed.setting, seed.start, seed.continued)
+        setting = seed.setting
+        if seed.continued:  # modes are followed to where it begins
+            setting = replace(setting, residual=followed(setting.residual, seed.start))
+        return fitted(setting, seed.start, OPTIONS)
 
     def linearised(self, found: Fit) -> Linearised:
         """Of the nuisance parameters."""
-        return linearised(_own(found))
+        return linearised(found)
 
     def columns(self, found: Fit, effects: Sequence[Effect]) -> list[Real | None]:
         """Weighted derivative columns."""
-        return columns_of(_own(found), effects)
+        return columns_of(found, effects)
 
     def first_order(self, found: Fit, effects: Sequence[Effect]) -> list[Score]:
         """Explained fractions to first order; derivatives of local effects are not to be
         trusted."""
-        scores = first_order(_own(found), effects)
+        scores = first_order(found, effects)
         return [replace(s, trusted=local(s.effect) is None) for s in scores]
 
     def halves(self, found: Fit) -> Sequence[NDArray[np.bool_]]:
@@ -161,7 +167,7 @@ class ModesEvidence:
     ) -> FiniteSize:
         """Local effects in the space of the model's own modes; whole members by continuation where
         the model is far off."""
-        origin = _own(nominal)
+        origin = nominal
         at, model = origin.point.matrices, origin.setting.model
         count = min(model.size, max(BASIS, len(origin.point.modes.eigenvalues)))
         many = natural_modes(at.K, at.M, count, rigid_body_modes(model, at.K, at.M))
@@ -172,15 +178,15 @@ class ModesEvidence:
             if around.total > 0.0
         ]
         far = not placed and self.errors(parent).fit > FAR_OFF
-        return FiniteSize(scores, whole_members(_own(parent), effects) if far else [])
+        return FiniteSize(scores, whole_members(parent, effects) if far else [])
 
     def errors(self, found: Fit) -> Errors:
         """R.m.s. relative errors of the frequencies."""
-        return self._errors_at(_own(found).point)
+        return self._errors_at(found.point)
 
     def _errors_at(self, point: ModalPoint) -> Errors:
         moved = (*self.tables.fit, *self.tables.hold)
-        return Errors(*(rms(errors_of(point, moved, fitted)) for fitted in (True, False)))
+        return Errors(*(rms(errors_of(point, moved, use)) for use in (True, False)))
 
     def relative(self, errors: Errors) -> float:
         """Of the eigenvalues, which go with stiffness as responses do: twice the frequencies'."""
@@ -195,14 +201,14 @@ class ModesEvidence:
         a hundred times."""
         return bool(found.cost <= chi_square(CHANCE, found.rows))
 
-    def wide(self) -> ModesFit:
+    def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
         model = with_nuisance(self.model.with_parameters(()), wide=True)
-        return fit(setting_of(model, self.tables, wide=True), model.zero())
+        return fitted(setting_of(model, self.tables, wide=True), model.zero(), OPTIONS)
 
     def further(self, last: Fit) -> Further:
         """What the damping ratios say."""
-        point = _own(last).point
+        point = last.point
 
         def effects(zeta: float) -> list[Effect]:
             context = self._context(point.residual.model, zeta)
@@ -223,7 +229,7 @@ class ModesEvidence:
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With the pairing of each table."""
-        point = _own(last).point
+        point = last.point
         pairs = {
             k: [int(at) - point.modes.rigid + 1 if at >= 0 else 0 for at in places]
             for k, places in zip(self.order, point.places, strict=False)
@@ -233,14 +239,13 @@ class ModesEvidence:
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Errors of every mode before and after."""
-        return modes_shown(self.nominal_point, _own(last).point)
+        return modes_shown(self.nominal_point, last.point)
 
     def stated(self, last: Fit) -> tuple[Errors, Errors]:
         """R.m.s. relative errors of the frequencies: of the file as it came, mesh included, and of
         the diagnosed model."""
         before = (
-            rms(errors_of(self.nominal_point, self.tables.measured, fitted))
-            for fitted in (True, False)
+            rms(errors_of(self.nominal_point, self.tables.measured, use)) for use in (True, False)
         )
         return Errors(*before), self.errors(last)
 
@@ -248,17 +253,12 @@ class ModesEvidence:
         """The contract's metrics."""
         moved = (*self.tables.fit, *self.tables.hold)
         out: dict[str, Any] = {}
-        for key, fitted in (("fit", True), ("hold_out", False)):
-            before = 100.0 * np.abs(errors_of(self.nominal_point, self.tables.measured, fitted))
-            after = 100.0 * np.abs(errors_of(_own(last).point, moved, fitted))
+        for key, use in (("fit", True), ("hold_out", False)):
+            before = 100.0 * np.abs(errors_of(self.nominal_point, self.tables.measured, use))
+            after = 100.0 * np.abs(errors_of(last.point, moved, use))
             out[key] = {}
             if len(before) and len(after):
                 for name, f in (("mean", np.mean), ("max", np.max)):
                     values = {"before": float(f(before)), "after": float(f(after))}
                     out[key][f"frequency_error_percent_{name}"] = values
         return out
-
-
-def _own(found: Any) -> ModesFit:
-    own: ModesFit = found
-    return own

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cvxupdate.diagnose.modes.fit import ModesFit
+from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.screen.projection import Linearised, Projection, norms
 from cvxupdate.diagnose.types import Real, Score
 from cvxupdate.fe.modes import natural_modes
@@ -20,14 +20,14 @@ BASIS = 120  # modes that span the derivative of a shape
 TOGETHER = 256  # columns scored at a time
 
 
-def linearised(fit: ModesFit) -> Linearised:
+def linearised(fit: Fit) -> Linearised:
     """The nuisance parameters, and effects already placed, at a fit."""
     A, _ = fit.point.system().weighted()
     values, weights, _ = fit.point.differences
     return Linearised(A, -weights * values, fit.point.p, fit.setting.scales)
 
 
-def columns_of(fit: ModesFit, effects: Sequence[Effect]) -> list[Real | None]:
+def columns_of(fit: Fit, effects: Sequence[Effect]) -> list[Real | None]:
     """Weighted columns (rows, n) of each effect; None where it has none."""
     point, model = fit.point, fit.setting.model
     K, M = point.matrices.K, point.matrices.M
@@ -54,7 +54,7 @@ def columns_of(fit: ModesFit, effects: Sequence[Effect]) -> list[Real | None]:
     return out
 
 
-def first_order(fit: ModesFit, effects: Sequence[Effect]) -> list[Score]:
+def first_order(fit: Fit, effects: Sequence[Effect]) -> list[Score]:
     """Scores in the order of ``effects``."""
     left = Projection.of(linearised(fit))
     out = [Score(e, 0.0, np.zeros(e.count)) for e in effects]

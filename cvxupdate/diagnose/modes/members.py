@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from cvxupdate.diagnose.modes.fit import ModesFit, setting_of
+from cvxupdate.diagnose.fit import Fit
+from cvxupdate.diagnose.modes.setting import setting_of
 from cvxupdate.diagnose.settings import WHOLES
 from cvxupdate.diagnose.types import Real, Seed
 from cvxupdate.errors import CvxupdateError
@@ -20,7 +21,7 @@ TRACED = 24  # followed: the largest members first
 SIZES = (0.05, 0.1, 0.2, 0.35, 0.6, 1.0, 2.0, 4.0)  # of their parameter, on each side
 
 
-def whole_members(parent: ModesFit, effects: Sequence[Effect]) -> list[Seed]:
+def whole_members(parent: Fit, effects: Sequence[Effect]) -> list[Seed]:
     """Seeds of the effects of one parameter on whole groups that fit best at some size."""
     able = [e for e in effects if e.place.groups and e.count == 1 and e.change is not None]
     found: list[tuple[float, Seed]] = []
@@ -30,7 +31,7 @@ def whole_members(parent: ModesFit, effects: Sequence[Effect]) -> list[Seed]:
     return [seed for _, seed in sorted(found, key=lambda item: item[0])[:WHOLES]]
 
 
-def _best(parent: ModesFit, effect: Effect, model: Model) -> tuple[float, Seed] | None:
+def _best(parent: Fit, effect: Effect, model: Model) -> tuple[float, Seed] | None:
     """(weighted squares, seed) of the best size, the modes followed from size to size; None where
     there is no structure at any."""
     q = model.parameters[-1]

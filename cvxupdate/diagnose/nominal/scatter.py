@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from cvxupdate.diagnose.settings import CREDIBLE, MASS_STD, STIFFNESS_STD, WIDE
-from cvxupdate.diagnose.types import Real
+from cvxupdate.diagnose.settings import CREDIBLE, FREE, MASS_STD, STIFFNESS_STD, WIDE
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.fe.select import has_property, select_parameters
@@ -37,16 +34,10 @@ def scatter_of(q: Parameter) -> float:
     return min(MASS_STD if q.of == "mass" else STIFFNESS_STD, q.upper / CREDIBLE)
 
 
-def spread_of(A: Real, noise: Real, scales: Real, cost: float) -> tuple[Real, Real]:
-    """Standard deviations of unknowns, linearised: (grown with the misfit, of noise alone).
-
-    A (rows, n) weighted derivatives; ``noise`` (rows,) the part of each weighted square that noise
-    makes; ``scales`` (n,) prior deviations; ``cost`` weighted squares. With H = AᵀA + S⁻² the
-    first is from H⁻¹, the second from H⁻¹ Aᵀ N A H⁻¹.
-    """
-    inverse = np.linalg.pinv(A.T @ A + np.diag(1.0 / scales**2))
-    grow = max(1.0, cost / max(1, len(A) - len(scales)))
-    heard = inverse @ A.T
-    both = np.diag(inverse) * grow, np.einsum("ij,j,ij->i", heard, noise, heard)
-    wide, narrow = (np.sqrt(np.maximum(v, 0.0)) for v in both)
-    return wide, narrow
+def prior_scales(model: Model, wide: bool = False) -> list[float]:
+    """Prior standard deviations of a model's parameters: groups scatter as usual (``wide``: their
+    stiffness may go as far as a parameter error is followed), effects are free."""
+    return [
+        FREE if q.group is None else WIDE if wide and q.of != "mass" else scatter_of(q)
+        for q in model.parameters
+    ]

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
 from cvxupdate.diagnose.nominal.mesh import MeshError, mesh_line
 from cvxupdate.diagnose.nominal.supports import regrown
@@ -19,11 +20,11 @@ from cvxupdate.diagnose.responses.errors import channel_errors, frobenius, noise
 from cvxupdate.diagnose.responses.figures import responses_shown
 from cvxupdate.diagnose.responses.finite_size import few_directions, whole_member
 from cvxupdate.diagnose.responses.first_order import first_order, linearised
-from cvxupdate.diagnose.responses.fit import ResponseFit, fit, fitted_at, setting_for
 from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.resampling import halves
 from cvxupdate.diagnose.responses.sets import sets_of_elements
+from cvxupdate.diagnose.responses.setting import setting_for
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
 from cvxupdate.diagnose.settings import (
@@ -39,7 +40,6 @@ from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import (
     Errors,
     FiniteSize,
-    Fit,
     Further,
     LevelChange,
     Progress,
@@ -54,9 +54,15 @@ from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.fault import Fault
 from cvxupdate.recordings.types import TimeHistory
+from cvxupdate.update.trust_region import Options
 
-# (tolerance, iterations) of a fit by its effort
-EFFORTS = {"first pass": (1e-2, 3), "coarse": (1e-2, 12), "sharp": (1e-3, 12)}
+# tolerance, iterations and first trust region of a fit by its effort
+EFFORTS = {
+    "first pass": Options(1e-2, 3, 0.5),
+    "base": Options(3e-3, 12, 0.5),
+    "coarse": Options(1e-2, 12, 0.5),
+    "sharp": Options(1e-3, 12, 0.5),
+}
 
 
 @dataclass(frozen=True)
@@ -93,13 +99,13 @@ class ResponseEvidence:
         return delay_unit(self.data.top)
 
     @cached_property
-    def bases(self) -> tuple[ResponseFit, ...]:
+    def bases(self) -> tuple[Fit, ...]:
         """Nuisance parameters fitted, level by level; far off, there is nothing to sharpen."""
-        out: list[ResponseFit] = []
+        out: list[Fit] = []
         setting = self.setting(self.model, ())
-        p = np.zeros(setting.size)
+        p = np.zeros(len(setting.columns))
         for level in range(self.levels):
-            out.append(fit(self.at_level(setting, level), p))
+            out.append(fitted(self.at_level(setting, level), p, EFFORTS["base"]))
             p = out[-1].p
             if level == self.levels - 2 and out[-1].misfit > HOPELESS * EXPLAINED:
                 break
@@ -109,7 +115,7 @@ class ResponseEvidence:
     def nominal_point(self) -> ResponsePoint:
         """The nominal model, the mesh's error taken out."""
         setting = self.setting(self.model, ())
-        return setting.evaluate(np.zeros(setting.size))
+        return setting.evaluate(np.zeros(len(setting.columns)))
 
     @cached_property
     def nominal(self) -> Errors:
@@ -174,37 +180,36 @@ class ResponseEvidence:
         """The same against those of another level."""
         return replace(setting, signals=self.data.levels[level], level=level)
 
-    def evaluated(self, setting: ResponseSetting, p: Real) -> ResponseFit:
+    def evaluated(self, setting: ResponseSetting, p: Real) -> Fit:
         """Without fitting."""
-        return fitted_at(setting.evaluate(p))
+        return fitted_at(setting, p)
 
-    def fitted(self, seed: Seed, effort: str) -> ResponseFit:
+    def fitted(self, seed: Seed, effort: str) -> Fit:
         """By trust-region convex steps."""
-        tolerance, iterations = EFFORTS[effort]
-        return fit(seed.setting, seed.start, tolerance=tolerance, iterations=iterations)
+        return fitted(seed.setting, seed.start, EFFORTS[effort])
 
     def linearised(self, found: Fit) -> Linearised:
         """Of the nuisance parameters that can still move."""
-        return linearised(_point(found))
+        return linearised(found.point)
 
     def columns(self, found: Fit, effects: Sequence[Effect]) -> list[Real | None]:
         """Weighted derivative columns."""
-        return columns_of(_point(found), effects)
+        return columns_of(found.point, effects)
 
     def first_order(self, found: Fit, effects: Sequence[Effect]) -> list[Score]:
         """Explained fractions to first order."""
-        return first_order(_point(found), effects)
+        return first_order(found.point, effects)
 
     def halves(self, found: Fit) -> Sequence[NDArray[np.bool_]]:
         """Of blocks of frequency of each sensor and recording."""
-        return halves(_point(found).setting.signals)
+        return halves(found.point.setting.signals)
 
     def finite_size(
         self, nominal: Fit, parent: Fit, placed: tuple[Effect, ...], effects: Sequence[Effect]
     ) -> FiniteSize:
         """In closed form where an effect acts along few directions, in the basis of the lowest
         modes for sets of elements, and by a model for each size for whole members."""
-        point = _point(nominal)
+        point = nominal.point
         left = Projection.of(linearised(point))
         linear = first_order(point, effects, left)
         exact = best_of(few_directions(point, linear, left), sets_of_elements(point, linear, left))
@@ -216,7 +221,7 @@ class ResponseEvidence:
 
     def errors(self, found: Fit) -> Errors:
         """Channel by channel."""
-        return self._errors_at(_point(found))
+        return self._errors_at(found.point)
 
     def _errors_at(self, point: ResponsePoint) -> Errors:
         return Errors(
@@ -244,13 +249,13 @@ class ResponseEvidence:
         within = found.misfit <= OPEN * EXPLAINED
         return bool(within or errors.worst <= self.allowance(found.setting.model))
 
-    def wide(self) -> ResponseFit:
+    def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
         free = [replace(q, lower=-WIDE, upper=WIDE) for q in self.model.parameters]
         setting = self.setting(self.model.with_parameters(free), ())
-        found = fit(setting, np.zeros(setting.size))
+        found = fitted(setting, np.zeros(len(setting.columns)), EFFORTS["base"])
         for level in range(1, self.levels):
-            found = fit(self.at_level(setting, level), found.p)
+            found = fitted(self.at_level(setting, level), found.p, EFFORTS["base"])
         return found
 
     def further(self, last: Fit) -> Further:
@@ -268,7 +273,7 @@ class ResponseEvidence:
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With a damping ratio of its own for every mode, and the faults of the sensors."""
-        point = _point(last)
+        point = last.point
         setting = point.setting
         faults = zip(setting.faults, (float(v) for v in point.fault_values), strict=True)
         n = len(setting.model.parameters)
@@ -286,7 +291,7 @@ class ResponseEvidence:
         """Responses before and after, what remains, and the map of explained fractions."""
         return responses_shown(
             self.nominal_point,
-            _point(last),
+            last.point,
             self.data.sharp,
             self.data.sharp_hold_out,
             [(s.effect, s.fraction) for s in scores],
@@ -296,7 +301,7 @@ class ResponseEvidence:
         """The contract's error of the file as it came and of the diagnosed model."""
         before, after = (
             Errors(frobenius(p, self.data.sharp), frobenius(p, self.data.sharp_hold_out))
-            for p in (self.nominal_point, _point(last))
+            for p in (self.nominal_point, last.point)
         )
         return before, after
 
@@ -309,8 +314,3 @@ class ResponseEvidence:
             key: {name: {"before": getattr(before, key), "after": getattr(after, key)}}
             for key in ("fit", "hold_out")
         }
-
-
-def _point(found: Any) -> ResponsePoint:
-    point: ResponsePoint = found.point
-    return point

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cvxupdate.diagnose.fit import bounds_of
 from cvxupdate.diagnose.responses.columns import Columns, sums_of
-from cvxupdate.diagnose.responses.fit import bounds_of, prior_scales
 from cvxupdate.diagnose.responses.lines import Real
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.screen.projection import Linearised, Projection, norms
@@ -25,7 +25,7 @@ def linearised(point: ResponsePoint) -> Linearised:
     free = (point.p > bounds.lower + AT_BOUND * np.abs(bounds.lower)) & (
         point.p < bounds.upper - AT_BOUND * np.abs(bounds.upper)
     )
-    scales = prior_scales(point.setting)[free]
+    scales = point.setting.scales[free]
     return Linearised(A[:, free], -weights * values, point.p[free], scales)
 
 

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from cvxupdate.diagnose.nominal.scatter import prior_scales
 from cvxupdate.diagnose.responses.derivatives import Changes, by_point
 from cvxupdate.diagnose.responses.lines import Complex, Real
 from cvxupdate.diagnose.responses.signals import Signal
@@ -20,6 +21,7 @@ from cvxupdate.diagnose.responses.synthesis import (
     respond,
     sensor_rows,
 )
+from cvxupdate.diagnose.settings import COMMON_DAMPING_STD, FREE, MODE_DAMPING_STD
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.fe.rigid import rigid_body_modes
@@ -61,9 +63,22 @@ class ResponseSetting:
         )
 
     @property
-    def size(self) -> int:
-        """Number of unknowns."""
-        return len(self.model.parameters) + 1 + self.damped + len(self.faults)
+    def scales(self) -> Real:
+        """Prior standard deviations of the unknowns: group p-values scatter as usual; effects and
+        faults are free."""
+        common, own = COMMON_DAMPING_STD, [MODE_DAMPING_STD] * self.damped
+        return np.array([*prior_scales(self.model), common, *own, *[FREE] * len(self.faults)])
+
+    def noise_parts(self, point: ResponsePoint) -> Real:
+        """The part of each row's weighted square that noise alone makes, real and imaginary
+        alike."""
+        parts = [(s.std**2 / (2.0 * s.scale() ** 2)).reshape(-1) for s in self.signals]
+        return np.concatenate([np.tile(part, 2) for part in parts])
+
+    def damping_strain(self, p: Real) -> float:
+        """Squares of the modes' own log damping ratios in units of their usual scatter."""
+        n = len(self.model.parameters)
+        return float(np.sum((p[n + 1 : n + 1 + self.damped] / MODE_DAMPING_STD) ** 2))
 
     def evaluate(self, p: Real, before: ResponsePoint | None = None) -> ResponsePoint:
         """The responses at ``p``; modes keep their damping ratio when they cross. ModelError where

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.convex import Bounds, CompiledStep, GroupL1, SolverChoice, StepProblem
+from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.screen.projection import Projection
-from cvxupdate.diagnose.types import Evidence, Fit, Real, Score
+from cvxupdate.diagnose.types import Evidence, Real, Score
 
 # candidates beside each other: the largest explained fractions (sure independence screening; Fan
 # and Lv 2008)

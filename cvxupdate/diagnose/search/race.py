@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import chain
 
+from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis, nominal_unknowns
 from cvxupdate.diagnose.settings import ABREAST, AGAIN, BEHIND, CLEAR
-from cvxupdate.diagnose.types import Evidence, Fit, Key, Progress, Seed
+from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
 
 Legs = Sequence[tuple[int, int]]

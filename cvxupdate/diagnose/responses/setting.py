@@ -1,0 +1,44 @@
+"""A model against recordings of responses, with a damping ratio of its own for every mode."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cvxupdate.diagnose.nominal.damping import file_damping
+from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
+from cvxupdate.diagnose.responses.point import ResponseSetting
+from cvxupdate.diagnose.responses.signals import Signal
+from cvxupdate.fe.model import Model
+from cvxupdate.fe.modes import natural_modes
+from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.physics.fault import Fault
+
+
+def setting_for(
+    model: Model,
+    original: Model,
+    signals: Sequence[Signal],
+    top: float,
+    faults: Sequence[Fault] = (),
+    mesh: MeshError = NONE,
+) -> ResponseSetting:
+    """Give every mode in the band a damping ratio of its own, starting from the problem file's."""
+    m = model.matrices(model.zero())
+    rigid = rigid_body_modes(model, m.K, m.M)
+    count = min(model.size, 40)
+    while True:
+        modes = natural_modes(m.K, m.M, count, rigid).flexible()
+        if (
+            len(modes.frequencies) < count
+            or modes.frequencies[-1] > 1.3 * top
+            or count >= model.size
+        ):
+            break
+        count = min(2 * count, model.size)
+    band = int(np.sum(modes.frequencies < 1.25 * top))
+    f = modes.frequencies[:band]
+    return ResponseSetting(
+        model, tuple(signals), file_damping(original, f), top, tuple(faults), mesh.at(f)
+    )
