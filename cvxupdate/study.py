@@ -287,16 +287,19 @@ def _refuse_unknown_effects(spec: Spec) -> None:
 def _with_refined(found: Diagnosis, spec: Spec, known: Known) -> Diagnosis:
     """With the updated model on a finer mesh where that comes closer to the recordings in
     `correlate`, and the figures of both. The ``known`` recordings are not read again."""
-    from cvxupdate.diagnose.output.refine import refined, shift
+    from cvxupdate.diagnose.output.refine import finer, finer_file, shift
     from cvxupdate.fe.build import build_model
     from cvxupdate.recordings.load import load_recordings
     from cvxupdate.spec import read_text
 
-    fine = None if found.updated is None else refined(found.updated)
-    if found.updated is None or fine is None:
+    if found.updated is None:
         return found
     try:
-        specs = [read_text(written.text, spec.path) for written in (found.updated, fine)]
+        coarse = read_text(found.updated.text, spec.path)
+        fine = finer(coarse)
+        if fine is None:
+            return found
+        specs = [coarse, fine]
         models = [build_model(s) for s in specs]
         if shift(*models) < MESH_MATTERS:
             return found
@@ -317,4 +320,4 @@ def _with_refined(found: Diagnosis, spec: Spec, known: Known) -> Diagnosis:
         "recordings), because it keeps the mesh of the file that was diagnosed; on a finer "
         f"mesh the same model has {errors[1]:.3g}{unit}: updated/refined.toml."
     )
-    return replace(found, refined=fine, evidence=(*found.evidence, says))
+    return replace(found, refined=finer_file(fine), evidence=(*found.evidence, says))

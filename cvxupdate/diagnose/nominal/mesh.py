@@ -9,11 +9,12 @@ frequencies is moved by it; shapes and parameters stay those of the analyst's me
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from cvxupdate.correlate import pair_modes
+from cvxupdate.diagnose.nominal.refined import refined
+from cvxupdate.diagnose.settings import ANOTHER_MODE, SLENDER
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.build import build_model
@@ -22,20 +23,9 @@ from cvxupdate.fe.modes import model_modes
 from cvxupdate.fe.sections import section_constants
 from cvxupdate.fe.select import has_property
 from cvxupdate.spec import Spec
-from cvxupdate.spec import elements as se
-from cvxupdate.spec import model as sm
 
-ORDER = {
-    "plate": 2,
-    "rod": 2,
-    "beam2d": 4,
-    "beam3d": 4,
-}  # of convergence of the frequencies with the mesh (tests/fe/test_closed_forms.py)
-
-ANOTHER = 0.2  # relative shift beyond which two modes are not one and the same on two meshes
-SLENDER = (
-    4.0  # depths: the length of an element where its terms of second and fourth order are equal
-)
+# of convergence of the frequencies with the mesh (tests/fe/test_closed_forms.py)
+ORDER = {"plate": 2, "rod": 2, "beam2d": 4, "beam3d": 4}
 
 
 @dataclass(frozen=True)
@@ -124,15 +114,10 @@ def mesh_error(spec: Spec, model: Model, top: float, sheared: bool = False) -> M
     )
     f, g = coarse.frequencies[found.measured], sharp.frequencies[found.model]
     shift = (g + (g - f) / (2.0**order - 1.0)) / f - 1.0
-    same = (
-        np.abs(shift) <= ANOTHER
-    )  # shapes of other DOFs than the shared ones look alike now and then
-    return MeshError(
-        f[same],
-        shift[same],
-        order,
-        np.asarray(found.measured, dtype=float)[same] if sheared else None,
-    )
+    # shapes of other DOFs than the shared ones look alike now and then
+    same = np.abs(shift) <= ANOTHER_MODE
+    numbers = np.asarray(found.measured, dtype=float)[same] if sheared else None
+    return MeshError(f[same], shift[same], order, numbers)
 
 
 def shearing(model: Model) -> Model:
@@ -164,73 +149,6 @@ def stocky(model: Model) -> bool:
         ):
             return True
     return False
-
-
-def refined(model: sm.Model) -> sm.Model:
-    """Every line element halved, every plate element quartered; ids, groups and sections stay,
-    mid-edge nodes are held where both ends are."""
-    xyz = {n.id: np.array([n.x, n.y, n.z]) for n in model.nodes}
-    nodes = list(model.nodes)
-    held: dict[int, set[str]] = {}
-    for s in model.supports:
-        for n in [n.id for n in model.nodes] if s.nodes == "all" else s.nodes:
-            held.setdefault(n, set()).update(s.dofs)
-    middle: dict[frozenset[int], int] = {}
-    supports = list(model.supports)
-    edges = _edges(model)
-
-    def between(*ids: int) -> int:
-        key = frozenset(ids)
-        if key not in middle:
-            number = max(xyz) + 1
-            x = np.mean([xyz[i] for i in ids], axis=0)
-            xyz[number] = x
-            nodes.append(sm.Node(id=number, x=float(x[0]), y=float(x[1]), z=float(x[2])))
-            middle[key] = number
-            both = set.intersection(*(held.get(i, set()) for i in ids))
-            if both and len(ids) == 2 and edges.get(key, 0) == 1:
-                supports.append(sm.Support(nodes=(number,), dofs=tuple(sorted(both))))  # type: ignore[arg-type]
-        return middle[key]
-
-    blocks: list[Any] = []
-    for block in model.elements:
-        rows: list[Any] = []
-        for row in block.rows:
-            if isinstance(row, se.LineRow):
-                a, b = row.nodes
-                m = between(a, b)
-                rows += [row.model_copy(update={"nodes": pair}) for pair in ((a, m), (m, b))]
-            elif isinstance(row, se.PlateRow):
-                a, b, c, d = row.nodes
-                ab, bc, cd, da, o = (
-                    between(a, b),
-                    between(b, c),
-                    between(c, d),
-                    between(d, a),
-                    between(a, b, c, d),
-                )
-                rows += [
-                    row.model_copy(update={"nodes": quad})
-                    for quad in ((a, ab, o, da), (ab, b, bc, o), (o, bc, c, cd), (da, o, cd, d))
-                ]
-            else:
-                rows.append(row)
-        blocks.append(block.model_copy(update={"rows": tuple(rows)}))
-    return model.model_copy(
-        update={"nodes": tuple(nodes), "elements": tuple(blocks), "supports": tuple(supports)}
-    )
-
-
-def _edges(model: sm.Model) -> dict[frozenset[int], int]:
-    """How many plate elements share an edge: 1 on the rim."""
-    out: dict[frozenset[int], int] = {}
-    for block in model.elements:
-        for row in block.rows:
-            if isinstance(row, se.PlateRow):
-                for i in range(4):
-                    key = frozenset((row.nodes[i], row.nodes[(i + 1) % 4]))
-                    out[key] = out.get(key, 0) + 1
-    return out
 
 
 def mesh_line(worst: float) -> list[str]:
