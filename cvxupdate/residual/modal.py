@@ -182,7 +182,7 @@ class ModalPoint:
                     derivatives,
                     others,
                 )
-                rows.append(_scaled_derivative(phi[sensors], d, x, std))
+                rows.append(scaled_derivative(phi[sensors], d, x, std))
         A = np.vstack(rows)
         values, weights, labels = self.differences
         return LinearSystem(
@@ -221,7 +221,7 @@ def _scaled(phi: Real, x: Real, std: Real) -> tuple[Real, float]:
     return q * phi, q
 
 
-def _scaled_derivative(phi: Real, d: Real, x: Real, std: Real) -> Real:
+def scaled_derivative(phi: Real, d: Real, x: Real, std: Real) -> Real:
     """∂(q φ)/∂p, the scale factor's own change included, (sensors, parameters)."""
     w = 1.0 / std**2
     _, q = _scaled(phi, x, std)

@@ -15,7 +15,6 @@ from cvxupdate.diagnose.modes.damping import damping_laws
 from cvxupdate.diagnose.modes.figures import modes_shown
 from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
 from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
-from cvxupdate.diagnose.modes.following import followed
 from cvxupdate.diagnose.modes.members import whole_members
 from cvxupdate.diagnose.modes.scene import scene
 from cvxupdate.diagnose.modes.setting import ModesSetting, setting_of
@@ -44,6 +43,7 @@ from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import MODES, RATIOS, Effect
 from cvxupdate.physics.fault import Fault
+from cvxupdate.residual.following import followed
 from cvxupdate.residual.modal import ModalPoint
 from cvxupdate.update.trust_region import Options
 

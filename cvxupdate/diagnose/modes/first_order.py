@@ -3,8 +3,7 @@ derivatives of eigenvalues and shapes (Fox and Kapoor 1968)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from cvxupdate.diagnose.types import Real, Score
 from cvxupdate.fe.modes import natural_modes
 from cvxupdate.fe.rigid import rigid_body_modes
 from cvxupdate.physics.effect import Effect
-from cvxupdate.residual.modal import ModalPoint
+from cvxupdate.residual.block_columns import BlockColumns
 
 BASIS = 120  # modes that span the derivative of a shape
 TOGETHER = 256  # columns scored at a time
@@ -32,8 +31,7 @@ def columns_of(fit: Fit, effects: Sequence[Effect]) -> list[Real | None]:
     point, model = fit.point, fit.setting.model
     K, M = point.matrices.K, point.matrices.M
     many = natural_modes(K, M, min(model.size, BASIS), rigid_body_modes(model, K, M))
-    phi = np.vstack([many.shapes, np.zeros((1, many.shapes.shape[1]))])
-    column = _column(point, many.eigenvalues, phi)
+    columns = BlockColumns.of(point, many)
     _, weights, _ = point.differences
     single: dict[tuple[str, int], Real] = {}
     out: list[Real | None] = []
@@ -46,7 +44,7 @@ def columns_of(fit: Fit, effects: Sequence[Effect]) -> list[Real | None]:
         if len(keys) > 1 and all(k in single for k in keys):
             J = np.sum([single[k] for k in keys], axis=0)
         else:
-            J = np.stack([column(blocks) for blocks in change.tangent], axis=1)
+            J = np.stack([columns.of_blocks(blocks) for blocks in change.tangent], axis=1)
             J = weights[:, None] * J
         if len(keys) == 1:
             single[keys[0]] = J
@@ -70,84 +68,4 @@ def first_order(fit: Fit, effects: Sequence[Effect]) -> list[Score]:
     for k, several in enumerate(columns):
         if several is not None and several.shape[1] > 1:
             out[k] = left.several(effects[k], several, left.freed(several))
-    return out
-
-
-def _column(point: ModalPoint, eigenvalues: Real, phi: Real) -> Callable[[Sequence[Any]], Real]:
-    """What gives the derivative of the rows of ``point.differences`` along one tangent: Fox and
-    Kapoor's modal expansion over the modes at hand."""
-    residual = point.residual
-    places = np.array(
-        [i for k in range(len(residual.fit)) for i in point.places[k].tolist() if i >= 0],
-        dtype=np.int64,
-    )
-    shapes = np.vstack([point.modes.shapes, np.zeros((1, point.modes.shapes.shape[1]))])
-    paired, own = np.ascontiguousarray(shapes[:, places]), point.modes.eigenvalues[places]
-    rows = point.shape_rows() if residual.shapes else []
-
-    def column(blocks: Sequence[Any]) -> Real:
-        parts = [_energies(paired, own, blocks)]
-        for _, _, i, sensors, x, std in rows:
-            parts.append(
-                _turned(
-                    shapes[:, i],
-                    float(point.modes.eigenvalues[i]),
-                    sensors,
-                    x,
-                    std,
-                    eigenvalues,
-                    phi,
-                    blocks,
-                )
-            )
-        return np.concatenate(parts)
-
-    return column
-
-
-def _energies(shapes: Real, eigenvalues: Real, blocks: Sequence[Any]) -> Real:
-    """φᵀ (∂K − λ ∂M) φ of each of ``shapes`` (N + 1, modes); the last DOF is the ground."""
-    out = np.zeros(len(eigenvalues))
-    for b in blocks:
-        local = shapes[b.dofs]  # (elements, dofs, modes)
-        if b.K is not None:
-            out += np.einsum("eim,eim->m", local, b.K @ local)
-        if b.M is not None:
-            out -= eigenvalues * np.einsum("eim,eim->m", local, b.M @ local)
-    return out
-
-
-def _turned(
-    shape: Real,
-    eigenvalue: float,
-    sensors: Any,
-    x: Real,
-    std: Real,
-    eigenvalues: Real,
-    phi: Real,
-    blocks: Sequence[Any],
-) -> Real:
-    """Derivative of a shape (N + 1,) at ``sensors``, scaled to the measured ``x`` all the while."""
-    force = _push(shape, eigenvalue, blocks)
-    gap = eigenvalue - eigenvalues
-    near = np.abs(gap) <= 1e-6 * max(eigenvalue, 1.0)
-    d = phi[sensors] @ np.where(near, 0.0, (phi.T @ force) / np.where(near, 1.0, gap))
-    w = 1.0 / std**2
-    own = shape[sensors]
-    q = np.sum(w * own * x) / np.sum(w * own**2)
-    return np.asarray(q * d + own * (np.sum(w * (x - 2.0 * q * own) * d) / np.sum(w * own**2)))
-
-
-def _push(shape: Real, lam: float, blocks: Sequence[Any]) -> Real:
-    """(∂K − λ ∂M) φ, (N + 1,); the last DOF is the ground, where nothing moves."""
-    out = np.zeros(len(shape))
-    for b in blocks:
-        local = shape[b.dofs]
-        push = np.zeros(b.dofs.shape)
-        if b.K is not None:
-            push += np.einsum("eij,ej->ei", b.K, local)
-        if b.M is not None:
-            push -= lam * np.einsum("eij,ej->ei", b.M, local)
-        np.add.at(out, b.dofs, push)
-    out[-1] = 0.0
     return out

@@ -9,8 +9,8 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 
-from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.block import Index
+from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.modes import Modes
 from cvxupdate.residual.modal import ModalPoint, ModalResidual
 from cvxupdate.residual.pairing import follow
