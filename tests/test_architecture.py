@@ -13,8 +13,9 @@ import pytest
 
 PACKAGE = Path(__file__).resolve().parents[1] / "cvxupdate"
 BASE = {"errors"}
-MODEL = {"errors", "spec", "fe"}
-DATA = {"errors", "spec", "recordings"}
+TEXT = BASE | {"registry", "keys"}  # what a problem file is made of
+MODEL = TEXT | {"spec", "fe"}
+DATA = TEXT | {"spec", "recordings"}
 SHARED = {"matfile"}  # a format that brings models and recordings alike
 
 # Room or single module → rooms it may import. `errors` and `system` are shared parts: errors for
@@ -23,14 +24,16 @@ SHARED = {"matfile"}  # a format that brings models and recordings alike
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
     "system": BASE,
-    "spec": BASE,
+    "registry": BASE,
+    "keys": BASE | {"registry"},
+    "spec": TEXT,
     "matfile": BASE,
-    "fe": BASE | SHARED | {"spec"},
+    "fe": TEXT | SHARED | {"spec"},
     "reduction": MODEL,
-    "recordings": BASE | SHARED | {"spec"},
+    "recordings": TEXT | SHARED | {"spec"},
     "correlate": MODEL | DATA | {"reduction"},
     "residual": MODEL | DATA | {"reduction", "correlate", "system"},
-    "convex": BASE | {"system"},
+    "convex": BASE | {"system", "keys"},
     "direct": MODEL | {"reduction"},
     "update": MODEL | DATA | {"reduction", "correlate", "residual", "convex", "direct", "system"},
     "physics": MODEL | {"residual"},

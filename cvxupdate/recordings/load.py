@@ -17,7 +17,7 @@ from cvxupdate.recordings.read.to_time import TimeBlocks, gather, time_blocks
 from cvxupdate.recordings.read.wanted import Names, Wanted
 from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Origin, Recording
 from cvxupdate.spec import Spec
-from cvxupdate.spec.elements import MatrixBlock
+from cvxupdate.spec.elements import from_files
 from cvxupdate.spec.recordings import (
     ChannelRow,
     FrfRecording,
@@ -231,7 +231,7 @@ def load_recordings(spec: Spec, told: Told | None = None) -> tuple[Recording, ..
     ``band`` cuts FRFs here; for time histories it is the residual's to use. Raises `RecordingError`
     with the first file and channel that cannot be read or does not fit the model.
     """
-    given = any(isinstance(block, MatrixBlock) for block in spec.model.elements)
+    given = any(from_files(block.type) for block in spec.model.elements)
     nodes = None if given else frozenset(node.id for node in spec.model.nodes)
     recordings = []
     opened: Opened = {}

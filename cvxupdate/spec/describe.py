@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from cvxupdate.spec.grammar import ProblemFile
+from cvxupdate.spec.grammar import grammar
 from cvxupdate.spec.problem import schema
 
 _MARKED = re.compile(r"<!-- keys: (?P<name>\w+) -->\n.*?<!-- end -->", re.DOTALL)
@@ -47,7 +47,7 @@ def described(page: str) -> frozenset[str]:
 def _table(whole: dict[str, Any], name: str) -> str:
     part = whole if name == "ProblemFile" else whole["$defs"][name]
     required = part.get("required", ())
-    strict = ProblemFile.model_json_schema()["$defs"].get(name, {}).get("required", ())
+    strict = grammar().model_json_schema()["$defs"].get(name, {}).get("required", ())
     rows = ["| key | type | default | meaning |", "|---|---|---|---|"]
     for key, value in part["properties"].items():
         default = (

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from cvxupdate.registry import ELEMENTS
 from cvxupdate.spec import check_problem, schema
 from cvxupdate.spec.describe import described, fill
-from cvxupdate.spec.elements import OF_BY_TYPE
 
 PAGE = Path(__file__).parents[2] / "docs" / "problem-files.md"
 
@@ -34,7 +34,7 @@ def test_the_table_of_properties_is_that_of_the_code() -> None:
         for line in table
         for kind in line.split("|")[1].replace(" ", "").split(",")
     }
-    assert said == {kind: set(words) for kind, words in OF_BY_TYPE.items()}
+    assert said == {kind.name: set(kind.text.changes) for kind in ELEMENTS.members()}
 
 
 def test_the_smallest_file_of_the_page_holds(tmp_path: Path) -> None:

@@ -9,12 +9,17 @@ and Trapp 1998).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from pathlib import Path
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
+
+from cvxupdate.spec.elements import ElementText
+from cvxupdate.spec.model import Material, Model, Section
 
 Real = NDArray[np.float64]
 Values = NDArray[Any]  # real, or complex while a derivative is taken
@@ -28,6 +33,47 @@ class Term:
     matrix: str
     coefficient: str
     values: Real
+
+
+@dataclass(frozen=True)
+class Placed:
+    """An element on the nodes of its row: its type, its own properties and its orientation
+    vector."""
+
+    kind: ElementType
+    properties: Mapping[str, float]
+    orientation: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Given:
+    """A matrix on DOFs of its own: which of K, M, C, D, (node number, DOF kind 0..5) of each of its
+    rows, and its entries (rows, rows)."""
+
+    matrix: str
+    labels: tuple[tuple[int, int], ...]
+    values: sp.csr_array
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What a row may name: the text of the model, and the folder of the problem file."""
+
+    text: Model
+    folder: Path
+
+    @property
+    def active(self) -> tuple[str, ...]:
+        """The active DOF kinds."""
+        return tuple(self.text.dofs)
+
+    def material(self, row: Any) -> Material:
+        """The material of a row."""
+        return self.text.materials[row.material]
+
+    def section(self, row: Any) -> Section:
+        """The section of a row."""
+        return self.text.sections[row.section]
 
 
 class Element(Protocol):
@@ -60,6 +106,19 @@ class Element(Protocol):
     def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
         """Scalars of every term, each (elements,); ``length`` is among ``properties`` for elements
         with two nodes."""
+
+
+class ElementType(Element, Protocol):
+    """An element that a problem file may name: listed in `cvxupdate.fe.elements`, or registered."""
+
+    text: ClassVar[ElementText]
+    """What the problem file needs to know of the type."""
+    brings: ClassVar[Mapping[str, str] | None]
+    """DOF kind → the property without which an element brings no DOF there; None: it brings all."""
+
+    @classmethod
+    def from_row(cls, row: Any, block: Any, around: Surroundings) -> Iterable[Placed | Given]:
+        """The elements of one row."""
 
 
 def rotate(local: Real, triads: Real, blocks: int) -> Real:
