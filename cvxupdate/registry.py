@@ -75,4 +75,4 @@ class Registry:
 ELEMENTS = Registry("element", "cvxupdate.fe.elements:ELEMENTS")
 CONSTRAINTS = Registry("constraint", "cvxupdate.convex.constraints:CONSTRAINTS", "__name__")
 REGULARISERS = Registry("regulariser", "cvxupdate.convex.regularisers:REGULARISERS")
-READERS = Registry("reader", "cvxupdate.recordings.read.formats:FORMATS")
+READERS = Registry("reader", "cvxupdate.recordings.read:FORMATS")
