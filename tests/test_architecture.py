@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import json
 import subprocess
 import sys
@@ -303,3 +304,31 @@ def test_the_model_loads_without_cvxpy() -> None:
         for m in loaded
         if m.split(".")[0] in ("cvxpy", "qpsolvers", "matplotlib", "pyuff", "h5py")
     ]
+
+
+def test_the_registries_hold_every_part_of_their_folders() -> None:
+    """The four lists are all that `registry` names, and no class or format of their folders is left
+    out."""
+    from cvxupdate import registry
+    from cvxupdate.recordings.read.contents import Format
+
+    part = {  # how a part of each kind is known
+        registry.ELEMENTS: lambda found: isinstance(found, type) and "from_row" in vars(found),
+        registry.CONSTRAINTS: lambda found: isinstance(found, type) and "clauses" in vars(found),
+        registry.REGULARISERS: lambda found: (
+            isinstance(found, type) and "weight_range" in vars(found)
+        ),
+        registry.READERS: lambda found: isinstance(found, Format),
+    }
+    known = {r for r in vars(registry).values() if isinstance(r, registry.Registry)}
+    assert known == set(part)
+    for listed, is_part in part.items():
+        home = listed.home.partition(":")[0]
+        modules = [importlib.import_module(m) for m in MODULES if m.startswith(home + ".")]
+        found = {
+            id(value): value
+            for module in modules
+            for value in vars(module).values()
+            if is_part(value) and not getattr(value, "_is_protocol", False)
+        }
+        assert set(found) == {id(member) for member in listed.members()}, listed.kind

@@ -16,7 +16,7 @@ from ..context import Context, Key
 from .clauses import Clause, LinearClause, positions
 
 
-class SmoothTable(Part):
+class SmoothnessTable(Part):
     """Parameters of elements that share a node differ little."""
 
     at_most: NonNegative = Field(description="largest difference of neighbours")
@@ -29,11 +29,11 @@ class Smooth:
     pairs: tuple[tuple[str, str], ...]
     at_most: float
     keys: ClassVar[Mapping[str, Key]] = {
-        "smoothness": Key(SmoothTable, "smoothness along neighbours")
+        "smoothness": Key(SmoothnessTable, "smoothness along neighbours")
     }
 
     @classmethod
-    def from_spec(cls, table: SmoothTable, context: Context) -> Smooth:
+    def from_spec(cls, table: SmoothnessTable, context: Context) -> Smooth:
         """All pairs of neighbours.
 
         Raises
