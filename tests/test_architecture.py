@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import json
 import subprocess
 import sys
@@ -13,8 +14,9 @@ import pytest
 
 PACKAGE = Path(__file__).resolve().parents[1] / "cvxupdate"
 BASE = {"errors"}
-MODEL = {"errors", "spec", "fe"}
-DATA = {"errors", "spec", "recordings"}
+TEXT = BASE | {"registry", "keys"}  # what a problem file is made of
+MODEL = TEXT | {"spec", "fe"}
+DATA = TEXT | {"spec", "recordings"}
 SHARED = {"matfile"}  # a format that brings models and recordings alike
 
 # Room or single module → rooms it may import. `errors` and `system` are shared parts: errors for
@@ -23,14 +25,16 @@ SHARED = {"matfile"}  # a format that brings models and recordings alike
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
     "system": BASE,
-    "spec": BASE,
+    "registry": BASE,
+    "keys": BASE | {"registry"},
+    "spec": TEXT,
     "matfile": BASE,
-    "fe": BASE | SHARED | {"spec"},
+    "fe": TEXT | SHARED | {"spec"},
     "reduction": MODEL,
-    "recordings": BASE | SHARED | {"spec"},
+    "recordings": TEXT | SHARED | {"spec"},
     "correlate": MODEL | DATA | {"reduction"},
     "residual": MODEL | DATA | {"reduction", "correlate", "system"},
-    "convex": BASE | {"system"},
+    "convex": BASE | {"system", "keys"},
     "direct": MODEL | {"reduction"},
     "update": MODEL | DATA | {"reduction", "correlate", "residual", "convex", "direct", "system"},
     "physics": MODEL | {"residual"},
@@ -318,3 +322,31 @@ def test_the_model_loads_without_cvxpy() -> None:
         for m in loaded
         if m.split(".")[0] in ("cvxpy", "qpsolvers", "matplotlib", "pyuff", "h5py")
     ]
+
+
+def test_the_registries_hold_every_part_of_their_folders() -> None:
+    """The four lists are all that `registry` names, and no class or format of their folders is left
+    out."""
+    from cvxupdate import registry
+    from cvxupdate.recordings.read.contents import Format
+
+    part = {  # how a part of each kind is known
+        registry.ELEMENTS: lambda found: isinstance(found, type) and "from_row" in vars(found),
+        registry.CONSTRAINTS: lambda found: isinstance(found, type) and "clauses" in vars(found),
+        registry.REGULARISERS: lambda found: (
+            isinstance(found, type) and "weight_range" in vars(found)
+        ),
+        registry.READERS: lambda found: isinstance(found, Format),
+    }
+    known = {r for r in vars(registry).values() if isinstance(r, registry.Registry)}
+    assert known == set(part)
+    for listed, is_part in part.items():
+        home = listed.home.partition(":")[0]
+        modules = [importlib.import_module(m) for m in MODULES if m.startswith(home + ".")]
+        found = {
+            id(value): value
+            for module in modules
+            for value in vars(module).values()
+            if is_part(value) and not getattr(value, "_is_protocol", False)
+        }
+        assert set(found) == {id(member) for member in listed.members()}, listed.kind

@@ -29,7 +29,7 @@ from cvxupdate.recordings.spectral import frf_from_time
 from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Recording, TimeHistory
 from cvxupdate.reduction import qr_places, visibility
 from cvxupdate.spec import Spec
-from cvxupdate.spec.elements import MatrixBlock
+from cvxupdate.spec.elements import from_files
 
 Index = NDArray[np.int64]
 FDAC_LINES = 120
@@ -47,7 +47,7 @@ def drawing_of(spec: Spec, model: Model) -> Drawing | None:
     parts = tuple(
         Part(row.id, block.type, tuple(at[n] for n in row.nodes))
         for block in spec.model.elements
-        if not isinstance(block, MatrixBlock)
+        if not from_files(block.type)
         for row in block.rows
     )
     used = sorted({n for part in parts for n in part.nodes if len(part.nodes) > 1})

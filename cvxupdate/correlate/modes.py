@@ -15,7 +15,7 @@ from cvxupdate.correlate.pairing import Pairing
 from cvxupdate.correlate.result import Drawing, ModePair, ShapeComparison
 from cvxupdate.correlate.summary import correlation
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.build import parse_label
+from cvxupdate.fe.labels import parse_label
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.recordings.types import ModeTable

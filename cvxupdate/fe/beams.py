@@ -11,6 +11,7 @@ from cvxupdate.fe.hermite import unit_matrices
 from cvxupdate.fe.sections import Section, section_constants
 from cvxupdate.fe.terms import Real, Term, Values, rotate
 from cvxupdate.fe.triads import line_triads
+from cvxupdate.spec.elements import Lacking, LineBlock
 
 # Places of (w₁, ψ₁, w₂, ψ₂) among the twelve local DOFs, and the sign of the rotation: θz = dv/dx,
 # θy = −dw/dx.
@@ -100,3 +101,16 @@ def beam_coefficients(section: Section, p: Mapping[str, Values]) -> dict[str, Va
             out[f"rhoA{axis}.{power}"] = rho * c["A"] * share
             out[f"rhoI{axis}.{power}"] = rho * I * share
     return out
+
+
+def beam_lacking(block: LineBlock, active: tuple[str, ...]) -> Lacking:
+    """Translations and rotations, or the rotation about x alone: a beam along x of which only the
+    torsion is wanted."""
+    turns, moves = {"rx", "ry", "rz"}.intersection(active), {"x", "y", "z"}.intersection(active)
+    if (turns and moves) or set(active) == {"rx"}:
+        return None
+    return (
+        f"{block.type} elements need translations and rotations; active are {', '.join(active)}.",
+        'Add to model.dofs, e.g. ["z", "ry"] for bending in the x–z plane; a rod has translations '
+        "only.",
+    )

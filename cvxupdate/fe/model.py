@@ -15,9 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.elements.base import Real, Values
+from cvxupdate.fe.labels import KINDS as KINDS
 from cvxupdate.fe.parameters import Parameter
-
-KINDS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 @dataclass(frozen=True)

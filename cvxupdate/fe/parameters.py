@@ -13,6 +13,7 @@ import numpy as np
 
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.elements.base import Real
+from cvxupdate.registry import ELEMENTS
 
 P_VALUES = ("stiffness", "mass", "damping")
 UNITS = {
@@ -84,3 +85,9 @@ class Parameter:
     def members(self) -> int:
         """Number of elements it moves."""
         return int(np.sum([len(t.rows) for t in self.targets]))
+
+
+def unit_of(of: str) -> str:
+    """Unit of a property, those of elements from outside too; "1" where none is known."""
+    own = (kind.text.units.get(of) for kind in ELEMENTS.members())
+    return UNITS.get(of) or next((unit for unit in own if unit is not None), "1")

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
+from cvxupdate.fe.surroundings import Surroundings
 from cvxupdate.fe.terms import Values
+from cvxupdate.spec.elements import LineRow
+from cvxupdate.spec.model import Material
 
 FACTORS = ("A", "Iy", "Iz", "J")
 
@@ -68,3 +71,41 @@ class General:
 def section_constants(section: Section, p: Mapping[str, Values]) -> dict[str, Values]:
     """A, Iy, Iz, J with the factors applied, each (elements,)."""
     return {k: v * p[k] for k, v in section.constants(p).items()}
+
+
+def shape_of(text: Any) -> Section:
+    """The shape that a section of the problem file has."""
+    known: dict[str, Section] = {"rectangle": Rectangle(), "circle": Circle(), "general": General()}
+    return known[text.shape]
+
+
+def material_properties(material: Material) -> dict[str, float]:
+    """E, nu (that of E and G where G is given) and rho."""
+    nu = material.nu if material.G is None else material.E / (2.0 * material.G) - 1.0
+    return {"E": material.E, "nu": nu, "rho": material.rho}
+
+
+_DIMENSIONS = ("width", "height", "diameter", "wall")
+
+
+def line_properties(row: LineRow, around: Surroundings) -> dict[str, float]:
+    """Material, dimensions, section factors, preload and shear of a rod or beam."""
+    section: Any = around.section(row)
+    out = material_properties(around.material(row))
+    keys = type(section).model_fields
+    out |= {k: getattr(section, k) or 0.0 if k in keys else 1.0 for k in FACTORS}
+    out |= {k: getattr(section, k) or 0.0 for k in _DIMENSIONS if k in keys}
+    out["N"] = row.N
+    if section.kappa is None:
+        return {**out, "shear": 0.0, "kappa": shear_coefficient(section, out["nu"])}
+    return {**out, "shear": 1.0, "kappa": section.kappa}
+
+
+def shear_coefficient(section: Any, nu: float) -> float:
+    """kappa of a section for which the file gives none: 5/6, or that of a round bar or tube (Cowper
+    1966, hollow circle)."""
+    if section.shape != "circle":
+        return 5.0 / 6.0
+    inner = 1.0 - 2.0 * section.wall / section.diameter if section.wall else 0.0
+    ring = (1.0 + inner**2) ** 2
+    return 6.0 * (1.0 + nu) * ring / ((7.0 + 6.0 * nu) * ring + (20.0 + 12.0 * nu) * inner**2)

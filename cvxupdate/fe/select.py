@@ -12,7 +12,7 @@ from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Model
-from cvxupdate.fe.parameters import P_VALUES, UNITS, Parameter, Target
+from cvxupdate.fe.parameters import P_VALUES, Parameter, Target, unit_of
 from cvxupdate.fe.sections import FACTORS, section_constants
 
 _NEEDS = {
@@ -136,7 +136,7 @@ def _parameter(
         )
     values = np.concatenate(today)
     same = np.ptp(values) <= 1e-12 * np.abs(values).max()
-    unit = UNITS.get(wanted.of, "1")
+    unit = unit_of(wanted.of)
     if wanted.of in P_VALUES:
         nominal, size, unit = 0.0, 1.0, "1"
     elif (

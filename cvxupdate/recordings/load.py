@@ -19,7 +19,7 @@ from cvxupdate.recordings.read.to_time import gather, time_blocks
 from cvxupdate.recordings.read.wanted import Names, Wanted
 from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Origin, Recording
 from cvxupdate.spec import Spec
-from cvxupdate.spec.elements import MatrixBlock
+from cvxupdate.spec.elements import from_files
 from cvxupdate.spec.recordings import (
     ChannelRow,
     FrfRecording,
@@ -248,7 +248,7 @@ def load_recordings(
     among the ``known`` ones, further corrections apart, is not read again. Raises `RecordingError`
     with the first file and channel that cannot be read or does not fit the model.
     """
-    given = any(isinstance(block, MatrixBlock) for block in spec.model.elements)
+    given = any(from_files(block.type) for block in spec.model.elements)
     nodes = None if given else frozenset(node.id for node in spec.model.nodes)
     keys = [_key(declared) for declared in spec.recordings]
     recordings = []

@@ -2,7 +2,9 @@
 docs/problem-files.md``.
 
 The page holds ``<!-- keys: Node -->`` … ``<!-- end -->``; what stands between is written anew, and
-a test compares.
+a test compares. So are the table of what a parameter may change (``<!-- properties -->``) and, for
+parts that the page names nowhere, whole sections (``<!-- others -->``): a new element or constraint
+needs no word here.
 """
 
 from __future__ import annotations
@@ -12,10 +14,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from cvxupdate.spec.grammar import ProblemFile
+from cvxupdate.registry import ELEMENTS
+from cvxupdate.spec.grammar import grammar
 from cvxupdate.spec.problem import schema
 
 _MARKED = re.compile(r"<!-- keys: (?P<name>\w+) -->\n.*?<!-- end -->", re.DOTALL)
+_PROPERTIES = re.compile(r"<!-- properties -->\n.*?<!-- end -->", re.DOTALL)
+_OTHERS = re.compile(r"<!-- others -->\n.*?<!-- end others -->", re.DOTALL)
 _WORDS = {
     "number": "number",
     "integer": "integer",
@@ -34,9 +39,34 @@ def fill(page: str) -> str:
         When the page asks for a table that the grammar does not have.
     """
     whole = schema()
+    others = [name for name in whole["$defs"] if name not in described(_OTHERS.sub("", page))]
+    page = _PROPERTIES.sub(lambda m: f"<!-- properties -->\n{_properties()}\n<!-- end -->", page)
+    page = _OTHERS.sub(lambda m: _sections(whole, others), page)
     return _MARKED.sub(
         lambda m: f"<!-- keys: {m['name']} -->\n{_table(whole, m['name'])}\n<!-- end -->", page
     )
+
+
+def _properties() -> str:
+    said: dict[tuple[str, ...], list[str]] = {}
+    for kind in ELEMENTS.members():
+        said.setdefault(kind.text.changes, []).append(kind.name)
+    rows = [f"| {', '.join(names)} | {' '.join(of)} |" for of, names in said.items()]
+    return "\n".join(["| type | `of` |", "|---|---|", *rows])
+
+
+def _sections(whole: dict[str, Any], names: list[str]) -> str:
+    made = ["<!-- others -->"]
+    for name in names:
+        meaning = " ".join(whole["$defs"][name].get("description", "").split())
+        head = f"\n### {_shown(name)}\n\n{meaning}\n"
+        made.append(f"{head}\n<!-- keys: {name} -->\n\n<!-- end -->\n")
+    return "\n".join([*made, "<!-- end others -->"])
+
+
+def _shown(name: str) -> str:
+    """The heading of a part; the tables of constraints are called after their constraint."""
+    return name.removesuffix("Table")
 
 
 def described(page: str) -> frozenset[str]:
@@ -48,7 +78,7 @@ def _table(whole: dict[str, Any], name: str) -> str:
     part = whole if name == "ProblemFile" else whole["$defs"][name]
     required = part.get("required", ())
     instead = part.get("anyOf", [{}])[0].get("required", ())
-    strict = ProblemFile.model_json_schema()["$defs"].get(name, {}).get("required", ())
+    strict = grammar().model_json_schema()["$defs"].get(name, {}).get("required", ())
     rows = ["| key | type | default | meaning |", "|---|---|---|---|"]
     for key, value in part["properties"].items():
         default = (
@@ -77,7 +107,7 @@ def _default(value: dict[str, Any]) -> str:
 def _type(whole: dict[str, Any], value: dict[str, Any]) -> str:
     if "$ref" in value:
         name = value["$ref"].split("/")[-1]
-        return f"[{name}](#{name.lower()})"
+        return f"[{_shown(name)}](#{_shown(name).lower()})"
     if "anyOf" in value:
         return " or ".join(dict.fromkeys(t for t in (_type(whole, v) for v in value["anyOf"]) if t))
     if "oneOf" in value:

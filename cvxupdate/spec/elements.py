@@ -1,20 +1,26 @@
-"""Element blocks of a problem file.
+"""What the text of a problem file knows of elements: rows, blocks, and what both say of a type.
 
-A block holds rows; a property given once on the block counts for every row that does not give its
-own (``INHERITED`` lists which), so after loading every row is complete and the block's own copy may
-be ignored.
+A block holds rows; a key that both have is given once on the block for every row that does not give
+its own, so after loading every row is complete and the block's own copy may be ignored. A key means
+the same wherever it stands (`material` names a material, `dof` a direction, `m` a mass …), so the
+checks go by keys and an element from outside the package is checked like any other.
+
+The row models of an element type stand beside its matrices, in `cvxupdate/fe/elements/`. Here are
+those that several types share (rods and beams) or that other rooms read by name (plates are
+refined, matrices bring DOF labels).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 from pydantic import Field
 
-from cvxupdate.spec.base import (
+from cvxupdate.keys import (
     DofKind,
-    Dofs,
     Id,
     NonNegative,
     Part,
@@ -24,6 +30,7 @@ from cvxupdate.spec.base import (
     Vector,
     one_of,
 )
+from cvxupdate.registry import ELEMENTS
 
 Group = Annotated[Text | None, Field(description="name of the group the element belongs to")]
 OneNode = Annotated[tuple[Id, ...], Field(min_length=1, max_length=1)]
@@ -49,81 +56,95 @@ Labels = Annotated[
 ]
 
 
-class SpringRow(Part):
-    """A spring: to ground (one node) or between two."""
+class Row(Part):
+    """A row of an element block. Every element has a `group`, absent or not."""
 
     id: ElementId
-    nodes: OneOrTwoNodes = Field(description="[i] is to ground, [i, j] between")
-    k: NonNegative = Field(description="stiffness [N/m or N·m/rad]")
-    dof: DofKind | None = Field(default=None, description="DOF along which it acts")
-    dofs: Dofs | None = Field(
-        default=None, description="several DOFs instead of `dof`, each with the same value"
-    )
-    stiffness_factor: StiffnessFactor = 1.0
-    eta: Loss = None
-    group: Group = None
+    if TYPE_CHECKING:
+        group: Text | None = None
+
+    def get(self, key: str, default: Any = None) -> Any:
+        """The value of a key, ``default`` where rows of this type have no such key."""
+        return getattr(self, key) if key in type(self).model_fields else default
 
     @property
     def directions(self) -> tuple[DofKind, ...]:
-        """The DOF kinds along which it acts."""
-        return _directions(self.dof, self.dofs)
+        """The DOF kinds that `dof` and `dofs` name."""
+        dof, dofs = self.get("dof"), self.get("dofs")
+        return dofs if dofs is not None else (dof,) if dof is not None else ()
 
 
-class DashpotRow(Part):
-    """A viscous damper: to ground (one node) or between two."""
+class Block(Part):
+    """Rows of one element type."""
 
-    id: ElementId
-    nodes: OneOrTwoNodes = Field(description="[i] is to ground, [i, j] between")
-    c: NonNegative = Field(description="viscous coefficient [N·s/m or N·m·s/rad]")
-    dof: DofKind | None = Field(default=None, description="DOF along which it acts")
-    dofs: Dofs | None = Field(
-        default=None, description="several DOFs instead of `dof`, each with the same value"
-    )
-    group: Group = None
+    if TYPE_CHECKING:
 
-    @property
-    def directions(self) -> tuple[DofKind, ...]:
-        """The DOF kinds along which it acts."""
-        return _directions(self.dof, self.dofs)
+        @property
+        def type(self) -> str: ...  # noqa: D102
+        @property
+        def rows(self) -> tuple[Any, ...]: ...  # noqa: D102
+
+    def get(self, key: str) -> Any:
+        """The value of a key; None where blocks of this type have no such key."""
+        return getattr(self, key) if key in type(self).model_fields else None
 
 
-class MassRow(Part):
-    """A lump: mass in every active translation, inertia in the active rotations."""
-
-    id: ElementId
-    nodes: OneNode = Field(description="[i], the node that carries it")
-    m: NonNegative = Field(description="mass [kg]")
-    Ixx: NonNegative = Field(default=0.0, description="inertia about x through the node [kg·m²]")
-    Iyy: NonNegative = Field(default=0.0, description="inertia about y [kg·m²]")
-    Izz: NonNegative = Field(default=0.0, description="inertia about z [kg·m²]")
-    taken_off: bool = Field(
-        default=False,
-        description="the lump is taken off what the other elements have: it counts negative",
-    )
-    mass_factor: MassFactor = 1.0
-    group: Group = None
+Lacking = tuple[str, str] | None
+"""What is wrong, and the remedy."""
 
 
-class GyroscopicRow(Part):
-    """The gyroscopic moment of what spins, beside the mass or beam that carries the inertia."""
-
-    id: ElementId
-    nodes: OneOrTwoNodes = Field(description="[i] is a disc, [i, j] a piece of shaft")
-    Ip: NonNegative = Field(
-        description="polar moment of inertia: of a disc [kg·m²], of a shaft for each metre [kg·m] "
-        "(density times Iy + Iz)"
-    )
-    omega: float = Field(
-        description="spin [rad/s], right-handed about the axis; a shaft's axis runs from i to j"
-    )
-    axis: Vector | None = Field(default=None, description="axis of a disc [x, y, z]")
-    group: Group = None
+def _nothing(block: Any, active: tuple[str, ...]) -> Lacking:
+    return None
 
 
-class LineRow(Part):
+@dataclass(frozen=True)
+class ElementText:
+    """What the text needs to know of an element type.
+
+    ``block`` is the model of its blocks, ``changes`` what a parameter may change, ``units`` those
+    of properties that no other element has. ``outline`` is "line" where the nodes of an element
+    must be different points, "rectangle" where they go around one; ``joins`` is whether it joins
+    nodes to the structure. ``sections`` gives, for each shape of section that it may have, the keys
+    that the section needs (one of each tuple). ``lacking(block, active DOF kinds)`` says what keeps
+    the elements from moving as they must.
+    """
+
+    block: type[Block]
+    changes: tuple[str, ...]
+    units: Mapping[str, str] = field(default_factory=dict)
+    outline: Literal["", "line", "rectangle"] = ""
+    joins: bool = True
+    sections: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
+    lacking: Callable[[Any, tuple[str, ...]], Lacking] = _nothing
+
+
+def text_of(block: Block) -> ElementText:
+    """What the type of a block says of itself."""
+    return cast(ElementText, ELEMENTS.named(block.type).text)
+
+
+def row_model(block: type[Block]) -> type[Row]:
+    """The model of the rows of a block."""
+    (row, _) = block.model_fields["rows"].annotation.__args__  # type: ignore[union-attr]
+    return cast("type[Row]", row)
+
+
+def inherited(kind: str) -> tuple[str, ...]:
+    """Keys of a block of that type that count for its rows; none for an unknown type."""
+    if kind not in ELEMENTS.names():
+        return ()
+    block = ELEMENTS.named(kind).text.block
+    return tuple(key for key in block.model_fields if key in row_model(block).model_fields)
+
+
+def from_files(kind: object) -> bool:
+    """Whether the rows of a type take their matrices from files."""
+    return kind in ELEMENTS.names() and "file" in inherited(str(kind))
+
+
+class LineRow(Row):
     """A rod or beam between two nodes."""
 
-    id: ElementId
     nodes: TwoNodes = Field(description="[i, j]; local x runs from i to j")
     material: Text = Field(description="name of a material")
     section: Text = Field(description="name of a section")
@@ -137,10 +158,25 @@ class LineRow(Part):
     eta: Loss = None
 
 
-class PlateRow(Part):
+class LineBlock(Block):
+    """Rods and beams: ``rod`` axial only, ``beam2d`` in a plane, ``beam3d`` in space
+    (Euler–Bernoulli; Timoshenko where the section has `kappa`)."""
+
+    type: Literal["rod", "beam2d", "beam3d"]
+    rows: Annotated[tuple[LineRow, ...], Table()] = Field(min_length=1, description="the elements")
+    mass: MassKind = "consistent"
+    rotary_inertia: bool = Field(
+        default=True, description="rotary-inertia terms in the mass matrix of a beam"
+    )
+    material: Text | None = Field(default=None, description="for every row without its own")
+    section: Text | None = Field(default=None, description="for every row without its own")
+    orientation: Vector | None = Field(default=None, description="for every row without its own")
+    group: Group = None
+
+
+class PlateRow(Row):
     """A rectangular plate element in the x–y plane."""
 
-    id: ElementId
     nodes: FourNodes = Field(
         description="four corners, counter-clockwise seen from +z; "
         "local x runs from first to second"
@@ -153,14 +189,24 @@ class PlateRow(Part):
     group: Group = None
 
 
-class MatrixRow(Part):
+class PlateBlock(Block):
+    """Rectangular plates in bending."""
+
+    type: Literal["plate"]
+    rows: Annotated[tuple[PlateRow, ...], Table()] = Field(min_length=1, description="the elements")
+    mass: MassKind = "consistent"
+    material: Text | None = Field(default=None, description="for every row without its own")
+    section: Text | None = Field(default=None, description="for every row without its own")
+    group: Group = None
+
+
+class MatrixRow(Row):
     """One element or group matrix from another finite-element program.
 
     A value that ends in ``.mtx`` or ``.npz`` is itself a file (Matrix Market, or
     ``scipy.sparse.save_npz``), anything else the name of a variable in ``file``.
     """
 
-    id: ElementId
     stiffness: Text | None = Field(
         default=None, description="stiffness matrix: variable in the file, or a .mtx/.npz file"
     )
@@ -182,85 +228,7 @@ class MatrixRow(Part):
     group: Group = None
 
 
-class SpringBlock(Part):
-    """Springs."""
-
-    type: Literal["spring"]
-    rows: Annotated[tuple[SpringRow, ...], Table()] = Field(
-        min_length=1, description="the elements"
-    )
-    k: NonNegative | None = Field(default=None, description="for every row without its own")
-    dof: DofKind | None = Field(default=None, description="for every row without its own")
-    dofs: Dofs | None = Field(default=None, description="for every row without its own")
-    group: Group = None
-
-
-class DashpotBlock(Part):
-    """Viscous dampers."""
-
-    type: Literal["dashpot"]
-    rows: Annotated[tuple[DashpotRow, ...], Table()] = Field(
-        min_length=1, description="the elements"
-    )
-    c: NonNegative | None = Field(default=None, description="for every row without its own")
-    dof: DofKind | None = Field(default=None, description="for every row without its own")
-    dofs: Dofs | None = Field(default=None, description="for every row without its own")
-    group: Group = None
-
-
-class MassBlock(Part):
-    """Lumped masses."""
-
-    type: Literal["mass"]
-    rows: Annotated[tuple[MassRow, ...], Table()] = Field(min_length=1, description="the elements")
-    m: NonNegative | None = Field(default=None, description="for every row without its own")
-    Ixx: NonNegative | None = Field(default=None, description="for every row without its own")
-    Iyy: NonNegative | None = Field(default=None, description="for every row without its own")
-    Izz: NonNegative | None = Field(default=None, description="for every row without its own")
-    group: Group = None
-
-
-class GyroscopicBlock(Part):
-    """What spins: a skew-symmetric velocity term."""
-
-    type: Literal["gyroscopic"]
-    rows: Annotated[tuple[GyroscopicRow, ...], Table()] = Field(
-        min_length=1, description="the elements"
-    )
-    Ip: NonNegative | None = Field(default=None, description="for every row without its own")
-    omega: float | None = Field(default=None, description="for every row without its own")
-    axis: Vector | None = Field(default=None, description="for every row without its own")
-    group: Group = None
-
-
-class LineBlock(Part):
-    """Rods and beams: ``rod`` axial only, ``beam2d`` in a plane, ``beam3d`` in space
-    (Euler–Bernoulli; Timoshenko where the section has `kappa`)."""
-
-    type: Literal["rod", "beam2d", "beam3d"]
-    rows: Annotated[tuple[LineRow, ...], Table()] = Field(min_length=1, description="the elements")
-    mass: MassKind = "consistent"
-    rotary_inertia: bool = Field(
-        default=True, description="rotary-inertia terms in the mass matrix of a beam"
-    )
-    material: Text | None = Field(default=None, description="for every row without its own")
-    section: Text | None = Field(default=None, description="for every row without its own")
-    orientation: Vector | None = Field(default=None, description="for every row without its own")
-    group: Group = None
-
-
-class PlateBlock(Part):
-    """Rectangular plates in bending."""
-
-    type: Literal["plate"]
-    rows: Annotated[tuple[PlateRow, ...], Table()] = Field(min_length=1, description="the elements")
-    mass: MassKind = "consistent"
-    material: Text | None = Field(default=None, description="for every row without its own")
-    section: Text | None = Field(default=None, description="for every row without its own")
-    group: Group = None
-
-
-class MatrixBlock(Part):
+class MatrixBlock(Block):
     """Matrices from another program: K = Σ (1 + p_i) K_i, a row for each K_i, M_i, C_i, D_i."""
 
     type: Literal["matrix"]
@@ -273,23 +241,15 @@ class MatrixBlock(Part):
     group: Group = None
 
 
-Block = (
-    SpringBlock | DashpotBlock | MassBlock | GyroscopicBlock | LineBlock | PlateBlock | MatrixBlock
-)
-Row = SpringRow | DashpotRow | MassRow | GyroscopicRow | LineRow | PlateRow | MatrixRow
+def translation_lacking(block: Block, active: tuple[str, ...]) -> Lacking:
+    """What keeps an element that needs a translation from moving."""
+    if {"x", "y", "z"}.intersection(active):
+        return None
+    return (
+        f"{block.type} elements need a translation, and none is active.",
+        "Add x, y or z to model.dofs.",
+    )
 
-INHERITED: dict[str, tuple[str, ...]] = {
-    "spring": ("k", "dof", "dofs", "group"),
-    "dashpot": ("c", "dof", "dofs", "group"),
-    "mass": ("m", "Ixx", "Iyy", "Izz", "group"),
-    "gyroscopic": ("Ip", "omega", "axis", "group"),
-    "rod": ("material", "section", "orientation", "group"),
-    "beam2d": ("material", "section", "orientation", "group"),
-    "beam3d": ("material", "section", "orientation", "group"),
-    "plate": ("material", "section", "group"),
-    "matrix": ("file", "dataset", "labels", "group"),
-}
-"""Keys of a block that count for its rows, by element type."""
 
 EXCLUSIVE = {"dof": "dofs", "dofs": "dof", "dataset": "file", "file": "dataset"}
 """A row that gives the value does not inherit the key."""
@@ -302,21 +262,4 @@ MATRIX_FILES = (".mtx", ".npz")
 ELASTIC = ("stiffness", "damping", "eta", "beta", "E")
 INERTIAL = ("mass", "alpha", "rho")
 SIZES = ("A", "height", "width", "diameter", "wall")
-OF_BY_TYPE: dict[str, tuple[str, ...]] = {
-    "spring": ("stiffness", "k", "damping", "eta", "beta"),
-    "dashpot": ("damping", "c"),
-    "mass": ("mass", "m", "Ixx", "Iyy", "Izz", "damping", "alpha"),
-    "gyroscopic": ("Ip", "omega"),
-    "rod": (*ELASTIC, *INERTIAL, *SIZES),
-    "beam2d": (*ELASTIC, *INERTIAL, "nu", *SIZES, "I", "Iy", "Iz", "J", "N", "kappa"),
-    "beam3d": (*ELASTIC, *INERTIAL, "nu", *SIZES, "I", "Iy", "Iz", "J", "N", "kappa"),
-    "plate": (*ELASTIC, *INERTIAL, "nu", "thickness", "Dx", "Dy", "D1", "Dxy"),
-    "matrix": ("stiffness", "mass", "damping", "eta", "alpha", "beta"),
-}
-"""What a parameter may change, by element type."""
-
-
-def _directions(dof: DofKind | None, dofs: tuple[DofKind, ...] | None) -> tuple[DofKind, ...]:
-    if dofs is not None:
-        return dofs
-    return (dof,) if dof is not None else ()
+BENDING = (*ELASTIC, *INERTIAL, "nu", *SIZES, "I", "Iy", "Iz", "J", "N", "kappa")

@@ -1,18 +1,28 @@
 """A problem file as a whole: `ProblemFile` is the grammar, `Spec` what the rest of the package
-gets."""
+gets.
+
+The classes below hold what every problem file may say; `grammar()` adds what the registered
+elements, constraints and regularisers bring: their blocks, tables and keys.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache, reduce
+from operator import or_
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, TypeVar
 
-from pydantic import Field
+from pydantic import Field, create_model
 
-from cvxupdate.spec.base import Part
+from cvxupdate.errors import InputError
+from cvxupdate.keys import Part
+from cvxupdate.registry import CONSTRAINTS, ELEMENTS, REGULARISERS
 from cvxupdate.spec.model import Model
 from cvxupdate.spec.recordings import Recording
-from cvxupdate.spec.update import Constraints, Diagnose, Regulariser, Solver, Update
+from cvxupdate.spec.update import Constraints, Diagnose, Regulariser, Solver, TrustRegion, Update
+
+P = TypeVar("P", bound=Part)
 
 
 class ProblemFile(Part):
@@ -33,6 +43,71 @@ class ProblemFile(Part):
     )
     solver: Solver = Field(default=Solver(), description="the solver of the convex step")
     diagnose: Diagnose = Field(default=Diagnose(), description="what `diagnose` may consider")
+
+
+def grammar() -> type[ProblemFile]:
+    """The grammar with everything that is registered.
+
+    Raises
+    ------
+    InputError
+        When two constraints, or two regularisers, mean different things by one key.
+    """
+    return _grammar(ELEMENTS.members(), CONSTRAINTS.members(), REGULARISERS.members())
+
+
+@lru_cache(maxsize=8)
+def _grammar(
+    elements: tuple[Any, ...], constraints: tuple[Any, ...], regularisers: tuple[Any, ...]
+) -> type[ProblemFile]:
+    union: Any = reduce(or_, dict.fromkeys(e.text.block for e in elements))
+    block: Any = Annotated[union, Field(discriminator="type")]
+    model = _with(Model, {"elements": (tuple[block, ...], Model.model_fields["elements"])})
+    clauses = _with(Constraints, _constraint_keys(constraints))
+    penalty: Any = _with(Regulariser, _merged("regulariser", [r.keys for r in regularisers]))
+    own = ProblemFile.model_fields
+    return _with(
+        ProblemFile,
+        {
+            "model": (model, own["model"]),
+            "constraints": (
+                clauses,
+                Field(default=clauses(), description=own["constraints"].description),
+            ),
+            "regularisation": (tuple[penalty, ...], own["regularisation"]),
+        },
+    )
+
+
+def _with(base: type[P], fields: dict[str, Any]) -> type[P]:
+    """A table with further keys, or with keys made narrower."""
+    return create_model(base.__name__, __base__=base, __doc__=base.__doc__, **fields)
+
+
+def _constraint_keys(constraints: tuple[Any, ...]) -> dict[str, Any]:
+    keys = _merged("constraint", [c.keys for c in constraints])
+    fields: dict[str, Any] = {}
+    for name, key in keys.items():
+        table: Any = key.table
+        if key.many:
+            fields[name] = (tuple[table, ...], Field(default=(), description=key.meaning))
+        else:
+            fields[name] = (table | None, Field(default=None, description=key.meaning))
+    fields["trust_region"] = (TrustRegion | None, Field(default=None, description="trust region"))
+    return fields
+
+
+def _merged(kind: str, members: list[Any]) -> dict[str, Any]:
+    """Every key of every member; several may have one key, if they mean the same by it."""
+    out: dict[str, Any] = {}
+    for keys in members:
+        for name, key in keys.items():
+            if out.setdefault(name, key) is not key:
+                raise InputError(
+                    f"two {kind}s mean different things by the key {name!r}. Give the new "
+                    f"{kind} another key."
+                )
+    return out
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from cvxupdate.errors import Fault
-from cvxupdate.spec.base import Loc
+from cvxupdate.keys import Loc
 from cvxupdate.spec.read import read_toml
 from cvxupdate.spec.tables import Source, unusable
 

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from cvxupdate.spec.base import Dofs, Id, NonNegative, Part, Positive, Table, Text, one_of
+from cvxupdate.keys import Dofs, Id, NonNegative, Part, Positive, Table, Text, one_of
 from cvxupdate.spec.elements import Block
 
 
@@ -160,9 +160,7 @@ class Model(Part):
     )
     materials: dict[str, Material] = Field(default={}, description="by name")
     sections: dict[str, Section] = Field(default={}, description="by name")
-    elements: tuple[Annotated[Block, Field(discriminator="type")], ...] = Field(
-        min_length=1, description="the blocks"
-    )
+    elements: tuple[Block, ...] = Field(min_length=1, description="the blocks")
     supports: tuple[Support, ...] = Field(default=(), description="absent: free")
     ties: tuple[Tie, ...] = Field(default=(), description="nodes that share DOFs")
     damping: Damping | None = Field(default=None, description="absent: undamped")

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from cvxupdate.spec.elements import OF_BY_TYPE, Block, DashpotRow, MatrixRow, Row
+from cvxupdate.spec.elements import MATRICES, Block, Row, text_of
 from cvxupdate.spec.model import Model
 from cvxupdate.spec.update import ParameterRow
 
@@ -82,35 +82,26 @@ def groups_of(model: Model) -> dict[str, list[int]]:
 
 def has_property(model: Model, block: Block, row: Row, of: str) -> bool:
     """Whether an element has what a parameter ``of`` changes."""
-    if of not in OF_BY_TYPE[block.type]:
+    if of not in text_of(block).changes:
         return False
-    if isinstance(row, MatrixRow):
-        has = {
-            "stiffness": row.stiffness,
-            "mass": row.mass,
-            "eta": row.stiffness,
-            "alpha": row.mass,
-            "beta": row.stiffness,
-        }
-        return (
-            (row.damping or row.structural or lossy(model, row)) is not None
-            if of == "damping"
-            else has[of] is not None
-        )
-    if of == "damping" and not isinstance(row, DashpotRow):
+    if set(MATRICES) <= set(type(row).model_fields):  # given matrices: what each of them is for
+        source = {"eta": "stiffness", "alpha": "mass", "beta": "stiffness"}.get(of, of)
+        own = (row.get("damping"), row.get("structural")) if of == "damping" else (row.get(source),)
+        return any(own) or (of == "damping" and lossy(model, row) is not None)
+    if of == "damping" and row.get("c") is None:
         return lossy(model, row) is not None
     if of in SECTION_SHAPES:
-        section = model.sections.get(getattr(row, "section", ""))
+        section = model.sections.get(row.get("section", ""))
         return section is None or section.shape == SECTION_SHAPES[of]
     return True
 
 
 def lossy(model: Model, row: Row) -> str | None:
     """Where an element without a damper of its own has its damping from; None when it has none."""
-    own = getattr(row, "eta", None)
+    own = row.get("eta")
     if own is not None:
         return "row" if own > 0.0 else None
-    material = model.materials.get(getattr(row, "material", ""))
+    material = model.materials.get(row.get("material", ""))
     if material is not None and material.eta is not None:
         return "material" if material.eta > 0.0 else None
     damping = model.damping
@@ -120,7 +111,7 @@ def lossy(model: Model, row: Row) -> str | None:
 def _by_material(model: Model) -> dict[str, list[int]]:
     out: dict[str, list[int]] = {}
     for _, row in rows_of(model):
-        material = getattr(row, "material", None)
+        material = row.get("material")
         if material is not None:
             out.setdefault(material, []).append(row.id)
     return out

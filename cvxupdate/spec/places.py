@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from cvxupdate.errors import Fault
-from cvxupdate.spec.base import Loc
+from cvxupdate.keys import Loc
 from cvxupdate.spec.prepare import Complaint, Prepared
 from cvxupdate.spec.tables import Source
 

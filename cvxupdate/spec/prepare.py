@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from cvxupdate.spec.base import Loc
-from cvxupdate.spec.elements import EXCLUSIVE, INHERITED, MATRICES, MATRIX_FILES
+from cvxupdate.keys import Loc
+from cvxupdate.spec.elements import EXCLUSIVE, MATRICES, MATRIX_FILES, from_files, inherited
 from cvxupdate.spec.include import Refusal, included, merge, placed
 from cvxupdate.spec.tables import Source, TableError, locate, read_table, unusable
 
@@ -66,7 +66,7 @@ def prepare(raw: dict[str, Any], path: Path) -> Prepared:
         for i, block in enumerate(model["elements"]):
             if isinstance(block, dict):
                 _inherit(out, block, ("model", "elements", i))
-                if block.get("type") == "matrix":
+                if from_files(block.get("type")):
                     base = out.origin(("model", "elements", i))[0].path.parent
                     for _, row in _dicts(block.get("rows")):
                         _resolve_matrices(row, base)
@@ -197,7 +197,7 @@ def _with_files(data: dict[str, Any]) -> Iterator[dict[str, Any]]:
     model = data.get("model")
     if isinstance(model, dict):
         for _, block in _dicts(model.get("elements")):
-            if block.get("type") == "matrix":
+            if from_files(block.get("type")):
                 yield block
                 yield from (row for _, row in _dicts(block.get("rows")))
 
@@ -223,7 +223,7 @@ def _resolve_matrices(row: dict[str, Any], base: Path) -> None:
 
 def _inherit(out: Prepared, block: dict[str, Any], loc: Loc) -> None:
     """Push what the block says into the rows that do not say it themselves."""
-    keys = INHERITED.get(block["type"], ()) if isinstance(block.get("type"), str) else ()
+    keys = inherited(block["type"]) if isinstance(block.get("type"), str) else ()
     rows = list(_dicts(block.get("rows")))
     given = {key: block[key] for key in keys if key in block}
     from_block: dict[str, frozenset[int]] = {}

@@ -10,10 +10,11 @@ from typing import Any
 from pydantic import ValidationError
 
 from cvxupdate.errors import Fault, ProblemFileError
+from cvxupdate.registry import ELEMENTS
 from cvxupdate.spec.checks import CHECKS
 from cvxupdate.spec.checks.case import Case
-from cvxupdate.spec.elements import INHERITED
-from cvxupdate.spec.grammar import ProblemFile, Spec
+from cvxupdate.spec.elements import inherited, row_model
+from cvxupdate.spec.grammar import ProblemFile, Spec, grammar
 from cvxupdate.spec.places import Places, gather
 from cvxupdate.spec.prepare import Complaint, Prepared, prepare
 from cvxupdate.spec.prune import prune
@@ -62,24 +63,17 @@ def check_text(text: str, path: str | os.PathLike[str]) -> tuple[Fault, ...]:
 
 def schema() -> dict[str, Any]:
     """JSON Schema (draft 2020-12) of problem files, for editors and other programs."""
-    out = ProblemFile.model_json_schema()
+    out = grammar().model_json_schema()
     out = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **out,
         "title": "cvxupdate problem file",
     }
     # A row may leave out what its block gives.
-    rows = {
-        "spring": "SpringRow",
-        "dashpot": "DashpotRow",
-        "mass": "MassRow",
-        "gyroscopic": "GyroscopicRow",
-        "rod": "LineRow",
-        "plate": "PlateRow",
-    }
-    for kind, name in rows.items():
-        part = out["$defs"][name]
-        part["required"] = [key for key in part.get("required", []) if key not in INHERITED[kind]]
+    for kind in ELEMENTS.members():
+        part = out["$defs"][row_model(kind.text.block).__name__]
+        given = inherited(kind.name)
+        part["required"] = [key for key in part.get("required", []) if key not in given]
     model = out["$defs"]["Model"]
     model["anyOf"] = [{"required": model.pop("required")}, {"required": ["include"]}]
     one = out["properties"]["regularisation"]
@@ -102,7 +96,7 @@ def _parsed(raw: dict[str, Any], path: Path) -> tuple[tuple[Fault, ...], Spec | 
     if prepared.incomplete:  # without the whole [model] every other complaint would be a guess
         return gather(complaints, places), None
     try:
-        parsed: ProblemFile | None = ProblemFile.model_validate(prepared.data)
+        parsed: ProblemFile | None = grammar().model_validate(prepared.data)
     except ValidationError as error:
         details = findings(error)
         complaints += [c for c in translate(details, prepared) if not _known(c, prepared)]

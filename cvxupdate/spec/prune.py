@@ -7,8 +7,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from cvxupdate.spec.base import Loc
-from cvxupdate.spec.grammar import ProblemFile
+from cvxupdate.keys import Loc
+from cvxupdate.spec.grammar import ProblemFile, grammar
 from cvxupdate.spec.places import Places
 from cvxupdate.spec.prepare import Prepared, section_of
 from cvxupdate.spec.words import strip_tags
@@ -34,7 +34,7 @@ def prune(prepared: Prepared, tagged: Sequence[Loc], places: Places) -> ProblemF
             doomed.add(block)
     data = _without(prepared.data, (), doomed, places.kept)
     try:
-        return ProblemFile.model_validate(data)
+        return grammar().model_validate(data)
     except ValidationError:
         return None
 

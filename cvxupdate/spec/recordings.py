@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
-from cvxupdate.spec.base import Count, DofKind, Id, NonNegative, Part, Positive, Table, Text, one_of
+from cvxupdate.keys import Count, DofKind, Id, NonNegative, Part, Positive, Table, Text, one_of
 
 Quantity = Literal[
     "force", "displacement", "velocity", "acceleration", "strain", "voltage", "unknown"

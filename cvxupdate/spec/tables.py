@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from cvxupdate.spec.base import Loc
+from cvxupdate.keys import Loc
 
 LISTS = frozenset(
     {"nodes", "shape", "orientation", "axis", "elements", "groups", "dofs", "labels", "index"}

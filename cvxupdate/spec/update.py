@@ -2,49 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol
 
 from pydantic import BeforeValidator, Field
 
-from cvxupdate.spec.base import Count, Id, NonNegative, Part, Positive, Table, Text, Vector, one_of
+from cvxupdate.keys import (
+    Count,
+    Id,
+    Names,
+    NonNegative,
+    Of,
+    OneOf,
+    Part,
+    Positive,
+    Table,
+    Text,
+    one_of,
+)
+from cvxupdate.registry import REGULARISERS
 
-Of = Literal[
-    "stiffness",
-    "mass",
-    "damping",
-    "E",
-    "nu",
-    "rho",
-    "A",
-    "I",
-    "Iy",
-    "Iz",
-    "J",
-    "Ixx",
-    "Iyy",
-    "Izz",
-    "thickness",
-    "height",
-    "width",
-    "diameter",
-    "wall",
-    "Dx",
-    "Dy",
-    "D1",
-    "Dxy",
-    "k",
-    "m",
-    "c",
-    "eta",
-    "alpha",
-    "beta",
-    "Ip",
-    "omega",
-    "N",
-    "kappa",
-]
 NonNegativeCount = Annotated[int, Field(ge=0)]
-Names = Annotated[tuple[Text, ...], Field(min_length=1)]
 SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "QUADPROG", "HIGHS")
 PHYSICS = (
     "stiffness_change",
@@ -216,170 +193,43 @@ class Update(Part):
     )
 
 
-class Bounds(Part):
-    """Bounds on every p that has none of its own."""
-
-    lower: float | None = Field(default=None, description="lowest p")
-    upper: float | None = Field(default=None, description="highest p")
-
-
-class Tied(Part):
-    """Parameters that share one value."""
-
-    parameters: Annotated[tuple[Text, ...], Field(min_length=2)] = Field(
-        description="names of at least two parameters"
-    )
-
-
-class Linear(Part):
-    """A linear clause, Σ a_i p_i = or ≤ or ≥ a number."""
-
-    coefficients: Annotated[dict[str, float], Field(min_length=1)] = Field(
-        description="a_i by name of the parameter"
-    )
-    equals: float | None = Field(default=None, description="right-hand side")
-    at_most: float | None = Field(default=None, description="upper limit")
-    at_least: float | None = Field(default=None, description="lower limit")
-
-
-class TotalMass(Part):
-    """The mass of the whole structure, conserved or set."""
-
-    conserve: bool | None = Field(default=None, description="keep the initial mass")
-    value: Positive | None = Field(default=None, description="weighed mass [kg]")
-
-
-class MassPositive(Part):
-    """The mass stays positive: of every element, of the assembled matrix (a linear matrix
-    inequality), or both."""
-
-    elements: bool = Field(default=True, description="every mass p-value stays above -1")
-    matrix: bool = Field(
-        default=False, description="the assembled mass matrix stays positive definite"
-    )
-    floor: NonNegative = Field(
-        default=1e-3,
-        description="smallest eigenvalue, of the matrix scaled to a unit diagonal; "
-        "smallest 1 + p of an element",
-    )
-
-
-class StiffnessPositive(Part):
-    """The stiffness stays positive semidefinite, and rigid-body modes stay free."""
-
-    matrix: bool = Field(
-        default=True, description="the assembled stiffness matrix stays positive semidefinite"
-    )
-    rigid_modes: bool = Field(default=True, description="what moved freely still does: K Phi_R = 0")
-    floor: NonNegative = Field(
-        default=0.0,
-        description="smallest eigenvalue beside rigid-body modes, of "
-        "the matrix scaled to a unit diagonal",
-    )
-
-
-class Inertia(Part):
-    """Mass properties of the whole structure as a rigid body; what is not given is kept, or left
-    free with `conserve = false`."""
-
-    conserve: bool = Field(default=True, description="keep what is not given below")
-    mass: Positive | None = Field(default=None, description="weighed mass [kg]")
-    centre: Vector | None = Field(default=None, description="centre of gravity [m]")
-    moments: Vector | None = Field(
-        default=None,
-        description="moments of inertia Ixx, Iyy, Izz about the centre of gravity [kg m^2]",
-    )
-
-
-class ModeClause(Part):
-    """A measured mode that the updated model must reproduce, shape included."""
-
-    mode: Count = Field(description="number of the row among the fitted modes (1 = first)")
-    within: Positive | None = Field(
-        default=None, description="r.m.s. in its standard deviations; absent: exactly"
-    )
-
-
-class Mirror(Part):
-    """A plane of symmetry: parameters of elements that are mirror images share one value."""
-
-    plane: Literal["x", "y", "z"] = Field(description="the axis that the plane is normal to")
-    at: float = Field(default=0.0, description="where the plane cuts it [m]")
-
-
-class TiedGroups(Part):
-    """Element groups that share one value."""
-
-    groups: Names = Field(description="element groups")
-    of: Of = Field(description="the property of the parameters to be tied")
-
-
-class Budget(Part):
-    """A budget on the whole change."""
-
-    at_most: NonNegative = Field(description="largest norm of p")
-    norm: Literal["l1", "l2"] = Field(
-        default="l2", description="l2: root of the sum of squares; l1: sum of absolute values"
-    )
-
-
-class Smoothness(Part):
-    """Parameters of elements that share a node differ little."""
-
-    at_most: NonNegative = Field(description="largest difference of neighbours")
-
-
-class Symmetry(Part):
-    """Matrices stay symmetric: entries (i, j) and (j, i) of `update.whole` are equal. Elements are
-    symmetric by themselves."""
-
-
-class Connectivity(Part):
-    """No element appears that was not there: entries and properties that are 0 in the model stay
-    0."""
-
-
 class TrustRegion(Part):
     """A limit on the step of one iteration."""
 
     radius: Positive = Field(description="largest ‖Δp‖")
 
 
+class Limits(Protocol):
+    """What [constraints] bounds says."""
+
+    @property
+    def lower(self) -> float | None: ...  # noqa: D102
+    @property
+    def upper(self) -> float | None: ...  # noqa: D102
+
+
 class Constraints(Part):
     """The clauses of the convex step; absent means absent."""
 
-    bounds: Bounds | None = Field(default=None, description="bounds on every p")
-    tied: tuple[Tied, ...] = Field(default=(), description="tied parameters")
-    linear: tuple[Linear, ...] = Field(default=(), description="linear clauses")
-    total_mass: TotalMass | None = Field(default=None, description="total mass")
-    mass_positive: MassPositive | None = Field(default=None, description="mass positive definite")
-    stiffness_positive: StiffnessPositive | None = Field(
-        default=None, description="stiffness positive semidefinite, rigid-body modes kept"
-    )
-    inertia: Inertia | None = Field(default=None, description="rigid-body mass properties")
-    modes: tuple[ModeClause, ...] = Field(default=(), description="modes to be reproduced")
-    mirror: tuple[Mirror, ...] = Field(default=(), description="planes of symmetry")
-    tied_groups: tuple[TiedGroups, ...] = Field(default=(), description="tied element groups")
-    symmetry: Symmetry | None = Field(default=None, description="matrices stay symmetric")
-    connectivity: Connectivity | None = Field(default=None, description="zeros stay zero")
-    budget: Budget | None = Field(default=None, description="budget on the change")
-    smoothness: Smoothness | None = Field(default=None, description="smoothness along neighbours")
-    trust_region: TrustRegion | None = Field(default=None, description="trust region")
+    # `grammar` adds the keys of every registered constraint; these two are read by other rooms.
+    if TYPE_CHECKING:
+        bounds: Limits | None = None
+        trust_region: TrustRegion | None = None
+
+        def __getattr__(self, key: str) -> Any: ...
 
 
 class Regulariser(Part):
     """A penalty on p."""
 
-    kind: Literal["none", "tikhonov", "l1", "group-l1", "total-variation", "entropy", "robust"] = (
-        Field(description="the penalty")
+    # `grammar` adds the keys of every registered regulariser.
+    kind: Annotated[str, OneOf(lambda: ("none", *REGULARISERS.names()))] = Field(
+        description="the penalty"
     )
     weight: Annotated[
         NonNegative | Literal["l-curve", "gcv", "discrepancy"],
         one_of('a number ≥ 0, or one of "l-curve", "gcv", "discrepancy"'),
     ] = Field(default="l-curve", description='a number, "l-curve", "gcv" or "discrepancy"')
-    groups: Annotated[tuple[Names, ...], Field(min_length=1)] | None = Field(
-        default=None, description="group-l1: lists of parameter names; absent: by element group"
-    )
 
 
 SolverName = Annotated[

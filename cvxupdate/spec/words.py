@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Sequence
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from cvxupdate.spec.base import Loc
-from cvxupdate.spec.elements import INHERITED
-from cvxupdate.spec.grammar import ProblemFile
+from cvxupdate.keys import Loc
+from cvxupdate.spec.elements import inherited
+from cvxupdate.spec.grammar import ProblemFile, grammar
 from cvxupdate.spec.prepare import Complaint, Prepared
 
 _TYPES = {
@@ -216,7 +216,7 @@ def _row_of(loc: Loc) -> tuple[Loc, int, str] | None:
 
 
 def _inheritable(prepared: Prepared, block: Loc) -> tuple[str, ...]:
-    return INHERITED.get(str(_get(prepared.data, (*block, "type"))), ())
+    return inherited(str(_get(prepared.data, (*block, "type"))))
 
 
 def _get(data: Any, loc: Loc) -> Any:
@@ -225,9 +225,13 @@ def _get(data: Any, loc: Loc) -> Any:
     return data
 
 
-@cache
 def _schema() -> dict[str, Any]:
-    return ProblemFile.model_json_schema()
+    return _schema_of(grammar())
+
+
+@lru_cache(maxsize=8)
+def _schema_of(file: type[ProblemFile]) -> dict[str, Any]:
+    return file.model_json_schema()
 
 
 def _at(loc: Loc) -> dict[str, Any]:

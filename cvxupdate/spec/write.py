@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from cvxupdate.spec.elements import INHERITED
+from cvxupdate.spec.elements import inherited
 from cvxupdate.spec.grammar import Spec
 from cvxupdate.spec.tables import DATA_VARIABLE
 
@@ -28,7 +28,7 @@ def tables_of(spec: Spec) -> dict[str, Any]:
     out: dict[str, Any] = {k: v for k, v in (("title", spec.title), ("source", spec.source)) if v}
     out["model"] = _plain(spec.model)
     for block in out["model"]["elements"]:
-        for key in INHERITED[block["type"]]:
+        for key in inherited(block["type"]):
             block.pop(key, None)
         for row in (block, *block["rows"]):
             _locate(row)
@@ -55,7 +55,7 @@ def compacted(tables: Mapping[str, Any]) -> dict[str, Any]:
         rows = block["rows"]
         shared = {
             k: rows[0][k]
-            for k in INHERITED[block["type"]]
+            for k in inherited(block["type"])
             if len(rows) > 1 and all(k in r and r[k] == rows[0][k] for r in rows)
         }
         rest = {k: v for k, v in block.items() if k not in ("type", "rows")}

@@ -2,31 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from cvxupdate.convex import (
-    L1,
-    Bounds,
-    Entropy,
-    GroupL1,
+    Constraint,
+    Context,
     LinearClause,
-    LinearEquality,
-    LinearInequality,
-    Robust,
+    Regulariser,
     SolverChoice,
     StepProblem,
-    Tied,
-    Tikhonov,
-    TotalMass,
-    TotalVariation,
     loss_named,
 )
-from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import P_VALUES
+from cvxupdate.registry import CONSTRAINTS, REGULARISERS
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
-from cvxupdate.update.clauses import physical_constraints
+from cvxupdate.update.context import ModelContext
 from cvxupdate.update.trust_region import Options
 
 
@@ -40,87 +34,34 @@ def step_problem(spec: Spec, model: Model) -> StepProblem:
         When a table does not fit the parameters: a total mass that no parameter can change, an
         unknown name.
     """
-    columns = tuple(q.name for q in model.parameters)
-    lower, upper = (
-        np.array([q.lower for q in model.parameters]),
-        np.array([q.upper for q in model.parameters]),
-    )
-    c = spec.constraints
-    constraints: list[object] = [Bounds(lower, upper)]
-    if c.tied:
-        constraints.append(Tied(tuple(t.parameters for t in c.tied)))
-    for row in c.linear:
-        if row.equals is not None:
-            constraints.append(LinearEquality(row.coefficients, row.equals))
-        else:
-            constraints.append(
-                LinearInequality(
-                    row.coefficients,
-                    -np.inf if row.at_least is None else row.at_least,
-                    np.inf if row.at_most is None else row.at_most,
-                )
-            )
-    if c.total_mass is not None:
-        constraints.append(_total_mass(model, c.total_mass.value))
-    constraints += physical_constraints(spec, model)
-    regularisers: list[object] = []
-    for r in spec.regularisation:
-        if r.kind == "tikhonov":
-            regularisers.append(Tikhonov(r.weight))
-        elif r.kind == "l1":
-            regularisers.append(L1(r.weight))
-        elif r.kind == "group-l1":
-            regularisers.append(GroupL1(r.weight, r.groups))
-        elif r.kind == "total-variation":
-            regularisers.append(TotalVariation(r.weight, neighbours(model)))
-        elif r.kind == "entropy":
-            regularisers.append(Entropy(r.weight))
-        elif r.kind == "robust":
-            regularisers.append(Robust(r.weight))
+    context = ModelContext(spec, model)
     loss = loss_named(spec.update.loss if spec.update is not None else "least-squares")
-    return StepProblem(loss, tuple(regularisers), tuple(constraints), columns)  # type: ignore[arg-type]
+    return StepProblem(
+        loss,
+        tuple(_regularisers(spec, context)),
+        tuple(_constraints(spec, context)),
+        context.columns,
+    )
 
 
-def neighbours(model: Model) -> tuple[tuple[str, str], ...]:
-    """Pairs of parameters of the same property whose elements share a node."""
-    places: dict[str, list[tuple[str, frozenset[int]]]] = {}
-    for q in model.parameters:
-        dofs = np.concatenate([model.blocks[t.block].dofs[t.rows].reshape(-1) for t in q.targets])
-        places.setdefault(q.of, []).append(
-            (q.name, frozenset(model.dof_node[dofs[dofs >= 0]].tolist()))
-        )
-    out = []
-    for members in places.values():
-        at: dict[int, list[int]] = {}
-        for i, (_, nodes) in enumerate(members):
-            for node in nodes:
-                at.setdefault(node, []).append(i)
-        pairs = {
-            (i, j)
-            for touching in at.values()
-            for a, i in enumerate(touching)
-            for j in touching[a + 1 :]
-        }
-        out += [(members[i][0], members[j][0]) for i, j in sorted(pairs)]
-    return tuple(out)
+def _constraints(spec: Spec, context: Context) -> Iterator[Constraint]:
+    """What every registered constraint makes of every table of its keys, in the order of the
+    keys and of the tables."""
+    members = CONSTRAINTS.members()
+    for name, key in {name: key for kind in members for name, key in kind.keys.items()}.items():
+        given = getattr(spec.constraints, name)
+        tables = given if key.many else () if given is None and not key.always else (given,)
+        for table in tables:
+            for kind in members:
+                made = kind.from_spec(table, context) if name in kind.keys else None
+                if made is not None:
+                    yield made
 
 
-def _total_mass(model: Model, value: float | None) -> TotalMass:
-    gradient = model.mass_gradient(model.zero())
-    if not np.any(gradient != 0.0):
-        raise InputError(
-            "constraints.total_mass: no parameter changes the mass. Free a mass parameter "
-            "(rho, mass, m, thickness, A), or drop the clause."
-        )
-    probe = np.full(len(gradient), 0.01)
-    bend = model.mass_gradient(probe) - gradient
-    if np.any(np.abs(bend) > 1e-9 * np.abs(gradient).max()):
-        raise InputError(
-            "constraints.total_mass: the mass is not linear in the parameters (a section's "
-            "rho and a dimension are free together). Free one of them, so that the clause "
-            "stays convex."
-        )
-    return TotalMass(gradient, model.total_mass(model.zero()), value)
+def _regularisers(spec: Spec, context: Context) -> Iterator[Regulariser]:
+    for table in spec.regularisation:
+        if table.kind != "none":
+            yield REGULARISERS.named(table.kind).from_spec(table, context)
 
 
 def solver_choice(spec: Spec) -> SolverChoice:

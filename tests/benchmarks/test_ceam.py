@@ -43,8 +43,8 @@ from cvxupdate.residual.ceam import CeamResidual  # noqa: E402
 from cvxupdate.residual.ceam_modes import AssignedMode  # noqa: E402
 from cvxupdate.system import LinearSystem  # noqa: E402
 from cvxupdate.update.ceam import residual_of  # noqa: E402
-from cvxupdate.update.clauses import matrix_inequality  # noqa: E402
 from cvxupdate.update.definite import definiteness  # noqa: E402
+from cvxupdate.update.matrices import derivative_matrices  # noqa: E402
 from cvxupdate.update.trust_region import Options, iterate  # noqa: E402
 from tests.benchmarks.test_modes import plate  # noqa: E402
 
@@ -205,7 +205,8 @@ def test_mass_inequality_of_a_plate(benchmark, size):
     data = LinearSystem(
         np.eye(n), np.where(np.arange(n) % 3, 0.2, -1.2), np.ones(n), columns, columns
     )
-    problem = cv.StepProblem(constraints=(matrix_inequality(model, "M", 1e-3),), columns=columns)
+    mass = cv.MatrixInequality(*derivative_matrices(model, "M", "the mass"), "the mass", 1e-3)
+    problem = cv.StepProblem(constraints=(mass,), columns=columns)
     step = benchmark.pedantic(lambda: cv.solve_step(problem, data), rounds=1, warmup_rounds=0)
     assert step.status == "optimal"
     assert any("mass" in name for name in step.active)

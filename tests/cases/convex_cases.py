@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 
 from cvxupdate import convex as cv
 from cvxupdate.system import LinearSystem
@@ -31,16 +33,44 @@ def system(
     return LinearSystem(A, b, 1 / std, columns, tuple(f"row {i}" for i in range(rows)))
 
 
-LOSSES = {"least-squares": cv.LeastSquares(), "l1": cv.AbsoluteLoss(), "huber": cv.Huber()}
-
-REGULARISERS: dict[str, tuple[cv.Regulariser, ...]] = {
-    "none": (),
-    "tikhonov": (cv.Tikhonov(300.0, reference=0.02, scale=np.linspace(0.5, 2.0, 6)),),
-    "l1": (cv.L1(40.0, scale=np.linspace(2.0, 0.5, 6)),),
-    "group-l1": (cv.GroupL1(40.0),),
+LOSSES = {
+    "least-squares": cv.LeastSquares(),
+    "l1": cv.AbsoluteLoss(),
+    "huber": cv.Huber(),
+    "norm": cv.Norm(),
 }
 
+
+def regularisers(columns: tuple[str, ...]) -> dict[str, tuple[cv.Regulariser, ...]]:
+    """An instance of every regulariser, over six parameters."""
+    a, b, c, d, e, _ = columns
+    return {
+        "none": (),
+        "tikhonov": (cv.Tikhonov(300.0, reference=0.02, scale=np.linspace(0.5, 2.0, 6)),),
+        "l1": (cv.L1(40.0, scale=np.linspace(2.0, 0.5, 6)),),
+        "group-l1": (cv.GroupL1(40.0),),
+        "total-variation": (cv.TotalVariation(40.0, ((a, c), (b, d), (c, e))),),
+        "entropy": (cv.Entropy(300.0, reference=0.02),),
+        "robust": (cv.Robust(10.0),),
+    }
+
+
+REGULARISERS = regularisers(COLUMNS)
+
 MASS = np.array([0.0, 2.5, 0.0, 1.25, 0.0, 0.7])
+
+
+def band(seed: int, size: int = 5) -> sp.csc_array:
+    """A symmetric matrix with two side diagonals."""
+    A = np.triu(np.tril(np.random.default_rng(seed).normal(size=(size, size)), 2), -2)
+    return sp.csc_array((A + A.T) / 2)
+
+
+POSITIVE = cv.MatrixInequality(
+    0.05 * band(20) + sp.eye_array(5), [1.5 * band(k) for k in range(6)], "S stays positive", 0.4
+)
+SUM = cv.Equations(np.array([[1.0, 1.0, 0.0, 2.0, 0.0, 0.0]]), np.array([0.1]), "a and b")
+NEAR = cv.Equations(np.eye(6)[:4] + 0.1, np.full(4, 0.05), "mode 1 within 0.2", within=0.2)
 
 CONSTRAINTS: dict[str, tuple[cv.Constraint, ...]] = {
     "none": (),
@@ -49,11 +79,116 @@ CONSTRAINTS: dict[str, tuple[cv.Constraint, ...]] = {
     "equality": (cv.LinearEquality({"a.E": 1.0, "c.k": -2.0}, 0.1),),
     "inequality": (cv.LinearInequality({"a.E": 1.0, "a.rho": 1.0, "d.m": 0.5}, upper=-0.05),),
     "total mass": (cv.TotalMass(MASS, base=5.95),),
+    "mass positive": (cv.MassPositive(cv.ElementMass(("a.rho", "d.m"), 0.98), POSITIVE),),
+    "stiffness positive": (cv.StiffnessPositive(SUM, POSITIVE),),
+    "inertia": (cv.Inertia((cv.Equations(MASS[None], np.zeros(1), "mass", unit="kg"), SUM)),),
+    "mode": (cv.ReproducedMode(NEAR),),
+    "mirror": (cv.Mirror((("a.E", "b.E"), ("a.rho", "b.rho"))),),
+    "tied groups": (cv.TiedGroups(("a.E", "b.E", "c.k")),),
+    "symmetric": (cv.Symmetric(("K",), ("n1.x", "n1.y")),),
+    "connectivity": (cv.Connectivity(("c.k",)),),
+    "budget": (cv.Budget(0.2),),
+    "budget of the sum": (cv.Budget(0.3, "l1"),),
+    "smooth": (cv.Smooth((("a.E", "b.E"), ("b.rho", "d.m")), 0.05),),
+    "element mass": (cv.ElementMass(("a.rho", "b.rho", "d.m"), 0.98),),
     "norm": (
         cv.NormAtMost(np.eye(6), np.full(6, 0.01), 0.2, "the change stays within 0.2 of 0.01"),
     ),
+    "equations": (SUM,),
+    "matrix inequality": (POSITIVE,),
     "several": (cv.Bounds(-0.3, 0.3), cv.Tied((("a.E", "b.E"),)), cv.TotalMass(MASS, base=5.95)),
 }
+
+LABELS = ("n1.x", "n1.y")
+ENTRIES = (*(cv.entry_name("K", i, j) for i in LABELS for j in LABELS), "c.k", "d.m")
+CASE_COLUMNS = {"symmetric": ENTRIES}
+"""Cases whose parameters have other names than `COLUMNS`."""
+
+CONES = {
+    "norm": "second-order cone",
+    "group-l1": "second-order cone",
+    "robust": "second-order cone",
+    "entropy": "exponential cone",
+    "mode": "second-order cone",
+    "budget": "second-order cone",
+    "mass positive": "semidefinite cone",
+    "stiffness positive": "semidefinite cone",
+    "matrix inequality": "semidefinite cone",
+}
+"""What a loss, a regulariser or a constraint asks of a solver beyond linear rows."""
+
+TABLES: dict[str, dict[str, Any]] = {
+    "bounds": {"lower": -0.5},
+    "tied": {"parameters": ("a.E", "b.E")},
+    "linear": {"coefficients": {"a.E": 1.0}, "at_most": 0.1},
+    "total_mass": {"value": 6.0},
+    "mass_positive": {"matrix": True},
+    "stiffness_positive": {},
+    "inertia": {},
+    "modes": {"mode": 1, "within": 2.0},
+    "mirror": {"plane": "x"},
+    "tied_groups": {"groups": ("left", "right"), "of": "E"},
+    "symmetry": {},
+    "connectivity": {},
+    "budget": {"at_most": 0.1, "norm": "l1"},
+    "smoothness": {"at_most": 0.1},
+}
+"""A table for each key of [constraints]."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A context over `ENTRIES` or `COLUMNS` whose answers are made up, but of the right shapes."""
+
+    columns: tuple[str, ...] = COLUMNS
+    labels: tuple[str, ...] = ("n1.x", "n1.y")
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        return np.full(6, -0.5), np.full(6, np.inf)
+
+    def changing(self, *of: str) -> tuple[str, ...]:
+        return tuple(name for name in self.columns if name.rpartition(".")[2] in of)
+
+    def absent(self) -> tuple[str, ...]:
+        return self.columns[4:5]
+
+    def neighbours(self) -> tuple[tuple[str, str], ...]:
+        return ((self.columns[0], self.columns[2]),)
+
+    def coupled(self) -> tuple[tuple[str, str], ...]:
+        return self.neighbours()
+
+    def mirror_images(self, plane: str, at: float) -> tuple[tuple[str, ...], ...]:
+        return self.neighbours()
+
+    def inside(self, groups: tuple[str, ...], of: str) -> tuple[str, ...]:
+        return self.changing(of)
+
+    def whole(self) -> tuple[str, ...]:
+        return ("K",)
+
+    def unsymmetric(self) -> tuple[str, ...]:
+        return ("K",)
+
+    def mass(self) -> cv.MassLaw:
+        return cv.MassLaw(MASS, 5.95, True)
+
+    def matrix(self, name: str, asked_by: str) -> tuple[Any, tuple[Any, ...]]:
+        return POSITIVE.base, tuple(POSITIVE.derivatives)
+
+    def free_motions(self) -> np.ndarray:
+        return np.eye(5)[:, :1]
+
+    def pins(self, motions: np.ndarray) -> np.ndarray:
+        return np.array([0])
+
+    def body(self) -> cv.RigidBody:
+        J = np.diag([3.0, 3.0, 3.0, 0.1, 0.2, 0.3])
+        return cv.RigidBody(lambda centre: (J, np.array([m * J for m in MASS])), False)
+
+    def mode(self, number: int, exactly: bool) -> cv.ModeRows:
+        return cv.ModeRows(NEAR.A, NEAR.b, f"mode {number}")
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from cvxupdate.diagnose.forward import undamped
+
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import select_parameters

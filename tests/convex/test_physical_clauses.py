@@ -107,7 +107,7 @@ def test_symmetry_and_connectivity_of_a_whole_matrix():
     zero = (cv.entry_name("K", "u", "w"), cv.entry_name("K", "w", "u"))
     step = cv.solve_step(
         cv.StepProblem(
-            constraints=(cv.Symmetric("K", labels), cv.Connectivity(zero)), columns=columns
+            constraints=(cv.Symmetric(("K",), labels), cv.Connectivity(zero)), columns=columns
         ),
         data,
     )
@@ -115,7 +115,7 @@ def test_symmetry_and_connectivity_of_a_whole_matrix():
     expected[0, 2] = expected[2, 0] = 0.0
     assert step.p.reshape(3, 3) == pytest.approx(expected, abs=1e-8)
     clash = (
-        cv.Symmetric("K", labels),
+        cv.Symmetric(("K",), labels),
         cv.Connectivity(zero[:1]),
         cv.LinearEquality({zero[1]: 1.0}, 0.3),
     )

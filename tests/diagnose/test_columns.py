@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from cvxupdate.diagnose.columns import Columns, columns_of, delay_unit, sums_of
 from cvxupdate.diagnose.data import ordinary
-from cvxupdate.diagnose.fit import setting_for
 from cvxupdate.diagnose.forward import undamped
-from cvxupdate.diagnose.screen import left_over, screen
 from cvxupdate.diagnose.signals import frf_lines, smooth
+
+from cvxupdate.diagnose.fit import setting_for
+from cvxupdate.diagnose.screen import left_over, screen
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import HiddenOscillator

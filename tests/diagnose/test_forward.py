@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from cvxupdate.diagnose.data import ordinary
-from cvxupdate.diagnose.fit import fit, setting_for
 from cvxupdate.diagnose.forward import basis, respond, sensor_rows, undamped
 from cvxupdate.diagnose.residual import channel_errors
 from cvxupdate.diagnose.signals import frf_lines, smooth
+
+from cvxupdate.diagnose.fit import fit, setting_for
 from cvxupdate.errors import RecordingError
 from cvxupdate.fe.rigid import rigid_body_modes
 from cvxupdate.physics import candidates_of

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.linalg import eig, eigh
-
 from cvxupdate.diagnose.data import ordinary
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.modal_damping import LUCK, Ratios, damping_trials, needed_drop
+from scipy.linalg import eig, eigh
+
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 

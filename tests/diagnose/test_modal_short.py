@@ -7,10 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.linalg import LinAlgError, eigh
-from scipy.optimize import linear_sum_assignment
-
-from cvxupdate.diagnose import modal_scan
 from cvxupdate.diagnose.data import held_dofs, ordinary, release_from
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.mesh import NONE
@@ -24,6 +20,10 @@ from cvxupdate.diagnose.modal_fit import (
     residual_of,
 )
 from cvxupdate.diagnose.modal_search import ModalBench, shares
+from scipy.linalg import LinAlgError, eigh
+from scipy.optimize import linear_sum_assignment
+
+from cvxupdate.diagnose import modal_scan
 from cvxupdate.fe.modes import model_modes, natural_modes
 from cvxupdate.recordings.types import Channel, ModeTable, Origin
 from cvxupdate.residual.modal import modal_residual

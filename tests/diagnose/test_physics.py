@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from cvxupdate.diagnose.data import held_dofs, ordinary, release_from
 from cvxupdate.diagnose.forward import undamped
+
 from cvxupdate.fe.modes import natural_modes
 from cvxupdate.physics import EFFECTS, candidates_of
 from cvxupdate.physics.attached_resonator import attach

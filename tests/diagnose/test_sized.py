@@ -7,12 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from cvxupdate.diagnose.data import ordinary
 from cvxupdate.diagnose.effects import Effect, Hypothesis
-from cvxupdate.diagnose.fit import setting_for
 from cvxupdate.diagnose.forward import undamped
-from cvxupdate.diagnose.screen import left_over, screen
 from cvxupdate.diagnose.signals import frf_lines, smooth
 from cvxupdate.diagnose.sized import (
     _modal,
@@ -23,6 +20,9 @@ from cvxupdate.diagnose.sized import (
     sized_sets,
     sized_whole,
 )
+
+from cvxupdate.diagnose.fit import setting_for
+from cvxupdate.diagnose.screen import left_over, screen
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.low_rank import amounts, low_rank

@@ -1,13 +1,16 @@
 """Contract of every element type: symmetry, definiteness, rigid-body motion, patch tests, mass."""
 
+from typing import get_args
+
 import numpy as np
 import pytest
 
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.block import Block
-from cvxupdate.fe.elements import ELEMENTS
+from cvxupdate.fe.block import COMMON, Block
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.registry import ELEMENTS
+from cvxupdate.spec.elements import row_model
 from tests.cases.elements import (
     ALLOY,
     CASES,
@@ -39,9 +42,23 @@ def element_matrices(block: Block) -> dict[str, np.ndarray]:
 
 
 def test_every_element_type_has_a_case() -> None:
-    assert {e.name if isinstance(e.name, str) else e.__name__.lower() for e in ELEMENTS} - {
-        c.name.split()[0] for c in CASES
-    } == {"matrix"}
+    """Over the registry; matrices from another program bring no geometry, and have their contract
+    in test_matrix_element.py."""
+    assert set(ELEMENTS.names()) - {c.name.split()[0] for c in CASES} == {"matrix"}
+
+
+@pytest.mark.parametrize("kind", ELEMENTS.members(), ids=lambda k: k.name)
+def test_an_element_type_says_what_its_rows_and_its_matrices_need(kind: type) -> None:
+    """Its block knows its word, and what a parameter may change is one of its properties, a factor
+    that every element has, a dimension of its sections or the I of a beam."""
+    assert kind.name in ELEMENTS.names()
+    assert kind.name in get_args(kind.text.block.model_fields["type"].annotation)
+    blocks = [b for c in CASES for b in c.build().blocks if b.kind.name == kind.name]
+    own = {name for block in blocks for name in block.properties}
+    sizes = {"height", "width", "diameter", "wall", "A", "Iy", "Iz", "J", "I"}
+    assert set(kind.text.changes) <= own | set(COMMON) | sizes
+    rows = row_model(kind.text.block).model_fields
+    assert {"id", "group"} <= set(rows)
 
 
 ELASTIC = pytest.mark.parametrize(

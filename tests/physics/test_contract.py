@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.linalg
-from numpy.typing import NDArray
-
 from cvxupdate.diagnose.export import problem_text
 from cvxupdate.diagnose.forward import undamped
+from numpy.typing import NDArray
+
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import DerivativeBlock, Model
 from cvxupdate.physics import EFFECTS, candidates_of, effect_names

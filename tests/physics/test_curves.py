@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-
 from cvxupdate.diagnose.curves import Shown, extremes, modes_shown, places, responses_shown
-from cvxupdate.diagnose.fit import setting_for
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.residual import ResponsePoint
 from cvxupdate.diagnose.signals import Signal, frf_lines, smooth
+from numpy.typing import NDArray
+
+from cvxupdate.diagnose.fit import setting_for
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import select_parameters
 from cvxupdate.physics import told

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-
 from cvxupdate.diagnose.export import of_modes, problem_text
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.signals import frf_lines, smooth
+from numpy.typing import NDArray
+
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.linalg
-from numpy.typing import NDArray
-
-from cvxupdate.diagnose.fit import fit, setting_for
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.residual import Setting
 from cvxupdate.diagnose.signals import Signal, frf_lines, smooth
+from numpy.typing import NDArray
+
+from cvxupdate.diagnose.fit import fit, setting_for
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.elements import Gyroscopic
 from cvxupdate.fe.model import Matrices, Model

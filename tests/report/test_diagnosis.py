@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cvxupdate.diagnose.curves import Curve, ModeError, Shown, Spectrum
+from cvxupdate.diagnose.finding import Diagnosis, Finding
 from markupsafe import escape
 from rich.console import Console
 
-from cvxupdate.diagnose.curves import Curve, ModeError, Shown, Spectrum
-from cvxupdate.diagnose.finding import Diagnosis, Finding
 from cvxupdate.physics.place import Place
 from cvxupdate.report.diagnosis import diagnosis_files, diagnosis_summary
 from cvxupdate.spec import load_problem

@@ -10,6 +10,7 @@ import pytest
 import scipy.linalg as la
 
 from cvxupdate import study
+from cvxupdate.convex import Mirror
 from cvxupdate.errors import InputError
 from cvxupdate.fe.build import build_model
 from cvxupdate.recordings.load import load_recordings
@@ -439,8 +440,6 @@ def test_physical_clauses_serve_other_methods(tmp_path, method):
 
 
 def test_a_mirrored_structure_ties_its_halves(tmp_path):
-    from cvxupdate.update.clauses import mirrored
-
     text = (
         '[model]\ndofs = ["x", "y"]\nnodes = [{ id = 1, x = -1.0, y = 0.0, z = 0.0 }, '
         "{ id = 2, x = 0.0, y = 0.4, z = 0.0 }, { id = 3, x = 1.0, y = 0.0, z = 0.0 }]\n"
@@ -456,7 +455,8 @@ def test_a_mirrored_structure_ties_its_halves(tmp_path):
     )
     (tmp_path / "problem.toml").write_text(text)
     spec = load_problem(tmp_path / "problem.toml")
-    assert mirrored(spec, build_model(spec)) == [("e1.stiffness", "e2.stiffness")]
+    (mirror,) = [c for c in step_problem(spec, build_model(spec)).constraints if type(c) is Mirror]
+    assert mirror.pairs == (("e1.stiffness", "e2.stiffness"),)
     bad = replace(
         spec,
         constraints=spec.constraints.model_copy(
@@ -464,7 +464,7 @@ def test_a_mirrored_structure_ties_its_halves(tmp_path):
         ),
     )
     with pytest.raises(InputError, match="no two parameters are mirror images"):
-        mirrored(bad, build_model(spec))
+        step_problem(bad, build_model(spec))
 
 
 def test_an_incomplete_mode_is_reproduced_within_its_deviations_but_never_exactly(tmp_path):

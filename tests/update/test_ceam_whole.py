@@ -11,12 +11,14 @@ import scipy.linalg as la
 import scipy.sparse as sp
 
 from cvxupdate import study
+from cvxupdate.convex import StiffnessPositive
 from cvxupdate.errors import InputError, ModelError
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.rigid import free_motions, rigid_body_modes, rigid_motions
 from cvxupdate.fe.whole import with_entries
+from cvxupdate.registry import CONSTRAINTS
 from cvxupdate.spec import load_problem
-from cvxupdate.update.clauses import rigid_modes_kept
+from cvxupdate.update.context import ModelContext
 from tests.cases.ceam_frame import built, measure, model_text, recording
 
 STIFF = np.array([1.0, 1.15, 0.9, 1.0, 1.1, 1.0, 0.85])
@@ -191,8 +193,10 @@ def test_what_a_whole_matrix_cannot_have_is_said(tmp_path):
 def test_rigid_modes_stay_to_rounding_however_soft_the_frame_is_out_of_its_plane():
     """Whatever entries move, within the clause all six motions stay free by the package's own
     measure; the bay is 160 times softer out of its plane."""
-    _, model, _ = study.open_problem(PROBLEMS / "ceam/whole" / "problem.toml")
-    (clause,) = rigid_modes_kept(model)[0].clauses(tuple(q.name for q in model.parameters))
+    spec, model, _ = study.open_problem(PROBLEMS / "ceam/whole" / "problem.toml")
+    context = ModelContext(spec, model)
+    table = CONSTRAINTS.named("StiffnessPositive").keys["stiffness_positive"].table(matrix=False)
+    (clause,) = StiffnessPositive.from_spec(table, context).clauses(context.columns)
     rows = np.zeros((len(clause.lower), len(model.parameters)))
     rows[:, list(clause.on)] = clause.C
     free = la.null_space(rows)

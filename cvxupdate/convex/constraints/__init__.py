@@ -5,12 +5,18 @@ from .budget import Budget
 from .clauses import Clause, ConicClause, Constraint, LinearClause
 from .element_mass import ElementMass
 from .equations import Equations
+from .inertia import Inertia
 from .linear import LinearEquality, LinearInequality
+from .mass_positive import MassPositive
 from .matrix_inequality import MatrixInequality
+from .mirror import Mirror
+from .mode import ReproducedMode
 from .norm_at_most import NormAtMost
 from .pattern import Connectivity, Symmetric, entry_name
 from .smooth import Smooth
+from .stiffness_positive import StiffnessPositive
 from .tied import Tied
+from .tied_groups import TiedGroups
 from .total_mass import TotalMass
 
 CONSTRAINTS = (
@@ -19,15 +25,23 @@ CONSTRAINTS = (
     LinearEquality,
     LinearInequality,
     TotalMass,
+    MassPositive,
+    StiffnessPositive,
+    Inertia,
+    ReproducedMode,
+    Mirror,
+    TiedGroups,
+    Symmetric,
+    Connectivity,
+    Budget,
+    Smooth,
+    ElementMass,
     NormAtMost,
     Equations,
     MatrixInequality,
-    ElementMass,
-    Budget,
-    Smooth,
-    Symmetric,
-    Connectivity,
 )
+"""In the order of their keys in the problem file and of their clauses in the step; the last four
+have no key, the others are made of them."""
 
 __all__ = [
     "CONSTRAINTS",
@@ -39,14 +53,20 @@ __all__ = [
     "Constraint",
     "ElementMass",
     "Equations",
+    "Inertia",
     "LinearClause",
     "LinearEquality",
     "LinearInequality",
+    "MassPositive",
     "MatrixInequality",
+    "Mirror",
     "NormAtMost",
+    "ReproducedMode",
     "Smooth",
+    "StiffnessPositive",
     "Symmetric",
     "Tied",
+    "TiedGroups",
     "TotalMass",
     "entry_name",
 ]

@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
+from pydantic import Field
+
+from cvxupdate.keys import Part
 
 from ...errors import InputError
 from ...system import Array
+from ..context import Context, Key
 from .clauses import Clause, LinearClause
+
+
+class BoundsTable(Part):
+    """Bounds on every p that has none of its own."""
+
+    lower: float | None = Field(default=None, description="lowest p")
+    upper: float | None = Field(default=None, description="highest p")
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,6 +31,15 @@ class Bounds:
 
     lower: Array | float
     upper: Array | float
+    keys: ClassVar[Mapping[str, Key]] = {
+        "bounds": Key(BoundsTable, "bounds on every p", always=True)
+    }
+
+    @classmethod
+    def from_spec(cls, table: BoundsTable | None, context: Context) -> Bounds:
+        """The bounds of the parameters: their own, else those of the table (they have them
+        already)."""
+        return cls(*context.bounds)
 
     def limits(self, n: int) -> tuple[Array, Array]:
         """The two limits as arrays (n,)."""

@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar, Literal
 
 import numpy as np
+from pydantic import Field
+
+from cvxupdate.keys import NonNegative, Part
 
 from ...errors import InputError
 from ...system import Array
+from ..context import Context, Key
 from .clauses import Clause, ConicClause
 from .norm_at_most import NormAtMost
+
+
+class BudgetTable(Part):
+    """A budget on the whole change."""
+
+    at_most: NonNegative = Field(description="largest norm of p")
+    norm: Literal["l1", "l2"] = Field(
+        default="l2", description="l2: root of the sum of squares; l1: sum of absolute values"
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +34,12 @@ class Budget:
     at_most: float
     norm: str = "l2"
     scale: Array | float = 1.0
+    keys: ClassVar[Mapping[str, Key]] = {"budget": Key(BudgetTable, "budget on the change")}
+
+    @classmethod
+    def from_spec(cls, table: BudgetTable, context: Context) -> Budget:
+        """As the table says."""
+        return cls(table.at_most, table.norm)
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
         """One clause over all parameters."""

@@ -1,11 +1,12 @@
 """Named clauses: what a constraint asks, in words and in rows.
 
-A constraint is a frozen dataclass with one method, ``clauses(columns) -> tuple[Clause, ...]``.
+A constraint is a frozen dataclass with ``clauses(columns) -> tuple[Clause, ...]``. One that has
+keys of [constraints] also has ``from_spec(table, context)``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -14,6 +15,7 @@ import scipy.sparse as sp
 
 from ...errors import InputError
 from ...system import Array
+from ..context import Key
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +66,14 @@ Clause = LinearClause | ConicClause
 
 class Constraint(Protocol):
     """What every constraint offers."""
+
+    @property
+    def keys(self) -> Mapping[str, Key]:
+        """Its keys of [constraints]; none where other constraints are made of it.
+
+        A class with keys has a class method ``from_spec(table, context)``, which makes the
+        constraint of one table, or None where the table is another constraint's.
+        """
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
         """The named clauses for parameters of these names."""

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
+from ..context import Key
 from .clauses import Clause, LinearClause, positions
 
 
@@ -16,6 +19,7 @@ class ElementMass:
 
     names: tuple[str, ...]
     keep: float = 1e-3
+    keys: ClassVar[Mapping[str, Key]] = {}
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
         """One clause per mass parameter."""

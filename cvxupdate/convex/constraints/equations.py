@@ -3,12 +3,15 @@ kept, inertia conserved."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from ...errors import InputError
 from ...system import Array
+from ..context import Key
 from .clauses import Clause, LinearClause
 from .norm_at_most import NormAtMost
 
@@ -33,6 +36,7 @@ class Equations:
     within: float | None = None
     unit: str = ""
     noise: float = 1e-9
+    keys: ClassVar[Mapping[str, Key]] = {}
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
         """One clause. Equations that depend on one another are reduced to independent ones; those

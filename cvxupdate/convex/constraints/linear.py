@@ -4,11 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated, ClassVar
 
 import numpy as np
+from pydantic import Field
+
+from cvxupdate.keys import Part
 
 from ...errors import InputError
+from ..context import Context, Key
 from .clauses import Clause, LinearClause, positions
+
+
+class LinearTable(Part):
+    """A linear clause, Σ a_i p_i = or ≤ or ≥ a number."""
+
+    coefficients: Annotated[dict[str, float], Field(min_length=1)] = Field(
+        description="a_i by name of the parameter"
+    )
+    equals: float | None = Field(default=None, description="right-hand side")
+    at_most: float | None = Field(default=None, description="upper limit")
+    at_least: float | None = Field(default=None, description="lower limit")
+
+
+LINEAR = Key(LinearTable, "linear clauses", True)
 
 
 def _row(
@@ -44,6 +63,12 @@ class LinearEquality:
     value: float
     label: str = ""
     unit: str = ""
+    keys: ClassVar[Mapping[str, Key]] = {"linear": LINEAR}
+
+    @classmethod
+    def from_spec(cls, table: LinearTable, context: Context) -> LinearEquality | None:
+        """The equation of a table that gives ``equals``."""
+        return None if table.equals is None else cls(table.coefficients, table.equals)
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
         """One clause of one row."""
@@ -61,6 +86,18 @@ class LinearInequality:
     upper: float = np.inf
     label: str = ""
     unit: str = ""
+    keys: ClassVar[Mapping[str, Key]] = {"linear": LINEAR}
+
+    @classmethod
+    def from_spec(cls, table: LinearTable, context: Context) -> LinearInequality | None:
+        """The limits of a table that gives ``at_least``, ``at_most`` or both."""
+        if table.equals is not None:
+            return None
+        return cls(
+            table.coefficients,
+            -np.inf if table.at_least is None else table.at_least,
+            np.inf if table.at_most is None else table.at_most,
+        )
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
         """One clause of one row."""

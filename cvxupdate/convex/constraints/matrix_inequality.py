@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,6 +14,7 @@ import scipy.sparse as sp
 from ...errors import InputError
 from ...system import Array
 from ..chordal import cliques
+from ..context import Key
 from ..smallest import smallest_eigenvalue
 from .clauses import Clause, ConicClause
 
@@ -47,6 +48,7 @@ class MatrixInequality:
     floor: float = 0.0
     basis: Array | None = None
     decompose: bool | None = None
+    keys: ClassVar[Mapping[str, Key]] = {}
 
     @cached_property
     def scaled(self) -> tuple[Any, tuple[Any, ...]]:

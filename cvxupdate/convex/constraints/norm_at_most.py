@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ...errors import InputError
 from ...system import Array
+from ..context import Key
 from .clauses import Clause, ConicClause
 
 
@@ -28,6 +29,7 @@ class NormAtMost:
     radius: float
     label: str
     unit: str = ""
+    keys: ClassVar[Mapping[str, Key]] = {}
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
         """One second-order cone clause."""

@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
+from cvxupdate.keys import Part
+
 from ...errors import InputError
+from ..context import Context, Key
 from .clauses import Clause, LinearClause, positions
+
+
+class SymmetryTable(Part):
+    """Matrices stay symmetric: entries (i, j) and (j, i) of `update.whole` are equal. Elements are
+    symmetric by themselves."""
+
+
+class ConnectivityTable(Part):
+    """No element appears that was not there: entries and properties that are 0 in the model stay
+    0."""
 
 
 def entry_name(matrix: str, row: str, column: str) -> str:
@@ -17,22 +32,31 @@ def entry_name(matrix: str, row: str, column: str) -> str:
 
 @dataclass(frozen=True)
 class Symmetric:
-    """K_ij = K_ji for every pair of names (i, j), (j, i) among the parameters: one clause per
-    matrix."""
+    """K_ij = K_ji for every pair of names (i, j), (j, i) among the parameters, for each matrix
+    named."""
 
-    matrix: str
+    matrices: tuple[str, ...]
     labels: tuple[str, ...]
+    keys: ClassVar[Mapping[str, Key]] = {"symmetry": Key(SymmetryTable, "matrices stay symmetric")}
+
+    @classmethod
+    def from_spec(cls, table: SymmetryTable, context: Context) -> Symmetric:
+        """Every whole matrix; none where one parameter stands for both, as for every element."""
+        return cls(context.unsymmetric(), context.labels)
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
-        """One clause; none when no entry has its mirror image among the parameters."""
+        """One clause per matrix; none when no entry has its mirror image among the parameters."""
+        return tuple(clause for matrix in self.matrices for clause in self._of(matrix, columns))
+
+    def _of(self, matrix: str, columns: tuple[str, ...]) -> tuple[Clause, ...]:
         known = {name: i for i, name in enumerate(columns)}
         pairs = []
         for i, a in enumerate(self.labels):
             for b in self.labels[i + 1 :]:
-                one, other = entry_name(self.matrix, a, b), entry_name(self.matrix, b, a)
+                one, other = entry_name(matrix, a, b), entry_name(matrix, b, a)
                 if (one in known) != (other in known):
                     raise InputError(
-                        f"symmetry of {self.matrix}: {one if one in known else other} is a "
+                        f"symmetry of {matrix}: {one if one in known else other} is a "
                         "parameter, its mirror image is not."
                     )
                 if one in known:
@@ -45,7 +69,7 @@ class Symmetric:
         for r, (i, j) in enumerate(pairs):
             C[r, where[i]], C[r, where[j]] = 1.0, -1.0
         nothing = np.zeros(len(pairs))
-        return (LinearClause(f"symmetry of {self.matrix}", on, C, nothing, nothing),)
+        return (LinearClause(f"symmetry of {matrix}", on, C, nothing, nothing),)
 
 
 @dataclass(frozen=True)
@@ -54,6 +78,12 @@ class Connectivity:
     entry."""
 
     entries: tuple[str, ...]
+    keys: ClassVar[Mapping[str, Key]] = {"connectivity": Key(ConnectivityTable, "zeros stay zero")}
+
+    @classmethod
+    def from_spec(cls, table: ConnectivityTable, context: Context) -> Connectivity:
+        """Everything that is 0 in the model."""
+        return cls(context.absent())
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
         """One clause per entry: its change is 0."""

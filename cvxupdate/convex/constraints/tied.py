@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Annotated, ClassVar
 
 import numpy as np
+from pydantic import Field
+
+from cvxupdate.keys import Part, Text
 
 from ...errors import InputError
+from ..context import Context, Key
 from .clauses import Clause, LinearClause, positions, shortened
+
+
+class TiedTable(Part):
+    """Parameters that share one value."""
+
+    parameters: Annotated[tuple[Text, ...], Field(min_length=2)] = Field(
+        description="names of at least two parameters"
+    )
 
 
 @dataclass(frozen=True)
@@ -16,6 +30,12 @@ class Tied:
     symmetry)."""
 
     groups: tuple[tuple[str, ...], ...]
+    keys: ClassVar[Mapping[str, Key]] = {"tied": Key(TiedTable, "tied parameters", True)}
+
+    @classmethod
+    def from_spec(cls, table: TiedTable, context: Context) -> Tied:
+        """One group."""
+        return cls((table.parameters,))
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
         """One clause per group: each member equals the first."""

@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
+from pydantic import Field
+
+from cvxupdate.keys import Part, Positive
 
 from ...errors import InputError
 from ...system import Array
+from ..context import Context, Key
 from .clauses import Clause, LinearClause
+
+
+class TotalMassTable(Part):
+    """The mass of the whole structure, conserved or set."""
+
+    conserve: bool | None = Field(default=None, description="keep the initial mass")
+    value: Positive | None = Field(default=None, description="weighed mass [kg]")
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +40,36 @@ class TotalMass:
     base: float
     value: float | None = None
     tolerance: float = 0.0
+    keys: ClassVar[Mapping[str, Key]] = {"total_mass": Key(TotalMassTable, "total mass")}
+
+    @classmethod
+    def from_spec(cls, table: TotalMassTable, context: Context) -> TotalMass:
+        """Kept, or set to the weighed mass.
+
+        Raises
+        ------
+        InputError
+            When no parameter changes the mass, it is not linear in them, or a whole mass matrix is
+            free.
+        """
+        if "M" in context.whole():
+            raise InputError(
+                "constraints.total_mass: a whole mass matrix has a mass in every direction. Take "
+                "inertia = { }, which keeps all of them."
+            )
+        law = context.mass()
+        if not np.any(law.derivative != 0.0):
+            raise InputError(
+                "constraints.total_mass: no parameter changes the mass. Free a mass parameter "
+                "(rho, mass, m, thickness, A), or drop the clause."
+            )
+        if not law.linear:
+            raise InputError(
+                "constraints.total_mass: the mass is not linear in the parameters (a section's "
+                "rho and a dimension are free together). Free one of them, so that the clause "
+                "stays convex."
+            )
+        return cls(law.derivative, law.base, table.value)
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
         """One clause over the parameters that carry mass; none when no parameter does and the mass

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -19,6 +20,15 @@ class Regulariser(Protocol):
     @property
     def name(self) -> str:
         """The word of the problem file."""
+        ...
+
+    @property
+    def keys(self) -> Mapping[str, Any]:
+        """Keys of [regularisation] beside `kind` and `weight`: (type, pydantic Field) by name.
+
+        The class has a class method ``from_spec(table, context)``, which makes the regulariser of
+        one table.
+        """
         ...
 
     @property

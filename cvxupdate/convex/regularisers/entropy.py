@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...system import Array
+from ..context import Context
 from .common import check_weight, null_space, reference_and_scale
 
 
@@ -25,6 +27,12 @@ class Entropy:
     weight: float | str
     reference: Array | float = 0.0
     name: ClassVar[str] = "entropy"
+    keys: ClassVar[Mapping[str, Any]] = {}
+
+    @classmethod
+    def from_spec(cls, table: Any, context: Context) -> Entropy:
+        """With the weight of the table."""
+        return cls(table.weight)
 
     def __post_init__(self) -> None:
         check_weight(self.name, self.weight)

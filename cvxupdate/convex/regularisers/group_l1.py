@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import Field
+
+from cvxupdate.keys import Names
 
 from ...errors import InputError
 from ...system import Array
 from ..constraints.clauses import positions
+from ..context import Context
 from .common import check_weight, free_count, reference_and_scale
 
 
@@ -36,6 +41,20 @@ class GroupL1:
     reference: Array | float = 0.0
     scale: Array | float = 1.0
     name: ClassVar[str] = "group-l1"
+    keys: ClassVar[Mapping[str, Any]] = {
+        "groups": (
+            Annotated[tuple[Names, ...], Field(min_length=1)] | None,
+            Field(
+                default=None,
+                description="group-l1: lists of parameter names; absent: by element group",
+            ),
+        )
+    }
+
+    @classmethod
+    def from_spec(cls, table: Any, context: Context) -> GroupL1:
+        """With the groups of the table."""
+        return cls(table.weight, table.groups)
 
     def __post_init__(self) -> None:
         check_weight(self.name, self.weight)

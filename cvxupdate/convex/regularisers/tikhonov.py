@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ...system import Array
+from ..context import Context
 from .common import check_weight, null_space, reference_and_scale
 
 
@@ -23,6 +25,12 @@ class Tikhonov:
     reference: Array | float = 0.0
     scale: Array | float = 1.0
     name: ClassVar[str] = "tikhonov"
+    keys: ClassVar[Mapping[str, Any]] = {}
+
+    @classmethod
+    def from_spec(cls, table: Any, context: Context) -> Tikhonov:
+        """With the weight of the table."""
+        return cls(table.weight)
 
     def __post_init__(self) -> None:
         check_weight(self.name, self.weight)

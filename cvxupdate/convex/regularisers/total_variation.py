@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -10,6 +11,7 @@ import numpy as np
 from ...errors import InputError
 from ...system import Array
 from ..constraints.clauses import positions
+from ..context import Context
 from .common import check_weight, null_space
 
 
@@ -24,6 +26,12 @@ class TotalVariation:
     weight: float | str
     pairs: tuple[tuple[str, str], ...]
     name: ClassVar[str] = "total-variation"
+    keys: ClassVar[Mapping[str, Any]] = {}
+
+    @classmethod
+    def from_spec(cls, table: Any, context: Context) -> TotalVariation:
+        """Over all parameters that are coupled."""
+        return cls(table.weight, context.coupled())
 
     def __post_init__(self) -> None:
         check_weight(self.name, self.weight)

@@ -9,12 +9,47 @@ and Trapp 1998).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Protocol
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol
 
+import scipy.sparse as sp
+
+from cvxupdate.fe.surroundings import Surroundings
 from cvxupdate.fe.terms import Real, Term, Values, rotate
+from cvxupdate.spec.elements import ElementText
 
-__all__ = ["Element", "Real", "Term", "Values", "rotate"]
+__all__ = [
+    "Element",
+    "ElementType",
+    "Given",
+    "Placed",
+    "Real",
+    "Surroundings",
+    "Term",
+    "Values",
+    "rotate",
+]
+
+
+@dataclass(frozen=True)
+class Placed:
+    """An element on the nodes of its row: its type, its own properties and its orientation
+    vector."""
+
+    kind: ElementType
+    properties: Mapping[str, float]
+    orientation: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Given:
+    """A matrix on DOFs of its own: which of K, M, C, D, (node number, DOF kind 0..5) of each of its
+    rows, and its entries (rows, rows)."""
+
+    matrix: str
+    labels: tuple[tuple[int, int], ...]
+    values: sp.csr_array
 
 
 class Element(Protocol):
@@ -47,3 +82,16 @@ class Element(Protocol):
     def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
         """Scalars of every term, each (elements,); ``length`` is among ``properties`` for elements
         with two nodes."""
+
+
+class ElementType(Element, Protocol):
+    """An element that a problem file may name: listed in `cvxupdate.fe.elements`, or registered."""
+
+    text: ClassVar[ElementText]
+    """What the problem file needs to know of the type."""
+    brings: ClassVar[Mapping[str, str] | None]
+    """DOF kind → the property without which an element brings no DOF there; None: it brings all."""
+
+    @classmethod
+    def from_row(cls, row: Any, block: Any, around: Surroundings) -> Iterable[Placed | Given]:
+        """The elements of one row."""

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.beams import beam_coefficients, beam_terms
-from cvxupdate.fe.elements.base import Real, Term, Values
-from cvxupdate.fe.sections import FACTORS, Section
+from cvxupdate.fe.beams import beam_coefficients, beam_lacking, beam_terms
+from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
+from cvxupdate.fe.sections import FACTORS, Section, line_properties, shape_of
+from cvxupdate.spec.elements import BENDING, ElementText, LineBlock, LineRow
 
 _PLANES = {"xy": ("x", "y", "rz"), "xz": ("x", "z", "ry")}
 
@@ -26,6 +28,22 @@ class Beam2D:
     rotary_inertia: bool = True
     name: str = "beam2d"
     nodes: int = 2
+    text: ClassVar[ElementText] = ElementText(
+        LineBlock,
+        changes=BENDING,
+        outline="line",
+        sections={"rectangle": (), "circle": (), "general": (("A",), ("Iy", "Iz"))},
+        lacking=beam_lacking,
+    )
+    brings: ClassVar[Mapping[str, str] | None] = None
+
+    @classmethod
+    def from_row(cls, row: LineRow, block: LineBlock, around: Surroundings) -> Iterator[Placed]:
+        """One beam, in the x–z plane where the rotation about y is active and that about z is
+        not."""
+        plane = "xz" if "ry" in around.active and "rz" not in around.active else "xy"
+        kind = cls(shape_of(around.section(row)), plane, block.mass, block.rotary_inertia)
+        yield Placed(kind, line_properties(row, around), row.orientation or (0.0, 0.0, 0.0))
 
     @property
     def dofs(self) -> tuple[str, ...]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
-from cvxupdate.fe.beams import beam_coefficients, beam_terms
-from cvxupdate.fe.elements.base import Real, Term, Values
-from cvxupdate.fe.sections import FACTORS, Section
+from cvxupdate.fe.beams import beam_coefficients, beam_lacking, beam_terms
+from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
+from cvxupdate.fe.sections import FACTORS, Section, line_properties, shape_of
+from cvxupdate.spec.elements import BENDING, ElementText, LineBlock, LineRow
 
 
 @dataclass(frozen=True)
@@ -21,6 +23,20 @@ class Beam3D:
     name: str = "beam3d"
     nodes: int = 2
     dofs: tuple[str, ...] = ("x", "y", "z", "rx", "ry", "rz")
+    text: ClassVar[ElementText] = ElementText(
+        LineBlock,
+        changes=BENDING,
+        outline="line",
+        sections={"rectangle": (), "circle": (), "general": (("A",), ("Iy",), ("Iz",), ("J",))},
+        lacking=beam_lacking,
+    )
+    brings: ClassVar[Mapping[str, str] | None] = None
+
+    @classmethod
+    def from_row(cls, row: LineRow, block: LineBlock, around: Surroundings) -> Iterator[Placed]:
+        """One beam."""
+        kind = cls(shape_of(around.section(row)), block.mass, block.rotary_inertia)
+        yield Placed(kind, line_properties(row, around), row.orientation or (0.0, 0.0, 0.0))
 
     @property
     def properties(self) -> tuple[str, ...]:

@@ -9,14 +9,55 @@ the same over its slopes, with I = ρ (Iy + Iz) a metre.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
+from pydantic import Field
 
-from cvxupdate.fe.elements.base import Real, Term, Values, rotate
+from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values, rotate
 from cvxupdate.fe.hermite import unit_matrices
 from cvxupdate.fe.triads import line_triads
+from cvxupdate.keys import NonNegative, Table, Vector
+from cvxupdate.spec.elements import Block, ElementText, Group, Lacking, OneOrTwoNodes, Row
+
+
+class GyroscopicRow(Row):
+    """The gyroscopic moment of what spins, beside the mass or beam that carries the inertia."""
+
+    nodes: OneOrTwoNodes = Field(description="[i] is a disc, [i, j] a piece of shaft")
+    Ip: NonNegative = Field(
+        description="polar moment of inertia: of a disc [kg·m²], of a shaft for each metre [kg·m] "
+        "(density times Iy + Iz)"
+    )
+    omega: float = Field(
+        description="spin [rad/s], right-handed about the axis; a shaft's axis runs from i to j"
+    )
+    axis: Vector | None = Field(default=None, description="axis of a disc [x, y, z]")
+    group: Group = None
+
+
+class GyroscopicBlock(Block):
+    """What spins: a skew-symmetric velocity term."""
+
+    type: Literal["gyroscopic"]
+    rows: Annotated[tuple[GyroscopicRow, ...], Table()] = Field(
+        min_length=1, description="the elements"
+    )
+    Ip: NonNegative | None = Field(default=None, description="for every row without its own")
+    omega: float | None = Field(default=None, description="for every row without its own")
+    axis: Vector | None = Field(default=None, description="for every row without its own")
+    group: Group = None
+
+
+def _lacking(block: GyroscopicBlock, active: tuple[str, ...]) -> Lacking:
+    if len({"rx", "ry", "rz"}.intersection(active)) >= 2:
+        return None
+    return (
+        "a gyroscopic moment couples two rotations.",
+        "Add both rotations square to the axis to model.dofs.",
+    )
 
 
 @dataclass(frozen=True)
@@ -27,6 +68,18 @@ class Gyroscopic:
     nodes: int
     name: str = "gyroscopic"
     properties: tuple[str, ...] = ("Ip", "omega")
+    text: ClassVar[ElementText] = ElementText(
+        GyroscopicBlock, changes=("Ip", "omega"), outline="line", joins=False, lacking=_lacking
+    )
+    brings: ClassVar[Mapping[str, str] | None] = {}  # it acts on what beams and masses have
+
+    @classmethod
+    def from_row(
+        cls, row: GyroscopicRow, block: GyroscopicBlock, around: Surroundings
+    ) -> Iterator[Placed]:
+        """One disc or piece of shaft."""
+        axis = row.axis or (0.0, 0.0, 0.0)
+        yield Placed(cls(len(row.nodes)), {"Ip": row.Ip, "omega": row.omega}, axis)
 
     @property
     def dofs(self) -> tuple[str, ...]:

@@ -7,17 +7,19 @@ is formed.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import scipy.sparse as sp
 
 from cvxupdate.errors import ModelError, RecordingError
-from cvxupdate.fe.elements.base import Real, Term, Values
+from cvxupdate.fe.elements.base import Given, Real, Surroundings, Term, Values
+from cvxupdate.fe.labels import parse_label
 from cvxupdate.matfile import read_variables
+from cvxupdate.spec.elements import MATRIX_FILES, ElementText, MatrixBlock, MatrixRow
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,33 @@ class Entries:
     nodes: int = 0
     dofs: tuple[str, ...] = ()
     properties: tuple[str, ...] = ()
+    text: ClassVar[ElementText] = ElementText(
+        MatrixBlock, changes=("stiffness", "mass", "damping", "eta", "alpha", "beta")
+    )
+    brings: ClassVar[Mapping[str, str] | None] = None
+
+    @classmethod
+    def from_row(cls, row: MatrixRow, block: MatrixBlock, around: Surroundings) -> Iterator[Given]:
+        """The matrices that the row names.
+
+        Raises
+        ------
+        ModelError
+            When one cannot be read, or its labels do not fit it.
+        """
+        named = {"K": row.stiffness, "M": row.mass, "C": row.damping, "D": row.structural}
+        for matrix, name in named.items():
+            if name is None:
+                continue
+            own = name.lower().endswith(MATRIX_FILES)
+            path = around.folder / name if own else row.file
+            if path is None:
+                raise ModelError(
+                    f"matrix row {row.id}: {name!r} names a variable, but no file is given. Add "
+                    "`file`."
+                )
+            values = read_matrix(path, None if own else name)
+            yield Given(matrix, _labels(row, path, values.shape[0]), values)
 
     def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
         """None: the terms of given matrices come from their file."""
@@ -38,6 +67,29 @@ class Entries:
     def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
         """One: only the p-values act on a given matrix."""
         return {"one": np.ones_like(properties["stiffness"])}
+
+
+def _labels(row: MatrixRow, path: Path, size: int) -> tuple[tuple[int, int], ...]:
+    """(node id, kind) of every row of a given matrix; "auto": row i is n<i>.x."""
+    if row.labels == "auto":
+        return tuple((i + 1, 0) for i in range(size))
+    names: Sequence[str]
+    if isinstance(row.labels, str):
+        if path.suffix.lower() == ".npz":
+            with np.load(path, allow_pickle=False) as data:
+                names = (
+                    [str(v) for v in np.atleast_1d(data[row.labels])] if row.labels in data else []
+                )
+        else:
+            names = [text.strip() for text in read_variables(path).texts.get(row.labels, ())]
+    else:
+        names = row.labels
+    if len(names) != size:
+        raise ModelError(
+            f"matrix row {row.id}: {len(names)} labels for a matrix of {size} rows. Give one "
+            'label like "n6.y" for each.'
+        )
+    return tuple(parse_label(n) for n in names)
 
 
 def split(matrix: sp.spmatrix | Real, where: str) -> dict[int, tuple[NDIndex, Real]]:

@@ -9,14 +9,18 @@ D / 2, D = E h³ / 12 (1 − ν²).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import ClassVar, cast
 
 import numpy as np
 
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.elements.base import Real, Term, Values
+from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
+from cvxupdate.fe.sections import material_properties
+from cvxupdate.spec.elements import ELASTIC, INERTIAL, ElementText, Lacking, PlateBlock, PlateRow
+from cvxupdate.spec.model import PlateSection
 
 _POWERS = (
     (0, 0),
@@ -65,6 +69,16 @@ def unit_matrices() -> dict[str, Real]:
     return out
 
 
+def _lacking(block: PlateBlock, active: tuple[str, ...]) -> Lacking:
+    absent = sorted({"z", "rx", "ry"}.difference(active))
+    if not absent:
+        return None
+    return (
+        f"plate elements need z, rx and ry; {', '.join(absent)} not active.",
+        "Add them to model.dofs.",
+    )
+
+
 @dataclass(frozen=True)
 class Plate:
     """Dx, Dy, D1, Dxy are factors on the isotropic rigidities, 1 for an isotropic sheet."""
@@ -74,6 +88,22 @@ class Plate:
     nodes: int = 4
     dofs: tuple[str, ...] = ("z", "rx", "ry")
     properties: tuple[str, ...] = ("E", "nu", "rho", "thickness", "Dx", "Dy", "D1", "Dxy")
+    text: ClassVar[ElementText] = ElementText(
+        PlateBlock,
+        changes=(*ELASTIC, *INERTIAL, "nu", "thickness", "Dx", "Dy", "D1", "Dxy"),
+        outline="rectangle",
+        sections={"plate": ()},
+        lacking=_lacking,
+    )
+    brings: ClassVar[Mapping[str, str] | None] = None
+
+    @classmethod
+    def from_row(cls, row: PlateRow, block: PlateBlock, around: Surroundings) -> Iterator[Placed]:
+        """One plate element."""
+        s = cast(PlateSection, around.section(row))
+        rigidities = {"Dx": s.Dx, "Dy": s.Dy, "D1": s.D1, "Dxy": s.Dxy}
+        properties = {**material_properties(around.material(row)), "thickness": s.thickness}
+        yield Placed(cls(block.mass), {**properties, **rigidities})
 
     def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
         """Geometric factors, (e, 12, 12). Local x runs from the first node to the second, local y

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from cvxupdate.fe.elements.base import Real, Term, Values, rotate
-from cvxupdate.fe.sections import FACTORS, Section, section_constants
+from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values, rotate
+from cvxupdate.fe.sections import FACTORS, Section, line_properties, section_constants, shape_of
 from cvxupdate.fe.triads import line_triads
+from cvxupdate.spec.elements import (
+    ELASTIC,
+    INERTIAL,
+    SIZES,
+    ElementText,
+    LineBlock,
+    LineRow,
+    translation_lacking,
+)
 
 
 @dataclass(frozen=True)
@@ -22,6 +32,20 @@ class Rod:
     name: str = "rod"
     nodes: int = 2
     dofs: tuple[str, ...] = ("x", "y", "z")
+    text: ClassVar[ElementText] = ElementText(
+        LineBlock,
+        changes=(*ELASTIC, *INERTIAL, *SIZES),
+        outline="line",
+        sections={"rectangle": (), "circle": (), "general": (("A",),)},
+        lacking=translation_lacking,
+    )
+    brings: ClassVar[Mapping[str, str] | None] = None
+
+    @classmethod
+    def from_row(cls, row: LineRow, block: LineBlock, around: Surroundings) -> Iterator[Placed]:
+        """One rod."""
+        kind = cls(shape_of(around.section(row)), block.mass)
+        yield Placed(kind, line_properties(row, around), row.orientation or (0.0, 0.0, 0.0))
 
     @property
     def properties(self) -> tuple[str, ...]:

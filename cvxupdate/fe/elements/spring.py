@@ -2,12 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
+from pydantic import Field
 
-from cvxupdate.fe.elements.base import Real, Term, Values
+from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
+from cvxupdate.keys import DofKind, Dofs, NonNegative, Table
+from cvxupdate.spec.elements import (
+    Block,
+    ElementText,
+    Group,
+    Loss,
+    OneOrTwoNodes,
+    Row,
+    StiffnessFactor,
+)
+
+
+class SpringRow(Row):
+    """A spring: to ground (one node) or between two."""
+
+    nodes: OneOrTwoNodes = Field(description="[i] is to ground, [i, j] between")
+    k: NonNegative = Field(description="stiffness [N/m or N·m/rad]")
+    dof: DofKind | None = Field(default=None, description="DOF along which it acts")
+    dofs: Dofs | None = Field(
+        default=None, description="several DOFs instead of `dof`, each with the same value"
+    )
+    stiffness_factor: StiffnessFactor = 1.0
+    eta: Loss = None
+    group: Group = None
+
+
+class SpringBlock(Block):
+    """Springs."""
+
+    type: Literal["spring"]
+    rows: Annotated[tuple[SpringRow, ...], Table()] = Field(
+        min_length=1, description="the elements"
+    )
+    k: NonNegative | None = Field(default=None, description="for every row without its own")
+    dof: DofKind | None = Field(default=None, description="for every row without its own")
+    dofs: Dofs | None = Field(default=None, description="for every row without its own")
+    group: Group = None
 
 
 @dataclass(frozen=True)
@@ -18,6 +57,16 @@ class Spring:
     nodes: int
     name: str = "spring"
     properties: tuple[str, ...] = ("k",)
+    text: ClassVar[ElementText] = ElementText(
+        SpringBlock, changes=("stiffness", "k", "damping", "eta", "beta")
+    )
+    brings: ClassVar[Mapping[str, str] | None] = None
+
+    @classmethod
+    def from_row(cls, row: SpringRow, block: SpringBlock, around: Surroundings) -> Iterator[Placed]:
+        """One spring for each direction."""
+        for dof in row.directions:
+            yield Placed(cls(dof, len(row.nodes)), {"k": row.k})
 
     @property
     def dofs(self) -> tuple[str, ...]:

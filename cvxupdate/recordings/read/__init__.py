@@ -3,104 +3,66 @@ here."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.read.contents import Contents, Options
-from cvxupdate.recordings.read.hdf5 import read_hdf5
-from cvxupdate.recordings.read.json_rows import read_json
-from cvxupdate.recordings.read.mat import read_mat
-from cvxupdate.recordings.read.npz import read_npz
-from cvxupdate.recordings.read.text import read_text
-from cvxupdate.recordings.read.uff import read_uff
-from cvxupdate.recordings.read.xlsx import read_xlsx
+from cvxupdate.recordings.read.contents import Contents, Format, Options
+from cvxupdate.recordings.read.hdf5 import HDF5
+from cvxupdate.recordings.read.json_rows import JSON
+from cvxupdate.recordings.read.mat import MAT
+from cvxupdate.recordings.read.npz import NPZ
+from cvxupdate.recordings.read.text import TEXT
+from cvxupdate.recordings.read.uff import UFF
+from cvxupdate.recordings.read.xlsx import XLSX
+from cvxupdate.registry import READERS
+
+FORMATS: tuple[Format, ...] = (NPZ, HDF5, MAT, XLSX, UFF, JSON, TEXT)
+"""The package's own, in the order in which a file's first bytes are tried."""
 
 
-@dataclass(frozen=True)
-class Format:
-    """A format: its name in problem files, the endings of its files, how its first bytes look, and
-    its reader."""
-
-    name: str
-    endings: tuple[str, ...]
-    looks: Callable[[bytes], bool]
-    read: Callable[[Path, Options], Contents]
-
-
-def _is_uff(head: bytes) -> bool:
-    return re.match(rb"(\s*-1\s*\r?\n)+\s*\d{1,4}b?\b", head) is not None
-
-
-FORMATS: tuple[Format, ...] = (
-    Format(
-        "npz",
-        (".npz", ".npy"),
-        lambda head: head.startswith((b"PK\x03\x04", b"\x93NUMPY")),
-        read_npz,
-    ),
-    Format(
-        "hdf5",
-        (".h5", ".hdf5", ".hdf", ".mat"),
-        lambda head: b"\x89HDF\r\n\x1a\n" in head,
-        read_hdf5,
-    ),
-    Format("mat", (".mat",), lambda head: head.startswith(b"MATLAB 5.0 MAT-file"), read_mat),
-    Format("xlsx", (".xlsx",), lambda head: head.startswith(b"PK\x03\x04"), read_xlsx),
-    Format("uff", (".uff", ".unv", ".uf", ".bunv"), _is_uff, read_uff),
-    Format(
-        "json",
-        (".json",),
-        lambda head: head.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] in (b"{", b"["),
-        read_json,
-    ),
-    Format(
-        "text",
-        (".csv", ".txt", ".dat", ".asc", ".tsv", ".lvm", ".prn", ""),
-        lambda head: True,
-        read_text,
-    ),
-)
-"""Every format that can be read, in the order in which a file's first bytes are tried."""
-
-_BINARY = ("npz", "hdf5", "mat")
+def formats() -> tuple[Format, ...]:
+    """Every format that can be read, text last: it looks like anything."""
+    return tuple(sorted(READERS.members(), key=lambda fmt: fmt.anything))
 
 
 def _choose(path: Path, head: bytes, wanted: str | None) -> Format:
     """The format by name, else by ending and content; a file whose content contradicts its ending
     is refused."""
-    names = {fmt.name: fmt for fmt in FORMATS} | {
-        "csv": FORMATS[-1],
-        "txt": FORMATS[-1],
-        "h5": FORMATS[1],
-        "uff58": FORMATS[4],
-    }
+    known = formats()
     if wanted is not None:
+        names = {name: fmt for fmt in known for name in (fmt.name, *fmt.also)}
         if wanted.lower() not in names:
             raise RecordingError(
                 f"{path}: format {wanted!r} is not read. Formats: "
-                f"{', '.join(fmt.name for fmt in FORMATS)}."
+                f"{', '.join(fmt.name for fmt in known)}."
             )
         return names[wanted.lower()]
     ending = path.suffix.lower()
-    by_ending = [fmt for fmt in FORMATS if ending in fmt.endings]
-    for fmt in by_ending:
-        if fmt.looks(head):
-            return fmt
-    looks_like = next(fmt for fmt in FORMATS if fmt.looks(head))
+    by_ending = [fmt for fmt in known if ending in fmt.endings]
+    looks_like = next(fmt for fmt in known if fmt.looks(head))
     if not by_ending:
         return looks_like
+    chosen = next((fmt for fmt in by_ending if fmt.looks(head)), None)
+    if chosen is not None:
+        return _undisguised(path, head, known) or chosen if chosen.anything else chosen
     other = (
         f" Its content looks like {looks_like.name}: rename it, or set format = "
         f'"{looks_like.name}".'
-        if looks_like.name != "text"
+        if not looks_like.anything
         else " The file is damaged, or it is another kind of file: set format, or export it again."
     )
-    if by_ending[0].name == "mat" and ending == ".mat" and looks_like.name == "text":
-        other = ' It is damaged, or a MATLAB 4 file: set format = "mat" for the latter.'
     raise RecordingError(f"{path}: it does not begin as a {ending} file does.{other}")
+
+
+def _undisguised(path: Path, head: bytes, known: tuple[Format, ...]) -> Format | None:
+    """The format of a file that is text by its ending, but not by its content."""
+    hidden = next((fmt for fmt in known if fmt.disguised and fmt.looks(head)), None)
+    if hidden is not None and hidden.disguised == "refused":
+        raise RecordingError(
+            f"{path}: it is named as text, but its content looks like {hidden.name}: rename it, "
+            f'or set format = "{hidden.name}".'
+        )
+    return hidden
 
 
 def read_file(
@@ -120,22 +82,7 @@ def read_file(
             head = file.read(1024)
         if not head:
             raise RecordingError(f"{path}: the file is empty.")
-        chosen = _choose(path, head, format)
-        # text and CSV by ending, but a binary format by content
-        if chosen.name == "text" and format is None:
-            hidden = next(
-                (fmt for fmt in FORMATS[:-1] if fmt.name in (*_BINARY, "uff") and fmt.looks(head)),
-                None,
-            )
-            if hidden is not None and hidden.name == "uff":
-                chosen = hidden
-            elif hidden is not None:
-                raise RecordingError(
-                    f"{path}: it is named as text, but its content looks like {hidden.name}: "
-                    "rename it, or set "
-                    f'format = "{hidden.name}".'
-                )
-        return chosen.read(path, options or Options())
+        return _choose(path, head, format).read(path, options or Options())
     except RecordingError:
         raise
     except MemoryError as error:

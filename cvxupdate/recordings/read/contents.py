@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,3 +101,22 @@ class Contents:
     shapes: tuple[Shape, ...] = ()
     nodes: Mapping[int, tuple[float, float, float]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Format:
+    """A format: its ``name`` in problem files and others that it goes by (``also``), the endings of
+    its files, how its first bytes look, and its reader.
+
+    ``disguised`` says what happens to such a file under a name of text files: it is "refused", or
+    "read" as what it is; empty where text may begin like it. ``anything`` is for text, which is
+    tried when the first bytes look like no other format's.
+    """
+
+    name: str
+    endings: tuple[str, ...]
+    looks: Callable[[bytes], bool]
+    read: Callable[[Path, Options], Contents]
+    also: tuple[str, ...] = ()
+    disguised: Literal["", "refused", "read"] = ""
+    anything: bool = False

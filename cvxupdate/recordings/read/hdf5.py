@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.read.contents import AnyArray, Contents, Options, Progress
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Format, Options, Progress
 from cvxupdate.recordings.read.disk_buffer import PIECE, DiskBuffer
 
 
@@ -98,3 +98,13 @@ def read_hdf5(path: Path, options: Options) -> Contents:
                 if rate is None and stated is not None and np.size(stated) == 1:
                     rate = float(np.asarray(stated).ravel()[0])
     return Contents(str(path), "hdf5", arrays, rate=rate, notes=tuple(notes))
+
+
+HDF5 = Format(
+    "hdf5",
+    (".h5", ".hdf5", ".hdf", ".mat"),
+    lambda head: b"\x89HDF\r\n\x1a\n" in head,
+    read_hdf5,
+    also=("h5",),
+    disguised="refused",
+)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.read.contents import AnyArray, Contents, Options
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Format, Options
 
 _RATES = (
     "rate",
@@ -92,3 +92,11 @@ def read_json(path: Path, options: Options) -> Contents:
                 )
             notes.append(f"{key!r} does not hold numbers; it was left out")
     return Contents(str(path), "json", arrays, rate=rate, notes=tuple(notes))
+
+
+JSON = Format(
+    "json",
+    (".json",),
+    lambda head: head.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] in (b"{", b"["),
+    read_json,
+)

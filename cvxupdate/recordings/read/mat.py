@@ -10,7 +10,7 @@ import numpy as np
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.matfile import Sparse, read_variables
-from cvxupdate.recordings.read.contents import AnyArray, Contents, Options, Progress
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Format, Options, Progress
 from cvxupdate.recordings.read.disk_buffer import PIECE, DiskBuffer, release
 
 _DENSE = 10**8  # entries of a sparse matrix that is made dense
@@ -66,3 +66,12 @@ def read_mat(path: Path, options: Options) -> Contents:
         name: _dense(matrix, f"{path}: variable {name!r}") for name, matrix in found.sparse.items()
     }
     return Contents(str(path), "mat", {**found.arrays, **sparse}, notes=tuple(found.notes))
+
+
+MAT = Format(
+    "mat",
+    (".mat",),
+    lambda head: head.startswith(b"MATLAB 5.0 MAT-file"),
+    read_mat,
+    disguised="refused",
+)

@@ -14,7 +14,7 @@ from typing import IO
 import numpy as np
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.read.contents import AnyArray, Contents, Options, Progress
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Format, Options, Progress
 from cvxupdate.recordings.read.disk_buffer import PIECE, DiskBuffer
 
 _LIMIT = 2**34  # bytes of one array that are believed without a second thought: 16 GB
@@ -152,3 +152,12 @@ def read_npz(path: Path, options: Options) -> Contents:
                 continue
             arrays[name] = array
     return Contents(str(path), "npz", arrays, notes=tuple(notes))
+
+
+NPZ = Format(
+    "npz",
+    (".npz", ".npy"),
+    lambda head: head.startswith((b"PK\x03\x04", b"\x93NUMPY")),
+    read_npz,
+    disguised="refused",
+)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.read.contents import AnyArray, Contents, Options, Progress
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Format, Options, Progress
 from cvxupdate.recordings.read.disk_buffer import PIECE, DiskBuffer
 from cvxupdate.recordings.read.text_layout import Layout, fields, find_layout, number, row
 
@@ -214,3 +214,13 @@ def read_text(path: Path, options: Options) -> Contents:
     return Contents(
         str(path), "text", {"data": data}, layout.names, layout.units, notes=tuple(notes)
     )
+
+
+TEXT = Format(
+    "text",
+    (".csv", ".txt", ".dat", ".asc", ".tsv", ".lvm", ".prn", ""),
+    lambda head: True,
+    read_text,
+    also=("csv", "txt"),
+    anything=True,
+)

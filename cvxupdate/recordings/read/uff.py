@@ -9,12 +9,13 @@ with pyuff. Source: University of Cincinnati SDRL, Universal File Datasets Summa
 from __future__ import annotations
 
 import mmap
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.read.contents import Contents, Function, Options, Shape
+from cvxupdate.recordings.read.contents import Contents, Format, Function, Options, Shape
 from cvxupdate.recordings.read.uff_fields import Units, units_of
 from cvxupdate.recordings.read.uff_function import body_bytes, function_header, read_function
 from cvxupdate.recordings.read.uff_shape import read_shape
@@ -202,3 +203,12 @@ class _Found:
             for _ in range(11):
                 start = _line_end(self.view, start)
         return read_function(function_header(lines), self.view, start, block.stop, units)
+
+
+def _looks(head: bytes) -> bool:
+    return re.match(rb"(\s*-1\s*\r?\n)+\s*\d{1,4}b?\b", head) is not None
+
+
+UFF = Format(
+    "uff", (".uff", ".unv", ".uf", ".bunv"), _looks, read_uff, also=("uff58",), disguised="read"
+)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.read.contents import AnyArray, Contents, Options
+from cvxupdate.recordings.read.contents import AnyArray, Contents, Format, Options
 
 _NS = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 _LIMIT = 2**28  # bytes of one sheet's XML
@@ -76,3 +76,6 @@ def read_xlsx(path: Path, options: Options) -> Contents:
     if not arrays:
         raise RecordingError(f"{path}: no sheet of this workbook holds numbers.")
     return Contents(str(path), "xlsx", {"data": next(iter(arrays.values())), **arrays})
+
+
+XLSX = Format("xlsx", (".xlsx",), lambda head: head.startswith(b"PK\x03\x04"), read_xlsx)

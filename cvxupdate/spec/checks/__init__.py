@@ -16,7 +16,7 @@ from cvxupdate.spec.checks.constraints import (
     ConstraintNames,
     LinearSides,
     OneMass,
-    RegulariserGroups,
+    RegulariserKeys,
 )
 from cvxupdate.spec.checks.dofs import ActiveDofs, Directions, TypeDofs
 from cvxupdate.spec.checks.files import Datasets, MatrixSources, MissingFiles
@@ -105,5 +105,5 @@ CHECKS: tuple[Check, ...] = (
     ConstraintNames(),
     LinearSides(),
     OneMass(),
-    RegulariserGroups(),
+    RegulariserKeys(),
 )

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from cvxupdate.spec.base import Loc
-from cvxupdate.spec.elements import Block, MatrixBlock, Row
+from cvxupdate.keys import Loc
+from cvxupdate.spec.elements import Block, Row
 from cvxupdate.spec.grammar import Spec
 from cvxupdate.spec.model import Node
 from cvxupdate.spec.parameters import Target, expand_parameters, groups_of
@@ -33,21 +33,15 @@ class Case:
         """DOF labels that matrix blocks list themselves."""
         return frozenset(
             label
-            for block in self.spec.model.elements
-            if isinstance(block, MatrixBlock)
-            for row in block.rows
-            if isinstance(row.labels, tuple)
-            for label in row.labels
+            for _, _, row in self.rows()
+            if isinstance(row.get("labels"), tuple)
+            for label in row.get("labels")
         )
 
     @cached_property
     def open_nodes(self) -> bool:
         """Whether a matrix block brings nodes that only its file knows."""
-        return any(
-            isinstance(block, MatrixBlock)
-            and any(isinstance(row.labels, str) for row in block.rows)
-            for block in self.spec.model.elements
-        )
+        return any(isinstance(row.get("labels"), str) for _, _, row in self.rows())
 
     def has_node(self, number: int) -> bool:
         """Whether the node exists, as far as the text can tell."""

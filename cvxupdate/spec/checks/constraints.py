@@ -6,11 +6,13 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from cvxupdate.spec.base import Loc
+from cvxupdate.keys import Loc
+from cvxupdate.registry import REGULARISERS
 from cvxupdate.spec.checks.case import Case
 from cvxupdate.spec.checks.parameters import unphysical
-from cvxupdate.spec.elements import LineRow, MassRow, MatrixRow, PlateRow
+from cvxupdate.spec.elements import Block, Row, text_of
 from cvxupdate.spec.prepare import Complaint
+from cvxupdate.spec.update import Regulariser
 from cvxupdate.spec.words import nearest
 
 
@@ -114,44 +116,48 @@ class OneMass:
                 else "says neither `conserve` nor `value`.",
                 "Give { conserve = true }, or { value = kg }.",
             )
-        if not any(_has_mass(case, row) for _, _, row in case.rows()):
+        if not any(_has_mass(case, block, row) for _, block, row in case.rows()):
             yield Complaint(
                 at, "the model has no mass.", "Give the materials a `rho`, or add masses."
             )
 
 
-def _has_mass(case: Case, row: object) -> bool:
-    if isinstance(row, MassRow):
-        return row.m > 0.0
-    if isinstance(row, MatrixRow):
-        return row.mass is not None
-    if isinstance(row, LineRow | PlateRow):
-        material = case.spec.model.materials.get(row.material)
+def _has_mass(case: Case, block: Block, row: Row) -> bool:
+    if "mass" not in text_of(block).changes:
+        return False
+    if row.get("material") is not None:
+        material = case.spec.model.materials.get(row.get("material"))
         return material is None or material.rho > 0.0
-    return False
+    keys = ("m", "mass")  # a lump, a given matrix; an element that says it otherwise has some
+    said = [row.get(key) for key in keys if key in type(row).model_fields]
+    return any(said) if said else True
 
 
 @dataclass(frozen=True)
-class RegulariserGroups:
-    """Groups of a group penalty name parameters that exist, and only a group penalty has them."""
+class RegulariserKeys:
+    """A key of one kind of penalty stands on that kind only, and groups name parameters that
+    exist."""
 
     needs: ClassVar[tuple[str, ...]] = ("elements", "update", "materials", "sections")
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
-        """Unknown names, and groups where they mean nothing."""
-        names = case.names
+        """Keys where they mean nothing, and unknown names."""
         for i, row in enumerate(case.spec.regularisation):
-            if row.groups is None:
-                continue
-            at = ("regularisation", i, "groups")
-            if row.kind != "group-l1":
-                yield Complaint(
-                    at,
-                    f"mean nothing for kind '{row.kind}'.",
-                    'Leave them out, or take kind = "group-l1".',
-                )
-            for group in row.groups:
-                yield from _unknown(at, group, names)
+            for kind in REGULARISERS.members():
+                for key in kind.keys:
+                    if getattr(row, key) is not None and key in row.model_fields_set:
+                        yield from self._key(case, ("regularisation", i, key), row, key)
+
+    def _key(self, case: Case, at: Loc, row: Regulariser, key: str) -> Iterator[Complaint]:
+        kinds = [k.name for k in REGULARISERS.members() if key in k.keys]
+        if row.kind not in kinds:
+            yield Complaint(
+                at,
+                f"mean nothing for kind '{row.kind}'.",
+                f'Leave them out, or take kind = "{kinds[0]}".',
+            )
+        for group in getattr(row, key) if key == "groups" else ():
+            yield from _unknown(at, group, case.names)
 
 
 def _unknown(at: Loc, used: Iterable[str], names: tuple[str, ...] | None) -> Iterator[Complaint]:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from cvxupdate.spec.base import Loc
+from cvxupdate.keys import Loc
 from cvxupdate.spec.checks.case import Case
-from cvxupdate.spec.elements import MATRICES, MATRIX_FILES, MatrixBlock, MatrixRow
+from cvxupdate.spec.elements import MATRICES, MATRIX_FILES, from_files
 from cvxupdate.spec.prepare import Complaint
 from cvxupdate.spec.tables import unusable
 
@@ -45,8 +45,8 @@ class MatrixSources:
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
         """Every row without a matrix, or without a file."""
-        for loc, _, row in case.rows():
-            if not isinstance(row, MatrixRow):
+        for loc, block, row in case.rows():
+            if not from_files(block.type):
                 continue
             named = [n for n in (getattr(row, key) for key in MATRICES) if n is not None]
             if not named:
@@ -55,7 +55,7 @@ class MatrixSources:
                     f"element {row.id} names no matrix.",
                     "Give `stiffness`, `mass`, `damping` or `structural`.",
                 )
-            elif row.file is None and not all(_is_file(n) for n in named):
+            elif row.get("file") is None and not all(_is_file(n) for n in named):
                 yield Complaint(
                     (*loc, "file"),
                     f"is missing: element {row.id} names variables, but no file.",
@@ -86,12 +86,12 @@ def _files(case: Case) -> Iterator[tuple[Loc, Path, str | None]]:
         if recording.file is not None and not (recording.kind == "modes" and recording.rows):
             yield ("recordings", i, "file"), recording.file, recording.dataset
     for i, block in enumerate(case.spec.model.elements):
-        if not isinstance(block, MatrixBlock):
+        if not from_files(block.type):
             continue
         for j, row in enumerate(block.rows):
             loc: Loc = ("model", "elements", i, "rows", j)
             if row.file is not None:
-                shared = block.file == row.file
+                shared = block.get("file") == row.file
                 yield ((*loc[:3], "file") if shared else (*loc, "file")), row.file, row.dataset
             for key in MATRICES:
                 name = getattr(row, key)

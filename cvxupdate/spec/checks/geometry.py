@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cvxupdate.spec.checks.case import Case
-from cvxupdate.spec.elements import GyroscopicRow, LineRow, PlateRow
+from cvxupdate.spec.elements import text_of
 from cvxupdate.spec.model import Node
 from cvxupdate.spec.prepare import Complaint
 
@@ -27,7 +27,7 @@ class ZeroLength:
     def __call__(self, case: Case) -> Iterator[Complaint]:
         """Every element without length."""
         for loc, block, row in case.rows():
-            nodes = getattr(row, "nodes", ())
+            nodes = row.get("nodes", ())
             if len(nodes) > 1 and len(set(nodes)) < len(nodes):
                 yield Complaint(
                     (*loc, "nodes"),
@@ -35,7 +35,7 @@ class ZeroLength:
                     "Name each node once; a spring to ground has one node only.",
                 )
             elif (
-                isinstance(row, LineRow | GyroscopicRow)
+                text_of(block).outline == "line"
                 and len(nodes) == 2
                 and all(n in case.nodes for n in nodes)
             ):
@@ -58,19 +58,19 @@ class Orientation:
         """Every orientation that gives no plane."""
         for loc, block, row in case.rows():
             if (
-                not isinstance(row, LineRow)
-                or row.orientation is None
-                or not all(n in case.nodes for n in row.nodes)
+                row.get("orientation") is None
+                or text_of(block).outline != "line"
+                or not all(n in case.nodes for n in row.get("nodes"))
             ):
                 continue
-            axis = _unit(_between(*(case.nodes[n] for n in row.nodes)))
-            vector = _unit(row.orientation)
+            axis = _unit(_between(*(case.nodes[n] for n in row.get("nodes"))))
+            vector = _unit(row.get("orientation"))
             if axis is None:
                 continue
             if vector is None or math.hypot(*_cross(axis, vector)) < ROUNDING:
                 yield Complaint(
                     (*loc, "orientation"),
-                    f"{block.type} {row.id}: {list(row.orientation)} is zero or parallel to "
+                    f"{block.type} {row.id}: {list(row.get('orientation'))} is zero or parallel to "
                     "the axis of the element.",
                     "Give a vector in the local x–z plane that leaves the axis.",
                 )
@@ -85,18 +85,19 @@ class SpinAxis:
     def __call__(self, case: Case) -> Iterator[Complaint]:
         """Discs without an axis, shafts with one."""
         for loc, _, row in case.rows():
-            if not isinstance(row, GyroscopicRow):
+            if "axis" not in type(row).model_fields:
                 continue
-            if len(row.nodes) == 2 and row.axis is not None:
+            count, axis = len(row.get("nodes", ())), row.get("axis")
+            if count == 2 and axis is not None:
                 yield Complaint(
                     (*loc, "axis"),
                     f"gyroscopic {row.id} is a shaft: its axis runs from its first node to "
                     "its second.",
                     "Leave `axis` out.",
                 )
-            elif len(row.nodes) == 1 and (row.axis is None or _unit(row.axis) is None):
+            elif count == 1 and (axis is None or _unit(axis) is None):
                 problem = f"gyroscopic {row.id} is a disc and " + (
-                    "has no axis." if row.axis is None else "its axis has no length."
+                    "has no axis." if axis is None else "its axis has no length."
                 )
                 yield Complaint(
                     (*loc, "axis"), problem, "Give the axis it spins about, e.g. [1.0, 0.0, 0.0]."
@@ -112,22 +113,23 @@ class PlateShape:
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
         """Every plate that is not, with the order that would be right where one exists."""
-        for loc, _, row in case.rows():
+        for loc, block, row in case.rows():
+            nodes = row.get("nodes", ())
             if (
-                not isinstance(row, PlateRow)
-                or len(set(row.nodes)) < 4
-                or not all(n in case.nodes for n in row.nodes)
+                text_of(block).outline != "rectangle"
+                or len(set(nodes)) < 4
+                or not all(n in case.nodes for n in nodes)
             ):
                 continue
-            corners = [case.nodes[n] for n in row.nodes]
+            corners = [case.nodes[n] for n in nodes]
             if _is_rectangle(corners):
                 continue
             for order in ((0, 3, 2, 1), (0, 1, 3, 2), (0, 2, 1, 3), (0, 2, 3, 1), (0, 3, 1, 2)):
                 if _is_rectangle([corners[i] for i in order]):
-                    right = [row.nodes[i] for i in order]
+                    right = [nodes[i] for i in order]
                     yield Complaint(
                         (*loc, "nodes"),
-                        f"plate {row.id}: {list(row.nodes)} does not run counter-clockwise "
+                        f"{block.type} {row.id}: {list(nodes)} does not run counter-clockwise "
                         "(from +z).",
                         f"Write {right}.",
                     )
@@ -135,7 +137,7 @@ class PlateShape:
             else:
                 yield Complaint(
                     (*loc, "nodes"),
-                    f"plate {row.id} is not a rectangle in a plane of constant z.",
+                    f"{block.type} {row.id} is not a rectangle in a plane of constant z.",
                     "Correct the coordinates of its nodes, or mesh the surface with rectangles.",
                 )
 

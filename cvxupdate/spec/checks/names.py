@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
 from cvxupdate.spec.checks.case import Case
-from cvxupdate.spec.elements import LineBlock, LineRow, MatrixRow, PlateBlock, PlateRow
+from cvxupdate.spec.elements import text_of
 from cvxupdate.spec.prepare import Complaint
 from cvxupdate.spec.words import nearest
 
@@ -50,7 +50,7 @@ class ElementNodes:
     def __call__(self, case: Case) -> Iterator[Complaint]:
         """Every missing node of an element."""
         for loc, _, row in case.rows():
-            for node in getattr(row, "nodes", ()):
+            for node in row.get("nodes", ()):
                 if not case.has_node(node):
                     yield Complaint(
                         (*loc, "nodes"),
@@ -68,15 +68,16 @@ class Labels:
     def __call__(self, case: Case) -> Iterator[Complaint]:
         """Every label that is not one, and every repeated one."""
         for loc, _, row in case.rows():
-            if not isinstance(row, MatrixRow) or not isinstance(row.labels, tuple):
+            labels = row.get("labels")
+            if not isinstance(labels, tuple):
                 continue
-            if len(set(row.labels)) < len(row.labels):
+            if len(set(labels)) < len(labels):
                 yield Complaint(
                     (*loc, "labels"),
                     f"element {row.id} names a DOF twice.",
                     "Give each row of the matrix its own label.",
                 )
-            for label in row.labels:
+            for label in labels:
                 if not re.fullmatch(r"n\d{1,10}\.r?[xyz]", label, re.ASCII):
                     yield Complaint(
                         (*loc, "labels"),
@@ -105,11 +106,12 @@ class Materials:
         """Every unknown material."""
         known = case.spec.model.materials
         for loc, _, row in case.rows():
-            if isinstance(row, LineRow | PlateRow) and row.material not in known:
+            material = row.get("material")
+            if material is not None and material not in known:
                 yield Complaint(
                     (*loc, "material"),
-                    f"element {row.id}: there is no material '{row.material}'.",
-                    nearest(row.material, known, "material"),
+                    f"element {row.id}: there is no material '{material}'.",
+                    nearest(material, known, "material"),
                 )
 
 
@@ -123,22 +125,22 @@ class Sections:
         """Every unknown section, and walls thicker than their tube."""
         known = case.spec.model.sections
         for loc, _, row in case.rows():
-            if isinstance(row, LineRow | PlateRow) and row.section not in known:
+            section = row.get("section")
+            if section is not None and section not in known:
                 yield Complaint(
                     (*loc, "section"),
-                    f"element {row.id}: there is no section '{row.section}'.",
-                    nearest(row.section, known, "section"),
+                    f"element {row.id}: there is no section '{section}'.",
+                    nearest(section, known, "section"),
                 )
-        for name, section in known.items():
+        for name, shape in known.items():
             if (
-                section.shape == "circle"
-                and section.wall is not None
-                and 2 * section.wall > section.diameter
+                shape.shape == "circle"
+                and shape.wall is not None
+                and 2 * shape.wall > shape.diameter
             ):
                 yield Complaint(
                     ("model", "sections", name, "wall"),
-                    f"a wall of {section.wall:g} m does not fit a diameter of "
-                    f"{section.diameter:g} m.",
+                    f"a wall of {shape.wall:g} m does not fit a diameter of {shape.diameter:g} m.",
                     "It is at most half the diameter.",
                 )
 
@@ -152,44 +154,37 @@ class SectionShapes:
     def __call__(self, case: Case) -> Iterator[Complaint]:
         """Every section of the wrong shape, said once for each block and section."""
         for i, block in enumerate(case.spec.model.elements):
-            if not isinstance(block, LineBlock | PlateBlock):
-                continue
+            shapes = text_of(block).sections
             said: set[str] = set()
-            rows: Sequence[LineRow | PlateRow] = block.rows
-            for j, row in enumerate(rows):
-                section = case.spec.model.sections.get(row.section)
-                if section is None or row.section in said:
+            for j, row in enumerate(block.rows):
+                name = row.get("section")
+                section = case.spec.model.sections.get(name)
+                if section is None or name in said:
                     continue
-                said.add(row.section)
-                at = ("model", "elements", i, "rows", j, "section")
-                if (block.type == "plate") != (section.shape == "plate"):
-                    wanted = (
-                        "a section of shape plate"
-                        if block.type == "plate"
-                        else "rectangle, circle or general"
-                    )
+                said.add(name)
+                if section.shape not in shapes:
+                    *most, last = shapes or ("none",)
+                    several = f"{', '.join(most)} or {last}"
+                    wanted = several if most else f"a section of shape {last}"
                     yield Complaint(
-                        at,
-                        f"element {row.id} is a {block.type}, but section '{row.section}' is "
-                        f"a {section.shape}.",
+                        ("model", "elements", i, "rows", j, "section"),
+                        f"element {row.id} is a {block.type}, but section '{name}' is a "
+                        f"{section.shape}.",
                         f"It needs {wanted}.",
                     )
-                elif section.shape == "general":
-                    required = {"rod": ("A",), "beam2d": ("A",), "beam3d": ("A", "Iy", "Iz", "J")}[
-                        block.type
-                    ]
-                    absent = [key for key in required if getattr(section, key) is None]
-                    if block.type == "beam3d":
-                        absent = [key for key in absent if _bends(key, case)]
-                    elif block.type == "beam2d" and section.Iy is None and section.Iz is None:
-                        absent = ["Iy or Iz"]
-                    if absent:
-                        yield Complaint(
-                            ("model", "sections", row.section),
-                            f"has no {' and no '.join(absent)}, which the {block.type} "
-                            "elements need.",
-                            f"Add {', '.join(absent)}.",
-                        )
+                    continue
+                absent = [
+                    " or ".join(keys)
+                    for keys in shapes[section.shape]
+                    if all(getattr(section, key) is None for key in keys)
+                    and (len(keys) > 1 or _bends(keys[0], case))
+                ]
+                if absent:
+                    yield Complaint(
+                        ("model", "sections", name),
+                        f"has no {' and no '.join(absent)}, which the {block.type} elements need.",
+                        f"Add {', '.join(absent)}.",
+                    )
 
 
 def _bends(key: str, case: Case) -> bool:

@@ -195,21 +195,19 @@ class NominalZero:
 def _nominal(case: Case, number: int, of: str) -> float | None:
     """Nominal value of a property where the text has it as one number; None where it is not 0 for
     sure."""
-    block, row = case.elements[number]
+    _, row = case.elements[number]
     if of in ("eta", "alpha", "beta"):
-        own = getattr(row, "eta", None) if of == "eta" else None
+        own = row.get("eta") if of == "eta" else None
         if own is None and of == "eta":
-            own = getattr(case.spec.model.materials.get(getattr(row, "material", "")), "eta", None)
+            own = getattr(case.spec.model.materials.get(row.get("material", "")), "eta", None)
         return float(own if own is not None else getattr(case.spec.model.damping, of, 0.0))
     if of in P_VALUES:
-        of = {("spring", "stiffness"): "k", ("mass", "mass"): "m", ("dashpot", "damping"): "c"}.get(
-            (block.type, of), ""
-        )
-        if of == "m" and any(getattr(row, inertia) > 0.0 for inertia in ("Ixx", "Iyy", "Izz")):
+        of = P_VALUES[of]
+        if of == "m" and any(row.get(inertia, 0.0) > 0.0 for inertia in ("Ixx", "Iyy", "Izz")):
             return None
     if of in ("k", "m", "c", "Ixx", "Iyy", "Izz", "Ip", "omega", "N"):
-        return float(getattr(row, of))
-    material = case.spec.model.materials.get(getattr(row, "material", ""))
+        return None if row.get(of) is None else float(row.get(of))
+    material = case.spec.model.materials.get(row.get("material", ""))
     return float(getattr(material, of)) if material is not None and of in ("rho", "nu") else None
 
 

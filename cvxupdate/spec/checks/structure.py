@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cvxupdate.spec.checks.case import Case
-from cvxupdate.spec.elements import GyroscopicRow, LineRow, MassRow, MatrixBlock
+from cvxupdate.spec.elements import from_files, text_of
 from cvxupdate.spec.prepare import Complaint
 
 
@@ -20,9 +20,9 @@ class LooseNodes:
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
         """Every node without an element."""
-        if any(isinstance(block, MatrixBlock) for block in case.spec.model.elements):
+        if any(from_files(block.type) for block in case.spec.model.elements):
             return
-        used = {node for _, _, row in case.rows() for node in getattr(row, "nodes", ())}
+        used = {node for _, _, row in case.rows() for node in row.get("nodes", ())}
         held = _held(case)
         for i, node in enumerate(case.spec.model.nodes):
             if node.id not in used and node.id not in held:
@@ -41,21 +41,21 @@ class UnheldMasses:
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
         """Every lump that only floats."""
-        if any(isinstance(block, MatrixBlock) for block in case.spec.model.elements):
+        if any(from_files(block.type) for block in case.spec.model.elements):
             return
         joined = {
             node
-            for _, _, row in case.rows()
-            if not isinstance(row, MassRow | GyroscopicRow)
-            for node in getattr(row, "nodes", ())
+            for _, block, row in case.rows()
+            if text_of(block).joins
+            for node in row.get("nodes", ())
         }
         held = _held(case)
         for loc, _, row in case.rows():
-            if isinstance(row, MassRow) and row.nodes[0] not in joined and row.nodes[0] not in held:
+            node = row.get("nodes", (None,))[0]
+            if row.get("m") is not None and node not in joined and node not in held:
                 yield Complaint(
                     (*loc, "nodes"),
-                    f"mass {row.id} at node {row.nodes[0]} is joined to nothing: the model is "
-                    "a mechanism.",
+                    f"mass {row.id} at node {node} is joined to nothing: the model is a mechanism.",
                     "Join the node by a spring, rod or beam.",
                 )
 
@@ -102,10 +102,10 @@ class Preloads:
         """Every rod with one: it would hang on it like a string, which a rod element does not
         know."""
         for loc, block, row in case.rows():
-            if isinstance(row, LineRow) and row.N != 0.0 and block.type == "rod":
+            if row.get("N", 0.0) != 0.0 and "N" not in text_of(block).changes:
                 yield Complaint(
                     (*loc, "N"),
-                    f"rod {row.id} has a preload, which only beams can carry.",
+                    f"{block.type} {row.id} has a preload, which only beams can carry.",
                     "Make it a beam2d or beam3d.",
                 )
 
