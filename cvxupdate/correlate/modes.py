@@ -12,7 +12,7 @@ from cvxupdate.correlate.balance import ElementBalance, mode_imbalances
 from cvxupdate.correlate.groups import element_batches, group_balance, group_matrices
 from cvxupdate.correlate.mac import mac
 from cvxupdate.correlate.pairing import Pairing
-from cvxupdate.correlate.result import Drawing, ModePair, ShapeComparison
+from cvxupdate.correlate.result import Geometry, ModePair, ShapeComparison
 from cvxupdate.correlate.summary import correlation
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.build import parse_label
@@ -23,7 +23,7 @@ from cvxupdate.reduction import Transformation, dynamic, guyan, partition, serep
 
 Index = NDArray[np.int64]
 NOISY = 0.5
-"""Share of the elastic forces out of balance above which the shapes are taken to be noisy."""
+"""Fraction of the elastic forces out of balance above which the shapes are taken to be noisy."""
 LARGEST = 30_000_000
 """Numbers in the condensed signatures of all elements (elements × DOFs of one × sensors) up to
 which elements are judged one by one."""
@@ -79,7 +79,7 @@ def compare_shapes(
     shapes: Real,
     rows: Index,
     places: Index,
-    drawing: Drawing | None,
+    geometry: Geometry | None,
 ) -> tuple[ShapeComparison | None, tuple[str, ...]]:
     """Every measure of shapes for one table; None (with a note) where no two channels of a paired
     mode have values.
@@ -147,7 +147,7 @@ def compare_shapes(
     notes += [f"{name}: {line}" for line in said]
     batches, ids = (
         element_batches(model)
-        if drawing is not None and several is not None
+        if geometry is not None and several is not None
         else ((), np.zeros(0, dtype=np.int64))
     )
     if sum(b.dofs.size for b in batches) * len(sensors) > LARGEST:
@@ -196,7 +196,7 @@ def compare_shapes(
         names,
         groups,
         None
-        if drawing is None
+        if geometry is None
         else _translations(model, flexible.shapes[:, partner], a[:, partner]),
     ), (*notes, *(f"{name}: {n}" for n in found.notes))
 
@@ -227,12 +227,12 @@ def expansion(
             continue
     try:
         return guyan(partition(m.K, m.M, sensors)), (
-            "the sensors cannot tell the model's modes apart; shapes were expanded "
+            "the sensors cannot distinguish the model's modes; shapes were expanded "
             "statically (Guyan).",
         )
     except ModelError:
         return None, (
-            "the sensors cannot tell the model's modes apart, and do not hold it: no "
+            "the sensors cannot distinguish the model's modes, and do not hold it: no "
             "orthogonality, energies or force balance.",
         )
 

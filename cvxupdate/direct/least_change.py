@@ -31,8 +31,8 @@ def least_change_acting(W: Real, X: Real, Y: Real, terms: float = 0.0) -> Real:
     Parameters
     ----------
     W : (N, N) positive definite weight; X : (N, k) of full rank; Y : (N, k).
-    terms : the size of what Y is a difference of, ‖K X‖, against which rounding is told from
-    asymmetry.
+    terms : the size of what Y is a difference of, ‖K X‖, against which rounding is distinguished
+    from asymmetry.
 
     Raises
     ------

@@ -83,8 +83,8 @@ def ordinary_coherence(spectra: Spectra) -> Real:
 
 
 def multiple_coherence(spectra: Spectra) -> Real:
-    """Share of each response's power that all references explain linearly, (lines, responses), in
-    [0, 1]."""
+    """Fraction of each response's power that all references explain linearly, (lines, responses),
+    in [0, 1]."""
     explained = np.real(np.einsum("fij,fij->fi", h1(spectra), np.conj(spectra.Syx)))
     return np.clip(explained / np.where(spectra.power > 0.0, spectra.power, np.inf), 0.0, 1.0)
 

@@ -45,7 +45,7 @@ class DecayRates:
     or ``"none"``.
     alpha, alpha_std : 1/s, of ``C = alpha M``. outliers : modes (from 0) off the law by more than
     3.5 robust deviations.
-    says : the finding in words.
+    says : the finding as a sentence.
     """
 
     rates: Real
@@ -79,7 +79,7 @@ def _robust_line(x: Real, y: Real, variance: Real) -> tuple[float, float]:
             / variance
         )
         slope = float(solution[1])
-    # Huber's covariance: clipped residuals over the share that is not clipped, n - 2 degrees of
+    # Huber's covariance: clipped residuals over the fraction that is not clipped, n - 2 degrees of
     # freedom
     clipped = np.clip(residual / np.sqrt(variance), -1.345 * scale, 1.345 * scale)
     kept = float(np.mean(np.abs(clipped) < 1.345 * scale))
@@ -133,11 +133,11 @@ def decay_rates(table: ModeTable) -> DecayRates:
     rate_spread = 1.4826 * float(np.median(np.abs(rates - rate)))
     rate_std = 1.2533 * rate_spread / float(np.sqrt(f.size))
     fits = spread < 0.25 and abs(exponent - best) <= max(0.35, 3.0 * exponent_std)
-    name, words = _HYPOTHESES[best]
+    name, template = _HYPOTHESES[best]
     off = np.log(zeta) - best * np.log(f)
-    far = np.abs(off - np.median(off)) > 3.5 * max(spread, 0.03)
-    outliers = tuple(int(i) for i in np.flatnonzero(known)[far]) if fits else ()
-    says = words.format(
+    off_law = np.abs(off - np.median(off)) > 3.5 * max(spread, 0.03)
+    outliers = tuple(int(i) for i in np.flatnonzero(known)[off_law]) if fits else ()
+    says = template.format(
         rate=rate,
         std=rate_std,
         spread=spread,

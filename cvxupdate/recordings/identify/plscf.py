@@ -115,8 +115,8 @@ def plscf(
     band).
     weights : (lines, outputs), one over the standard deviation; default one over the r.m.s. of each
     output.
-    margin : share of the half circle left free at each end of the band, which keeps band edges off
-    the real axis of z.
+    margin : fraction of the half circle left free at each end of the band, which keeps band edges
+    off the real axis of z.
 
     Raises
     ------

@@ -123,13 +123,13 @@ def drive_points(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding,
                 float(np.sqrt(_CORRELATED * np.sum(deviation**2))), np.finfo(float).tiny
             )
             threshold = float(stats.norm.isf(alpha))
-            share = float(np.sum(y)) / max(float(np.sum(np.abs(y))), np.finfo(float).tiny)
-            if -total > threshold and share < -0.5:
+            fraction = float(np.sum(y)) / max(float(np.sum(np.abs(y))), np.finfo(float).tiny)
+            if -total > threshold and fraction < -0.5:
                 found.append(
                     Finding(
                         "polarity",
                         f"{r.label}/{ref.label}",
-                        f"the drive point {r.label} gives power back ({-100 * share:.0f} % of "
+                        f"the drive point {r.label} gives power back ({-100 * fraction:.0f} % of "
                         "its lines by weight): force or response has the wrong sign. Set "
                         "sign = -1 on one of them.",
                         -total,
@@ -310,7 +310,7 @@ def causality(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ..
     and a structure that does not decay within 1/Δf (light damping, or none: its FRF is real). So a
     fault is more than 0.7, which a reversed response reaches once it falls by a quarter of its
     amplitude a half period, and more than noise gives with probability ``alpha`` (normal law of the
-    share, half of the samples independent). Evenly spaced lines only.
+    fraction, half of the samples independent). Evenly spaced lines only.
     """
     found = []
     lines = len(frf.frequency)
@@ -321,8 +321,8 @@ def causality(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ..
     quarter = lines // 4
     # the main lobe of the taper around t = 0 belongs to both sides
     first, last = response[3:quarter].sum(axis=0), response[-quarter:-2].sum(axis=0)
-    share = last / np.maximum(first + last, np.finfo(float).tiny)
-    # the share of n and n exponential variables has the variance 1 / (4 (2 n + 1))
+    fraction = last / np.maximum(first + last, np.finfo(float).tiny)
+    # the fraction of n and n exponential variables has the variance 1 / (4 (2 n + 1))
     threshold = max(
         0.7,
         0.5
@@ -333,12 +333,12 @@ def causality(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ..
     for s, ref in enumerate(frf.references):
         if not ref.dof:  # a spectrum has no direction of time
             continue
-        bad = [r for r in range(len(frf.responses)) if share[r, s] > threshold]
+        bad = [r for r in range(len(frf.responses)) if fraction[r, s] > threshold]
         if bad:
             names = ", ".join(frf.responses[r].label for r in bad[:4]) + (
                 " …" if len(bad) > 4 else ""
             )
-            worst = float(share[bad, s].max())
+            worst = float(fraction[bad, s].max())
             found.append(
                 Finding(
                     "causality",
