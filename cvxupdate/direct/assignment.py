@@ -82,7 +82,7 @@ def symmetric_gain(
     if s[-1] <= 1e-10 * s[0]:
         raise InputError(
             "symmetric assignment: the force residuals of the modes are linearly dependent "
-            "(a mode that the model has already, or one that is too many). Leave it out."
+            "(a mode that the model already has, or one too many). Leave it out."
         )
     a, b = Y.T @ X @ block / rate, Y.T @ X
     k = len(b)

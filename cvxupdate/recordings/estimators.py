@@ -118,9 +118,7 @@ def variance_from_coherence(H: Complex, coherence: Real, averages: float) -> Rea
         When averages is not above 1, or a coherence lies outside [0, 1].
     """
     if averages <= 1.0:
-        raise RecordingError(
-            f"a variance cannot be had from {averages} averages; more than one is needed"
-        )
+        raise RecordingError(f"Variance needs at least 2 averages; got {averages:g}.")
     if np.any((coherence < 0.0) | (coherence > 1.0)):
         raise RecordingError("coherence outside [0, 1]; check the data set that it was read from")
     spread = coherence if coherence.ndim == H.ndim else coherence[..., None] * np.ones(H.shape)

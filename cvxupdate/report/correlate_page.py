@@ -11,6 +11,7 @@ from cvxupdate.report import correlate_figures as figures
 from cvxupdate.report import structure_figures as on_structure
 from cvxupdate.report.correlate_parts import MOST_ROWS, frf_part, sensor_part, shape_part, svg
 from cvxupdate.report.correlate_words import compared_verdict
+from cvxupdate.report.matrix import ROWS
 from cvxupdate.report.numbers import count, decimals, fixed, number, seconds, signed, with_deviation
 from cvxupdate.report.page import command, render
 from cvxupdate.report.words import METRICS
@@ -34,7 +35,7 @@ def correlate_page(compared: Compared) -> str:
             "metrics": metric_rows(compared),
             "modes": mode_rows(compared.modes[:MOST_ROWS]),
             "more_modes": max(0, len(compared.modes) - MOST_ROWS),
-            "bars": figures.ROWS,
+            "bars": ROWS,
             "several": len({m.recording for m in compared.modes}) > 1,
             "mac": any(m.mac is not None for m in compared.modes),
             "figure": {

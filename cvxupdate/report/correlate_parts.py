@@ -11,6 +11,7 @@ from cvxupdate.report import correlate_figures as figures
 from cvxupdate.report import frf_figures, structure
 from cvxupdate.report import structure_figures as on_structure
 from cvxupdate.report.correlate_words import balance_sentence
+from cvxupdate.report.matrix import matrix
 from cvxupdate.report.numbers import count, fixed, number, signed
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def shape_part(k: int, s: ShapeComparison, c: Compared) -> dict[str, Any]:
 def _mac(name: str, s: ShapeComparison) -> Markup | None:
     found = s.correlation
     return svg(
-        figures.matrix(
+        matrix(
             f"{name}mac",
             "MAC of every model mode with every measured mode",
             found.mac,
@@ -88,7 +89,7 @@ def _cross(name: str, s: ShapeComparison, cross: Any) -> Markup | None:
     found = s.correlation
     paired = [f"{number(float(found.frequency_measured[i]), 4)}" for i in found.complete]
     return svg(
-        figures.matrix(
+        matrix(
             f"{name}cross",
             "Cross-orthogonality of paired modes",
             cross,

@@ -170,7 +170,7 @@ def appropriate(
     """
     if method not in METHODS:
         raise RecordingError(
-            f"force appropriation {method!r} is not known; choose one of {', '.join(METHODS)}"
+            f"unknown force appropriation {method!r}; choose one of {', '.join(METHODS)}"
         )
     V = np.eye(H.shape[2]) if principal is None else principal
     reduced = H @ V

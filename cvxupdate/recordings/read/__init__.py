@@ -80,7 +80,7 @@ def _choose(path: Path, head: bytes, wanted: str | None) -> Format:
     if wanted is not None:
         if wanted.lower() not in names:
             raise RecordingError(
-                f"{path}: format {wanted!r} is not read. Formats: "
+                f"{path}: format {wanted!r} is not supported. Formats: "
                 f"{', '.join(fmt.name for fmt in FORMATS)}."
             )
         return names[wanted.lower()]
@@ -100,7 +100,7 @@ def _choose(path: Path, head: bytes, wanted: str | None) -> Format:
     )
     if by_ending[0].name == "mat" and ending == ".mat" and looks_like.name == "text":
         other = ' It is damaged, or a MATLAB 4 file: set format = "mat" for the latter.'
-    raise RecordingError(f"{path}: it does not begin as a {ending} file does.{other}")
+    raise RecordingError(f"{path}: it does not start like a {ending} file.{other}")
 
 
 def read_file(
