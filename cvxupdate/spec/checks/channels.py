@@ -24,7 +24,7 @@ class ChannelColumns:
                 if (channel.column, channel.index) in seen:
                     yield Complaint(
                         ("recordings", i, "channels", j, "column"),
-                        f"column {channel.column} is another channel already.",
+                        f"column {channel.column} is already used by another channel.",
                         "Give every channel its own column.",
                     )
                 seen.add((channel.column, channel.index))
@@ -64,7 +64,7 @@ class ChannelPlaces:
                         (*at, "dof"),
                         f"channel {channel.column} reads DOF '{channel.dof}', but the active "
                         f"DOFs are {', '.join(active)}.",
-                        f"Add '{channel.dof}' to model.dofs, or take the channel out.",
+                        f"Add '{channel.dof}' to model.dofs, or remove the channel.",
                     )
 
 
@@ -88,18 +88,18 @@ class Corrections:
                 if len(said) != 1:
                     yield Complaint(
                         at,
-                        f"says {' and '.join(said) or 'no fault'}.",
+                        f"gives {' and '.join(said) or 'no fault'}.",
                         "Give one of gain, delay and exchanged_with; another row takes another.",
                     )
                 elif row.gain == 0.0:
                     yield Complaint(
                         (*at, "gain"),
-                        "is 0: nothing of the signal is left.",
+                        "is 0, which removes the signal.",
                         "Leave the channel out of the recording instead.",
                     )
                 elif row.delay is not None and recording.kind == "modes":
                     yield Complaint(
-                        (*at, "delay"), "means nothing in a table of modes.", "Take it out."
+                        (*at, "delay"), "does not apply to a table of modes.", "Remove it."
                     )
                 elif row.exchanged_with is not None and (
                     row.exchanged_with.node,

@@ -30,7 +30,7 @@ class BoundsCrossed:
             yield Complaint(
                 at,
                 f"the bounds are crossed: lower {bounds.lower:g} is above upper {bounds.upper:g}.",
-                "Exchange or widen them.",
+                "Swap or widen them.",
             )
         if bounds.lower is None or case.spec.update is None:
             return
@@ -77,7 +77,7 @@ class LinearSides:
             elif row.equals is not None and len(sides) > 1:
                 yield Complaint(
                     (*at, "equals"),
-                    "stands beside at_most or at_least.",
+                    "is given together with at_most or at_least.",
                     "Give an equation or limits, not both.",
                 )
             elif (
@@ -86,7 +86,7 @@ class LinearSides:
                 yield Complaint(
                     (*at, "at_least"),
                     f"the limits are crossed: {row.at_least:g} is above {row.at_most:g}.",
-                    "Exchange or widen them.",
+                    "Swap or widen them.",
                 )
             if not any(row.coefficients.values()):
                 yield Complaint(
@@ -109,9 +109,9 @@ class OneMass:
         if bool(clause.conserve) == (clause.value is not None):
             yield Complaint(
                 at,
-                "says both `conserve` and `value`."
+                "gives both `conserve` and `value`."
                 if clause.conserve
-                else "says neither `conserve` nor `value`.",
+                else "gives neither `conserve` nor `value`.",
                 "Give { conserve = true }, or { value = kg }.",
             )
         if not any(_has_mass(case, row) for _, _, row in case.rows()):
@@ -147,7 +147,7 @@ class RegulariserGroups:
             if row.kind != "group-l1":
                 yield Complaint(
                     at,
-                    f"mean nothing for kind '{row.kind}'.",
+                    f"do not apply to kind '{row.kind}'.",
                     'Leave them out, or take kind = "group-l1".',
                 )
             for group in row.groups:

@@ -41,7 +41,7 @@ class EmptyRecordings:
             ):
                 yield Complaint(
                     ("recordings", i, "frequency_std_relative"),
-                    "stands beside `frequency_std`.",
+                    "is given together with `frequency_std`.",
                     "Give one of them.",
                 )
 
@@ -119,7 +119,7 @@ class Shapes:
                         yield Complaint(
                             (*at, "shape_std"),
                             "is given without a `shape`.",
-                            "Give the shape too, or take it out.",
+                            "Give the shape too, or remove it.",
                         )
                     continue
                 shaped = True
@@ -148,7 +148,7 @@ class Shapes:
             if shaped and recording.channels is None:
                 yield Complaint(
                     ("recordings", i, "channels"),
-                    "is missing, so nobody knows where the shapes were measured.",
+                    "is missing, so it is not known where the shapes were measured.",
                     "List node and dof of each entry of `shape`.",
                 )
 
