@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cvxupdate.errors import CvxupdateError, InfeasibleError, InputError
+from cvxupdate.report.files import folder_for, must_be_writable, write_files
 
 if TYPE_CHECKING:
     from cvxupdate.report.terminal import Display
@@ -66,13 +67,13 @@ def run(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     from cvxupdate.report import run_files, run_summary
     from cvxupdate.study import run as do
 
-    _must_be_writable(out)
+    must_be_writable(out)
     with _display(as_json) as show:
         reading = None if show is None else show.read
         updated = do(problem, None if show is None else lambda h: show.say(_iteration(h)), reading)
     files, payload = run_files(updated)
-    folder = _folder(out, updated.problem)
-    _write(folder, files)
+    folder = folder_for(out, updated.problem)
+    write_files(folder, files)
     _say(payload, as_json, lambda: run_summary(updated, folder))
     if updated.status not in ("converged", "optimal"):
         raise typer.Exit(NOT_DONE)
@@ -84,12 +85,12 @@ def correlate(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     from cvxupdate.report import correlate_files, correlate_summary
     from cvxupdate.study import correlate as do
 
-    _must_be_writable(out)
+    must_be_writable(out)
     with _display(as_json) as show:
         compared = do(problem, None if show is None else show.read)
     files, payload = correlate_files(compared)
-    folder = _folder(out, compared.problem)
-    _write(folder, files)
+    folder = folder_for(out, compared.problem)
+    write_files(folder, files)
     _say(payload, as_json, lambda: correlate_summary(compared, folder))
 
 
@@ -100,12 +101,12 @@ def diagnose(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     from cvxupdate.spec import load_problem
     from cvxupdate.study import diagnose as do
 
-    _must_be_writable(out)
+    must_be_writable(out)
     with _display(as_json) as show:
         found = do(problem, *((None, None) if show is None else (show.say, show.read)))
     files, payload = diagnosis_files(found, load_problem(problem))
-    folder = _folder(out, found.problem)
-    _write(folder, files)
+    folder = folder_for(out, found.problem)
+    write_files(folder, files)
     for name in ("problem.toml", "refined.toml"):
         if f"updated/{name}" not in files:
             (folder / "updated" / name).unlink(missing_ok=True)  # of an earlier diagnosis
@@ -118,11 +119,11 @@ def solvers(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     from cvxupdate.report import solvers_files, solvers_summary
     from cvxupdate.study import solvers as do
 
-    _must_be_writable(out)
+    must_be_writable(out)
     spec, rows, spread = do(problem)
     files, payload = solvers_files(spec.name, spec.title, rows, spread)
-    folder = _folder(out, spec.name)
-    _write(folder, files)
+    folder = folder_for(out, spec.name)
+    write_files(folder, files)
     _say(payload, as_json, lambda: solvers_summary(spec.name, rows, spread, folder))
     if not any(r.status == "optimal" for r in rows):
         raise typer.Exit(NOT_DONE)
@@ -174,48 +175,6 @@ def schema() -> None:
     from cvxupdate.spec import schema as do
 
     print(json.dumps(do(), indent=2, ensure_ascii=False))
-
-
-def _folder(out: Path | None, name: str) -> Path:
-    return Path("out") / name if out is None else out
-
-
-def _must_be_writable(out: Path | None) -> None:
-    """Say before the work, not after it, that the results have no place to go; creates nothing."""
-    folder = Path("out") if out is None else out
-    place = next((p for p in (folder, *folder.absolute().parents) if os.path.lexists(p)), Path("/"))
-    if not place.is_dir():
-        raise InputError(
-            f"{folder}: the results cannot be written there ({place} is not a folder). Give "
-            "another --out."
-        )
-    if not os.access(place, os.W_OK | os.X_OK):
-        raise InputError(
-            f"{folder}: the results cannot be written there ({place} may not be written to). "
-            "Give another --out."
-        )
-
-
-def _write(folder: Path, files: dict[str, str]) -> None:
-    """Write files whole or not at all: into a temporary name first, then moved into place."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        staged = []
-        for name, text in files.items():
-            final = folder / name
-            final.parent.mkdir(exist_ok=True)
-            temporary = final.with_name(f".{final.name}.{os.getpid()}.part")
-            staged.append((temporary, final))
-            temporary.write_text(text, encoding="utf-8")
-        for temporary, final in staged:
-            os.replace(temporary, final)
-    except OSError as error:
-        for temporary, _ in staged if "staged" in locals() else []:
-            temporary.unlink(missing_ok=True)
-        raise InputError(
-            f"{folder}: the results cannot be written there ({error.strerror or error}). Give "
-            "another --out."
-        ) from error
 
 
 def _say(payload: str, as_json: bool, summary: Callable[[], Any]) -> None:
@@ -271,12 +230,9 @@ def main() -> None:
     except BrokenPipeError:
         code = 0
     except Exception as error:
-        if type(error).__module__.startswith(("click", "typer")) and hasattr(
-            error, "format_message"
-        ):
-            said = (
-                error.format_message()
-            )  # empty when the help was printed because nothing was asked
+        message = getattr(error, "format_message", None)
+        if type(error).__module__.startswith(("click", "typer")) and callable(message):
+            said = message()  # empty when the help was printed for lack of a command
             code = _fail(f"{said} Try 'cvxupdate --help'.", BAD_INPUT) if said else BAD_INPUT
         elif os.environ.get(DEBUG):
             raise

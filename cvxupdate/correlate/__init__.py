@@ -11,7 +11,7 @@ from cvxupdate.correlate.compare import compare
 from cvxupdate.correlate.elements import ElementBatch, element_energies
 from cvxupdate.correlate.energy import (
     EnergyComparison,
-    element_energy_shares,
+    element_energy_fractions,
     energy_comparison,
     energy_map,
 )
@@ -43,8 +43,8 @@ from cvxupdate.correlate.reciprocal import ReciprocalVectors, reciprocal_vectors
 from cvxupdate.correlate.response import model_frf
 from cvxupdate.correlate.result import (
     Compared,
-    Drawing,
     FrfComparison,
+    Geometry,
     ModePair,
     Part,
     SensorReport,
@@ -55,12 +55,12 @@ from cvxupdate.correlate.summary import Correlation, correlation
 __all__ = [
     "Compared",
     "Correlation",
-    "Drawing",
     "ElementBalance",
     "ElementBatch",
     "EnergyComparison",
     "FrfComparison",
     "FrfCorrelation",
+    "Geometry",
     "GroupMatrices",
     "ImprovedMass",
     "ModePair",
@@ -78,7 +78,7 @@ __all__ = [
     "element_balance",
     "element_batches",
     "element_energies",
-    "element_energy_shares",
+    "element_energy_fractions",
     "energy_comparison",
     "energy_map",
     "fdac",

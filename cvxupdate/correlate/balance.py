@@ -24,7 +24,7 @@ class ElementBalance:
     of it (−0.3: 30 % softer than modelled, never below −1: an element has no less than nothing);
     ``mass`` and ``mass_change`` likewise, None without element mass matrices. ``imbalance`` is the
     size of what is to be explained, over the elastic forces, r.m.s. over the modes: at rounding
-    level nothing is wrong and the shares mean nothing.
+    level nothing is wrong and the explained fractions mean nothing.
     """
 
     imbalance: float
@@ -95,9 +95,9 @@ def element_balance(
 
     If element e is really (1 + δ) as stiff, then (K + δK_e − ω²M)φ_X = 0 and the imbalance is −δ
     K_e φ_X (for mass +δω² M_e φ_X). With sensors alone both sides are condensed by the
-    transformation that expands: f = Tᵀ(K − ω²M)Tφ against Tᵀ K_e Tφ. The share is cos² of the angle
-    between the two over all modes, every mode relative to its own elastic forces and every row
-    relative to the root of its stiffness, which makes forces and moments comparable.
+    transformation that expands: f = Tᵀ(K − ω²M)Tφ against Tᵀ K_e Tφ. The explained fraction is
+    cos² of the angle between the two over all modes, every mode relative to its own elastic forces
+    and every row relative to the root of its stiffness, which makes forces and moments comparable.
 
     Parameters
     ----------
@@ -172,25 +172,25 @@ def mode_imbalances(
 def explained(
     sums: Sequence[tuple[Real, Real, Real, Real, float]], stiffness_only: bool = False
 ) -> ElementBalance:
-    """Shares and changes from every mode's s·f and s·s for stiffness and mass signatures s, and
-    f·f."""
+    """Explained fractions and changes from every mode's s·f and s·s for stiffness and mass
+    signatures s, and f·f."""
     k_f, k_k, m_f, m_m = (np.sum(np.array([mode[i] for mode in sums]), axis=0) for i in range(4))
     total = float(sum(mode[4] for mode in sums))
-    stiffness, k_change = _share(k_f, k_k, total, highest=1.0)
+    stiffness, k_change = _explained(k_f, k_k, total, highest=1.0)
     level = float(np.sqrt(total / len(sums)))
     if stiffness_only:
         return ElementBalance(level, stiffness, -k_change)
-    mass, m_change = _share(m_f, m_m, total, lowest=-1.0)
+    mass, m_change = _explained(m_f, m_m, total, lowest=-1.0)
     return ElementBalance(level, stiffness, -k_change, mass, m_change)
 
 
-def _share(
+def _explained(
     sf: Real, ss: Real, ff: float, lowest: float = -np.inf, highest: float = np.inf
 ) -> tuple[Real, Real]:
-    """The factor c that leaves least of ‖f − c s‖², and the share 1 − ‖f − c s‖²/‖f‖² that it
-    explains, from the sums over modes.
+    """The factor c that leaves least of ‖f − c s‖², and the explained fraction 1 − ‖f − c s‖²/‖f‖²
+    that it explains, from the sums over modes.
 
-    c is held within what keeps the element from having less than nothing: unbounded the share is
+    c is held within what keeps the element from having less than nothing: unbounded the fraction is
     cos² of the angle.
     """
     factor = np.clip(np.divide(sf, ss, out=np.zeros_like(sf), where=ss > 0.0), lowest, highest)

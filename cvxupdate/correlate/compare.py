@@ -15,8 +15,8 @@ from cvxupdate.correlate.modes import compare_shapes, mode_pairs, node_translati
 from cvxupdate.correlate.response import POWERS, model_frf
 from cvxupdate.correlate.result import (
     Compared,
-    Drawing,
     FrfComparison,
+    Geometry,
     ModePair,
     Part,
     SensorReport,
@@ -40,7 +40,7 @@ SEEN_MODES = 24
 """Modes in a sensor report at most."""
 
 
-def drawing_of(spec: Spec, model: Model) -> Drawing | None:
+def geometry_of(spec: Spec, model: Model) -> Geometry | None:
     """Nodes and elements to draw; None when the model has no element between nodes with coordinates
     of their own."""
     at = {int(n): k for k, n in enumerate(model.node_ids)}
@@ -56,7 +56,7 @@ def drawing_of(spec: Spec, model: Model) -> Drawing | None:
     moves = np.zeros((len(model.node_ids), 3), dtype=bool)
     rows = np.flatnonzero(model.dof_kind < 3)
     moves[model.dof_node[rows], model.dof_kind[rows]] = True
-    return Drawing(model.node_ids, model.xyz, parts, moves)
+    return Geometry(model.node_ids, model.xyz, parts, moves)
 
 
 def compare_frf(
@@ -234,7 +234,7 @@ def compare(
         When nothing can be compared; the message says why of every recording.
     """
     flexible, said = modes.flexible(), list(notes)
-    drawing, matrices = drawing_of(spec, model), model.matrices()
+    geometry, matrices = geometry_of(spec, model), model.matrices()
     pairs: list[ModePair] = []
     compared: list[ShapeComparison] = []
     frfs: list[FrfComparison] = []
@@ -253,7 +253,7 @@ def compare(
             if mine is not None:
                 rows = places(model, recording.channels)
                 found, lines = compare_shapes(
-                    model, matrices, flexible, recording, mine, rows, at, drawing
+                    model, matrices, flexible, recording, mine, rows, at, geometry
                 )
                 said += lines
                 macs = shape_macs(flexible, mine, rows, at)
@@ -304,7 +304,7 @@ def compare(
     }
     nominal = (
         {}
-        if drawing is None
+        if geometry is None
         else {
             m.mode: node_translations(model, flexible.shapes[:, m.mode - 1])
             for m in pairs[:NOMINAL]
@@ -322,7 +322,7 @@ def compare(
         tuple(frfs),
         tuple(r for r in reports if r is not None),
         metrics(pairs, frfs),
-        drawing,
+        geometry,
         sizes,
         nominal,
         tuple(dict.fromkeys(said)),
@@ -330,7 +330,7 @@ def compare(
 
 
 def _named(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
-    """Recordings of one file told apart by a number behind the name."""
+    """Recordings of one file, distinguished by a number behind the name."""
     names = [r.origin.name for r in recordings]
     return tuple(
         r

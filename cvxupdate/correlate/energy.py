@@ -59,8 +59,10 @@ def energy_comparison(K: Any, M: Any, phi_a: Shapes, phi_x: Shapes) -> EnergyCom
     )
 
 
-def element_energy_shares(batches: Sequence[ElementBatch], phi: Shapes, matrix: str = "K") -> Real:
-    """Each element's share of a mode's energy, (elements, modes); every column sums to 1, so the
+def element_energy_fractions(
+    batches: Sequence[ElementBatch], phi: Shapes, matrix: str = "K"
+) -> Real:
+    """Each element's fraction of a mode's energy, (elements, modes); every column sums to 1, so the
     scale of φ is gone."""
     energy = element_energies(batches, phi, matrix)
     total = np.sum(energy, axis=0)
@@ -81,10 +83,10 @@ def energy_map(
     """Where the measured shapes store their energy elsewhere than the model's: 0 (the same) to 1,
     (elements,).
 
-    Σ_r |p_X − p_A| / Σ_r (p_X + p_A) with the shares p of `element_energy_shares`, summed over the
-    paired modes. In an element that is really softer the measured deformation, and so its energy in
-    the model's matrix, is larger. An element with less than ``floor`` of the mean share cannot be
-    judged; the floor keeps it from being blown up.
+    Σ_r |p_X − p_A| / Σ_r (p_X + p_A) with the fractions p of `element_energy_fractions`, summed
+    over the paired modes. In an element that is really softer the measured deformation, and so its
+    energy in the model's matrix, is larger. An element with less than ``floor`` of the mean
+    fraction cannot be judged; the floor keeps it from being blown up.
 
     Parameters
     ----------
@@ -93,7 +95,10 @@ def energy_map(
     """
     a, x = same_pairs(phi_a, phi_x)
     _complete(a, x, "energy_map")
-    pa, px = element_energy_shares(batches, a, matrix), element_energy_shares(batches, x, matrix)
+    pa, px = (
+        element_energy_fractions(batches, a, matrix),
+        element_energy_fractions(batches, x, matrix),
+    )
     total = np.sum(pa + px, axis=1)
     return np.asarray(np.sum(np.abs(px - pa), axis=1) / (total + floor * np.mean(total)))
 

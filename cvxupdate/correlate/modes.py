@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.correlate._shapes import Real, Shapes
-from cvxupdate.correlate.balance import ElementBalance, mode_imbalances
+from cvxupdate.correlate.balance import ElementBalance
+from cvxupdate.correlate.elements import ElementBatch
+from cvxupdate.correlate.expand import balance_method, balanced, expansion
 from cvxupdate.correlate.groups import element_batches, group_balance, group_matrices
 from cvxupdate.correlate.mac import mac
 from cvxupdate.correlate.pairing import Pairing
-from cvxupdate.correlate.result import Drawing, ModePair, ShapeComparison
-from cvxupdate.correlate.summary import correlation
-from cvxupdate.errors import ModelError
+from cvxupdate.correlate.result import Geometry, ModePair, ShapeComparison
+from cvxupdate.correlate.summary import Correlation, correlation
 from cvxupdate.fe.labels import parse_label
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.recordings.types import ModeTable
-from cvxupdate.reduction import Transformation, dynamic, guyan, partition, serep
+from cvxupdate.reduction import Transformation
 
 Index = NDArray[np.int64]
-NOISY = 0.5
-"""Share of the elastic forces out of balance above which the shapes are taken to be noisy."""
 LARGEST = 30_000_000
 """Numbers in the condensed signatures of all elements (elements × DOFs of one × sensors) up to
 which elements are judged one by one."""
@@ -79,7 +79,7 @@ def compare_shapes(
     shapes: Real,
     rows: Index,
     places: Index,
-    drawing: Drawing | None,
+    geometry: Geometry | None,
 ) -> tuple[ShapeComparison | None, tuple[str, ...]]:
     """Every measure of shapes for one table; None (with a note) where no two channels of a paired
     mode have values.
@@ -91,114 +91,158 @@ def compare_shapes(
     places : (modes,) partner among the ``flexible`` modes, −1 unpaired.
     """
     name = table.origin.name
-    notes = []
-    seen = np.flatnonzero(rows >= 0)
-    seen = seen[np.sort(np.unique(rows[seen], return_index=True)[1])]
-    if len(seen) < len(rows):
-        notes.append(
-            f"{name}: {len(rows) - len(seen)} of {len(rows)} channels sit on a support or "
-            "repeat a DOF, and were left out of the shapes."
-        )
-    sensors, x = rows[seen], shapes[:, seen].T
-    known = np.sum(np.isfinite(x), axis=0) >= 2
-    order = np.array(
-        [i for i in np.argsort(table.frequency, kind="stable") if places[i] >= 0 and known[i]],
-        dtype=np.int64,
-    )
-    if not len(order):
+    notes: list[str] = []
+    at = _sensors(table, shapes, rows, places, notes)
+    if not len(at.order):
         return None, (
             *notes,
             f"{name}: no paired mode has values at two sensors or more; shapes were not compared.",
         )
-    measured = np.array(
-        [i for i in np.argsort(table.frequency, kind="stable") if known[i]], dtype=np.int64
+    fx, x = table.frequency[at.measured], at.x[:, at.measured]
+    top = int(min(max(places[at.order].max() + 2, len(at.measured)), flexible.shapes.shape[1]))
+    a, fa = flexible.shapes[at.rows][:, :top], flexible.frequencies[:top]
+    pairs = _pairs(at, places, a, x)
+    e = _expanded(
+        model, matrices, flexible, at, (pairs.model, top), x, fx, name, notes, geometry is not None
     )
-    top = int(min(max(places[order].max() + 2, len(measured)), flexible.shapes.shape[1]))
-    a, fa = flexible.shapes[sensors][:, :top], flexible.frequencies[:top]
-    place_of = {int(i): k for k, i in enumerate(measured)}
-    columns = np.array([place_of[int(i)] for i in order], dtype=np.intp)
-    partner = places[order].astype(np.intp)
-    macs = mac(a, x[:, measured])
-    pairs = Pairing(
+    found = _correlated(model, matrices, table, at, pairs, (fa, a), (fx, x), e)
+    groups, names = _groups(model, matrices, found, x, fx, () if e.batches else e.several or ())
+    return ShapeComparison(
+        name,
+        table.origin.use,
+        found.labels,
+        model.dof_node[at.rows],
+        model.dof_kind[at.rows],
+        ranks(table.frequency)[at.order],
+        places[at.order] + 1,
+        fa,
+        fx,
+        found,
+        e.transformation.method if e.transformation is not None else "",
+        e.ids,
+        balance_method(e.several, flexible, at.rows),
+        names,
+        groups,
+        _translations(model, geometry, flexible.shapes[:, pairs.model], a[:, pairs.model]),
+    ), (*notes, *(f"{name}: {n}" for n in found.notes))
+
+
+def _correlated(
+    model: Model,
+    matrices: Matrices,
+    table: ModeTable,
+    at: _Sensors,
+    pairs: Pairing,
+    own: tuple[Real, Real],
+    measured: tuple[Real, Real],
+    e: _Expanded,
+) -> Correlation:
+    """Every measure of frequencies (Hz) and shapes at the sensors, ``own`` and ``measured``."""
+    return correlation(
+        *own,
+        *measured,
+        std=None if table.relative_only else table.frequency_std[at.measured],
+        pairing=pairs,
+        labels=tuple(model.labels[i] for i in at.rows.tolist()),
+        K=matrices.K,
+        M=matrices.M,
+        transformation=e.transformation,
+        expansions=e.several,
+        elements=e.batches,
+    )
+
+
+@dataclass(frozen=True)
+class _Sensors:
+    """Where a table has values: ``rows`` (sensors,) among the free DOFs, ``x`` (sensors, modes);
+    modes in ascending frequency: ``measured`` at two sensors or more, ``order`` those also
+    paired."""
+
+    rows: Index
+    x: Real
+    measured: Index
+    order: Index
+
+
+def _sensors(
+    table: ModeTable, shapes: Real, rows: Index, places: Index, notes: list[str]
+) -> _Sensors:
+    seen = np.flatnonzero(rows >= 0)
+    seen = seen[np.sort(np.unique(rows[seen], return_index=True)[1])]
+    if len(seen) < len(rows):
+        notes.append(
+            f"{table.origin.name}: {len(rows) - len(seen)} of {len(rows)} channels sit on a "
+            "support or repeat a DOF, and were left out of the shapes."
+        )
+    x = shapes[:, seen].T
+    known = np.sum(np.isfinite(x), axis=0) >= 2
+    measured = [int(i) for i in np.argsort(table.frequency, kind="stable") if known[i]]
+    order = [i for i in measured if places[i] >= 0]
+    return _Sensors(
+        rows[seen], x, np.array(measured, dtype=np.int64), np.array(order, dtype=np.int64)
+    )
+
+
+def _pairs(at: _Sensors, places: Index, a: Real, x: Real) -> Pairing:
+    """The given partners as a `Pairing` of the columns of ``a`` and ``x``."""
+    place_of = {int(i): k for k, i in enumerate(at.measured)}
+    columns = np.array([place_of[int(i)] for i in at.order], dtype=np.intp)
+    partner = places[at.order].astype(np.intp)
+    return Pairing(
         partner,
         columns,
-        macs[partner, columns],
-        np.setdiff1d(np.arange(len(measured)), columns),
-        np.setdiff1d(np.arange(top), partner),
+        mac(a, x)[partner, columns],
+        np.setdiff1d(np.arange(x.shape[1]), columns),
+        np.setdiff1d(np.arange(a.shape[1]), partner),
     )
-    fx = table.frequency[measured]
-    transformation, said = expansion(matrices, flexible, sensors, partner, top)
+
+
+@dataclass(frozen=True)
+class _Expanded:
+    """What expands the shapes, what the force balance uses (one for each measured mode), and the
+    elements that it judges; None or empty where that is impossible."""
+
+    transformation: Transformation | None = None
+    several: list[Transformation] | None = None
+    batches: Sequence[ElementBatch] = ()
+    ids: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+
+
+def _expanded(
+    model: Model,
+    matrices: Matrices,
+    flexible: Modes,
+    at: _Sensors,
+    modes: tuple[NDArray[np.intp], int],
+    x: Real,
+    fx: Real,
+    name: str,
+    notes: list[str],
+    by_element: bool,
+) -> _Expanded:
+    transformation, said = expansion(matrices, flexible, at.rows, *modes)
     notes += [f"{name}: {line}" for line in said]
-    several, said = (
-        balanced(matrices, flexible, sensors, x[:, measured], fx)
-        if transformation is not None
-        else (None, ())
-    )
-    balance_by = (
-        ""
-        if not several
-        else "dynamic expansion at each measured frequency"
-        if several[0].frequency is not None
-        else (
-            f"{several[0].method} on {smooth_modes(flexible, sensors)} modes of the model, "
-            "which smooths the shapes"
-        )
-    )
+    if transformation is None:
+        return _Expanded()
+    several, said = balanced(matrices, flexible, at.rows, x, fx)
     notes += [f"{name}: {line}" for line in said]
-    batches, ids = (
-        element_batches(model)
-        if drawing is not None and several is not None
-        else ((), np.zeros(0, dtype=np.int64))
-    )
-    if sum(b.dofs.size for b in batches) * len(sensors) > LARGEST:
+    if several is None or not by_element:
+        return _Expanded(transformation, several)
+    return _Expanded(transformation, several, *_elements(model, len(at.rows), name, notes))
+
+
+def _elements(
+    model: Model, sensors: int, name: str, notes: list[str]
+) -> tuple[Sequence[ElementBatch], Index]:
+    """Element matrices and numbers; none, with a note, where there are too many."""
+    batches, ids = element_batches(model)
+    if sum(b.dofs.size for b in batches) * sensors > LARGEST:
         notes.append(
             f"{name}: {len(ids)} elements are too many to judge one by one; the force balance "
             "is given by group."
         )
-        batches, ids = (), ids[:0]
-    std = None if table.relative_only else table.frequency_std[measured]
-    labels = tuple(model.labels[i] for i in sensors.tolist())
-    found = correlation(
-        fa,
-        a,
-        fx,
-        x[:, measured],
-        std=std,
-        pairing=pairs,
-        labels=labels,
-        K=matrices.K,
-        M=matrices.M,
-        transformation=transformation,
-        expansions=several,
-        elements=batches,
-    )
-    groups: ElementBalance | None = None
-    names: tuple[str, ...] = ()
-    if several is not None and not batches and found.complete:
-        groups, names = _groups(
-            model, matrices, found.complete, columns, x[:, measured], fx, several
-        )
-    rank = ranks(table.frequency)
-    return ShapeComparison(
-        name,
-        table.origin.use,
-        labels,
-        model.dof_node[sensors],
-        model.dof_kind[sensors],
-        rank[order],
-        places[order] + 1,
-        fa,
-        fx,
-        found,
-        transformation.method if transformation is not None else "",
-        ids,
-        balance_by,
-        names,
-        groups,
-        None
-        if drawing is None
-        else _translations(model, flexible.shapes[:, partner], a[:, partner]),
-    ), (*notes, *(f"{name}: {n}" for n in found.notes))
+        return (), ids[:0]
+    return batches, ids
 
 
 def shape_macs(flexible: Modes, shapes: Real, rows: Index, places: Index) -> Real:
@@ -212,88 +256,19 @@ def shape_macs(flexible: Modes, shapes: Real, rows: Index, places: Index) -> Rea
     return out
 
 
-def expansion(
-    m: Matrices, flexible: Modes, sensors: Index, partner: Index, top: int
-) -> tuple[Transformation | None, tuple[str, ...]]:
-    """SEREP from the model's modes in the measured range, from the paired ones alone where the
-    sensors are few, else Guyan; None with the reason where the sensors do not determine the model's
-    motion at all."""
-    for chosen in (np.arange(top), np.unique(partner)):
-        if len(chosen) > len(sensors):
-            continue
-        try:
-            return serep(flexible.shapes[:, chosen], sensors), ()
-        except ModelError:
-            continue
-    try:
-        return guyan(partition(m.K, m.M, sensors)), (
-            "the sensors cannot tell the model's modes apart; shapes were expanded "
-            "statically (Guyan).",
-        )
-    except ModelError:
-        return None, (
-            "the sensors cannot tell the model's modes apart, and do not hold it: no "
-            "orthogonality, energies or force balance.",
-        )
-
-
-def balanced(
-    m: Matrices, flexible: Modes, sensors: Index, x: Real, fx: Real
-) -> tuple[list[Transformation] | None, tuple[str, ...]]:
-    """The transformations that the force balance uses, one for each measured mode, with what to say
-    about them.
-
-    Dynamic expansion at each measured frequency balances every unmeasured DOF and is the sharpest,
-    but it keeps the noise of the shapes, which stiffness turns into force. Where more than half of
-    the elastic forces is out of balance, that is noise: the shapes are then smoothed by SEREP.
-    """
-    try:
-        split = partition(m.K, m.M, sensors)
-        several = [dynamic(split, float(f)) for f in fx]
-    except ModelError:
-        return None, (
-            "a measured frequency is a natural frequency of the structure held at its "
-            "sensors: the force balance was left out.",
-        )
-    whole = np.flatnonzero(~np.any(np.isnan(x), axis=0))
-    if not len(whole):
-        return several, ()
-    forces = mode_imbalances(m.K, m.M, x[:, whole], fx[whole], [several[k] for k in whole.tolist()])
-    level = float(np.sqrt(np.mean([np.sum(np.abs(mode.force) ** 2) for mode in forces])))
-    if level <= NOISY:
-        return several, ()
-    said = (
-        f"{100 * level:.0f} % of the elastic forces of the measured shapes is out of balance: "
-        "that is noise rather than a fault of the model"
-    )
-    try:
-        smooth = serep(flexible.shapes[:, : smooth_modes(flexible, sensors)], sensors)
-    except ModelError:
-        return several, (f"{said}, and the force balance cannot be trusted.",)
-    return [smooth] * len(fx), (
-        f"{said}. For the force balance the shapes were smoothed by SEREP on "
-        f"{smooth_modes(flexible, sensors)} modes of the model.",
-    )
-
-
-def smooth_modes(flexible: Modes, sensors: Index) -> int:
-    """Modes that smooth measured shapes: at most half as many as there are sensors."""
-    return min(flexible.shapes.shape[1], len(sensors) // 2)
-
-
 def _groups(
     model: Model,
     m: Matrices,
-    complete: Sequence[int],
-    columns: Index,
+    found: Correlation,
     x: Shapes,
     fx: Real,
     several: Sequence[Transformation],
 ) -> tuple[ElementBalance | None, tuple[str, ...]]:
-    groups = group_matrices(model)
+    """The force balance by group, with their names; None without expansions or pairs."""
+    groups = group_matrices(model) if several and found.complete else ()
     if len(groups) < 2:
         return None, ()
-    which = [int(columns[k]) for k in complete]
+    which = [int(found.pairing.measured[k]) for k in found.complete]
     return group_balance(
         groups, m.K, m.M, x[:, which], fx[which], [several[k] for k in which]
     ), tuple(g.name for g in groups)
@@ -311,8 +286,12 @@ def node_translations(model: Model, shape: Real) -> Real:
     return out
 
 
-def _translations(model: Model, shapes: Real, at_sensors: Real) -> Real:
+def _translations(
+    model: Model, geometry: Geometry | None, shapes: Real, at_sensors: Real
+) -> Real | None:
     """(nodes, 3, P) translations of mode shapes at every node, with the largest entry at the
-    sensors at 1."""
+    sensors at 1; None for a model without coordinates."""
+    if geometry is None:
+        return None
     peak = at_sensors[np.nanargmax(np.abs(at_sensors), axis=0), np.arange(at_sensors.shape[1])]
     return np.stack([node_translations(model, shape) for shape in (shapes / peak).T], axis=2)

@@ -136,8 +136,8 @@ def reduced_pseudo_orthogonality(phi_a: Shapes, phi_x: Shapes) -> Shapes:
     ------
     InputError
         The DOFs differ or a mode has fewer channels than there are model modes. ModelError: the
-        channels cannot tell the
-        model's modes apart.
+        channels cannot distinguish
+        the model's modes.
     """
     a, x = same_dofs(phi_a, phi_x)
     out = np.empty((a.shape[1], x.shape[1]), dtype=np.result_type(a, x))
@@ -154,8 +154,8 @@ def reduced_pseudo_orthogonality(phi_a: Shapes, phi_x: Shapes) -> Shapes:
         )
         if rank < a.shape[1] or np.any(length == 0.0):
             raise ModelError(
-                "reduced pseudo-orthogonality: the sensors cannot tell the model's modes "
-                "apart; keep fewer"
+                "reduced pseudo-orthogonality: the sensors cannot distinguish the model's modes; "
+                "keep fewer"
             )
         out[:, r] = solution / length
     return out

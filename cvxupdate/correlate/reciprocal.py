@@ -69,20 +69,7 @@ def reciprocal_vectors(
     phi, f = as_columns(phi_x, "phi_x"), np.asarray(f_x, dtype=np.float64)
     Hs = H[:, :, None] if H.ndim == 2 else H
     eta = np.zeros(f.size) if loss is None else np.asarray(loss, dtype=np.float64)
-    if quantity not in _TO_RECEPTANCE:
-        raise InputError(
-            f"reciprocal vectors: quantity must be one of {sorted(_TO_RECEPTANCE)}, got "
-            f"{quantity!r}"
-        )
-    if (
-        Hs.shape[:2] != (frequency.size, phi.shape[0])
-        or f.shape != (phi.shape[1],)
-        or eta.shape != f.shape
-    ):
-        raise InputError(
-            f"reciprocal vectors: H {H.shape}, {frequency.size} lines, shapes {phi.shape}, "
-            f"{f.size} frequencies do not agree"
-        )
+    _agree(frequency, Hs, phi, f, eta, quantity)
     usable = (
         (frequency > 0.0)
         & np.all(np.isfinite(Hs), axis=(1, 2))
@@ -97,6 +84,24 @@ def reciprocal_vectors(
         )
     pole = (2.0 * np.pi * f) ** 2 * (1.0 + 1j * eta)
     return _solve(receptance, omega, pole, phi, rcond)
+
+
+def _agree(frequency: Real, H: Complex, phi: Shapes, f: Real, eta: Real, quantity: str) -> None:
+    """Raise `InputError` unless the arrays fit together and the quantity is a motion."""
+    if quantity not in _TO_RECEPTANCE:
+        raise InputError(
+            f"reciprocal vectors: quantity must be one of {sorted(_TO_RECEPTANCE)}, got "
+            f"{quantity!r}"
+        )
+    if (
+        H.shape[:2] != (frequency.size, phi.shape[0])
+        or f.shape != (phi.shape[1],)
+        or eta.shape != f.shape
+    ):
+        raise InputError(
+            f"reciprocal vectors: H {H.shape}, {frequency.size} lines, shapes {phi.shape}, "
+            f"{f.size} frequencies do not agree"
+        )
 
 
 def _solve(

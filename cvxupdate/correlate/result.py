@@ -20,7 +20,7 @@ Index = NDArray[np.int64]
 @dataclass(frozen=True)
 class Part:
     """One element to draw: its id, its ``kind`` (the word of the problem file) and its nodes as
-    rows of `Drawing.xyz`."""
+    rows of `Geometry.xyz`."""
 
     id: int
     kind: str
@@ -28,7 +28,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Drawing:
+class Geometry:
     """Where things are: ``node_ids`` (nodes,), ``xyz`` (nodes, 3) in m, ``parts``; ``moves``
     (nodes, 3) tells which translations are free."""
 
@@ -83,7 +83,7 @@ class SensorReport:
 @dataclass(frozen=True)
 class ShapeComparison:
     """Measured against model shapes of one recording at the sensors ``labels`` (``nodes`` as rows
-    of `Drawing.xyz`, ``kinds`` 0..5 = x..rz).
+    of `Geometry.xyz`, ``kinds`` 0..5 = x..rz).
 
     ``measured_number`` and ``model_number`` (P,) count modes from 1, in the order of the pairs of
     ``correlation``; ``model_frequency`` and ``measured_frequency`` in Hz go with the rows and
@@ -136,7 +136,7 @@ class Compared:
     """Model against recordings, nothing changed.
 
     ``fit`` holds the contract's metrics, each with the same value under before and after;
-    ``drawing`` is None for a model without coordinates; ``nominal`` holds the translations (nodes,
+    ``geometry`` is None for a model without coordinates; ``nominal`` holds the translations (nodes,
     3) of the model's modes, by their number, that were paired without shapes.
     """
 
@@ -150,7 +150,7 @@ class Compared:
     frfs: tuple[FrfComparison, ...]
     sensors: tuple[SensorReport, ...]
     fit: dict[str, dict[str, dict[str, float]]]
-    drawing: Drawing | None = None
+    geometry: Geometry | None = None
     model: dict[str, Any] = field(default_factory=dict)
     nominal: dict[int, Real] = field(default_factory=dict)
     notes: tuple[str, ...] = ()

@@ -1,9 +1,9 @@
-"""Everything that the correlation page shows, from arrays, in one frozen object."""
+"""Every measure of the correlation page, computed from arrays, in one frozen object."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -124,18 +124,30 @@ def correlation(
             f"correlation: {len(labels)} labels for {a.shape[0]} sensors; give one each"
         )
     pairs = pair_modes(a, x, fa, fx, threshold, frequency_weight) if pairing is None else pairing
-    pa, px, f_pa, f_px = (
-        a[:, pairs.model],
-        x[:, pairs.measured],
-        fa[pairs.model],
-        fx[pairs.measured],
-    )
-    notes = _unpaired_notes(pairs, fx)
+    base = _of_pairs(pairs, fa, a, fx, x, std, labels)
+    if transformation is None or K is None or M is None or not len(pairs):
+        return base
+    pa, px = a[:, pairs.model], x[:, pairs.measured]
+    return _with_matrices(base, pa, px, a, K, M, transformation, expansions, elements)
+
+
+def _of_pairs(
+    pairs: Pairing,
+    fa: Real,
+    a: Shapes,
+    fx: Real,
+    x: Shapes,
+    std: Real | None,
+    labels: Sequence[str],
+) -> Correlation:
+    """What frequencies and shapes at the sensors give, without K and M."""
+    pa, px = a[:, pairs.model], x[:, pairs.measured]
+    f_pa, f_px = fa[pairs.model], fx[pairs.measured]
     some = len(pairs) > 0
     errors = frequency_errors(f_pa, f_px) if some else np.zeros(0)
     scale = modal_scale_factor(pa, px) if some else np.zeros(0)
     shown_a, shown_x = _on_one_scale(pa, px, scale)
-    base = Correlation(
+    return Correlation(
         pairing=pairs,
         frequency_model=f_pa,
         frequency_measured=f_px,
@@ -155,11 +167,8 @@ def correlation(
         shapes_measured=shown_x,
         comac=comac(pa, px) if some else np.full(a.shape[0], np.nan),
         labels=tuple(labels),
-        notes=tuple(notes),
+        notes=tuple(_unpaired_notes(pairs, fx)),
     )
-    if transformation is None or K is None or M is None or not some:
-        return base
-    return _with_matrices(base, pa, px, a, K, M, transformation, expansions, elements)
 
 
 def _with_matrices(
@@ -249,6 +258,6 @@ def _plain(value: Any) -> Any:
         return [_plain(value.real), _plain(value.imag)]
     if isinstance(value, float):
         return value if np.isfinite(value) else None
-    if hasattr(value, "__dataclass_fields__"):
+    if is_dataclass(value):
         return {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
     return value

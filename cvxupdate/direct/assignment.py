@@ -41,7 +41,7 @@ def minas_inman(
     Raises
     ------
     InputError
-        When the outputs cannot tell the modes apart, or the shapes do not fit.
+        When the outputs cannot distinguish the modes, or the shapes do not fit.
     """
     check(len(M), Phi.real)
     X, block = realised(Phi, rates)
@@ -57,7 +57,7 @@ def minas_inman(
     outputs = D1 @ XL + D0 @ X
     if np.linalg.matrix_rank(outputs, tol=1e-12 * np.linalg.norm(outputs, 2)) < outputs.shape[1]:
         raise InputError(
-            "minas_inman: the outputs D0, D1 cannot tell the modes apart. Choose more "
+            "minas_inman: the outputs D0, D1 cannot distinguish the modes. Choose more "
             "outputs, or leave them to the method."
         )
     G = la.pinv(B0) @ force @ la.pinv(outputs)
@@ -82,7 +82,7 @@ def symmetric_gain(
     if s[-1] <= 1e-10 * s[0]:
         raise InputError(
             "symmetric assignment: the force residuals of the modes are linearly dependent "
-            "(a mode that the model has already, or one that is too many). Leave it out."
+            "(a mode that the model already has, or one too many). Leave it out."
         )
     a, b = Y.T @ X @ block / rate, Y.T @ X
     k = len(b)

@@ -109,4 +109,4 @@ def weight(K: Real, M: Real, norm: str) -> Real:
         return np.asarray(K / np.trace(K) + M / np.trace(M))
     if norm == "identity":
         return np.eye(len(M))
-    raise InputError(f"caesar: norm {norm!r} is not known; choose one of {', '.join(NORMS)}.")
+    raise InputError(f"caesar: unknown norm {norm!r}; choose one of {', '.join(NORMS)}.")

@@ -31,8 +31,8 @@ def least_change_acting(W: Real, X: Real, Y: Real, terms: float = 0.0) -> Real:
     Parameters
     ----------
     W : (N, N) positive definite weight; X : (N, k) of full rank; Y : (N, k).
-    terms : the size of what Y is a difference of, ‖K X‖, against which rounding is told from
-    asymmetry.
+    terms : the size of what Y is a difference of, ‖K X‖, against which rounding is distinguished
+    from asymmetry.
 
     Raises
     ------
@@ -48,7 +48,7 @@ def least_change_acting(W: Real, X: Real, Y: Real, terms: float = 0.0) -> Real:
     )
     if float(np.abs(T - T.T).max(initial=0.0)) > 1e-6 * size:
         raise InputError(
-            "no symmetric matrix does what is asked: the shapes are not orthogonal in the "
+            "no symmetric matrix satisfies the equations: the shapes are not orthogonal in the "
             "mass matrix. Correct them first (baruch_shapes), or update the mass first "
             "(berman_mass)."
         )

@@ -3,11 +3,13 @@ measured."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import scipy.linalg as la
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 Real = NDArray[np.float64]
@@ -63,62 +65,74 @@ def faults(
     the update has C.
     """
     K0, M0 = _dense(K_A), _dense(M_A)
-    reproduction = reproduced(update, Phi, eigenvalues)
     matrices = [m for m in (update.M, update.K, update.C) if m is not None]
-    asymmetry = max(
-        float(np.abs(m - m.T).max() / max(np.abs(m).max(), np.finfo(float).tiny)) for m in matrices
-    )
     mass_min, stiffness_min = _smallest(update.M, M0), _smallest(update.K, K0)
-    new = _new_entries(update.M, M0) + _new_entries(update.K, K0)
     values, vectors = (
         la.eigh(K0, M0) if np.all(la.eigvalsh(M0) > 0) else (np.zeros(0), np.zeros((len(K0), 0)))
     )
-    rigid_modes = (
-        vectors[:, np.abs(values) < 1e-8 * np.abs(values).max(initial=1.0)]
-        if values.size
-        else vectors
-    )
-    rigid = 0.0
-    if rigid_modes.shape[1]:
-        rigid = float(
-            np.linalg.norm(update.K @ rigid_modes, axis=0).max()
-            / (np.linalg.norm(update.K, 2) * np.linalg.norm(rigid_modes, axis=0).min())
-        )
     spurious = (
         _spurious(update, values, eigenvalues)
         if values.size and not np.iscomplexobj(eigenvalues) and mass_min > 0
         else 0
     )
-    says = []
-    if reproduction > tolerance:
-        says.append(
+    found = Faults(
+        reproduced(update, Phi, eigenvalues),
+        max(
+            float(np.abs(m - m.T).max() / max(np.abs(m).max(), np.finfo(float).tiny))
+            for m in matrices
+        ),
+        mass_min,
+        stiffness_min,
+        _new_entries(update.M, M0) + _new_entries(update.K, K0),
+        _rigid_force(update, values, vectors),
+        spurious,
+        (),
+    )
+    return replace(found, says=tuple(_sentences(found, tolerance)))
+
+
+def _sentences(found: Faults, tolerance: float) -> Iterator[str]:
+    """One sentence for each fault beyond rounding."""
+    if found.reproduction > tolerance:
+        yield (
             "an assigned mode is not reproduced: its equation of motion fails by "
-            f"{reproduction:.1e}"
+            f"{found.reproduction:.1e}"
         )
-    if asymmetry > 1e-9:
-        says.append(f"a matrix is not symmetric (by {asymmetry:.1e}): reciprocity is lost")
-    if mass_min <= 0.0:
-        says.append(
-            f"the mass matrix has lost its definiteness: smallest scaled eigenvalue {mass_min:.1e}"
+    if found.asymmetry > 1e-9:
+        yield f"a matrix is not symmetric (by {found.asymmetry:.1e}): reciprocity is lost"
+    for name, least, bound in (
+        ("mass", found.mass_min, 0.0),
+        ("stiffness", found.stiffness_min, -1e-10),
+    ):
+        if least < bound or (name == "mass" and least == bound):
+            yield (
+                f"the {name} matrix has lost its definiteness: smallest scaled eigenvalue "
+                f"{least:.1e}"
+            )
+    if found.new_entries:
+        yield (
+            f"{found.new_entries} entries appear where the model has no element: the "
+            "connectivity is lost"
         )
-    if stiffness_min < -1e-10:
-        says.append(
-            "the stiffness matrix has lost its definiteness: smallest scaled eigenvalue "
-            f"{stiffness_min:.1e}"
-        )
-    if new:
-        says.append(
-            f"{new} entries appear where the model has no element: the connectivity is lost"
-        )
-    if rigid > 1e-9:
-        says.append(f"a rigid-body motion now meets a force ({rigid:.1e} of the stiffness)")
-    if spurious:
-        says.append(
-            f"{spurious} mode(s) below the highest assigned one belong neither to the model "
+    if found.rigid > 1e-9:
+        yield f"a rigid-body motion now meets a force ({found.rigid:.1e} of the stiffness)"
+    if found.spurious:
+        yield (
+            f"{found.spurious} mode(s) below the highest assigned one belong neither to the model "
             "nor to the measurement"
         )
-    return Faults(
-        reproduction, asymmetry, mass_min, stiffness_min, new, rigid, spurious, tuple(says)
+
+
+def _rigid_force(update: DirectUpdate, values: Real, vectors: Real) -> float:
+    """Largest relative force that a rigid-body mode of the initial model meets."""
+    if not values.size:
+        return 0.0
+    modes = vectors[:, np.abs(values) < 1e-8 * np.abs(values).max(initial=1.0)]
+    if not modes.shape[1]:
+        return 0.0
+    return float(
+        np.linalg.norm(update.K @ modes, axis=0).max()
+        / (np.linalg.norm(update.K, 2) * np.linalg.norm(modes, axis=0).min())
     )
 
 
@@ -140,7 +154,7 @@ def reproduced(update: DirectUpdate, Phi: NDArray[Any], eigenvalues: NDArray[Any
 
 
 def _dense(A: Any) -> Real:
-    return np.asarray(A.toarray() if hasattr(A, "toarray") else A, dtype=float)
+    return np.asarray(A.toarray() if sp.issparse(A) else A, dtype=float)
 
 
 def _scale(A0: Real) -> Real:

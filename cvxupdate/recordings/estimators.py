@@ -83,8 +83,8 @@ def ordinary_coherence(spectra: Spectra) -> Real:
 
 
 def multiple_coherence(spectra: Spectra) -> Real:
-    """Share of each response's power that all references explain linearly, (lines, responses), in
-    [0, 1]."""
+    """Fraction of each response's power that all references explain linearly, (lines, responses),
+    in [0, 1]."""
     explained = np.real(np.einsum("fij,fij->fi", h1(spectra), np.conj(spectra.Syx)))
     return np.clip(explained / np.where(spectra.power > 0.0, spectra.power, np.inf), 0.0, 1.0)
 
@@ -118,9 +118,7 @@ def variance_from_coherence(H: Complex, coherence: Real, averages: float) -> Rea
         When averages is not above 1, or a coherence lies outside [0, 1].
     """
     if averages <= 1.0:
-        raise RecordingError(
-            f"a variance cannot be had from {averages} averages; more than one is needed"
-        )
+        raise RecordingError(f"Variance needs at least 2 averages; got {averages:g}.")
     if np.any((coherence < 0.0) | (coherence > 1.0)):
         raise RecordingError("coherence outside [0, 1]; check the data set that it was read from")
     spread = coherence if coherence.ndim == H.ndim else coherence[..., None] * np.ones(H.shape)

@@ -94,45 +94,20 @@ def local_polynomial(
     data = np.asarray(history.data, dtype=np.float64)
     if not np.all(np.isfinite(data[:, [*inputs, *outputs]])):
         raise RecordingError(
-            f"{history.origin.name}: NaN or infinite samples; repair or cut the drop-outs first"
+            f"{history.origin.name}: NaN or infinite samples; repair them or cut the record first"
         )
     samples = data.shape[0]
-    unknowns = (order + 1) * (len(inputs) + 1)
-    half = max(1, -(-(unknowns + freedom - 1) // 2))
-    low, high = band if band is not None else (0.0, history.rate / 2.0)
+    half = max(1, -(-((order + 1) * (len(inputs) + 1) + freedom - 1) // 2))
     frequency = np.arange(samples // 2 + 1) * history.rate / samples
-    inside = np.flatnonzero((frequency >= low) & (frequency <= high) & (frequency > 0.0))
-    if inside.size <= 2 * half + 1:
-        raise RecordingError(
-            f"{history.origin.name}: {inside.size} lines in the band are too few for a local "
-            f"fit over {2 * half + 1}; record longer, widen the band, or use h1"
-        )
-    first, last = int(inside[0]), int(inside[-1]) + 1
+    first, last = _ends(frequency, band, half, history)
     U = np.fft.rfft(data[:, inputs], axis=0)[first:last]
     Y = np.fft.rfft(data[:, outputs], axis=0)[first:last]
-    H = np.empty((last - first, len(outputs), len(inputs)), dtype=np.complex128)
-    variance = np.empty(H.shape)
-    coherence = np.empty(H.shape[:2])
-    for start in range(0, last - first, _BATCH_LINES):
-        stop = min(start + _BATCH_LINES, last - first)
-        # each batch carries its neighbours along so that no line inside the band sees a shifted
-        # window
-        low_edge, high_edge = max(0, start - half), min(last - first, stop + half)
-        if high_edge - low_edge < 2 * half + 1:
-            low_edge = high_edge - (2 * half + 1)
-        part = _local_fit(U[low_edge:high_edge], Y[low_edge:high_edge], order, half)
-        here = slice(start - low_edge, stop - low_edge)
-        H[start:stop], variance[start:stop], coherence[start:stop] = (
-            part[0][here],
-            part[1][here],
-            part[2][here],
-        )
+    H, variance, coherence = _in_batches(U, Y, order, half)
     power = np.abs(U) ** 2
     keep = np.all(np.isfinite(H), axis=(1, 2)) & np.all(power > 1e-14 * power.max(axis=0), axis=1)
     if not np.any(keep):
         raise RecordingError(
-            f"{history.origin.name}: the references are silent or copies of one another at "
-            "every line"
+            f"{history.origin.name}: the references are zero or copies of one another at every line"
         )
     return FrequencyResponse(
         origin=history.origin,
@@ -144,3 +119,36 @@ def local_polynomial(
         variance=variance[keep],
         coherence=coherence[keep],
     )
+
+
+def _ends(
+    frequency: Real, band: tuple[float, float] | None, half: int, history: TimeHistory
+) -> tuple[int, int]:
+    """The first line of the band (never 0 Hz) and that behind its last."""
+    low, high = band if band is not None else (0.0, history.rate / 2.0)
+    inside = np.flatnonzero((frequency >= low) & (frequency <= high) & (frequency > 0.0))
+    if inside.size <= 2 * half + 1:
+        raise RecordingError(
+            f"{history.origin.name}: {inside.size} lines in the band are too few for a local "
+            f"fit over {2 * half + 1}; record longer, widen the band, or use h1"
+        )
+    return int(inside[0]), int(inside[-1]) + 1
+
+
+def _in_batches(U: Complex, Y: Complex, order: int, half: int) -> tuple[Complex, Real, Real]:
+    """`_local_fit` of many lines, in memory that does not grow with their number."""
+    lines = len(U)
+    H = np.empty((lines, Y.shape[1], U.shape[1]), dtype=np.complex128)
+    variance = np.empty(H.shape)
+    coherence = np.empty(H.shape[:2])
+    for start in range(0, lines, _BATCH_LINES):
+        stop = min(start + _BATCH_LINES, lines)
+        # each batch carries its neighbours along so that no line inside the band sees a shifted
+        # window
+        low, high = max(0, start - half), min(lines, stop + half)
+        if high - low < 2 * half + 1:
+            low = high - (2 * half + 1)
+        part = _local_fit(U[low:high], Y[low:high], order, half)
+        here = slice(start - low, stop - low)
+        H[start:stop], variance[start:stop], coherence[start:stop] = (p[here] for p in part)
+    return H, variance, coherence

@@ -107,18 +107,8 @@ def best_linear_approximation(
     RecordingError
         When the experiments do not fit together, or there are fewer than the references ask for.
     """
-    if not experiments:
-        raise RecordingError("no periodic experiment was given")
-    first = experiments[0]
+    first, n = _alike(experiments, quantity)
     inputs, outputs, kind = split_channels(first.channels, quantity)
-    n = len(inputs)
-    if len(experiments) % n or any(
-        e.channels != first.channels or e.rate != first.rate for e in experiments
-    ):
-        raise RecordingError(
-            f"{len(experiments)} experiments with {n} references: each realisation needs {n} "
-            "experiments with the same channels and rate"
-        )
     spectra = [period_spectra(e.data, period, skip) for e in experiments]
     chosen = (
         excited_lines(spectra[0], inputs) if lines is None else np.asarray(lines, dtype=np.int64)
@@ -126,35 +116,18 @@ def best_linear_approximation(
     if chosen.size == 0:
         raise RecordingError("no excited line was found; give the lines, or check the period")
     realisations = len(experiments) // n
-    estimates, noises = [], []
-    for m in range(realisations):
-        group = [s[:, chosen] for s in spectra[m * n : (m + 1) * n]]
-        U = np.stack([g[:, :, inputs].mean(axis=0) for g in group], axis=2)
-        Y = np.stack([g[:, :, outputs].mean(axis=0) for g in group], axis=2)
-        inverse = np.linalg.inv(U)
-        G = Y @ inverse
-        estimates.append(G)
-        variance = np.zeros(G.shape)
-        for e, g in enumerate(group):
-            P = g.shape[0]
-            rest = g[:, :, outputs] - np.einsum("foi,pfi->pfo", G, g[:, :, inputs])
-            scatter = (
-                np.sum(np.abs(rest - rest.mean(axis=0)) ** 2, axis=0) / (P * (P - 1))
-                if P > 1
-                else np.full(rest.shape[1:], np.nan)
-            )
-            variance += scatter[:, :, None] * np.abs(inverse[:, e, None, :]) ** 2
-        noises.append(variance)
-    H = np.mean(estimates, axis=0)
-    noise = np.sum(noises, axis=0) / realisations**2
+    every = [
+        _realisation([s[:, chosen] for s in spectra[m * n : (m + 1) * n]], inputs, outputs)
+        for m in range(realisations)
+    ]
+    H = np.mean([G for G, _ in every], axis=0)
+    noise = np.sum([variance for _, variance in every], axis=0) / realisations**2
     if realisations > 1:
-        total = np.var(np.array(estimates), axis=0, ddof=1) / realisations
-        distortion = realisations * np.maximum(
-            total - np.where(np.isfinite(noise), noise, 0.0), 0.0
-        )
+        total = np.var(np.array([G for G, _ in every]), axis=0, ddof=1) / realisations
+        known = np.where(np.isfinite(noise), noise, 0.0)
+        distortion = realisations * np.maximum(total - known, 0.0)
     else:
-        total = noise
-        distortion = np.full(H.shape, np.nan)
+        total, distortion = noise, np.full(H.shape, np.nan)
     frf = FrequencyResponse(
         origin=first.origin,
         frequency=chosen * first.rate / period,
@@ -165,6 +138,45 @@ def best_linear_approximation(
         variance=total if np.all(np.isfinite(total)) else None,
     )
     return BestLinear(frf, noise, distortion, realisations, min(s.shape[0] for s in spectra))
+
+
+def _alike(experiments: Sequence[TimeHistory], quantity: str | None) -> tuple[TimeHistory, int]:
+    """The first experiment and the number of references; raises `RecordingError` unless all have
+    the same channels and rate, and are whole realisations."""
+    if not experiments:
+        raise RecordingError("no periodic experiment was given")
+    first = experiments[0]
+    n = len(split_channels(first.channels, quantity)[0])
+    if len(experiments) % n or any(
+        e.channels != first.channels or e.rate != first.rate for e in experiments
+    ):
+        raise RecordingError(
+            f"{len(experiments)} experiments with {n} references: each realisation needs {n} "
+            "experiments with the same channels and rate"
+        )
+    return first, n
+
+
+def _realisation(
+    group: Sequence[Complex], inputs: Sequence[int], outputs: Sequence[int]
+) -> tuple[Complex, Real]:
+    """G and its variance by noise from the period spectra (periods, lines, channels) of one
+    experiment for each reference; NaN with one period."""
+    U = np.stack([g[:, :, inputs].mean(axis=0) for g in group], axis=2)
+    Y = np.stack([g[:, :, outputs].mean(axis=0) for g in group], axis=2)
+    inverse = np.linalg.inv(U)
+    G = Y @ inverse
+    variance = np.zeros(G.shape)
+    for e, g in enumerate(group):
+        P = g.shape[0]
+        rest = g[:, :, outputs] - np.einsum("foi,pfi->pfo", G, g[:, :, inputs])
+        scatter = (
+            np.sum(np.abs(rest - rest.mean(axis=0)) ** 2, axis=0) / (P * (P - 1))
+            if P > 1
+            else np.full(rest.shape[1:], np.nan)
+        )
+        variance += scatter[:, :, None] * np.abs(inverse[:, e, None, :]) ** 2
+    return G, variance
 
 
 def frf_from_periods(

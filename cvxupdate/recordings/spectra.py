@@ -92,12 +92,11 @@ def spectra_from_chunks(
 
     Parameters
     ----------
-    chunks : arrays (samples, channels) in time order, the first ``references`` columns being the
-    references.
+    chunks : (samples, channels) in time order, the first ``references`` columns the references.
     rate : Hz. block : samples. overlap : fraction of a block in [0, 1). taper : (block,) window,
-    Hann if None.
-    detrend : take the mean of each block away. lead : zeros put before the record (a structure at
-    rest).
+    Hann if
+        None.
+    detrend : remove the mean of each block. lead : zeros put before the record (from rest).
     full : keep the whole matrix Syy (needed by H2 with several references).
     total, progress : number of blocks to come and a callback ``progress(blocks done, total)``.
 
@@ -114,22 +113,11 @@ def spectra_from_chunks(
         )
     weights = window("hann", block) if taper is None else taper
     step = max(1, round(block * (1.0 - overlap)))
-    lines = block // 2 + 1
     done = 0
     sums: list[Complex | Real] | None = None
     for batch in _batches(chunks, block, step, lead):
-        if not np.all(np.isfinite(batch)):
-            raise RecordingError(
-                f"blocks {done + 1} to {done + batch.shape[0]} of the time history hold NaN or "
-                "infinite samples; repair or cut the drop-outs first (cvxupdate inspect shows them)"
-            )
-        if detrend:
-            batch = batch - batch.mean(axis=1, keepdims=True)
-        spectrum = np.fft.rfft(batch * weights[None, :, None], axis=1).transpose(1, 2, 0)
-        x, y = spectrum[:, :references], spectrum[:, references:]
-        xh = np.conj(x.transpose(0, 2, 1))
-        syy = y @ np.conj(y.transpose(0, 2, 1)) if full else np.sum(np.abs(y) ** 2, axis=2)
-        terms: list[Complex | Real] = [x @ xh, y @ xh, syy]
+        _finite(batch, done)
+        terms = _products(batch, weights, references, detrend, full)
         sums = terms if sums is None else [a + b for a, b in zip(sums, terms, strict=True)]
         done += batch.shape[0]
         if progress is not None:
@@ -139,9 +127,30 @@ def spectra_from_chunks(
             f"the time history is shorter than one block of {block} samples; use a shorter block"
         )
     return Spectra(
-        frequency=np.arange(lines) * rate / block,
+        frequency=np.arange(block // 2 + 1) * rate / block,
         Sxx=np.asarray(sums[0] / done, dtype=np.complex128),
         Syx=np.asarray(sums[1] / done, dtype=np.complex128),
         Syy=sums[2] / done,
         averages=effective_averages(weights, step, done),
     )
+
+
+def _finite(batch: Real, done: int) -> None:
+    if not np.all(np.isfinite(batch)):
+        raise RecordingError(
+            f"blocks {done + 1} to {done + batch.shape[0]} of the time history hold NaN or "
+            "infinite samples; repair them or cut the record first (cvxupdate inspect shows them)"
+        )
+
+
+def _products(
+    batch: Real, weights: Real, references: int, detrend: bool, full: bool
+) -> list[Complex | Real]:
+    """Sxx, Syx and Syy of some blocks (blocks, samples, channels), summed over the blocks."""
+    if detrend:
+        batch = batch - batch.mean(axis=1, keepdims=True)
+    spectrum = np.fft.rfft(batch * weights[None, :, None], axis=1).transpose(1, 2, 0)
+    x, y = spectrum[:, :references], spectrum[:, references:]
+    xh = np.conj(x.transpose(0, 2, 1))
+    syy = y @ np.conj(y.transpose(0, 2, 1)) if full else np.sum(np.abs(y) ** 2, axis=2)
+    return [x @ xh, y @ xh, syy]

@@ -3,8 +3,6 @@ references."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from cvxupdate.errors import RecordingError
@@ -14,16 +12,14 @@ from cvxupdate.recordings.local_polynomial import local_polynomial
 from cvxupdate.recordings.spectra import BATCH_BYTES, Progress, Spectra, slices, spectra_from_chunks
 from cvxupdate.recordings.types import (
     Channel,
-    Complex,
     FrequencyResponse,
     Origin,
-    Real,
     TimeHistory,
 )
 from cvxupdate.recordings.windows import exponential_window, find_impacts, force_window, window
 
 
-def _default_block(samples: int) -> int:
+def default_block(samples: int) -> int:
     """About sixteen half-overlapped blocks, a power of two, at least 64 samples."""
     return int(2 ** max(6, int(np.floor(np.log2(max(samples / 8.0, 64.0))))))
 
@@ -38,7 +34,7 @@ def _frf(
 ) -> FrequencyResponse:
     if method not in ESTIMATORS:
         raise RecordingError(
-            f"FRF method {method!r} is not known; choose one of {', '.join(ESTIMATORS)}, or lpm"
+            f"unknown FRF method {method!r}; choose one of {', '.join(ESTIMATORS)}, or lpm"
         )
     keep = usable(spectra.Sxx)
     if skip_dc:
@@ -84,7 +80,7 @@ def spectra_from_time(
     responses."""
     inputs, outputs = columns if columns is not None else split_channels(history.channels)[:2]
     samples = history.data.shape[0]
-    length = _default_block(samples) if block is None else block
+    length = default_block(samples) if block is None else block
     if length > samples:
         raise RecordingError(
             f"{history.origin.name}: block of {length} samples, but the record has {samples}; "
@@ -127,25 +123,19 @@ def frf_from_time(
     Parameters
     ----------
     method : ``"h1"``, ``"h2"``, ``"hv"`` (block averages), or ``"lpm"`` (`local_polynomial`: the
-    whole record at
-    once, leakage
-        and the start from rest removed; the best choice for a single run of a lightly damped
-        structure).
-    window : name for `windows.window`. block : samples, default about sixteen half-overlapped
-    blocks.
+        whole record at once, leakage and the start from rest removed; the best choice for a single
+        run of a lightly damped structure).
+    window : name for `windows.window`. block : samples, default about sixteen half-overlapped ones.
     overlap : fraction of a block in [0, 1).
-    quantity : which response channels (displacement, velocity, acceleration); default: the only one
-    there is.
-    references : columns of the references; default: all force channels. All references are solved
-    for together.
+    quantity : of the response channels (displacement, velocity, acceleration); default: the only
+        one there is. references : columns of the references; default: all force channels, solved
+        for together.
     decay : 1/s, an exponential window on all channels of each block. It is exact only where the
-    structure is at rest
-        before each block; hand the same number to ``identify_modes(added_decay=...)`` to have it
-        taken out.
-    from_rest : the record starts from rest: zeros are put before it so that its first samples get
-    full weight.
+        structure is at rest before each block; give ``identify_modes(added_decay=...)`` the same
+        number to remove it.
+    from_rest : zeros are put before the record so that its first samples get full weight.
     progress : callback ``progress(blocks done, blocks in all)``; ``history.data`` may be a memory
-    map of any length.
+        map of any length.
 
     Lines at which a reference has no power (and 0 Hz, where the mean was taken away) are left out.
 
@@ -235,74 +225,3 @@ def transmissibility(history: TimeHistory, reference: int, **options: object) ->
     it.
     """
     return frf_from_time(history, references=(reference,), **options)  # type: ignore[arg-type]
-
-
-@dataclass(frozen=True)
-class OutputSpectra:
-    """Cross power spectral densities of the responses alone.
-
-    ``frequency`` (lines,) Hz; ``density`` (lines, channels, channels), one-sided, unit²/Hz,
-    Hermitian and positive semi-definite; ``averages`` effective number; ``channels`` their labels.
-    """
-
-    frequency: Real
-    density: Complex
-    channels: tuple[Channel, ...]
-    averages: float
-
-    def variance(self) -> Real:
-        """Variance of every entry, ``S_ii S_jj / averages`` (Bendat & Piersol 9.1), (lines,
-        channels, channels)."""
-        power = np.real(np.einsum("fii->fi", self.density))
-        return np.asarray(power[:, :, None] * power[:, None, :] / self.averages)
-
-    def singular_values(self) -> Real:
-        """Singular values at each line (complex mode indicator, FDD), (lines, channels), largest
-        first."""
-        return np.asarray(np.linalg.svd(self.density, compute_uv=False))
-
-
-def output_spectra(
-    history: TimeHistory,
-    *,
-    window_name: str = "hann",
-    block: int | None = None,
-    overlap: float = 0.5,
-    quantity: str | None = None,
-    progress: Progress | None = None,
-) -> OutputSpectra:
-    """Cross spectral densities where no force was recorded (Welch's method), one-sided, in
-    unit²/Hz.
-
-    Raises
-    ------
-    RecordingError
-        When there is no response channel, or the record is shorter than a block.
-    """
-    kinds = [
-        k
-        for k, c in enumerate(history.channels)
-        if c.quantity != "force" and (quantity is None or c.quantity == quantity)
-    ]
-    if not kinds:
-        raise RecordingError(
-            f"no response channel of quantity {quantity or 'any motion'!r} in the time history"
-        )
-    length = _default_block(history.data.shape[0]) if block is None else block
-    spectra = spectra_from_time(
-        history,
-        window_name=window_name,
-        block=length,
-        overlap=overlap,
-        columns=([], kinds),
-        full=True,
-        progress=progress,
-    )
-    scale = 2.0 / (history.rate * float(np.sum(window(window_name, length) ** 2)))
-    density = np.asarray(spectra.Syy * scale, dtype=np.complex128)
-    density[0] *= 0.5
-    if length % 2 == 0:
-        density[-1] *= 0.5
-    return OutputSpectra(
-        spectra.frequency, density, tuple(history.channels[k] for k in kinds), spectra.averages
-    )

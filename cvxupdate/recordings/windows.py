@@ -33,7 +33,7 @@ def window(name: str, length: int) -> Real:
         When the name is not one of these.
     """
     if name not in _COSINES:
-        raise RecordingError(f"window {name!r} is not known; choose one of {', '.join(_COSINES)}")
+        raise RecordingError(f"unknown window {name!r}; choose one of {', '.join(_COSINES)}")
     phase = 2.0 * np.pi * np.arange(length) / length
     terms = [(-1) ** k * a * np.cos(k * phase) for k, a in enumerate(_COSINES[name])]
     return np.asarray(np.sum(terms, axis=0) * np.ones(length))

@@ -11,7 +11,7 @@ from cvxupdate.errors import InputError, ModelError
 from cvxupdate.reduction.split import Array, Index, master_rows
 from cvxupdate.reduction.transformation import Transformation
 
-# Modes that the masters see with a worse condition than this cannot be told apart in double
+# Modes that the masters see with a worse condition than this cannot be distinguished in double
 # precision.
 _WORST_CONDITION = 1e10
 
@@ -29,7 +29,7 @@ def serep(phi: Array, masters: Index) -> Transformation:
     Raises
     ------
     InputError
-        More modes than masters. ModelError: the masters cannot tell the modes apart (Φ_n is rank
+        More modes than masters. ModelError: the masters cannot distinguish the modes (Φ_n is rank
         deficient).
     """
     n, phi = _at_masters(phi, masters, "SEREP")
@@ -95,7 +95,7 @@ def _at_masters(phi: Array, masters: Index, method: str) -> tuple[Index, Array]:
     n = master_rows(masters, phi.shape[0])
     if phi.shape[1] > n.size:
         raise InputError(
-            f"{method}: {phi.shape[1]} modes cannot be told apart by {n.size} masters; "
+            f"{method}: {phi.shape[1]} modes cannot be distinguished by {n.size} masters; "
             "keep at most as many modes as masters"
         )
     # Columns are brought to one scale first: nothing may depend on how the modes were normalised.
@@ -104,7 +104,7 @@ def _at_masters(phi: Array, masters: Index, method: str) -> tuple[Index, Array]:
     condition = float(np.linalg.cond(phi[n] / length)) if np.all(length > 1e-12 * whole) else np.inf
     if condition > _WORST_CONDITION:
         raise ModelError(
-            f"{method}: the {n.size} masters cannot tell the {phi.shape[1]} modes apart "
+            f"{method}: the {n.size} masters cannot distinguish the {phi.shape[1]} modes "
             f"(condition number {condition:.2g}); move or add masters (see visibility), or "
             "keep fewer modes"
         )

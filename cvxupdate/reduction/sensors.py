@@ -11,8 +11,8 @@ from scipy.linalg import qr
 from cvxupdate.errors import InputError, ModelError
 from cvxupdate.reduction.split import Array, Index, Real, master_rows
 
-# A mode whose largest motion at the sensors is below this share of its largest anywhere drowns in
-# noise.
+# A mode whose largest motion at the sensors is below this fraction of its largest anywhere drowns
+# in noise.
 HARDLY_MOVES = 0.1
 # Two modes that look more alike than this to the sensors will be taken for one another.
 LOOK_ALIKE = 0.5
@@ -57,7 +57,7 @@ class Visibility:
         if self.sensors.size == 1:
             return (
                 *lines,
-                "One sensor sees no shapes: modes can be told apart by their frequencies alone.",
+                "One sensor sees no shapes: modes can be distinguished by their frequencies alone.",
             )
         alike = [
             f"Modes {i + 1} and {j + 1} look alike to these sensors (MAC {self.alike[i, j]:.2f})."
@@ -77,7 +77,7 @@ class Visibility:
         ]
         if self.rank < modes:
             lines.append(
-                "These places cannot tell all modes apart: SEREP and TAM from these modes "
+                "These places cannot distinguish all modes: SEREP and TAM from these modes "
                 "are impossible."
             )
         return tuple(lines)
@@ -101,7 +101,7 @@ def effective_independence(phi: Array, count: int, candidates: Index | None = No
     """Kammer's (1991) effective independence: drop, one by one, the place that adds least to |Φᵀ
     Φ|.
 
-    The share that place i has in the rank of Φ is E_i = [Φ(ΦᵀΦ)⁻¹Φᵀ]_ii; deleting it multiplies
+    The contribution of place i to the rank of Φ is E_i = [Φ(ΦᵀΦ)⁻¹Φᵀ]_ii; deleting it multiplies
     that determinant by 1 − E_i. The projector is downdated (Sherman–Morrison), so the cost is
     candidates² · modes operations.
 
@@ -115,22 +115,22 @@ def effective_independence(phi: Array, count: int, candidates: Index | None = No
     -------
     (count,) rows of ``phi``, ascending. Raises `InputError` for an impossible count, `ModelError`
     when even all
-    candidates cannot tell the modes apart.
+    candidates cannot distinguish the modes.
     """
     rows = _candidates(phi, count, candidates)
     Q = _orthonormal(phi[rows])
     alive = np.arange(rows.size)
     while alive.size > count:
         P = np.linalg.inv(Q[alive].T @ Q[alive])
-        share = np.einsum("ij,jk,ik->i", Q[alive], P, Q[alive])
+        contribution = np.einsum("ij,jk,ik->i", Q[alive], P, Q[alive])
         # The projector is rebuilt every 64 deletions so that rounding does not pile up.
         for _ in range(min(64, alive.size - count)):
-            worst = int(np.argmin(share))
+            worst = int(np.argmin(contribution))
             direction = P @ Q[alive[worst]]
-            left = 1.0 - share[worst]
+            left = 1.0 - contribution[worst]
             keep = np.arange(alive.size) != worst
-            alive, share = alive[keep], share[keep]
-            share = share + (Q[alive] @ direction) ** 2 / left
+            alive, contribution = alive[keep], contribution[keep]
+            contribution = contribution + (Q[alive] @ direction) ** 2 / left
             P = P + np.outer(direction, direction) / left
     return np.sort(rows[alive])
 
@@ -216,7 +216,7 @@ def _orthonormal(phi: Array) -> Real:
     )
     if sigma[-1] < 1e-10 * sigma[0]:
         raise ModelError(
-            "sensor places: even all candidates together cannot tell the modes apart; allow "
+            "sensor places: even all candidates together cannot distinguish the modes; allow "
             "more of them"
         )
     return np.asarray(U)

@@ -86,8 +86,8 @@ def sentences(a: AccuracyResult) -> list[str]:
 
 
 def figure(number_: int, a: AccuracyResult) -> str:
-    """Error and system component of the log function, and the noise that is bearable beside that of
-    the recording, against frequency."""
+    """Error and system component of the log function, and the admissible noise beside that of the
+    recording, against frequency."""
 
     def paint(axes: list[Any]) -> None:
         upper, lower = axes
@@ -99,41 +99,7 @@ def figure(number_: int, a: AccuracyResult) -> str:
             loc="lower left", bbox_to_anchor=(0.0, 1.0), handlelength=1.2, borderaxespad=0.1
         )
         lower.plot(f, [100 * b for b in a.bearable], marker=mark, color=AFTER, zorder=2)
-        lower.axhline(100 * a.noise, color=HELD, lw=1.2, label="recording", zorder=2)
-        lower.set_yscale("log")
-        at = dict(zip(a.frequency, a.bearable, strict=True))
-        best = [x for x in a.best if x in at]
-        lower.plot(
-            best,
-            [100 * at[x] for x in best],
-            "o",
-            color=AFTER,
-            mew=0,
-            ms=4.5,
-            label="best lines",
-            zorder=3,
-        )
-        lower.plot(
-            a.fitted,
-            [0.03] * len(a.fitted),
-            "|",
-            color=BEFORE,
-            ms=9,
-            mew=1.1,
-            transform=lower.get_xaxis_transform(),
-            label="fitted lines",
-            zorder=3,
-        )
-        lower.grid(False, which="minor")
-        lower.set(xlabel="frequency (Hz)", ylabel="noise that is bearable (%)")
-        lower.legend(
-            loc="lower left",
-            bbox_to_anchor=(0.0, 1.0),
-            ncols=3,
-            handlelength=1.2,
-            columnspacing=1.4,
-            borderaxespad=0.1,
-        )
+        _noise_axis(lower, a)
         for axis in axes:
             axis.tick_params(color=QUIET)
             axis.set_xlim(min(f) - 1e-9, max(f) + 1e-9)
@@ -141,12 +107,43 @@ def figure(number_: int, a: AccuracyResult) -> str:
     return draw_panels(
         f"accuracy{number_}",
         "Error component and system component of the characteristic log function, and the "
-        "noise that is bearable, against frequency",
+        "admissible noise, against frequency",
         WIDTH,
         5.2,
         2,
         1,
         paint,
+    )
+
+
+def _noise_axis(ax: Any, a: AccuracyResult) -> None:
+    """The noise of the recording, the best lines and those that are fitted."""
+    ax.axhline(100 * a.noise, color=HELD, lw=1.2, label="recording", zorder=2)
+    ax.set_yscale("log")
+    at = dict(zip(a.frequency, a.bearable, strict=True))
+    best = [x for x in a.best if x in at]
+    values = [100 * at[x] for x in best]
+    ax.plot(best, values, "o", color=AFTER, mew=0, ms=4.5, label="best lines", zorder=3)
+    ax.plot(
+        a.fitted,
+        [0.03] * len(a.fitted),
+        "|",
+        color=BEFORE,
+        ms=9,
+        mew=1.1,
+        transform=ax.get_xaxis_transform(),
+        label="fitted lines",
+        zorder=3,
+    )
+    ax.grid(False, which="minor")
+    ax.set(xlabel="frequency (Hz)", ylabel="admissible noise (%)")
+    ax.legend(
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=3,
+        handlelength=1.2,
+        columnspacing=1.4,
+        borderaxespad=0.1,
     )
 
 

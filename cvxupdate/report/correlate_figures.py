@@ -1,5 +1,4 @@
-"""The figures of `correlate` that need no structure: lines of 45°, matrices, bars, frequency
-responses and FDAC."""
+"""The figures of `correlate` that need no structure: 45° lines, matrices and bars."""
 
 from __future__ import annotations
 
@@ -10,27 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.report.figures import shortened
+from cvxupdate.report.matrix import ROWS, WIDTH, matrix
 from cvxupdate.report.numbers import fixed, number
-from cvxupdate.report.svg import AFTER, BAND, BEFORE, HELD, INK, PAPER, QUIET, draw, draw_panels
+from cvxupdate.report.svg import AFTER, BAND, HELD, INK, QUIET, draw, draw_panels
 
 if TYPE_CHECKING:
-    from cvxupdate.correlate.result import FrfComparison, ModePair, SensorReport, ShapeComparison
+    from cvxupdate.correlate.result import ModePair, SensorReport, ShapeComparison
 
 Real = NDArray[Any]
-WIDTH = 4.7
-ROWS = 48
-"""Modes, sensors or groups in a figure at most."""
-CELLS = 14
-"""Rows or columns of a matrix up to which its numbers are written into it."""
-LINES = 1500
-"""Points of a curve at most."""
-OVERLAYS = 6
-"""Frequency responses drawn at most for a recording."""
-DEVIATIONS = 2.0
-"""Half-width of the variance bands."""
-LEVELS = (0.3, 0.5, 0.7, 0.8, 0.9, 0.95)
-"""Contours of the FDAC map."""
-UNITS = {"displacement": "m/N", "velocity": "m/s/N", "acceleration": "m/s²/N"}
 
 
 def frequencies(modes: Sequence[ModePair]) -> str | None:
@@ -43,7 +29,7 @@ def frequencies(modes: Sequence[ModePair]) -> str | None:
         low = min(0.96 * min(min(m.measured, m.model) for m in modes), top / 2)
         low = 0.0 if low < 0.25 * top else low
         ax.plot([low, top], [low, top], color=QUIET, lw=0.9, zorder=1)
-        for use, marker, colour, word in (
+        for use, marker, colour, label in (
             ("fit", "o", AFTER, "to fit"),
             ("hold-out", "D", HELD, "held out"),
         ):
@@ -57,7 +43,7 @@ def frequencies(modes: Sequence[ModePair]) -> str | None:
                     mew=0,
                     ms=5.5,
                     ls="",
-                    label=word,
+                    label=label,
                     zorder=3,
                 )
         ax.set(
@@ -128,71 +114,6 @@ def errors(modes: Sequence[ModePair]) -> str | None:
     )
 
 
-def matrix(
-    name: str,
-    says: str,
-    values: Real,
-    rows: Sequence[str],
-    columns: Sequence[str],
-    labels: tuple[str, str],
-    paired: Sequence[tuple[int, int]] = (),
-) -> str | None:
-    """A matrix of values between 0 and 1 as shaded cells, the larger the darker; ``paired`` cells
-    are framed."""
-    if not values.size:
-        return None
-    v = np.asarray(values)[:ROWS, :ROWS]
-
-    def paint(ax: Any) -> None:
-        from matplotlib.collections import PolyCollection
-        from matplotlib.colors import to_rgba
-
-        n, m = v.shape
-        cells = [
-            [(j - 0.5, i - 0.5), (j + 0.5, i - 0.5), (j + 0.5, i + 0.5), (j - 0.5, i + 0.5)]
-            for i in range(n)
-            for j in range(m)
-        ]
-        shade = [
-            to_rgba(AFTER, float(np.clip(x, 0.0, 1.0)) if np.isfinite(x) else 0.0)
-            for x in v.reshape(-1)
-        ]
-        ax.add_collection(
-            PolyCollection(cells, facecolors=shade, edgecolors=BAND, linewidths=0.4, zorder=1)
-        )
-        for i, j in paired:
-            if i < n and j < m:
-                ax.plot(
-                    [j - 0.5, j + 0.5, j + 0.5, j - 0.5, j - 0.5],
-                    [i - 0.5, i - 0.5, i + 0.5, i + 0.5, i - 0.5],
-                    color=HELD,
-                    lw=1.5,
-                    zorder=3,
-                )
-        if max(n, m) <= CELLS:
-            for i in range(n):
-                for j in range(m):
-                    ax.text(
-                        j,
-                        i,
-                        fixed(float(v[i, j]), 2),
-                        ha="center",
-                        va="center",
-                        fontsize=8.5 if max(n, m) < 9 else 7,
-                        color=PAPER if v[i, j] > 0.55 else INK,
-                        zorder=4,
-                    ).set_in_layout(False)
-        ax.set_xticks(range(m), list(columns)[:m], rotation=90 if m > 6 else 0)
-        ax.set_yticks(range(n), list(rows)[:n])
-        ax.set(xlim=(-0.5, m - 0.5), ylim=(n - 0.5, -0.5), ylabel=labels[0], xlabel=labels[1])
-        ax.grid(False)
-        ax.tick_params(length=0, labelsize=8.5)
-        for side in ("left", "bottom"):
-            ax.spines[side].set_visible(False)
-
-    return draw(name, says, WIDTH, float(np.clip(1.1 + 0.36 * v.shape[0], 1.8, 5.5)), paint)
-
-
 def shape_lines(name: str, found: ShapeComparison) -> str | None:
     """Measured against model motion at every sensor for each paired mode, with the 45° line
     (section 2.2)."""
@@ -251,143 +172,23 @@ def comac_bars(name: str, found: ShapeComparison) -> str | None:
     )
 
 
-def group_bars(name: str, names: Sequence[str], share: Real, change: Real) -> str | None:
-    """The share of the imbalance that each group explains, with the change of stiffness that would
-    do it."""
-    order = [int(i) for i in np.argsort(-share, kind="stable")][: ROWS // 2]
-    if not order or not np.any(share > 0.0):
+def group_bars(name: str, names: Sequence[str], fraction: Real, change: Real) -> str | None:
+    """The fraction of the imbalance that each group explains, with the change of stiffness that
+    would explain it."""
+    order = [int(i) for i in np.argsort(-fraction, kind="stable")][: ROWS // 2]
+    if not order or not np.any(fraction > 0.0):
         return None
     notes = [
-        f"{100 * change[i]:+.0f} %".replace("-", "−") if share[i] > 0.005 else "" for i in order
+        f"{100 * change[i]:+.0f} %".replace("-", "−") if fraction[i] > 0.005 else "" for i in order
     ]
     return _bars(
         name,
-        "Share of the force imbalance that each group explains",
+        "Fraction of the force imbalance that each group explains",
         [shortened(names[i]) for i in order],
-        [float(share[i]) for i in order],
-        "share of the imbalance explained",
+        [float(fraction[i]) for i in order],
+        "fraction of the imbalance explained",
         HELD,
         notes,
-    )
-
-
-def overlays(name: str, found: FrfComparison) -> str | None:
-    """Measured and model FRF moduli over frequency, with ± 2 standard deviations of the measured
-    ones."""
-    entries = chosen(found)
-    if not entries:
-        return None
-    step = max(1, -(-len(found.frequency) // LINES))
-
-    def paint(axes: list[Any]) -> None:
-        f = found.frequency[::step]
-        for ax, (i, j) in zip(axes, entries, strict=True):
-            x, a = np.abs(found.measured[::step, i, j]), np.abs(found.model[::step, i, j])
-            positive = x[np.isfinite(x) & (x > 0)]
-            if found.variance is not None:
-                sd = DEVIATIONS * np.sqrt(np.maximum(found.variance[::step, i, j], 0.0))
-                low = np.maximum(x - sd, 1e-3 * np.maximum(x, 1e-300))
-                ax.fill_between(
-                    f,
-                    low,
-                    x + sd,
-                    color=BAND,
-                    lw=0,
-                    label="measured ± 2 standard deviations",
-                    zorder=1,
-                )
-            ax.plot(f, x, color=BEFORE, lw=1.1, label="measured", zorder=2)
-            ax.plot(f, a, color=AFTER, lw=1.1, label="model", zorder=3)
-            ax.set_yscale("log")
-            if positive.size:
-                ax.set_ylim(
-                    0.3 * float(np.quantile(positive, 0.01)),
-                    5.0 * max(float(positive.max()), float(np.quantile(a[np.isfinite(a)], 0.99))),
-                )
-            ax.set_title(
-                f"{found.responses[i]} / {found.references[j]}   FRAC "
-                f"{fixed(float(found.correlation.frac[i, j]), 2)}, error "
-                f"{fixed(float(found.correlation.error[i, j]), 2)}",
-                fontsize=9,
-                loc="left",
-            )
-            ax.set_ylabel(UNITS.get(found.quantity, ""))
-            ax.grid(False, which="minor")
-            ax.set_xlim(float(f[0]), float(f[-1]))
-        axes[len(entries) - 1].set_xlabel("frequency (Hz)")
-        handles, words = axes[0].get_legend_handles_labels()
-        axes[0].legend(
-            handles,
-            words,
-            loc="lower left",
-            bbox_to_anchor=(0.0, 1.13),
-            ncols=3,
-            handlelength=1.2,
-            handletextpad=0.4,
-            columnspacing=1.0,
-            borderaxespad=0.0,
-        )
-
-    return draw_panels(
-        name,
-        "Measured and model frequency responses",
-        7.6,
-        1.9 * len(entries) + 0.4,
-        len(entries),
-        1,
-        paint,
-    )
-
-
-def chosen(found: FrfComparison) -> list[tuple[int, int]]:
-    """The responses to draw: drive points first, then the others in order, at most six."""
-    every = [(i, j) for j in range(len(found.references)) for i in range(len(found.responses))]
-    drive = [(i, j) for i, j in every if found.responses[i] == found.references[j]]
-    rest = [e for e in every if e not in drive]
-    room = OVERLAYS - len(drive[:OVERLAYS])
-    spread = (
-        sorted({round(k) for k in np.linspace(0, len(rest) - 1, min(room, len(rest)))})
-        if rest and room
-        else []
-    )
-    return drive[:OVERLAYS] + [rest[k] for k in spread]
-
-
-def fdac_map(name: str, found: FrfComparison, reference: int) -> str | None:
-    """FDAC over both frequency axes; a ridge beside the 45° line is a shift of frequency. None with
-    one response, where it is 1 everywhere."""
-    if len(found.responses) < 2:
-        return None
-    f, v = found.correlation.lines, np.asarray(found.correlation.fdac[:, :, reference])
-
-    def paint(ax: Any) -> None:
-        from matplotlib.colors import to_rgba
-
-        ax.contourf(
-            f,
-            f,
-            v,
-            levels=[*LEVELS, 1.0001],
-            colors=[to_rgba(AFTER, a) for a in (0.1, 0.22, 0.38, 0.55, 0.75, 1.0)],
-            zorder=1,
-        )
-        ax.plot([f[0], f[-1]], [f[0], f[-1]], color=HELD, lw=0.9, zorder=3)
-        ends = (float(f[0]), float(f[-1]))
-        ax.set(
-            xlabel="measured frequency (Hz)",
-            ylabel="model frequency (Hz)",
-            aspect="equal",
-            xlim=ends,
-            ylim=ends,
-        )
-        ax.grid(False)
-
-    return draw(
-        name,
-        f"FDAC of model and measured responses to {found.references[reference]}",
-        WIDTH,
-        4.4,
-        paint,
     )
 
 
@@ -396,13 +197,13 @@ def visibility(name: str, found: SensorReport) -> str | None:
     be pale."""
     if len(found.labels) < 2 or len(found.frequency) < 2:
         return None
-    words = [number(float(f), 3) for f in found.frequency]
+    names = [number(float(f), 3) for f in found.frequency]
     return matrix(
         name,
         "MAC of the model's modes with one another at the sensors",
         np.asarray(found.alike),
-        words,
-        words,
+        names,
+        names,
         ("model mode (Hz)", "model mode (Hz)"),
     )
 
@@ -410,7 +211,7 @@ def visibility(name: str, found: SensorReport) -> str | None:
 def _bars(
     name: str,
     says: str,
-    words: Sequence[str],
+    names: Sequence[str],
     values: Sequence[float],
     label: str,
     colour: str,
@@ -429,7 +230,7 @@ def _bars(
                 fontsize=8.5,
                 color=INK,
             )
-        ax.set_yticks(y, list(words))
+        ax.set_yticks(y, list(names))
         ax.set(xlim=(0.0, 1.0 if not notes else max(1.15 * max(values), 0.05)), xlabel=label)
         ax.invert_yaxis()
         ax.grid(False, axis="y")

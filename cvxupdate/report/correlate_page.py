@@ -6,30 +6,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from markupsafe import Markup
 
 from cvxupdate.report import correlate_figures as figures
-from cvxupdate.report import structure
-from cvxupdate.report.correlate_words import balance_sentence, compared_verdict
+from cvxupdate.report import structure_figures as on_structure
+from cvxupdate.report.correlate_parts import MOST_ROWS, frf_part, sensor_part, shape_part, svg
+from cvxupdate.report.correlate_words import compared_verdict
+from cvxupdate.report.matrix import ROWS
 from cvxupdate.report.numbers import count, decimals, fixed, number, seconds, signed, with_deviation
 from cvxupdate.report.page import command, render
 from cvxupdate.report.words import METRICS
 
 if TYPE_CHECKING:
-    from cvxupdate.correlate.result import (
-        Compared,
-        FrfComparison,
-        ModePair,
-        SensorReport,
-        ShapeComparison,
-    )
+    from cvxupdate.correlate.result import Compared, ModePair
 
-MOST_ROWS = 300
-"""Rows of a table at most; result.json holds them all."""
 MOST_PARTS = 12
 """Recordings of one kind that are shown in full."""
-MAPS = 3
-"""FDAC maps of a recording at most."""
 BY = {"file": "problem file", "shape": "MAC", "frequency": "frequency"}
 
 
@@ -44,14 +35,14 @@ def correlate_page(compared: Compared) -> str:
             "metrics": metric_rows(compared),
             "modes": mode_rows(compared.modes[:MOST_ROWS]),
             "more_modes": max(0, len(compared.modes) - MOST_ROWS),
-            "bars": figures.ROWS,
+            "bars": ROWS,
             "several": len({m.recording for m in compared.modes}) > 1,
             "mac": any(m.mac is not None for m in compared.modes),
             "figure": {
-                "errors": _svg(figures.errors(compared.modes)),
-                "frequencies": _svg(figures.frequencies(compared.modes)),
+                "errors": svg(figures.errors(compared.modes)),
+                "frequencies": svg(figures.frequencies(compared.modes)),
             },
-            "nominal": _svg(structure.nominal_panels("nominal", compared)),
+            "nominal": svg(on_structure.nominal_panels("nominal", compared)),
             "shapes": [
                 shape_part(k, s, compared) for k, s in enumerate(compared.shapes[:MOST_PARTS])
             ],
@@ -151,186 +142,6 @@ def mode_rows(modes: tuple[ModePair, ...]) -> list[dict[str, str]]:
     ]
 
 
-def shape_part(k: int, s: ShapeComparison, c: Compared) -> dict[str, Any]:
-    """The figures and sentences of one table of modes with shapes."""
-    found, name = s.correlation, f"s{k}"
-    own = [f"{n + 1}: {number(float(f), 4)}" for n, f in enumerate(s.model_frequency)]
-    theirs = [number(float(f), 4) for f in s.measured_frequency]
-    pairs = [
-        (int(a), int(x)) for a, x in zip(found.pairing.model, found.pairing.measured, strict=True)
-    ]
-    paired = [f"{number(float(found.frequency_measured[i]), 4)}" for i in found.complete]
-    cross = found.cross_orthogonality
-    drawing = c.drawing if structure.drawable(c.drawing) else None
-    e = found.element_balance
-    where = drawing is not None and e is not None
-    return {
-        "recording": s.recording,
-        "use": s.use,
-        "expansion": s.expansion,
-        "sensors": len(s.labels),
-        "balance_says": balance_sentence(s),
-        "balance_by": s.balance_by,
-        "mac": _svg(
-            figures.matrix(
-                f"{name}mac",
-                "MAC of every model mode with every measured mode",
-                found.mac,
-                own,
-                theirs,
-                ("model mode (Hz)", "measured mode (Hz)"),
-                pairs,
-            )
-        ),
-        "cross": None
-        if cross is None
-        else _svg(
-            figures.matrix(
-                f"{name}cross",
-                "Cross-orthogonality of paired modes",
-                cross,
-                paired,
-                paired,
-                ("model mode, by its pair (Hz)", "measured mode (Hz)"),
-            )
-        ),
-        "cross_says": "" if cross is None else _cross_words(np.asarray(cross)),
-        "lines": _svg(figures.shape_lines(f"{name}lines", s)),
-        "shapes": None
-        if drawing is None
-        else _svg(structure.shape_panels(f"{name}shapes", drawing, s)),
-        "comac": _svg(
-            structure.comac_picture(f"{name}comac", drawing, s)
-            if drawing is not None
-            else figures.comac_bars(f"{name}comac", s)
-        ),
-        "drawn": drawing is not None,
-        "worst": _worst(s),
-        "balance": _svg(
-            structure.balance_picture(
-                f"{name}balance", drawing, s.element_ids, e.stiffness, e.stiffness_change
-            )
-        )
-        if where and drawing and e
-        else None
-        if s.groups is None
-        else _svg(
-            figures.group_bars(
-                f"{name}balance", s.group_names, s.groups.stiffness, s.groups.stiffness_change
-            )
-        ),
-        "by": "element" if where else "group",
-        "rows": balance_rows(s),
-    }
-
-
-def balance_rows(s: ShapeComparison) -> list[dict[str, str]]:
-    """The ten elements or groups that explain most, by stiffness and by mass."""
-    b = s.correlation.element_balance or s.groups
-    if b is None:
-        return []
-    names = (
-        [f"e{i}" for i in s.element_ids.tolist()]
-        if s.correlation.element_balance is not None
-        else list(s.group_names)
-    )
-    mass = b.mass if b.mass is not None else np.zeros(len(b.stiffness))
-    change = b.mass_change if b.mass_change is not None else np.zeros(len(b.stiffness))
-    energy = s.correlation.element_energy
-    order = np.argsort(-np.maximum(b.stiffness, mass), kind="stable")[:10]
-    return [
-        {
-            "name": names[i],
-            "stiffness": f"{fixed(100 * float(b.stiffness[i]), 1)} %",
-            "change": f"{signed(100 * float(b.stiffness_change[i]), 0)} %",
-            "mass": f"{fixed(100 * float(mass[i]), 1)} %",
-            "mass_change": f"{signed(100 * float(change[i]), 0)} %",
-            "energy": "–" if energy is None else fixed(float(energy[i]), 3),
-        }
-        for i in order.tolist()
-    ]
-
-
-def frf_part(k: int, f: FrfComparison) -> dict[str, Any]:
-    """The figures and the table of one recording of frequency responses."""
-    name, rows = f"f{k}", []
-    for j, b in enumerate(f.references):
-        for i, a in enumerate(f.responses):
-            frac, error = float(f.correlation.frac[i, j]), float(f.correlation.error[i, j])
-            rows.append(
-                {"response": a, "reference": b, "frac": fixed(frac, 3), "error": number(error, 3)}
-            )
-    maps = [
-        _svg(figures.fdac_map(f"{name}fdac{j}", f, j)) for j in range(min(len(f.references), MAPS))
-    ]
-    return {
-        "recording": f.recording,
-        "use": f.use,
-        "how": f.origin_of,
-        "error": number(f.correlation.total, 3),
-        "overlays": _svg(figures.overlays(f"{name}over", f)),
-        "shown": len(figures.chosen(f)),
-        "all": len(rows),
-        "maps": [(b, m) for b, m in zip(f.references, maps, strict=False) if m],
-        "rows": rows[:MOST_ROWS] if len(rows) > 1 else [],
-        "band": f.variance is not None,
-    }
-
-
-def sensor_part(k: int, s: SensorReport) -> dict[str, Any]:
-    """What one set of sensors sees."""
-    return {
-        "recordings": ", ".join(s.recordings[:4])
-        + (f" and {len(s.recordings) - 4} more" if len(s.recordings) > 4 else ""),
-        "says": s.says,
-        "figure": _svg(figures.visibility(f"v{k}", s)),
-        "labels": ", ".join(s.labels[:80]) + (" …" if len(s.labels) > 80 else ""),
-        "rows": [
-            {
-                "mode": str(n + 1),
-                "frequency": number(float(f), 4),
-                "peak": f"{fixed(100 * float(p), 0)} %",
-                "independence": fixed(float(i), 2),
-            }
-            for n, (f, p, i) in enumerate(zip(s.frequency, s.peak, s.independence, strict=True))
-        ],
-        "better": better_sentence(s),
-    }
-
-
-def better_sentence(s: SensorReport) -> str:
-    """What as many sensors elsewhere would give, where that is worth saying."""
-    if s.better_condition is None or not s.condition > 1.2 * s.better_condition:
-        return ""
-    kept = set(s.labels)
-    moved = [b for b in s.better if b not in kept]
-    names = ", ".join(moved[:12]) + (f" and {len(moved) - 12} more" if len(moved) > 12 else "")
-    return (
-        "As many sensors chosen by QR with pivoting would have the condition number "
-        f"{number(s.better_condition, 3)} instead of {number(s.condition, 3)}; "
-        f"{count(len(moved), 'place')} would change, to {names}."
-    )
-
-
-def _worst(s: ShapeComparison) -> str:
-    values = np.asarray(s.correlation.comac)
-    order = [
-        int(i)
-        for i in np.argsort(np.where(np.isfinite(values), values, 2.0))[:4]
-        if np.isfinite(values[i])
-    ]
-    return ", ".join(f"{s.labels[i]} {fixed(float(values[i]), 2)}" for i in order)
-
-
-def _cross_words(cross: Any) -> str:
-    own = np.diag(cross)
-    off = cross - np.diag(own)
-    text = f"Diagonal {fixed(float(own.min()))} to {fixed(float(own.max()))}"
-    return text + (
-        f", largest off the diagonal {fixed(float(off.max()))}." if len(own) > 1 else "."
-    )
-
-
 def _least(frac: Any) -> str:
     good = np.asarray(frac)[np.isfinite(frac)]
     return fixed(float(good.min())) if good.size else "–"
@@ -338,7 +149,3 @@ def _least(frac: Any) -> str:
 
 def _held(use: str) -> str:
     return "" if use == "fit" else ", held out"
-
-
-def _svg(text: str | None) -> Markup | None:
-    return Markup(text) if text else None

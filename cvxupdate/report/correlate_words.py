@@ -121,8 +121,8 @@ def balance_sentence(found: ShapeComparison) -> str:
         if found.correlation.element_balance
         else ("group", list(found.group_names))
     )
-    share, change, what = _first(b)
-    best = int(np.argmax(share))
+    fraction, change, what = _first(b)
+    best = int(np.argmax(fraction))
     level = fixed(100 * b.imbalance, 0 if b.imbalance > 0.1 else 2)
     text = (
         f"{level} % of the elastic forces of the measured shapes is out of balance (r.m.s. over "
@@ -130,16 +130,17 @@ def balance_sentence(found: ShapeComparison) -> str:
     )
     if b.imbalance > TOO_MUCH:
         return (
-            text + "With so much out of balance the shares below locate nothing: noise in the "
+            text + "With so much out of balance the fractions below locate nothing: noise in the "
             "shapes, or many faults at once, look like this."
         )
-    if share[best] < 0.3:
+    if fraction[best] < 0.3:
         return (
-            text + f"No single {who} explains more than {fixed(100 * float(share[best]), 0)} % of "
+            text
+            + f"No single {who} explains more than {fixed(100 * float(fraction[best]), 0)} % of "
             "that: the cause is spread, or it is noise."
         )
     delta = f"{100 * float(change[best]):+.0f} %".replace("-", "−")
-    rest = np.delete(share, best)
+    rest = np.delete(fraction, best)
     runner = f"; the next explains {fixed(100 * float(rest.max()), 0)} %" if rest.size else ""
     limit = (
         " That is as low as it can go, so it is hardly the whole cause."
@@ -147,13 +148,13 @@ def balance_sentence(found: ShapeComparison) -> str:
         else ""
     )
     return text + (
-        f"{names[best]} alone explains {fixed(100 * float(share[best]), 0)} % of that, by a "
+        f"{names[best]} alone explains {fixed(100 * float(fraction[best]), 0)} % of that, by a "
         f"change of its {what} of {delta}{runner}.{limit}"
     )
 
 
 def _first(b: ElementBalance) -> tuple[np.ndarray, np.ndarray, str]:
-    """Share and change of what explains more at best: stiffness or mass."""
+    """Explained fraction and change of what explains more at best: stiffness or mass."""
     if (
         b.mass is not None
         and b.mass_change is not None

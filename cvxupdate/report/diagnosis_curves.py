@@ -15,7 +15,7 @@ from cvxupdate.report.svg import AFTER, BAND, BEFORE, HELD, INK, QUIET, draw, dr
 from cvxupdate.report.views import view_of
 
 if TYPE_CHECKING:
-    from cvxupdate.correlate.result import Drawing
+    from cvxupdate.correlate.result import Geometry
     from cvxupdate.diagnose.shown import Curve, Shown, Spectrum
     from cvxupdate.spec import Spec
 
@@ -244,7 +244,7 @@ def map_picture(shown: Shown | None, spec: Spec) -> str | None:
     sketch = sketch_of(spec)
     if shown is None or sketch is None or not (shown.nodes or shown.elements):
         return None
-    drawing = cast("Drawing", sketch)
+    drawing = cast("Geometry", sketch)
     at_node = {int(n): k for k, n in enumerate(sketch.node_ids)}
     top = max([*shown.nodes.values(), *shown.elements.values()])
     view = view_of(

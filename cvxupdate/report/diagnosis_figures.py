@@ -14,7 +14,7 @@ from cvxupdate.report.svg import AFTER, BEFORE, HELD, INK, PAPER, QUIET, draw
 from cvxupdate.report.views import view_of
 
 if TYPE_CHECKING:
-    from cvxupdate.correlate.result import Drawing
+    from cvxupdate.correlate.result import Geometry
     from cvxupdate.diagnose.output.diagnosis import Diagnosis
     from cvxupdate.spec import Spec
 
@@ -34,7 +34,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Sketch:
-    """What is drawn, with the fields of `cvxupdate.correlate.result.Drawing`; ``held`` are the rows
+    """What is drawn, with the fields of `correlate.result.Geometry`; ``held`` are the rows
     of supported nodes."""
 
     node_ids: NDArray[np.int64]
@@ -79,7 +79,7 @@ def place_picture(found: Diagnosis, spec: Spec) -> str | None:
     sketch = sketch_of(spec)
     if sketch is None:
         return None
-    drawing = cast("Drawing", sketch)  # the same fields, made from the problem file alone
+    drawing = cast("Geometry", sketch)  # the same fields, made from the problem file alone
     at_node = {int(n): k for k, n in enumerate(sketch.node_ids)}
     marked: dict[int, float] = {}
     rings: list[tuple[list[int], str]] = []

@@ -7,21 +7,17 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from cvxupdate.report.numbers import number, power, prefix_of, short
-from cvxupdate.report.svg import AFTER, BAND, BEFORE, GRID, HELD, INK, QUIET, draw
+from cvxupdate.report.numbers import number, power
+from cvxupdate.report.svg import AFTER, BAND, BEFORE, HELD, INK, QUIET, draw
 
 if TYPE_CHECKING:
     from cvxupdate.convex import SolverRow
-    from cvxupdate.update.result import ModeResult, ParameterResult, Updated
+    from cvxupdate.update.result import ModeResult, Updated
 
 WIDTH = 4.7
 """Inches; a page as narrow as a telephone then shows the text at its own size."""
 ROWS = 48
 """Modes in a figure at most: more cannot be read."""
-INTERVALS = 16
-"""Parameters in a figure at most."""
-INTERVAL = 2.0
-"""Half-width of the intervals that are drawn, in standard deviations."""
 
 
 def frequencies(modes: Sequence[ModeResult], moved: bool) -> str | None:
@@ -39,7 +35,7 @@ def frequencies(modes: Sequence[ModeResult], moved: bool) -> str | None:
             mine = [m for m in modes if m.use == use]
             if not mine:
                 continue
-            word = "" if use == "fit" else ", held out"
+            label = "" if use == "fit" else ", held out"
             x = [m.measured for m in mine]
             ax.plot(
                 x,
@@ -50,7 +46,7 @@ def frequencies(modes: Sequence[ModeResult], moved: bool) -> str | None:
                 mew=1.2,
                 ms=6.5,
                 ls="",
-                label=f"before{word}",
+                label=f"before{label}",
                 zorder=2,
             )
             if moved:
@@ -62,7 +58,7 @@ def frequencies(modes: Sequence[ModeResult], moved: bool) -> str | None:
                     mew=0,
                     ms=4.2,
                     ls="",
-                    label=f"after{word}",
+                    label=f"after{label}",
                     zorder=3,
                 )
         ax.set(
@@ -108,34 +104,13 @@ def mode_errors(modes: Sequence[ModeResult], moved: bool, deviations: bool) -> s
                 label="measured ± 1 standard deviation",
                 zorder=1,
             )
-        half = 0.36 if moved else 0.6
-        ax.barh(
-            [v - half / 2 if moved else v for v in y],
-            before,
-            height=half,
-            color=BEFORE,
-            label="before",
-            zorder=2,
-        )
         if moved:
-            for use, colour, word in (
-                ("fit", AFTER, "after"),
-                ("hold-out", HELD, "after, held out of the fit"),
-            ):
-                mine = [
-                    (v + half / 2, e)
-                    for v, e, m in zip(y, after, shown, strict=True)
-                    if m.use == use
-                ]
-                if mine:
-                    ax.barh(
-                        [v for v, _ in mine],
-                        [e for _, e in mine],
-                        height=half,
-                        color=colour,
-                        label=word,
-                        zorder=2,
-                    )
+            half = 0.36
+            low = [v - half / 2 for v in y]
+            ax.barh(low, before, height=half, color=BEFORE, label="before", zorder=2)
+            _after_bars(ax, shown, after, half)
+        else:
+            ax.barh(y, before, height=0.6, color=BEFORE, label="before", zorder=2)
         ax.axvline(0.0, color=INK, lw=0.8, zorder=3)
         ax.set_yticks(y, [f"{m.measured:.5g} Hz" for m in shown])
         ax.set(ylim=(len(shown) - 0.4, -0.6), xlabel="(model − measured) / measured (%)")
@@ -152,90 +127,26 @@ def mode_errors(modes: Sequence[ModeResult], moved: bool, deviations: bool) -> s
     )
 
 
-def parameters(found: Sequence[ParameterResult], moved: bool) -> str | None:
-    """Each parameter between its bounds: value before, value after with ± 2 standard deviations."""
-    shown = strongest(found, INTERVALS)
-    if not shown:
-        return None
-
-    def paint(ax: Any) -> None:
-        for row, q in enumerate(shown):
-            low, high = _window(q)
-            bounded = q.lower is not None and q.upper is not None
-
-            def at(value: float, low: float = low, high: float = high) -> float:
-                return (value - low) / (high - low)
-
-            ax.plot(
-                [0, 1],
-                [row, row],
-                color=GRID,
-                lw=6,
-                solid_capstyle="butt",
-                zorder=1,
-                ls="-" if bounded else (0, (0.6, 0.6)),
+def _after_bars(ax: Any, shown: Sequence[ModeResult], after: Sequence[float], half: float) -> None:
+    """The errors after the update: fitted modes and those held out."""
+    for use, colour, label in (
+        ("fit", AFTER, "after"),
+        ("hold-out", HELD, "after, held out of the fit"),
+    ):
+        mine = [(k + half / 2, after[k]) for k, m in enumerate(shown) if m.use == use]
+        if mine:
+            ax.barh(
+                [v for v, _ in mine],
+                [e for _, e in mine],
+                height=half,
+                color=colour,
+                label=label,
+                zorder=2,
             )
-            if bounded:
-                ax.plot([0, 1], [row, row], "|", color=QUIET, ms=10, mew=1.2, zorder=2)
-            ax.plot([at(q.before)], [row], "o", mfc="none", mec=BEFORE, mew=1.3, ms=7, zorder=4)
-            if moved:
-                if q.standard_deviation is not None:
-                    reach = INTERVAL * q.standard_deviation
-                    a, b = max(at(q.after - reach), -0.04), min(at(q.after + reach), 1.04)
-                    ax.plot(
-                        [a, b], [row, row], color=AFTER, lw=2.2, solid_capstyle="butt", zorder=3
-                    )
-                ax.plot(
-                    [at(q.after)],
-                    [row],
-                    "o",
-                    color=HELD if q.at_bound else AFTER,
-                    mew=0,
-                    ms=6,
-                    zorder=5,
-                )
-            factor, unit = prefix_of(q.unit, low, high)
-            ends = [short(v / factor, 3) for v in (low, high)]
-            ax.annotate(
-                ends[0],
-                (0, row),
-                (0, -8),
-                textcoords="offset points",
-                ha="center",
-                va="top",
-                fontsize=9,
-                color=QUIET,
-            )
-            ax.annotate(
-                f"{ends[1]} {unit}".strip(),
-                (1, row),
-                (0, -8),
-                textcoords="offset points",
-                ha="center",
-                va="top",
-                fontsize=9,
-                color=QUIET,
-            )
-        ax.set_yticks(range(len(shown)), [shortened(q.name) for q in shown])
-        ax.set(xlim=(-0.07, 1.1), ylim=(len(shown) - 0.35, -0.5))
-        ax.set_xticks([])
-        ax.grid(False)
-        ax.tick_params(axis="y", length=0)
-        for side in ("left", "bottom"):
-            ax.spines[side].set_visible(False)
-
-    return draw(
-        "parameters",
-        "Each parameter between its bounds: before, and after with plus or minus two "
-        "standard deviations",
-        WIDTH,
-        0.25 + 0.44 * len(shown),
-        paint,
-    )
 
 
 def convergence(updated: Updated) -> str | None:
-    """The objective after each iteration; steps that were refused are hollow."""
+    """The objective after each iteration; rejected steps are hollow."""
     lines = [
         (int(h["number"]), float(h["objective"]), bool(h["accepted"])) for h in updated.history
     ]
@@ -306,14 +217,6 @@ def solver_bars(rows: Sequence[SolverRow]) -> str | None:
     )
 
 
-def strongest(found: Sequence[ParameterResult], most: int) -> list[ParameterResult]:
-    """At most ``most`` parameters, those that moved furthest, in their own order."""
-    if len(found) <= most:
-        return list(found)
-    kept = sorted(range(len(found)), key=lambda k: -abs(found[k].p))[:most]
-    return [found[k] for k in sorted(kept)]
-
-
 def shortened(name: str, most: int = 18) -> str:
     """A name that fits beside a figure."""
     return name if len(name) <= most else name[: most // 2] + "…" + name[-(most // 2 - 1) :]
@@ -321,17 +224,6 @@ def shortened(name: str, most: int = 18) -> str:
 
 def _small(value: float) -> str:
     return power(value, 1) if value > 0.0 else "0"
-
-
-def _window(q: ParameterResult) -> tuple[float, float]:
-    """What the figure spans: the bounds, or, where one is missing, the values with a margin."""
-    reach = INTERVAL * (q.standard_deviation or 0.0)
-    values = (q.before, q.after - reach, q.after + reach)
-    margin = 0.15 * ((max(values) - min(values)) or abs(q.before) or 1.0)
-    low = q.lower if q.lower is not None else min(values) - margin
-    high = q.upper if q.upper is not None else max(values) + margin
-    low, high = min(low, high), max(low, high)
-    return (low, high) if high > low else (low - margin, high + margin)
 
 
 def _legend_above(ax: Any, columns: int) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from cvxupdate.report import figures
+from cvxupdate.report import figures, parameter_figures
 from cvxupdate.report.accuracy import accuracy_sections
 from cvxupdate.report.numbers import (
     NOTHING,
@@ -81,7 +81,7 @@ def run_page(updated: Updated) -> str:
     pictures = {
         "frequencies": figures.frequencies(updated.modes, moved),
         "errors": figures.mode_errors(updated.modes, moved, stated),
-        "parameters": figures.parameters(updated.parameters, moved),
+        "parameters": parameter_figures.parameters(updated.parameters, moved),
         "convergence": figures.convergence(updated),
     }
     return render(
@@ -97,25 +97,15 @@ def run_page(updated: Updated) -> str:
             "modes": mode_rows(updated.modes[:MOST_ROWS], stated),
             "more_modes": max(0, len(updated.modes) - MOST_ROWS),
             "bars": figures.ROWS,
-            "intervals": figures.INTERVALS,
+            "intervals": parameter_figures.INTERVALS,
             "open": MOST_OPEN,
             "several": len({m.recording for m in updated.modes}) > 1,
             "mac": any(m.mac_before is not None for m in updated.modes),
             "parameters": [
-                parameter_row(q) for q in figures.strongest(updated.parameters, MOST_ROWS)
+                parameter_row(q) for q in parameter_figures.strongest(updated.parameters, MOST_ROWS)
             ],
             "more_parameters": max(0, len(updated.parameters) - MOST_ROWS),
-            "history": [
-                {
-                    "number": h["number"],
-                    "objective": number(h["objective"], 7),
-                    "ratio": number(h["ratio"], 4),
-                    "step": number(h["step"], 3),
-                    "radius": number(h["radius"], 3),
-                    "accepted": "taken" if h["accepted"] else "refused",
-                }
-                for h in updated.history[:MOST_ROWS]
-            ],
+            "history": [_history_row(h) for h in updated.history[:MOST_ROWS]],
             "certificate": [
                 {"name": name, "value": _residual(updated.certificate[key]), "meaning": meaning}
                 for key, name, meaning in CERTIFICATE
@@ -128,7 +118,7 @@ def run_page(updated: Updated) -> str:
                 {
                     "says": c["says"],
                     "deviation": number(c["standard_deviation"], 3),
-                    "share": ", ".join(
+                    "combination": ", ".join(
                         f"{signed(v)} {name}" for name, v in c["coefficients"].items()
                     ),
                 }
@@ -139,6 +129,17 @@ def run_page(updated: Updated) -> str:
             "time": seconds(updated.time),
         },
     )
+
+
+def _history_row(h: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "number": h["number"],
+        "objective": number(h["objective"], 7),
+        "ratio": number(h["ratio"], 4),
+        "step": number(h["step"], 3),
+        "radius": number(h["radius"], 3),
+        "accepted": "accepted" if h["accepted"] else "rejected",
+    }
 
 
 def asked(updated: Updated) -> list[tuple[str, list[str]]]:

@@ -12,7 +12,6 @@ from rich.table import Table
 from rich.text import Text
 
 from cvxupdate.report.correlate_words import compared_verdict
-from cvxupdate.report.figures import strongest
 from cvxupdate.report.numbers import (
     NOTHING,
     count,
@@ -24,6 +23,7 @@ from cvxupdate.report.numbers import (
     signed,
     with_deviation,
 )
+from cvxupdate.report.parameter_figures import strongest
 from cvxupdate.report.words import METRICS, conflict_sentence, verdict
 
 if TYPE_CHECKING:

@@ -136,8 +136,8 @@ def _minds(updated: Updated) -> list[str]:
         )
     if updated.undetermined:
         out.append(
-            f"{count(len(updated.undetermined), 'combination')} of parameters cannot be told "
-            "from these recordings; the report names them."
+            f"{count(len(updated.undetermined), 'combination')} of parameters cannot be "
+            "determined from these recordings; the report lists them."
         )
     return out
 

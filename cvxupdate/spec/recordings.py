@@ -1,4 +1,4 @@
-"""The [[recordings]] tables: frf, time and modes, with what a reader may need to be told."""
+"""The [[recordings]] tables: frf, time and modes, with what a reader may need to be given."""
 
 from __future__ import annotations
 

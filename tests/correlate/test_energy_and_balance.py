@@ -7,7 +7,7 @@ from cvxupdate.correlate import (
     balance_map,
     element_balance,
     element_energies,
-    element_energy_shares,
+    element_energy_fractions,
     energy_comparison,
     energy_map,
     force_balance,
@@ -31,7 +31,7 @@ def test_element_energies_sum_to_the_models(frame):
             element_energies(frame.batches, phi, name).sum(axis=0),
             0.5 * np.sum(phi * (A @ phi), axis=0),
         )
-        assert np.allclose(element_energy_shares(frame.batches, phi * 1j, name).sum(axis=0), 1.0)
+        assert np.allclose(element_energy_fractions(frame.batches, phi * 1j, name).sum(axis=0), 1.0)
 
 
 def test_potential_is_kinetic_energy_at_a_natural_frequency(frame):

@@ -268,7 +268,7 @@ def test_minas_inman_assigns_exactly_and_its_lost_symmetry_is_said(pair, damped)
 def test_minas_inman_refuses_outputs_that_cannot_tell_the_modes_apart(pair, damped):
     KA, MA, _, _ = pair
     CA, _, _, Phi, rates = damped
-    with pytest.raises(InputError, match="cannot tell the modes apart"):
+    with pytest.raises(InputError, match="cannot distinguish the modes"):
         d.minas_inman(KA, MA, CA, Phi, rates, D0=np.eye(N)[:2], D1=np.zeros((2, N)))
 
 

@@ -185,7 +185,7 @@ rows = [{ frequency = 4.0 }]
             "channel 1 .acceleration at n1.x.*does not measure",
         ),
         (("column = 1", "column = 7"), "no column 7; the table has 2"),
-        (("rate = 50.0", "rate = 50.0\nstart = 299"), "leave nothing of 300"),
+        (("rate = 50.0", "rate = 50.0\nstart = 299"), "leave fewer than 2 of 300"),
         (("rate = 50.0\n", ""), "does not state its sampling rate"),
         (("column = 1", 'column = "acc"'), "no column or array 'acc'.*data 300x2"),
     ],

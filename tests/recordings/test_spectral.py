@@ -22,11 +22,11 @@ from cvxupdate.recordings.estimators import (
 )
 from cvxupdate.recordings.identify import identify_modes
 from cvxupdate.recordings.local_polynomial import local_polynomial
+from cvxupdate.recordings.output_spectra import output_spectra
 from cvxupdate.recordings.spectra import spectra_from_chunks
 from cvxupdate.recordings.spectral import (
     frf_from_impacts,
     frf_from_time,
-    output_spectra,
     spectra_from_time,
     transmissibility,
 )
@@ -183,7 +183,7 @@ def test_variance_from_coherence_is_bendat_and_piersol(gamma: float, averages: f
     H = np.array([[[2.0 - 1.0j]]])
     variance = variance_from_coherence(H, np.array([[gamma]]), averages)
     assert variance[0, 0, 0] == pytest.approx(5.0 * (1 - gamma) / (gamma * (averages - 1)))
-    with pytest.raises(RecordingError, match="more than one"):
+    with pytest.raises(RecordingError, match="at least 2 averages; got 1"):
         variance_from_coherence(H, np.array([[gamma]]), 1.0)
     with pytest.raises(RecordingError, match="outside"):
         variance_from_coherence(H, np.array([[1.2]]), averages)

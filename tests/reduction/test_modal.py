@@ -105,7 +105,7 @@ def test_masters_that_cannot_see_are_refused_with_the_reason(beam):
     blind = beam.phi[:, :3].copy()
     blind[MASTERS, 2] = 2 * blind[MASTERS, 1] - blind[MASTERS, 0]
     for make in (serep, tam):
-        with pytest.raises(ModelError, match="cannot tell the 3 modes apart"):
+        with pytest.raises(ModelError, match="cannot distinguish the 3 modes"):
             make(blind, MASTERS)
     with pytest.raises(InputError, match="at most as many modes as masters"):
         serep(beam.phi[:, :7], MASTERS)

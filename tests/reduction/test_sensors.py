@@ -91,7 +91,7 @@ def test_impossible_requests_are_named(beam):
     for choose in (effective_independence, qr_places):
         with pytest.raises(InputError, match="at least the 4 modes"):
             choose(phi, 3)
-        with pytest.raises(ModelError, match="cannot tell the modes apart"):
+        with pytest.raises(ModelError, match="cannot distinguish the modes"):
             choose(np.repeat(phi[:, :1], 4, axis=1), 6)
         with pytest.raises(InputError, match="real shapes"):
             choose(phi * 1j, 6)

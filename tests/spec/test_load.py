@@ -157,7 +157,7 @@ def test_tables_from_csv(spoil: Spoil, good: Path) -> None:
             "line 5, column nodes",
             ("node 93, which does not exist",),
         ),
-        ("id,nodes\n1,1 2\n1,2 3\n", "line 3, column id", ("element 1 is there twice",)),
+        ("id,nodes\n1,1 2\n1,2 3\n", "line 3, column id", ("element 1 appears twice",)),
         ("", "model.elements[0].rows.file", ("is empty (0 bytes)",)),
         ("id,nodes\n", "model.elements[0].rows", ("is empty",)),
         ("id,id\n1,1\n", "model.elements[0].rows.file", ("repeated column name",)),

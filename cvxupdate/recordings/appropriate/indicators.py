@@ -43,7 +43,7 @@ def _share(part: Real, rest: Real) -> tuple[Real, Real]:
     )
     beta = np.zeros((part.shape[0], part.shape[2]))
     beta[:, : cosine.shape[1]] = np.clip(cosine, 0.0, 1.0) ** 2
-    # a force that moves nothing has no share: its direction is kept finite
+    # a force that moves nothing has no fraction: its direction is kept finite
     diagonal = np.abs(np.einsum("fii->fi", T))
     floor = 1e-14 * diagonal.max(axis=1, keepdims=True) + 1e-300
     T = T + np.eye(T.shape[1]) * np.where(diagonal < floor, floor, 0.0)[:, None, :]
@@ -117,7 +117,7 @@ def mmif(H: Complex) -> tuple[Real, Real]:
 
 
 def nash(H: Complex) -> tuple[Real, Real]:
-    """Nash's variant: the share in quadrature, ``I^T I f = gamma (R^T R + I^T I) f`` (2.44; Nash
+    """Nash's variant: the fraction in quadrature, ``I^T I f = gamma (R^T R + I^T I) f`` (2.44; Nash
     1991); maxima (1 = pure mode).
 
     gamma = 1 - beta with the same forces as `mmif`; made for principal forces (`principal_forces`)

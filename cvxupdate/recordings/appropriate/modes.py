@@ -33,7 +33,7 @@ class Appropriated:
 
     ``frequency`` (modes,) Hz, undamped; ``forces`` (modes, exciters) of unit length; ``shapes``
     (modes, responses): the response in quadrature to that force, real, largest entry 1; ``purity``
-    (modes,) share of the response's power in quadrature, 1 = pure.
+    (modes,) fraction of the response's power in quadrature, 1 = pure.
     """
 
     frequency: Real
@@ -46,8 +46,8 @@ def _between(frequency: Real, H: Complex, f: float) -> Complex:
     """H at a frequency between the lines, linear in the dynamic flexibility, (responses,
     exciters)."""
     k = int(np.clip(np.searchsorted(frequency, f) - 1, 0, frequency.size - 2))
-    share = (f - frequency[k]) / (frequency[k + 1] - frequency[k])
-    return np.asarray((1.0 - share) * H[k] + share * H[k + 1])
+    fraction = (f - frequency[k]) / (frequency[k + 1] - frequency[k])
+    return np.asarray((1.0 - fraction) * H[k] + fraction * H[k + 1])
 
 
 def _purity(h: Complex, force: Real) -> float:
@@ -157,7 +157,7 @@ def appropriate(
     frequency : (lines,) Hz. H : (lines, responses, exciters), receptance or accelerance.
     method : asher, modified-asher, traill-nash (square H) or extended-asher, mmif, nash (any H);
     assumptions in
-    `indicators`. threshold : the largest share of the response's power that may be in phase with
+    `indicators`. threshold : the largest fraction of the response's power that may be in phase with
     the force.
     principal : (exciters, kept) force vectors of `principal_forces`; for a square method the
     responses are reduced
@@ -170,7 +170,7 @@ def appropriate(
     """
     if method not in METHODS:
         raise RecordingError(
-            f"force appropriation {method!r} is not known; choose one of {', '.join(METHODS)}"
+            f"unknown force appropriation {method!r}; choose one of {', '.join(METHODS)}"
         )
     V = np.eye(H.shape[2]) if principal is None else principal
     reduced = H @ V

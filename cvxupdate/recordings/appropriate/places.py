@@ -17,7 +17,7 @@ class ExciterPlaces:
     ``columns`` (count,) of the shapes, ascending; ``strength`` the smallest singular value of the
     chosen modal forces over the largest that any single place gives; ``forces`` (modes, count) of
     unit length that drive each mode and, where there are as many exciters as modes, no other of
-    them; ``purity`` (modes,) share of the modal force in the wanted mode.
+    them; ``purity`` (modes,) fraction of the modal force in the wanted mode.
     """
 
     columns: tuple[int, ...]
@@ -33,7 +33,7 @@ def _strength(shapes: Real, columns: list[int]) -> float:
 def exciter_places(
     shapes: Real, count: int, *, candidates: tuple[int, ...] | None = None
 ) -> ExciterPlaces:
-    """Choose ``count`` places whose forces tell the modes apart best.
+    """Choose ``count`` places whose forces separate the modes best.
 
     ``shapes`` (modes, channels) of the model, mass-normalised; ``candidates`` the columns that an
     exciter can reach (default all). The smallest singular value of the modal forces ``shapes[:,

@@ -1,4 +1,4 @@
-"""The refinement on fewer lines: what is far from every mode says little about poles."""
+"""The refinement on fewer lines: lines away from every mode say little about poles."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@ the data."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,7 +45,7 @@ class DecayRates:
     or ``"none"``.
     alpha, alpha_std : 1/s, of ``C = alpha M``. outliers : modes (from 0) off the law by more than
     3.5 robust deviations.
-    says : the finding in words.
+    says : the finding as a sentence.
     """
 
     rates: Real
@@ -79,7 +79,7 @@ def _robust_line(x: Real, y: Real, variance: Real) -> tuple[float, float]:
             / variance
         )
         slope = float(solution[1])
-    # Huber's covariance: clipped residuals over the share that is not clipped, n - 2 degrees of
+    # Huber's covariance: clipped residuals over the fraction that is not clipped, n - 2 degrees of
     # freedom
     clipped = np.clip(residual / np.sqrt(variance), -1.345 * scale, 1.345 * scale)
     kept = float(np.mean(np.abs(clipped) < 1.345 * scale))
@@ -111,58 +111,63 @@ def decay_rates(table: ModeTable) -> DecayRates:
     if f.size < 3:
         raise RecordingError(
             f"{table.origin.name}: {f.size} modes with a known damping are too few to test a "
-            "law; three are needed"
+            "law; at least 3 are needed"
         )
-    std = table.damping_std[known]
-    relative = np.where(np.isfinite(std) & (std > 0.0), std / zeta, np.nan)
-    # a law of damping never holds to better than some per cent: the floor keeps one mode from
-    # ruling
-    variance = (
-        np.where(np.isfinite(relative), relative, np.nanmedian(np.append(relative, 0.1))) ** 2
-        + 0.03**2
-    )
+    variance = _log_variance(table.damping_std[known], zeta)
     exponent, exponent_std = _robust_line(np.log(f), np.log(zeta), variance)
-    rates = 2.0 * np.pi * f * zeta
-    spreads: dict[float, float] = {}
-    for k in _HYPOTHESES:
-        product = np.log(zeta) - k * np.log(f)
-        spreads[k] = 1.4826 * float(np.median(np.abs(product - np.median(product))))
+    spreads = {k: _mad(np.log(zeta) - k * np.log(f)) for k in _HYPOTHESES}
     best = min(spreads, key=lambda k: (round(spreads[k], 6), abs(exponent - k)))
     spread = spreads[best]
+    rates = 2.0 * np.pi * f * zeta
     rate = float(np.median(rates))
-    rate_spread = 1.4826 * float(np.median(np.abs(rates - rate)))
-    rate_std = 1.2533 * rate_spread / float(np.sqrt(f.size))
+    rate_std = 1.2533 * _mad(rates) / float(np.sqrt(f.size))
     fits = spread < 0.25 and abs(exponent - best) <= max(0.35, 3.0 * exponent_std)
-    name, words = _HYPOTHESES[best]
     off = np.log(zeta) - best * np.log(f)
-    far = np.abs(off - np.median(off)) > 3.5 * max(spread, 0.03)
-    outliers = tuple(int(i) for i in np.flatnonzero(known)[far]) if fits else ()
-    says = words.format(
-        rate=rate,
-        std=rate_std,
-        spread=spread,
-        alpha=2.0 * rate,
-        alpha_std=2.0 * rate_std,
-        ratio=float(np.median(zeta)),
-    )
-    if not fits:
-        name = "none"
-        says = (
-            f"the damping follows no single law: damping ~ frequency^({exponent:.2f} ± "
-            f"{exponent_std:.2f}), scatter {spread:.0%} about the nearest one"
-        )
-    elif outliers:
-        says += "; off the law: mode " + ", ".join(str(i + 1) for i in outliers)
-    return DecayRates(
+    off_law = np.abs(off - np.median(off)) > 3.5 * max(spread, 0.03)
+    found = DecayRates(
         2.0 * np.pi * table.frequency * table.damping,
         rate,
         rate_std,
         exponent,
         exponent_std,
         spread,
-        name,
+        _HYPOTHESES[best][0] if fits else "none",
         2.0 * rate,
         2.0 * rate_std,
-        outliers,
-        says,
+        tuple(int(i) for i in np.flatnonzero(known)[off_law]) if fits else (),
+        "",
     )
+    return replace(found, says=_sentence(found, best, float(np.median(zeta))))
+
+
+def _sentence(found: DecayRates, best: float, ratio: float) -> str:
+    if found.verdict == "none":
+        return (
+            f"the damping follows no single law: damping ~ frequency^({found.exponent:.2f} ± "
+            f"{found.exponent_std:.2f}), scatter {found.spread:.0%} about the nearest one"
+        )
+    says = _HYPOTHESES[best][1].format(
+        rate=found.rate,
+        std=found.rate_std,
+        spread=found.spread,
+        alpha=found.alpha,
+        alpha_std=found.alpha_std,
+        ratio=ratio,
+    )
+    if found.outliers:
+        says += "; off the law: mode " + ", ".join(str(i + 1) for i in found.outliers)
+    return says
+
+
+def _mad(x: Real) -> float:
+    """Median absolute deviation, scaled to the standard deviation of a normal law."""
+    return 1.4826 * float(np.median(np.abs(x - np.median(x))))
+
+
+def _log_variance(std: Real, zeta: Real) -> Real:
+    """Variance of log damping from the stated deviations; 10 % where none is known."""
+    relative = np.where(np.isfinite(std) & (std > 0.0), std / zeta, np.nan)
+    usual = np.nanmedian(np.append(relative, 0.1))
+    # a law of damping never holds to better than some per cent: the floor keeps one mode from
+    # ruling
+    return np.asarray(np.where(np.isfinite(relative), relative, usual) ** 2 + 0.03**2)

@@ -123,15 +123,11 @@ def identify_modes(
 
     Parameters
     ----------
-    frf : receptance, mobility or accelerance, with its variance where known; without one the misfit
-    stands in.
+    frf : receptance, mobility or accelerance; without a variance the misfit takes its place.
     band : (lowest, highest) Hz to fit; default all lines above 0 Hz.
-    damping : ``"viscous"`` or ``"hysteretic"``. residuals : number of (lower, upper) residual
-    terms.
-    criteria : see `stabilisation.Criteria`. iterations : of the refinement; 0 leaves the pLSCF
-    poles.
-    added_decay : 1/s of the exponential window that all channels carried; taken out of the poles
-    (not out of the FRF).
+    damping : ``"viscous"`` or ``"hysteretic"``. residuals : of (lower, upper) residual terms.
+    criteria : see `stabilisation.Criteria`. iterations : of the refinement; 0: the pLSCF poles.
+    added_decay : 1/s of the exponential window on all channels; removed from the poles alone.
 
     The deviations count correlated lines once (`line_correlation`) and grow with the root of
     chi-square where the model misfits.
@@ -144,22 +140,35 @@ def identify_modes(
     """
     check_damping(damping)
     c = criteria if criteria is not None else Criteria()
-    order = derivatives(frf.quantity)
+    s, known, top = _setting(frf, band, max_order, residuals)
+    f = s.frequency
+    sets = plscf(f, s.H, orders=np.arange(2, top + 1), weights=_output_weights(s.weights))
+    edge = 0.1 * (f[-1] - f[0])
+    diagram = stabilisation(sets, (max(f[0] - edge, 1e-6), f[-1] + edge), c)
+    chosen = select(diagram, c)
+    start = Roots(value_from_pole(chosen.value, damping), chosen.participation, damping)
+    s, roots, fit = _refined(s, start, c, iterations, known)
+    ends = (float(f.min()), float(f.max()))
+    return _result(frf, s, roots, fit, diagram, ends, added_decay, known, c.max_damping)
+
+
+def _setting(
+    frf: FrequencyResponse,
+    band: tuple[float, float] | None,
+    max_order: int,
+    residuals: tuple[int, int],
+) -> tuple[Setting, bool, int]:
+    """The lines to fit with their weights, whether a variance is known, and the highest order that
+    they carry. Raises `RecordingError` as `identify_modes` does."""
     low, high = band if band is not None else (0.0, np.inf)
     inside = (frf.frequency >= low) & (frf.frequency <= high) & (frf.frequency > 0.0)
     f, H = frf.frequency[inside], np.asarray(frf.H[inside], dtype=np.complex128)
-    inputs = H.shape[2]
-    top = min(max_order, 2 * f.size // (inputs + 1) - 1, f.size // 2)
+    top = min(max_order, 2 * f.size // (H.shape[2] + 1) - 1, f.size // 2)
     if top < 4:
         raise RecordingError(
             f"{frf.origin.name}: {f.size} lines between {low:g} and {high:g} Hz are too few to "
             "identify modes; widen the band or record with a finer resolution"
         )
-    # a variance of zero everywhere (simulated FRFs) says no more than none
-    known = frf.variance is not None and bool(
-        np.any(np.isfinite(frf.variance[inside]) & (frf.variance[inside] > 0.0))
-    )
-    variance = frf.variance[inside] if known and frf.variance is not None else None
     silent = [
         channel.label
         for channel, moved in zip(frf.references, np.any(H != 0.0, axis=(0, 1)), strict=True)
@@ -171,14 +180,21 @@ def identify_modes(
             f"between {f[0]:g} and {f[-1]:g} Hz: nothing was excited there. Leave the "
             "reference out."
         )
-    s = Setting(f, H, _weights(H, variance), order, residuals)
-    sets = plscf(f, H, orders=np.arange(2, top + 1), weights=_output_weights(s.weights))
-    edge = 0.1 * (f[-1] - f[0])
-    diagram = stabilisation(sets, (max(f[0] - edge, 1e-6), f[-1] + edge), c)
-    chosen = select(diagram, c)
-    start = Roots(value_from_pole(chosen.value, damping), chosen.participation, damping)
+    # a variance of zero everywhere (simulated FRFs) says no more than none
+    variance = None if frf.variance is None else frf.variance[inside]
+    if variance is not None and not np.any(np.isfinite(variance) & (variance > 0.0)):
+        variance = None
+    s = Setting(f, H, _weights(H, variance), derivatives(frf.quantity), residuals)
+    return s, variance is not None, top
+
+
+def _refined(
+    s: Setting, start: Roots, c: Criteria, iterations: int, known: bool
+) -> tuple[Setting, Roots, LinearFit]:
+    """Maximum likelihood from the stable poles, missed modes added, needless ones dropped; without
+    a known variance the misfit stands in for it."""
     roots, fit = refine(s, start, iterations=0)
-    if variance is None:
+    if not known:
         s = _reweighted(s, fit)
     roots, fit = _pruned(s, *refine(s, roots, iterations=0), iterations=0)
     if iterations:
@@ -188,20 +204,10 @@ def identify_modes(
         roots, fit = with_missed_modes(s, roots, fit, c, iterations=iterations)
     roots, fit = _pruned(s, roots, fit, iterations)
     roots, fit = refine(s, roots, iterations=iterations)
-    if variance is None and iterations:
+    if not known and iterations:
         s = _reweighted(s, fit)
         roots, fit = refine(s, roots, iterations=iterations)
-    return _result(
-        frf,
-        s,
-        roots,
-        fit,
-        diagram,
-        (float(f.min()), float(f.max())),
-        added_decay,
-        known,
-        c.max_damping,
-    )
+    return s, roots, fit
 
 
 def _output_weights(weights: Real) -> Real:

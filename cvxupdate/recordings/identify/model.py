@@ -40,7 +40,7 @@ def check_damping(damping: str) -> None:
     """Raise `RecordingError` unless the damping model is one of `DAMPING`."""
     if damping not in DAMPING:
         raise RecordingError(
-            f"damping model {damping!r} is not known; choose one of {', '.join(DAMPING)}"
+            f"unknown damping model {damping!r}; choose one of {', '.join(DAMPING)}"
         )
 
 

@@ -97,6 +97,12 @@ def _poles_of(M: Real, order: int, inputs: int) -> tuple[Complex, Complex]:
     )
 
 
+def _even_weights(H: Complex) -> Real:
+    """One over the r.m.s. of each output, (lines, outputs)."""
+    level = np.sqrt(np.mean(np.abs(H) ** 2, axis=(0, 2)))
+    return np.asarray(np.ones((len(H), 1)) / np.where(level > 0.0, level, np.inf))
+
+
 def plscf(
     frequency: Real,
     H: Complex,
@@ -115,8 +121,8 @@ def plscf(
     band).
     weights : (lines, outputs), one over the standard deviation; default one over the r.m.s. of each
     output.
-    margin : share of the half circle left free at each end of the band, which keeps band edges off
-    the real axis of z.
+    margin : fraction of the half circle left free at each end of the band, which keeps band edges
+    off the real axis of z.
 
     Raises
     ------
@@ -134,9 +140,7 @@ def plscf(
             f"{lines} lines cannot carry order {top} with {inputs} references; "
             "lower the order, widen the band, or record with a finer resolution"
         )
-    if weights is None:
-        level = np.sqrt(np.mean(np.abs(H) ** 2, axis=(0, 2)))
-        weights = np.ones((lines, 1)) / np.where(level > 0.0, level, np.inf)
+    weights = _even_weights(H) if weights is None else weights
     span = frequency[-1] - frequency[0]
     step = (1.0 - 2.0 * margin) / (2.0 * span)
     origin = frequency[0] - margin / (2.0 * step)

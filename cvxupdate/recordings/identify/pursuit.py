@@ -5,9 +5,9 @@ pLSCF of a practical order separates two close modes only where both are strong,
 not in the model biases those that are. So the misfit is correlated, line by line, with the FRF of
 one more mode (a matched filter; Mallat & Zhang, IEEE Trans. Signal Process. 41 (1993) 3397, with
 the modal model as dictionary and every step refined by maximum likelihood). A find is kept when it
-pays for its parameters, explains a fair share of what is not noise, and is not the double of a mode
-that is there: a misfit of another kind (leakage, a nonlinearity, the wrong law of damping) sits on
-the peaks and has their shapes.
+pays for its parameters, explains a fair fraction of what is not noise, and is not the double of a
+mode that is there: a misfit of another kind (leakage, a nonlinearity, the wrong law of damping)
+sits on the peaks and has their shapes.
 
 A mode near the band but outside it leaves a smooth misfit that biases the modes inside and makes
 the deviations large. When the misfit is correlated along the lines, a mode above and one below the

@@ -3,8 +3,8 @@ order.
 
 Orders are visited from the highest down. Every pole joins the nearest cluster that meets the
 `Criteria`, each cluster taking at most one pole of an order, so two close modes cannot merge; a
-pole that fits none opens a cluster. A cluster is a mode when it holds poles of at least ``share``
-of the orders (and ``least`` of them). Its pole is the component-wise median.
+pole that fits none opens a cluster. A cluster is a mode when it holds poles of at least
+``fraction`` of the orders (and ``least`` of them). Its pole is the component-wise median.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def clusters(diagram: Stabilisation, c: Criteria) -> list[list[int]]:
 def select(diagram: Stabilisation, c: Criteria) -> Roots:
     """One pole and participation for every cluster that is large enough, by increasing
     frequency."""
-    needed = max(c.least, int(np.ceil(c.share * np.unique(diagram.order).size)))
+    needed = max(c.least, int(np.ceil(c.fraction * np.unique(diagram.order).size)))
     poles: list[complex] = []
     participation: list[Complex] = []
     for group in clusters(diagram, c):

@@ -18,14 +18,14 @@ class Criteria:
     ``frequency``, relative difference of damping below ``damping`` (plus ``damping_floor``,
     fraction of critical), and modal assurance of the participations above ``participation`` (with
     several references); fractions of critical damping up to ``max_damping`` are physical.
-    ``share``: a mode must be found in this share of the orders (at least ``least``)."""
+    ``fraction``: a mode must be found in this fraction of the orders (at least ``least``)."""
 
     frequency: float = 0.01
     damping: float = 0.5
     damping_floor: float = 0.001
     participation: float = 0.8
     max_damping: float = 0.2
-    share: float = 0.3
+    fraction: float = 0.3
     least: int = 4
 
 

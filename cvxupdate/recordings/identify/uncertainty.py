@@ -47,7 +47,7 @@ def noise_level(s: Setting, fit: LinearFit) -> float:
 
 
 def line_correlation(s: Setting, fit: LinearFit) -> float:
-    """How many lines share one independent piece of noise: ``1 + 2 sum rho_k`` of the weighted
+    """How many lines carry one independent piece of noise: ``1 + 2 sum rho_k`` of the weighted
     misfit along the frequency.
 
     A Hann window or the local polynomial method correlates neighbouring lines, and a model error is

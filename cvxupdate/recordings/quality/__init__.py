@@ -1,4 +1,4 @@
-"""Quality checks that speak: what is wrong with a recording, each with a statistic, its threshold
+"""Quality checks: what is wrong with a recording, each with a statistic, its threshold
 and a false-alarm rate.
 
 `check` looks at one recording, `compare` at several of one structure. The checks are in the
@@ -7,14 +7,14 @@ explicit lists below.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from cvxupdate.recordings.quality import between, frf, samples
+from cvxupdate.recordings.quality import between, frf, samples, timing
 from cvxupdate.recordings.quality.compare import compare, compare_series
 from cvxupdate.recordings.quality.finding import ALPHA, Finding
-from cvxupdate.recordings.types import FrequencyResponse, Recording, TimeHistory
+from cvxupdate.recordings.types import FrequencyResponse, Real, Recording, TimeHistory
 
 __all__ = ["ALPHA", "Finding", "check", "compare", "compare_series"]
 
@@ -28,62 +28,43 @@ def _samples(history: TimeHistory) -> tuple[Finding, ...]:
         bad = samples.missing(x)
         if bad:
             first = int(np.flatnonzero(~np.isfinite(x))[0])
-            found.append(
-                Finding(
-                    "missing values",
-                    who,
-                    f"{who} has {bad} values that are not numbers, the first at "
-                    f"{first / history.rate:.4g} s. Cut the record, or repair them.",
-                    float(bad),
-                    0.0,
-                    float(bad),
-                )
+            says = (
+                f"{who} has {bad} values that are not numbers, the first at "
+                f"{first / history.rate:.4g} s. Cut the record, or repair them."
             )
+            found.append(Finding("missing values", who, says, float(bad), 0.0, float(bad)))
             x = x[np.isfinite(x)]
-        if x.size < 16 or np.ptp(x) == 0.0:
-            continue
-        test = samples.clipping(x)
-        if test.fault:
-            found.append(
-                Finding(
-                    "clipping",
-                    who,
-                    f"{who} is clipped: {test.value:.0f} samples sit at its extreme values "
-                    f"({x.min():.4g}, {x.max():.4g}). Lower the range and measure again.",
-                    test.statistic,
-                    test.threshold,
-                    test.value,
-                )
-            )
-        test = samples.dropouts(x)
-        if test.fault:
-            found.append(
-                Finding(
-                    "drop-out",
-                    who,
-                    f"{who} drops out: {test.value:.0f} samples hold one value amid motion, "
-                    f"{test.statistic:.0f} in a row at {test.where / history.rate:.4g} s. Cut "
-                    "the record there.",
-                    test.statistic,
-                    test.threshold,
-                    test.value,
-                )
-            )
-        test = samples.drift(x)
-        if test.fault:
-            found.append(
-                Finding(
-                    "drift",
-                    who,
-                    f"{who} drifts by {test.value:.3g} over the record "
-                    f"({100 * test.value / np.std(x):.0f} % of its r.m.s.). Take the trend "
-                    "out, or let the amplifier warm up.",
-                    test.statistic,
-                    test.threshold,
-                    test.value,
-                )
-            )
+        if x.size >= 16 and np.ptp(x) > 0.0:
+            found += _of_samples(x, who, history.rate)
     return tuple(found)
+
+
+def _of_samples(x: Real, who: str, rate: float) -> Iterator[Finding]:
+    """Clipping, drop-outs and drift of one channel of finite samples."""
+    clip, drop, drift = samples.clipping(x), samples.dropouts(x), samples.drift(x)
+    for check, test, says in (
+        (
+            "clipping",
+            clip,
+            f"{who} is clipped: {clip.value:.0f} samples sit at its extreme values "
+            f"({x.min():.4g}, {x.max():.4g}). Increase the range and measure again.",
+        ),
+        (
+            "drop-out",
+            drop,
+            f"{who} drops out: {drop.value:.0f} samples hold one value amid motion, "
+            f"{drop.statistic:.0f} in a row at {drop.where / rate:.4g} s. Cut the record there.",
+        ),
+        (
+            "drift",
+            drift,
+            f"{who} drifts by {drift.value:.3g} over the record "
+            f"({100 * drift.value / np.std(x):.0f} % of its r.m.s.). Remove the trend, or let "
+            "the amplifier warm up.",
+        ),
+    ):
+        if test.fault:
+            yield Finding(check, who, says, test.statistic, test.threshold, test.value)
 
 
 def _finite(recording: FrequencyResponse) -> tuple[Finding, ...]:
@@ -117,9 +98,9 @@ FRF: tuple[Callable[[FrequencyResponse], tuple[Finding, ...]], ...] = (
     frf.reciprocity,
     frf.drive_points,
     frf.passivity,
-    frf.delays,
+    timing.delays,
     frf.coherence,
-    frf.causality,
+    timing.causality,
 )
 """Checks of FRFs."""
 

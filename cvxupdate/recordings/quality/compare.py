@@ -4,159 +4,18 @@ level."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
-from cvxupdate.recordings.lines import frf_peaks, sine_fit, vertex
+from cvxupdate.recordings.lines import frf_peaks
+from cvxupdate.recordings.quality.estimates import Estimate, estimates_of
 from cvxupdate.recordings.quality.finding import ALPHA, Finding
-from cvxupdate.recordings.quality.frf import mobility, place
-from cvxupdate.recordings.read.variance import variance_of_frf
-from cvxupdate.recordings.types import (
-    Channel,
-    Complex,
-    FrequencyResponse,
-    Origin,
-    Real,
-    Recording,
-    TimeHistory,
-)
+from cvxupdate.recordings.types import Complex, Real, Recording
 
 _SHIFT = 0.05
 """Relative shift of resonances between two tests of one structure that is no fault of a channel:
 weights lines on flanks down."""
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """One FRF of one recording as mobility: lines or a single frequency, with its variance."""
-
-    origin: Origin
-    key: tuple[tuple[int, str], str, tuple[int, str]]
-    response: Channel
-    reference: Channel
-    frequency: Real
-    H: Complex
-    variance: Real
-
-    @property
-    def noise(self) -> Real:
-        """Variance over |H|², each line."""
-        return np.asarray(self.variance / np.maximum(np.abs(self.H) ** 2, np.finfo(float).tiny))
-
-    @property
-    def narrow(self) -> bool:
-        """A sine test: one frequency."""
-        return len(self.frequency) == 1
-
-
-def _of_frf(frf: FrequencyResponse) -> list[Estimate]:
-    mob = mobility(frf)
-    variance = frf.variance if frf.variance is not None else variance_of_frf(frf.H, None)[0]
-    if variance is None:
-        return []
-    scale = np.abs(mob / np.where(frf.H == 0.0, 1.0, frf.H)) ** 2
-    return [
-        Estimate(
-            frf.origin,
-            (place(r), frf.quantity, place(s)),
-            r,
-            s,
-            frf.frequency,
-            mob[:, i, j],
-            (variance * scale)[:, i, j],
-        )
-        for i, r in enumerate(frf.responses)
-        for j, s in enumerate(frf.references)
-        if r.dof and s.dof
-    ]
-
-
-def _sine(history: TimeHistory, force: int) -> float | None:
-    """Frequency of the force if it is a sine (90 % of its power), None otherwise."""
-    x = history.data[:, force] - history.data[:, force].mean()
-    if not np.all(np.isfinite(x)) or np.ptp(x) == 0.0:
-        return None
-    power = np.abs(np.fft.rfft(x * np.hanning(len(x)), 4 * len(x)))
-    start = (
-        (int(np.argmax(power)) + vertex(power, int(np.argmax(power)))[0])
-        * history.rate
-        / (4 * len(x))
-    )
-    if start <= 0.0:
-        return None
-    frequency, _, left = sine_fit(x[:, None], history.rate, start)
-    return frequency if float(left[0]) ** 2 < 0.1 * float(np.var(x)) else None
-
-
-def _of_time(history: TimeHistory) -> list[Estimate]:
-    """A sine by least squares, a blow by output over input, anything else by H1 over
-    half-overlapped Hann blocks; one force only."""
-    forces = [k for k, c in enumerate(history.channels) if c.quantity == "force" and c.dof]
-    motions = [
-        k
-        for k, c in enumerate(history.channels)
-        if c.quantity in ("displacement", "velocity", "acceleration") and c.dof
-    ]
-    if (
-        len(forces) != 1
-        or not motions
-        or len(history.data) < 128
-        or not np.all(np.isfinite(history.data))
-    ):
-        return []
-    u = history.data[:, forces[0]]
-    reference = history.channels[forces[0]]
-    tone = _sine(history, forces[0])
-    out: list[Estimate] = []
-    for k in motions:
-        r = history.channels[k]
-        if tone is not None:
-            frequency, amplitude, left = sine_fit(
-                history.data[:, [k, forces[0]]], history.rate, tone
-            )
-            H = np.array([[[amplitude[0] / amplitude[1]]]])
-            relative = (
-                2.0
-                / len(u)
-                * float(np.sum((left / np.maximum(np.abs(amplitude), np.finfo(float).tiny)) ** 2))
-                * 2.0
-            )
-            spread = np.asarray(relative * np.abs(H) ** 2, dtype=np.float64)
-            out += _of_frf(
-                FrequencyResponse(
-                    history.origin,
-                    np.array([frequency], dtype=np.float64),
-                    H,
-                    r.quantity,
-                    (r,),
-                    (reference,),
-                    spread,
-                )
-            )
-            continue
-        y = history.data[:, k]
-        if stats.kurtosis(u) > 30.0:  # a blow: the rest of the force channel is noise
-            U, Y = np.fft.rfft(u - np.median(u)), np.fft.rfft(y - np.median(y))
-            grid: Real = np.asarray(np.fft.rfftfreq(len(u), 1.0 / history.rate), dtype=np.float64)
-            H, gamma = (Y / np.where(U == 0.0, 1.0, U))[:, None, None], None
-        else:
-            from scipy import signal
-
-            size = int(2 ** max(6, np.floor(np.log2(len(u) / 8))))
-            grid, cross = signal.csd(u, y, history.rate, nperseg=size)
-            power = signal.welch(u, history.rate, nperseg=size)[1]
-            H = (cross / np.maximum(power, np.finfo(float).tiny))[:, None, None]
-            gamma = signal.coherence(u, y, history.rate, nperseg=size)[1][:, None, None]
-        variance, _ = variance_of_frf(H, gamma)
-        if variance is not None:
-            out += _of_frf(
-                FrequencyResponse(
-                    history.origin, grid[1:], H[1:], r.quantity, (r,), (reference,), variance[1:]
-                )
-            )
-    return out
 
 
 def _log_ratio(broad: Estimate, frequency: Real, H: Complex, variance: Real) -> tuple[Real, Real]:
@@ -307,12 +166,6 @@ def _best(broad: Sequence[Estimate]) -> Estimate:
     return min(broad, key=lambda e: float(np.median(e.noise[e.frequency > 0.0])))
 
 
-def _estimates(recording: Recording) -> list[Estimate]:
-    if isinstance(recording, FrequencyResponse):
-        return _of_frf(recording)
-    return _of_time(recording) if isinstance(recording, TimeHistory) else []
-
-
 def compare(recordings: Sequence[Recording], alpha: float = ALPHA) -> tuple[Finding, ...]:
     """What recordings of one structure say about each other: gains out of line, and FRFs that
     change with the level.
@@ -322,7 +175,7 @@ def compare(recordings: Sequence[Recording], alpha: float = ALPHA) -> tuple[Find
     of a pair of DOFs stand together against the broad-band ones. A gain counts from 20 % on. False
     alarms: ``alpha`` for each pair of recordings and DOFs.
     """
-    estimates = [e for r in recordings for e in _estimates(r)]
+    estimates = [e for r in recordings for e in estimates_of(r)]
     found: list[Finding] = []
     for key in dict.fromkeys(e.key for e in estimates):
         same = [e for e in estimates if e.key == key]
@@ -378,7 +231,7 @@ def compare_series(
     What differs from structure to structure averages out, what the channel does stays: the gain is
     that of `compare`, with all points together.
     """
-    groups = [[e for r in recordings for e in _estimates(r)] for recordings in series]
+    groups = [[e for r in recordings for e in estimates_of(r)] for recordings in series]
     found = []
     for key in dict.fromkeys(e.key for group in groups for e in group):
         pairs = []

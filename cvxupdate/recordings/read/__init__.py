@@ -33,7 +33,7 @@ def _choose(path: Path, head: bytes, wanted: str | None) -> Format:
         names = {name: fmt for fmt in known for name in (fmt.name, *fmt.also)}
         if wanted.lower() not in names:
             raise RecordingError(
-                f"{path}: format {wanted!r} is not read. Formats: "
+                f"{path}: format {wanted!r} is not supported. Formats: "
                 f"{', '.join(fmt.name for fmt in known)}."
             )
         return names[wanted.lower()]
@@ -51,7 +51,7 @@ def _choose(path: Path, head: bytes, wanted: str | None) -> Format:
         if not looks_like.anything
         else " The file is damaged, or it is another kind of file: set format, or export it again."
     )
-    raise RecordingError(f"{path}: it does not begin as a {ending} file does.{other}")
+    raise RecordingError(f"{path}: it does not start like a {ending} file does.{other}")
 
 
 def _undisguised(path: Path, head: bytes, known: tuple[Format, ...]) -> Format | None:

@@ -39,9 +39,9 @@ class DiskBuffer:
             self._file.write(data)
         except OSError as error:
             raise RecordingError(
-                f"{self._where}: the folder for temporary files cannot take it "
-                f"({error.strerror or error}). Make room there, or set TMPDIR to a folder "
-                "with room."
+                f"{self._where}: no space for temporary files "
+                f"({error.strerror or error}). Free some space, or set TMPDIR to a folder "
+                "that has it."
             ) from error
         self.size += len(data)
 

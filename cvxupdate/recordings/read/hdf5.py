@@ -83,7 +83,7 @@ def read_hdf5(path: Path, options: Options) -> Contents:
             # a damaged header may promise more than any compression could have stored
             if math.prod(item.shape) * item.dtype.itemsize > 2000 * size:
                 raise RecordingError(
-                    f"{path}: data set {name!r} promises {item.shape} values, more than the "
+                    f"{path}: data set {name!r} declares {item.shape} values, more than the "
                     "file can hold. The file is damaged: copy or export it again."
                 )
             if "MATLAB_empty" in item.attrs:

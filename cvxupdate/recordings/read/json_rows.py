@@ -51,7 +51,7 @@ def read_json(path: Path, options: Options) -> Contents:
         value = json.loads(text)
     except RecursionError as error:
         raise RecordingError(
-            f"{path}: its brackets are nested too deeply to be a recording."
+            f"{path}: its brackets are nested too deeply for a recording."
         ) from error
     except ValueError as error:
         raise RecordingError(

@@ -46,7 +46,7 @@ def _unpacked(body: memoryview, where: str, progress: Progress | None) -> memory
             progress(f"unpacking {Path(where).name}", at - len(unpacker.unconsumed_tail), len(body))
     if not unpacker.eof:
         raise RecordingError(
-            f"{where}: a variable of it ends before its time. The file is cut short or "
+            f"{where}: one of its variables ends too early. The file is cut short or "
             "damaged: copy or save it again."
         )
     return buffer.view()

@@ -31,7 +31,7 @@ def _header(stream: IO[bytes], where: str) -> tuple[tuple[int, ...], bool, np.dt
         shape, fortran, dtype = np.lib.format.read_array_header_2_0(stream)
     else:
         raise RecordingError(
-            f"{where}: NPY version {version} is not read. Save it again with numpy.save."
+            f"{where}: NPY version {version} is not supported. Save it again with numpy.save."
         )
     return shape, fortran, dtype
 
@@ -48,7 +48,7 @@ def _array(
     begin = stream.tell()
     if any(n < 0 for n in shape) or count * dtype.itemsize > min(_LIMIT, size - begin):
         raise RecordingError(
-            f"{where}: its header promises {shape} values of {dtype}, more than the file holds. "
+            f"{where}: its header declares {shape} values of {dtype}, more than the file holds. "
             "The file is cut short or damaged: copy or export it again."
         )
     if view is not None:
@@ -143,7 +143,7 @@ def read_npz(path: Path, options: Options) -> Contents:
                     array = _unpacked(stream, member, where, options.progress)
             if stored and not _sound(path, _stored_at(path, member), member, options.progress):
                 raise RecordingError(
-                    f"{where}: its checksum is wrong. The file is damaged: copy or export it again."
+                    f"{where}: checksum mismatch. The file is damaged: copy or export it again."
                 )
             if array is None or array.dtype.kind not in "biufcUS":
                 notes.append(

@@ -32,7 +32,7 @@ def encoding_of(path: Path) -> str:
         if b"\0" in head:
             raise RecordingError(
                 f"{path}: it holds binary bytes, not text. If it is one of UFF, MAT, HDF5 or "
-                "NPZ, say so with format."
+                "NPZ, set format."
             )
         decoder = codecs.getincrementaldecoder("utf-8")()
         try:
@@ -124,7 +124,7 @@ def _slow(
             if row(text, layout.delimiter, layout.decimal) is not None:
                 raise RecordingError(
                     f"{where}: line {line_number} is not a row of {layout.columns} numbers "
-                    f"({line.strip()[:60]!r}), but line {after} goes on. Mend the file, or "
+                    f"({line.strip()[:60]!r}), but line {after} goes on. Correct the file, or "
                     "cut it where the table ends."
                 )
         what = (

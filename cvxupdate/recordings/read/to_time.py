@@ -106,7 +106,7 @@ def _cut(blocks: TimeBlocks, start: int, stop: int | None, where: str) -> TimeBl
     first, last, _ = slice(start, stop).indices(blocks.samples)
     if last - first < 2:
         raise RecordingError(
-            f"{where}: samples {start} to {stop} leave nothing of {blocks.samples}."
+            f"{where}: samples {start} to {stop} leave fewer than 2 of {blocks.samples}."
         )
 
     def cut(size: int) -> Iterator[Real]:

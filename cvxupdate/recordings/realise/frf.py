@@ -60,10 +60,10 @@ def chen_hsu_tsuei(frequency: Real, H: Complex) -> tuple[Real, Real]:
     for line in range(frequency.size - 1):
         for k in np.flatnonzero((values[line] > 0.0) & (values[line + 1] <= 0.0)):
             a, b = values[line, k], values[line + 1, k]
-            share = float(a / (a - b))
-            at = w2[line] + share * (w2[line + 1] - w2[line])
+            fraction = float(a / (a - b))
+            at = w2[line] + fraction * (w2[line + 1] - w2[line])
             u, v = vectors[line, :, k], vectors[line + 1, :, k]
-            shape = (1.0 - share) * u + share * (v if float(u @ v) >= 0.0 else -v)
+            shape = (1.0 - fraction) * u + fraction * (v if float(u @ v) >= 0.0 else -v)
             found.append((float(np.sqrt(at)) / (2.0 * np.pi), shape / np.linalg.norm(shape)))
     found.sort(key=lambda item: item[0])
     return np.array([f for f, _ in found]), np.array([s for _, s in found]).reshape(-1, H.shape[1])

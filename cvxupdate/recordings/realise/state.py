@@ -66,7 +66,7 @@ def ibrahim_state(
     Y = np.concatenate([x * scale, v])
     if np.linalg.cond(Y) > 1e13:
         raise RecordingError(
-            "the modes are dependent: their free responses do not fill the state space; drop "
+            "the modes are dependent: their free responses do not span the state space; drop "
             "a repeated mode"
         )
     A = np.linalg.solve(Y.T, a.T).T

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from typing import Protocol
 
 from cvxupdate.spec.checks.case import Case
+from cvxupdate.spec.checks.channels import ChannelColumns, ChannelPlaces, Corrections
 from cvxupdate.spec.checks.constraints import (
     BoundsCrossed,
     ConstraintNames,
@@ -40,9 +41,6 @@ from cvxupdate.spec.checks.parameters import (
 )
 from cvxupdate.spec.checks.recordings import (
     Bands,
-    ChannelColumns,
-    ChannelPlaces,
-    Corrections,
     EmptyRecordings,
     FitRecording,
     MethodRecording,

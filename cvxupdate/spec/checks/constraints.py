@@ -32,7 +32,7 @@ class BoundsCrossed:
             yield Complaint(
                 at,
                 f"the bounds are crossed: lower {bounds.lower:g} is above upper {bounds.upper:g}.",
-                "Exchange or widen them.",
+                "Swap or widen them.",
             )
         if bounds.lower is None or case.spec.update is None:
             return
@@ -79,7 +79,7 @@ class LinearSides:
             elif row.equals is not None and len(sides) > 1:
                 yield Complaint(
                     (*at, "equals"),
-                    "stands beside at_most or at_least.",
+                    "is given together with at_most or at_least.",
                     "Give an equation or limits, not both.",
                 )
             elif (
@@ -88,7 +88,7 @@ class LinearSides:
                 yield Complaint(
                     (*at, "at_least"),
                     f"the limits are crossed: {row.at_least:g} is above {row.at_most:g}.",
-                    "Exchange or widen them.",
+                    "Swap or widen them.",
                 )
             if not any(row.coefficients.values()):
                 yield Complaint(
@@ -111,9 +111,9 @@ class OneMass:
         if bool(clause.conserve) == (clause.value is not None):
             yield Complaint(
                 at,
-                "says both `conserve` and `value`."
+                "gives both `conserve` and `value`."
                 if clause.conserve
-                else "says neither `conserve` nor `value`.",
+                else "gives neither `conserve` nor `value`.",
                 "Give { conserve = true }, or { value = kg }.",
             )
         if not any(_has_mass(case, block, row) for _, block, row in case.rows()):
@@ -153,7 +153,7 @@ class RegulariserKeys:
         if row.kind not in kinds:
             yield Complaint(
                 at,
-                f"mean nothing for kind '{row.kind}'.",
+                f"do not apply to kind '{row.kind}'.",
                 f'Leave them out, or take kind = "{kinds[0]}".',
             )
         for group in getattr(row, key) if key == "groups" else ():

@@ -26,7 +26,7 @@ class DuplicateIds:
             if node.id in seen:
                 yield Complaint(
                     ("model", "nodes", i, "id"),
-                    f"node {node.id} is there twice.",
+                    f"node {node.id} appears twice.",
                     "Give every node its own number.",
                 )
             seen.add(node.id)
@@ -35,7 +35,7 @@ class DuplicateIds:
             if row.id in seen:
                 yield Complaint(
                     (*loc, "id"),
-                    f"element {row.id} is there twice.",
+                    f"element {row.id} appears twice.",
                     "Give every element its own number, across all blocks.",
                 )
             seen.add(row.id)

@@ -64,7 +64,7 @@ class SomethingFree:
         at = ("update", "whole")
         if update.method != "ceam":
             yield Complaint(
-                at, f"is nothing for method '{update.method}'.", 'Take method = "ceam".'
+                at, f"does not apply to method '{update.method}'.", 'Take method = "ceam".'
             )
         if not update.whole.symmetric and case.spec.constraints.symmetry is None:
             yield Complaint(
@@ -77,7 +77,7 @@ class SomethingFree:
             yield Complaint(
                 (*at, "lower"),
                 f"the bounds are crossed: lower {low:g} is above upper {high:g}.",
-                "Exchange or widen them.",
+                "Swap or widen them.",
             )
 
 
@@ -101,7 +101,7 @@ class ParameterSelection:
             elif not given and row.of not in DAMPING_WORDS:
                 yield Complaint(
                     at,
-                    f"does not say where '{row.of}' changes.",
+                    f"does not state where '{row.of}' changes.",
                     "Add elements, group, groups or material.",
                 )
             elif not given and row.each is not None:
@@ -230,7 +230,7 @@ class ParameterBounds:
                 yield Complaint(
                     (*at, "lower" if row.lower is not None else "upper"),
                     f"the bounds are crossed: lower {lower:g} is above upper {upper:g}.",
-                    "Exchange or widen them.",
+                    "Swap or widen them.",
                 )
             if row.lower is not None:
                 yield from unphysical((*at, "lower"), row.lower, row)
@@ -266,7 +266,7 @@ class NamesUnique:
             if target.name in first:
                 yield Complaint(
                     ("update", "parameters", target.row),
-                    f"'{target.name}' is a parameter already (parameters[{first[target.name]}]).",
-                    "Take one out, or give it a `name`.",
+                    f"'{target.name}' is already a parameter (parameters[{first[target.name]}]).",
+                    "Remove one, or give it a `name`.",
                 )
             first.setdefault(target.name, target.row)

@@ -41,109 +41,9 @@ class EmptyRecordings:
             ):
                 yield Complaint(
                     ("recordings", i, "frequency_std_relative"),
-                    "stands beside `frequency_std`.",
+                    "is given together with `frequency_std`.",
                     "Give one of them.",
                 )
-
-
-@dataclass(frozen=True)
-class ChannelColumns:
-    """Each column is one channel."""
-
-    needs: ClassVar[tuple[str, ...]] = ()
-
-    def __call__(self, case: Case) -> Iterator[Complaint]:
-        """Every column that two channels name."""
-        for i, recording in enumerate(case.spec.recordings):
-            seen: set[object] = set()
-            for j, channel in enumerate(recording.channels or ()):
-                if (channel.column, channel.index) in seen:
-                    yield Complaint(
-                        ("recordings", i, "channels", j, "column"),
-                        f"column {channel.column} is another channel already.",
-                        "Give every channel its own column.",
-                    )
-                seen.add((channel.column, channel.index))
-
-
-@dataclass(frozen=True)
-class ChannelPlaces:
-    """A channel sits at a node and an active DOF of the model."""
-
-    needs: ClassVar[tuple[str, ...]] = ("nodes",)
-
-    def __call__(self, case: Case) -> Iterator[Complaint]:
-        """Every channel whose place the model does not have."""
-        active = case.spec.model.dofs
-        for i, recording in enumerate(case.spec.recordings):
-            for j, channel in enumerate(recording.channels or ()):
-                at = ("recordings", i, "channels", j)
-                free = channel.quantity in ("voltage", "unknown")
-                if channel.node is None or channel.dof is None:
-                    absent = "node" if channel.node is None else "dof"
-                    if not free or (channel.node is None) != (channel.dof is None):
-                        yield Complaint(
-                            (*at, absent),
-                            f"is missing: channel {channel.column} reads {channel.quantity}.",
-                            f"Say at which {absent} of the model.",
-                        )
-                    continue
-                if not case.has_node(channel.node):
-                    yield Complaint(
-                        (*at, "node"),
-                        f"channel {channel.column} sits at node {channel.node}, which does "
-                        "not exist.",
-                        "Correct the number, or add the node to the model.",
-                    )
-                if channel.dof not in active:
-                    yield Complaint(
-                        (*at, "dof"),
-                        f"channel {channel.column} reads DOF '{channel.dof}', but the active "
-                        f"DOFs are {', '.join(active)}.",
-                        f"Add '{channel.dof}' to model.dofs, or take the channel out.",
-                    )
-
-
-@dataclass(frozen=True)
-class Corrections:
-    """A correction says one fault that can be taken out."""
-
-    needs: ClassVar[tuple[str, ...]] = ()
-
-    def __call__(self, case: Case) -> Iterator[Complaint]:
-        """Corrections that say nothing or too much, a gain of zero, a channel exchanged with
-        itself."""
-        for i, recording in enumerate(case.spec.recordings):
-            for j, row in enumerate(recording.corrections):
-                at = ("recordings", i, "corrections", j)
-                said = [
-                    key
-                    for key in ("gain", "delay", "exchanged_with")
-                    if getattr(row, key) is not None
-                ]
-                if len(said) != 1:
-                    yield Complaint(
-                        at,
-                        f"says {' and '.join(said) or 'no fault'}.",
-                        "Give one of gain, delay and exchanged_with; another row takes another.",
-                    )
-                elif row.gain == 0.0:
-                    yield Complaint(
-                        (*at, "gain"),
-                        "is 0: nothing of the signal is left.",
-                        "Leave the channel out of the recording instead.",
-                    )
-                elif row.delay is not None and recording.kind == "modes":
-                    yield Complaint(
-                        (*at, "delay"), "means nothing in a table of modes.", "Take it out."
-                    )
-                elif row.exchanged_with is not None and (
-                    row.exchanged_with.node,
-                    row.exchanged_with.dof,
-                ) == (row.node, row.dof):
-                    yield Complaint(
-                        (*at, "exchanged_with"), "is the channel itself.", "Name the other channel."
-                    )
 
 
 @dataclass(frozen=True)
@@ -219,7 +119,7 @@ class Shapes:
                         yield Complaint(
                             (*at, "shape_std"),
                             "is given without a `shape`.",
-                            "Give the shape too, or take it out.",
+                            "Give the shape too, or remove it.",
                         )
                     continue
                 shaped = True
@@ -248,7 +148,7 @@ class Shapes:
             if shaped and recording.channels is None:
                 yield Complaint(
                     ("recordings", i, "channels"),
-                    "is missing, so nobody knows where the shapes were measured.",
+                    "is missing, so it is not known where the shapes were measured.",
                     "List node and dof of each entry of `shape`.",
                 )
 

@@ -29,7 +29,7 @@ class LooseNodes:
                 yield Complaint(
                     ("model", "nodes", i),
                     f"node {node.id} belongs to no element: the model is a mechanism.",
-                    "Join it to the structure, hold all its DOFs, or take it out.",
+                    "Join it to the structure, hold all its DOFs, or remove it.",
                 )
 
 

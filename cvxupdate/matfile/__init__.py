@@ -14,25 +14,13 @@ import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.errors import RecordingError
+from cvxupdate.matfile.elements import COMPRESSED, AnyArray, Element, elements, numbers
 
-_KINDS = {
-    1: "i1",
-    2: "u1",
-    3: "i2",
-    4: "u2",
-    5: "i4",
-    6: "u4",
-    7: "f4",
-    9: "f8",
-    12: "i8",
-    13: "u8",
-}
 _CLASSES = {
     6: "f8",
     7: "f4",
@@ -45,11 +33,9 @@ _CLASSES = {
     14: "i8",
     15: "u8",
 }
-_MATRIX, _COMPRESSED, _CELL, _STRUCT, _TEXT, _SPARSE = 14, 15, 1, 2, 4, 5
+_MATRIX, _CELL, _STRUCT, _TEXT, _SPARSE = 14, 1, 2, 4, 5
 _LARGEST = 2**34
 _NESTED = 8
-
-AnyArray = NDArray[Any]
 
 
 @dataclass(frozen=True)
@@ -74,63 +60,18 @@ class Variables:
     notes: list[str] = field(default_factory=list)
 
 
-@dataclass(frozen=True)
-class _Element:
-    kind: int
-    body: memoryview
-
-
-def _elements(body: memoryview, order: str, where: str) -> Iterator[_Element]:
-    """The data elements of a buffer, one behind the other; a length that leaves the buffer
-    raises."""
-    at = 0
-    while at + 8 <= len(body):
-        first, size = np.frombuffer(body, f"{order}u4", 2, at).tolist()
-        if first >> 16:  # a small element: kind and length share a word, four bytes of data follow
-            kind, size, start, step = first & 0xFFFF, first >> 16, at + 4, 8
-            if size > 4:
-                raise RecordingError(
-                    f"{where}: a small element of {size} bytes. The file is damaged: save it again."
-                )
-        else:
-            kind, start = first, at + 8
-            step = 8 + (size if kind == _COMPRESSED else 8 * math.ceil(size / 8))
-        if start + size > len(body):
-            raise RecordingError(
-                f"{where}: an element of {size} bytes where {len(body) - start} are left. The "
-                "file is cut short or damaged: copy or save it again."
-            )
-        yield _Element(kind, body[start : start + size])
-        at += step
-
-
-def _numbers(element: _Element, order: str, where: str) -> AnyArray:
-    if element.kind not in _KINDS:
-        raise RecordingError(
-            f"{where}: data of type {element.kind}, which is not a number. The file is "
-            "damaged: save it again."
-        )
-    dtype = np.dtype(order + _KINDS[element.kind])
-    if len(element.body) % dtype.itemsize:
-        raise RecordingError(
-            f"{where}: {len(element.body)} bytes do not hold whole numbers. The file is "
-            "damaged: save it again."
-        )
-    return np.frombuffer(element.body, dtype)
-
-
 def _matrix(
     body: memoryview, order: str, where: str, name: str, into: Variables, depth: int = 0
 ) -> None:
     """One matrix element into ``into``: dense, sparse, text, a cell of texts, or the fields of a 1
     x 1 struct."""
-    parts = _elements(body, order, where)
+    parts = elements(body, order, where)
     head = [next(parts, None) for _ in range(3)]
     if any(part is None for part in head):
         return  # an empty matrix element stands for []
     flags_part, dims_part, name_part = (part for part in head if part is not None)
-    flags = _numbers(flags_part, order, where).astype(np.int64)
-    dims = [int(n) for n in _numbers(dims_part, order, where)]
+    flags = numbers(flags_part, order, where).astype(np.int64)
+    dims = [int(n) for n in numbers(dims_part, order, where)]
     if flags.size < 1 or len(dims) < 2 or any(n < 0 for n in dims) or math.prod(dims) > _LARGEST:
         raise RecordingError(
             f"{where}: a matrix of size {dims}. The file is damaged: save it again."
@@ -140,43 +81,11 @@ def _matrix(
     name = name if depth else own
     where = f"{where.split(': variable')[0]}: variable {name!r}"
     if kind in _CLASSES:
-        values = [
-            _numbers(part, order, where)
-            for part, _ in zip(parts, range(2 if is_complex else 1), strict=False)
-        ]
-        if len(values) != (2 if is_complex else 1) or any(
-            v.size != math.prod(dims) for v in values
-        ):
-            raise RecordingError(
-                f"{where}: it has {[v.size for v in values]} numbers for a size of {dims}. "
-                "The file is damaged: save it again."
-            )
-        data = values[0] + 1j * values[1] if is_complex else values[0]
-        native = np.dtype(_CLASSES[kind])
-        if not is_complex and data.dtype.newbyteorder("=") != native:
-            data = data.astype(
-                native
-            )  # MATLAB stores whole numbers in the smallest type that holds them
-        into.arrays[name] = data.reshape(dims, order="F")
+        into.arrays[name] = _dense(parts, dims, kind, is_complex, order, where)
     elif kind == _SPARSE:
         into.sparse[name] = _sparse(list(parts), dims, is_complex, order, where)
     elif kind == _STRUCT and math.prod(dims) == 1 and depth < _NESTED:
-        width_part, names_part = next(parts, None), next(parts, None)
-        if width_part is None or names_part is None:
-            raise RecordingError(
-                f"{where}: its fields have no names. The file is damaged: save it again."
-            )
-        width = int(_numbers(width_part, order, where)[0])
-        text = bytes(names_part.body)
-        fields = (
-            [
-                text[at : at + width].split(b"\0")[0].decode("latin-1")
-                for at in range(0, len(text), width)
-            ]
-            if 0 < width <= 64
-            else []
-        )
-        for key, part in zip(fields, parts, strict=False):
+        for key, part in zip(_fields(parts, order, where), parts, strict=False):
             if part.kind == _MATRIX:
                 _matrix(part.body, order, where, f"{name}.{key}", into, depth + 1)
     elif kind == _TEXT:
@@ -184,14 +93,48 @@ def _matrix(
     elif (
         kind == _CELL
         and depth < _NESTED
-        and (words := _cell(parts, order, where, depth)) is not None
+        and (entries := _cell(parts, order, where, depth)) is not None
     ):
-        into.texts[name] = words
+        into.texts[name] = entries
     else:
         into.notes.append(f"variable {name!r} is not a numeric array; it was left out")
 
 
-def _text(part: _Element | None, dims: list[int], order: str, where: str) -> tuple[str, ...]:
+def _dense(
+    parts: Iterator[Element], dims: list[int], kind: int, is_complex: bool, order: str, where: str
+) -> AnyArray:
+    """A full matrix of numbers, in the type that MATLAB has it in."""
+    count = 2 if is_complex else 1
+    values = [numbers(part, order, where) for part, _ in zip(parts, range(count), strict=False)]
+    if len(values) != count or any(v.size != math.prod(dims) for v in values):
+        raise RecordingError(
+            f"{where}: it has {[v.size for v in values]} numbers for a size of {dims}. "
+            "The file is damaged: save it again."
+        )
+    data = values[0] + 1j * values[1] if is_complex else values[0]
+    native = np.dtype(_CLASSES[kind])
+    # MATLAB stores whole numbers in the smallest type that holds them
+    if not is_complex and data.dtype.newbyteorder("=") != native:
+        data = data.astype(native)
+    return data.reshape(dims, order="F")
+
+
+def _fields(parts: Iterator[Element], order: str, where: str) -> list[str]:
+    """The names of a struct's fields; none where their width makes no sense."""
+    width_part, names_part = next(parts, None), next(parts, None)
+    if width_part is None or names_part is None:
+        raise RecordingError(
+            f"{where}: its fields have no names. The file is damaged: save it again."
+        )
+    width, text = int(numbers(width_part, order, where)[0]), bytes(names_part.body)
+    if not 0 < width <= 64:
+        return []
+    return [
+        text[at : at + width].split(b"\0")[0].decode("latin-1") for at in range(0, len(text), width)
+    ]
+
+
+def _text(part: Element | None, dims: list[int], order: str, where: str) -> tuple[str, ...]:
     """The rows of a char array; UTF-8 (16), UTF-16 (17), or numbers of characters."""
     if part is None or math.prod(dims) == 0:
         return ()
@@ -203,7 +146,7 @@ def _text(part: _Element | None, dims: list[int], order: str, where: str) -> tup
             )
         )
     else:
-        letters = [chr(int(n) & 0xFFFF) for n in _numbers(part, order, where)]
+        letters = [chr(int(n) & 0xFFFF) for n in numbers(part, order, where)]
     if len(dims) != 2 or len(letters) != math.prod(dims):
         raise RecordingError(
             f"{where}: it has {len(letters)} letters for a size of {dims}. The file is "
@@ -212,29 +155,29 @@ def _text(part: _Element | None, dims: list[int], order: str, where: str) -> tup
     return tuple("".join(letters[row :: dims[0]]).rstrip("\0 ") for row in range(dims[0]))
 
 
-def _cell(parts: Iterator[_Element], order: str, where: str, depth: int) -> tuple[str, ...] | None:
+def _cell(parts: Iterator[Element], order: str, where: str, depth: int) -> tuple[str, ...] | None:
     """The entries of a cell array of texts; None for any other cell."""
-    words: list[str] = []
+    texts: list[str] = []
     for part in parts:
         inner = Variables()
         if part.kind == _MATRIX:
             _matrix(part.body, order, where, "entry", inner, depth + 1)
         if len(inner.texts.get("entry", ())) != 1:
             return None
-        words += inner.texts["entry"]
-    return tuple(words)
+        texts += inner.texts["entry"]
+    return tuple(texts)
 
 
 def _sparse(
-    parts: list[_Element], dims: list[int], is_complex: bool, order: str, where: str
+    parts: list[Element], dims: list[int], is_complex: bool, order: str, where: str
 ) -> Sparse:
     if len(parts) < (4 if is_complex else 3) or len(dims) != 2:
         raise RecordingError(
             f"{where}: a sparse matrix of size {dims} without its parts. The file is damaged: "
             "save it again."
         )
-    rows, starts, real = (_numbers(part, order, where) for part in parts[:3])
-    values = real + 1j * _numbers(parts[3], order, where) if is_complex else real.astype(float)
+    rows, starts, real = (numbers(part, order, where) for part in parts[:3])
+    values = real + 1j * numbers(parts[3], order, where) if is_complex else real.astype(float)
     counts: NDArray[np.int64] = np.asarray(np.diff(starts.astype(np.int64)), dtype=np.int64)
     used = int(starts[-1]) if starts.size else -1
     if (
@@ -256,7 +199,7 @@ def _sparse(
 
 
 def _name_of(body: memoryview, order: str, where: str) -> str:
-    part = [element for element, _ in zip(_elements(body, order, where), range(3), strict=False)]
+    part = [element for element, _ in zip(elements(body, order, where), range(3), strict=False)]
     return bytes(part[2].body).decode("latin-1") if len(part) == 3 else ""
 
 
@@ -305,13 +248,13 @@ def _read(
     found = Variables()
     if (len(view) - 128) % 8 and len(view) < 136:
         raise RecordingError(
-            f"{path}: it ends behind its header. The file is cut short: copy or save it again."
+            f"{path}: it ends after its header. The file is cut short: copy or save it again."
         )
-    for element in _elements(view[128:], order, str(path)):
+    for element in elements(view[128:], order, str(path)):
         body = element.body
-        if element.kind == _COMPRESSED:
+        if element.kind == COMPRESSED:
             inner = unpack(body, str(path))
-            first = next(_elements(inner, order, str(path)), None)
+            first = next(elements(inner, order, str(path)), None)
             if first is None or first.kind != _MATRIX:
                 continue
             body = first.body

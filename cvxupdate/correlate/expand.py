@@ -1,0 +1,98 @@
+"""Which transformation expands the measured shapes, and which the force balance uses."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.correlate._shapes import Real
+from cvxupdate.correlate.balance import mode_imbalances
+from cvxupdate.errors import ModelError
+from cvxupdate.fe.model import Matrices
+from cvxupdate.fe.modes import Modes
+from cvxupdate.reduction import Transformation, dynamic, guyan, partition, serep
+
+Index = NDArray[np.int64]
+NOISY = 0.5
+"""Fraction of the elastic forces out of balance above which the shapes are taken to be noisy."""
+
+
+def expansion(
+    m: Matrices, flexible: Modes, sensors: Index, partner: Index, top: int
+) -> tuple[Transformation | None, tuple[str, ...]]:
+    """SEREP from the model's modes in the measured range, from the paired ones alone where the
+    sensors are few, else Guyan; None with the reason where the sensors do not determine the model's
+    motion at all."""
+    for chosen in (np.arange(top), np.unique(partner)):
+        if len(chosen) > len(sensors):
+            continue
+        try:
+            return serep(flexible.shapes[:, chosen], sensors), ()
+        except ModelError:
+            continue
+    try:
+        return guyan(partition(m.K, m.M, sensors)), (
+            "the sensors cannot distinguish the model's modes; shapes were expanded "
+            "statically (Guyan).",
+        )
+    except ModelError:
+        return None, (
+            "the sensors cannot distinguish the model's modes, and do not hold it: no "
+            "orthogonality, energies or force balance.",
+        )
+
+
+def balanced(
+    m: Matrices, flexible: Modes, sensors: Index, x: Real, fx: Real
+) -> tuple[list[Transformation] | None, tuple[str, ...]]:
+    """The transformations that the force balance uses, one for each measured mode, with what to say
+    about them.
+
+    Dynamic expansion at each measured frequency balances every unmeasured DOF and is the sharpest,
+    but it keeps the noise of the shapes, which stiffness turns into force. Where more than half of
+    the elastic forces is out of balance, that is noise: the shapes are then smoothed by SEREP.
+    """
+    try:
+        split = partition(m.K, m.M, sensors)
+        several = [dynamic(split, float(f)) for f in fx]
+    except ModelError:
+        return None, (
+            "a measured frequency is a natural frequency of the structure held at its "
+            "sensors: the force balance was left out.",
+        )
+    whole = np.flatnonzero(~np.any(np.isnan(x), axis=0))
+    if not len(whole):
+        return several, ()
+    forces = mode_imbalances(m.K, m.M, x[:, whole], fx[whole], [several[k] for k in whole.tolist()])
+    level = float(np.sqrt(np.mean([np.sum(np.abs(mode.force) ** 2) for mode in forces])))
+    if level <= NOISY:
+        return several, ()
+    said = (
+        f"{100 * level:.0f} % of the elastic forces of the measured shapes is out of balance: "
+        "that is noise rather than a fault of the model"
+    )
+    try:
+        smooth = serep(flexible.shapes[:, : smooth_modes(flexible, sensors)], sensors)
+    except ModelError:
+        return several, (f"{said}, and the force balance cannot be trusted.",)
+    return [smooth] * len(fx), (
+        f"{said}. For the force balance the shapes were smoothed by SEREP on "
+        f"{smooth_modes(flexible, sensors)} modes of the model.",
+    )
+
+
+def smooth_modes(flexible: Modes, sensors: Index) -> int:
+    """Modes that smooth measured shapes: at most half as many as there are sensors."""
+    return min(flexible.shapes.shape[1], len(sensors) // 2)
+
+
+def balance_method(several: list[Transformation] | None, flexible: Modes, sensors: Index) -> str:
+    """How the shapes of the force balance were expanded; "" where there is none."""
+    if not several:
+        return ""
+    if several[0].frequency is not None:
+        return "dynamic expansion at each measured frequency"
+    return (
+        f"{several[0].method} on {smooth_modes(flexible, sensors)} modes of the model, "
+        "which smooths the shapes"
+    )
