@@ -15,7 +15,14 @@ from cvxupdate.recordings.read.to_frf import frequency_response
 from cvxupdate.recordings.read.to_modes import ModeValues, mode_table, modes_of_contents
 from cvxupdate.recordings.read.to_time import TimeBlocks, gather, time_blocks
 from cvxupdate.recordings.read.wanted import Names, Wanted
-from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Origin, Recording
+from cvxupdate.recordings.types import (
+    Channel,
+    FrequencyResponse,
+    ModeTable,
+    Origin,
+    Recording,
+    TimeHistory,
+)
 from cvxupdate.spec import Spec
 from cvxupdate.spec.elements import MatrixBlock
 from cvxupdate.spec.recordings import (
@@ -228,7 +235,7 @@ def check_fit(recording: Recording, nodes: frozenset[int] | None, dofs: tuple[st
 def load_recordings(spec: Spec, told: Told | None = None) -> tuple[Recording, ...]:
     """Every recording of a problem file: labelled channels, SI values, FRFs with their variance.
 
-    ``band`` cuts FRFs here; for time histories it is the residual's to use. Raises `RecordingError`
+    ``band`` cuts FRFs here; time histories carry it (`measured.band_of`). Raises `RecordingError`
     with the first file and channel that cannot be read or does not fit the model.
     """
     given = any(isinstance(block, MatrixBlock) for block in spec.model.elements)
@@ -238,5 +245,7 @@ def load_recordings(spec: Spec, told: Told | None = None) -> tuple[Recording, ..
     for number, declared in enumerate(spec.recordings):
         recording = corrected(load_recording(declared, number, opened, told), declared.corrections)
         check_fit(recording, nodes, tuple(spec.model.dofs))
+        if isinstance(recording, TimeHistory):
+            recording = replace(recording, band=declared.band)
         recordings.append(recording)
     return tuple(recordings)

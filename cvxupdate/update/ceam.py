@@ -37,7 +37,7 @@ from cvxupdate.update.modal import (
 )
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
 from cvxupdate.update.result import Metrics, ModeResult, Updated
-from cvxupdate.update.score import frf_metrics
+from cvxupdate.update.score import scored as with_responses
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterate, objective_at
 
 SETTLED = 1e-6
@@ -313,7 +313,7 @@ def update_ceam(
             "after": objective_at(loop.problem, residual.evaluate(end.p)),
         }
     if modes:
-        fitted["hold_out"] |= frf_metrics(model, end.p, recordings)
+        fitted = with_responses(fitted, model, end.p, recordings)
     if passes > 1:
         notes.append(
             f"The rows were whitened{'' if residual.exact else ' and the shapes expanded'} "

@@ -22,6 +22,7 @@ from cvxupdate.system import Array
 from cvxupdate.update.covariance import Uncertainty, uncertainty
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
 from cvxupdate.update.result import Metrics, ModeResult, ParameterResult, Updated
+from cvxupdate.update.score import scored as with_responses
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterate, objective_at
 
 AT_BOUND = 1e-6  # of the distance between the bounds
@@ -112,7 +113,7 @@ def update_modal(
         solver=loop.step.solver,
         iterations=len(loop.history),
         parameters=parameter_results(model, end.p, known, relative, len(loop.history) > 0),
-        fit=modal_metrics(start, end, loop),
+        fit=with_responses(modal_metrics(start, end, loop), model, end.p, recordings),
         certificate=certificate_of(loop),
         time=time.perf_counter() - begin,
         conflict=loop.step.conflict if loop.status == "infeasible" else (),

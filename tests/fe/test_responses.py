@@ -23,8 +23,8 @@ from cvxupdate.fe.responses import (
     dynamic_stiffness,
     held_frequencies,
     matrices_with_damping,
-    receptance,
 )
+from cvxupdate.fe.synthesis import receptance
 
 ROOT = Path(__file__).resolve().parents[2]
 

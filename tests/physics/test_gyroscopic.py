@@ -17,7 +17,8 @@ from cvxupdate.diagnose.signals import Signal, frf_lines, smooth
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.elements import Gyroscopic
 from cvxupdate.fe.model import Matrices, Model
-from cvxupdate.fe.responses import condenser, receptance
+from cvxupdate.fe.responses import condenser
+from cvxupdate.fe.synthesis import receptance
 from cvxupdate.physics import CATALOGUE, gyroscopic
 from cvxupdate.physics.base import Candidate, Context, Wanted, append_parameters
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
