@@ -29,8 +29,13 @@ MODES_IN_BAND = 30
 MESH_MATTERS, NEARER = 1e-3, 0.7
 """Relative shift of frequencies by the mesh from which on a finer one is tried, and the part of the
 error that it must come down to."""
-WORTH = {"frf_error": 0.01, "frequency_error_percent_mean": 0.1}
+WORTH = {"frf_error": 0.01, "response_error": 0.01, "frequency_error_percent_mean": 0.1}
 """What it must gain, by metric."""
+UNITS = {
+    "frf_error": " of the frequency responses",
+    "response_error": " of the time responses",
+    "frequency_error_percent_mean": " % of the frequencies",
+}
 
 
 def open_problem(
@@ -243,17 +248,7 @@ def diagnose(
 
     spec, model, recordings = open_problem(path, told)
     found = diagnose_problem(spec, model, recordings, progress)
-    banded = [
-        r.origin.name
-        for r, declared in zip(recordings, spec.recordings, strict=True)
-        if declared.kind == "time" and declared.band is not None
-    ]
-    said = tuple(
-        f"{name}: band was not used, for a time history is diagnosed sample by sample, at "
-        "every frequency that it holds."
-        for name in banded
-    )
-    return _with_refined(replace(found, evidence=(*found.evidence, *said)))
+    return _with_refined(found)
 
 
 def _with_refined(found: Diagnosis) -> Diagnosis:
@@ -279,7 +274,7 @@ def _with_refined(found: Diagnosis) -> Diagnosis:
     errors = [b[key][name]["after"] for b in both]
     if errors[1] > min(NEARER * errors[0], errors[0] - WORTH[name]):
         return found
-    unit = " % of the frequencies" if name != "frf_error" else " of the frequency responses"
+    unit = UNITS[name]
     says = (
         f"In correlate, updated/problem.toml has an error of {errors[0]:.3g}{unit} ({where} "
         "recordings), for it stands on the mesh of the file that was diagnosed; on a finer "

@@ -11,11 +11,12 @@ import numpy as np
 from cvxupdate.diagnose.fit import CREDIBLE, LEVELS, MASS_STD, STIFFNESS_STD
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.mesh import NONE, MeshError
-from cvxupdate.diagnose.signals import Signal, band_of, lines_of, smooth
+from cvxupdate.diagnose.signals import Signal, lines_of, smooth
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import has_property, select_parameters
 from cvxupdate.physics.base import Wanted
+from cvxupdate.recordings.measured import band_of
 from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
 from cvxupdate.spec import Spec
 

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cvxupdate.recordings.measured import band_of, excited_band
 from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
 
 Real = NDArray[np.float64]
@@ -267,29 +268,12 @@ def _stride_mask(count: int, most: int) -> NDArray[np.bool_]:
     return np.arange(count) % stride != 0
 
 
-def band_of(recording: FrequencyResponse | TimeHistory) -> tuple[float, float]:
-    """The band (Hz) that the excitation reached: where the force's spectrum is above a tenth of its
-    typical value; an FRF's own lines."""
-    if isinstance(recording, FrequencyResponse):
-        positive = recording.frequency[recording.frequency > 0]
-        return float(positive[0]), float(positive[-1])
-    drives = [i for i, c in enumerate(recording.channels) if c.quantity == "force"]
-    n = len(recording.data)
-    f = np.fft.rfftfreq(n, 1.0 / recording.rate)
-    spectrum = np.sqrt(np.sum(np.abs(np.fft.rfft(recording.data[:, drives], axis=0)) ** 2, axis=1))
-    lines = max(5, n // 200)
-    smooth = np.sqrt(np.convolve(spectrum**2, np.ones(lines) / lines, mode="same"))
-    loud = np.flatnonzero(smooth > 0.1 * np.percentile(smooth, 90))
-    top = min(f[loud[-1]], 0.45 * recording.rate) if len(loud) else 0.4 * recording.rate
-    return max(float(f[loud[0]]) if len(loud) else 0.0, 8.0 * recording.rate / n), float(0.98 * top)
-
-
 def white_noise(history: TimeHistory, columns: list[int]) -> Real:
     """Noise of each channel per sample: the spectrum above the band that the force reached, else
     what differencing leaves, (channels,)."""
     n = len(history.data)
     f = np.fft.rfftfreq(n, 1.0 / history.rate)
-    quiet = f > min(1.1 * band_of(history)[1], 0.49 * history.rate)
+    quiet = f > min(1.1 * excited_band(history)[1], 0.49 * history.rate)
     spectra = np.abs(np.fft.rfft(history.data[:, columns], axis=0)) ** 2 / n
     if quiet.sum() >= 20:
         return np.sqrt(np.median(spectra[quiet], axis=0) / np.log(2.0))

@@ -43,6 +43,13 @@ from cvxupdate.diagnose.judge import (
 from cvxupdate.diagnose.mesh import mesh_error
 from cvxupdate.diagnose.placebo import placebo
 from cvxupdate.diagnose.refit import CLEAR
+from cvxupdate.diagnose.stated import (
+    fitted_errors,
+    noise_of,
+    nominal_errors,
+    stated_fit,
+    stated_metrics,
+)
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter
@@ -261,7 +268,8 @@ def _mesh_evidence(data: Data) -> list[str]:
 
 def _ordinary_evidence(o: Outcome) -> list[str]:
     out = [
-        f"As modelled, the response error is {o.nominal[0]:.3g} on the fitted and "
+        f"As modelled, its mesh error taken out, the model misses a channel on average by "
+        f"{o.nominal[0]:.3g} of its response on the fitted and "
         f"{o.nominal[1]:.3g} on the held-out recordings (noise alone: {o.noise[0]:.2g}).",
         "With ordinary scatter of group stiffness, group mass and damping it is "
         f"{o.ordinary[0]:.3g} and {o.ordinary[1]:.3g}; weighted misfit {o.base.misfit:.3g} "
@@ -321,23 +329,15 @@ def _diagnosis(
     begin: float,
     recordings: Sequence[Recording],
 ) -> Diagnosis:
-    after = (final.error, final.hold_out) if final is not None else o.ordinary
-    fit: dict[str, dict[str, float | None]] = {}
-    for key, k in (("fit", 0), ("hold_out", 1)):
-        fit[key] = {
-            "before": finite(o.nominal[k]),
-            "ordinary": finite(o.ordinary[k]),
-            "after": finite(after[k]),
-            "noise": finite(o.noise[k]),
-        }
-    metrics = {
-        key: {
-            "response_error"
-            if any(isinstance(r, TimeHistory) for r in o.bench.data.fit)
-            else "frf_error": {"before": v["before"], "after": v["after"]}
-        }
-        for key, v in fit.items()
-    }
+    # the stated figures: one definition for every command (`stated`)
+    data = o.bench.data
+    responses = (*data.fit, *data.hold_out)
+    before = nominal_errors(o.bench.original, responses)
+    ordinary_ = fitted_errors(o.base, responses)
+    after = ordinary_ if final is None else fitted_errors(final.trial.fit, responses)
+    noise = (noise_of(data.sharp), noise_of(data.sharp_hold_out))
+    fit = stated_fit(before, ordinary_, after, noise)
+    metrics = stated_metrics(before, after)
     details: dict[str, Any] = {
         "method": "smoothed output error, trust-region convex steps",
         "misfit": {
