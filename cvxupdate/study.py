@@ -29,8 +29,13 @@ MODES_IN_BAND = 30
 MESH_MATTERS, NEARER = 1e-3, 0.7
 """Relative shift of the frequencies by the mesh above which a finer one is tried, and the fraction
 to which it must reduce the error."""
-WORTH = {"frf_error": 0.01, "frequency_error_percent_mean": 0.1}
+WORTH = {"frf_error": 0.01, "response_error": 0.01, "frequency_error_percent_mean": 0.1}
 """The least absolute reduction of the error, by metric."""
+UNITS = {
+    "frf_error": " of the frequency responses",
+    "response_error": " of the time responses",
+    "frequency_error_percent_mean": " % of the frequencies",
+}
 
 
 def open_problem(
@@ -244,18 +249,8 @@ def diagnose(
     spec, model, recordings = open_problem(path, reading)
     _refuse_unknown_effects(spec)
     found = diagnose_problem(spec, model, recordings, progress)
-    banded = [
-        r.origin.name
-        for r, declared in zip(recordings, spec.recordings, strict=True)
-        if declared.kind == "time" and declared.band is not None
-    ]
-    said = tuple(
-        f"{name}: band was not used: a time history is diagnosed sample by sample, over its "
-        "whole frequency range."
-        for name in banded
-    )
     known = tuple(zip(spec.recordings, recordings, strict=True))
-    return _with_refined(replace(found, evidence=(*found.evidence, *said)), spec, known)
+    return _with_refined(found, spec, known)
 
 
 def _refuse_unknown_effects(spec: Spec) -> None:
@@ -314,7 +309,7 @@ def _with_refined(found: Diagnosis, spec: Spec, known: Known) -> Diagnosis:
     errors = [b[key][name]["after"] for b in both]
     if errors[1] > min(NEARER * errors[0], errors[0] - WORTH[name]):
         return found
-    unit = " % of the frequencies" if name != "frf_error" else " of the frequency responses"
+    unit = UNITS[name]
     says = (
         f"In correlate, updated/problem.toml has an error of {errors[0]:.3g}{unit} ({where} "
         "recordings), because it keeps the mesh of the file that was diagnosed; on a finer "

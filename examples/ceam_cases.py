@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from cvxupdate import study
-from cvxupdate.update.score import responses_like
+from cvxupdate.correlate.response_error import modelled
+from cvxupdate.recordings.measured import measured_responses
 
 PROBLEMS = Path(__file__).resolve().parents[1] / "problems"
 FIGURES = {
@@ -60,15 +61,20 @@ def draw(number, found, folder):
         next(k for k, c in enumerate(channels) if c.label == "n1.z")
         for channels in (held.responses, held.references)
     )
+    (measured,) = measured_responses(held)
+
+    def of(which, p):
+        return modelled(which, measured, p)
+
     shown = [
-        ("target", held.H, "k-"),
-        ("initial", responses_like(model, model.zero(), held), "C1:"),
+        ("target", measured.Y, "k-"),
+        ("initial", of(model, model.zero()), "C1:"),
     ]
     if number == 4:  # Figure 6.6: the effect of the number of assigned modes
         shown += [
             (
                 f"updated, {count} modes",
-                responses_like(model, case(4, f"modes{count}.toml")[3], held),
+                of(model, case(4, f"modes{count}.toml")[3]),
                 style,
             )
             for count, style in ((40, "C2-."), (60, "C3-."), (80, "C4-."))
@@ -77,13 +83,11 @@ def draw(number, found, folder):
         shown.append(
             (
                 "after stage 1",
-                responses_like(model, np.array(updated.model["first_stage"]), held),
+                of(model, np.array(updated.model["first_stage"])),
                 "C2-.",
             )
         )
-    shown.append(
-        ("updated, 20 modes" if number == 4 else "updated", responses_like(model, p, held), "C0--")
-    )
+    shown.append(("updated, 20 modes" if number == 4 else "updated", of(model, p), "C0--"))
     for label, H, style in shown:
         curves.semilogy(held.frequency, np.abs(H[:, i, j]), style, label=label)
     curves.set(

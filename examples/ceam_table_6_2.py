@@ -46,7 +46,7 @@ from pathlib import Path
 import numpy as np
 
 from cvxupdate import study
-from cvxupdate.update.score import frf_metrics
+from cvxupdate.update.score import response_metrics
 
 PROBLEMS = Path(__file__).resolve().parents[1] / "problems"
 HIGH = (1, 2, 3, 5, 7, 8, 9, 14, 19, 20)
@@ -70,7 +70,7 @@ def solved(case, name):
     seconds = time.process_time() - begin
     _, model, recordings = study.open_problem(path)
     p = np.array([q.p for q in updated.parameters])
-    error = frf_metrics(model, p, recordings)["frf_error"]
+    error = response_metrics(model, p, recordings)["hold_out"]["frf_error"]
     return (
         updated,
         seconds,

@@ -13,7 +13,8 @@ import numpy as np
 from shared.bay_case import CORNER, PROBLEMS, bay, data_of, fe1, make_rfm, out_folder
 
 import cvxupdate
-from cvxupdate.fe.responses import condense, dynamic_stiffness, held_frequencies, receptance
+from cvxupdate.fe.responses import condense, dynamic_stiffness, held_frequencies
+from cvxupdate.fe.synthesis import receptance
 from cvxupdate.residual.frf import FrfResidual
 from cvxupdate.study import open_problem
 

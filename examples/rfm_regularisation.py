@@ -33,7 +33,7 @@ import numpy as np
 from shared.bay_case import NINETEEN, bay, data_of, fe1, out_folder, step
 
 from cvxupdate.convex import L1, Norm, Robust, Tikhonov, solve_step
-from cvxupdate.fe.responses import receptance
+from cvxupdate.fe.synthesis import receptance
 from cvxupdate.residual.frf import FrfResidual
 from cvxupdate.system import LinearSystem
 from cvxupdate.update.classic_solvers import picard, svd_least_squares, total_least_squares

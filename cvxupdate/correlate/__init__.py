@@ -40,7 +40,7 @@ from cvxupdate.correlate.orthogonality import (
 )
 from cvxupdate.correlate.pairing import Pairing, pair_frequencies, pair_modes
 from cvxupdate.correlate.reciprocal import ReciprocalVectors, reciprocal_vectors
-from cvxupdate.correlate.response import model_frf
+from cvxupdate.correlate.response_error import response_errors
 from cvxupdate.correlate.result import (
     Compared,
     FrfComparison,
@@ -97,7 +97,6 @@ __all__ = [
     "mass_normalised",
     "mass_orthogonality",
     "modal_scale_factor",
-    "model_frf",
     "off_diagonal",
     "pair_frequencies",
     "pair_modes",
@@ -105,6 +104,7 @@ __all__ = [
     "pseudo_orthogonality",
     "reciprocal_vectors",
     "reduced_pseudo_orthogonality",
+    "response_errors",
     "static_balance",
     "weighted_mac",
 ]

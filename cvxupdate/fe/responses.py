@@ -1,5 +1,5 @@
-"""Frequency responses: the dynamic stiffness Z(ω) = K + iD + iωC − ω²M, factorised once a
-frequency, and the receptances Z⁻¹.
+"""The dynamic stiffness Z(s) = K + iD + sC + s²M, its factors, and a model condensed exactly to its
+measured DOFs. Responses of a model come from `fe.synthesis`.
 
 Undamped models stay real. Modal damping (Model.modal_damping) is carried by the C of
 `damping.modal_matrix`.
@@ -71,7 +71,7 @@ def damped(m: Matrices) -> bool:
 
 def dynamic_stiffness(m: Matrices, omega: float) -> sp.csc_array:
     """Z(ω), real where the model is undamped; ``omega`` in rad/s."""
-    return combined(m, omega, damped(m))
+    return combined(m, 1j * omega, damped(m))
 
 
 def factor_at(m: Matrices, frequency: float) -> Factor:
@@ -106,30 +106,6 @@ def factorise_at(Z: sp.csc_array, frequency: float, why: str, ordered: bool = Fa
     return factor
 
 
-def receptance(
-    model: Model,
-    frequency: ArrayLike,
-    responses: Index,
-    references: Index,
-    p: ArrayLike | None = None,
-) -> Field:
-    """H (lines, responses, references) in m/N (rad/N·m …) at ``frequency`` (lines,) Hz; DOFs as
-    places among the free ones.
-
-    Raises
-    ------
-    ModelError
-        At a singular frequency.
-    """
-    m = matrices_with_damping(model, p)
-    out = []
-    unit = np.zeros((model.size, len(references)), dtype=complex if damped(m) else float)
-    unit[references, np.arange(len(references))] = 1.0
-    for f in np.atleast_1d(np.asarray(frequency, dtype=float)):
-        out.append(factor_at(m, float(f)).solve(unit)[responses])
-    return np.array(out).reshape(-1, len(responses), len(references))
-
-
 @dataclass(frozen=True)
 class Condenser:
     """What `condense` needs of one model, sensors and forces at every frequency: the blocks of K,
@@ -156,7 +132,7 @@ class Condenser:
         ModelError
             Where Z_ss is singular: a natural frequency of the held structure (thesis 3.5.1).
         """
-        omega = 2.0 * np.pi * frequency
+        s = 2j * np.pi * frequency
         n, r = len(self.measured), len(self.references)
         kind = complex if self.complex else float
         place = np.full(self.size, -1, dtype=np.int64)
@@ -164,15 +140,15 @@ class Condenser:
         seen = place[self.references] >= 0
         force = np.zeros((n, r), dtype=kind)
         force[place[self.references[seen]], np.flatnonzero(seen)] = 1.0
-        Zn = combined(self.blocks["nn"], omega, self.complex).toarray()
+        Zn = combined(self.blocks["nn"], s, self.complex).toarray()
         if not len(self.rest):
             return Condensed(_ordered(self.measured, self.size), Zn, force, None)
         unseen = np.flatnonzero(~seen)
-        columns = combined(self.blocks["sn"], omega, self.complex)
+        columns = combined(self.blocks["sn"], s, self.complex)
         load = np.zeros((len(self.rest), n + len(unseen)), dtype=kind)
         load[:, :n] = -columns.toarray()
         load[np.searchsorted(self.rest, self.references[unseen]), n + np.arange(len(unseen))] = 1.0
-        Zs = combined(self.blocks["ss"], omega, self.complex)
+        Zs = combined(self.blocks["ss"], s, self.complex)
         moved = factorise_at(
             Zs, frequency, "a natural frequency of the structure held at the measured DOFs"
         ).solve(load)
@@ -219,18 +195,24 @@ def condense(m: Matrices, frequency: float, measured: Index, references: Index) 
     return condenser(m, measured, references).at(frequency)
 
 
-def combined(m: Matrices, omega: float, as_complex: bool) -> sp.csc_array:
-    """K − ω²M, + i(D + ωC) where ``as_complex``; the entries alone where all share one pattern."""
+def alike(m: Matrices) -> bool:
+    """Whether K, M, C and D share one pattern."""
+    return all(
+        np.array_equal(m.K.indices, x.indices) and np.array_equal(m.K.indptr, x.indptr)
+        for x in (m.M, m.C, m.D)
+    )
+
+
+def combined(m: Matrices, s: complex, as_complex: bool) -> sp.csc_array:
+    """K + s²M, + sC + iD where ``as_complex``; the entries alone where all share one pattern."""
     K, M = m.K, m.M
-    if not all(
-        np.array_equal(K.indices, x.indices) and np.array_equal(K.indptr, x.indptr)
-        for x in (M, m.C, m.D)
-    ):
-        Z = K - omega**2 * M
-        return sp.csc_array(Z + 1j * (m.D + omega * m.C) if as_complex else Z)
-    data = K.data - omega**2 * M.data
+    square = s * s if as_complex else (s * s).real
+    if not alike(m):
+        Z = K + square * M
+        return sp.csc_array(Z + (1j * m.D + s * m.C) if as_complex else Z)
+    data = K.data + square * M.data
     if as_complex:
-        data = data + 1j * (m.D.data + omega * m.C.data)
+        data = data + (1j * m.D.data + s * m.C.data)
     return sp.csc_array((data, K.indices, K.indptr), shape=K.shape)
 
 

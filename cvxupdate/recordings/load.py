@@ -17,7 +17,14 @@ from cvxupdate.recordings.read.to_frf import frequency_response
 from cvxupdate.recordings.read.to_modes import ModeValues, mode_table, modes_of_contents
 from cvxupdate.recordings.read.to_time import gather, time_blocks
 from cvxupdate.recordings.read.wanted import Names, Wanted
-from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Origin, Recording
+from cvxupdate.recordings.types import (
+    Channel,
+    FrequencyResponse,
+    ModeTable,
+    Origin,
+    Recording,
+    TimeHistory,
+)
 from cvxupdate.spec import Spec
 from cvxupdate.spec.elements import from_files
 from cvxupdate.spec.recordings import (
@@ -244,7 +251,7 @@ def load_recordings(
 ) -> tuple[Recording, ...]:
     """Every recording of a problem file: labelled channels, SI values, FRFs with their variance.
 
-    ``band`` cuts FRFs here; for time histories it is the residual's to use. A recording that is
+    ``band`` cuts FRFs here; time histories carry it (`measured.band_of`). A recording that is
     among the ``known`` ones, further corrections apart, is not read again. Raises `RecordingError`
     with the first file and channel that cannot be read or does not fit the model.
     """
@@ -261,6 +268,8 @@ def load_recordings(
         for key in set(opened) - set(keys[number + 1 :]):
             del opened[key]  # files are large
         check_fit(recording, nodes, tuple(spec.model.dofs))
+        if isinstance(recording, TimeHistory):
+            recording = replace(recording, band=declared.band)
         recordings.append(recording)
     return tuple(recordings)
 

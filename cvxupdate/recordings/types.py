@@ -51,12 +51,14 @@ class Origin:
 
 @dataclass(frozen=True)
 class TimeHistory:
-    """Sampled channels. ``data`` is (samples, channels) in SI, ``rate`` in Hz."""
+    """Sampled channels. ``data`` is (samples, channels) in SI, ``rate`` in Hz; ``band`` the
+    [[recordings]] table's own (lowest, highest) Hz, None where it gives none."""
 
     origin: Origin
     rate: float
     channels: tuple[Channel, ...]
     data: Real
+    band: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

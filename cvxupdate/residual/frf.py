@@ -20,7 +20,6 @@ balance (`examples/rfm_noise_in_a.py` measures all of them).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -181,17 +180,3 @@ class FrfPoint:
 def parts(values: Field, real: bool) -> Real:
     """Real rows, then imaginary ones where there are any."""
     return np.asarray(values.real) if real else np.concatenate([values.real, values.imag])
-
-
-def responses_of(model: Model, data: Sequence[FrfData], p: Real) -> list[Field]:
-    """The model's receptances at the lines of each recording, (f, n, r)."""
-    from cvxupdate.fe.responses import receptance
-
-    return [receptance(model, d.frequency, d.responses, d.references, p) for d in data]
-
-
-def frf_error(X: Sequence[Field], data: Sequence[FrfData]) -> float:
-    """‖H − Hₓ‖ / ‖Hₓ‖ over all recordings, each channel in its own size: the lines count alike."""
-    num = sum(float(np.sum(np.abs(x - d.X) ** 2)) for x, d in zip(X, data, strict=True))
-    den = sum(float(np.sum(np.abs(d.X) ** 2)) for d in data)
-    return float(np.sqrt(num / den)) if den > 0.0 else float("nan")

@@ -10,7 +10,7 @@ VᵀK_jV is exact for p-values and first order for others, and the basis is best
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.factor import factorise
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import model_modes
+from cvxupdate.fe.synthesis import Galerkin
 from cvxupdate.residual.contraction import CHUNK, Derivatives, derivatives
 from cvxupdate.residual.frf import FrfPoint, FrfResidual, parts
 from cvxupdate.system import LinearSystem
@@ -40,17 +41,20 @@ class Basis:
 
     p: Real
     V: Real
-    matrices: dict[str, Real]
+    matrices: Galerkin
     change: dict[str, Real | None]
 
-    def at(self, p: Real) -> dict[str, Real]:
+    def at(self, p: Real) -> Galerkin:
         """Reduced K, M, C, D at ``p``."""
         step = p - self.p
-        out = dict(self.matrices)
-        for name, change in self.change.items():
-            if change is not None:
-                out[name] = out[name] + np.tensordot(step, change, axes=1)
-        return out
+        return replace(
+            self.matrices,
+            **{
+                name: getattr(self.matrices, name) + np.tensordot(step, change, axes=1)
+                for name, change in self.change.items()
+                if change is not None
+            },
+        )
 
 
 def make_basis(
@@ -108,7 +112,7 @@ def orthonormal(V: Real, M: sp.csc_array) -> Real:
 
 def reduce_to(model: Model, p: Real, m: Matrices, V: Real) -> Basis:
     """VᵀKV … and VᵀK_jV … by element blocks."""
-    matrices = {name: np.asarray(V.T @ (getattr(m, name) @ V)) for name in "KMCD"}
+    matrices = Galerkin(*(np.asarray(V.T @ (getattr(m, name) @ V)) for name in "KMCD"))
     d = derivatives(model, p)
     return Basis(p, V, matrices, {name: _projected(d, V, name) for name in "KMCD"})
 
@@ -152,9 +156,7 @@ class ReducedResidual:
             B, F = self.basis.V[data.responses], self.basis.V[data.references]
             for k, f in enumerate(data.frequency.tolist()):
                 w = 2.0 * np.pi * f
-                Z: Field = reduced["K"] - w**2 * reduced["M"]
-                if lossy:
-                    Z = Z + 1j * (reduced["D"] + w * reduced["C"])
+                Z = reduced.stiffness(np.array([1j * w]), lossy)[0]
                 X = np.linalg.solve(Z, np.hstack([B.T, F.T]))
                 left, right = X[:, : len(B)], X[:, len(B) :]
                 values.append((B @ right - data.X[k])[data.used])

@@ -28,7 +28,7 @@ from cvxupdate.update.measured_modes import modal_metrics, modal_tables, mode_re
 from cvxupdate.update.outcome import RELATIVE, objective_metric, updated
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
 from cvxupdate.update.result import Metrics, ModeResult, Updated
-from cvxupdate.update.score import frf_metrics
+from cvxupdate.update.score import scored as with_responses
 from cvxupdate.update.trust_region import Iteration, LoopResult
 
 MODAL_EXPANSIONS = ("serep", "serepa", "tam", "hybrid")
@@ -124,8 +124,9 @@ def update_ceam(
     scores.fit["fit"] |= objective_metric(
         loop, residual.evaluate(model.zero()), residual.evaluate(end.p)
     )
+    fitted = scores.fit
     if scores.modes:
-        scores.fit["hold_out"] |= frf_metrics(model, end.p, recordings)
+        fitted = with_responses(fitted, model, end.p, recordings)
     return updated(
         spec,
         model,
@@ -134,7 +135,7 @@ def update_ceam(
         relative,
         begin,
         method="ceam",
-        fit=scores.fit,
+        fit=fitted,
         notes=(*staged.notes, *scores.notes, *_notes(residual, staged.passes, relative)),
         modes=scores.modes,
         facts=staged.facts,

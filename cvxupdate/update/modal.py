@@ -22,6 +22,7 @@ from cvxupdate.update.measured_modes import modal_metrics, modal_tables, mode_re
 from cvxupdate.update.outcome import RELATIVE, objective_metric, updated
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
 from cvxupdate.update.result import Updated
+from cvxupdate.update.score import scored as with_responses
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterate, objective_at
 
 REPAIRINGS = 5  # how often the loop may go on with another pairing
@@ -90,7 +91,7 @@ def update_modal(
         relative,
         begin,
         method=spec.update.method if spec.update is not None else "frequencies",
-        fit=fit,
+        fit=with_responses(fit, model, end.p, recordings),
         notes=(*_notes(start, relative, known), *paired),
         modes=mode_results(start, end),
     )

@@ -13,7 +13,7 @@ from cvxupdate.convex import SolverChoice, StepProblem
 from cvxupdate.errors import InputError, ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import FrequencyResponse, Recording
-from cvxupdate.residual.frf import FrfPoint, FrfResidual, frf_error, responses_of
+from cvxupdate.residual.frf import FrfPoint, FrfResidual
 from cvxupdate.residual.frf_data import FrfData, frf_data
 from cvxupdate.residual.frf_points import Points, choose_points
 from cvxupdate.residual.frf_reduced import ReducedResidual, make_basis
@@ -24,6 +24,7 @@ from cvxupdate.update.outcome import certificate_of, parameter_results, regulari
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
 from cvxupdate.update.result import Metrics, Updated, clause_names
 from cvxupdate.update.rfm_accuracy import accuracy_results, says
+from cvxupdate.update.score import scored
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterate, objective_at
 
 EXACT = 1e-3
@@ -324,7 +325,7 @@ def update_rfm(
         solver=loop.step.solver,
         iterations=len(loop.history),
         parameters=parameter_results(model, end.p, known, relative, len(loop.history) > 0),
-        fit=metrics(model, prepared, loop),
+        fit=metrics(model, recordings, loop),
         certificate=certificate_of(loop),
         time=time.perf_counter() - begin,
         conflict=loop.step.conflict if infeasible else (),
@@ -354,29 +355,18 @@ def update_rfm(
     )
 
 
-def metrics(model: Model, prepared: Prepared, loop: LoopResult[FrfPoint]) -> dict[str, Metrics]:
-    """The contract's metrics: the FRF error over every line of the recordings, not only the chosen
-    ones, and the objective."""
+def metrics(
+    model: Model, recordings: Sequence[Recording], loop: LoopResult[FrfPoint]
+) -> dict[str, Metrics]:
+    """The contract's metrics: the response errors over every line of the recordings, not only the
+    chosen ones, and the objective."""
     out: dict[str, Metrics] = {"fit": {}, "hold_out": {}}
-    for key, data in (("fit", prepared.fit), ("hold_out", prepared.hold_out)):
-        if data:
-            before, after = (_error(model, data, p) for p in (model.zero(), loop.point.p))
-            out[key]["frf_error"] = {"before": before, "after": after}
     if not any(isinstance(r.weight, str) for r in loop.problem.regularisers):
         out["fit"]["objective"] = {
             "before": objective_at(loop.problem, loop.start),
             "after": objective_at(loop.problem, loop.point),
         }
-    return out
-
-
-def _error(model: Model, data: Sequence[FrfData], p: Array) -> float:
-    try:
-        return frf_error(responses_of(model, data, p), data)
-    except ModelError:
-        return float(
-            "inf"
-        )  # a line on an undamped natural frequency: the response has no bound there
+    return scored(out, model, loop.point.p, recordings)
 
 
 def _chosen(data: FrfData, points: Points) -> str:

@@ -33,8 +33,8 @@ from cvxupdate.fe.responses import (  # noqa: E402
     dynamic_stiffness,
     factor_at,
     matrices_with_damping,
-    receptance,
 )
+from cvxupdate.fe.synthesis import receptance  # noqa: E402
 from cvxupdate.residual.frf import FrfResidual  # noqa: E402
 from cvxupdate.residual.frf_data import FrfData  # noqa: E402
 from cvxupdate.residual.frf_reduced import ReducedResidual, make_basis  # noqa: E402

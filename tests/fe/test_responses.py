@@ -20,8 +20,8 @@ from cvxupdate.fe.responses import (
     dynamic_stiffness,
     held_frequencies,
     matrices_with_damping,
-    receptance,
 )
+from cvxupdate.fe.synthesis import receptance
 from validation import make_bay as bay
 
 DAMPED = '[model.damping]\nkind = "structural"\neta = 0.02'

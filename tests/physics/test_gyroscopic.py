@@ -17,7 +17,8 @@ from cvxupdate.diagnose.fit import fit, setting_for
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.elements import Gyroscopic
 from cvxupdate.fe.model import Matrices, Model
-from cvxupdate.fe.responses import condenser, receptance
+from cvxupdate.fe.responses import condenser
+from cvxupdate.fe.synthesis import receptance
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect

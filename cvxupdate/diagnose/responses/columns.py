@@ -9,11 +9,11 @@ from functools import cached_property
 
 import numpy as np
 
-from cvxupdate.diagnose.responses.derivatives import Changes, by_point, forces, summed
-from cvxupdate.diagnose.responses.lines import Complex, Real
 from cvxupdate.diagnose.responses.point import ResponsePoint
-from cvxupdate.diagnose.responses.synthesis import Receptances, Response
+from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.fe.model import DerivativeBlock
+from cvxupdate.fe.synthesis.derivatives import Changes, by_point, forces, summed
+from cvxupdate.fe.synthesis.pieces import Receptances, Response
 from cvxupdate.physics.effect import ChannelFault, Effect, HiddenOscillator, ModelChange
 
 # numbers at points (points × sensors × cases × columns) that are held at a time: what fits in a

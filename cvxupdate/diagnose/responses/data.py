@@ -6,12 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
-from cvxupdate.diagnose.responses.lines import band_of, lines_of
-from cvxupdate.diagnose.responses.signals import Signal, smooth
-from cvxupdate.diagnose.settings import LEVELS
+from cvxupdate.diagnose.responses.signals import Real, Signal, smoothed
+from cvxupdate.diagnose.settings import LEVELS, UNSTATED_FRF
+from cvxupdate.errors import RecordingError
 from cvxupdate.fe.model import Model
+from cvxupdate.recordings.measured import DECAY, MOTION, Measured, band_of, measured_responses
 from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
+
+QUIET = 20  # lines above the band from which on they tell the noise
+DIFFERENCED = 0.005  # of a channel's standard deviation, where they do not
 
 
 @dataclass(frozen=True)
@@ -50,17 +56,79 @@ class Data:
 
 
 def prepare(recordings: Sequence[FrequencyResponse | TimeHistory]) -> Data:
-    """Transform every recording once."""
+    """Transform every recording once.
+
+    Raises
+    ------
+    RecordingError
+        When none of those to fit has a response to a force.
+    """
     fit_ = tuple(r for r in recordings if r.origin.use == "fit")
     hold = tuple(r for r in recordings if r.origin.use != "fit")
+    sharp, held = (tuple(s for r in part for s in signals_of(r)) for part in (fit_, hold))
+    if not sharp:
+        names = ", ".join(r.origin.name for r in fit_)
+        raise RecordingError(
+            f"{names}: no recording to fit has a force and a motion at DOFs of the model. Declare "
+            "their channels."
+        )
+    levels = tuple(tuple(smoothed(x, e) for x in sharp) for e in LEVELS)
     bands = [band_of(r) for r in fit_]
-    lines, held = lines_of(fit_), lines_of(hold)
-    return Data(
-        fit_,
-        hold,
-        tuple(tuple(smooth(x, e) for x in lines) for e in LEVELS),
-        tuple(smooth(x, 0.0) for x in lines),
-        tuple(smooth(x, 0.0) for x in held),
-        max(b[1] for b in bands),
-        min(b[0] for b in bands),
-    )
+    top, bottom = max(b[1] for b in bands), min(b[0] for b in bands)
+    return Data(fit_, hold, levels, sharp, held, top, bottom)
+
+
+def signals_of(recording: FrequencyResponse | TimeHistory) -> list[Signal]:
+    """A recording on its own lines, a signal for each quantity of motion."""
+    origin = recording.origin
+    out = []
+    for m in measured_responses(recording):
+        keep = np.all(np.isfinite(m.Y), axis=(1, 2))
+        std = _frf_noise(m) if isinstance(recording, FrequencyResponse) else _noise(recording, m)
+        out.append(
+            Signal(
+                origin.name,
+                origin.use,
+                origin.level,
+                m.s[keep],
+                None,
+                m.Y[keep],
+                m.U[keep],
+                std[keep],
+                MOTION.index(m.quantity),
+                tuple(c.label for c in m.responses),
+                tuple(c.label for c in m.references),
+            )
+        )
+    return out
+
+
+def _frf_noise(m: Measured) -> Real:
+    """Standard deviations; variances that were not recorded are taken from those that were."""
+    power = np.nanmean(np.abs(m.Y) ** 2, axis=0, keepdims=True)
+    variance = np.full(m.Y.shape, np.nan) if m.variance is None else m.variance
+    known = np.isfinite(variance)
+    relative = (variance / np.maximum(power, np.finfo(float).tiny))[known]
+    typical = float(np.median(relative)) if len(relative) else UNSTATED_FRF**2
+    out = np.where(known, variance, np.nan)
+    for i, k in np.ndindex(*m.Y.shape[1:]):
+        own = out[:, i, k][known[:, i, k]]
+        out[:, i, k][~known[:, i, k]] = np.median(own) if len(own) else typical * power[0, i, k]
+    return np.sqrt(out)
+
+
+def _noise(history: TimeHistory, m: Measured) -> Real:
+    """Standard deviations of spectra of e^{−δt} y: the noise of each channel per sample is its
+    spectrum above the band that the force reached, else what differencing leaves."""
+    labels = [(c.label, c.quantity) for c in history.channels]
+    own = history.data[:, [labels.index((c.label, c.quantity)) for c in m.responses]]
+    n, rate = len(own), history.rate
+    f = np.fft.rfftfreq(n, 1.0 / rate)
+    quiet = f > min(1.1 * band_of(history)[1], 0.49 * rate)
+    if quiet.sum() >= QUIET:
+        spectra = np.abs(np.fft.rfft(own, axis=0)) ** 2 / n
+        noise = np.sqrt(np.median(spectra[quiet], axis=0) / np.log(2.0))
+    else:
+        noise = DIFFERENCED * np.std(own, axis=0)
+    decay = np.linalg.norm(np.exp(-DECAY * np.arange(n) / n)) / rate
+    return np.broadcast_to((noise * decay)[None, :, None], m.Y.shape).copy()

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from cvxupdate.diagnose.responses.lines import Real
+from cvxupdate.correlate.frf import frf_error
+from cvxupdate.correlate.response_error import FRF, TIME, Stated
 from cvxupdate.diagnose.responses.point import ResponsePoint
-from cvxupdate.diagnose.responses.signals import Signal
+from cvxupdate.diagnose.responses.signals import Real, Signal
 
 
 def channel_errors(point: ResponsePoint, signals: Sequence[Signal]) -> float:
@@ -44,13 +45,13 @@ def _averaged(signals: Sequence[Signal], gaps: Sequence[Real]) -> float:
     return float(np.mean(errors)) if errors else float("nan")
 
 
-def frobenius(point: ResponsePoint, signals: Sequence[Signal]) -> float:
-    """‖Ŷ − Y‖ / ‖Y‖ over all lines and channels of each signal; r.m.s. over signals."""
+def stated(point: ResponsePoint, signals: Sequence[Signal]) -> list[Stated]:
+    """The contract's error of each signal (`cvxupdate.correlate.response_error`), of the model at
+    ``point``, the mesh's error taken out."""
     if not signals:
-        return float("nan")
+        return []
     modelled = on_signals(point, signals).modelled()
-    each = [
-        float(np.linalg.norm(m - s.Y) / np.linalg.norm(s.Y))
-        for s, m in zip(signals, modelled, strict=True)
+    return [
+        Stated(s.use, TIME if np.any(s.s.real) else FRF, frf_error(own, s.Y))
+        for s, own in zip(signals, modelled, strict=True)
     ]
-    return float(np.sqrt(np.mean(np.square(each))))

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cvxupdate.correlate.response_error import Stated, pooled, stated_errors, together
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
 from cvxupdate.diagnose.nominal.mesh import MeshError, mesh_line
 from cvxupdate.diagnose.nominal.supports import regrown
 from cvxupdate.diagnose.responses.columns import columns_of, delay_unit
 from cvxupdate.diagnose.responses.data import Data
-from cvxupdate.diagnose.responses.errors import channel_errors, frobenius, noise_errors
+from cvxupdate.diagnose.responses.errors import channel_errors, noise_errors, stated
 from cvxupdate.diagnose.responses.figures import responses_shown
 from cvxupdate.diagnose.responses.finite_size import few_directions, whole_member
 from cvxupdate.diagnose.responses.first_order import first_order, linearised
@@ -53,7 +54,6 @@ from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.fault import Fault
-from cvxupdate.recordings.types import TimeHistory
 from cvxupdate.update.trust_region import Options
 
 # tolerance, iterations and first trust region of a fit by its effort
@@ -297,20 +297,26 @@ class ResponseEvidence:
             [(s.effect, s.fraction) for s in scores],
         )
 
+    @cached_property
+    def _before(self) -> tuple[Stated, ...]:
+        return stated_errors(self.original, (*self.data.fit, *self.data.hold_out))
+
+    def _after(self, last: Fit) -> list[Stated]:
+        return stated(last.point, (*self.data.sharp, *self.data.sharp_hold_out))
+
     def stated(self, last: Fit) -> tuple[Errors, Errors]:
-        """The contract's error of the file as it came and of the diagnosed model."""
+        """The contract's error: of the file as it came, mesh included, and of the diagnosed model,
+        the mesh's error taken out."""
         before, after = (
-            Errors(frobenius(p, self.data.sharp), frobenius(p, self.data.sharp_hold_out))
-            for p in (self.nominal_point, last.point)
+            Errors(together(e, "fit"), together(e, "hold-out"))
+            for e in (self._before, self._after(last))
         )
         return before, after
 
     def metrics(self, last: Fit) -> dict[str, Any]:
         """The contract's metrics."""
-        time = any(isinstance(r, TimeHistory) for r in self.data.fit)
-        name = "response_error" if time else "frf_error"
-        before, after = self.stated(last)
+        before, after = pooled(self._before), pooled(self._after(last))
         return {
-            key: {name: {"before": getattr(before, key), "after": getattr(after, key)}}
-            for key in ("fit", "hold_out")
+            key: {name: {"before": x, "after": after[key][name]} for name, x in before[key].items()}
+            for key in before
         }

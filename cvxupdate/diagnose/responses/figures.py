@@ -8,9 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from cvxupdate.diagnose.responses.errors import on_signals
-from cvxupdate.diagnose.responses.lines import Complex, Real
 from cvxupdate.diagnose.responses.point import ResponsePoint
-from cvxupdate.diagnose.responses.signals import Signal
+from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
 from cvxupdate.diagnose.shown import Curve, Shown, Spectrum, places
 from cvxupdate.physics.effect import Effect
 

@@ -16,14 +16,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from cvxupdate.diagnose.responses.lines import Complex, Real
 from cvxupdate.diagnose.responses.point import ResponsePoint
-from cvxupdate.diagnose.responses.products import times
-from cvxupdate.diagnose.responses.synthesis import Receptances, Response
+from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.screen.sizes import best_size
 from cvxupdate.diagnose.types import Score, Seed
 from cvxupdate.errors import ModelError
+from cvxupdate.fe.synthesis.pieces import Receptances, Response
+from cvxupdate.fe.synthesis.products import times
 from cvxupdate.physics.effect import Effect, HiddenOscillator
 from cvxupdate.physics.low_rank import LowRank, amounts, low_rank
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from cvxupdate.diagnose.fit import bounds_of
 from cvxupdate.diagnose.responses.columns import Columns, sums_of
-from cvxupdate.diagnose.responses.lines import Real
 from cvxupdate.diagnose.responses.point import ResponsePoint
+from cvxupdate.diagnose.responses.signals import Real
 from cvxupdate.diagnose.screen.projection import Linearised, Projection, norms
 from cvxupdate.diagnose.types import Score
 from cvxupdate.physics.effect import Effect

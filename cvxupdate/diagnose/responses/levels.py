@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cvxupdate.diagnose.responses.lines import Complex, Real
-from cvxupdate.diagnose.responses.signals import Signal
+from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
 from cvxupdate.diagnose.types import LevelChange
 
 

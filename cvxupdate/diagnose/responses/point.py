@@ -10,10 +10,14 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.diagnose.nominal.scatter import prior_scales
-from cvxupdate.diagnose.responses.derivatives import Changes, by_point
-from cvxupdate.diagnose.responses.lines import Complex, Real
-from cvxupdate.diagnose.responses.signals import Signal
-from cvxupdate.diagnose.responses.synthesis import (
+from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
+from cvxupdate.diagnose.settings import COMMON_DAMPING_STD, FREE, MODE_DAMPING_STD
+from cvxupdate.fe.model import Matrices, Model
+from cvxupdate.fe.modes import Modes
+from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.fe.synthesis.derivatives import Changes, by_point
+from cvxupdate.fe.synthesis.pieces import (
+    Driven,
     Receptances,
     Response,
     basis,
@@ -21,10 +25,6 @@ from cvxupdate.diagnose.responses.synthesis import (
     respond,
     sensor_rows,
 )
-from cvxupdate.diagnose.settings import COMMON_DAMPING_STD, FREE, MODE_DAMPING_STD
-from cvxupdate.fe.model import Matrices, Model
-from cvxupdate.fe.modes import Modes
-from cvxupdate.fe.rigid import rigid_body_modes
 from cvxupdate.physics.fault import Fault
 from cvxupdate.system import LinearSystem
 
@@ -159,14 +159,14 @@ class ResponsePoint:
         """The unknowns of the sensor faults."""
         return self.p[len(self.p) - len(self.setting.faults) :]
 
-    def faulty(self, signal: Signal, y: Complex, start: int = 0) -> Complex:
+    def faulty(self, signal: Driven, y: Complex, start: int = 0) -> Complex:
         """Responses ``y`` (points, sensors, cases) after the sensor faults from number ``start``
         on, one after the other."""
         for value, fault in list(zip(self.fault_values, self.setting.faults, strict=True))[start:]:
             y = fault.applied(float(value), signal.sensors, signal.s, y)
         return y
 
-    def fault_rate(self, number: int, signal: Signal, y: Complex) -> Complex:
+    def fault_rate(self, number: int, signal: Driven, y: Complex) -> Complex:
         """Derivative of `faulty` with respect to the unknown of fault ``number``."""
         before = zip(self.fault_values[:number], self.setting.faults[:number], strict=True)
         for value, fault in before:
@@ -209,7 +209,8 @@ class ResponsePoint:
                     [*(self.faulty(r.signal, c) for c in np.moveaxis(columns, 1, 0)), *rates],
                     axis=1,
                 )
-            rows = np.moveaxis(r.rows(columns), 1, -1).reshape(r.signal.Y.size, -1)
+            rows = np.moveaxis(r.rows(columns), 1, -1)
+            rows = rows.reshape(-1, rows.shape[-1])
             at = len(model.parameters) + 1
             stacked = np.hstack(
                 [rows[:, :at], damped.reshape(len(rows), len(self.owner)), rows[:, at:]]
@@ -233,7 +234,7 @@ class ResponsePoint:
                 r.at[r.near :], shear[r.near :], 2
             )
         if not len(own):
-            return np.zeros((*r.signal.Y.shape, 0), dtype=complex), common
+            return np.zeros((*r.rows(r.raw).shape, 0), dtype=np.complex128), common
         if r.coupled or self.setting.faults:
             each = r.a[own][:, :, :, None] * moved[:, :, None, :]
             return r.rows(np.stack([self.faulty(r.signal, e) for e in each], axis=-1)), common

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.linalg
 
-from cvxupdate.diagnose.responses.derivatives import modal_blocks
 from cvxupdate.diagnose.responses.finite_size import SIZES
-from cvxupdate.diagnose.responses.lines import Complex, Real
 from cvxupdate.diagnose.responses.point import ResponsePoint
-from cvxupdate.diagnose.responses.products import times
+from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.screen.sizes import best_size
 from cvxupdate.diagnose.types import Score
+from cvxupdate.fe.synthesis.derivatives import modal_blocks
+from cvxupdate.fe.synthesis.products import times
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.low_rank import low_rank
 

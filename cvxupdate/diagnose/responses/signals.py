@@ -10,16 +10,19 @@ level: far-reaching first, sharp at the end.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.diagnose.responses.lines import SPACING, Complex, Lines, Real
 from cvxupdate.diagnose.settings import RESPONSE_DISCREPANCY
 
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+SPACING = 0.7  # of points, in units of δ: the data hold no finer detail
 SILENT = 1e-6  # of the recording's strongest response: rounding of single-precision files
 
 
@@ -87,30 +90,15 @@ class Signal:
         return np.asarray((power > 3.0 * noise) & (power > 10.0 * SILENT * power.max()))
 
 
-def smooth(lines: Lines, epsilon: float) -> Signal:
-    """Lines under Poisson's kernel of half-width ε f; with several lines of drive, as the ratio of
-    smoothed cross to smoothed auto spectrum (H1).
+def smoothed(sharp: Signal, epsilon: float) -> Signal:
+    """A signal under Poisson's kernel of half-width ε f; with several lines of drive, as the ratio
+    of smoothed cross to smoothed auto spectrum (H1).
 
-    The operation is linear in the responses, and the model's go through the same: ``epsilon`` 0
-    leaves the lines as they are.
+    The operation is linear in the responses, and the model's go through the same.
     """
-    if epsilon <= 0.0:
-        return Signal(
-            lines.name,
-            lines.use,
-            lines.level,
-            lines.s,
-            None,
-            lines.Y,
-            lines.U,
-            lines.std,
-            lines.order,
-            lines.sensors,
-            lines.inputs,
-        )
     # the same lines are dropped from the model: smoothing needs no more of them
-    keep = ~_stride_mask(len(lines.s), 450 if epsilon > 0.04 else 900)
-    s, Y, U, std = lines.s[keep], lines.Y[keep], lines.U[keep], lines.std[keep]
+    keep = ~_stride_mask(len(sharp.s), 450 if epsilon > 0.04 else 900)
+    s, Y, U, std = sharp.s[keep], sharp.Y[keep], sharp.U[keep], sharp.std[keep]
     f = s.imag / (2.0 * np.pi)
     step = float(np.median(np.diff(f)))
     centres = _points((float(f[0]), float(f[-1])), epsilon, step)
@@ -119,25 +107,13 @@ def smooth(lines: Lines, epsilon: float) -> Signal:
     if U.shape[2] > 1 or np.allclose(U, 1.0):
         mix = [kernel / kernel.sum(axis=1, keepdims=True)]
     else:
-        mix = []
-        for drive in U[:, :, 0].T:
-            weighted = kernel * np.conj(drive)
-            mix.append(weighted / (kernel @ np.abs(drive) ** 2)[:, None])
+        mix = [
+            kernel * np.conj(drive) / (kernel @ np.abs(drive) ** 2)[:, None]
+            for drive in U[:, :, 0].T
+        ]
     whole = np.vstack(mix)
     noise = np.sqrt(_mixed(np.abs(whole) ** 2, std**2))
-    return Signal(
-        lines.name,
-        lines.use,
-        lines.level,
-        s,
-        whole,
-        _mixed(whole, Y),
-        U,
-        noise,
-        lines.order,
-        lines.sensors,
-        lines.inputs,
-    )
+    return replace(sharp, s=s, mix=whole, Y=_mixed(whole, Y), U=U, std=noise)
 
 
 def _mixed(mix: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:

@@ -13,10 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cvxupdate.diagnose.responses.lines import Complex, Real
-from cvxupdate.diagnose.responses.products import times
-from cvxupdate.diagnose.responses.signals import Signal
-from cvxupdate.fe.modes import Modes
+from cvxupdate.fe.synthesis.products import Complex, times
+from cvxupdate.fe.terms import Real
 
 APART = 1.8  # times the band's top: modes above are high
 MISSED = 1e-12  # relative error of the interpolation
@@ -68,7 +66,7 @@ class HighModes:
 
 
 def high_modes(
-    signal: Signal, modes: Modes, near: int, lam: Real, slow: Real, at: Real, held: Real
+    s: Complex, U: Complex | None, near: int, lam: Real, slow: Real, at: Real, held: Real
 ) -> HighModes | None:
     """The high modes of a response, none of the first ``near``; None where there are too few to be
     worth it.
@@ -76,7 +74,6 @@ def high_modes(
     ``lam`` and ``slow`` (modes,) are ω² and 2 ζ ω; ``at``, ``held`` (modes, ·) shapes at sensors
     and drives.
     """
-    s = signal.s
     omega = s.imag
     middle, half = (omega.max() + omega.min()) / 2.0, (omega.max() - omega.min()) / 2.0
     first = max(near, int(np.searchsorted(np.sqrt(lam), APART * np.abs(omega).max())))
@@ -101,7 +98,7 @@ def high_modes(
         ),
         at[first:],
         held[first:],
-        None if signal.plain else signal.U,
+        U,
     )
 
 

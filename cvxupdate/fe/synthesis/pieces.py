@@ -1,25 +1,58 @@
-"""The response of a model with modal damping at points of the right half-plane."""
+"""The modal pieces of responses at points of the right half-plane, each mode with its own damping
+ratio: for whoever needs derivatives and thousands of small changes, not only the responses."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-from cvxupdate.diagnose.responses.high_modes import HighModes, high_modes
-from cvxupdate.diagnose.responses.lines import Complex, Real
-from cvxupdate.diagnose.responses.products import drawn, times
-from cvxupdate.diagnose.responses.signals import Signal
 from cvxupdate.errors import RecordingError
+from cvxupdate.fe.block import Index
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, natural_modes
+from cvxupdate.fe.synthesis.high_modes import HighModes, high_modes
+from cvxupdate.fe.synthesis.products import Complex, drawn, times
+from cvxupdate.fe.terms import Real
 
-Index = NDArray[np.int64]
 FEW = 0.3  # of the modes: up to so many columns of damping are taken by Woodbury's formula
 RANK = 1e-14  # of the largest eigenvalue: below is rounding
+
+
+class Driven(Protocol):
+    """Points ``s`` (points,), what drives the structure there ``U`` (points, references, cases),
+    and how responses to it become rows (`cvxupdate.diagnose.responses.signals.Signal`)."""
+
+    @property
+    def s(self) -> Complex:
+        """1/s."""
+
+    @property
+    def U(self) -> Complex:
+        """N."""
+
+    @property
+    def order(self) -> int:
+        """Of differentiation."""
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Labels of the DOFs that respond."""
+
+    @property
+    def single(self) -> bool:
+        """Whether there is but one drive, in one case."""
+
+    @property
+    def plain(self) -> bool:
+        """Whether each case is a unit of one drive, or there is but one."""
+
+    @property
+    def carry(self) -> Complex | Real | None:
+        """Matrix (rows, points) from points to rows; None: points are rows."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +67,7 @@ class Response:
     them.
     """
 
-    signal: Signal
+    signal: Driven
     q: Complex
     a: Complex
     high: HighModes | None
@@ -92,7 +125,7 @@ def basis(K: sp.csc_array, M: sp.csc_array, top: float, rigid: Real) -> Modes:
 
 
 def respond(
-    signal: Signal,
+    signal: Driven,
     modes: Modes,
     sensors: Index,
     inputs: Index,
@@ -113,7 +146,7 @@ def respond(
     lam = np.maximum(modes.eigenvalues, 0.0)
     slow = 2.0 * np.asarray(zeta) * np.sqrt(lam)
     low = 0 if C is None else len(C)
-    high = high_modes(signal, modes, max(low, near), lam, slow, ps, pb)
+    high = high_modes(s, None if signal.plain else signal.U, max(low, near), lam, slow, ps, pb)
     n = len(lam) if high is None else high.first
     d = s**2 + slow[:n, None] * s + lam[:n, None]
     inverse = 1.0 / d

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cvxupdate.diagnose.responses.lines import Complex, Real
-from cvxupdate.diagnose.responses.products import times
-from cvxupdate.diagnose.responses.synthesis import Index, Response
+from cvxupdate.fe.block import Index
 from cvxupdate.fe.model import DerivativeBlock
 from cvxupdate.fe.modes import Modes
+from cvxupdate.fe.synthesis.pieces import Response
+from cvxupdate.fe.synthesis.products import Complex, times
+from cvxupdate.fe.terms import Real
 
 Small = tuple[Real | None, ...]
 MANY = 40  # DOFs of a derivative above which it goes through the band's modes instead of every DOF

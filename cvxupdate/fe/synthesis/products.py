@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.diagnose.responses.lines import Complex, Real
+from cvxupdate.fe.terms import Real
+
+Complex = NDArray[np.complex128]
 
 
 def times(A: Real | Complex, z: NDArray[Any]) -> Complex:

@@ -1,0 +1,84 @@
+"""`run`, `correlate` and `diagnose` state one figure for one model and file: on every problem that
+has frequency responses or time histories."""
+
+from pathlib import Path
+
+import pytest
+
+from cvxupdate import study
+from cvxupdate.correlate import response_errors
+from cvxupdate.correlate.response_error import pooled
+from cvxupdate.diagnose.stated import nominal_errors
+from cvxupdate.errors import CvxupdateError
+from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
+from cvxupdate.update.score import response_metrics
+
+PROBLEMS = Path(__file__).resolve().parents[2] / "problems"
+SKIPPED = ("truth.toml", "problem_all_layouts.toml")  # 150 recordings of one kind: minutes
+FILES = [
+    path
+    for path in sorted(PROBLEMS.rglob("*.toml"))
+    if path.name not in SKIPPED
+    and any(f'kind = "{kind}"' in path.read_text(encoding="utf-8") for kind in ("frf", "time"))
+]
+RUN = ("chain10_noisy", "bay_fe1_x1_noisy", "ceam_case1")
+"""Quick enough to be run to the end."""
+DIAGNOSED = ("concealed/o01", "concealed/o03")
+
+
+def befores(fit):
+    """{use: {metric: before}} of the responses alone."""
+    return {
+        key: {
+            name: pair["before"]
+            for name, pair in fit[key].items()
+            if name in ("frf_error", "response_error")
+        }
+        for key in ("fit", "hold_out")
+    }
+
+
+def same(a, b):
+    assert a.keys() == b.keys()
+    for key in a:
+        assert a[key] == pytest.approx(b[key], rel=1e-6), key
+
+
+def test_there_are_problems_with_frfs_and_with_time_histories():
+    names = {str(path.relative_to(PROBLEMS).parent) for path in FILES}
+    assert {*RUN, *DIAGNOSED} <= names and len(names) > 30
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PROBLEMS)))
+def test_the_commands_agree_as_modelled(path):
+    try:
+        _, model, recordings = study.open_problem(path)
+    except CvxupdateError as error:
+        pytest.skip(f"its data are not here: {error}")
+    wanted = response_errors(model, recordings)
+    measured = tuple(r for r in recordings if isinstance(r, FrequencyResponse | TimeHistory))
+    same(pooled(nominal_errors(model, measured)), wanted)
+    same(befores(response_metrics(model, model.zero(), recordings)), wanted)
+    try:
+        compared = study.correlate(path)
+    except CvxupdateError:
+        assert not wanted["fit"] and not wanted["hold_out"]  # nothing to compare, so no figure
+    else:
+        same(befores(compared.fit), wanted)
+
+
+@pytest.mark.parametrize("name", RUN)
+def test_run_itself_states_it(name):
+    path = PROBLEMS / name / "problem.toml"
+    same(befores(study.run(path).fit), befores(study.correlate(path).fit))
+
+
+@pytest.mark.parametrize("name", DIAGNOSED)
+def test_diagnose_itself_states_it(name):
+    """In its metrics, and, where there is one kind of recording, as its fit."""
+    path = PROBLEMS / name / "problem.toml"
+    found, wanted = study.diagnose(path), befores(study.correlate(path).fit)
+    same(befores(found.metrics), wanted)
+    for key, metrics in wanted.items():
+        (value,) = metrics.values()
+        assert found.fit[key]["before"] == pytest.approx(value, rel=1e-6)
