@@ -267,6 +267,9 @@ class Evidence(Protocol):
     def explained(self, fit: Fit, errors: Errors) -> bool:
         """Whether what a fit leaves is within noise and the allowances."""
 
+    def clear(self, fit: Fit) -> bool:
+        """Whether a fit leaves nothing from which a further effect could be told."""
+
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
 

@@ -7,11 +7,11 @@ import json
 from dataclasses import replace
 
 import pytest
+from cvxupdate.diagnose.data import ordinary
+from cvxupdate.diagnose.forward import undamped
 
 from cvxupdate.diagnose import diagnose_problem
-from cvxupdate.diagnose.data import ordinary
 from cvxupdate.diagnose.fit import prior_scales, setting_for
-from cvxupdate.diagnose.forward import undamped
 from cvxupdate.errors import InputError
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from cvxupdate.diagnose.far import MISSED, far_modes
 from cvxupdate.diagnose.forward import receptances, respond
 from cvxupdate.diagnose.products import drawn, times
 from cvxupdate.diagnose.signals import Signal
+
 from cvxupdate.fe.modes import Modes
 
 N, TOP = 60, 50.0

@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from cvxupdate.diagnose import diagnose_problem
 from cvxupdate.diagnose.data import ordinary
 from cvxupdate.diagnose.forward import undamped
 from cvxupdate.diagnose.mesh import mesh_error
 from cvxupdate.diagnose.modal_fit import FREQUENCY_FLOOR, Tables, prepared
+
+from cvxupdate.diagnose import diagnose_problem
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.recordings.load import load_recordings

@@ -9,9 +9,9 @@ import tomllib
 
 import numpy as np
 import pytest
+from cvxupdate.diagnose.refine import refined_text
 
 from cvxupdate.cli import app
-from cvxupdate.diagnose.refine import refined_text
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.spec import check_problem, load_problem

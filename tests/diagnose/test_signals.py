@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.signal
-
 from cvxupdate.diagnose.signals import Lines, frf_lines, smooth, time_lines, white_noise
+
 from cvxupdate.recordings.types import Channel, Origin, TimeHistory
 
 M, K, C = 1.3, 1.3 * (2 * np.pi * 11.0) ** 2, 2 * 0.004 * 1.3 * 2 * np.pi * 11.0

@@ -20,7 +20,7 @@ from cvxupdate.diagnose.judge.alternatives import equivalents, rivals
 from cvxupdate.diagnose.judge.confidence import Standing, standing
 from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
 from cvxupdate.diagnose.search.search import Found, damping_only
-from cvxupdate.diagnose.settings import CLEAR, EXPLAINED, FAINT, LARGE, OPEN, SURE
+from cvxupdate.diagnose.settings import EXPLAINED, FAINT, LARGE, OPEN, SURE
 from cvxupdate.diagnose.types import Evidence, Finding
 from cvxupdate.errors import CvxupdateError
 
@@ -60,7 +60,7 @@ def judge(evidence: Evidence, found: Found) -> Judgement:
     several = tuple(case.weighed(h) for h in found.several)
     single = next((w for w in singles[:1] if better(w, case.base, case)), None)
     final, field = single, singles
-    open_ = single is None or single.fit.excess > CLEAR
+    open_ = single is None or not evidence.clear(single.fit)
     if several and open_ and needs_several(several[0], single, case):
         final, field = several[0], (*several, *singles)
     bare = Judgement(case, singles, several, single)

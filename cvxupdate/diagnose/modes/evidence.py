@@ -199,6 +199,10 @@ class ModesEvidence:
     def explained(self, found: Fit, errors: Errors) -> bool:
         """Whether noise, the model's discrepancy and the priors alone would leave as much once in
         a hundred times."""
+        return self.clear(found)
+
+    def clear(self, found: Fit) -> bool:
+        """The same: few rows tell nothing within their chance."""
         return bool(found.cost <= chi_square(CHANCE, found.rows))
 
     def wide(self) -> Fit:

@@ -29,6 +29,7 @@ from cvxupdate.diagnose.responses.setting import setting_for
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
 from cvxupdate.diagnose.settings import (
+    CLEAR,
     EXPLAINED,
     HOPELESS,
     MOST_ALLOWANCE,
@@ -248,6 +249,10 @@ class ResponseEvidence:
         """Within noise and the discrepancy of a sound model, or what the mesh may leave."""
         within = found.misfit <= OPEN * EXPLAINED
         return bool(within or errors.worst <= self.allowance(found.setting.model))
+
+    def clear(self, found: Fit) -> bool:
+        """Half a per cent of the responses beyond noise: thousands of rows tell that much."""
+        return found.excess <= CLEAR
 
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""

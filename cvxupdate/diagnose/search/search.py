@@ -15,7 +15,6 @@ from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.several import in_their_place, pairs, simpler
 from cvxupdate.diagnose.settings import (
-    CLEAR,
     COARSE,
     DAMPING_GAIN,
     EXPLAINED,
@@ -107,7 +106,7 @@ def _enough(evidence: Evidence, singles: Sequence[Hypothesis]) -> bool:
     """Whether one effect is enough, or more than one could not be told."""
     base = evidence.bases[-1]
     spare = base.rows - len(evidence.model.parameters)
-    clear = bool(singles) and singles[0].fit.excess <= CLEAR
+    clear = bool(singles) and evidence.clear(singles[0].fit)
     return base.misfit <= OPEN * EXPLAINED or clear or spare < SPARE
 
 

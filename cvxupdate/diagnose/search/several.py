@@ -16,7 +16,6 @@ from cvxupdate.diagnose.search.beside import alternatives_to, beside
 from cvxupdate.diagnose.search.race import entered, raced
 from cvxupdate.diagnose.settings import (
     ALONE,
-    CLEAR,
     CLOSE,
     FINE,
     FINE_SEVERAL,
@@ -80,7 +79,7 @@ def pairs(
     for parent in _close(singles)[:parents]:
         progress(f"seeking beside {parent.name}")
         pool.refit(beside(evidence, parent))
-        if pool.found and min(h.fit.excess for h in pool.found.values()) <= CLEAR:
+        if any(evidence.clear(h.fit) for h in pool.found.values()):
             break  # others that would do as well are found by the exchange
     exchanged: set[frozenset[Key]] = set()
     for _ in range(ROUNDS):
