@@ -7,8 +7,7 @@ import pytest
 
 from cvxupdate import study
 from cvxupdate.correlate import response_errors
-from cvxupdate.correlate.response_error import pooled
-from cvxupdate.diagnose.stated import nominal_errors
+from cvxupdate.correlate.response_error import pooled, stated_errors
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
 from cvxupdate.update.score import response_metrics
@@ -21,7 +20,7 @@ FILES = [
     if path.name not in SKIPPED
     and any(f'kind = "{kind}"' in path.read_text(encoding="utf-8") for kind in ("frf", "time"))
 ]
-RUN = ("chain10_noisy", "bay_fe1_x1_noisy", "ceam_case1")
+RUN = ("chain10/noisy", "bay/fe1_x1_noisy", "ceam/case1")
 """Quick enough to be run to the end."""
 DIAGNOSED = ("concealed/o01", "concealed/o03")
 
@@ -57,7 +56,7 @@ def test_the_commands_agree_as_modelled(path):
         pytest.skip(f"its data are not here: {error}")
     wanted = response_errors(model, recordings)
     measured = tuple(r for r in recordings if isinstance(r, FrequencyResponse | TimeHistory))
-    same(pooled(nominal_errors(model, measured)), wanted)
+    same(pooled(stated_errors(model, measured)), wanted)
     same(befores(response_metrics(model, model.zero(), recordings)), wanted)
     try:
         compared = study.correlate(path)
