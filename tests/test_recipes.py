@@ -150,7 +150,7 @@ def test_a_regulariser_from_outside_draws_in(tmp_path: Path) -> None:
     (fault,) = check_problem(
         problem(tmp_path, path.read_text().replace('kind = "quartic"', 'kind = "l1"'))
     )
-    assert "mean nothing for kind 'l1'" in fault.problem
+    assert "do not apply to kind 'l1'" in fault.problem
 
 
 def test_the_parts_from_outside_keep_the_contract_of_the_convex_step() -> None:
