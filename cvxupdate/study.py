@@ -205,7 +205,7 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
         system = residual_of(spec, model, recordings).evaluate(model.zero()).system()
     else:
         raise InputError(f"{path}: solvers needs an [update] table with a method and parameters.")
-    rows = compare_solvers(step_problem(spec, model), system, None, solver_choice(spec))
+    rows = compare_solvers(step_problem(spec, model, recordings), system, None, solver_choice(spec))
     return spec, rows, spread(rows) if any(r.status == "optimal" for r in rows) else float("nan")
 
 
