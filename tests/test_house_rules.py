@@ -45,6 +45,7 @@ WHOLE = {
     "test_examples.py",
     "test_package.py",
     "test_problems.py",
+    "test_recipes.py",
 }  # of the repository as a whole
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 

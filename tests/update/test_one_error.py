@@ -37,7 +37,7 @@ def befores(fit):
     }
 
 
-def same(a, b):
+def assert_same(a, b):
     assert a.keys() == b.keys()
     for key in a:
         assert a[key] == pytest.approx(b[key], rel=1e-6), key
@@ -63,20 +63,20 @@ def test_the_commands_agree_as_modelled(path):
         pytest.skip(f"its data are not here: {error}")
     wanted = response_errors(model, recordings)
     if wanted["fit"]:
-        same(befores(nominal_metrics(spec, model, recordings)), wanted)
-    same(befores(response_metrics(model, model.zero(), recordings)), wanted)
+        assert_same(befores(nominal_metrics(spec, model, recordings)), wanted)
+    assert_same(befores(response_metrics(model, model.zero(), recordings)), wanted)
     try:
         compared = study.correlate(path)
     except CvxupdateError:
         assert not wanted["fit"] and not wanted["hold_out"]  # nothing to compare, so no figure
     else:
-        same(befores(compared.fit), wanted)
+        assert_same(befores(compared.fit), wanted)
 
 
 @pytest.mark.parametrize("name", RUN)
 def test_run_itself_states_it(name):
     path = PROBLEMS / name / "problem.toml"
-    same(befores(study.run(path).fit), befores(study.correlate(path).fit))
+    assert_same(befores(study.run(path).fit), befores(study.correlate(path).fit))
 
 
 @pytest.mark.parametrize("name", DIAGNOSED)
@@ -84,7 +84,7 @@ def test_diagnose_itself_states_it(name):
     """In its metrics, and, where there is one kind of recording, as its fit."""
     path = PROBLEMS / name / "problem.toml"
     found, wanted = study.diagnose(path), befores(study.correlate(path).fit)
-    same(befores(found.metrics), wanted)
+    assert_same(befores(found.metrics), wanted)
     for key, metrics in wanted.items():
         (value,) = metrics.values()
         assert found.fit[key]["before"] == pytest.approx(value, rel=1e-6)
