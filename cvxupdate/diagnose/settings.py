@@ -114,8 +114,7 @@ CLEARLY = 0.1
 TWICE = 2.0
 # Fall of a misfit that already counts as explained from which a doubtful finding is still told.
 LARGE = 4.0
-# Confidence below which none is stated; below which a further effect, or one that leaves
-# something unexplained, is not.
+# Confidence below which none is stated; below which a further effect is not.
 FAINT, SURE = 0.15, 0.4
 # Bounds of the confidence in a single lead: no ratio of misfits makes it certain.
 LEAST_SURE, MOST_SURE = 0.3, 0.99

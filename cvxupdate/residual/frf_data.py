@@ -76,6 +76,49 @@ def frf_data(recording: FrequencyResponse, model: Model, noise: float | None = N
         motion, nothing left.
     """
     where = recording.origin.source
+    _check(recording, model)
+    rows = np.array([model.place.get(c.label, -1) for c in recording.responses], dtype=np.int64)
+    columns = np.array([model.place.get(c.label, -1) for c in recording.references], dtype=np.int64)
+    _, first = np.unique(rows, return_index=True)
+    keep = np.array([i for i in sorted(first.tolist()) if rows[i] >= 0], dtype=np.int64)
+    forced = np.flatnonzero(columns >= 0)
+    lines = np.flatnonzero(recording.frequency > 0.0)
+    if not len(keep) or not len(forced) or not len(lines):
+        raise RecordingError(
+            f"{where}: none of its channels moves in the model, or it has no line above 0 Hz. "
+            "Check nodes, dofs and supports."
+        )
+    frequency = recording.frequency[lines]
+    scale = (2j * np.pi * frequency[:, None, None]) ** -POWER[recording.quantity]
+    some = np.ix_(lines, keep, forced)
+    X: Field = recording.H[some] * scale
+    if not np.any(X.imag):
+        X = np.ascontiguousarray(X.real)
+    stated = recording.variance if noise is None else None
+    std = _deviation(
+        X,
+        model.dof_kind[rows[keep]] >= 3,
+        noise,
+        None if stated is None else np.sqrt(stated[some]) * np.abs(scale),
+    )
+    coherence = None if recording.coherence is None else recording.coherence[np.ix_(lines, keep)]
+    return FrfData(
+        recording.origin.name,
+        recording.origin.use,
+        frequency,
+        X,
+        std,
+        rows[keep],
+        columns[forced],
+        coherence,
+        noise is None and stated is None,
+        np.any(X != 0.0, axis=0),
+    )
+
+
+def _check(recording: FrequencyResponse, model: Model) -> None:
+    """Raise where the recording is no set of FRFs of the model."""
+    where = recording.origin.source
     if recording.quantity not in POWER:
         raise InputError(
             f"{where}: method rfm needs FRFs of displacement, velocity or acceleration, not "
@@ -94,48 +137,22 @@ def frf_data(recording: FrequencyResponse, model: Model, noise: float | None = N
                 f"{where}: channel {channel.label} sits at node {channel.node}, which the "
                 "model does not have."
             )
-    rows = np.array([model.place.get(c.label, -1) for c in recording.responses], dtype=np.int64)
-    columns = np.array([model.place.get(c.label, -1) for c in recording.references], dtype=np.int64)
-    _, first = np.unique(rows, return_index=True)
-    keep = np.array([i for i in sorted(first.tolist()) if rows[i] >= 0], dtype=np.int64)
-    forced = np.flatnonzero(columns >= 0)
-    lines = np.flatnonzero(recording.frequency > 0.0)
-    if not len(keep) or not len(forced) or not len(lines):
-        raise RecordingError(
-            f"{where}: none of its channels moves in the model, or it has no line above 0 Hz. "
-            "Check nodes, dofs and supports."
-        )
-    frequency = recording.frequency[lines]
-    scale = (2j * np.pi * frequency[:, None, None]) ** -POWER[recording.quantity]
-    some = np.ix_(lines, keep, forced)
-    X: Field = recording.H[some] * scale
-    if not np.any(X.imag):
-        X = np.ascontiguousarray(X.real)
-    kinds = model.dof_kind[rows[keep]] >= 3
+
+
+def _deviation(
+    X: Field, rotations: NDArray[np.bool_], noise: float | None, stated: Real | None
+) -> Real:
+    """The deviation of every receptance (f, n, r): as ``stated``, or ``noise`` (5 % where nothing
+    is known) of its size, at least of `FLOOR` of the line's r.m.s. over DOFs of one kind."""
     size = np.abs(X)
     least = np.zeros(size.shape)
     for kind in (False, True):
-        mine = kinds == kind
+        mine = rotations == kind
         if np.any(mine):
             least[:, mine] = FLOOR * np.sqrt(np.mean(size[:, mine] ** 2, axis=1, keepdims=True))
-    stated = recording.variance if noise is None else None
     if stated is not None:
-        std = np.sqrt(stated[some]) * np.abs(scale)
-        std = np.maximum(std, 1e-4 * np.maximum(size, least))
+        std = np.maximum(stated, 1e-4 * np.maximum(size, least))
     else:
         std = (ASSUMED if noise is None else noise) * np.maximum(size, least)
     tiny = np.finfo(float).tiny ** 0.25
-    std = np.maximum(std, max(1e-9 * float(size.max(initial=0.0)), tiny))
-    coherence = None if recording.coherence is None else recording.coherence[np.ix_(lines, keep)]
-    return FrfData(
-        recording.origin.name,
-        recording.origin.use,
-        frequency,
-        X,
-        std,
-        rows[keep],
-        columns[forced],
-        coherence,
-        noise is None and stated is None,
-        np.any(X != 0.0, axis=0),
-    )
+    return np.asarray(np.maximum(std, max(1e-9 * float(size.max(initial=0.0)), tiny)))

@@ -154,8 +154,8 @@ class Reading(Part):
     )
     band: tuple[NonNegative, Positive] | None = Field(
         default=None,
-        description="[lowest, highest] frequency used [Hz]; of a time history: of the FRF that is "
-        "estimated from it, the samples stay as they are",
+        description="[lowest, highest] frequency used [Hz]; of a time history: of its spectra, the "
+        "samples stay as they are",
     )
     corrections: tuple[CorrectionRow, ...] = Field(
         default=(), description="faults of channels to be taken out"

@@ -214,12 +214,60 @@ def test_an_undamped_model_has_no_response_at_rest_when_it_is_free(tmp_path, way
         frequency_responses(model, [0.0, 10.0], at, at, way=way)
 
 
+def spinning(folder, omega):
+    """A cantilevered round shaft of unequal spans with a disc off the middle that spins."""
+    nodes = ", ".join(
+        f"{{ id = {i + 1}, x = {x} }}" for i, x in enumerate((0.0, 0.13, 0.29, 0.4, 0.62))
+    )
+    rows = ", ".join(f"{{ id = {i}, nodes = [{i}, {i + 1}] }}" for i in range(1, 5))
+    path = folder / "problem.toml"
+    path.write_text(
+        f"""
+title = "shaft"
+[model]
+dofs = ["y", "z", "ry", "rz"]
+nodes = [{nodes}]
+[model.materials.m]
+E = 207e9
+nu = 0.3
+rho = 7850.0
+[model.sections.s]
+shape = "circle"
+diameter = 0.02
+[[model.elements]]
+type = "beam3d"
+material = "m"
+section = "s"
+rows = [{rows}]
+[[model.elements]]
+type = "mass"
+rows = [{{ id = 20, nodes = [4], m = 2.1, Ixx = 0.02, Iyy = 0.011, Izz = 0.011 }}]
+[[model.elements]]
+type = "gyroscopic"
+omega = {omega}
+rows = [{{ id = 60, nodes = [4], Ip = 0.02, axis = [1.0, 0.0, 0.0] }}]
+[[model.elements]]
+type = "dashpot"
+dof = "y"
+rows = [{{ id = 40, nodes = [3], c = 12.0 }}]
+[[model.supports]]
+nodes = [1]
+dofs = ["y", "z", "ry", "rz"]
+{STRUCTURAL}
+""",
+        encoding="utf-8",
+    )
+    return open_problem(path)[1]
+
+
 def test_something_that_spins_is_not_made_symmetric(tmp_path):
     """A gyroscopic C is skew: H(s) at the transposed places is that of the opposite spin."""
-    from tests.physics.test_gyroscopic import LINES, rotor
-
-    model, back = rotor(spin=300.0), rotor(spin=-300.0)
-    at, f = np.arange(6), LINES[::20]
+    folders = [tmp_path / name for name in ("forward", "back")]
+    for folder in folders:
+        folder.mkdir()
+    model, back = (spinning(f, w) for f, w in zip(folders, (300.0, -300.0), strict=True))
+    at = np.array([model.place[q] for q in ("n2.y", "n2.z", "n4.y", "n4.rz")])
+    f = np.linspace(3.0, 200.0, 40)
     for way in (*WAYS, None):
         H, T = (frequency_responses(m, f, at, at, way=way) for m in (model, back))
         exact = dense(model, 2j * np.pi * f, at, at)

@@ -114,8 +114,7 @@ def _findings(
         )
         out.append(finding)
     told = _told(out, case.base.fit.misfit, final.fit.misfit)
-    least = FAINT if explained(final, case) else SURE
-    return tuple(f for f in told if f.confidence >= least)
+    return tuple(f for f in told if f.confidence >= FAINT)
 
 
 def _told(findings: Sequence[Finding], base: float, left: float) -> tuple[Finding, ...]:

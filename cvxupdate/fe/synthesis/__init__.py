@@ -49,13 +49,14 @@ Complex = NDArray[np.complex128]
 ORDER: Final = {"displacement": 0, "velocity": 1, "acceleration": 2}
 """Powers of s by which a response of each quantity differs from a displacement."""
 WAYS: Final = ("direct", "modal", "reduced")
-FEW_POINTS: Final = 40
-"""Points up to which one factorisation each costs less than a basis (tests/benchmarks)."""
+FEW_POINTS: Final = 20
+"""Points up to which one factorisation each costs no more than a basis: 10 to 20 on plates of
+600 to 8000 DOFs (tests/benchmarks/test_synthesis.py)."""
 COUPLED: Final = 0.3
 """Part of the basis up to which columns of coupling damping are taken by Woodbury's formula."""
 DENSE: Final = 8.0
 """Times the model's DOFs that the square of the basis may come to before a dense system costs more
-than a sparse one (tests/benchmarks)."""
+than a sparse one (ibid.): 126 DOFs, 1.3 against 0.25 ms a point; 576 DOFs, 0.1 against 1.3 ms."""
 ACCURACY: Final = 1e-7
 """Of the norm of the responses: what a truncated basis may miss at the points that are checked."""
 BLOCKS: Final = 5
