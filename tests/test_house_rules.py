@@ -30,7 +30,6 @@ PENDING_FUNCTIONS: set[str] = {
     "cvxupdate/report/diagnosis_curves.py:map_picture",
     "cvxupdate/report/diagnosis_figures.py:fit_bars",
     "cvxupdate/report/diagnosis_figures.py:place_picture",
-    "cvxupdate/residual/frf_data.py:frf_data",
     "cvxupdate/residual/modal.py:modal_residual",
     "cvxupdate/update/rfm.py:fit_reduced",
     "cvxupdate/update/rfm.py:update_rfm",
