@@ -63,7 +63,7 @@ def study(names=CHAIN + BAY):
             loop = fit_responses(
                 model,
                 data,
-                step_problem(spec, model),
+                step_problem(spec, model, recordings),
                 solver_choice(spec),
                 options(spec, model, extra),
             )

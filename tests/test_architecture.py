@@ -350,3 +350,18 @@ def test_the_registries_hold_every_part_of_their_folders() -> None:
             if is_part(value) and not getattr(value, "_is_protocol", False)
         }
         assert set(found) == {id(member) for member in listed.members()}, listed.kind
+
+
+def test_recordings_are_read_by_the_wiring_alone():
+    """They go down as data, so none is read twice."""
+    reading = {
+        module
+        for module, path in MODULES.items()
+        if room(module) != "recordings"
+        and any(
+            isinstance(node, ast.ImportFrom)
+            and any(alias.name == "load_recordings" for alias in node.names)
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        )
+    }
+    assert reading == {"cvxupdate.study"}

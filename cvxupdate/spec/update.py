@@ -43,10 +43,11 @@ PHYSICS = (
     "dry_friction",
     "hysteresis",
     "quadratic_damping",
-    "sensor_fault",
+    "flexible_support",
     "sensor_mass",
+    "sensor_fault",
 )
-"""The physics words of the contract."""
+"""The effects that the contract names, those that are not implemented included."""
 
 
 class ParameterRow(Part):

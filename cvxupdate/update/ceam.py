@@ -163,7 +163,7 @@ def _in_stages(
 ) -> Staged:
     """The assignment, with the model's own shapes first where two stages are asked for."""
     problem, choice, options = (
-        step_problem(spec, model),
+        step_problem(spec, model, fit),
         solver_choice(spec),
         loop_options(spec, model),
     )

@@ -18,12 +18,12 @@ from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import P_VALUES
 from cvxupdate.fe.rigid import free_motions, pins
 from cvxupdate.fe.whole import NONZERO
-from cvxupdate.recordings.types import ModeTable
+from cvxupdate.recordings.types import ModeTable, Recording
 from cvxupdate.spec import Spec
 from cvxupdate.spec.parameters import groups_of, rows_of
 from cvxupdate.system import Array
 from cvxupdate.update.matrices import derivative_matrices, rigid_body
-from cvxupdate.update.mode_rows import mode_rows, mode_tables
+from cvxupdate.update.mode_rows import mode_rows
 
 AXES = ("x", "y", "z")
 SAME_PLACE = 1e-6  # of the size of the structure: nodes nearer than that are one place
@@ -31,10 +31,12 @@ SAME_PLACE = 1e-6  # of the size of the structure: nodes nearer than that are on
 
 @dataclass(frozen=True, eq=False)
 class ModelContext:
-    """The answers of a problem file and its model; nothing is computed before it is asked for."""
+    """The answers of a problem file, its model and its recordings; nothing is computed before it is
+    asked for."""
 
     spec: Spec
     model: Model
+    recordings: Sequence[Recording]
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -194,11 +196,8 @@ class ModelContext:
 
     def mode(self, number: int, exactly: bool) -> ModeRows:
         """A measured mode of the recordings that are fitted."""
-        return mode_rows(self.model, self._tables, number, exactly)
-
-    @cached_property
-    def _tables(self) -> list[ModeTable]:
-        return mode_tables(self.spec)
+        tables = [r for r in self.recordings if isinstance(r, ModeTable) and r.origin.use == "fit"]
+        return mode_rows(self.model, tables, number, exactly)
 
 
 def _points(places: dict[int, Array], elements: Sequence[int]) -> Array:

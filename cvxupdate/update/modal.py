@@ -71,7 +71,7 @@ def update_modal(
         scored if not scored.hold_out else _comparison(spec, model, scored.fit, ())
     )  # what is only scored takes no part in the loop
     problem, choice, options = (
-        step_problem(spec, model),
+        step_problem(spec, model, recordings),
         solver_choice(spec),
         loop_options(spec, model),
     )

@@ -10,16 +10,9 @@ import numpy as np
 from cvxupdate.convex import ModeRows
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
-from cvxupdate.recordings.load import load_recordings
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.ceam import CeamResidual
 from cvxupdate.residual.ceam_modes import assigned_modes
-from cvxupdate.spec import Spec
-
-
-def mode_tables(spec: Spec) -> list[ModeTable]:
-    """The tables of modes that are fitted."""
-    return [r for r in load_recordings(spec) if isinstance(r, ModeTable) and r.origin.use == "fit"]
 
 
 def mode_rows(model: Model, tables: Sequence[ModeTable], number: int, exactly: bool) -> ModeRows:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from cvxupdate.convex import (
 )
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import P_VALUES
+from cvxupdate.recordings.types import Recording
 from cvxupdate.registry import CONSTRAINTS, REGULARISERS
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
@@ -24,9 +25,9 @@ from cvxupdate.update.context import ModelContext
 from cvxupdate.update.trust_region import Options
 
 
-def step_problem(spec: Spec, model: Model) -> StepProblem:
+def step_problem(spec: Spec, model: Model, recordings: Sequence[Recording]) -> StepProblem:
     """The step that [update], [constraints] and [regularisation] describe, over the parameters of
-    ``model``.
+    ``model``. Of the ``recordings`` a clause may ask for a measured mode.
 
     Raises
     ------
@@ -34,7 +35,7 @@ def step_problem(spec: Spec, model: Model) -> StepProblem:
         When a table does not fit the parameters: a total mass that no parameter can change, an
         unknown name.
     """
-    context = ModelContext(spec, model)
+    context = ModelContext(spec, model, recordings)
     loss = loss_named(spec.update.loss if spec.update is not None else "least-squares")
     return StepProblem(
         loss,

@@ -280,7 +280,7 @@ def update_rfm(
     """
     begin = time.perf_counter()
     prepared = prepare(spec, model, recordings)
-    problem, choice = step_problem(spec, model), solver_choice(spec)
+    problem, choice = step_problem(spec, model, recordings), solver_choice(spec)
     kind = spec.update.residual if spec.update is not None else "auto"
     reduced = spec.update is not None and spec.update.basis == "reduced"
     if reduced:

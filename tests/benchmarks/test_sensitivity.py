@@ -77,7 +77,7 @@ def five() -> Case:
     return Case(
         "5 parameters, 1827 DOFs",
         modal_residual(model, fit, (), True),
-        step_problem(spec, model),
+        step_problem(spec, model, recordings),
         loop_options(spec, model),
         start,
         0.0,
@@ -102,7 +102,7 @@ def many(sigma: float) -> Case:
         constraints={"bounds": {"lower": -0.5, "upper": 0.5}},
         update={"method": "sensitivity"},
     )
-    problem = replace(step_problem(spec, model), regularisers=(Tikhonov(1.0 / sigma**2),))
+    problem = replace(step_problem(spec, model, ()), regularisers=(Tikhonov(1.0 / sigma**2),))
     return Case(
         f"140 parameters, prior {sigma:.0%}",
         modal_residual(model, fit, (), True),

@@ -99,6 +99,21 @@ CONSTRAINTS: dict[str, tuple[cv.Constraint, ...]] = {
     "several": (cv.Bounds(-0.3, 0.3), cv.Tied((("a.E", "b.E"),)), cv.TotalMass(MASS, base=5.95)),
 }
 
+ONE_SIDED = np.array([-1.0, -2.0, -np.inf, -3.0, -np.inf, -0.2])
+FORMS: tuple[cv.Regulariser | cv.Constraint, ...] = (
+    cv.Tikhonov(0.3),
+    cv.Tikhonov(
+        1.0,
+        np.array([0.0, 0.1, 0.2, 0.0, -0.3, 0.0]),
+        np.array([0.1, 0.2, 0.3, 1e4, 1.0, 2.0]),
+    ),
+    cv.Bounds(ONE_SIDED, np.array([4.0, 5.0, 6.0, np.inf, np.inf, 0.2])),
+    cv.Bounds(np.array([0.0, -1, -1, -1, -1, -1]), np.array([0.0, 1, 1, 1, 1, 1])),  # one is held
+    cv.LinearInequality({"a.E": -2.0, "b.rho": 1.0}, lower=-0.2, upper=0.7),
+    cv.TotalMass(MASS, base=5.95, value=6.0, tolerance=0.3),
+)
+"""The same members in other forms: open sides, a held parameter, a side each way."""
+
 LABELS = ("n1.x", "n1.y")
 ENTRIES = (*(cv.entry_name("K", i, j) for i in LABELS for j in LABELS), "c.k", "d.m")
 CASE_COLUMNS = {"symmetric": ENTRIES}

@@ -17,15 +17,29 @@ from cvxupdate.convex.problem import Model, compile_step
 from cvxupdate.convex.quadratic import quadratic_program, written
 from cvxupdate.system import Array
 
-from ..cases.convex_members import COLUMNS, CONSTRAINTS, LOSSES, REGULARISERS, N
+from ..cases import convex_cases as cases
+from ..cases.convex_cases import CASE_COLUMNS, COLUMNS, FORMS
+
+N = len(COLUMNS)
+LOSSES = tuple(cases.LOSSES.values())
+REGULARISERS = (
+    *(term for terms in cases.REGULARISERS.values() for term in terms),
+    *(form for form in FORMS if type(form) in cv.REGULARISERS),
+)
+NAMED = {name: case for name, case in cases.CONSTRAINTS.items() if name != "several"}
+ELSEWHERE = {id(c): CASE_COLUMNS[name] for name in CASE_COLUMNS for c in NAMED[name]}
+CONSTRAINTS = (
+    *(constraint for case in NAMED.values() for constraint in case),
+    *(form for form in FORMS if type(form) in cv.CONSTRAINTS),
+)
 
 Box = tuple[Array, Array]
 BOXES: dict[str, Box | None] = {
     "no trust region": None,
-    "trust region": (np.array([0.4, -0.2, 0.1, 0.0, 1.3]), np.full(N, 0.3)),
+    "trust region": (np.array([0.4, -0.2, 0.1, 0.0, 1.3, 0.1]), np.full(N, 0.3)),
     "trust region on some": (
-        np.array([0.4, -0.2, 0.1, 0.0, 1.3]),
-        np.array([0.3, np.inf, 0.2, 1.0, np.inf]),
+        np.array([0.4, -0.2, 0.1, 0.0, 1.3, 0.1]),
+        np.array([0.3, np.inf, 0.2, 1.0, np.inf, 0.5]),
     ),
 }
 
@@ -39,8 +53,9 @@ def step_problem(
     constraints: Sequence[cv.Constraint] = (),
     loss: cv.Loss | None = None,
 ) -> cv.StepProblem:
+    (columns,) = {ELSEWHERE.get(id(c), COLUMNS) for c in constraints} or {COLUMNS}
     return cv.StepProblem(
-        loss or cv.LeastSquares(), tuple(regularisers), tuple(constraints), COLUMNS
+        loss or cv.LeastSquares(), tuple(regularisers), tuple(constraints), columns
     )
 
 
@@ -65,7 +80,8 @@ def compiled(
 SERVED_TERMS = [r for r in REGULARISERS if written(step_problem([r]))]
 SERVED_CONSTRAINTS = [c for c in CONSTRAINTS if written(step_problem(constraints=[c]))]
 TERMS = [(), *((r,) for r in SERVED_TERMS), tuple(SERVED_TERMS)]
-CLAUSES = [(), *((c,) for c in SERVED_CONSTRAINTS), tuple(SERVED_CONSTRAINTS)]
+TOGETHER = tuple(c for c in SERVED_CONSTRAINTS if id(c) not in ELSEWHERE)
+CLAUSES = [(), *((c,) for c in SERVED_CONSTRAINTS), TOGETHER]
 
 
 @pytest.mark.parametrize(
@@ -114,11 +130,11 @@ def test_it_is_cvxpy_s_program(
     terms: tuple[cv.Regulariser, ...], clauses: tuple[cv.Constraint, ...], box: str
 ) -> None:
     """The same variables, rows, cones and entries, in the same order."""
-    same_program(step_problem(terms, clauses), [0.7 + k for k in range(len(terms))], BOXES[box])
+    check_same(step_problem(terms, clauses), [0.7 + k for k in range(len(terms))], BOXES[box])
 
 
 def test_a_term_of_weight_zero_keeps_its_place() -> None:
-    same_program(step_problem(SERVED_TERMS), [0.7, 0.0], BOXES["trust region"])
+    check_same(step_problem(SERVED_TERMS), [0.7, 0.0, 1.9], BOXES["trust region"])
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -140,10 +156,10 @@ def test_whatever_the_linear_inequalities(seed: int) -> None:
                 made.append(LinearClause(f"rows {k}", on, C, low, high))
             return tuple(made)
 
-    same_program(step_problem(SERVED_TERMS[:1], [Rows()]), [1.3], BOXES["trust region on some"])
+    check_same(step_problem(SERVED_TERMS[:1], [Rows()]), [1.3], BOXES["trust region on some"])
 
 
-def same_program(problem: cv.StepProblem, weights: Sequence[float], box: Box | None) -> None:
+def check_same(problem: cv.StepProblem, weights: Sequence[float], box: Box | None) -> None:
     model = compiled(problem, weights, box)
     wanted, (at,) = cone_program(model.problem, model.p)
     R, d = reduced_data()
@@ -229,7 +245,7 @@ def stated(
 def test_the_normal_form_is_that_of_the_step(clauses: tuple[cv.Constraint, ...], box: str) -> None:
     """Written down, compiled for conic solvers, compiled for quadratic ones, and as the step is
     defined: one normal form."""
-    problem, weights = step_problem(SERVED_TERMS, clauses), [0.7, 1.9]
+    problem, weights = step_problem(SERVED_TERMS, clauses), [0.7, 1.9, 0.4]
     model = compiled(problem, weights, BOXES[box])
     conic, (at,) = cone_program(model.problem, model.p)
     R, d = reduced_data()
@@ -247,12 +263,16 @@ def test_the_normal_form_is_that_of_the_step(clauses: tuple[cv.Constraint, ...],
 def test_zero_rows_that_fill_the_compiled_data_change_nothing() -> None:
     """A system with fewer rows than parameters: cvxpy's data are filled with zero rows, the program
     that is written down has none of them."""
-    problem, box = step_problem(SERVED_TERMS, SERVED_CONSTRAINTS), BOXES["trust region on some"]
-    model = compiled(problem, [0.7, 1.9], box, 3)
+    problem, box = step_problem(SERVED_TERMS, TOGETHER), BOXES["trust region on some"]
+    model = compiled(problem, [0.7, 1.9, 0.4], box, 3)
     conic, (at,) = cone_program(model.problem, model.p)
-    found, begins = quadratic_program(problem, *reduced_data(3), (0.7, 1.9), box)
+    found, begins = quadratic_program(problem, *reduced_data(3), (0.7, 1.9, 0.4), box)
     assert conic.q.size == found.q.size + N - 3
-    forms = normal_form(found, begins), normal_form(conic, at), stated(problem, [0.7, 1.9], box, 3)
+    forms = (
+        normal_form(found, begins),
+        normal_form(conic, at),
+        stated(problem, [0.7, 1.9, 0.4], box, 3),
+    )
     for written_down, by_cvxpy, by_definition in zip(*forms, strict=True):
         np.testing.assert_allclose(written_down, by_cvxpy, rtol=1e-12, atol=1e-12)
         np.testing.assert_allclose(written_down, by_definition, rtol=1e-12, atol=1e-12)

@@ -312,7 +312,7 @@ def _irreducible(folder, updated):
 
     spec = load_problem(folder / "problem.toml")
     model = build_model(spec)
-    step = step_problem(spec, model)
+    step = step_problem(spec, model, load_recordings(spec))
     clauses = [c for c in step.clauses if c.name in updated.conflict]
     assert len(clauses) == len(updated.conflict)
 
@@ -357,7 +357,8 @@ def test_the_way_out_of_a_conflict_is_the_true_change(tmp_path):
 def prove(path, confidence=0.99):
     spec = load_problem(path)
     model = build_model(spec)
-    return admissible(model, load_recordings(spec), step_problem(spec, model), confidence)
+    recordings = load_recordings(spec)
+    return admissible(model, recordings, step_problem(spec, model, recordings), confidence)
 
 
 def test_impossible_is_proved_only_when_it_is(tmp_path):
@@ -455,7 +456,9 @@ def test_a_mirrored_structure_ties_its_halves(tmp_path):
     )
     (tmp_path / "problem.toml").write_text(text)
     spec = load_problem(tmp_path / "problem.toml")
-    (mirror,) = [c for c in step_problem(spec, build_model(spec)).constraints if type(c) is Mirror]
+    (mirror,) = [
+        c for c in step_problem(spec, build_model(spec), ()).constraints if type(c) is Mirror
+    ]
     assert mirror.pairs == (("e1.stiffness", "e2.stiffness"),)
     bad = replace(
         spec,
@@ -464,7 +467,7 @@ def test_a_mirrored_structure_ties_its_halves(tmp_path):
         ),
     )
     with pytest.raises(InputError, match="no two parameters are mirror images"):
-        step_problem(bad, build_model(spec))
+        step_problem(bad, build_model(spec), ())
 
 
 def test_an_incomplete_mode_is_reproduced_within_its_deviations_but_never_exactly(tmp_path):

@@ -193,8 +193,8 @@ def test_what_a_whole_matrix_cannot_have_is_said(tmp_path):
 def test_rigid_modes_stay_to_rounding_however_soft_the_frame_is_out_of_its_plane():
     """Whatever entries move, within the clause all six motions stay free by the package's own
     measure; the bay is 160 times softer out of its plane."""
-    spec, model, _ = study.open_problem(PROBLEMS / "ceam/whole" / "problem.toml")
-    context = ModelContext(spec, model)
+    spec, model, recordings = study.open_problem(PROBLEMS / "ceam/whole" / "problem.toml")
+    context = ModelContext(spec, model, recordings)
     table = CONSTRAINTS.named("StiffnessPositive").keys["stiffness_positive"].table(matrix=False)
     (clause,) = StiffnessPositive.from_spec(table, context).clauses(context.columns)
     rows = np.zeros((len(clause.lower), len(model.parameters)))

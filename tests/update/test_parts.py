@@ -42,7 +42,7 @@ def test_every_table_becomes_its_clauses() -> None:
         regularisation=[{"kind": "tikhonov", "weight": 2.0}],
         update={"loss": "huber"},
     )
-    problem = step_problem(spec, model)
+    problem = step_problem(spec, model, ())
     assert (
         problem.columns == NAMES
         and isinstance(problem.loss, Huber)
@@ -63,7 +63,7 @@ def test_every_table_becomes_its_clauses() -> None:
 
 def test_total_mass_row_is_the_gradient_of_the_mass() -> None:
     spec, model = structure(portal(), PORTAL, constraints={"total_mass": {"conserve": True}})
-    problem = step_problem(spec, model)
+    problem = step_problem(spec, model, ())
     (row,) = equality_rows(problem, model.zero())
     gradient = model.mass_gradient(model.zero())
     assert np.count_nonzero(gradient) == 2
@@ -72,8 +72,8 @@ def test_total_mass_row_is_the_gradient_of_the_mass() -> None:
         portal(), PORTAL, constraints={"total_mass": {"value": 1.02 * model.total_mass()}}
     )
     moved = {"lump.m": 0.02 * model.total_mass() / 0.9}
-    assert not broken(step_problem(weighed, model), moved) and broken(
-        step_problem(weighed, model), {}
+    assert not broken(step_problem(weighed, model, ()), moved) and broken(
+        step_problem(weighed, model, ()), {}
     )
 
 
@@ -90,7 +90,7 @@ def test_total_mass_row_is_the_gradient_of_the_mass() -> None:
 def test_a_total_mass_that_cannot_be_a_clause_is_told(parameters, says) -> None:
     spec, model = structure(portal(), parameters, constraints={"total_mass": {"conserve": True}})
     with pytest.raises(InputError, match=says):
-        step_problem(spec, model)
+        step_problem(spec, model, ())
 
 
 def test_equality_rows_are_those_of_equalities_only() -> None:
@@ -100,11 +100,11 @@ def test_equality_rows_are_those_of_equalities_only() -> None:
         "linear": [{"coefficients": {"tie.k": 1.0}, "at_least": 0.0}],
     }
     spec, model = structure(portal(), PORTAL, constraints=tables)
-    rows = equality_rows(step_problem(spec, model), model.zero())
+    rows = equality_rows(step_problem(spec, model, ()), model.zero())
     assert rows.shape == (2, 7) and np.linalg.matrix_rank(rows) == 2
     assert np.allclose(rows @ np.array([1.0, 0.2, 0.2, 1.0, 1.0, 0.2, 1.0]), 0.0)
     spec, model = structure(portal(), PORTAL)
-    assert equality_rows(step_problem(spec, model), model.zero()).shape == (0, 7)
+    assert equality_rows(step_problem(spec, model, ()), model.zero()).shape == (0, 7)
 
 
 def test_regularisers_solver_and_options() -> None:
@@ -115,7 +115,7 @@ def test_regularisers_solver_and_options() -> None:
         solver={"name": "osqp", "tolerance": 1e-9, "max_iterations": 77},
         update={"tolerance": 1e-4, "max_iterations": 9},
     )
-    kinds = [type(r) for r in step_problem(spec, model).regularisers]
+    kinds = [type(r) for r in step_problem(spec, model, ()).regularisers]
     assert kinds == [L1, GroupL1]
     assert solver_choice(spec) == SolverChoice("OSQP", 1e-9, 77)
     assert loop_options(spec, model) == Options(1e-4, 9, Options.radius)

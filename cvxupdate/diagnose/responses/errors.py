@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cvxupdate.correlate.frf import frf_error
-from cvxupdate.correlate.response_error import FRF, TIME, Stated
+from cvxupdate.correlate.response_error import FRF, TIME, Stated, pooled, together
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.responses.signals import Real, Signal
+from cvxupdate.diagnose.types import Errors
 
 
 def channel_errors(point: ResponsePoint, signals: Sequence[Signal]) -> float:
@@ -55,3 +56,26 @@ def stated(point: ResponsePoint, signals: Sequence[Signal]) -> list[Stated]:
         Stated(s.use, TIME if np.any(s.s.real) else FRF, frf_error(own, s.Y))
         for s, own in zip(signals, modelled, strict=True)
     ]
+
+
+@dataclass(frozen=True)
+class ContractErrors:
+    """The contract's errors of every recording, ``before`` and ``after`` a diagnosis."""
+
+    before: Sequence[Stated]
+    after: Sequence[Stated]
+
+    def together(self) -> tuple[Errors, Errors]:
+        """Before and after: the r.m.s. over all recordings of a use, whatever their kind."""
+        before, after = (
+            Errors(together(e, "fit"), together(e, "hold-out")) for e in (self.before, self.after)
+        )
+        return before, after
+
+    def metrics(self) -> dict[str, dict[str, dict[str, float]]]:
+        """{"fit": {metric: {"before": …, "after": …}}, "hold_out": {…}}."""
+        before, after = pooled(self.before), pooled(self.after)
+        return {
+            key: {name: {"before": x, "after": after[key][name]} for name, x in before[key].items()}
+            for key in before
+        }

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.correlate.response_error import Stated, pooled, stated_errors, together
+from cvxupdate.correlate.response_error import Stated, stated_errors
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
-from cvxupdate.diagnose.nominal.mesh import MeshError, mesh_line
+from cvxupdate.diagnose.nominal.mesh import mesh_line
 from cvxupdate.diagnose.nominal.supports import regrown
 from cvxupdate.diagnose.responses.columns import columns_of, delay_unit
 from cvxupdate.diagnose.responses.data import Data
-from cvxupdate.diagnose.responses.errors import channel_errors, noise_errors, stated
+from cvxupdate.diagnose.responses.errors import ContractErrors, channel_errors, noise_errors, stated
 from cvxupdate.diagnose.responses.figures import responses_shown
 from cvxupdate.diagnose.responses.finite_size import few_directions, whole_member
 from cvxupdate.diagnose.responses.first_order import first_order, linearised
@@ -25,7 +25,8 @@ from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.resampling import halves
 from cvxupdate.diagnose.responses.sets import sets_of_elements
-from cvxupdate.diagnose.responses.setting import setting_for
+from cvxupdate.diagnose.responses.setting import EFFORTS, setting_for
+from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
 from cvxupdate.diagnose.settings import (
@@ -55,15 +56,6 @@ from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.fault import Fault
-from cvxupdate.update.trust_region import Options
-
-# tolerance, iterations and first trust region of a fit by its effort
-EFFORTS = {
-    "first pass": Options(1e-2, 3, 0.5),
-    "base": Options(3e-3, 12, 0.5),
-    "coarse": Options(1e-2, 12, 0.5),
-    "sharp": Options(1e-3, 12, 0.5),
-}
 
 
 @dataclass(frozen=True)
@@ -233,17 +225,13 @@ class ResponseEvidence:
         """A fraction of the responses as it is."""
         return errors.worst
 
-    def mesh_of(self, model: Model) -> MeshError:
-        """That of a hypothesis: beams that deform in shear have another."""
-        return self.data.mesh_of(model)
-
     def allowance(self, model: Model) -> float:
         """What extrapolation to a fine mesh may miss, in half-power bandwidths (2 ζ f)."""
         base = self.bases[-1]
         if not base.setting.damped:
             return 0.0
-        bandwidth = np.median(base.point.damping[base.point.owner])
-        return float(min(MOST_ALLOWANCE, self.mesh_of(model).missed(self.data.top) / bandwidth))
+        missed = self.data.mesh_of(model).missed(self.data.top)
+        return float(min(MOST_ALLOWANCE, missed / np.median(base.point.damping[base.point.owner])))
 
     def explained(self, found: Fit, errors: Errors) -> bool:
         """Within noise and the discrepancy of a sound model, or what the mesh may leave."""
@@ -278,19 +266,7 @@ class ResponseEvidence:
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With a damping ratio of its own for every mode, and the faults of the sensors."""
-        point = last.point
-        setting = point.setting
-        faults = zip(setting.faults, (float(v) for v in point.fault_values), strict=True)
-        n = len(setting.model.parameters)
-        notes: tuple[str, ...] = ()
-        if setting.mesh is not None and np.any(np.abs(setting.mesh) > 1e-6):
-            shift = 100.0 * float(np.abs(setting.mesh).max())
-            notes = (
-                "The diagnosis took out what the mesh shifts the frequencies (up to "
-                f"{shift:.2g} %); this file has them with it.",
-            )
-        zeta = point.damping[point.modes.rigid :]
-        return Updated(setting.model, point.p[:n], zeta=zeta, faults=tuple(faults), notes=notes)
+        return updated_model(last.point)
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Responses before and after, what remains, and the map of explained fractions."""
@@ -306,22 +282,15 @@ class ResponseEvidence:
     def _before(self) -> tuple[Stated, ...]:
         return stated_errors(self.original, (*self.data.fit, *self.data.hold_out))
 
-    def _after(self, last: Fit) -> list[Stated]:
-        return stated(last.point, (*self.data.sharp, *self.data.sharp_hold_out))
+    def _contract(self, last: Fit) -> ContractErrors:
+        signals = (*self.data.sharp, *self.data.sharp_hold_out)
+        return ContractErrors(self._before, stated(last.point, signals))
 
     def stated(self, last: Fit) -> tuple[Errors, Errors]:
         """The contract's error: of the file as it came, mesh included, and of the diagnosed model,
         the mesh's error taken out."""
-        before, after = (
-            Errors(together(e, "fit"), together(e, "hold-out"))
-            for e in (self._before, self._after(last))
-        )
-        return before, after
+        return self._contract(last).together()
 
     def metrics(self, last: Fit) -> dict[str, Any]:
         """The contract's metrics."""
-        before, after = pooled(self._before), pooled(self._after(last))
-        return {
-            key: {name: {"before": x, "after": after[key][name]} for name, x in before[key].items()}
-            for key in before
-        }
+        return self._contract(last).metrics()

@@ -14,6 +14,15 @@ from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import natural_modes
 from cvxupdate.fe.rigid import rigid_body_modes
 from cvxupdate.physics.fault import Fault
+from cvxupdate.update.trust_region import Options
+
+# tolerance, iterations and first trust region of a fit by its effort
+EFFORTS = {
+    "first pass": Options(1e-2, 3, 0.5),
+    "base": Options(3e-3, 12, 0.5),
+    "coarse": Options(1e-2, 12, 0.5),
+    "sharp": Options(1e-3, 12, 0.5),
+}
 
 
 def setting_for(
