@@ -111,6 +111,7 @@ PENDING_HASATTR: set[str] = {
 }
 
 SHARED_FOLDERS = {"cases", "benchmarks"}  # instances for the contract tests; `make bench`
+BESIDE = {"validation"}  # packages of scripts beside the package, which have tests too
 WHOLE = {"test_architecture.py", "test_house_rules.py", "test_examples.py"}
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -249,12 +250,14 @@ def test_helpers_that_count_as_assertions_assert() -> None:
 
 
 def test_tests_mirror_the_package() -> None:
-    """Every folder of tests is a folder of the package, every file beside them a module."""
+    """Every folder of tests is a folder of the package (or of the scripts beside it), every file
+    beside them a module."""
     folders = {p.parent.relative_to(TESTS) for p in sources(TESTS)} - {Path()}
     astray = {
         f.as_posix()
         for f in folders
-        if f.parts[0] not in SHARED_FOLDERS and not (PACKAGE / f).is_dir()
+        if f.parts[0] not in SHARED_FOLDERS
+        and not ((ROOT if f.parts[0] in BESIDE else PACKAGE) / f).is_dir()
     }
     assert astray == set()
     for path in TESTS.glob("test_*.py"):

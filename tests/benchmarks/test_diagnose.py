@@ -27,8 +27,9 @@ from cvxupdate.convex import Bounds, StepProblem, Tikhonov  # noqa: E402
 from cvxupdate.convex.matrix_form import cone_program  # noqa: E402
 from cvxupdate.convex.problem import compile_step  # noqa: E402
 from cvxupdate.convex.quadratic import quadratic_program  # noqa: E402
-from cvxupdate.diagnose.forward import receptances, respond, undamped  # noqa: E402
-from cvxupdate.diagnose.signals import Signal  # noqa: E402
+from cvxupdate.diagnose.nominal.damping import undamped  # noqa: E402
+from cvxupdate.diagnose.responses.signals import Signal  # noqa: E402
+from cvxupdate.diagnose.responses.synthesis import receptances, respond  # noqa: E402
 from cvxupdate.fe.modes import natural_modes  # noqa: E402
 from cvxupdate.fe.rigid import rigid_body_modes  # noqa: E402
 from cvxupdate.physics.growth import Rates, Wanted, append_parameters, tangents  # noqa: E402

@@ -9,9 +9,9 @@ from dataclasses import replace
 import pytest
 
 from cvxupdate.diagnose import diagnose_problem
-from cvxupdate.diagnose.data import ordinary
-from cvxupdate.diagnose.fit import prior_scales, setting_for
-from cvxupdate.diagnose.forward import undamped
+from cvxupdate.diagnose.nominal.damping import undamped
+from cvxupdate.diagnose.nominal.scatter import with_nuisance
+from cvxupdate.diagnose.responses.fit import prior_scales, setting_for
 from cvxupdate.errors import InputError
 
 
@@ -174,12 +174,11 @@ def test_two_lumps_are_both_found(chain, lab, measure, changes, found_at):
 def test_a_calibrated_model_scatters_less(chain):
     """`[diagnose] scatter`: bounds and priors of the ordinary parameters shrink together."""
     _, model = chain
-    usual, known = (ordinary(undamped(model), scatter=s) for s in (1.0, 0.1))
+    usual, known = (with_nuisance(undamped(model), scatter=s) for s in (1.0, 0.1))
     assert [q.upper for q in known.parameters] == pytest.approx(
         [0.1 * q.upper for q in usual.parameters]
     )
     scales = [
-        prior_scales(setting_for(m, model, (), 75.0, 5.0))[: len(m.parameters)]
-        for m in (usual, known)
+        prior_scales(setting_for(m, model, (), 75.0))[: len(m.parameters)] for m in (usual, known)
     ]
     assert scales[1] == pytest.approx(0.1 * scales[0])

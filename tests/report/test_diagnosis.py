@@ -14,8 +14,11 @@ import pytest
 from markupsafe import escape
 from rich.console import Console
 
-from cvxupdate.diagnose.curves import Curve, ModeError, Shown, Spectrum
-from cvxupdate.diagnose.finding import Diagnosis, Finding
+from cvxupdate.diagnose.output.diagnosis import Diagnosis
+from cvxupdate.diagnose.output.export import Written
+from cvxupdate.diagnose.shown import Curve, ModeError, Shown, Spectrum
+from cvxupdate.diagnose.types import Finding
+from cvxupdate.physics import told
 from cvxupdate.physics.place import Place
 from cvxupdate.report.diagnosis import diagnosis_files, diagnosis_summary
 from cvxupdate.spec import load_problem
@@ -45,12 +48,14 @@ SHOWN = Shown(
 FINDING = Finding(
     "grounding_spring",
     Place(nodes=(1,), dof="ry"),
+    "a support that <gives way> at node 1 (ry)",
     {"k": 3498.1},
     {"k": 1.3},
+    {"k": 0.4},
     0.97,
-    (("joint_flexibility", Place(nodes=(1,), elements=(1,))),),
+    1.0,
+    (told("joint_flexibility", Place(nodes=(1,), elements=(1,))),),
     "The support gives way & <turns>.",
-    "a support that <gives way> at node 1 (ry)",
 )
 FOUND = Diagnosis(
     "o05",
@@ -69,14 +74,14 @@ FOUND = Diagnosis(
         },
     ),
     {
-        "fit": {"before": 1.5, "ordinary": 0.8, "after": 0.01, "noise": 0.005},
-        "hold_out": {"before": 1.4, "ordinary": 0.9, "after": 0.02},
+        "fit": {"before": 1.5, "nuisance": 0.8, "after": 0.01, "noise": 0.005},
+        "hold_out": {"before": 1.4, "nuisance": 0.9, "after": 0.02},
     },
     {"fit": {"frf_error": {"before": 1.5, "after": 0.01}}},
     ("One line of <evidence>.",),
     3.2,
     {},
-    "# the model\n",
+    Written({"model": {"dofs": ["x"]}}, ("the model",)),
     SHOWN,
 )
 
@@ -158,7 +163,7 @@ def test_what_is_not_there_is_left_out(change: dict[str, Any], figures: int) -> 
 def test_the_model_is_a_file_beside_the_page() -> None:
     files, text = diagnosis_files(FOUND, SPEC)
     assert (
-        files["updated/problem.toml"] == "# the model\n"
+        files["updated/problem.toml"] == FOUND.updated.text
         and '"shown"' not in text
         and '"updated"' not in text
     )

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.linalg import eig, eigh
 
-from cvxupdate.diagnose.data import ordinary
-from cvxupdate.diagnose.forward import undamped
-from cvxupdate.diagnose.modal_damping import LUCK, Ratios, damping_trials, needed_drop
+from cvxupdate.diagnose.modes.damping import LUCK, Ratios, damping_trials, needed_drop
+from cvxupdate.diagnose.nominal.damping import undamped
+from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 
@@ -36,7 +36,7 @@ def ratios(lab, C, D, zeta=0.004):
 
 
 def found(chain, ratios):
-    model = ordinary(undamped(chain[1]))
+    model = with_nuisance(undamped(chain[1]))
     m = model.matrices(model.zero())
     context = SearchContext(model, m.K, m.M, 60.0, 8.0, (), (), lambda node, kind: model, 0.004)
     return damping_trials(ratios, [c for w in WORDS for c in candidates_of(context, (w,))])
@@ -53,12 +53,10 @@ def test_a_dashpot_across_a_spring(chain, lab):
     best = trials[0]
     near = [t for t in trials if t.strain < best.strain + 6.0]
     named = [
-        t
-        for t in near
-        if t.candidate.physics == "viscous_damper" and t.candidate.place.nodes == (2, 3)
+        t for t in near if t.effect.physics == "viscous_damper" and t.effect.place.nodes == (2, 3)
     ]
     assert before > 20.0 and named
-    c = named[0].candidate
+    c = named[0].effect
     model = c.change.model
     value, deviation = c.figures[0].value(
         model, model.parameters[-1], named[0].size, named[0].deviation
@@ -72,7 +70,7 @@ def test_one_rate_of_decay(chain, lab):
     named = [
         t
         for t in trials
-        if t.candidate.physics == "mass_proportional_damping" and t.strain < trials[0].strain + 6.0
+        if t.effect.physics == "mass_proportional_damping" and t.strain < trials[0].strain + 6.0
     ]
     assert named and named[0].size == pytest.approx(6.0, abs=3.0 * named[0].deviation)
 
@@ -84,7 +82,7 @@ def test_the_rate_of_a_word_is_the_derivative_of_the_complex_modes_damping(chain
         ratios(real, real.C, np.zeros((4, 4))),
         ratios(bare, bare.C, np.zeros((4, 4))),
     )
-    model = ordinary(undamped(chain[1]))
+    model = with_nuisance(undamped(chain[1]))
     m = model.matrices(model.zero())
     context = SearchContext(model, m.K, m.M, 60.0, 8.0, (), (), lambda node, kind: model, 0.004)
     c = next(c for c in candidates_of(context, ("viscous_damper",)) if c.place.nodes == (2, 3))

@@ -8,7 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.mesh import ANOTHER, NONE, mesh_error, refined, shearing, stocky
+from cvxupdate.diagnose.nominal.mesh import (
+    ANOTHER,
+    NONE,
+    mesh_error,
+    refined,
+    shearing,
+    stocky,
+)
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
 

@@ -1,9 +1,8 @@
-"""The diagnosed model written as a problem file: built anew, it is the diagnosed model, word by
-word."""
+"""The diagnosed model written as a problem file: built anew, it is the diagnosed model, effect by
+effect."""
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,9 +11,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cvxupdate.diagnose.export import of_modes, problem_text
-from cvxupdate.diagnose.forward import undamped
-from cvxupdate.diagnose.signals import frf_lines, smooth
+from cvxupdate.diagnose.gather import gathered
+from cvxupdate.diagnose.modes.fit import ModesFit, setting_of
+from cvxupdate.diagnose.nominal.damping import undamped
+from cvxupdate.diagnose.output.export import problem_file, updated_problem
+from cvxupdate.diagnose.responses.lines import frf_lines
+from cvxupdate.diagnose.responses.signals import smooth
+from cvxupdate.diagnose.types import Further, Updated
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
@@ -25,14 +28,13 @@ from cvxupdate.physics import candidates_of
 from cvxupdate.physics.attached_resonator import attach
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, plant
+from cvxupdate.physics.fault import Fault
 from cvxupdate.physics.growth import Wanted, append_parameters
-from cvxupdate.physics.sensor_fault import Fault
 from cvxupdate.recordings.corrections import corrected
 from cvxupdate.recordings.load import load_recordings
 from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Origin
 from cvxupdate.residual.modal import modal_residual
 from cvxupdate.spec import Spec, check_problem, load_problem
-from cvxupdate.spec.write import compacted, tables_of, to_toml
 from tests.cases.elements import STEEL, grid, nodes, toml
 
 BEAM = {
@@ -112,7 +114,7 @@ def problem(folder: Path, structure: dict[str, Any]) -> Spec:
     return load_problem(path)
 
 
-def ordinary(model: Model) -> Model:
+def nuisance(model: Model) -> Model:
     """A p-value of stiffness and mass for the first group."""
     first = model.blocks[0]
     mine = tuple(
@@ -143,7 +145,7 @@ def context_of(spec: Spec, model: Model) -> SearchContext:
                 kept = tuple(k for k in s.dofs if (n, k) != (node, kind))
                 supports += [s.model_copy(update={"nodes": (n,), "dofs": kept})] if kept else []
         freed = replace(spec, model=spec.model.model_copy(update={"supports": tuple(supports)}))
-        return model.with_parameters(()) if not supports else ordinary(undamped(build_model(freed)))
+        return model.with_parameters(()) if not supports else nuisance(undamped(build_model(freed)))
 
     return SearchContext(model, m.K, m.M, 400.0, 5.0, (), tuple(held), release, 0.005)
 
@@ -175,7 +177,8 @@ def written(folder: Path, spec: Spec, model: Model, p: NDArray[np.float64]) -> t
     path = folder / "again" / "problem.toml"
     path.parent.mkdir(exist_ok=True)
     path.write_text(
-        problem_text(spec, model, p, zeta=[0.0], says=["what\nwas found"]), encoding="utf-8"
+        problem_file(spec, Updated(model, p, zeta=np.zeros(1)), says=["what\nwas found"]).text,
+        encoding="utf-8",
     )
     assert check_problem(path) == ()
     again = load_problem(path)
@@ -183,7 +186,7 @@ def written(folder: Path, spec: Spec, model: Model, p: NDArray[np.float64]) -> t
 
 
 def values_for(candidate: Effect, model: Model) -> NDArray[np.float64]:
-    """Ordinary parameters off by percents, physics by much, within bounds."""
+    """Nuisance parameters off by percents, physics by much, within bounds."""
     rng = np.random.default_rng(len(candidate.name))
     p = np.concatenate([[0.031, -0.024], rng.uniform(0.2, 0.45, candidate.count)])
     if candidate.sign == 0 and len(candidate.name) % 2:
@@ -226,11 +229,11 @@ WORDS = [
 
 
 @pytest.mark.parametrize(("structure", "word"), WORDS)
-def test_every_word_at_every_place_is_written(tmp_path: Path, structure: str, word: str) -> None:
-    """FRFs of the file built anew are those of the diagnosed model to 1e-8 of the largest, ordinary
+def test_every_effect_at_every_place_is_written(tmp_path: Path, structure: str, word: str) -> None:
+    """FRFs of the file built anew are those of the diagnosed model to 1e-8 of the largest, nuisance
     parameters and all damping included."""
     spec = problem(tmp_path, STRUCTURES[structure])
-    base = ordinary(undamped(build_model(spec)))
+    base = nuisance(undamped(build_model(spec)))
     found = candidates_of(context_of(spec, base), (word,))
     assert found
     acts: list[bool] = []
@@ -261,7 +264,7 @@ def test_every_word_at_every_place_is_written(tmp_path: Path, structure: str, wo
 
 def test_added_masses_taken_off_and_put_on(tmp_path: Path) -> None:
     spec = problem(tmp_path, BEAM)
-    base = ordinary(undamped(build_model(spec)))
+    base = nuisance(undamped(build_model(spec)))
     lump = next(
         c for c in candidates_of(context_of(spec, base), ("added_mass",)) if c.place.nodes == (4,)
     )
@@ -281,7 +284,7 @@ def test_several_effects_at_once(tmp_path: Path) -> None:
     """A joint that gives way at the node of a soft support, with a resonator, a spin-free lump and
     a thinner element beside it."""
     spec = problem(tmp_path, BEAM)
-    model = ordinary(undamped(build_model(spec)))
+    model = nuisance(undamped(build_model(spec)))
     soft = next(
         c
         for c in candidates_of(context_of(spec, model), ("grounding_spring",))
@@ -325,7 +328,7 @@ zeta = 0.01
         encoding="utf-8",
     )
     spec = load_problem(tmp_path / "problem.toml")
-    model = ordinary(undamped(build_model(spec)))
+    model = nuisance(undamped(build_model(spec)))
     _, rebuilt = written(tmp_path, spec, model, np.array([0.2, -0.1]))
     np.testing.assert_allclose(
         rebuilt.matrices().K.toarray(), 1.2 * np.array([[3e4, -1e4], [-1e4, 2e4]])
@@ -333,13 +336,13 @@ zeta = 0.01
     np.testing.assert_allclose(rebuilt.matrices().M.toarray(), 0.9 * np.diag([1.2, 0.7]))
 
 
-def test_what_has_no_word_is_refused(tmp_path: Path) -> None:
+def test_what_no_file_can_say_is_refused(tmp_path: Path) -> None:
     spec = problem(tmp_path, BEAM)
     model = undamped(build_model(spec))
     odd = replace(model.blocks[-1], ids=np.array([99]))
     odd = replace(odd, kind=replace(odd.kind, name="sponge"))
     with pytest.raises(ModelError, match="sponge"):
-        problem_text(spec, replace(model, blocks=(*model.blocks, odd)), np.zeros(0))
+        problem_file(spec, Updated(replace(model, blocks=(*model.blocks, odd)), np.zeros(0)))
 
 
 def test_sensor_faults_are_taken_out_of_the_recordings_that_have_them(tmp_path: Path) -> None:
@@ -357,15 +360,12 @@ def test_sensor_faults_are_taken_out_of_the_recordings_that_have_them(tmp_path: 
     )
     (tmp_path / "problem.toml").write_text(f"model = {toml(BEAM)}\n{recordings}", encoding="utf-8")
     spec = load_problem(tmp_path / "problem.toml")
-    model = ordinary(undamped(build_model(spec)))
-    text = problem_text(
+    model = nuisance(undamped(build_model(spec)))
+    text = problem_file(
         spec,
-        model,
-        model.zero(),
-        zeta=[0.01],
-        faults=faults,
-        channels=[frozenset({"n2.z", "n3.z"}), frozenset({"n3.z"})],
-    )
+        Updated(model, model.zero(), zeta=np.array([0.01]), faults=tuple(faults)),
+        [frozenset({"n2.z", "n3.z"}), frozenset({"n3.z"})],
+    ).text
     (tmp_path / "again.toml").write_text(text, encoding="utf-8")
     again = load_problem(tmp_path / "again.toml")
     assert [len(r.corrections) for r in again.recordings] == [3, 1]
@@ -388,13 +388,15 @@ def test_modal_damping_is_that_of_the_diagnosis(tmp_path: Path) -> None:
     """Each mode its own ratio, a common decay rate beside them, and a free structure's rigid-body
     modes without."""
     spec = problem(tmp_path, {**PLATE, "supports": []})
-    model = ordinary(undamped(build_model(spec)))
+    model = nuisance(undamped(build_model(spec)))
     air = next(iter(candidates_of(context_of(spec, model), ("mass_proportional_damping",))))
     assert air.change is not None
     p = np.array([0.02, -0.01, 0.7])
     zeta = [0.011, 0.007, 0.02, 0.02, 0.02]
     path = tmp_path / "again.toml"
-    path.write_text(problem_text(spec, air.change.model, p, zeta=zeta), encoding="utf-8")
+    path.write_text(
+        problem_file(spec, Updated(air.change.model, p, zeta=np.array(zeta))).text, encoding="utf-8"
+    )
     rebuilt = build_model(load_problem(path))
     assert rebuilt.modal_damping == (0.011, 0.007, 0.02)
     m = matrices_with_damping(rebuilt)
@@ -430,7 +432,7 @@ def test_mode_tables_keep_their_pairs_when_modes_are_counted_anew(tmp_path: Path
         f"model = {toml(BEAM)}\n{MODES.replace('FOURTH', repr(float(fourth)))}", encoding="utf-8"
     )
     spec = load_problem(tmp_path / "problem.toml")
-    base = ordinary(undamped(build_model(spec)))
+    base = nuisance(undamped(build_model(spec)))
     low = 0.3 * model_modes(base, 1).frequencies[0]
     model = attach(base, base.place["n6.z"], float(low), 1e-3, 0.01)
     fit, hold = (
@@ -438,12 +440,18 @@ def test_mode_tables_keep_their_pairs_when_modes_are_counted_anew(tmp_path: Path
         for use in ("fit", "hold-out")
     )
     first = modal_residual(base, fit, hold, False).evaluate(base.zero())
+    recordings = load_recordings(spec)
+    evidence = gathered(spec, build_model(spec), recordings, lambda said: None)
+    setting = setting_of(model, evidence.tables)
     point = replace(
-        modal_residual(model, fit, hold, False).evaluate(model.zero()),
+        setting.residual.evaluate(model.zero()),
         places=tuple(np.where(a >= 0, a + 1, a) for a in first.places),
     )
     path = tmp_path / "again.toml"
-    path.write_text(of_modes(spec, point) or "", encoding="utf-8")
+    updated = evidence.updated(ModesFit(setting, point, 0.0, 3), Further())
+    done = updated_problem(spec, recordings, updated)
+    assert done is not None
+    path.write_text(done.text, encoding="utf-8")
     again = load_problem(path)
     assert [[row.mode for row in r.rows] for r in again.recordings if r.kind == "modes"] == [
         [4],
@@ -478,7 +486,7 @@ def test_damping_found_in_tables_stands_beside_that_of_the_file(
             **({"damping": damping} if damping else {}),
         },
     )
-    file, model = build_model(spec), ordinary(undamped(build_model(spec)))
+    file, model = build_model(spec), nuisance(undamped(build_model(spec)))
     own = replace(
         file,
         blocks=tuple(
@@ -497,7 +505,9 @@ def test_damping_found_in_tables_stands_beside_that_of_the_file(
         assert candidate.change is not None
         p = np.append(model.zero(), 0.8)
         path = tmp_path / "again.toml"
-        path.write_text(problem_text(spec, candidate.change.model, p), encoding="utf-8")
+        path.write_text(
+            problem_file(spec, Updated(candidate.change.model, p)).text, encoding="utf-8"
+        )
         got, was, extra = (
             build_model(load_problem(path)).matrices(),
             file.matrices(),
@@ -512,39 +522,3 @@ def test_damping_found_in_tables_stands_beside_that_of_the_file(
         else:  # there the model under diagnosis has kept what stands beside modal damping
             assert abs(got.C - extra.C).max() <= 1e-12 * abs(extra.C).max()
         assert abs(got.K - was.K).max() == 0.0
-
-
-@pytest.mark.parametrize(
-    "where",
-    [
-        "tests/spec/good/problem.toml",
-        "problems/structure_a/problem.toml",
-        "problems/concealed/o04/problem.toml",
-    ],
-)
-def test_a_problem_written_is_the_problem_read(tmp_path: Path, where: str) -> None:
-    """Every table, tables in CSV files included, from another folder."""
-    spec = load_problem(Path(__file__).parents[2] / where)
-    path = tmp_path / "problem.toml"
-    path.write_text(to_toml(compacted(tables_of(spec)), ["one", "two\nthree"]), encoding="utf-8")
-    again = load_problem(path)
-    assert tomllib.loads(path.read_text(encoding="utf-8"))["model"]["dofs"] == list(spec.model.dofs)
-    for name in (
-        "title",
-        "source",
-        "update",
-        "constraints",
-        "regularisation",
-        "solver",
-        "diagnose",
-    ):
-        assert getattr(again, name) == getattr(spec, name), name
-    one, other = build_model(spec), build_model(again)
-    assert one.labels == other.labels
-    for a, b in zip(
-        one.matrices().__dict__.values(), other.matrices().__dict__.values(), strict=True
-    ):
-        assert abs(a - b).max() == 0.0
-    assert [r.model_dump(exclude={"file"}) for r in again.recordings] == [
-        r.model_dump(exclude={"file"}) for r in spec.recordings
-    ]

@@ -1,4 +1,5 @@
-"""What a diagnosis draws: magnitudes that keep their peaks, what remains against noise, the map."""
+"""What a diagnosis draws of responses: magnitudes that keep their peaks, what remains against
+noise."""
 
 from __future__ import annotations
 
@@ -8,50 +9,20 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from cvxupdate.diagnose.curves import Shown, extremes, modes_shown, places, responses_shown
-from cvxupdate.diagnose.fit import setting_for
-from cvxupdate.diagnose.forward import undamped
-from cvxupdate.diagnose.residual import ResponsePoint
-from cvxupdate.diagnose.signals import Signal, frf_lines, smooth
-from cvxupdate.fe.model import Model
-from cvxupdate.fe.select import select_parameters
+from cvxupdate.diagnose.nominal.damping import undamped
+from cvxupdate.diagnose.responses.figures import extremes, responses_shown
+from cvxupdate.diagnose.responses.fit import setting_for
+from cvxupdate.diagnose.responses.lines import frf_lines
+from cvxupdate.diagnose.responses.point import ResponsePoint
+from cvxupdate.diagnose.responses.signals import Signal, smooth
+from cvxupdate.diagnose.shown import Shown
 from cvxupdate.physics import told
-from cvxupdate.physics.effect import ChannelFault, Effect
-from cvxupdate.physics.growth import Wanted
 from cvxupdate.physics.place import Place
-from cvxupdate.physics.sensor_fault import ChannelGain, Fault
-from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Origin
-from cvxupdate.residual.modal import modal_residual
-from tests.cases.elements import build
+from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
+from tests.cases.three_masses import MASS, STIFFNESS, ZETA, chain
 
 LINES = np.arange(5.0, 75.0, 0.05)
-STIFFNESS, MASS = (6.0e4, 4.0e4, 5.2e4), (2.0, 1.4, 1.1)
-ZETA, FACTOR, NOISE = 0.01, 1.21, 1e-3
-
-
-def chain() -> Model:
-    text = {
-        "dofs": ["x"],
-        "nodes": [{"id": i + 1, "x": float(i)} for i in range(3)],
-        "elements": [
-            {
-                "type": "spring",
-                "dof": "x",
-                "rows": [
-                    {"id": 1, "nodes": [1], "k": STIFFNESS[0]},
-                    {"id": 2, "nodes": [1, 2], "k": STIFFNESS[1]},
-                    {"id": 3, "nodes": [2, 3], "k": STIFFNESS[2]},
-                ],
-            },
-            {
-                "type": "mass",
-                "rows": [{"id": 4 + i, "nodes": [i + 1], "m": m} for i, m in enumerate(MASS)],
-            },
-        ],
-        "damping": {"kind": "modal", "zeta": ZETA},
-    }
-    model = build(text)
-    return model.with_parameters(select_parameters([Wanted("k2", "stiffness", (2,))], model))
+FACTOR, NOISE = 1.21, 1e-3
 
 
 def recording(use: str, reference: int) -> FrequencyResponse:
@@ -87,7 +58,7 @@ def shown() -> Shown:
     fitted, held = (
         (smooth(frf_lines(recording(use, n)), 0.0),) for use, n in (("fit", 1), ("hold-out", 2))
     )
-    setting = setting_for(model, chain(), fitted, 75.0, 5.0)
+    setting = setting_for(model, chain(), fitted, 75.0)
 
     def at(p: float) -> ResponsePoint:
         values: NDArray[np.float64] = np.zeros(len(setting.columns))
@@ -146,30 +117,9 @@ def test_recordings_that_hear_nothing_are_not_drawn() -> None:
     signals = (
         smooth(frf_lines(replace(deaf, H=1e-9 * deaf.H, variance=np.ones(deaf.H.shape))), 0.0),
     )
-    setting = setting_for(model, chain(), signals, 75.0, 5.0)
+    setting = setting_for(model, chain(), signals, 75.0)
     point = setting.evaluate(np.zeros(len(setting.columns)))
     assert responses_shown(point, point, signals, (), []) == Shown()
-
-
-def test_the_map_takes_nodes_elements_and_no_channels() -> None:
-    def candidate(share: float, **place: object) -> tuple[Effect, float]:
-        return told("added_mass", Place(**place)), share  # type: ignore[arg-type]
-
-    wrong = ChannelFault(Fault("n5.x", "gain"))
-
-    nodes, elements = places(
-        [
-            candidate(0.2, nodes=(1,)),
-            candidate(0.5, nodes=(1,)),
-            candidate(0.4, nodes=(2, 3)),
-            (Effect(ChannelGain(), Place(nodes=(5,)), wrong, ()), 0.9),
-            candidate(0.3, elements=(7,)),
-            candidate(0.8, elements=(7, 8)),
-            candidate(np.nan, elements=(9,)),
-            candidate(0.0, nodes=(4,)),
-        ]
-    )
-    assert nodes == {1: 0.5, 2: 0.4, 3: 0.4} and elements == {7: 0.3}
 
 
 def test_extremes_keep_peaks_and_dips() -> None:
@@ -178,27 +128,6 @@ def test_extremes_keep_peaks_and_dips() -> None:
     found = extremes(values, 100)
     assert {1234, 4321} <= set(found.tolist()) and len(found) <= 100 and np.all(np.diff(found) > 0)
     assert extremes(values[:80], 100).tolist() == list(range(80))
-
-
-def test_modes_before_and_after() -> None:
-    model = replace(chain(), modal_damping=())
-    table = ModeTable(
-        Origin("t", "t"),
-        np.array([12.0, 33.0]),
-        np.full(2, 0.1),
-        np.full(2, np.nan),
-        np.full(2, np.nan),
-        (),
-        None,
-        None,
-        np.array([1, 2]),
-    )
-    residual = modal_residual(model, (table,), (), False)
-    got = modes_shown(residual.evaluate(np.zeros(1)), residual.evaluate(np.array([0.2])), [])
-    assert [m.frequency for m in got.modes] == [12.0, 33.0] and all(
-        m.use == "fit" for m in got.modes
-    )
-    assert all(m.after > m.before for m in got.modes)  # stiffer is faster
 
 
 def test_signals_are_what_the_curves_say(shown: Shown) -> None:

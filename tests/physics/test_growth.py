@@ -1,4 +1,4 @@
-"""Every physics word is the model with one more parameter: its tangent is the derivative of what
+"""Every effect is the model with one more parameter: its tangent is the derivative of what
 the refit uses, its limits are the known ones."""
 
 from __future__ import annotations
@@ -6,8 +6,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.data import held_dofs, ordinary, release_from
-from cvxupdate.diagnose.forward import undamped
+from cvxupdate.diagnose.nominal.damping import undamped
+from cvxupdate.diagnose.nominal.scatter import with_nuisance
+from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
 from cvxupdate.fe.modes import natural_modes
 from cvxupdate.physics import EFFECTS, candidates_of
 from cvxupdate.physics.attached_resonator import attach
@@ -16,9 +17,9 @@ from cvxupdate.physics.context import SearchContext
 
 def context_of(problem):
     spec, model = problem
-    start = ordinary(undamped(model))
+    start = with_nuisance(undamped(model))
     m = start.matrices(start.zero())
-    held = held_dofs(model, [(s.nodes, s.dofs) for s in spec.model.supports], spec.model.dofs)
+    held = held_dofs(spec, model)
     return SearchContext(
         start, m.K, m.M, 800.0, 5.0, tuple(start.labels[:3]), tuple(held), release_from(spec), 0.005
     )

@@ -4,76 +4,17 @@ nothing is found where nothing is."""
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from cvxupdate.diagnose import diagnose_problem
-from cvxupdate.diagnose.data import ordinary
-from cvxupdate.diagnose.forward import undamped
-from cvxupdate.diagnose.mesh import mesh_error
-from cvxupdate.diagnose.modal_fit import FREQUENCY_FLOOR, Tables, prepared
-from cvxupdate.fe.build import build_model
+from cvxupdate.diagnose.nominal.damping import undamped
+from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.recordings.load import load_recordings
-from cvxupdate.recordings.types import ModeTable, Origin
-from cvxupdate.spec import load_problem
 from cvxupdate.study import correlate, diagnose, run
-
-NODES = np.cumsum(
-    [0.0, 0.03, 0.034, 0.028, 0.031, 0.036, 0.03, 0.033, 0.029, 0.035, 0.032, 0.03, 0.034]
-)  # unequal spans
-BAR = """
-title = "Cantilever"
-[model]
-dofs = ["z", "ry"]
-nodes = [{nodes}]
-[model.materials.steel]
-E = {E}
-nu = 0.3
-rho = 7850.0
-[model.sections.strip]
-shape = "rectangle"
-width = 0.04
-height = 0.006
-[[model.elements]]
-type = "beam3d"
-material = "steel"
-section = "strip"
-rows = [{elements}]
-{extra}
-[[model.supports]]
-nodes = [1]
-dofs = ["z", "ry"]
-[[recordings]]
-kind = "modes"
-rows = [{rows}]
-{hold}
-"""
-
-
-def text(rows="{ frequency = 10.0 }", extra="", E="207e9", hold=""):
-    nodes = ", ".join(f"{{ id = {i + 1}, x = {x:.6g} }}" for i, x in enumerate(NODES))
-    elements = ", ".join(
-        f'{{ id = {i + 1}, nodes = [{i + 1}, {i + 2}], group = "bar" }}'
-        for i in range(len(NODES) - 1)
-    )
-    return BAR.format(nodes=nodes, elements=elements, rows=rows, extra=extra, E=E, hold=hold)
-
-
-def load(folder, content):
-    path = folder / "problem.toml"
-    path.write_text(content, encoding="utf-8")
-    spec = load_problem(path)
-    return spec, build_model(spec)
-
-
-def rows_of(f):
-    return ", ".join(
-        f"{{ frequency = {v:.8g}, frequency_std = {1e-3 * v:.3g}, mode = {i + 1} }}"
-        for i, v in enumerate(f)
-    )
+from tests.cases.cantilever import load, rows_of, text
 
 
 def problem(folder, extra, modes=4, again=True):
@@ -143,7 +84,7 @@ def test_what_is_diagnosed_can_be_compared_and_updated(tmp_path):
     )
     found = diagnose(spec.path)
     written = tmp_path / "updated.toml"
-    written.write_text(found.updated, encoding="utf-8")
+    written.write_text(found.updated.text, encoding="utf-8")
     for use in ("fit", "hold_out"):
         before = correlate(spec.path).fit[use]["frequency_error_percent_mean"]["after"]
         after = correlate(written).fit[use]["frequency_error_percent_mean"]["after"]
@@ -156,7 +97,7 @@ def test_what_is_diagnosed_can_be_compared_and_updated(tmp_path):
 
 
 def test_a_group_that_is_off_beyond_all_scatter_is_named(tmp_path):
-    """A quarter less E in the whole bar: ordinary parameters may not take that up."""
+    """A quarter less E in the whole bar: nuisance parameters may not take that up."""
     _, real = load(tmp_path, text(E="155e9"))
     f = model_modes(real, 5).frequencies[:5]
     spec, model = load(tmp_path, text(rows_of(f)))
@@ -179,7 +120,7 @@ def test_many_groups_that_are_off_are_a_matter_of_parameters(tmp_path):
         text("ROWS", hold=words),
     )
     spec, model = load(tmp_path, three.replace("ROWS", "{ frequency = 10.0 }"))
-    wide = ordinary(undamped(model), wide=True)
+    wide = with_nuisance(undamped(model), wide=True)
     off = dict(zip(("bar 0", "bar 1", "bar 2", "bar 3"), (0.16, -0.13, 0.17, -0.14), strict=True))
     p = np.array([off[q.group] if q.of == "stiffness" else 0.0 for q in wide.parameters])
     spec, model = load(
@@ -191,59 +132,3 @@ def test_many_groups_that_are_off_are_a_matter_of_parameters(tmp_path):
         f.physics == "stiffness_change" and set(f.place.groups) <= set(off) for f in found.findings
     ), "which groups, seven frequencies do not settle"
     assert found.fit["fit"]["after"] < 2e-3 < 0.01 < found.fit["fit"]["before"]
-
-
-def test_the_mesh_is_taken_out_of_the_tables(tmp_path):
-    """Four elements for a bar: the fourth frequency is off by half a per cent and more, which is
-    the mesh and nothing else."""
-    spec, _ = load(tmp_path, text())
-    fine = build_model(spec)
-    few = [n for n in spec.model.nodes if n.id in (1, 4, 7, 10, 13)]
-    rows = tuple(
-        spec.model.elements[0].rows[i].model_copy(update={"nodes": pair})
-        for i, pair in enumerate([(1, 4), (4, 7), (7, 10), (10, 13)])
-    )
-    block = spec.model.elements[0].model_copy(update={"rows": rows})
-    rough = replace(
-        spec, model=spec.model.model_copy(update={"nodes": tuple(few), "elements": (block,)})
-    )
-    model = build_model(rough)
-    f = model_modes(fine, 4).frequencies[:4]
-    own = model_modes(model, 4).frequencies[:4]
-    t = ModeTable(
-        Origin("table", "table", "fit"),
-        f,
-        1e-3 * f,
-        np.full(4, np.nan),
-        np.full(4, np.nan),
-        (),
-        None,
-        None,
-        np.arange(1, 5),
-    )
-    moved = prepared(model, [t], mesh_error(rough, model, float(f.max()))).fit[0]
-    before, after = np.abs(f / own - 1.0), np.abs(moved.frequency / own - 1.0)
-    assert before[3] > 5e-3 and np.all(after <= before * 2.0**-2 + 1e-5), (
-        "what is left is what extrapolation may miss"
-    )
-    assert np.all(moved.frequency_std / moved.frequency >= FREQUENCY_FLOOR)
-
-
-def test_what_was_held_out_must_not_contradict(tmp_path):
-    """The noise of held-out modes: nineteen in twenty of one mode's errors are within 1.96
-    deviations."""
-    f = np.array([100.0])
-    t = ModeTable(
-        Origin("table", "table", "hold-out"),
-        f,
-        0.004 * f,
-        f * np.nan,
-        f * np.nan,
-        (),
-        None,
-        None,
-        np.array([1]),
-    )
-    assert Tables((), (t,)).noise == pytest.approx(1.959964 * 0.004, rel=1e-6) and np.isnan(
-        Tables((t,), ()).noise
-    )

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 from cvxupdate.cli import app
-from cvxupdate.diagnose.refine import refined_text
+from cvxupdate.diagnose.output.export import Written
+from cvxupdate.diagnose.output.refine import refined
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.spec import check_problem, load_problem
 from cvxupdate.study import correlate, diagnose
-from tests.diagnose.test_modal_scan import NODES, load, rows_of, text
+from tests.cases.cantilever import NODES, load, rows_of, text
 
 EVERY = (0, 2, 4, 6, 8, 10, 12)  # nodes of a rough mesh of the same bar
 
@@ -118,9 +119,12 @@ def test_nodes_between_are_held_where_all_are_and_plates_are_left_alone(tmp_path
         'nodes = [1]\ndofs = ["z", "ry"]', 'nodes = [1]\ndofs = ["y", "z", "ry", "rz"]'
     )
     _, model = load(tmp_path, held)
-    _, fine = load(tmp_path, refined_text(held))
+    finer = refined(Written(tomllib.loads(held), ()))
+    assert finer is not None
+    _, fine = load(tmp_path, finer.text)
     assert fine.size == 2 * model.size
     np.testing.assert_allclose(
         model_modes(fine, 5).frequencies[:5], model_modes(model, 5).frequencies[:5], rtol=2e-3
     )
-    assert refined_text(held.replace('type = "beam3d"', 'type = "plate"')) is None
+    plates = held.replace('type = "beam3d"', 'type = "plate"')
+    assert refined(Written(tomllib.loads(plates), ())) is None

@@ -1,4 +1,4 @@
-"""Sentences for technicians: no raw identifiers, no exponents, every kind of place, every word of
+"""Sentences for technicians: no raw identifiers, no exponents, every kind of place, every effect of
 linear physics."""
 
 from __future__ import annotations
@@ -6,14 +6,13 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-import pytest
-
 from cvxupdate.physics import EFFECTS, effect_names, told
 from cvxupdate.physics.effect import ChannelFault, Effect
-from cvxupdate.physics.place import Place, at, numbered, where
-from cvxupdate.physics.sensor_fault import ChannelDelay, ExchangedChannels, Fault
+from cvxupdate.physics.fault import Fault
+from cvxupdate.physics.place import Place, at
+from cvxupdate.physics.sensor_fault import ChannelDelay, ExchangedChannels
 from cvxupdate.physics.soft_support import SoftSupport
-from cvxupdate.physics.units import number, quantity
+from tests.cases.places import PLACES
 
 FIGURES = {
     "stiffness_change": {"factor": 0.87},
@@ -33,83 +32,9 @@ FIGURES = {
     "sensor_mass": {"m": 0.0348},
     "sensor_fault": {"gain": 0.5, "delay": 0.0037},
 }
-PLACES = [
-    Place(nodes=(5,), dof="x"),
-    Place(nodes=(2, 3), dof="x"),
-    Place(nodes=(2, 3, 9)),
-    Place(elements=(4,)),
-    Place(elements=(3, 4, 5, 6, 12)),
-    Place(elements=(1, 2), groups=("bar",)),
-    Place(groups=("a", "b", "c")),
-    Place(nodes=(7,), elements=(6,), dof="ry"),
-    Place(),
-]
 
 
-@pytest.mark.parametrize(
-    ("value", "unit", "wanted"),
-    [
-        (3490.0, "N/m", "3.49 kN/m"),
-        (2.1e6, "N/m", "2.10 MN/m"),
-        (812.0, "N/m", "812 N/m"),
-        (999.9, "N/m", "1.00 kN/m"),
-        (4.2e10, "N·m/rad", "42.0 GN·m/rad"),
-        (1.21, "kg", "1.21 kg"),
-        (0.0348, "kg", "34.8 g"),
-        (-0.0348, "kg", "−34.8 g"),
-        (1234.0, "kg", "1230 kg"),
-        (0.0037, "s", "3.70 ms"),
-        (2e-6, "s", "2.00 µs"),
-        (-1830.0, "N", "−1.83 kN"),
-        (0.0377, "N·s/m", "0.0377 N·s/m"),
-        (0.0, "N/m", "0 N/m"),
-        (0.012, "", "0.0120"),
-        (3e-9, "s", "0.00300 µs"),
-    ],
-)
-def test_sizes_have_the_prefix_that_suits_them(value: float, unit: str, wanted: str) -> None:
-    assert quantity(value, unit) == wanted
-
-
-def test_numbers_are_written_out() -> None:
-    assert [number(v) for v in (0.0, 1.0, 9.996, 12345.0, 0.000123)] == [
-        "0",
-        "1.00",
-        "10.0",
-        "12300",
-        "0.000123",
-    ]
-    assert numbered([12, 3, 4, 5, 9, 10]) == "3 to 5, 9, 10 and 12"
-    assert numbered(range(1, 41, 2)).endswith("and 8 more")
-
-
-def test_places_as_things_and_as_answers() -> None:
-    assert [where(p) for p in PLACES] == [
-        "node 5 (x)",
-        "nodes 2 and 3 (x)",
-        "nodes 2, 3 and 9",
-        "element 4",
-        "elements 3 to 6 and 12",
-        "group 'bar'",
-        "groups 'a', 'b' and 'c'",
-        "the joint of element 6 at node 7",
-        "the whole structure",
-    ]
-    assert [at(p) for p in PLACES] == [
-        "at node 5 (x)",
-        "between nodes 2 and 3 (x)",
-        "at nodes 2, 3 and 9",
-        "in element 4",
-        "in elements 3 to 6 and 12",
-        "in group 'bar'",
-        "in groups 'a', 'b' and 'c'",
-        "at the joint of element 6 at node 7",
-        "in the whole structure",
-    ]
-    assert told("added_mass", PLACES[0]).title == "an added mass at node 5 (x)"
-
-
-def test_every_word_has_its_sentence_at_every_place() -> None:
+def test_every_effect_has_its_sentence_at_every_place() -> None:
     """One sentence, a capital first, a full stop last, neither underscore nor exponent nor "at
     where"."""
     assert set(FIGURES) == set(effect_names())
