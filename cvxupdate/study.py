@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cvxupdate.errors import CvxupdateError, Fault, InputError, ProblemFileError
+from cvxupdate.errors import CvxupdateError, InputError
 from cvxupdate.spec import Spec, load_problem
 
 if TYPE_CHECKING:
@@ -213,9 +213,10 @@ def check(path: str | os.PathLike[str]) -> dict[str, object]:
         With every fault at once, as far as they can be found.
     """
     from cvxupdate.fe.modes import model_modes
+    from cvxupdate.physics.known import refuse_unknown
 
     spec, model, recordings = open_problem(path)
-    _refuse_unknown_effects(spec)
+    refuse_unknown(spec)
     model_modes(model, 1)  # a mechanism or an indefinite mass shows here
     return {
         "nodes": len(model.node_ids),
@@ -240,9 +241,10 @@ def diagnose(
         For a fault of the input, or when there is no recording to fit.
     """
     from cvxupdate.diagnose import diagnose_problem
+    from cvxupdate.physics.known import refuse_unknown
 
     spec, model, recordings = open_problem(path, reading)
-    _refuse_unknown_effects(spec)
+    refuse_unknown(spec)
     found = diagnose_problem(spec, model, recordings, progress)
     banded = [
         r.origin.name
@@ -256,32 +258,6 @@ def diagnose(
     )
     known = tuple(zip(spec.recordings, recordings, strict=True))
     return _with_refined(replace(found, evidence=(*found.evidence, *said)), spec, known)
-
-
-def _refuse_unknown_effects(spec: Spec) -> None:
-    """Refuse effects that the grammar names and is not implemented: nothing would be tried
-    for them, and "nothing explains it" would be no answer.
-
-    Raises
-    ------
-    ProblemFileError
-        With a fault for each.
-    """
-    from cvxupdate.physics import effect_names
-
-    known = effect_names()
-    faults = [
-        Fault(
-            str(spec.path),
-            f"diagnose.physics[{i}]",
-            f"'{word}' is not implemented yet, so nothing would be tried for it.",
-            f"Take it out. Implemented: {', '.join(sorted(known))}.",
-        )
-        for i, word in enumerate(spec.diagnose.physics or ())
-        if word not in known
-    ]
-    if faults:
-        raise ProblemFileError(faults)
 
 
 def _with_refined(found: Diagnosis, spec: Spec, known: Known) -> Diagnosis:

@@ -114,11 +114,11 @@ def test_it_is_cvxpy_s_program(
     terms: tuple[cv.Regulariser, ...], clauses: tuple[cv.Constraint, ...], box: str
 ) -> None:
     """The same variables, rows, cones and entries, in the same order."""
-    same_program(step_problem(terms, clauses), [0.7 + k for k in range(len(terms))], BOXES[box])
+    check_same(step_problem(terms, clauses), [0.7 + k for k in range(len(terms))], BOXES[box])
 
 
 def test_a_term_of_weight_zero_keeps_its_place() -> None:
-    same_program(step_problem(SERVED_TERMS), [0.7, 0.0], BOXES["trust region"])
+    check_same(step_problem(SERVED_TERMS), [0.7, 0.0], BOXES["trust region"])
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -140,10 +140,10 @@ def test_whatever_the_linear_inequalities(seed: int) -> None:
                 made.append(LinearClause(f"rows {k}", on, C, low, high))
             return tuple(made)
 
-    same_program(step_problem(SERVED_TERMS[:1], [Rows()]), [1.3], BOXES["trust region on some"])
+    check_same(step_problem(SERVED_TERMS[:1], [Rows()]), [1.3], BOXES["trust region on some"])
 
 
-def same_program(problem: cv.StepProblem, weights: Sequence[float], box: Box | None) -> None:
+def check_same(problem: cv.StepProblem, weights: Sequence[float], box: Box | None) -> None:
     model = compiled(problem, weights, box)
     wanted, (at,) = cone_program(model.problem, model.p)
     R, d = reduced_data()

@@ -13,7 +13,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from cvxupdate.diagnose.output.export import problem_file
-from cvxupdate.diagnose.types import Updated
+from cvxupdate.diagnose.results import Updated
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import DerivativeBlock, Model
 from cvxupdate.physics import EFFECTS, candidates_of, effect_names

@@ -16,8 +16,8 @@ from rich.console import Console
 
 from cvxupdate.diagnose.output.diagnosis import Diagnosis
 from cvxupdate.diagnose.output.export import Written
+from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.shown import Curve, ModeError, Shown, Spectrum
-from cvxupdate.diagnose.types import Finding
 from cvxupdate.physics import told
 from cvxupdate.physics.place import Place
 from cvxupdate.report.diagnosis import diagnosis_files, diagnosis_summary

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from cvxupdate.diagnose.judge.alternatives import overlapping
 from cvxupdate.diagnose.judge.confidence import Competitor, standing_of
+from cvxupdate.diagnose.results import Damper, Finding, Further
 from cvxupdate.diagnose.settings import DAMPING_GAIN
-from cvxupdate.diagnose.types import Damper, Finding, Further
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import told
 from cvxupdate.physics.place import Place

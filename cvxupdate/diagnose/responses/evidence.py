@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
-from cvxupdate.diagnose.nominal.mesh import MeshError, mesh_line
+from cvxupdate.diagnose.nominal.mesh import mesh_line
 from cvxupdate.diagnose.nominal.supports import regrown
 from cvxupdate.diagnose.responses.columns import columns_of, delay_unit
 from cvxupdate.diagnose.responses.data import Data
@@ -24,6 +24,8 @@ from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.resampling import halves
 from cvxupdate.diagnose.responses.sets import sets_of_elements
+from cvxupdate.diagnose.responses.updated import updated_model
+from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
 from cvxupdate.diagnose.settings import (
@@ -40,13 +42,11 @@ from cvxupdate.diagnose.types import (
     Errors,
     FiniteSize,
     Fit,
-    Further,
     LevelChange,
     Progress,
     Real,
     Score,
     Seed,
-    Updated,
 )
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import candidates_of
@@ -180,8 +180,7 @@ class ResponseEvidence:
 
     def fitted(self, seed: Seed, effort: str) -> ResponseFit:
         """By trust-region convex steps."""
-        tolerance, iterations = EFFORTS[effort]
-        return fit(seed.setting, seed.start, tolerance=tolerance, iterations=iterations)
+        return fit(seed.setting, seed.start, *EFFORTS[effort])
 
     def linearised(self, found: Fit) -> Linearised:
         """Of the nuisance parameters that can still move."""
@@ -227,17 +226,13 @@ class ResponseEvidence:
         """A fraction of the responses as it is."""
         return errors.worst
 
-    def mesh_of(self, model: Model) -> MeshError:
-        """That of a hypothesis: beams that deform in shear have another."""
-        return self.data.mesh_of(model)
-
     def allowance(self, model: Model) -> float:
         """What extrapolation to a fine mesh may miss, in half-power bandwidths (2 ζ f)."""
         base = self.bases[-1]
         if not base.setting.damped:
             return 0.0
-        bandwidth = np.median(base.point.damping[base.point.owner])
-        return float(min(MOST_ALLOWANCE, self.mesh_of(model).missed(self.data.top) / bandwidth))
+        missed = self.data.mesh_of(model).missed(self.data.top)
+        return float(min(MOST_ALLOWANCE, missed / np.median(base.point.damping[base.point.owner])))
 
     def explained(self, found: Fit, errors: Errors) -> bool:
         """Within noise and the discrepancy of a sound model, or what the mesh may leave."""
@@ -268,19 +263,7 @@ class ResponseEvidence:
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With a damping ratio of its own for every mode, and the faults of the sensors."""
-        point = _point(last)
-        setting = point.setting
-        faults = zip(setting.faults, (float(v) for v in point.fault_values), strict=True)
-        n = len(setting.model.parameters)
-        notes: tuple[str, ...] = ()
-        if setting.mesh is not None and np.any(np.abs(setting.mesh) > 1e-6):
-            shift = 100.0 * float(np.abs(setting.mesh).max())
-            notes = (
-                "The diagnosis took out what the mesh shifts the frequencies (up to "
-                f"{shift:.2g} %); this file has them with it.",
-            )
-        zeta = point.damping[point.modes.rigid :]
-        return Updated(setting.model, point.p[:n], zeta=zeta, faults=tuple(faults), notes=notes)
+        return updated_model(_point(last))
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Responses before and after, what remains, and the map of explained fractions."""

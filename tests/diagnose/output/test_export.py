@@ -17,7 +17,7 @@ from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.output.export import problem_file, updated_problem
 from cvxupdate.diagnose.responses.lines import frf_lines
 from cvxupdate.diagnose.responses.signals import smooth
-from cvxupdate.diagnose.types import Further, Updated
+from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
