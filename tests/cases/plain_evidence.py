@@ -39,7 +39,7 @@ class PlainType(EffectType):
         return []
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
-        return f"A factor {values['factor']:.3g} {at(effect.place)}."
+        return f"A factor {next(iter(values.values())):.3g} {at(effect.place)}."
 
 
 def no_model() -> Model:
@@ -59,7 +59,7 @@ def effect(
 def fault(channel: str) -> Effect:
     """A wrong gain."""
     action = ChannelFault(Fault(channel, "gain"))
-    return Effect(PlainType("sensor_fault"), channel_place(channel), action, (factor(),))
+    return Effect(PlainType("sensor_fault"), channel_place(channel), action, (factor("gain"),))
 
 
 def parameter(name: str, of: str = "stiffness", group: str | None = None, upper: float = 1.0):

@@ -84,8 +84,13 @@ def test_equivalents_are_the_odd_ones_out_of_rivals_that_share_the_rest() -> Non
 
 
 def test_places_overlap_where_they_share_most_of_their_elements_or_a_node() -> None:
-    e = lambda *ids: Place(elements=ids)  # noqa: E731
-    n = lambda *ids, dof=None: Place(nodes=ids, dof=dof)  # noqa: E731
+
+    def e(*ids: int) -> Place:
+        return Place(elements=ids)
+
+    def n(*ids: int, dof: str | None = None) -> Place:
+        return Place(nodes=ids, dof=dof)
+
     assert overlapping(e(1, 2), e(2, 3, 1)) and overlapping(e(1, 2), e(1))
     assert not overlapping(e(1, 2), e(2, 3)) and not overlapping(e(1), e(2))
     assert overlapping(n(1, 2), n(2, 3)) and not overlapping(n(1), n(2))

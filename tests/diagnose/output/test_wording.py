@@ -12,7 +12,6 @@ from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import LEVEL_CHANGE, LEVEL_NOISE
 from cvxupdate.diagnose.types import Errors, LevelChange
 from cvxupdate.physics.effect import Effect
-from cvxupdate.physics.place import Place
 from tests.cases.plain_evidence import NAN, PlainEvidence, PlainFit, case_of, effect, weighed
 
 BASE = PlainFit(100.0, errors=Errors(0.5, 0.4))
@@ -141,4 +140,3 @@ def test_equivalents_and_other_hypotheses_are_counted() -> None:
     assert lines[1].startswith("These recordings do not tell some added mass at node 2 from some ")
     assert lines[1].count("at node") == MOST + 1 and lines[1].endswith(" and 2 more.")
     assert sum(line.startswith("The same procedure with") for line in lines) == RIVALS
-    assert Place(nodes=(2,)) == A.place
