@@ -131,6 +131,21 @@ def test_below_stand_proof_map_remains_and_other_channels() -> None:
     assert len(ids) == len(set(ids))
 
 
+def test_keys_of_the_file_reach_the_page() -> None:
+    """What nuisance parameters leave has a bar, what was only screened its explained fraction."""
+    screened = {
+        "physics": "added_mass",
+        "title": "an added mass at node 7",
+        "location": {"nodes": [7], "elements": [], "groups": []},
+        "score": None,
+        "hold_out_score": None,
+        "explained_fraction": 0.57,
+    }
+    text = page(replace(FOUND, candidates=(*FOUND.candidates, screened)))
+    assert "with the usual scatter" in text and "An added mass at node 7" in text
+    assert "57 %" in text
+
+
 @pytest.mark.parametrize(
     ("change", "figures"),
     [

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from cvxupdate.correlate import pair_modes
+from cvxupdate.diagnose.settings import ANOTHER_MODE, SLENDER
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.build import build_model
@@ -31,11 +32,6 @@ ORDER = {
     "beam2d": 4,
     "beam3d": 4,
 }  # of convergence of the frequencies with the mesh (tests/fe/test_closed_forms.py)
-
-ANOTHER = 0.2  # relative shift beyond which two modes are not one and the same on two meshes
-SLENDER = (
-    4.0  # depths: the length of an element where its terms of second and fourth order are equal
-)
 
 
 @dataclass(frozen=True)
@@ -125,7 +121,7 @@ def mesh_error(spec: Spec, model: Model, top: float, sheared: bool = False) -> M
     f, g = coarse.frequencies[found.measured], sharp.frequencies[found.model]
     shift = (g + (g - f) / (2.0**order - 1.0)) / f - 1.0
     same = (
-        np.abs(shift) <= ANOTHER
+        np.abs(shift) <= ANOTHER_MODE
     )  # shapes of other DOFs than the shared ones look alike now and then
     return MeshError(
         f[same],

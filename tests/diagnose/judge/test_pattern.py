@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from cvxupdate.diagnose.judge.pattern import LAW, MOST, pattern_of
+from cvxupdate.diagnose.judge.pattern import MOST, pattern_of
 from cvxupdate.diagnose.results import Damper, Further
-from cvxupdate.diagnose.settings import DAMPING_GAIN
+from cvxupdate.diagnose.settings import DAMPING_GAIN, LAW
 from cvxupdate.physics.effect import Effect, ModelChange
 from tests.cases.plain_evidence import CHAIN, effect, fault
 

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from cvxupdate.diagnose.nominal.mesh import (
-    ANOTHER,
     NONE,
     mesh_error,
     refined,
     shearing,
     stocky,
 )
+from cvxupdate.diagnose.settings import ANOTHER_MODE
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
 
@@ -91,7 +91,7 @@ def test_modes_that_differ_much_are_not_taken_for_one(tmp_path):
     nodes."""
     spec, model = load(tmp_path, STOCKY)
     error = mesh_error(spec, model, 1e6, sheared=True)
-    assert len(error.shift) and np.all(np.abs(error.shift) <= ANOTHER)
+    assert len(error.shift) and np.all(np.abs(error.shift) <= ANOTHER_MODE)
 
 
 def test_nothing_to_divide(chain):
