@@ -79,12 +79,12 @@ BAR_WORDS = (
 
 
 @pytest.mark.parametrize(
-    ("which", "word"), [("chain", w) for w in CHAIN_WORDS] + [("bar", w) for w in BAR_WORDS]
+    ("which", "name"), [("chain", w) for w in CHAIN_WORDS] + [("bar", w) for w in BAR_WORDS]
 )
-def test_tangents_are_derivatives_of_the_refitted_model(request, which, word):
+def test_tangents_are_derivatives_of_the_refitted_model(request, which, name):
     context = context_of(request.getfixturevalue(which))
-    found = candidates_of(context, (word,))
-    assert found, word
+    found = candidates_of(context, (name,))
+    assert found, name
     h = 1e-6
     for candidate in found[:25]:
         for k in range(candidate.count):
@@ -108,9 +108,9 @@ def test_tangents_are_derivatives_of_the_refitted_model(request, which, word):
 
 
 @pytest.mark.parametrize("which", ["chain", "bar"])
-def test_every_word_leaves_the_model_as_it_is_at_zero(request, which):
+def test_every_effect_leaves_the_model_as_it_is_at_zero(request, which):
     """Zero parameters: the structure of the file, or one that is rigid to one part in some
-    thousands where the word is a compliance."""
+    thousands where the effect is a compliance."""
     context = context_of(request.getfixturevalue(which))
     base = natural_modes(context.K, context.M, 4, np.zeros((context.model.size, 0))).frequencies
     for t in EFFECTS:

@@ -1,4 +1,4 @@
-"""Generated problems and their judge: the same seed the same files, every word generated and
+"""Generated problems and their judge: the same seed the same files, every effect generated and
 well-formed, an interrupted run resumed, outcomes told apart."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The judge of `make proof` is strict: a wrong verdict, word, place, or one sentence too many is
+"""The judge of `make proof` is strict: a wrong verdict, effect, place, or one sentence too many is
 not right."""
 
 from __future__ import annotations

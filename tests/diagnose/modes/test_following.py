@@ -9,12 +9,12 @@ from cvxupdate.diagnose.modes.fit import setting_of
 from cvxupdate.diagnose.modes.following import STEPS, _nearly
 
 
-@pytest.mark.parametrize("word", ["grounding_spring", "added_mass", "joint_flexibility"])
-def test_modes_are_followed_far_in_the_space_of_both_ends(tried, word):
-    """As by full solutions at every step, wherever the word stands and though modes cross on the
+@pytest.mark.parametrize("name", ["grounding_spring", "added_mass", "joint_flexibility"])
+def test_modes_are_followed_far_in_the_space_of_both_ends(tried, name):
+    """As by full solutions at every step, wherever the effect stands and though modes cross on the
     way."""
     evidence, base, candidates = tried
-    some = [c for c in candidates if c.physics == word and c.change is not None][::4]
+    some = [c for c in candidates if c.physics == name and c.change is not None][::4]
     crossed = 0
     for c in some:
         residual = setting_of(c.change.model, evidence.tables, base.point.residual).residual
@@ -30,4 +30,4 @@ def test_modes_are_followed_far_in_the_space_of_both_ends(tried, word):
             not np.array_equal(a, b)
             for a, b in zip(point.places, residual.start.places, strict=True)
         )
-    assert crossed or word != "grounding_spring"
+    assert crossed or name != "grounding_spring"

@@ -196,7 +196,7 @@ def values_for(candidate: Effect, model: Model) -> NDArray[np.float64]:
 
 WORDS = [
     (s, w)
-    for s, words in {
+    for s, names in {
         "beam": (
             "stiffness_change",
             "mass_change",
@@ -224,17 +224,17 @@ WORDS = [
         ),
         "shaft": ("gyroscopic", "joint_flexibility", "added_mass", "grounding_spring"),
     }.items()
-    for w in words
+    for w in names
 ]
 
 
-@pytest.mark.parametrize(("structure", "word"), WORDS)
-def test_every_effect_at_every_place_is_written(tmp_path: Path, structure: str, word: str) -> None:
+@pytest.mark.parametrize(("structure", "name"), WORDS)
+def test_every_effect_at_every_place_is_written(tmp_path: Path, structure: str, name: str) -> None:
     """FRFs of the file built anew are those of the diagnosed model to 1e-8 of the largest, nuisance
     parameters and all damping included."""
     spec = problem(tmp_path, STRUCTURES[structure])
     base = nuisance(undamped(build_model(spec)))
-    found = candidates_of(context_of(spec, base), (word,))
+    found = candidates_of(context_of(spec, base), (name,))
     assert found
     acts: list[bool] = []
     few = {
@@ -292,9 +292,9 @@ def test_several_effects_at_once(tmp_path: Path) -> None:
     )
     assert soft.change is not None
     model = soft.change.model
-    for word, nodes_ in (("joint_flexibility", (3,)), ("added_mass", (5,))):
+    for name, nodes_ in (("joint_flexibility", (3,)), ("added_mass", (5,))):
         candidate = next(
-            c for c in candidates_of(context_of(spec, model), (word,)) if c.place.nodes == nodes_
+            c for c in candidates_of(context_of(spec, model), (name,)) if c.place.nodes == nodes_
         )
         assert candidate.change is not None
         model = candidate.change.model
@@ -478,7 +478,7 @@ def test_damping_found_in_tables_stands_beside_that_of_the_file(
     tmp_path: Path, damping: dict[str, Any] | None
 ) -> None:
     """A common decay rate and a loss factor of a group: C and D of the file plus those of the
-    word."""
+    effect."""
     spec = problem(
         tmp_path,
         {
@@ -500,8 +500,8 @@ def test_damping_found_in_tables_stands_beside_that_of_the_file(
             for b in file.blocks
         ),
     ).matrices()  # dashpots alone
-    for word in ("mass_proportional_damping", "structural_damping"):
-        candidate = next(c for c in candidates_of(context_of(spec, model), (word,)))
+    for kind in ("mass_proportional_damping", "structural_damping"):
+        candidate = next(c for c in candidates_of(context_of(spec, model), (kind,)))
         assert candidate.change is not None
         p = np.append(model.zero(), 0.8)
         path = tmp_path / "again.toml"
@@ -518,7 +518,7 @@ def test_damping_found_in_tables_stands_beside_that_of_the_file(
                 wanted = getattr(was, name) + getattr(extra, name) - getattr(own, name)
                 assert abs(getattr(got, name) - wanted).max() <= 1e-12 * max(
                     abs(wanted).max(), 1e-300
-                ), (word, name)
+                ), (kind, name)
         else:  # there the model under diagnosis has kept what stands beside modal damping
             assert abs(got.C - extra.C).max() <= 1e-12 * abs(extra.C).max()
         assert abs(got.K - was.K).max() == 0.0

@@ -23,15 +23,15 @@ from tests.diagnose.responses.undamped import UNDAMPED, candidates, without_damp
 
 
 @pytest.mark.parametrize(
-    "word", ["grounding_spring", "added_mass", "viscous_damper", "stiffness_change"]
+    "name", ["grounding_spring", "added_mass", "viscous_damper", "stiffness_change"]
 )
-def test_a_change_of_any_size_is_that_of_the_model_that_grows(make_scene, word):
+def test_a_change_of_any_size_is_that_of_the_model_that_grows(make_scene, name):
     model, start, signals, context = make_scene()
     n = len(start.parameters)
     point = without_damping(start, model, signals)
     weights = [1.0 / s.scale() for s in signals]
     compared = 0
-    for c in candidates(context, word):
+    for c in candidates(context, name):
         change = low_rank(c)
         if change is None:
             continue

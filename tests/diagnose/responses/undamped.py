@@ -18,5 +18,5 @@ def without_damping(start, model, signals):
     return setting.evaluate(p)
 
 
-def candidates(context, *words):
-    return [c for word in words for c in candidates_of(context, (word,))]
+def candidates(context, *names):
+    return [c for name in names for c in candidates_of(context, (name,))]
