@@ -43,7 +43,8 @@ class Track(PlainEvidence):
         self.efforts.append((key, effort))
         if key not in self.times:
             raise ModelError("no structure.")
-        return PlainFit(self.times[key], setting=seed.setting, p=np.ones(seed.setting.size))
+        p = np.ones(seed.setting.size)
+        return PlainFit(self.times[key], setting=seed.setting, p=p, deviations=p)
 
 
 def runner(node: int, misfit: float, count: int = 1) -> Hypothesis:
@@ -95,6 +96,17 @@ def test_what_leads_to_no_structure_is_left_out() -> None:
     said: list[str] = []
     found = entered(track, [seed(7), seed(1)], said.append)  # type: ignore[arg-type]
     assert nodes(found) == [1] and said[0].startswith("refitting 1 of 2: ")
+
+
+def test_what_is_not_tenable_neither_enters_nor_goes_on() -> None:
+    """A fit took the exchange back: the channels are sound."""
+    swap = fault("n1.x")
+    swap = replace(swap, action=replace(swap.action, fault=Fault("n1.x", "swap", other="n2.x")))
+    half = supposed(PlainFit(1.0), swap, size=-0.5)
+    track = Track(times={(1, 0): 1.0, (1, 2): 1.0})
+    begun = Seed((swap,), half.fit.setting, np.zeros(0))  # its fit ends at p = 1
+    assert entered(track, [begun], silent) == []  # type: ignore[arg-type]
+    assert raced(track, [half], ((2, 4),), silent) == []  # type: ignore[arg-type]
 
 
 def test_a_race_goes_through_its_levels_and_those_that_there_are() -> None:
