@@ -6,6 +6,7 @@ from __future__ import annotations
 import ast
 import importlib
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -64,6 +65,22 @@ ONLY = {
 }
 # They know all parts; nothing stands on them.
 WIRING = {"study", "cli", "__init__", "__main__"}
+# The picture of diagnose/ in CONTRIBUTING.md: its floors from the ground up. A room may import
+# from the floors below its own, never from its own or from above, wherever the statement stands.
+DIAGNOSE: tuple[tuple[str, ...], ...] = (
+    ("settings", "shown"),
+    ("fit", "results"),
+    ("types",),
+    ("hypothesis",),
+    ("screen", "nominal"),
+    ("responses", "modes"),
+    ("search",),
+    ("judge",),
+    ("output",),
+    ("pipeline", "gather"),
+    ("__init__",),
+)
+MOST_ROOMS = 9
 HEAVY = (
     "cvxpy",
     "qpsolvers",
@@ -220,6 +237,62 @@ def test_no_import_closes_a_circle() -> None:
         }
     )
     assert found is None, " → ".join(found or [])
+
+
+def diagnose_room(module: str) -> str:
+    """The room of diagnose/ that a module lies in."""
+    parts = module.split(".")
+    return parts[2] if len(parts) > 2 else "__init__"
+
+
+IN_DIAGNOSE = sorted(m for m in MODULES if room(m) == "diagnose")
+FLOOR = {name: k for k, names in enumerate(DIAGNOSE) for name in names}
+
+
+def climbs(module: str, targets: set[str]) -> list[str]:
+    """Imports of a module of diagnose/ from its own floor's other rooms, or from above."""
+    mine = diagnose_room(module)
+    others = {t: diagnose_room(t) for t in targets if room(t) == "diagnose"}
+    return sorted(
+        t
+        for t, other in others.items()
+        if other not in ("__init__", mine) and FLOOR[other] >= FLOOR[mine]
+    )
+
+
+def test_diagnose_has_the_rooms_of_its_picture() -> None:
+    """Every room is on a floor, and every room of the floors is there."""
+    assert {diagnose_room(m) for m in IN_DIAGNOSE} == set(FLOOR)
+    folders = [p for p in (PACKAGE / "diagnose").iterdir() if (p / "__init__.py").is_file()]
+    assert len(folders) <= MOST_ROOMS
+
+
+@pytest.mark.parametrize("module", IN_DIAGNOSE)
+def test_no_room_of_diagnose_imports_upwards(module: str) -> None:
+    """Nor inside a function, nor for a type; so none stands in a circle."""
+    path = MODULES[module]
+    source = path.read_text(encoding="utf-8")
+    found = climbs(module, imports(source, module, path.name == "__init__.py"))
+    assert found == [], f"{module} imports upwards: {found}"
+
+
+def test_the_net_of_diagnose_catches_what_climbs() -> None:
+    here, up = "cvxupdate.diagnose.screen.sizes", "cvxupdate.diagnose.search.race"
+    assert climbs(here, {up, "cvxupdate.diagnose.types"}) == [up]
+    assert climbs(here, {"cvxupdate.diagnose.nominal.mesh"}) == ["cvxupdate.diagnose.nominal.mesh"]
+    assert climbs(up, {here, "cvxupdate.diagnose.search.beside", "cvxupdate.physics"}) == []
+
+
+def test_the_picture_in_contributing_is_that_of_the_floors() -> None:
+    """Top floor first, one line a floor, each with its rooms in brackets."""
+    text = (PACKAGE.parent / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    section = text.partition("### How a diagnosis goes")[2].partition("\n#")[0]
+    drawn = section.split("```")[1]
+    rows = [re.findall(r"\[ *([a-z]+)(?:\.py)? *\]", line) for line in drawn.splitlines()]
+    floors = [tuple(names) for names in rows if names]
+    assert floors == [names for names in reversed(DIAGNOSE) if names != ("__init__",)]
+    for name in FLOOR:
+        assert name == "__init__" or f"* `{name}" in section, f"a line that says what {name} is"
 
 
 def cycle(graph: dict[str, set[str]]) -> list[str] | None:

@@ -39,7 +39,7 @@ STRENGTHS = (
     (1.0, 3.0),
     (3.0, 10.0),
     (10.0, math.inf),
-)  # of what ordinary parameters leave of an effect (generated/visible.py)
+)  # of what nuisance parameters leave of an effect (generated/visible.py)
 SURE = 0.8  # a wrong sentence with at least this confidence is listed
 OUTCOMES = (
     "right",
@@ -148,7 +148,7 @@ def save(path: Path, text: str) -> None:
 
 
 def described(effect: Mapping[str, Any]) -> str:
-    """A true effect in few words."""
+    """A true effect, briefly."""
     sizes_of = ", ".join(f"{p['name']} {short(p['value'])}" for p in effect.get("parameters", ()))
     return f"{effect['physics']} at {place_text(effect['location'])}" + (
         f" ({sizes_of})" if sizes_of else ""
@@ -182,7 +182,7 @@ def fresh(finding: Mapping[str, Any], effect: Mapping[str, Any], told: set[int] 
 def judged(said: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
     """A diagnosis beside its truth.
 
-    Each finding is right when it names word and place of a true effect, or what truth lists as
+    Each finding is right when it names a true effect at its place, or what truth lists as
     equivalent to it (once: see `fresh`); ``among`` when the truth is at least among the finding's
     own equivalents. The case is ``right`` when all effects are found and nothing else is said,
     ``part`` when one of two is, ``wrong`` when any finding is wrong, ``missed`` when nothing is
@@ -257,7 +257,7 @@ def judged(said: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def wilson(hits: int, of: int, z: float = 1.959964) -> tuple[float, float]:
-    """95 % interval of a share (Wilson 1927); (0, 1) of nothing."""
+    """95 % interval of a rate (Wilson 1927); (0, 1) of nothing."""
     if of == 0:
         return 0.0, 1.0
     p, n = hits / of, float(of)
@@ -368,7 +368,7 @@ def say(s: Mapping[str, Any]) -> Iterable[str]:
     yield f"{'':<28}" + "".join(f"{o:>14}" for o in OUTCOMES[:5])
     for word, counts in s["by_word"].items():
         yield f"{word:<28}" + "".join(f"{counts[o]:>14}" for o in OUTCOMES[:5])
-    yield f"{'what ordinary scatter leaves':<28}" + "".join(f"{o:>14}" for o in OUTCOMES[:5])
+    yield f"{'left by nuisance parameters':<28}" + "".join(f"{o:>14}" for o in OUTCOMES[:5])
     for strength, counts in s["by_strength"].items():
         yield f"{strength:<28}" + "".join(f"{counts[o]:>14}" for o in OUTCOMES[:5])
     for kind in ("by_family", "by_recording"):
@@ -417,11 +417,11 @@ def diagram(s: Mapping[str, Any]) -> str:
         axes.set_xlim(0.0, 1.05)
         axes.set_ylim(0.0, 1.05)
         axes.set_xlabel("confidence stated")
-        axes.set_ylabel("share that was right")
+        axes.set_ylabel("fraction that was right")
 
     return draw(
         "reliability",
-        "Confidence stated against the share of findings that were right, with 95 % "
+        "Confidence stated against the fraction of findings that were right, with 95 % "
         "intervals; the diagonal is perfect calibration.",
         6.0,
         4.5,
@@ -545,8 +545,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--only",
         nargs="+",
         default=[],
-        metavar="WORD",
-        help="only these physics words, families or kinds of recording; null: no effect",
+        metavar="NAME",
+        help="only these effects, families or kinds of recording; null: no effect",
     )
     parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
     parser.add_argument(

@@ -1,4 +1,4 @@
-"""The bay structure of the thesis (Fig. 3.7, lost), reconstructed: models FE1, FE2, X1, X2 as text,
+"""The bay structure of section 3.4 (Fig. 3.7, lost), rebuilt: models FE1, FE2, X1, X2 as text,
 and their simulated receptances.
 
 ``python -m validation.make_bay`` writes problems/bay/problem.toml (model X1) and the models that
@@ -147,7 +147,7 @@ def receptance(model, frequency, responses, references):
 
 
 def noisy(H, level, seed):
-    """H (1 + level·u) with u uniform in [−1, 1] (thesis 3.27, 5.31), independent for real and
+    """H (1 + level·u) with u uniform in [−1, 1] (3.27, 5.31), independent for real and
     imaginary part where H is complex; seeded."""
     rng = np.random.default_rng(seed)
     factor = 1.0 + level * rng.uniform(-1.0, 1.0, H.shape)

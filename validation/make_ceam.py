@@ -1,4 +1,4 @@
-"""The six case studies of thesis 6.4.1 on the bay structure: writes
+"""The six case studies of section 6.4.1 on the bay structure: writes
 problems/ceam/case1 … case6 with their simulated recordings and twins for the RFM.
 
 Run as a script (about two minutes, nearly all of it the modal identification of case 3). Modes are

@@ -1,5 +1,5 @@
 # ruff: noqa: E501 - the notes are prose for source.md
-"""Writes the problems of thesis chapters 3 and 5: problems/chain10, bay and plate_complex.
+"""Writes the problems of chapters 3 and 5: problems/chain10, bay and plate_complex.
 ``python -m validation.make_rfm`` again gives the same files (seeds are fixed)."""
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ PROBLEMS = Path(__file__).resolve().parents[1] / "problems"
 CHAIN_M = (1.1, 0.9, 1.0, 1.2, 0.8, 1.0, 0.95, 1.05, 0.85, 1.15)
 CHAIN_K = (3.9e5, 3.4e5, 3.6e5, 3.2e5, 3.8e5, 3.5e5, 3.3e5, 3.7e5, 3.4e5, 3.6e5, 3.1e5)
 CHAIN_CHANGE = {"m": {1: 0.90, 4: 0.75, 7: 1.15}, "k": {3: 1.10, 5: 1.30, 9: 1.10}}
-"""Factors on the experimental model's masses and springs (thesis 3.3)."""
+"""Factors on the experimental model's masses and springs (section 3.3)."""
 CHAIN_POINTS = (20, 30, 60, 80, 90, 110, 120, 150, 170, 180)
 
 PLATE = (0.25, 0.45, 0.001)
@@ -25,7 +25,7 @@ PLATE_HIGH = {
     "stiffness": (3, 8, 13, 18, 23, 28, 33, 38, 43),
     "damping": (5, 10, 15, 20, 25, 30, 35, 40, 45),
 }
-"""Elements whose matrix is 10 % high in the model (thesis 3.5.4), so p = 1/1.1 − 1."""
+"""Elements whose matrix is 10 % high in the model (section 3.5.4), so p = 1/1.1 − 1."""
 
 BOTH = (
     'parameters = [ { elements = "all", of = "stiffness", each = "element" }, { elements = '
@@ -151,7 +151,7 @@ def chains() -> None:
     real = build(chain_toml(True))
     every = [f"n{i}.x" for i in range(1, 11)]
     five = [f"n{i}.x" for i in (1, 4, 6, 7, 10)]
-    note = """Thesis 3.3. Fig. 3.1 is lost: **the masses and springs are a reconstruction**, unequal so that nothing is symmetric, both ends held, natural
+    note = """Section 3.3. Fig. 3.1 is lost: **the masses and springs are a reconstruction**, unequal so that nothing is symmetric, both ends held, natural
 frequencies from 27 to 192 Hz. The 'experiment' has m1 −10 %, m4 −25 %, m7 +15 %, k3 +10 %, k5 +30 %, k9 +10 % (3.3), so these are the p-values.
 Undamped receptances by dense inversion (`validation/make_bay.py`), one load case: a unit force at mass 1. """
     bounds = "\n[constraints]\nbounds = { lower = -0.6, upper = 0.6 }\n"
@@ -201,12 +201,12 @@ Undamped receptances by dense inversion (`validation/make_bay.py`), one load cas
     )
 
 
-BAY = """Thesis {section}. The structure is `problems/bay` (its geometry is a **reconstruction** of the lost Fig. 3.7; see `problems/bay/source.md`).
+BAY = """Section {section}. The structure is `problems/bay` (its geometry is a **reconstruction** of the lost Fig. 3.7; see `problems/bay/source.md`).
 {what} Receptances by dense inversion (`validation/make_bay.py`), undamped{but}.
 """
 TEN_POINTS = (20.0, 30.0, 43.5, 66.0, 75.0, 90.0, 117.0, 124.0, 145.0, 160.0)
 PUBLISHED = (135.0, 155.0, 180.0, 210.0, 230.0, 257.0, 280.0, 300.0, 310.0, 325.0)
-"""The thesis's ten optimum points (5.5), those of its own geometry."""
+"""The source's ten optimum points (5.5), those of its own geometry."""
 TRUE_FE1 = (
     "The ten elements whose E is 8 % high need the factor 1/1.08: p = −0.0741 of their "
     "stiffness, every other p is 0."
@@ -252,7 +252,7 @@ def bays() -> None:
             section="3.4.1, second case",
             what="Model FE1; x, y, z at node 1 and z at nodes 5, 7, 9, 11, 13, 15, 18 under "
             "forces at node 1 along x, y and z, ten lines of our choice between 20 and 160 "
-            "Hz (the thesis does not print its own). " + TRUE_FE1,
+            "Hz (the source does not print its own). " + TRUE_FE1,
             but=", free of noise",
         ),
     )
@@ -291,7 +291,7 @@ def bays() -> None:
         corner,
         BAY.format(
             section="3.4.3",
-            what="Model FE2: Iy and Iz of eight elements 30 % high, in K and in M. The thesis's "
+            what="Model FE2: Iy and Iz of eight elements 30 % high, in K and in M. The source's "
             "p-values (one factor on K, one on M of each element) cannot say that; here the "
             "parameters are the second moments and the density themselves, so the answer is "
             "p = 1/1.3 − 1 = −0.2308 for the I of elements 2, 4, 8, 10, 12, 15, 17, 20.",
@@ -371,8 +371,8 @@ def plates() -> None:
             bay.noisy(exact, level, seed=354),
             sensors,
             ["n1.z"],
-            f"""Thesis 3.5.4: a free plate of 0.25 × 0.45 × 0.001 m, ρ = 7860 kg/m³, 5 × 9 elements, 60 nodes, 1 % structural damping; z at all nodes under a force at
-node 1 along z. E = 206 GPa and ν = 0.3 are not printed (usual for steel). The thesis took ANSYS shells of 360 DOFs; here the 12-DOF bending element, 180 DOFs.
+            f"""Section 3.5.4: a free plate of 0.25 × 0.45 × 0.001 m, ρ = 7860 kg/m³, 5 × 9 elements, 60 nodes, 1 % structural damping; z at all nodes under a force at
+node 1 along z. E = 206 GPa and ν = 0.3 are not printed (usual for steel). The source took ANSYS shells of 360 DOFs; here the 12-DOF bending element, 180 DOFs.
 The model has 10 % more mass in elements {", ".join(map(str, PLATE_HIGH["mass"]))}, 10 % more stiffness (E) in {", ".join(map(str, PLATE_HIGH["stiffness"]))}
 and 10 % more damping in {", ".join(map(str, PLATE_HIGH["damping"]))}: p = 1/1.1 − 1 = −0.0909 of each.
 The stiffness and the damping matrix are independent (3.22): the elements with 10 % more E keep their D.

@@ -159,7 +159,7 @@ def judge(said: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
     if nonlinear and not any(f["physics"] in NONLINEAR for f in findings):
         right = (
             said["verdict"] == "undetermined" and not claimed
-        )  # the tool has no word for it yet: silence is right, a linear sentence is not
+        )  # the tool has no such effect yet: silence is right, a linear sentence is not
         return {
             **common,
             "right_verdict": right,
@@ -204,7 +204,7 @@ def judge(said: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def place_text(location: Mapping[str, Any]) -> str:
-    """A location in few words."""
+    """A location, briefly."""
     nodes, elements, groups = (list(location.get(k) or ()) for k in ("nodes", "elements", "groups"))
     parts = [f"n{'-'.join(map(str, nodes))}"] if nodes else []
     if groups and not nodes:
@@ -326,7 +326,7 @@ def main(wanted: Sequence[str]) -> int:
     claims = real() if not wanted or "real" in wanted else []
     counted = totals(rows) if rows else {}
     if plates:
-        counted["chapter 9: words, place, fit"] = [sum(r["right"] for r in plates), len(plates)]
+        counted["chapter 9: effects, place, fit"] = [sum(r["right"] for r in plates), len(plates)]
     if claims:
         judged = [r for r in claims if r["right"] is not None]
         counted["real recordings: claims that can be checked, right"] = [

@@ -1,4 +1,4 @@
-"""Structure A and Structure B (thesis, chapter 9) diagnosed from their tables, and held to what is
+"""Structure A and Structure B (chapter 9) diagnosed from their tables, and held to what is
 known of them. Part of ``make proof``."""
 
 from __future__ import annotations

@@ -16,8 +16,9 @@ from cvxupdate.diagnose.output.diagnosis import (
 )
 from cvxupdate.diagnose.output.export import updated_problem, with_damping
 from cvxupdate.diagnose.output.wording import evidence_lines, nonlinear, verdict_of
+from cvxupdate.diagnose.results import Further
 from cvxupdate.diagnose.search.search import Found, search
-from cvxupdate.diagnose.types import Evidence, Further, Progress
+from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.recordings.types import Recording
 from cvxupdate.spec import Spec
 

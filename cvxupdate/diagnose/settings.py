@@ -129,3 +129,5 @@ LUCK = 0.002
 FEWEST_RATIOS, LAW_RATIOS = 4, 6
 # Relative growth of the misfit that an effect of damping may cost.
 DAMPING_COST = 1.05
+# Confidence in one rate of decay of all modes, which a test of its own has established.
+LAW = 0.9

@@ -7,20 +7,20 @@ implementation of `Evidence`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.diagnose.fit import Fit
+from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.fault import Fault
-from cvxupdate.physics.place import Place
 
 Real = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -92,88 +92,6 @@ class LevelChange:
 
     change: float
     noise: float
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One effect: where, how large, how sure, and what the recordings cannot tell from it.
-
-    ``title``: effect and place as a thing ("an added mass at node 5"); ``noise_deviations``: of
-    the recordings alone, where ``deviations`` includes what the model leaves open; ``explains``:
-    its part of the misfit beyond noise, 0 to 1.
-    """
-
-    physics: str
-    place: Place
-    title: str
-    parameters: Mapping[str, float]
-    deviations: Mapping[str, float]
-    noise_deviations: Mapping[str, float]
-    confidence: float
-    explains: float
-    equivalent: tuple[Effect, ...]
-    says: str
-
-    @property
-    def alternatives(self) -> tuple[str, ...]:
-        """The equivalents in words."""
-        return tuple(e.title for e in self.equivalent)
-
-    def to_json(self) -> dict[str, Any]:
-        """The contract's entry of ``findings``."""
-        return {
-            "physics": self.physics,
-            "location": self.place.to_json(),
-            "parameters": dict(self.parameters),
-            "standard_deviation": dict(self.deviations),
-            "noise_deviation": dict(self.noise_deviations),
-            "confidence": self.confidence,
-            "explains": self.explains,
-            "equivalent": [
-                {"physics": e.physics, "location": e.place.to_json()} for e in self.equivalent
-            ],
-            "says": self.says,
-        }
-
-
-@dataclass(frozen=True)
-class Updated:
-    """A diagnosed model, for the problem file: its parameters ``p``, and beside them modal
-    damping ratios ``zeta`` of the flexible modes, a decay rate ``alpha`` (1/s) of all modes,
-    sensor ``faults`` with their unknowns, the flexible mode of each row of each table
-    (``pairs``)."""
-
-    model: Model
-    p: Real
-    zeta: Real | None = None
-    alpha: float | None = None
-    faults: tuple[tuple[Fault, float], ...] = ()
-    pairs: Mapping[int, Sequence[int]] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Damper:
-    """An effect that explains a pattern of damping ratios: its size in units of its parameter with
-    deviation, and the strain that it leaves."""
-
-    effect: Effect
-    size: float
-    deviation: float
-    strain: float
-
-
-@dataclass(frozen=True)
-class Further:
-    """What the evidence says beside its search: one rate of decay ``alpha`` (1/s, with deviation)
-    of all modes; or the ``strain`` of the pattern of damping ratios of so many ``modes``, and what
-    brings it down by more than chance, best first."""
-
-    lines: tuple[str, ...] = ()
-    alpha: tuple[float, float] | None = None
-    strain: float = 0.0
-    modes: int = 0
-    dampers: tuple[Damper, ...] = ()
 
 
 class Evidence(Protocol):

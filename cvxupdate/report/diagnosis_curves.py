@@ -23,7 +23,7 @@ UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s²"}
 MODES = 40
 """Modes drawn at most."""
 FAINT = 0.02
-"""Share of the mismatch below which a place is left blank."""
+"""Explained fraction, of the largest, below which a place is left blank."""
 
 
 def caption(c: Curve) -> str:
@@ -239,8 +239,8 @@ def mode_bars(shown: Shown | None) -> str | None:
 
 
 def map_picture(shown: Shown | None, spec: Spec) -> str | None:
-    """The structure with the share of the mismatch that the best word at each place could explain:
-    nodes as circles, elements thick."""
+    """The structure with the fraction of the mismatch that the best effect at each place could
+    explain: nodes as circles, elements thick."""
     sketch = sketch_of(spec)
     if shown is None or sketch is None or not (shown.nodes or shown.elements):
         return None
@@ -313,7 +313,7 @@ def map_picture(shown: Shown | None, spec: Spec) -> str | None:
 
     return draw(
         "map",
-        "Share of the mismatch that the best kind of physics at each place could explain, "
+        "Fraction of the mismatch that the best effect at each place could explain, "
         "drawn on the structure",
         WIDTH,
         max(1.7, _height(view, drawing)),

@@ -25,7 +25,7 @@ CROWD = 40
 
 @dataclass(frozen=True)
 class Piece:
-    """One element: id, word of the problem file, nodes as rows of `Sketch.xyz`."""
+    """One element: id, type in the problem file, nodes as rows of `Sketch.xyz`."""
 
     id: int
     kind: str
@@ -170,7 +170,7 @@ def place_picture(found: Diagnosis, spec: Spec) -> str | None:
 
 
 def fit_bars(found: Diagnosis, held_out_word: str = "held out") -> str | None:
-    """Error before, with ordinary scatter allowed, and after, on what was fitted and on what was
+    """Error before, with the usual scatter allowed, and after, on what was fitted and on what was
     not."""
     groups = [
         (name, found.fit[key])
@@ -181,7 +181,7 @@ def fit_bars(found: Diagnosis, held_out_word: str = "held out") -> str | None:
         return None
     stages = [
         ("before", "as modelled", BEFORE),
-        ("ordinary", "with ordinary scatter", QUIET),
+        ("nuisance", "with the usual scatter", QUIET),
         ("after", "with what was found", AFTER),
     ]
     stages = [
@@ -191,7 +191,7 @@ def fit_bars(found: Diagnosis, held_out_word: str = "held out") -> str | None:
         and not (
             s[0] == "after"
             and not found.findings
-            and any(v.get("ordinary") is not None for _, v in groups)
+            and any(v.get("nuisance") is not None for _, v in groups)
         )
     ]
 

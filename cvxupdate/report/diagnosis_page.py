@@ -67,7 +67,7 @@ def diagnosis_page(found: Diagnosis, spec: Spec) -> str:
 
 
 def finding_part(f: Any) -> dict[str, Any]:
-    """One finding for the page: words, figures with deviations, what is equivalent."""
+    """One finding for the page: title, figures with deviations, what is equivalent."""
     return {
         "title": capital(f.title),
         "confidence": f"{100 * f.confidence:.0f} %",
@@ -83,7 +83,9 @@ def candidate_rows(found: Diagnosis) -> list[dict[str, str]]:
             "title": capital(c["title"]),
             "score": number(c.get("score"), 3),
             "hold_out": number(c.get("hold_out_score"), 3),
-            "share": "" if c.get("share") is None else f"{100 * float(c['share']):.0f} %",
+            "share": ""
+            if c.get("explained_fraction") is None
+            else f"{100 * float(c['explained_fraction']):.0f} %",
         }
         for c in found.candidates[:MOST_ROWS]
     ]

@@ -23,13 +23,14 @@ import numpy as np  # noqa: E402
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-from cvxupdate.diagnose.forward import receptances, respond, undamped  # noqa: E402
-from cvxupdate.diagnose.signals import Signal  # noqa: E402
+from cvxupdate.diagnose.responses.synthesis import receptances, respond  # noqa: E402
 
 from cvxupdate.convex import Bounds, StepProblem, Tikhonov  # noqa: E402
 from cvxupdate.convex.matrix_form import cone_program  # noqa: E402
 from cvxupdate.convex.problem import compile_step  # noqa: E402
 from cvxupdate.convex.quadratic import quadratic_program  # noqa: E402
+from cvxupdate.diagnose.nominal.damping import undamped  # noqa: E402
+from cvxupdate.diagnose.responses.signals import Signal  # noqa: E402
 from cvxupdate.fe.modes import natural_modes  # noqa: E402
 from cvxupdate.fe.rigid import rigid_body_modes  # noqa: E402
 from cvxupdate.physics.growth import Rates, Wanted, append_parameters, tangents  # noqa: E402

@@ -7,11 +7,11 @@ import json
 from dataclasses import replace
 
 import pytest
-from cvxupdate.diagnose.data import ordinary
-from cvxupdate.diagnose.forward import undamped
+from cvxupdate.diagnose.responses.fit import prior_scales, setting_for
 
 from cvxupdate.diagnose import diagnose_problem
-from cvxupdate.diagnose.fit import prior_scales, setting_for
+from cvxupdate.diagnose.nominal.damping import undamped
+from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.errors import InputError
 
 
@@ -39,7 +39,7 @@ def test_added_mass_is_found_and_sized(chain, lab, measure):
     assert float(placebo.rpartition(" ")[2].rstrip(".")) < 0.05
 
 
-def test_half_of_the_recordings_chooses_the_true_word(chain, lab, measure):
+def test_half_of_the_recordings_chooses_the_true_effect(chain, lab, measure):
     """Stability selection: a seeded resampling of frequencies and sensors lets the true lump in
     nearly always, a far one seldom."""
     found = diagnose(chain, *measured(measure, lab(m=(0, 0.06, 0, 0))))
@@ -103,7 +103,7 @@ def test_two_linear_runs_at_two_levels_are_linear(chain, lab, measure):
     assert found.verdict == "consistent"
 
 
-def test_only_the_words_that_the_problem_allows(chain, lab, measure):
+def test_only_the_effects_that_the_problem_allows(chain, lab, measure):
     spec, model = chain
     only = replace(spec, diagnose=spec.diagnose.model_copy(update={"physics": ("viscous_damper",)}))
     found = diagnose_problem(only, model, measured(measure, lab(m=(0, 0.25, 0, 0))))
@@ -127,7 +127,9 @@ def test_files_hold_no_nan_and_the_contract_s_keys(chain, lab, measure):
         "location",
         "parameters",
         "standard_deviation",
+        "noise_deviation",
         "confidence",
+        "explains",
         "equivalent",
         "says",
     }
@@ -172,14 +174,13 @@ def test_two_lumps_are_both_found(chain, lab, measure, changes, found_at):
 
 
 def test_a_calibrated_model_scatters_less(chain):
-    """`[diagnose] scatter`: bounds and priors of the ordinary parameters shrink together."""
+    """`[diagnose] scatter`: bounds and priors of the nuisance parameters shrink together."""
     _, model = chain
-    usual, known = (ordinary(undamped(model), scatter=s) for s in (1.0, 0.1))
+    usual, known = (with_nuisance(undamped(model), scatter=s) for s in (1.0, 0.1))
     assert [q.upper for q in known.parameters] == pytest.approx(
         [0.1 * q.upper for q in usual.parameters]
     )
     scales = [
-        prior_scales(setting_for(m, model, (), 75.0, 5.0))[: len(m.parameters)]
-        for m in (usual, known)
+        prior_scales(setting_for(m, model, (), 75.0))[: len(m.parameters)] for m in (usual, known)
     ]
     assert scales[1] == pytest.approx(0.1 * scales[0])

@@ -30,5 +30,5 @@ def test_exchanged_channels_are_found(chain, lab, measure, pair):
     assert f"the channels at node {a} (x) and at node {b} (x) are exchanged" in first.says
     assert all(found.fit[k]["after"] <= 0.2 * found.fit[k]["before"] for k in ("fit", "hold_out"))
     assert found.updated is not None
-    model = tomllib.loads(found.updated)["model"]
+    model = tomllib.loads(found.updated.text)["model"]
     assert all(len(block["rows"]) == 4 for block in model["elements"])  # nothing was added

@@ -1,5 +1,5 @@
 """What the recordings cannot tell is not told: twins by symmetry, one sensor and one mode, a
-difference that no word describes."""
+difference that no effect describes."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_twins_by_symmetry_are_named_together(tmp_path):
         [record(H, f, [2], 2, seed=5), record(H, f, [2], 2, "hold-out", seed=6)],
     )
     named = {(f.physics, f.place.nodes) for f in found.findings} | {
-        (w, p.nodes) for f in found.findings for w, p in f.equivalent
+        (e.physics, e.place.nodes) for f in found.findings for e in f.equivalent
     }
     assert found.verdict == "undetermined" or {("added_mass", (1,)), ("added_mass", (3,))} <= named
     assert all(f.confidence <= 0.67 for f in found.findings)
@@ -99,7 +99,7 @@ def test_one_sensor_and_one_mode_do_not_tell_a_mass_from_a_spring(chain, lab):
 
 
 @pytest.mark.parametrize("k", [6.0e3, 2.0e4])
-def test_a_tie_across_the_structure_is_in_no_word(chain, lab, k):
+def test_a_tie_across_the_structure_is_no_effect(chain, lab, k):
     """A spring from floor 1 to floor 4, which are no neighbours: nothing sure may be said of any
     one place."""
     bare = lab()

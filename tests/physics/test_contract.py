@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.linalg
-from cvxupdate.diagnose.export import problem_text
-from cvxupdate.diagnose.forward import undamped
 from numpy.typing import NDArray
 
+from cvxupdate.diagnose.output.export import problem_file
+from cvxupdate.diagnose.results import Updated
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import DerivativeBlock, Model
 from cvxupdate.physics import EFFECTS, candidates_of, effect_names
@@ -27,6 +27,7 @@ from tests.cases.effects import (
     CASES,
     STRUCTURES,
     Case,
+    bare,
     context_of,
     nuisance,
     problem,
@@ -52,7 +53,7 @@ def case(request: pytest.FixtureRequest) -> Case:
 @pytest.fixture
 def scene(case: Case, tmp_path: Path) -> tuple[Spec, Model, SearchContext]:
     spec = problem(tmp_path, STRUCTURES[case.structure])
-    model = nuisance(undamped(build_model(spec)))
+    model = nuisance(bare(build_model(spec)))
     return spec, model, context_of(spec, model, ACCELEROMETERS[case.structure])
 
 
@@ -240,7 +241,8 @@ def test_a_problem_file_can_say_it(
     for effect, put in planted(case, scene):
         p = sizes_of(effect, put, len(model.parameters))
         path = tmp_path / "again.toml"
-        path.write_text(problem_text(spec, put.model, p, zeta=[0.0]), encoding="utf-8")
+        written = problem_file(spec, Updated(put.model, p, zeta=np.zeros(1)))
+        path.write_text(written.text, encoding="utf-8")
         assert check_problem(path) == ()
         rebuilt = build_model(load_problem(path))
         assert rebuilt.size == put.model.size

@@ -1,5 +1,5 @@
-"""A spinning shaft: the word's tangent, the response and its derivatives with a skew damping matrix
-against dense algebra, and the spin found."""
+"""A spinning shaft: the effect's tangent, the response and its derivatives with a skew damping
+matrix against dense algebra, and the spin found."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.linalg
-from cvxupdate.diagnose.forward import undamped
-from cvxupdate.diagnose.residual import Setting
-from cvxupdate.diagnose.signals import Signal, frf_lines, smooth
+from cvxupdate.diagnose.responses.fit import fit, setting_for
+from cvxupdate.diagnose.responses.lines import frf_lines
 from numpy.typing import NDArray
 
-from cvxupdate.diagnose.fit import fit, setting_for
+from cvxupdate.diagnose.nominal.damping import undamped
+from cvxupdate.diagnose.responses.point import ResponseSetting
+from cvxupdate.diagnose.responses.signals import Signal, smooth
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.elements import Gyroscopic
 from cvxupdate.fe.model import Matrices, Model
-from cvxupdate.fe.responses import condenser
-from cvxupdate.fe.synthesis import receptance
+from cvxupdate.fe.responses import condenser, receptance
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect
@@ -187,14 +187,13 @@ def laboratory(omega: float, zeta: float = 0.0) -> NDArray[np.complex128]:
     return np.asarray(H[:, [place[x] for x in SENSORS]][:, :, [place[x] for x in INPUTS]])
 
 
-def setting(omega: float, zeta: float = 0.0, epsilon: float = 0.03) -> Setting:
+def setting(omega: float, zeta: float = 0.0, epsilon: float = 0.03) -> ResponseSetting:
     """Every mode among those that the skew matrix couples."""
     made = setting_for(
         at_spin(found(rotor()), omega)[0],
         rotor(),
         (measured(laboratory(omega, zeta), epsilon),),
         1e4,
-        10.0,
     )
     return replace(made, zeta=np.full(made.damped, zeta))
 

@@ -11,11 +11,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cvxupdate.diagnose.curves import Curve, ModeError, Shown, Spectrum
-from cvxupdate.diagnose.finding import Diagnosis, Finding
 from markupsafe import escape
 from rich.console import Console
 
+from cvxupdate.diagnose.output.diagnosis import Diagnosis
+from cvxupdate.diagnose.output.export import Written
+from cvxupdate.diagnose.results import Finding
+from cvxupdate.diagnose.shown import Curve, ModeError, Shown, Spectrum
+from cvxupdate.physics import told
 from cvxupdate.physics.place import Place
 from cvxupdate.report.diagnosis import diagnosis_files, diagnosis_summary
 from cvxupdate.spec import load_problem
@@ -45,12 +48,14 @@ SHOWN = Shown(
 FINDING = Finding(
     "grounding_spring",
     Place(nodes=(1,), dof="ry"),
+    "a support that <gives way> at node 1 (ry)",
     {"k": 3498.1},
     {"k": 1.3},
+    {"k": 0.4},
     0.97,
-    (("joint_flexibility", Place(nodes=(1,), elements=(1,))),),
+    1.0,
+    (told("joint_flexibility", Place(nodes=(1,), elements=(1,))),),
     "The support gives way & <turns>.",
-    "a support that <gives way> at node 1 (ry)",
 )
 FOUND = Diagnosis(
     "o05",
@@ -69,14 +74,14 @@ FOUND = Diagnosis(
         },
     ),
     {
-        "fit": {"before": 1.5, "ordinary": 0.8, "after": 0.01, "noise": 0.005},
-        "hold_out": {"before": 1.4, "ordinary": 0.9, "after": 0.02},
+        "fit": {"before": 1.5, "nuisance": 0.8, "after": 0.01, "noise": 0.005},
+        "hold_out": {"before": 1.4, "nuisance": 0.9, "after": 0.02},
     },
     {"fit": {"frf_error": {"before": 1.5, "after": 0.01}}},
     ("One line of <evidence>.",),
     3.2,
     {},
-    "# the model\n",
+    Written({"model": {"dofs": ["x"]}}, ("the model",)),
     SHOWN,
 )
 
@@ -126,6 +131,21 @@ def test_below_stand_proof_map_remains_and_other_channels() -> None:
     assert len(ids) == len(set(ids))
 
 
+def test_keys_of_the_file_reach_the_page() -> None:
+    """What nuisance parameters leave has a bar, what was only screened its explained fraction."""
+    screened = {
+        "physics": "added_mass",
+        "title": "an added mass at node 7",
+        "location": {"nodes": [7], "elements": [], "groups": []},
+        "score": None,
+        "hold_out_score": None,
+        "explained_fraction": 0.57,
+    }
+    text = page(replace(FOUND, candidates=(*FOUND.candidates, screened)))
+    assert "with the usual scatter" in text and "An added mass at node 7" in text
+    assert "57 %" in text
+
+
 @pytest.mark.parametrize(
     ("change", "figures"),
     [
@@ -158,7 +178,7 @@ def test_what_is_not_there_is_left_out(change: dict[str, Any], figures: int) -> 
 def test_the_model_is_a_file_beside_the_page() -> None:
     files, text = diagnosis_files(FOUND, SPEC)
     assert (
-        files["updated/problem.toml"] == "# the model\n"
+        files["updated/problem.toml"] == FOUND.updated.text
         and '"shown"' not in text
         and '"updated"' not in text
     )

@@ -1,4 +1,4 @@
-"""A case: drawing, what is concealed, ordinary scatter, sensors and noise, all from a seed."""
+"""A case: drawing, what is concealed, usual scatter, sensors and noise, all from a seed."""
 
 from __future__ import annotations
 

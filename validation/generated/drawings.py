@@ -37,7 +37,7 @@ def pick(rng: Generator, items: Sequence[Any]) -> Any:
 
 
 def design_of(rng: Generator, family: str, word: str) -> Design:
-    """A drawing of the given family on which ``word`` can stand."""
+    """A drawing of the given family on which the effect ``word`` can stand."""
     return {
         "chain": _chain,
         "bar": _bar,

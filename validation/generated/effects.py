@@ -1,4 +1,4 @@
-"""What is concealed: a physics word at a random place with a random size, and what ``truth.toml``
+"""What is concealed: an effect at a random place with a random size, and what ``truth.toml``
 says of it."""
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from validation.generated.drawings import Generator, between, figures, mass_of, pick
 from validation.generated.laboratory import Design, Effect
 
-WORDS: dict[str, tuple[str, ...]] = {  # which families of structure can show a word
+WORDS: dict[str, tuple[str, ...]] = {  # which families of structure can show an effect
     "stiffness_change": ("chain", "bar", "rod", "frame", "plate"),
     "mass_change": ("bar", "rod", "frame", "plate"),
     "thickness_change": ("bar", "frame", "plate"),

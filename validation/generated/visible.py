@@ -1,4 +1,4 @@
-"""How strongly an effect shows in the recordings, and what ordinary parameters leave of it."""
+"""How strongly an effect shows in the recordings, and what nuisance parameters leave of it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PRIOR = {
     "mass": 0.012,
     "damping": 1.0,
     "mode": 0.35,
-}  # what drawing and laboratory ordinarily differ by; damping as its logarithm
+}  # what drawing and laboratory usually differ by; damping as its logarithm
 FLOOR = (
     0.01  # of the response around: discretisation, which a model's user does not know any better
 )
@@ -22,7 +22,7 @@ FLOOR = (
 
 def visibility(case: Case, index: int, m: Modal) -> tuple[float, float]:
     """How far an effect changes the recordings, the others being there: relative to the response
-    (for tables: in deviations); and what ordinary parameters leave of that, r.m.s. in units of
+    (for tables: in deviations); and what nuisance parameters leave of that, r.m.s. in units of
     noise and `FLOOR` together (to first order): well below one it drowns in them, line by line."""
     rest = replace(case, findings=tuple(f for i, f in enumerate(case.findings) if i != index))
     without = modal(build(rest.design, rest.scatter, rest.effects), case.top, case.zeta)
@@ -81,7 +81,7 @@ def _changes(case: Case) -> list[tuple[np.ndarray, np.ndarray, float]]:
 def _ordinary_columns(
     case: Case, m: Modal, s: np.ndarray, drive: tuple[int, str]
 ) -> tuple[list[np.ndarray], list[float]]:
-    """Derivatives (points, sensors) of the response by ordinary parameters, and their priors."""
+    """Derivatives (points, sensors) of the response by nuisance parameters, and their priors."""
     read, push, inverse = m.shapes[m.rows(case.sensors)], m.shapes[m.rows([drive])[0]], m.inverse(s)
     fault = faults(case, s)
     left, right = read @ inverse, inverse @ push

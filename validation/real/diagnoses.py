@@ -77,7 +77,7 @@ def held_out(said: dict[str, Any]) -> tuple[float | None, float | None]:
 
 
 def found_text(said: dict[str, Any]) -> str:
-    """Verdict and findings in few words."""
+    """Verdict and findings, briefly."""
     parts = []
     for f in said["findings"]:
         where = ", ".join(
@@ -121,7 +121,7 @@ def roller(truth: dict[str, Any], everything: bool) -> list[Claim]:
         rows.append(
             Claim(
                 "dropbear-moving-support",
-                f"rest {k + 1} of 6, all words",
+                f"rest {k + 1} of 6, all effects",
                 found_text(said),
                 f"roller at {volts[k]:.3f} V: {1e3 * np.polyval(line, volts[k]):.1f} mm on "
                 "the line",
@@ -328,7 +328,7 @@ def layout_rows(
         if right:
             found.append((k, -m, dm))
     n = len(list(which))
-    case = f"{n} layouts, " + ("added_mass asked for" if words else "all words")
+    case = f"{n} layouts, " + ("added_mass asked for" if words else "all effects")
     claimed = (
         f"a mass taken off named first in {first}, nearest to L1 in {place}, size within 2 σ "
         f"in {size} of {n}"
@@ -486,7 +486,7 @@ RIG = (
 
 
 def tip_masses(truth: dict[str, Any], everything: bool) -> list[Claim]:
-    """The tip mass that the model leaves out, from one hammer test: all words, then those that the
+    """The tip mass that the model leaves out, from one hammer test: all effects, then what the
     rig suggests."""
     rows = []
     for words in ((), RIG):
@@ -521,7 +521,7 @@ def tip_masses(truth: dict[str, Any], everything: bool) -> list[Claim]:
             rows.append(
                 Claim(
                     "unb-cantilever-tip-mass",
-                    f"{name}, hammer FRF, {'words of the rig' if words else 'all words'}",
+                    f"{name}, hammer FRF, {'effects of the rig' if words else 'all effects'}",
                     found_text(said),
                     f"{truth[name]} kg at the tip (weighed)",
                     right,

@@ -6,8 +6,8 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.nominal.scatter import scatter_of
+from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import CREDIBLE
-from cvxupdate.diagnose.types import Finding
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.physics import told
 from cvxupdate.physics.place import Place

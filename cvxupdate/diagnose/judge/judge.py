@@ -19,9 +19,10 @@ from cvxupdate.diagnose.judge.acceptance import (
 from cvxupdate.diagnose.judge.alternatives import equivalents, rivals
 from cvxupdate.diagnose.judge.confidence import Standing, standing
 from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
+from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.search import Found, damping_only
 from cvxupdate.diagnose.settings import EXPLAINED, FAINT, LARGE, OPEN, SURE
-from cvxupdate.diagnose.types import Evidence, Finding
+from cvxupdate.diagnose.types import Evidence
 from cvxupdate.errors import CvxupdateError
 
 

@@ -6,14 +6,13 @@ from dataclasses import dataclass
 
 from cvxupdate.diagnose.judge.alternatives import overlapping
 from cvxupdate.diagnose.judge.confidence import Competitor, standing_of
-from cvxupdate.diagnose.settings import DAMPING_GAIN
-from cvxupdate.diagnose.types import Damper, Finding, Further
+from cvxupdate.diagnose.results import Damper, Finding, Further
+from cvxupdate.diagnose.settings import DAMPING_GAIN, LAW
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import told
 from cvxupdate.physics.place import Place
 
 MOST = 12  # equivalents listed
-LAW = 0.9  # confidence in one rate of decay of all modes, which its own test has established
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cvxupdate.diagnose.nominal.damping import file_damping
+from cvxupdate.diagnose.results import Damper, Further
 from cvxupdate.diagnose.settings import (
     COMMON_DAMPING_STD,
     FEWEST_RATIOS,
@@ -23,7 +24,7 @@ from cvxupdate.diagnose.settings import (
     MODE_DAMPING_STD,
     UNSTATED_DAMPING,
 )
-from cvxupdate.diagnose.types import Damper, Further, Real
+from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect, ModelChange

@@ -22,19 +22,18 @@ from cvxupdate.diagnose.modes.tables import Tables, chi_square, errors_of, rms
 from cvxupdate.diagnose.nominal.mesh import MeshError, mesh_line
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import regrown
+from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised
 from cvxupdate.diagnose.settings import CHANCE, FAR_OFF
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import (
     Errors,
     FiniteSize,
-    Further,
     LevelChange,
     Progress,
     Real,
     Score,
     Seed,
-    Updated,
 )
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import natural_modes

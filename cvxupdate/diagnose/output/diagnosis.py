@@ -11,9 +11,10 @@ from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.acceptance import Weighed
 from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.output.export import Written
+from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.search import Found
 from cvxupdate.diagnose.shown import Shown
-from cvxupdate.diagnose.types import Errors, Finding
+from cvxupdate.diagnose.types import Errors
 
 MOST = 40  # candidates listed that were only screened
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from cvxupdate.diagnose.types import Updated
+from cvxupdate.diagnose.results import Updated
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import writers

@@ -8,8 +8,9 @@ import numpy as np
 
 from cvxupdate.diagnose.judge.acceptance import Weighed, explained
 from cvxupdate.diagnose.judge.judge import Judgement
+from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import LEVEL_CHANGE, LEVEL_NOISE
-from cvxupdate.diagnose.types import Errors, Evidence, Finding, LevelChange
+from cvxupdate.diagnose.types import Errors, Evidence, LevelChange
 
 MOST = 6  # equivalents that are named
 RIVALS = 3  # other hypotheses whose errors are stated

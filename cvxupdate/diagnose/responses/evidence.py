@@ -27,6 +27,7 @@ from cvxupdate.diagnose.responses.resampling import halves
 from cvxupdate.diagnose.responses.sets import sets_of_elements
 from cvxupdate.diagnose.responses.setting import EFFORTS, setting_for
 from cvxupdate.diagnose.responses.updated import updated_model
+from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
 from cvxupdate.diagnose.settings import (
@@ -43,13 +44,11 @@ from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import (
     Errors,
     FiniteSize,
-    Further,
     LevelChange,
     Progress,
     Real,
     Score,
     Seed,
-    Updated,
 )
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import candidates_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cvxupdate.diagnose.responses.point import ResponsePoint
-from cvxupdate.diagnose.types import Updated
+from cvxupdate.diagnose.results import Updated
 
 SHIFTED = 1e-6  # relative shift of a frequency by the mesh below which there is none to tell of
 

@@ -10,11 +10,11 @@ import numpy as np
 from cvxupdate.diagnose.types import Real
 
 BETWEEN = 4  # sizes tried between the neighbours of the best one
-ROUNDS = 2  # of finer sizes
+FINER = 2  # of finer sizes
 
 
 def best_size(
-    squares: Callable[[Real], Real], sizes: Real, limit: float = np.inf, rounds: int = ROUNDS
+    squares: Callable[[Real], Real], sizes: Real, limit: float = np.inf, rounds: int = FINER
 ) -> tuple[float, float] | None:
     """(size, squares that remain there) of the best of ``sizes`` (ascending) and of finer ones;
     None where none is below ``limit``. ``squares`` maps sizes (n,) to squares (n,)."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import chain
 
+import numpy as np
+
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis, nominal_unknowns
 from cvxupdate.diagnose.settings import ABREAST, AGAIN, BEHIND, CLEAR
@@ -15,18 +17,19 @@ Legs = Sequence[tuple[int, int]]
 
 
 def entered(evidence: Evidence, seeds: Sequence[Seed], progress: Progress) -> list[Hypothesis]:
-    """The first pass of seeds, at the level their settings have, best first; of a hypothesis begun
-    in several places the best. Those that lead to no structure are left out."""
-    found: dict[frozenset[Key], Hypothesis] = {}
+    """The first pass of seeds, at the level their settings have, best first. A hypothesis begun in
+    several places stays in each: after a few iterations the better one is not known yet. Seeds that
+    lead to no structure are left out."""
+    found: list[Hypothesis] = []
     for number, seed in enumerate(seeds):
         progress(f"refitting {number + 1} of {len(seeds)}: {seed.name}")
         try:
             h = Hypothesis(seed.effects, evidence.fitted(seed, "first pass"))
         except CvxupdateError:
             continue
-        if tenable(evidence, h) and (h.keys not in found or h.penalised < found[h.keys].penalised):
-            found[h.keys] = h
-    return sorted(found.values(), key=lambda h: h.penalised)
+        found += [h] if tenable(evidence, h) else []
+    ranked = sorted(found, key=lambda h: h.penalised)
+    return ranked if evidence.levels > 1 else merged(ranked)
 
 
 def raced(
@@ -39,7 +42,7 @@ def raced(
         if level >= evidence.levels or not runners:
             break
         arrived = []
-        field = _field(runners, most)
+        field = _field(runners, most, BEHIND if level > AGAIN else np.inf)
         for number, h in enumerate(field):
             progress(f"sharpening {number + 1} of {len(field)}: {h.name}")
             try:
@@ -48,16 +51,17 @@ def raced(
                 continue
             if tenable(evidence, carried):
                 arrived.append(carried)
-        runners = sorted(arrived, key=lambda h: h.penalised)
+        runners = merged(arrived)
     return runners
 
 
-def _field(runners: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
+def _field(runners: Sequence[Hypothesis], most: int, behind: float) -> list[Hypothesis]:
+    """Who enters a level; nobody counts as fallen ``behind`` who was not begun a second time."""
     best = runners[0].penalised
     return [
         h
         for k, h in enumerate(runners)
-        if h.penalised <= BEHIND * best
+        if h.penalised <= behind * best
         and (k < most or (k < 2 * most and h.penalised <= ABREAST * best))
     ]
 

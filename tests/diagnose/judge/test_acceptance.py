@@ -1,0 +1,181 @@
+"""Every rule of acceptance on plain figures: each condition by itself refuses."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from cvxupdate.diagnose.judge.acceptance import (
+    better,
+    beyond,
+    credible,
+    explained,
+    information,
+    needs_several,
+    shown,
+)
+from cvxupdate.diagnose.settings import DAMPING_COST, DAMPING_GAIN, HALVED, LOWER, MET, STRONG
+from cvxupdate.diagnose.types import Errors
+from tests.cases.plain_evidence import NAN, PlainEvidence, PlainFit, case_of, effect, weighed
+
+
+def test_errors_beyond_noise_add_in_squares() -> None:
+    assert beyond(0.05, 0.03) == pytest.approx(0.04)
+    assert beyond(0.03, 0.05) == 0.0 and beyond(0.03, 0.03) == 0.0
+
+
+def test_nothing_held_out_and_noise_are_shown() -> None:
+    assert shown(NAN, 0.5, 0.6, 0.01)
+    assert shown(0.01, 0.01, 0.01, 0.01), "a held-out error that is noise cannot become lower"
+    assert not shown(0.5, 0.5, 0.6, NAN), "no noise is known that it could be"
+
+
+@pytest.mark.parametrize("noise", [NAN, 0.001])
+def test_a_held_out_error_must_be_half_of_the_nominal_one(noise: float) -> None:
+    assert shown(HALVED * 0.6, 0.6, 0.6, noise)
+    assert not shown(1.01 * HALVED * 0.6, 0.6, 0.6, noise)
+
+
+@pytest.mark.parametrize("noise", [NAN, 0.001])
+def test_and_clearly_below_that_of_less_freedom(noise: float) -> None:
+    assert shown(0.99 * LOWER * 0.2, 0.2, 0.6, noise)
+    assert not shown(1.01 * LOWER * 0.2, 0.2, 0.6, noise)
+
+
+def test_unless_noise_leaves_no_room_below() -> None:
+    """At 1.1 times the noise nothing more can be asked; or where the part beyond noise falls
+    clearly."""
+    noise = 0.1
+    assert shown(0.99 * MET * noise, 0.111, 0.6, noise)
+    assert not shown(0.125, 0.13, 0.6, noise)
+    before = 0.16
+    after = math.hypot(noise, 0.99 * LOWER * beyond(before, noise))
+    assert after > max(LOWER * before, MET * noise) and shown(after, before, 0.6, noise)
+    worse = math.hypot(noise, 1.01 * LOWER * beyond(before, noise))
+    assert not shown(worse, before, 0.6, noise)
+
+
+def test_information_is_that_of_bayes_criterion() -> None:
+    """n log(ratio of misfits) + unknowns log n; the unknowns must pay."""
+    after, before = PlainFit(0.5, rows=200), PlainFit(1.0, rows=200)
+    assert information(after, before, 3) == pytest.approx(  # type: ignore[arg-type]
+        200 * math.log(0.5) + 3 * math.log(200)
+    )
+    assert information(before, before, 1) > 0.0 > information(after, before, 1)  # type: ignore[arg-type]
+    assert math.isfinite(information(PlainFit(0.0), PlainFit(0.0), 1))  # type: ignore[arg-type]
+
+
+BASE = PlainFit(100.0, errors=Errors(0.5, 0.5))
+GOOD = PlainFit(1.0, errors=Errors(0.02, 0.02))
+
+
+def test_what_halves_the_misfit_and_shows_is_better() -> None:
+    case = case_of(PlainEvidence((BASE,)))
+    assert better(weighed(GOOD, effect()), case.base, case)
+    exactly = replace(GOOD, misfit=HALVED * BASE.misfit)
+    assert better(weighed(exactly, effect()), case.base, case)
+
+
+@pytest.mark.parametrize(
+    "fit",
+    [
+        pytest.param(replace(GOOD, misfit=51.0), id="not halved"),
+        pytest.param(replace(GOOD, misfit=1.0, beyond_noise=51.0), id="not halved beyond noise"),
+        pytest.param(replace(GOOD, errors=Errors(0.02, 0.4)), id="not shown"),
+    ],
+)
+def test_each_condition_by_itself_refuses(fit: PlainFit) -> None:
+    case = case_of(PlainEvidence((BASE,)))
+    assert not better(weighed(fit, effect()), case.base, case)
+
+
+def test_unknowns_must_be_worth_it() -> None:
+    """Few rows: a quarter of the misfit pays for one unknown and not for many; what nuisance
+    parameters were let go counts as much."""
+    base = replace(BASE, rows=9)
+    case = case_of(PlainEvidence((base,)))
+    fit = replace(GOOD, misfit=25.0, rows=9)
+    assert better(weighed(fit, effect(count=1)), case.base, case)
+    assert not better(weighed(fit, effect(count=4)), case.base, case)
+    assert not better(weighed(fit, effect(count=1), freed=3), case.base, case)
+    level = math.exp(-(STRONG + math.log(9)) / 9)
+    for part, good in ((0.99, True), (1.01, False)):
+        fit = PlainFit(100.0 * part * level, 1.0, errors=Errors(0.02, 0.02), rows=9)
+        assert better(weighed(fit, effect()), case.base, case) == good
+
+
+def strained(strain: float, misfit: float = 0.5) -> PlainFit:
+    return PlainFit(misfit, damping_strain=strain)
+
+
+def test_of_damping_alone_only_effects_of_damping_are_better() -> None:
+    case = case_of(PlainEvidence((strained(40.0),)), damping_only=True)
+    damper, lump = effect("viscous_damper", damping=True), effect("added_mass")
+    assert better(weighed(strained(5.0), damper), case.base, case)
+    assert not better(weighed(strained(5.0), lump), case.base, case)
+    assert not better(weighed(strained(5.0), damper, lump), case.base, case)
+
+
+def test_the_strain_must_fall_by_half_and_by_more_than_chance() -> None:
+    damper = effect("viscous_damper", damping=True)
+    large = case_of(PlainEvidence((strained(100.0),)), damping_only=True)
+    assert better(weighed(strained(49.0), damper), large.base, large)
+    assert not better(weighed(strained(51.0), damper), large.base, large)
+    small = case_of(PlainEvidence((strained(15.0),)), damping_only=True)
+    assert better(weighed(strained(14.9 - DAMPING_GAIN), damper), small.base, small)
+    assert not better(weighed(strained(15.1 - DAMPING_GAIN), damper), small.base, small)
+
+
+def test_damping_must_not_cost_the_misfit() -> None:
+    case = case_of(PlainEvidence((strained(40.0),)), damping_only=True)
+    damper = effect("viscous_damper", damping=True)
+    assert better(weighed(strained(5.0, 0.5 * DAMPING_COST), damper), case.base, case)
+    assert not better(weighed(strained(5.0, 0.51 * DAMPING_COST), damper), case.base, case)
+
+
+def test_what_is_compared_is_the_misfit_beyond_noise_or_the_strain() -> None:
+    w = weighed(PlainFit(3.0, 2.0, damping_strain=7.0), effect())
+    assert case_of(PlainEvidence()).scale(w) == 2.0
+    assert case_of(PlainEvidence(), damping_only=True).scale(w) == 7.0
+
+
+def test_explained_is_what_the_evidence_says() -> None:
+    case = case_of(PlainEvidence(limit=4.0))
+    assert explained(weighed(PlainFit(4.0), effect()), case)
+    assert not explained(weighed(PlainFit(4.1), effect()), case)
+
+
+def test_one_clear_effect_is_credible_although_not_all_is_explained() -> None:
+    """A tenth of the responses left and a tenth of the misfit; beyond either it is not."""
+    case = case_of(PlainEvidence((BASE,)))
+    near, far = Errors(0.05, 0.1), Errors(0.05, 0.11)
+    assert credible(weighed(PlainFit(10.0, errors=near), effect()), case)
+    assert not credible(weighed(PlainFit(10.0, errors=far), effect()), case)
+    assert not credible(weighed(PlainFit(10.1, errors=near), effect()), case)
+    assert credible(weighed(PlainFit(3.0, errors=far), effect()), case), "explained"
+    pattern = case_of(PlainEvidence((BASE,)), damping_only=True)
+    assert credible(weighed(PlainFit(10.1, errors=near), effect()), pattern)
+
+
+def test_several_are_needed_where_they_explain_and_halve_what_one_leaves() -> None:
+    case = case_of(PlainEvidence((BASE,)))
+    both = effect(), effect(nodes=(3,))
+    single = weighed(PlainFit(10.0, errors=Errors(0.1, 0.1)), effect())
+    assert needs_several(weighed(GOOD, *both), single, case)
+    assert needs_several(weighed(GOOD, *both), None, case)
+    open_ = replace(GOOD, misfit=4.5)
+    assert not needs_several(weighed(open_, *both), single, case), "they do not explain"
+    close = weighed(PlainFit(1.9, errors=Errors(0.1, 0.1)), effect())
+    assert not needs_several(weighed(GOOD, *both), close, case), "not half of what one leaves"
+    unseen = replace(GOOD, errors=Errors(0.02, 0.09))
+    assert not needs_several(weighed(unseen, *both), single, case), "nor seen in what is held out"
+
+
+def test_no_second_effect_is_taken_out_of_what_the_mesh_may_leave() -> None:
+    both = effect(), effect(nodes=(3,))
+    single = weighed(PlainFit(10.0, errors=Errors(0.1, 0.1)), effect())
+    for mesh, needed in ((0.049, True), (0.05, False)):
+        case = case_of(PlainEvidence((BASE,), mesh=mesh))
+        assert needs_several(weighed(GOOD, *both), single, case) == needed

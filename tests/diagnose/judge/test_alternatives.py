@@ -1,0 +1,125 @@
+"""What recordings fail to separate, on plain figures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cvxupdate.diagnose.judge.alternatives import equivalents, has, nodes_of, overlapping, rivals
+from cvxupdate.diagnose.settings import DAMPING_GAIN, RIVAL, STRONG
+from cvxupdate.diagnose.types import Errors
+from cvxupdate.physics.place import Place
+from tests.cases.plain_evidence import (
+    CHAIN,
+    NAN,
+    PlainEvidence,
+    PlainFit,
+    case_of,
+    effect,
+    fault,
+    supposed,
+    weighed,
+)
+
+CASE = case_of(PlainEvidence())
+BEST = PlainFit(1.0, errors=Errors(0.02, 0.05), rows=1000)
+
+
+def near(fit: PlainFit, best: PlainFit = BEST, count: int = 1, damping_only: bool = False) -> bool:
+    first = weighed(best, effect())
+    other = weighed(fit, effect(nodes=(2,), count=count))
+    case = case_of(PlainEvidence(), damping_only)
+    found = rivals(first, [first, other], case)
+    assert all(w is other for w in found)
+    return bool(found)
+
+
+def test_a_rival_comes_within_a_factor_of_the_misfit_beyond_noise() -> None:
+    assert near(replace(BEST, misfit=RIVAL))
+    assert not near(replace(BEST, misfit=1.01 * RIVAL))
+    assert near(replace(BEST, misfit=5.0, beyond_noise=RIVAL))
+
+
+def test_or_its_squares_are_no_strong_evidence_against_it() -> None:
+    """With few rows a larger misfit says little; further unknowns count log n each."""
+    best = replace(BEST, rows=2)
+    least = 1.0 + STRONG / 2
+    assert near(replace(best, misfit=0.99 * least), best)
+    assert not near(replace(best, misfit=1.01 * least), best)
+    more = least - np.log(2.0) / 2
+    assert near(replace(best, misfit=0.99 * more), best, count=2)
+    assert not near(replace(best, misfit=1.01 * more), best, count=2)
+
+
+def test_a_rival_predicts_what_was_held_out_as_well() -> None:
+    worst = RIVAL * BEST.errors.hold_out
+    assert near(replace(BEST, errors=Errors(0.02, 0.99 * worst)))
+    assert not near(replace(BEST, errors=Errors(0.02, 1.01 * worst)))
+    assert near(replace(BEST, errors=Errors(0.02, NAN))), "nothing was held out"
+    exact = replace(BEST, errors=Errors(0.001, 0.001))
+    assert near(replace(BEST, errors=Errors(0.02, 0.01)), exact), "no more than noise"
+
+
+def test_patterns_of_damping_are_separated_by_their_strain() -> None:
+    best = PlainFit(1.0, damping_strain=3.0)
+    close = 3.0 + DAMPING_GAIN / 2
+    assert near(PlainFit(50.0, damping_strain=close), best, damping_only=True)
+    assert not near(PlainFit(1.0, damping_strain=close + 0.1), best, damping_only=True)
+
+
+def test_the_best_is_no_rival_of_itself() -> None:
+    first = weighed(BEST, effect())
+    assert rivals(first, [first], CASE) == []
+
+
+def test_equivalents_are_the_odd_ones_out_of_rivals_that_share_the_rest() -> None:
+    a, b, c, d = (effect(nodes=(n,)) for n in (1, 2, 3, 4))
+    best = supposed(BEST, a, b)
+    others = [supposed(BEST, *pair) for pair in ((c, b), (a, d), (c, d), (b, c))]
+    assert equivalents(a, best, others) == (c,)
+    assert equivalents(b, best, others) == (d,)
+    assert equivalents(a, supposed(BEST, a), [supposed(BEST, c), supposed(BEST, d)]) == (c, d)
+
+
+def test_places_overlap_where_they_share_most_of_their_elements_or_a_node() -> None:
+
+    def e(*ids: int) -> Place:
+        return Place(elements=ids)
+
+    def n(*ids: int, dof: str | None = None) -> Place:
+        return Place(nodes=ids, dof=dof)
+
+    assert overlapping(e(1, 2), e(2, 3, 1)) and overlapping(e(1, 2), e(1))
+    assert not overlapping(e(1, 2), e(2, 3)) and not overlapping(e(1), e(2))
+    assert overlapping(n(1, 2), n(2, 3)) and not overlapping(n(1), n(2))
+    assert not overlapping(n(1, dof="x"), n(1, dof="y"))
+    assert not overlapping(e(2), n(1)) and not overlapping(Place(), Place())
+
+
+@pytest.mark.parametrize(
+    ("elements", "nodes", "same"),
+    [((2,), (1,), True), ((2,), (1, 2), True), ((2,), (3,), False), ((1, 2, 3), (1,), False)],
+)
+def test_elements_overlap_with_nodes_that_are_theirs(elements, nodes, same: bool) -> None:
+    """A chain: spring 2 between masses 1 and 2; three springs are more than one mass."""
+    a, b = Place(elements=elements), Place(nodes=nodes)
+    assert overlapping(a, b, CHAIN) == overlapping(b, a, CHAIN) == same
+
+
+def test_nodes_of_elements_leave_out_what_is_held() -> None:
+    assert nodes_of(CHAIN, [2]) == {1, 2} and nodes_of(CHAIN, [1]) == {1}
+    assert nodes_of(CHAIN, [1, 3]) == {1, 2, 3} and nodes_of(CHAIN, [99]) == set()
+
+
+def test_a_hypothesis_has_an_effect_where_something_stands_at_its_place() -> None:
+    here = supposed(BEST, effect(elements=(2,)), fault("n3.x"))
+    assert has(here, effect("added_mass", elements=(2,)), CHAIN)
+    assert has(here, effect(nodes=(1, 2)), CHAIN), "the ends of its spring"
+    assert has(here, effect(nodes=(3,), dof="x"), CHAIN)
+    assert not has(here, effect(nodes=(3,), dof="y"), CHAIN)
+    whole = supposed(BEST, effect(elements=(1, 2, 3)))
+    assert has(whole, effect(elements=(2,)), CHAIN), "it is part of the whole"
+    assert not has(supposed(BEST, effect(elements=(2,))), effect(elements=(1, 2, 3)), CHAIN)
+    assert not has(supposed(BEST), effect(), CHAIN)

@@ -1,0 +1,249 @@
+"""What is claimed, of plain figures: one effect, several, numbers of groups, or nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cvxupdate.diagnose.judge.judge import _parts, _told, judge
+from cvxupdate.diagnose.results import Finding
+from cvxupdate.diagnose.search.search import Found
+from cvxupdate.diagnose.settings import CLEAR, EXPLAINED, FAINT, LARGE, OPEN, SURE
+from cvxupdate.diagnose.types import Errors
+from cvxupdate.physics.place import Place
+from tests.cases.plain_evidence import (
+    PlainEvidence,
+    PlainFit,
+    PlainModel,
+    PlainSetting,
+    case_of,
+    effect,
+    fault,
+    parameter,
+    supposed,
+    weighed,
+)
+
+BASE = PlainFit(100.0, errors=Errors(0.5, 0.5))
+GOOD = PlainFit(1.0, errors=Errors(0.02, 0.02))
+POOR = PlainFit(40.0, errors=Errors(0.3, 0.3))
+A, B, C = effect(nodes=(1,)), effect(nodes=(2,)), effect(nodes=(3,))
+EVIDENCE = PlainEvidence((BASE,))
+
+
+def judged(evidence: PlainEvidence, singles=(), several=()):
+    return judge(evidence, Found(singles=tuple(singles), several=tuple(several)))  # type: ignore[arg-type]
+
+
+def test_one_effect_that_explains_is_claimed() -> None:
+    found = judged(EVIDENCE, [supposed(GOOD, A), supposed(POOR, B)])
+    (finding,) = found.findings
+    assert found.final is found.single is found.last
+    assert (finding.physics, finding.place) == ("stiffness_change", A.place)
+    assert finding.parameters == {"factor": 1.5}
+    assert finding.deviations == {"factor": 0.01} and finding.noise_deviations == {"factor": 0.005}
+    assert finding.confidence == pytest.approx(1.0 - 1.0 / 40.0)
+    assert finding.explains == pytest.approx(0.99) and finding.equivalent == ()
+    assert finding.says == "A factor 1.5 at node 1." and len(found.standings) == 1
+
+
+def test_nothing_tried_claims_nothing() -> None:
+    found = judged(EVIDENCE)
+    assert found.final is None and found.findings == () and found.last is found.case.base
+    assert found.nearest is None
+
+
+def test_what_does_not_halve_the_misfit_is_not_claimed() -> None:
+    found = judged(EVIDENCE, [supposed(replace(GOOD, misfit=60.0), A)])
+    assert found.final is None and found.findings == () and found.last is found.case.base
+    assert found.nearest is found.singles[0]
+
+
+def test_what_is_not_credible_is_named_and_not_claimed() -> None:
+    """It halves the misfit, but leaves a third of it."""
+    found = judged(EVIDENCE, [supposed(POOR, A), supposed(replace(POOR, misfit=90.0), B)])
+    assert found.final is found.singles[0] and found.findings == ()
+    assert found.last is found.case.base
+
+
+def test_rivals_at_other_places_are_equivalents_and_share_the_confidence() -> None:
+    found = judged(EVIDENCE, [supposed(GOOD, A), supposed(replace(GOOD, misfit=1.5), B)])
+    assert found.standings[0].rivals == 1
+    assert found.findings[0].confidence == pytest.approx((1.0 - 1.0 / 1.5) / 1.5)
+    assert found.findings[0].equivalent == (B,)
+    alike = effect("added_mass", nodes=(1,))
+    found = judged(EVIDENCE, [supposed(GOOD, A), supposed(replace(GOOD, misfit=1.5), alike)])
+    assert found.findings[0].equivalent == (alike,) and found.standings[0].alike == 1
+    assert found.findings[0].alternatives == (alike.title,) == ("some added mass at node 1",)
+
+
+@pytest.mark.parametrize(("next_", "claimed"), [(1.2, False), (3.0, True)])
+def test_confidence_below_what_is_stated_is_not_claimed(next_: float, claimed: bool) -> None:
+    """An explained single effect is told down to `FAINT`; doubtful ones by the lead of the next."""
+    others = [supposed(replace(GOOD, misfit=next_), e) for e in (B, C, effect(nodes=(9,)))]
+    found = judged(EVIDENCE, [supposed(GOOD, A), *others])
+    assert (found.standings[0].confidence >= FAINT) == claimed == bool(found.findings)
+
+
+def test_what_leaves_something_unexplained_must_be_surer() -> None:
+    """Credible, not explained: a tenth of the misfit is left."""
+    half = replace(GOOD, misfit=9.0, errors=Errors(0.08, 0.08))
+    sure = judged(EVIDENCE, [supposed(half, A), supposed(replace(POOR, misfit=90.0), B)])
+    assert sure.findings and sure.standings[0].confidence >= SURE
+    rival = judged(EVIDENCE, [supposed(half, A), supposed(replace(half, misfit=17.9), B)])
+    assert FAINT <= rival.standings[0].confidence < SURE and rival.findings == ()
+
+
+SMALLER = PlainFit(20.0, errors=Errors(0.1, 0.1))
+
+
+def test_several_are_claimed_where_one_is_not_enough() -> None:
+    a, b = fault("n1.x"), fault("n3.x")
+    pair, other = supposed(GOOD, a, b), supposed(replace(GOOD, misfit=30.0), a, C)
+    found = judged(alone(20.0, 40.0), [supposed(SMALLER, a)], [pair, other])
+    assert found.final is not None and found.final.hypothesis is pair
+    assert found.single is not None and found.single.hypothesis.effects == (a,)
+    assert len(found.field) == 3 and len(found.standings) == 2
+
+
+def test_one_clear_effect_needs_no_second() -> None:
+    """Beyond noise it leaves no more than `CLEAR`."""
+    clear = replace(GOOD, misfit=1.0, beyond_noise=CLEAR)
+    a, better = fault("n1.x"), replace(GOOD, misfit=0.3, errors=Errors(0.01, 0.01))
+    pair = supposed(replace(better, beyond_noise=0.01), a, fault("n3.x"))
+    found = judged(alone(1.0, 40.0), [supposed(clear, a)], [pair])
+    assert found.final is found.single
+    open_ = replace(clear, beyond_noise=1.01 * CLEAR)
+    found = judged(alone(1.0, 40.0), [supposed(open_, a)], [pair])
+    assert found.final is not None and found.final.hypothesis is pair
+
+
+def test_the_nearest_is_that_with_the_least_penalised_misfit() -> None:
+    far, near = supposed(POOR, A), supposed(replace(POOR, misfit=30.0), B, C)
+    assert judged(EVIDENCE, [far], [near]).nearest.hypothesis is near  # type: ignore[union-attr]
+
+
+def groups(fit: PlainFit, *p: float) -> PlainFit:
+    names = ("beam", "plate", "frame", "mast")
+    own = tuple(parameter(f"{g}.stiffness", group=g) for g in names[: len(p)])
+    values = np.array(p)
+    return replace(
+        fit, p=values, deviations=0.01 + 0.0 * values, setting=PlainSetting(PlainModel(own))
+    )
+
+
+def test_groups_far_off_are_claimed_where_nothing_else_explains() -> None:
+    evidence = replace(EVIDENCE, far=groups(GOOD, -0.2, 0.01))
+    found = judged(evidence, [supposed(POOR, A)])
+    (finding,) = found.findings
+    assert finding.physics == "stiffness_change" and finding.place.groups == ("beam",)
+    assert finding.parameters["factor"] == pytest.approx(0.8)
+    assert found.final is found.last and found.final.freed == 1  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize(
+    "far",
+    [
+        pytest.param(groups(GOOD, 0.01, 0.01), id="none is beyond its scatter"),
+        pytest.param(groups(replace(GOOD, misfit=5.0), -0.2), id="it does not explain"),
+        pytest.param(groups(replace(GOOD, errors=Errors(0.02, 0.5)), -0.2), id="it is not shown"),
+        pytest.param(None, id="it is no structure"),
+    ],
+)
+def test_groups_that_do_not_explain_are_not_claimed(far: PlainFit | None) -> None:
+    found = judged(replace(EVIDENCE, far=far), [supposed(POOR, A)])
+    assert found.findings == () and found.final is found.singles[0]
+
+
+def test_groups_are_not_let_go_where_an_effect_explains_or_nothing_is_wrong() -> None:
+    evidence = replace(EVIDENCE, far=groups(replace(GOOD, misfit=0.01), -0.2))
+    assert judged(evidence, [supposed(GOOD, A)]).final.hypothesis.effects == (A,)  # type: ignore[union-attr]
+    sound = replace(evidence, bases=(replace(BASE, misfit=3.0),))
+    assert judged(sound).final is None
+
+
+def test_groups_must_beat_a_credible_effect() -> None:
+    credible = replace(GOOD, misfit=9.0, errors=Errors(0.08, 0.08))
+    for left, wins in ((4.0, True), (4.6, False)):
+        evidence = replace(EVIDENCE, limit=5.0, far=groups(replace(GOOD, misfit=left), -0.2))
+        found = judged(evidence, [supposed(credible, A)])
+        assert (found.final is not None and not found.final.hypothesis.effects) == wins
+
+
+def finding(confidence: float) -> Finding:
+    return Finding("added_mass", Place(), "", {}, {}, {}, confidence, 1.0, (), "")
+
+
+def test_of_several_those_are_told_whose_place_is_sure() -> None:
+    sure, doubtful, surer = finding(SURE), finding(0.9 * SURE), finding(0.9)
+    assert _told([sure, doubtful, surer], 100.0, 1.0) == (sure, surer)
+    assert _told([doubtful, doubtful], 100.0, 1.0) == (doubtful,), "else the strongest"
+    assert _told([], 100.0, 1.0) == ()
+
+
+def test_a_doubtful_one_is_not_told_for_a_misfit_that_counts_as_explained() -> None:
+    doubtful, small = finding(0.9 * SURE), OPEN * EXPLAINED
+    assert _told([doubtful], small, 1.01 * small / LARGE) == ()
+    assert _told([doubtful], small, 0.99 * small / LARGE) == (doubtful,), "unless it falls to that"
+    assert _told([doubtful], 1.01 * small, small) == (doubtful,)
+    assert _told([finding(SURE)], small, small) != ()
+
+
+def test_the_part_of_a_single_effect_is_what_it_takes_away() -> None:
+    case = case_of(EVIDENCE)
+    assert _parts(case, weighed(GOOD, A)) == pytest.approx([0.99])
+    assert _parts(case, weighed(replace(GOOD, misfit=200.0), A)) == [0.0]
+    pattern = case_of(PlainEvidence((PlainFit(1.0, damping_strain=40.0),)), damping_only=True)
+    assert _parts(pattern, weighed(PlainFit(1.0, damping_strain=10.0), A)) == pytest.approx([0.75])
+
+
+def alone(one: float, other: float) -> PlainEvidence:
+    """Sensor faults: what is left with the one alone, and with the other."""
+    rests = {("n1.x",): PlainFit(one), ("n3.x",): PlainFit(other)}
+    return replace(EVIDENCE, alone=rests)
+
+
+def test_the_parts_of_several_go_by_what_comes_back_without_each() -> None:
+    """Without the first 31 come back, without the second 11: three quarters and a quarter."""
+    pair = weighed(GOOD, fault("n1.x"), fault("n3.x"))
+    parts = _parts(case_of(alone(11.0, 31.0)), pair)
+    assert parts == pytest.approx([0.99 * 0.75, 0.99 * 0.25])
+    assert sum(parts) == pytest.approx(0.99), "never more than both take away"
+
+
+def test_an_effect_that_nothing_misses_has_no_part() -> None:
+    pair = weighed(GOOD, fault("n1.x"), fault("n3.x"))
+    assert _parts(case_of(alone(0.5, 31.0)), pair) == pytest.approx([0.99, 0.0])
+    same = _parts(case_of(alone(0.5, 0.5)), pair)
+    assert same == pytest.approx([0.495, 0.495]), "either would do: both share alike"
+
+
+def test_findings_come_strongest_first() -> None:
+    a, b = fault("n1.x"), fault("n3.x")
+    evidence = replace(alone(31.0, 11.0), limit=4.0)
+    found = judged(evidence, [supposed(SMALLER, a)], [supposed(GOOD, a, b)])
+    assert [f.place.nodes for f in found.findings] == [(3,), (1,)]
+    assert [f.explains for f in found.findings] == pytest.approx([0.99 * 0.75, 0.99 * 0.25])
+
+
+def test_only_the_pattern_of_damping_is_at_stake_where_the_rest_is_explained() -> None:
+    base = PlainFit(0.9, damping_strain=60.0)
+    damper, lump = effect("viscous_damper", damping=True, nodes=(1,)), effect(nodes=(2,))
+    found = judged(
+        PlainEvidence((base,)),
+        [
+            supposed(PlainFit(0.9, damping_strain=3.0), damper),
+            supposed(PlainFit(0.1, damping_strain=60.0), lump),
+        ],
+    )
+    assert found.case.damping_only
+    (finding_,) = found.findings
+    assert finding_.physics == "viscous_damper" and finding_.explains == pytest.approx(0.95)
+    assert (
+        judged(
+            PlainEvidence((base,)), [supposed(PlainFit(0.1, damping_strain=60.0), lump)]
+        ).findings
+        == ()
+    )

@@ -1,0 +1,69 @@
+"""Findings of damping ratios, on plain figures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from cvxupdate.diagnose.judge.pattern import MOST, pattern_of
+from cvxupdate.diagnose.results import Damper, Further
+from cvxupdate.diagnose.settings import DAMPING_GAIN, LAW
+from cvxupdate.physics.effect import Effect, ModelChange
+from tests.cases.plain_evidence import CHAIN, effect, fault
+
+
+def damper(strain: float, size: float = 0.5, **place: object) -> Damper:
+    made = effect("viscous_damper", damping=True, **place)
+    on: Effect = replace(made, action=ModelChange(lambda: CHAIN, ((),)))
+    return Damper(on, size, 0.1, strain)
+
+
+def test_nothing_found_says_what_the_evidence_says() -> None:
+    assert pattern_of(Further(("a line",))).lines == ("a line",)
+    assert pattern_of(Further(("a line",))).findings == ()
+
+
+def test_one_rate_of_decay_is_a_law_of_the_whole_structure() -> None:
+    """It comes before any damper, and leaves the model as it is."""
+    found = pattern_of(Further(("a line",), (6.2, 0.3), 40.0, 6, (damper(1.0, nodes=(1,)),)))
+    (law,) = found.findings
+    assert law.physics == "mass_proportional_damping" and law.confidence == LAW
+    assert law.parameters == {"alpha": 6.2} and law.deviations == {"alpha": 0.3}
+    assert law.place.nodes == () and "3.1" in law.says, "amplitudes decay at half of it"
+    assert found.lines == ("a line",) and found.damped is None
+
+
+def test_the_best_damper_is_told_with_the_strain_that_it_leaves() -> None:
+    best, far = damper(4.0, nodes=(1,)), damper(38.0, nodes=(3,))
+    found = pattern_of(Further(("a line",), None, 40.0, 6, (best, far)))
+    (finding,) = found.findings
+    assert finding.physics == "viscous_damper" and finding.explains == pytest.approx(0.9)
+    assert finding.parameters == {"factor": 1.5} and finding.deviations == {"factor": 0.1}
+    assert finding.confidence == pytest.approx(1.0 - 4.0 / 38.0) and finding.equivalent == ()
+    assert found.damped == (CHAIN, 0.5)
+    assert found.lines[0] == "a line"
+    assert "40 in units" in found.lines[1] and "brings it to 4." in found.lines[1]
+    assert "6 modes" in found.lines[1]
+
+
+def test_dampers_that_luck_cannot_tell_from_it_are_equivalents() -> None:
+    best = damper(4.0, nodes=(1,))
+    near = damper(3.9 + DAMPING_GAIN / 2, nodes=(3,))
+    there = damper(4.1, nodes=(1,))
+    far = damper(4.1 + DAMPING_GAIN / 2, nodes=(2,))
+    (finding,) = pattern_of(Further((), None, 100.0, 6, (best, there, near, far))).findings
+    assert finding.equivalent == (there.effect, near.effect)
+    lead = 1.0 - 4.0 / near.strain
+    assert finding.confidence == pytest.approx(lead / 1.5), "one of them is elsewhere"
+
+
+def test_so_many_equivalents_are_listed() -> None:
+    others = [damper(4.0 + 0.01 * k, nodes=(k + 2,)) for k in range(MOST + 5)]
+    (finding,) = pattern_of(Further((), None, 99.0, 9, (damper(4.0), *others))).findings
+    assert len(finding.equivalent) == MOST
+
+
+def test_a_channel_takes_out_no_energy() -> None:
+    odd = Damper(fault("n1.x"), 0.5, 0.1, 1.0)
+    assert pattern_of(Further((), None, 40.0, 6, (odd,))).findings == ()

@@ -1,0 +1,109 @@
+"""The pattern of damping in a table: exact complex modes of chains with a dashpot, a rate of decay,
+a lossy spring, against what the pattern says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import eig, eigh
+
+from cvxupdate.diagnose.modes.damping import LUCK, Ratios, damping_trials, needed_drop
+from cvxupdate.diagnose.nominal.damping import undamped
+from cvxupdate.diagnose.nominal.scatter import with_nuisance
+from cvxupdate.physics import candidates_of
+from cvxupdate.physics.context import SearchContext
+
+WORDS = ("viscous_damper", "structural_damping", "mass_proportional_damping")
+
+
+def ratios(lab, C, D, zeta=0.004):
+    """Damping ratios of the lab's complex modes, −Re s / |s|, with modal damping besides
+    (scattered, seeded)."""
+    lam, phi = eigh(lab.K, lab.M)
+    own = zeta * np.exp(0.2 * np.random.default_rng(3).standard_normal(len(lam)))
+    modal = lab.M @ phi @ np.diag(2 * own * np.sqrt(lam)) @ phi.T @ lab.M
+    n = len(lam)
+    zero, one = np.zeros((n, n)), np.eye(n)
+    s = eig(
+        np.block([[zero, one], [-lab.K - 1j * D, -modal - C]]),
+        np.block([[one, zero], [zero, lab.M]]),
+        right=False,
+    )
+    s = np.sort_complex(1j * s[s.imag > 0])[::-1] / 1j  # by frequency
+    s = s[np.argsort(s.imag)]
+    measured = -s.real / np.abs(s)
+    return Ratios(measured, 0.02 * measured, np.full(n, zeta), phi, np.sqrt(lam))
+
+
+def found(chain, ratios):
+    model = with_nuisance(undamped(chain[1]))
+    m = model.matrices(model.zero())
+    context = SearchContext(model, m.K, m.M, 60.0, 8.0, (), (), lambda node, kind: model, 0.004)
+    return damping_trials(ratios, [c for w in WORDS for c in candidates_of(context, (w,))])
+
+
+def test_nothing_where_only_scatter_is(chain, lab):
+    before, trials = found(chain, ratios(lab(), np.zeros((4, 4)), np.zeros((4, 4))))
+    assert before < 4.0 and trials == []
+
+
+def test_a_dashpot_across_a_spring(chain, lab):
+    real = lab(c=(0, 0, 25.0, 0))
+    before, trials = found(chain, ratios(real, real.C, np.zeros((4, 4))))
+    best = trials[0]
+    near = [t for t in trials if t.strain < best.strain + 6.0]
+    named = [
+        t for t in near if t.effect.physics == "viscous_damper" and t.effect.place.nodes == (2, 3)
+    ]
+    assert before > 20.0 and named
+    c = named[0].effect
+    model = c.change.model
+    value, deviation = c.figures[0].value(
+        model, model.parameters[-1], named[0].size, named[0].deviation
+    )
+    assert abs(value - 25.0) < 3.0 * deviation and deviation < 12.0
+
+
+def test_one_rate_of_decay(chain, lab):
+    real = lab()
+    _, trials = found(chain, ratios(real, 6.0 * real.M, np.zeros((4, 4)), zeta=4e-4))
+    named = [
+        t
+        for t in trials
+        if t.effect.physics == "mass_proportional_damping" and t.strain < trials[0].strain + 6.0
+    ]
+    assert named and named[0].size == pytest.approx(6.0, abs=3.0 * named[0].deviation)
+
+
+def test_the_rate_of_a_word_is_the_derivative_of_the_complex_modes_damping(chain, lab):
+    """φᵀCφ / 2ω to first order: an error of second order in the dashpot."""
+    real, bare = lab(c=(0, 0, 0.5, 0)), lab()
+    with_it, without = (
+        ratios(real, real.C, np.zeros((4, 4))),
+        ratios(bare, bare.C, np.zeros((4, 4))),
+    )
+    model = with_nuisance(undamped(chain[1]))
+    m = model.matrices(model.zero())
+    context = SearchContext(model, m.K, m.M, 60.0, 8.0, (), (), lambda node, kind: model, 0.004)
+    c = next(c for c in candidates_of(context, ("viscous_damper",)) if c.place.nodes == (2, 3))
+    unit = c.change.model.parameters[-1].unit_size
+    np.testing.assert_allclose(
+        with_it.measured - without.measured, bare_rate(bare, without) * 0.5, rtol=2e-2
+    )
+    np.testing.assert_allclose(without.rate(c.change) / unit, bare_rate(bare, without), rtol=1e-9)
+
+
+def bare_rate(bare, r):
+    slip = r.shapes[1] - r.shapes[2]
+    return slip**2 / (2 * r.omega)
+
+
+def test_the_drop_that_is_asked_for_is_what_luck_gives_the_best_of_the_places():
+    """Squares of standard normal numbers, one-sided: of independent places the best exceeds the
+    limit about once in five hundred times."""
+    z = np.random.default_rng(7).standard_normal((400_000, 5))
+    for places in (1, 5):
+        best = z[:, :places].max(axis=1)
+        luck = np.mean((best > 0) & (best**2 > needed_drop(places, 8)))
+        assert luck == pytest.approx(LUCK, rel=0.15)
+    assert needed_drop(60, 5) == needed_drop(5, 5) > needed_drop(1, 5)

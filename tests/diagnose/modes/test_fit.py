@@ -1,0 +1,49 @@
+"""A pairing is taken over by a model that is the same structure today."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from cvxupdate.diagnose.modes.fit import setting_of
+
+from cvxupdate.residual.modal import modal_residual
+
+
+def test_a_pairing_is_taken_over_only_by_the_same_structure(tried):
+    evidence, base, candidates = tried
+    like, data = base.point.residual, evidence.tables
+    for name in ("stiffness_change", "grounding_spring", "joint_flexibility"):
+        c = next(
+            c
+            for c in candidates
+            if c.physics == name and (name != "grounding_spring" or not c.change.series)
+        )
+        over, afresh = (
+            setting_of(c.change.model, data, like).residual,
+            modal_residual(c.change.model, data.fit, data.hold, data.shapes),
+        )
+        assert (over.start is like.start) == (
+            c.change.model.labels == base.setting.model.labels
+        ) and over.model is c.change.model
+        assert (
+            over.count == afresh.count
+            and over.muted == afresh.muted
+            and over.unseen == afresh.unseen
+        )
+        assert all(
+            np.array_equal(a, b)
+            for a, b in zip(over.start.places, afresh.start.places, strict=True)
+        )
+        n = min(len(m.start.modes.eigenvalues) for m in (over, afresh))
+        np.testing.assert_allclose(
+            over.start.modes.eigenvalues[:n], afresh.start.modes.eigenvalues[:n], rtol=1e-9
+        )
+    heavier = replace(
+        base.setting.model,
+        blocks=tuple(
+            replace(b, properties={**b.properties, "rho": 1.1 * b.properties["rho"]})
+            for b in base.setting.model.blocks
+        ),
+    )
+    assert setting_of(heavier, data, like).residual.start is not like.start

@@ -1,0 +1,98 @@
+"""The mesh error taken out: against the same model on much finer meshes, of slender bars, stocky
+ones that deform in shear, and plates."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cvxupdate.diagnose.nominal.mesh import (
+    NONE,
+    mesh_error,
+    refined,
+    shearing,
+    stocky,
+)
+from cvxupdate.diagnose.settings import ANOTHER_MODE
+from cvxupdate.fe.build import build_model
+from cvxupdate.fe.modes import model_modes
+
+STOCKY = """
+title = "Stocky bar"
+[model]
+dofs = ["z", "ry"]
+nodes = [{ id = 1, x = 0.0 }, { id = 2, x = 0.09 }, { id = 3, x = 0.2 }, { id = 4, x = 0.31 },
+         { id = 5, x = 0.4 }, { id = 6, x = 0.52 }]
+[model.materials.steel]
+E = 207e9
+nu = 0.3
+rho = 7850.0
+[model.sections.bar]
+shape = "rectangle"
+width = 0.06
+height = 0.06
+[[model.elements]]
+type = "beam3d"
+material = "steel"
+section = "bar"
+rows = [{ id = 1, nodes = [1, 2] }, { id = 2, nodes = [2, 3] }, { id = 3, nodes = [3, 4] },
+        { id = 4, nodes = [4, 5] }, { id = 5, nodes = [5, 6] }]
+[[model.supports]]
+nodes = [1]
+dofs = ["z", "ry"]
+"""
+
+
+def finest(spec, times):
+    """The model on a mesh 2^times as fine."""
+    for _ in range(times):
+        spec = replace(spec, model=refined(spec.model), update=None)
+    return build_model(spec)
+
+
+def load(folder, text):
+    from cvxupdate.spec import load_problem
+
+    path = folder / "problem.toml"
+    path.write_text(text, encoding="utf-8")
+    spec = load_problem(path)
+    return spec, build_model(spec)
+
+
+@pytest.mark.parametrize(
+    ("text", "sheared", "order"), [("bar", False, 4), (STOCKY, False, 4), (STOCKY, True, 2)]
+)
+def test_what_is_taken_out_is_the_distance_to_a_much_finer_mesh(
+    bar, tmp_path, text, sheared, order
+):
+    spec, model = bar if text == "bar" else load(tmp_path, text)
+    top = 1.1 * model_modes(model, 4).flexible().frequencies[-1]
+    error = mesh_error(spec, model, top, sheared=sheared)
+    change = shearing if sheared else (lambda m: m)
+    coarse, true = (
+        model_modes(change(m), 4).flexible().frequencies for m in (model, finest(spec, 5))
+    )
+    left = coarse * (1.0 + error.at(coarse)) / true - 1.0
+    assert error.order == order
+    assert np.all(np.abs(left) <= error.missed(top)) and error.missed(top) < 0.5 * error.worst(top)
+    assert np.abs(coarse / true - 1.0).max() == pytest.approx(error.worst(top), rel=0.35)
+
+
+def test_beams_without_shear_have_one_mesh_error(bar):
+    _, model = bar
+    assert not stocky(model)
+    assert stocky(shearing(model)) == (0.11 < 4 * 0.04)  # 40 mm wide: the deepest side counts
+
+
+def test_modes_that_differ_much_are_not_taken_for_one(tmp_path):
+    """High modes of the coarse stocky bar look like others of the fine one at the few shared
+    nodes."""
+    spec, model = load(tmp_path, STOCKY)
+    error = mesh_error(spec, model, 1e6, sheared=True)
+    assert len(error.shift) and np.all(np.abs(error.shift) <= ANOTHER_MODE)
+
+
+def test_nothing_to_divide(chain):
+    assert mesh_error(*chain, 100.0) is NONE and mesh_error(*chain, 100.0, sheared=True) is NONE

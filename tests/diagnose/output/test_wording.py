@@ -1,0 +1,142 @@
+"""The sentence of every verdict, and the evidence that is stated for it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from cvxupdate.diagnose.judge.judge import Judgement
+from cvxupdate.diagnose.output.wording import MOST, RIVALS, evidence_lines, nonlinear, verdict_of
+from cvxupdate.diagnose.results import Finding
+from cvxupdate.diagnose.settings import LEVEL_CHANGE, LEVEL_NOISE
+from cvxupdate.diagnose.types import Errors, LevelChange
+from cvxupdate.physics.effect import Effect
+from tests.cases.plain_evidence import NAN, PlainEvidence, PlainFit, case_of, effect, weighed
+
+BASE = PlainFit(100.0, errors=Errors(0.5, 0.4))
+CASE = case_of(PlainEvidence((BASE,)))
+A, B = effect("added_mass", nodes=(2,)), effect("viscous_damper", nodes=(3,))
+ONE = weighed(PlainFit(9.0, errors=Errors(0.1, 0.12)), A)
+BOTH = weighed(PlainFit(1.0, errors=Errors(0.01, 0.02)), A, B)
+EMPTY = Judgement(CASE, (), ())
+
+
+def told(e: Effect, says: str = "It is so.", equivalent: tuple[Effect, ...] = ()) -> Finding:
+    return Finding(e.physics, e.place, e.title, {}, {}, {}, 0.9, 1.0, equivalent, says)
+
+
+def test_recordings_that_depend_on_the_level_are_not_linear() -> None:
+    quiet = 0.9 * LEVEL_CHANGE / LEVEL_NOISE
+    assert nonlinear(LevelChange(1.01 * LEVEL_CHANGE, quiet))
+    assert not nonlinear(LevelChange(LEVEL_CHANGE, 0.0)), "a change that does not matter"
+    assert not nonlinear(LevelChange(0.5, 0.5 / LEVEL_NOISE)), "noise may be all of it"
+    assert not nonlinear(None)
+
+
+def test_no_linear_sentence_of_what_is_not_linear() -> None:
+    verdict, says = verdict_of(replace(EMPTY, findings=(told(A),)), (), True)
+    assert verdict == "undetermined" and "depends on the vibration level" in says
+    lines = evidence_lines(EMPTY, LevelChange(0.2, 0.01))
+    assert lines[0] == (
+        "Between drive levels the transfer functions change by 20 % (noise alone: 1 %): the "
+        "response depends on the level, so the structure is not linear."
+    )
+    assert lines[1:] == ["A line of the evidence."]
+
+
+def test_findings_are_told_one_after_the_other() -> None:
+    found = replace(EMPTY, final=BOTH, findings=(told(A, "One."), told(B, "Two.")))
+    assert verdict_of(found, (), False) == ("missing_physics", "One. Two.")
+    assert verdict_of(found, (told(B, "Three."),), False)[1] == "One. Two. Three."
+    assert verdict_of(EMPTY, (told(B, "Three."),), False) == ("missing_physics", "Three.")
+
+
+def test_wrong_numbers_of_groups_are_a_parameter_error() -> None:
+    groups = effect("stiffness_change", elements=(1, 2), groups=("bar",))
+    heavy = effect("mass_change", elements=(1, 2), groups=("bar",))
+    some = effect("stiffness_change", elements=(1,))
+    for findings, verdict in (
+        ((groups, heavy), "parameter_error"),
+        ((groups, some), "missing_physics"),
+        ((groups, A), "missing_physics"),
+        ((effect("thickness_change", groups=("bar",)),), "missing_physics"),
+    ):
+        found = replace(EMPTY, final=BOTH, findings=tuple(told(e) for e in findings))
+        assert verdict_of(found, (), False)[0] == verdict
+
+
+def test_nothing_missing_is_consistent() -> None:
+    sound = replace(EMPTY, case=case_of(PlainEvidence((replace(BASE, misfit=2.0),))))
+    verdict, says = verdict_of(sound, (), False)
+    assert verdict == "consistent" and says == (
+        "Nothing is missing: the model explains the recordings within noise and the usual "
+        "scatter of its parameters."
+    )
+
+
+def test_what_comes_nearest_is_named_where_it_is_not_claimed() -> None:
+    """With the worse of its two errors."""
+    found = replace(EMPTY, singles=(ONE,), single=ONE, final=ONE)
+    assert verdict_of(found, (), False) == (
+        "undetermined",
+        "No one or two effects explain the recordings: some added mass at node 2 comes nearest, "
+        "but leaves 0.12 of the response.",
+    )
+    assert evidence_lines(found, None)[-1] == (
+        "Some added mass at node 2 comes nearest: 0.1 of the response and 0.12 (held out), not "
+        "enough to claim it."
+    )
+
+
+def test_where_no_effect_helps_the_rest_is_stated() -> None:
+    assert verdict_of(replace(EMPTY, singles=(ONE,)), (), False) == (
+        "undetermined",
+        "Something differs that none of the known effects explains at any one or two places; what "
+        "remains is 0.5 of the response.",
+    )
+
+
+@pytest.mark.parametrize(
+    ("noise", "said"), [(0.01, " (noise alone: 0.01 of the response)."), (NAN, ".")]
+)
+def test_the_nominal_model_s_error_and_that_of_its_scatter_are_stated(
+    noise: float, said: str
+) -> None:
+    case = case_of(PlainEvidence((BASE,), noise=Errors(noise, noise)))
+    lines = evidence_lines(replace(EMPTY, case=case), LevelChange(0.001, 0.001))
+    assert lines[0].endswith("the structure is linear to that accuracy.")
+    assert lines[1:] == [
+        "A line of the evidence.",
+        f"The nominal model leaves 0.6 of the response and 0.6 (held out){said}",
+        "With the usual scatter of group stiffness, group mass and damping it is 0.5 of the "
+        "response and 0.4 (held out); weighted misfit 100 per row (1: noise and discretisation).",
+    ]
+
+
+def test_a_finding_states_what_one_effect_left_and_what_is_not_claimed() -> None:
+    found = replace(
+        EMPTY, singles=(ONE,), single=ONE, final=BOTH, field=(BOTH, ONE), findings=(told(A),)
+    )
+    assert evidence_lines(found, None)[3:] == [
+        "One effect alone, some added mass at node 2, leaves 0.1 of the response and 0.12 (held "
+        "out): not enough.",
+        "Some added mass at node 2 with some viscous damper at node 3 brings the error to 0.01 of "
+        "the response and 0.02 (held out).",
+        "Some viscous damper at node 3 is needed for the last of it, but others elsewhere would "
+        "do as well: it is not claimed.",
+        "The same procedure with some added mass at node 2 leaves 0.1 of the response and 0.12 "
+        "(held out).",
+    ]
+
+
+def test_equivalents_and_other_hypotheses_are_counted() -> None:
+    others = tuple(effect("added_mass", nodes=(k,)) for k in range(10, 10 + MOST + 2))
+    field = (ONE, *(weighed(PlainFit(20.0), e) for e in others))
+    found = replace(
+        EMPTY, single=ONE, final=ONE, field=field, findings=(told(A, equivalent=others),)
+    )
+    lines = evidence_lines(found, None)[3:]
+    assert lines[1].startswith("These recordings do not tell some added mass at node 2 from some ")
+    assert lines[1].count("at node") == MOST + 1 and lines[1].endswith(" and 2 more.")
+    assert sum(line.startswith("The same procedure with") for line in lines) == RIVALS

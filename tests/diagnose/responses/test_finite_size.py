@@ -1,0 +1,99 @@
+"""Explained fractions at finite sizes: closed forms are those of the models that grow; effects that
+derivatives cannot see are seen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cvxupdate.diagnose.responses.fit import setting_for
+
+from cvxupdate.diagnose.responses.finite_size import (
+    _modal_receptance,
+    _rows,
+    few_directions,
+    whole_member,
+)
+from cvxupdate.diagnose.responses.first_order import first_order, linearised
+from cvxupdate.diagnose.screen.projection import Projection
+from cvxupdate.diagnose.types import Seed
+from cvxupdate.physics.low_rank import amounts, low_rank
+from tests.diagnose.responses.undamped import UNDAMPED, candidates, without_damping
+
+
+@pytest.mark.parametrize(
+    "name", ["grounding_spring", "added_mass", "viscous_damper", "stiffness_change"]
+)
+def test_a_change_of_any_size_is_that_of_the_model_that_grows(make_scene, name):
+    model, start, signals, context = make_scene()
+    n = len(start.parameters)
+    point = without_damping(start, model, signals)
+    weights = [1.0 / s.scale() for s in signals]
+    compared = 0
+    for c in candidates(context, name):
+        change = low_rank(c)
+        if change is None:
+            continue
+        sizes = np.array([0.4, 25.0]) if c.limits[1] > 30.0 else np.array([0.2, 0.9])
+        J = _rows(
+            change,
+            amounts(c, sizes),
+            point,
+            [_modal_receptance(point, r) for r in point.responses],
+            weights,
+        )
+        for k, size in enumerate(sizes):
+            grown = setting_for(c.change.model, model, signals, 75.0)
+            q = np.zeros(len(grown.columns))
+            q[n], q[n + 1] = size, UNDAMPED
+            wanted = point.differences[1] * (
+                grown.evaluate(q).differences[0] - point.differences[0]
+            )
+            np.testing.assert_allclose(
+                J[:, k],
+                wanted,
+                rtol=1e-6,
+                atol=1e-8 * np.abs(wanted).max(),
+                err_msg=f"{c.name} {size}",
+            )
+            compared += 1
+    assert compared >= 4
+
+
+def test_a_size_is_found_where_the_derivative_points_elsewhere(make_scene):
+    """A large lump carries resonances past one another: to first order it is hardly seen, at its
+    own size it explains nearly everything."""
+    model, start, signals, context = make_scene(m=(0, 0, 0, 0.3))
+    setting = setting_for(start, model, signals, 75.0)
+    point = setting.evaluate(np.zeros(len(setting.columns)))
+    left = Projection.of(linearised(point))
+    ranked = first_order(point, candidates(context, "added_mass", "grounding_spring"), left)
+    best = max(few_directions(point, ranked, left), key=lambda s: s.fraction)
+    first = next(s for s in ranked if s.effect is best.effect)
+    assert (best.effect.physics, best.effect.place.nodes) == ("added_mass", (4,))
+    assert best.exact
+    assert best.fraction > 0.9 > 4.0 * first.fraction
+    assert best.p[0] * 0.01 * start.total_mass() == pytest.approx(0.3, rel=0.1)
+
+
+def test_no_size_beyond_the_bounds_is_tried(make_scene):
+    model, start, signals, context = make_scene(m=(0, 0, 0.9, 0))
+    setting = setting_for(start, model, signals, 75.0)
+    point = setting.evaluate(np.zeros(len(setting.columns)))
+    left = Projection.of(linearised(point))
+    small = [replace(c, limits=(-2.0, 2.0)) for c in candidates(context, "added_mass")]
+    for score in few_directions(point, first_order(point, small, left), left):
+        assert abs(score.p[0]) < 2.0
+
+
+def test_what_acts_on_the_whole_is_followed_through_sizes(make_scene):
+    model, start, signals, context = make_scene(k=(1.35,) * 4)
+    setting = setting_for(start, model, signals, 75.0)
+    point = setting.evaluate(np.zeros(len(setting.columns)))
+    c = next(c for c in candidates(context, "stiffness_change") if len(c.change.members) == 4)
+    grown = setting_for(c.change.model, model, signals, 75.0)
+    left = Projection.of(linearised(point))
+    seed, fraction = whole_member(point, Seed((c,), grown, np.zeros(grown.size)), left)
+    assert seed.start[len(start.parameters)] == pytest.approx(0.35, rel=0.15)
+    assert fraction > 0.9

@@ -1,0 +1,115 @@
+"""Derivatives of responses with respect to every unknown, against differences; sensor faults in a
+fit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from cvxupdate.diagnose.responses.fit import fit, setting_for
+from cvxupdate.diagnose.responses.lines import frf_lines
+
+from cvxupdate.diagnose.nominal.damping import undamped
+from cvxupdate.diagnose.nominal.scatter import with_nuisance
+from cvxupdate.diagnose.responses.errors import channel_errors
+from cvxupdate.diagnose.responses.signals import smooth
+from cvxupdate.physics import candidates_of
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.fault import Fault
+
+
+def signal_of(recording, epsilon=0.03):
+    return smooth(frf_lines(recording), epsilon)
+
+
+ZETA = 0.005
+# An exchange between a gain and a delay of its channels: the order in which faults act matters.
+FAULTS = (Fault("n2.x", "gain"), Fault("n2.x", "swap", other="n3.x"), Fault("n3.x", "delay", 1e-3))
+
+
+@pytest.mark.parametrize("zeta", [1e-9, ZETA])
+def test_derivatives_with_dashpot_damping_and_faults(chain, lab, measure, zeta):
+    """Every unknown: p-values of springs and floors, a dashpot, common and single damping ratios, a
+    gain, an exchange, a delay.
+
+    Modal damping is held while stiffness and mass move (its matrix follows the modes, the
+    derivative does not): an error of the order of ζ that is gone without modal damping. Everything
+    else is exact with it, too.
+    """
+    _, model = chain
+    start = with_nuisance(undamped(model))
+    m = start.matrices(start.zero())
+    context = SearchContext(
+        start, m.K, m.M, 75.0, 5.0, ("n1.x",), (), lambda node, kind: start, ZETA
+    )
+    damper = next(c for c in candidates_of(context, ("viscous_damper",)) if c.place.nodes == (2, 3))
+    signals = (
+        signal_of(measure(lab(c=(0, 0, 9.0, 0)), 4)),
+        signal_of(measure(lab(), 1, seed=2), 0.1),
+    )
+    setting = setting_for(damper.change.model, model, signals, 75.0, FAULTS)
+    setting = replace(setting, zeta=np.full(setting.damped, zeta))
+    rng = np.random.default_rng(4)
+    p = 0.03 * rng.normal(size=len(setting.columns))
+    dashpot = len(damper.change.model.parameters) - 1
+    p[dashpot] = 0.7  # it is on
+    point = setting.evaluate(p)
+    A = point.jacobian()
+    for j in range(len(p)):
+        step = np.zeros(len(p))
+        step[j] = 1e-6
+        plus, minus = (setting.evaluate(p + sign * step, point).differences[0] for sign in (1, -1))
+        wanted = (plus - minus) / 2e-6
+        if zeta < 1e-6 and dashpot < j < dashpot + 2 + setting.damped:
+            continue  # damping ratios of nothing have no derivative worth a comparison
+        held = j < dashpot and zeta > 1e-6
+        assert np.linalg.norm(A[:, j] - wanted) < (2 * zeta if held else 2e-5) * np.linalg.norm(
+            wanted
+        ), setting.columns[j]
+
+
+@pytest.mark.parametrize("exchanged", [True, False])
+def test_exchanged_channels_are_told_by_the_share_that_fits(chain, lab, measure, exchanged):
+    """An exchange is whole (p = 0, no error left) or none (p = −1): a fit on sound channels takes
+    the share back to nothing."""
+    _, model = chain
+    nominal = replace(
+        lab(), K=undamped(model).matrices().K.toarray(), M=undamped(model).matrices().M.toarray()
+    )
+    recording = measure(nominal, 3, noise=1e-4)
+    if exchanged:
+        recording = replace(recording, H=recording.H[:, [0, 3, 2, 1]])
+    signal = signal_of(recording)
+    setting = setting_for(
+        undamped(model), model, (signal,), 75.0, (Fault("n2.x", "swap", other="n4.x"),)
+    )
+    point = setting.evaluate(np.zeros(len(setting.columns)))
+    if exchanged:
+        assert channel_errors(point, (signal,)) < 1e-3
+    found = fit(setting, np.zeros(len(setting.columns)))
+    assert found.p[-1] == pytest.approx(0.0 if exchanged else -1.0, abs=1e-2)
+    assert channel_errors(found.point, (signal,)) < 1e-2
+
+
+def test_a_recording_without_the_other_channel_is_left_alone(chain, lab, measure):
+    _, model = chain
+    recording = measure(lab(), 3)
+    short = replace(
+        recording,
+        H=recording.H[:, :2],
+        variance=recording.variance[:, :2],
+        responses=recording.responses[:2],
+    )
+    setting = setting_for(
+        undamped(model),
+        model,
+        (signal_of(short),),
+        75.0,
+        (Fault("n2.x", "swap", other="n4.x"),),
+    )
+    plain = replace(setting, faults=())
+    np.testing.assert_array_equal(
+        setting.evaluate(np.zeros(len(setting.columns))).modelled()[0],
+        plain.evaluate(np.zeros(len(plain.columns))).modelled()[0],
+    )

@@ -1,0 +1,48 @@
+"""Sets of elements at finite sizes, in the modes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from cvxupdate.diagnose.responses.fit import setting_for
+
+from cvxupdate.diagnose.responses.finite_size import few_directions
+from cvxupdate.diagnose.responses.first_order import first_order, linearised
+from cvxupdate.diagnose.responses.sets import Reduced, _changed, _weighted, sets_of_elements
+from cvxupdate.diagnose.screen.projection import Projection
+from tests.diagnose.responses.undamped import UNDAMPED, candidates, without_damping
+
+
+def test_a_set_of_elements_in_the_modes_is_that_of_the_model_that_grows(make_scene):
+    model, start, signals, context = make_scene()
+    n = len(start.parameters)
+    point = without_damping(start, model, signals)
+    c = next(c for c in candidates(context, "stiffness_change") if len(c.change.members) > 1)
+    shapes = point.modes.shapes
+    K = np.zeros((start.size, start.size))
+    for block in c.change.tangent[0]:
+        for dofs, part in zip(block.dofs, block.K, strict=True):
+            free = dofs >= 0
+            K[np.ix_(dofs[free], dofs[free])] += part[np.ix_(free, free)]
+    reduced = Reduced(c, shapes.T @ K @ shapes, np.zeros((start.size, start.size)))
+    grown = setting_for(c.change.model, model, signals, 75.0)
+    q = np.zeros(len(grown.columns))
+    q[n], q[n + 1] = 0.6, UNDAMPED
+    wanted = point.differences[1] * (grown.evaluate(q).differences[0] - point.differences[0])
+    J = _weighted(point, [1.0 / s.scale() for s in signals], _changed(point, reduced, 0.6, 0.6))
+    np.testing.assert_allclose(J, wanted, rtol=1e-6, atol=1e-8 * np.abs(wanted).max())
+
+
+def test_a_set_s_size_is_found_too(make_scene):
+    model, start, signals, context = make_scene(k=(1.0, 1.5, 1.0, 1.0))
+    setting = setting_for(start, model, signals, 75.0)
+    point = setting.evaluate(np.zeros(len(setting.columns)))
+    left = Projection.of(linearised(point))
+    ranked = first_order(point, candidates(context, "stiffness_change"), left)
+    exact = [*few_directions(point, ranked, left), *sets_of_elements(point, ranked, left)]
+    best = max(exact, key=lambda s: s.fraction)
+    assert best.effect.change.members == (102,)
+    assert best.p[0] == pytest.approx(0.5, rel=0.1)
+    assert {len(s.effect.change.members) for s in exact} > {
+        1
+    }  # single elements by the closed form, sets in the modes
