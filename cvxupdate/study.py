@@ -116,7 +116,8 @@ def _compared(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Comp
     from cvxupdate.correlate.compare import compare
     from cvxupdate.fe.modes import model_modes
     from cvxupdate.recordings.types import ModeTable
-    from cvxupdate.residual.pairing import needed_modes, real_shapes, start_pairing
+    from cvxupdate.residual.pairing import needed_modes, start_pairing
+    from cvxupdate.residual.shape_rows import real_shapes
 
     if not recordings:
         raise InputError(

@@ -24,7 +24,8 @@ from cvxupdate.residual.frf import FrfResidual
 from cvxupdate.study import open_problem
 from cvxupdate.update.classic_loop import classic_loop
 from cvxupdate.update.parts import loop_options, solver_choice, step_problem
-from cvxupdate.update.rfm import fit_responses, prepare
+from cvxupdate.update.rfm import prepare
+from cvxupdate.update.rfm_loop import fit_responses
 
 FORMS = {
     "additive": {},

@@ -23,7 +23,7 @@ from shared.bay_case import CORNER, TRUTH, bay, data_of, fe1, out_folder, step
 from cvxupdate.convex import SolverChoice
 from cvxupdate.residual.frf import FrfResidual
 from cvxupdate.residual.frf_points import choose_points
-from cvxupdate.update.rfm import fit_responses
+from cvxupdate.update.rfm_loop import fit_responses
 from cvxupdate.update.trust_region import Options, iterate
 
 LEVELS = (0.005, 0.02, 0.05)

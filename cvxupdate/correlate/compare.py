@@ -113,15 +113,6 @@ def compare(
         sensor_report(model, flexible, tuple(names), np.array(rows), top)
         for rows, (names, top) in found.seen.items()
     ]
-    nominal = (
-        {}
-        if geometry is None
-        else {
-            m.mode: node_translations(model, flexible.shapes[:, m.mode - 1])
-            for m in found.pairs[:NOMINAL]
-            if m.mac is None
-        }
-    )
     return Compared(
         spec.name,
         spec.title,
@@ -135,7 +126,7 @@ def compare(
         metrics(found.pairs, found.errors),
         geometry,
         _sizes(model, modes.rigid),
-        nominal,
+        _nominal(model, flexible, [] if geometry is None else found.pairs),
         tuple(dict.fromkeys(found.said)),
     )
 
@@ -180,6 +171,15 @@ def _add_responses(found: _Found, model: Model, recording: FrequencyResponse | T
         rows = np.array([model.place.get(label, -1) for label in result.responses], dtype=np.int64)
         found.frfs.append(result)
         found.sensors(rows, result.recording, float(result.frequency[-1]))
+
+
+def _nominal(model: Model, flexible: Modes, pairs: Sequence[ModePair]) -> dict[int, Real]:
+    """The model's own shapes of modes that were paired without any."""
+    return {
+        m.mode: node_translations(model, flexible.shapes[:, m.mode - 1])
+        for m in pairs[:NOMINAL]
+        if m.mac is None
+    }
 
 
 def _sizes(model: Model, rigid: int) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.recordings.types import ModeTable
-from cvxupdate.residual.pairing import Index, channel_rows, real_shapes
+from cvxupdate.residual.shape_rows import Index, channel_rows, real_shapes
 
 SHAPE_STD = 0.01  # of the largest translation (rotation), where no deviation was given
 FREQUENCY_STD = 1e-3  # of the frequency, where none was given

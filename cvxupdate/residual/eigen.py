@@ -18,7 +18,7 @@ from cvxupdate.fe.block import STEP, Block
 from cvxupdate.fe.elements.base import Real, Values
 from cvxupdate.fe.factor import factorise
 from cvxupdate.fe.model import Matrices, Model
-from cvxupdate.residual.pairing import Index
+from cvxupdate.residual.shape_rows import Index
 
 CHUNK = 2_000_000  # numbers held at once for the forms of one term
 

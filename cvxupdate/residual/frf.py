@@ -11,11 +11,11 @@ measured DOFs,
 The noise δ of x enters ε as −Z_red(p) δ, in A as much as in b. So the rows of the first have the
 deviation of that product, which depends on p, and those of the second, whose H_w takes Z_red out
 again, the deviation of x itself: that is the first with the whole covariance Z Σ Zᴴ of its rows,
-and at ``at`` it equals the output error. `update.rfm` takes ``at`` anew until it belongs to the
-solution: with the weights of the start, p is badly biased. What bias is left, because A itself is
-noisy, the output error does not have, and it ends the work: with errors in the variables x̂ = H(p)
-f is the likeliest x that balances, so the output error is the maximum likelihood of the force
-balance (`examples/rfm_noise_in_a.py` measures all of them).
+and at ``at`` it equals the output error. `update.rfm_loop` takes ``at`` anew until it belongs to
+the solution: with the weights of the start, p is badly biased. What bias is left, because A
+itself is noisy, the output error does not have, and it ends the work: with errors in the variables
+x̂ = H(p) f is the likeliest x that balances, so the output error is the maximum likelihood of the
+force balance (`examples/rfm_noise_in_a.py` measures all of them).
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ nothing that grows with the model.
 With V (N, k) the receptances are B (VᵀZV)⁻¹ Bᵀ, B = V at the sensors and forces, and ∂Z/∂p_j enters
 as Vᵀ ∂K_j V and so on, formed once. They belong to the parameters ``at``: K(p) ≈ VᵀK V + Σ Δp_j
 VᵀK_jV is exact for p-values and first order for others, and the basis is best near ``at``;
-`update.rfm` makes it anew when the parameters have moved, and ends with the full model's word
+`update.rfm_loop` makes it anew when the parameters have moved, and ends with the full model's word
 (Balmès 1996; Craig and Bampton 1968 for the residual vectors).
 """
 

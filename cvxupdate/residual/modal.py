@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.errors import InputError, ModelError
 from cvxupdate.fe.elements.base import Real
@@ -20,19 +19,9 @@ from cvxupdate.residual.eigen import (
     shape_derivatives,
     splitting,
 )
-from cvxupdate.residual.pairing import (
-    MARGIN,
-    Index,
-    Start,
-    channel_rows,
-    follow,
-    pairing_modes,
-    real_shapes,
-    shape_entries,
-    start_pairing,
-    visible,
-)
+from cvxupdate.residual.pairing import MARGIN, Start, follow, pairing_modes, start_pairing
 from cvxupdate.residual.repeated import aligned, clusters, oriented, turned
+from cvxupdate.residual.shape_rows import Index, channel_rows, real_shapes, shape_entries, visible
 from cvxupdate.system import LinearSystem
 
 
@@ -263,16 +252,7 @@ def modal_residual(
     # flexible.
     count = int(used.max(initial=0)) + 1 + MARGIN
     repeated = [at for at in clusters(modes) if np.isin(at, used).any()]
-    if repeated and model.parameters:
-        derivatives = derivatives_of(model, model.zero())
-        for at in repeated:
-            if int(at[0]) in known:
-                continue
-            modes = turned(
-                modes,
-                at,
-                splitting(float(modes.eigenvalues[at].mean()), modes.shapes[:, at], derivatives),
-            )
+    modes = _turned(model, modes, [at for at in repeated if int(at[0]) not in known])
     several = {int(i) for at in repeated for i in at}
     muted = frozenset(
         (k, i)
@@ -292,6 +272,17 @@ def modal_residual(
     )
 
 
+def _turned(model: Model, modes: Modes, repeated: Sequence[Index]) -> Modes:
+    """The modes of each repeated eigenvalue turned to those that the parameters split it into."""
+    if not repeated or not model.parameters:
+        return modes
+    derivatives = derivatives_of(model, model.zero())
+    for at in repeated:
+        mean = float(modes.eigenvalues[at].mean())
+        modes = turned(modes, at, splitting(mean, modes.shapes[:, at], derivatives))
+    return modes
+
+
 def _unseen(
     model: Model, modes: Modes, fit: Sequence[ModeTable], places: Sequence[Index]
 ) -> frozenset[tuple[int, int]]:
@@ -304,54 +295,3 @@ def _unseen(
             if at >= 0 and len(rows) and not visible(modes.shapes[:, [at]], rows)[0]:
                 out.add((k, i))
     return frozenset(out)
-
-
-def another_pairing(point: ModalPoint) -> Start | None:
-    """Another pairing of those fitted modes whose partner was a guess, with the modes of the model
-    as it is at ``point``.
-
-    Modes paired by frequency alone may go to any mode that no other measured mode has; modes that
-    shared a repeated eigenvalue at the start may change places among themselves (which was which
-    meant nothing there). The assignment of least weighted squared eigenvalue differences; None
-    where that is the pairing at hand.
-    """
-    fit, start = point.residual.fit, point.residual.start
-    every = [
-        (k, i)
-        for k, places in enumerate(point.places[: len(fit)])
-        for i in np.flatnonzero(places >= 0).tolist()
-    ]
-    held = {int(point.places[k][i]) for k, i in every if not (start.loose and start.loose[k][i])}
-    mine: dict[
-        int, list[tuple[int, int]]
-    ] = {}  # place → who is there: one mode in several tables stays together
-    for k, i in every:
-        mine.setdefault(int(point.places[k][i]), []).append((k, i))
-    loose = [at for at in mine if at not in held]
-    free = [i for i in range(point.modes.rigid, len(point.modes.eigenvalues)) if i not in held]
-    groups = [(loose, free)]
-    for at in clusters(start.modes):
-        alike = [
-            place
-            for place, who in mine.items()
-            if place in held and all(start.places[k][i] in at for k, i in who)
-        ]
-        groups.append((alike, alike))
-    places = [q.copy() for q in point.places]
-    for who, where in groups:
-        f = point.modes.frequencies[where]
-        cost = np.array(
-            [np.sum([_distance(fit[k], i, f) for k, i in mine[at]], axis=0) for at in who]
-        ).reshape(len(who), len(where))
-        for x, a in zip(*linear_sum_assignment(cost), strict=True):
-            for k, i in mine[who[int(x)]]:
-                places[k][i] = where[int(a)]
-    if all(np.array_equal(new, old) for new, old in zip(places, point.places, strict=True)):
-        return None
-    return Start(point.modes, tuple(places), start.loose)
-
-
-def _distance(table: ModeTable, i: int, frequencies: Real) -> Real:
-    """Weighted squared difference of eigenvalues between a measured mode and modes of the model."""
-    f, std = float(table.frequency[i]), float(table.frequency_std[i])
-    return np.asarray(((frequencies**2 - f**2) / (2.0 * f * std)) ** 2)

@@ -11,50 +11,25 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.correlate import pair_frequencies, pair_modes
-from cvxupdate.errors import InputError, ModelError, RecordingError
+from cvxupdate.errors import InputError, ModelError
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.recordings.types import ModeTable
+from cvxupdate.residual.shape_rows import (
+    Index,
+    Who,
+    alike,
+    channel_rows,
+    real_shapes,
+    shape_entries,
+    visible,
+)
 
-Index = NDArray[np.int64]
 MARGIN = 6  # model modes beyond the highest paired one, for modes that cross
 # relative distance of frequencies in two tables that are one mode measured twice (between tests of
 # one structure they differ by less)
 AGAIN = 0.01
-# part of a shape's largest entry below which its entries are rounding (bending in y, at sensors in
-# z)
-UNSEEN = 1e-6
-LIKE = 0.5  # MAC below which they are not, where both shapes are known
-
-
-def real_shapes(shapes: NDArray[np.complex128] | Real) -> Real:
-    """Shapes (modes, channels) turned by the phase that makes each most nearly real; NaN entries
-    stay."""
-    if not np.iscomplexobj(shapes):
-        return np.asarray(shapes, dtype=float)
-    turn = np.exp(-0.5j * np.angle(np.nansum(shapes**2, axis=1)))
-    return np.real(shapes * turn[:, None])
-
-
-def channel_rows(table: ModeTable, model: Model) -> Index:
-    """Place of every channel of ``table`` among the free DOFs; −1 for a DOF that a support holds.
-
-    Raises
-    ------
-    RecordingError
-        When a channel sits at a DOF that the model does not have.
-    """
-    held = set(model.node_ids.tolist())
-    out = []
-    for channel in table.channels:
-        if channel.node not in held:
-            raise RecordingError(
-                f"{table.origin.source}: channel {channel.label} sits at node {channel.node}, "
-                "which the model does not have."
-            )
-        out.append(model.place.get(channel.label, -1))
-    return np.array(out, dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -69,9 +44,6 @@ class Start:
     modes: Modes
     places: tuple[Index, ...]
     loose: tuple[NDArray[np.bool_], ...] = ()
-
-
-Who = tuple[int, int]  # (table, measured mode)
 
 
 @dataclass(frozen=True)
@@ -267,39 +239,9 @@ def _again(
                 ((k, mine[int(x)]), known[int(a)])
                 for a, x in zip(near.model, near.measured, strict=True)
             ]
-            out |= {who: twin for who, twin in twins if _alike(model, book, who, twin)}
+            out |= {who: twin for who, twin in twins if alike(model, book.tables, who, twin)}
         known += [(k, i) for i in range(len(book.tables[k].frequency)) if (k, i) not in out]
     return out
-
-
-def _alike(model: Model, book: _Book, a: Who, b: Who) -> bool:
-    """Whether two measured shapes agree where both are known; True where fewer than two DOFs
-    are."""
-    (rows, x), (others, y) = (shape_entries(model, book.tables[k], i) for k, i in (a, b))
-    _, at, to = np.intersect1d(rows, others, return_indices=True)
-    if len(at) < 2:
-        return True
-    x, y = x[at], y[to]
-    return bool((x @ y) ** 2 >= LIKE * (x @ x) * (y @ y))
-
-
-def shape_entries(model: Model, table: ModeTable, i: int) -> tuple[Index, Real]:
-    """(free DOFs, values) of the entries of shape ``i`` that are known and that the model can
-    move."""
-    if table.shapes is None:
-        return np.zeros(0, dtype=np.int64), np.zeros(0)
-    rows, shape = channel_rows(table, model), real_shapes(table.shapes[i : i + 1])[0]
-    ok = (rows >= 0) & np.isfinite(shape)
-    return rows[ok], shape[ok]
-
-
-def visible(shapes: Real, rows: Index) -> NDArray[np.bool_]:
-    """Which shapes (N, m) move any of the DOFs ``rows`` by more than rounding (`UNSEEN` of their
-    largest entry), (m,): else what is there is no shape."""
-    return np.asarray(
-        np.abs(shapes[rows]).max(axis=0, initial=0.0)
-        > UNSEEN * np.abs(shapes).max(axis=0, initial=0.0)
-    )
 
 
 def _by_shape(model: Model, book: _Book, open_: list[tuple[int, int]]) -> list[tuple[int, int]]:

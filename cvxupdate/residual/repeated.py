@@ -11,7 +11,7 @@ from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.recordings.types import ModeTable
-from cvxupdate.residual.pairing import Index, shape_entries
+from cvxupdate.residual.shape_rows import Index, shape_entries
 
 REPEATED = 1e-6  # relative distance of eigenvalues below which a single shape means nothing
 IN_SPAN = 0.8  # share of a measured shape that must lie in the span of repeated ones to turn them

@@ -11,7 +11,7 @@ from cvxupdate.correlate import mac
 from cvxupdate.errors import InputError
 from cvxupdate.recordings.types import ModeTable, Recording
 from cvxupdate.residual.modal import ModalPoint
-from cvxupdate.residual.pairing import channel_rows, real_shapes
+from cvxupdate.residual.shape_rows import channel_rows, real_shapes
 from cvxupdate.system import Array
 from cvxupdate.update.outcome import finite
 from cvxupdate.update.result import Metrics, ModeResult

@@ -13,8 +13,9 @@ from cvxupdate.convex import SolverChoice, StepProblem
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import ModeTable, Recording
-from cvxupdate.residual.modal import ModalPoint, ModalResidual, another_pairing, modal_residual
-from cvxupdate.residual.pairing import Index
+from cvxupdate.residual.another_pairing import another_pairing
+from cvxupdate.residual.modal import ModalPoint, ModalResidual, modal_residual
+from cvxupdate.residual.shape_rows import Index
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
 from cvxupdate.update.covariance import Uncertainty, uncertainty

@@ -16,7 +16,7 @@ from cvxupdate.convex import Bounds, LeastSquares, SolverChoice, StepProblem  # 
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin  # noqa: E402
 from cvxupdate.residual.frf_data import frf_data  # noqa: E402
 from cvxupdate.study import open_problem  # noqa: E402
-from cvxupdate.update.rfm import fit_responses  # noqa: E402
+from cvxupdate.update.rfm_loop import fit_responses  # noqa: E402
 from cvxupdate.update.trust_region import Options  # noqa: E402
 from validation import make_rfm  # noqa: E402
 

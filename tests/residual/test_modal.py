@@ -9,8 +9,8 @@ import pytest
 from cvxupdate.errors import InputError, ModelError
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.residual.modal import ModalResidual, modal_residual
-from cvxupdate.residual.pairing import channel_rows, visible
 from cvxupdate.residual.repeated import aligned, clusters, turned
+from cvxupdate.residual.shape_rows import channel_rows, visible
 from tests.cases.structures import (
     PORTAL,
     TRUTH,

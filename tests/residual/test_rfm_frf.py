@@ -24,7 +24,7 @@ from cvxupdate.residual.frf_data import frf_data
 from cvxupdate.residual.frf_points import choose_points, most_informative, resonances, sensitivities
 from cvxupdate.residual.frf_reduced import ReducedResidual, make_basis
 from cvxupdate.study import open_problem
-from cvxupdate.update.rfm import fit_reduced
+from cvxupdate.update.rfm_loop import fit_reduced
 from cvxupdate.update.trust_region import Options
 from validation import make_rfm
 

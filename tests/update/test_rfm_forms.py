@@ -15,7 +15,7 @@ from shared.bay_case import CORNER, TRUTH, bay, data_of, error, fe1, step  # noq
 
 from cvxupdate.convex import SolverChoice  # noqa: E402
 from cvxupdate.residual.frf import FrfResidual  # noqa: E402
-from cvxupdate.update.rfm import fit_responses  # noqa: E402
+from cvxupdate.update.rfm_loop import fit_responses  # noqa: E402
 from cvxupdate.update.trust_region import Options, iterate, objective_at  # noqa: E402
 
 LINES = np.array(

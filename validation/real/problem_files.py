@@ -21,7 +21,7 @@ from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.identify import identify_modes
 from cvxupdate.recordings.lines import frf_peaks
 from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
-from cvxupdate.residual.pairing import real_shapes
+from cvxupdate.residual.shape_rows import real_shapes
 from validation.real import table
 
 Row = tuple[int, float, float]  # flexible mode of the model, frequency and its deviation in Hz

@@ -1,0 +1,63 @@
+"""Another pairing of measured modes whose partner was a guess, once the model has come nearer."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from cvxupdate.fe.elements.base import Real
+from cvxupdate.recordings.types import ModeTable
+from cvxupdate.residual.modal import ModalPoint
+from cvxupdate.residual.pairing import Start
+from cvxupdate.residual.repeated import clusters
+
+
+def another_pairing(point: ModalPoint) -> Start | None:
+    """Another pairing of those fitted modes whose partner was a guess, with the modes of the model
+    as it is at ``point``.
+
+    Modes paired by frequency alone may go to any mode that no other measured mode has; modes that
+    shared a repeated eigenvalue at the start may change places among themselves (which was which
+    meant nothing there). The assignment of least weighted squared eigenvalue differences; None
+    where that is the pairing at hand.
+    """
+    fit, start = point.residual.fit, point.residual.start
+    every = [
+        (k, i)
+        for k, places in enumerate(point.places[: len(fit)])
+        for i in np.flatnonzero(places >= 0).tolist()
+    ]
+    held = {int(point.places[k][i]) for k, i in every if not (start.loose and start.loose[k][i])}
+    mine: dict[
+        int, list[tuple[int, int]]
+    ] = {}  # place → who is there: one mode in several tables stays together
+    for k, i in every:
+        mine.setdefault(int(point.places[k][i]), []).append((k, i))
+    loose = [at for at in mine if at not in held]
+    free = [i for i in range(point.modes.rigid, len(point.modes.eigenvalues)) if i not in held]
+    groups = [(loose, free)]
+    for at in clusters(start.modes):
+        alike = [
+            place
+            for place, who in mine.items()
+            if place in held and all(start.places[k][i] in at for k, i in who)
+        ]
+        groups.append((alike, alike))
+    places = [q.copy() for q in point.places]
+    for who, where in groups:
+        f = point.modes.frequencies[where]
+        cost = np.array(
+            [np.sum([_distance(fit[k], i, f) for k, i in mine[at]], axis=0) for at in who]
+        ).reshape(len(who), len(where))
+        for x, a in zip(*linear_sum_assignment(cost), strict=True):
+            for k, i in mine[who[int(x)]]:
+                places[k][i] = where[int(a)]
+    if all(np.array_equal(new, old) for new, old in zip(places, point.places, strict=True)):
+        return None
+    return Start(point.modes, tuple(places), start.loose)
+
+
+def _distance(table: ModeTable, i: int, frequencies: Real) -> Real:
+    """Weighted squared difference of eigenvalues between a measured mode and modes of the model."""
+    f, std = float(table.frequency[i]), float(table.frequency_std[i])
+    return np.asarray(((frequencies**2 - f**2) / (2.0 * f * std)) ** 2)
