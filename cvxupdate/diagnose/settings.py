@@ -104,6 +104,9 @@ LOWER = 0.7
 MET = 1.1
 # Fall of Bayes' information criterion that is strong evidence (Kass and Raftery 1995).
 STRONG = 6.0
+# Standard deviations that an effect's size must be from nothing; fraction of a parameter's range
+# within which it is on its bound: such a size says that the fit would rather be elsewhere.
+LEAST_SIZE, AT_BOUND = 2.0, 1e-3
 # Misfit beyond noise within this factor of the best: the recordings do not separate the two.
 RIVAL = 2.0
 # Relative error of the responses, or of the eigenvalues, above which even the best model leaves

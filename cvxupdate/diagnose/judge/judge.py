@@ -19,6 +19,7 @@ from cvxupdate.diagnose.judge.acceptance import (
 from cvxupdate.diagnose.judge.alternatives import equivalents, rivals
 from cvxupdate.diagnose.judge.confidence import Standing, standing
 from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
+from cvxupdate.diagnose.judge.soundness import sound
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.search import Found, damping_only
 from cvxupdate.diagnose.settings import EXPLAINED, FAINT, LARGE, OPEN, SURE
@@ -59,11 +60,12 @@ def judge(evidence: Evidence, found: Found) -> Judgement:
     case = Case(evidence, Weighed(base, evidence.errors(base.fit)), damping_only(evidence))
     singles = tuple(case.weighed(h) for h in found.singles)
     several = tuple(case.weighed(h) for h in found.several)
-    single = next((w for w in singles[:1] if better(w, case.base, case)), None)
+    one, more = (next((w for w in ws if sound(w.hypothesis)), None) for ws in (singles, several))
+    single = one if one is not None and better(one, case.base, case) else None
     final, field = single, singles
     open_ = single is None or not evidence.clear(single.fit)
-    if several and open_ and needs_several(several[0], single, case):
-        final, field = several[0], (*several, *singles)
+    if more is not None and open_ and needs_several(more, single, case):
+        final, field = more, (*several, *singles)
     bare = Judgement(case, singles, several, single)
     if not explained(case.base, case) and (final is None or not explained(final, case)):
         wide = _wide(case, final if final is not None and credible(final, case) else None)

@@ -21,7 +21,7 @@ from cvxupdate.diagnose.modes.setting import ModesSetting, setting_of
 from cvxupdate.diagnose.modes.tables import Tables, chi_square, errors_of, rms
 from cvxupdate.diagnose.nominal.mesh import MeshError, mesh_line
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
-from cvxupdate.diagnose.nominal.supports import regrown
+from cvxupdate.diagnose.nominal.supports import on_the_file, regrown
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised
 from cvxupdate.diagnose.settings import CHANCE, FAR_OFF
@@ -119,8 +119,9 @@ class ModesEvidence:
         return SearchContext(model, m.K, m.M, top, bottom, (), held, released, zeta, heavy)
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
-        """Every effect at every place of a model."""
-        return candidates_of(self.context(model), self.names if names is None else names, MODES)
+        """Every effect at every place of a model that the file has."""
+        wanted = self.names if names is None else names
+        return on_the_file(candidates_of(self.context(model), wanted, MODES), self.model)
 
     def setting(
         self, model: Model, faults: Sequence[Fault], like: ModesSetting | None = None

@@ -11,6 +11,7 @@ from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
+from cvxupdate.physics.effect import Effect
 from cvxupdate.spec import Spec
 
 
@@ -64,3 +65,9 @@ def regrown(released: Model, grown: Model) -> Model:
         dof_kind=np.append(released.dof_kind, grown.dof_kind[extra]),
         blocks=blocks,
     )
+
+
+def on_the_file(effects: Sequence[Effect], nominal: Model) -> list[Effect]:
+    """Those that stand on elements of the nominal model: none changes what another effect added."""
+    known = {int(i) for b in nominal.blocks for i in b.ids}
+    return [e for e in effects if known.issuperset(e.place.elements)]

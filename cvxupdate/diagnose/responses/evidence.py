@@ -14,7 +14,7 @@ from cvxupdate.correlate.response_error import Stated, stated_errors
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
 from cvxupdate.diagnose.nominal.mesh import mesh_line
-from cvxupdate.diagnose.nominal.supports import regrown
+from cvxupdate.diagnose.nominal.supports import on_the_file, regrown
 from cvxupdate.diagnose.responses.columns import columns_of, delay_unit
 from cvxupdate.diagnose.responses.data import Data
 from cvxupdate.diagnose.responses.errors import ContractErrors, channel_errors, noise_errors, stated
@@ -154,9 +154,9 @@ class ResponseEvidence:
         )
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
-        """Every effect at every place of a model."""
+        """Every effect at every place of a model that the file has."""
         wanted = self.names if names is None else names
-        return candidates_of(self.context(model), wanted, self.told_by)
+        return on_the_file(candidates_of(self.context(model), wanted, self.told_by), self.model)
 
     def setting(
         self, model: Model, faults: Sequence[Fault], like: ResponseSetting | None = None
