@@ -16,10 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from cvxupdate.diagnose.modes.attachment import attachments
 from cvxupdate.diagnose.modes.scene import Scene
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.block import Index
 from cvxupdate.physics.effect import Effect, ModelChange
+from cvxupdate.residual.eigen import padded
 
 BASIS = 48  # modes that span what a local change can do to the lowest ones
 SIZES = 16  # tried on each side, in geometric progression
@@ -51,15 +53,25 @@ TOGETHER = 64
 class Change:
     """What one unit of several effects does to stiffness and mass in the basis: ``K`` (n, q, q),
     ``M`` (n, q, q) or None where mass stays; ``inverse`` (n,): a compliance in series with the
-    stiffness of its surroundings, p / (1 + p) units of it."""
+    stiffness of its surroundings, p / (1 + p) units of it. ``values`` (n, q) are the basis's
+    eigenvalues, ``tails`` (n, DOFs, r) what its own attachment modes have at the sensors of each
+    measured shape."""
 
     K: Real
     M: Real | None
     inverse: NDArray[np.bool_]
+    values: Real
+    tails: tuple[Real, ...]
 
     def of(self, which: Index) -> Change:
         """Of some of them, or of one several times."""
-        return Change(self.K[which], None if self.M is None else self.M[which], self.inverse[which])
+        return Change(
+            self.K[which],
+            None if self.M is None else self.M[which],
+            self.inverse[which],
+            self.values[which],
+            tuple(tail[which] for tail in self.tails),
+        )
 
 
 @dataclass(frozen=True)
@@ -123,7 +135,8 @@ def _best(where: Scene, candidates: Sequence[Effect], effort: Effort) -> list[tu
     enough = max(
         where.many.rigid + effort.modes, int(where.used.max(initial=0)) + 7
     )  # margin for modes that cross
-    changes = _change(where.many.shapes[:, :enough], candidates)
+    enough = min(enough, where.many.shapes.shape[1])
+    changes = _change(where, enough, candidates)
     runs = [(k, side) for k, e in enumerate(candidates) for side in _sides(e, effort.sizes)]
     best = [(np.inf, 0.0)] * len(candidates)
     if not runs:
@@ -161,21 +174,27 @@ def _best(where: Scene, candidates: Sequence[Effect], effort: Effort) -> list[tu
     return best
 
 
-def _change(basis: Real, candidates: Sequence[Effect]) -> Change:
-    """Local effects in a basis (N, q)."""
-    phi, n, q = np.vstack([basis, np.zeros((1, basis.shape[1]))]), len(candidates), basis.shape[1]
+def _change(where: Scene, count: int, candidates: Sequence[Effect]) -> Change:
+    """Local effects in a basis of ``count`` modes and of their own attachment modes."""
+    own, kappa = attachments(where.matrices, where.many, count, candidates)
+    modes, n = where.many.shapes[:, :count], len(candidates)
+    q = count + own.shape[2]
     parts = {"K": np.zeros((n, q, q)), "M": np.zeros((n, q, q))}
     changes = [change for e in candidates if (change := local(e)) is not None]
     for k, change in enumerate(changes):
+        phi = padded(np.hstack([modes, own[k]]))
         for b in change.tangent[0]:
             for name, part in (("K", b.K), ("M", b.M)):
                 if part is not None:
                     at = phi[b.dofs]
                     parts[name][k] += at.reshape(-1, q).T @ (part @ at).reshape(-1, q)
+    lowest = np.broadcast_to(where.many.eigenvalues[:count], (n, count))
     return Change(
         parts["K"],
         parts["M"] if np.any(parts["M"]) else None,
         np.array([change.series for change in changes]),
+        np.hstack([lowest, kappa]),
+        tuple(own[:, rows] for _, rows, _, _ in where.shapes),
     )
 
 
@@ -208,7 +227,7 @@ def _trace(where: Scene, changes: Change, sizes: Real, V: Real, at: Index) -> Tr
             changes.inverse, p / (1.0 + np.abs(p)), p
         )  # a compliance is never negative
         stiff = effective[:, None, None] * changes.K
-        stiff[:, np.arange(q), np.arange(q)] += where.many.eigenvalues[:q]
+        stiff[:, np.arange(q), np.arange(q)] += changes.values
         before = np.take_along_axis(V, at[:, None, :], axis=2).transpose(0, 2, 1)
         if changes.M is None:
             lam, V = np.linalg.eigh(stiff)
@@ -221,7 +240,8 @@ def _trace(where: Scene, changes: Change, sizes: Real, V: Real, at: Index) -> Tr
             before = before + effective[:, None, None] * (before @ changes.M)
         at = _went((before @ V) ** 2)
         left = where.left(
-            lam[there, at], where.mixed(np.take_along_axis(V, at[:, None, :], axis=2))
+            lam[there, at],
+            where.mixed(np.take_along_axis(V, at[:, None, :], axis=2), changes.tails),
         )
         # modes that veer change their shapes and keep their order: either may be what the table
         # means

@@ -9,6 +9,7 @@ import numpy as np
 
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.block import Index
+from cvxupdate.fe.model import Matrices
 from cvxupdate.fe.modes import Modes
 from cvxupdate.residual.modal import ModalPoint
 
@@ -17,8 +18,8 @@ from cvxupdate.residual.modal import ModalPoint
 class Scene:
     """Where sizes are tried: ``point`` with the nuisance parameters linearised, ``Q`` (rows +
     parameters, parameters) orthonormal columns of what they and their priors explain, ``below`` the
-    priors' residual, ``many`` modes of which the first are those of ``point``, ``used`` those that
-    tables are paired with.
+    priors' residual, ``matrices`` and ``many`` modes of which the first are those of ``point``,
+    ``used`` those that tables are paired with.
 
     ``values`` are rows of measured eigenvalues: (place in ``used``, (rad/s)², weight); ``shapes``
     measured ones: (place, DOFs, entries, deviations).
@@ -26,6 +27,7 @@ class Scene:
 
     Q: Real
     below: Real
+    matrices: Matrices
     many: Modes
     used: Index
     values: tuple[tuple[int, float, float], ...]
@@ -33,7 +35,7 @@ class Scene:
     total: float
 
     def left(self, eigenvalues: Real, entries: Sequence[Real]) -> Real:
-        """Squared weighted residuals (n,) of n sets of other modes, freed of what the ordinary
+        """Squared weighted residuals (n,) of n sets of other modes, freed of what the nuisance
         parameters can take up: ``eigenvalues`` (n, used) of those in ``used``, one by one, and for
         each of ``shapes`` the ``entries`` (n, DOFs) that the model has there."""
         places, measured, weights = (np.array([v[k] for v in self.values]) for k in range(3))
@@ -46,12 +48,15 @@ class Scene:
         r = r - (r @ self.Q) @ self.Q.T
         return np.asarray(np.einsum("ij,ij->i", r, r))
 
-    def mixed(self, V: Real) -> list[Real]:
+    def mixed(self, V: Real, tails: Sequence[Real]) -> list[Real]:
         """The entries of `left` of modes (n, basis, used) given in the basis of the first of
-        ``many``."""
-        return [
-            V[:, :, u] @ self.many.shapes[rows, : V.shape[1]].T for u, rows, _, _ in self.shapes
-        ]
+        ``many`` and of further shapes, whose entries ``tails`` (n, DOFs, r) are at each shape."""
+        out = []
+        for (u, rows, _, _), tail in zip(self.shapes, tails, strict=True):
+            q = V.shape[1] - tail.shape[2]
+            further = np.einsum("nr,nkr->nk", V[:, q:, u], tail)
+            out.append(V[:, :q, u] @ self.many.shapes[rows, :q].T + further)
+        return out
 
 
 def scene(point: ModalPoint, scales: Real, many: Modes) -> Scene:
@@ -78,6 +83,8 @@ def scene(point: ModalPoint, scales: Real, many: Modes) -> Scene:
         if point.residual.shapes
         else []
     )
-    bare = Scene(Q, -point.p / scales, many, used, tuple(values), tuple(shapes), 0.0)
+    bare = Scene(
+        Q, -point.p / scales, point.matrices, many, used, tuple(values), tuple(shapes), 0.0
+    )
     entries = [point.modes.shapes[rows, used[u]][None] for u, rows, _, _ in shapes]
     return replace(bare, total=float(bare.left(point.modes.eigenvalues[used][None], entries)[0]))
