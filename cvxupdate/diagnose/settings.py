@@ -67,8 +67,9 @@ SEVERAL_LEVEL = 1
 FINE_SEVERAL = ((2, 4), (3, 3))
 # Relative fall of the misfit that a further unknown of an effect must bring.
 PENALTY = 0.1
-# Times the best misfit: further behind, a hypothesis does not go on; nearer, it always does.
-BEHIND, ABREAST = 10.0, 3.0
+# Times the best misfit: further behind, a hypothesis does not go on; nearer, it always does. After
+# the few iterations of the first pass, which do not reach a minimum yet, more is forgiven.
+BEHIND, ABREAST, TRIAGED = 10.0, 3.0, 30.0
 # Weighted squares per row beyond noise (half a per cent of the response): what leaves no more
 # needs nothing else.
 CLEAR = 0.25

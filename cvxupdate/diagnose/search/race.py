@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import chain
 
-import numpy as np
-
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis, nominal_unknowns
-from cvxupdate.diagnose.settings import ABREAST, AGAIN, BEHIND, CLEAR
+from cvxupdate.diagnose.settings import ABREAST, AGAIN, BEHIND, CLEAR, TRIAGED
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
 
@@ -42,7 +40,7 @@ def raced(
         if level >= evidence.levels or not runners:
             break
         arrived = []
-        field = _field(runners, most, BEHIND if level > AGAIN else np.inf)
+        field = _field(runners, most, BEHIND if level else TRIAGED)
         for number, h in enumerate(field):
             progress(f"sharpening {number + 1} of {len(field)}: {h.name}")
             try:
@@ -56,7 +54,7 @@ def raced(
 
 
 def _field(runners: Sequence[Hypothesis], most: int, behind: float) -> list[Hypothesis]:
-    """Who enters a level; nobody counts as fallen ``behind`` who was not begun a second time."""
+    """Who enters a level: the best, as far as they have not fallen ``behind``."""
     best = runners[0].penalised
     return [
         h
