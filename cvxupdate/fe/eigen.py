@@ -22,6 +22,7 @@ from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.factor import factorise
+from cvxupdate.fe.positive_mass import check_mass
 from cvxupdate.fe.rigid import mass_normalised, rounding
 
 _SINGULAR = (
@@ -92,7 +93,7 @@ def flexible_modes(problem: Problem, count: int, dense: int) -> tuple[Real, Real
         When M has a negative eigenvalue or both K and M vanish on some motion.
     """
     if problem.check_mass:
-        _check_mass(problem.M, dense)
+        check_mass(problem.M, dense)
     heavy = np.flatnonzero(abs(problem.mass).sum(axis=0) > 0.0)
     count = min(count, len(heavy))
     if count <= 0:
@@ -145,39 +146,6 @@ def _shifted(problem: Problem, attempt: int) -> Problem:
     if attempt == 4:
         raise ModelError(_SINGULAR)
     return replace(problem, shift=max(problem.shift, _shift(problem.K, problem.M)) * 1e3**attempt)
-
-
-def _check_mass(M: sp.csc_array, dense: int) -> None:
-    """M is positive semidefinite: Cholesky or the signs of the pivots, in units of its diagonal."""
-    d = M.diagonal()
-    remedy = "A mass parameter has gone too far: set its lower bound."
-    if np.any(d < 0.0):
-        raise ModelError(
-            f"the mass matrix has a negative diagonal entry ({d.min():.3g} at DOF number "
-            f"{int(np.argmin(d))}). {remedy}"
-        )
-    scale = 1.0 / np.sqrt(np.where(d > 0.0, d, 1.0))
-    if M.shape[0] > dense:
-        factors = sp.diags_array(scale)
-        negative = bool(
-            factorise(
-                sp.csc_array(factors @ M @ factors + 1e-9 * sp.eye_array(M.shape[0])),
-                "the mass matrix",
-            ).negatives()
-        )
-    else:
-        try:
-            la.cholesky(
-                scale[:, None] * M.toarray() * scale + 1e-9 * np.eye(M.shape[0]),
-                lower=True,
-                overwrite_a=True,
-                check_finite=False,
-            )
-            negative = False
-        except la.LinAlgError:
-            negative = True
-    if negative:
-        raise ModelError(f"the mass matrix has a negative eigenvalue. {remedy}")
 
 
 def _ascending(problem: Problem, mu: Real, x: Real, count: int) -> tuple[Real, Real]:

@@ -1,29 +1,22 @@
-"""The curves of a diagnosis: responses before and after, what remains against noise, modes, and the
-map of where a cause may sit."""
+"""The curves of a diagnosis: responses before and after, what remains against noise, modes."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cvxupdate.report.diagnosis_figures import CROWD, WIDTH, sketch_of
+from cvxupdate.report.diagnosis_places import WIDTH
 from cvxupdate.report.diagnosis_words import label_words
-from cvxupdate.report.structure import _bare, _height, skeleton
-from cvxupdate.report.svg import AFTER, BAND, BEFORE, HELD, INK, QUIET, draw, draw_panels
-from cvxupdate.report.views import view_of
+from cvxupdate.report.svg import AFTER, BAND, BEFORE, HELD, INK, draw, draw_panels
 
 if TYPE_CHECKING:
-    from cvxupdate.correlate.result import Geometry
     from cvxupdate.diagnose.shown import Curve, Shown, Spectrum
-    from cvxupdate.spec import Spec
 
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s²"}
 MODES = 40
 """Modes drawn at most."""
-FAINT = 0.02
-"""Explained fraction, of the largest, below which a place is left blank."""
 
 
 def caption(c: Curve) -> str:
@@ -234,88 +227,5 @@ def mode_bars(shown: Shown | None) -> str | None:
         "Error of each natural frequency before and after",
         WIDTH,
         1.2 + 0.22 * len(modes),
-        paint,
-    )
-
-
-def map_picture(shown: Shown | None, spec: Spec) -> str | None:
-    """The structure with the fraction of the mismatch that the best effect at each place could
-    explain: nodes as circles, elements thick."""
-    sketch = sketch_of(spec)
-    if shown is None or sketch is None or not (shown.nodes or shown.elements):
-        return None
-    drawing = cast("Geometry", sketch)
-    at_node = {int(n): k for k, n in enumerate(sketch.node_ids)}
-    top = max([*shown.nodes.values(), *shown.elements.values()])
-    view = view_of(
-        sketch.xyz,
-        np.array([False] * 3)
-        if np.ptp(sketch.xyz, axis=0).min() == 0.0
-        else np.asarray(sketch.moves.any(axis=0)),
-    )
-    flat = view.project(sketch.xyz)
-    lively = sorted(
-        ((at_node[n], s) for n, s in shown.nodes.items() if n in at_node and s > FAINT * top),
-        key=lambda item: -item[1],
-    )
-    best = max(
-        ((s, f"node {n}", at_node[n]) for n, s in shown.nodes.items() if n in at_node), default=None
-    )
-
-    def paint(ax: Any) -> None:
-        skeleton(
-            ax, drawing, view, {e: s for e, s in shown.elements.items() if s > FAINT * top} or None
-        )
-        rows = [k for k, _ in lively]
-        ax.scatter(
-            flat[rows, 0],
-            flat[rows, 1],
-            s=[20 + 240 * (s / top) ** 2 for _, s in lively],
-            color=HELD,
-            alpha=0.45,
-            linewidths=0,
-            zorder=5,
-        )
-        ax.plot(
-            flat[list(sketch.held), 0],
-            flat[list(sketch.held), 1],
-            "^",
-            color=QUIET,
-            ms=8,
-            mew=0,
-            ls="",
-            zorder=3,
-        )
-        if best is not None and len(flat) > CROWD:
-            ax.annotate(
-                best[1],
-                (flat[best[2], 0], flat[best[2], 1]),
-                (8, 8),
-                textcoords="offset points",
-                fontsize=9,
-                color=INK,
-                zorder=8,
-            )
-        if len(flat) <= CROWD:
-            for n, point in zip(sketch.node_ids.tolist(), flat, strict=True):
-                ax.annotate(
-                    str(n),
-                    (point[0], point[1]),
-                    (3, -10),
-                    textcoords="offset points",
-                    ha="left",
-                    va="top",
-                    fontsize=7.5,
-                    color=QUIET,
-                )
-        _bare(ax, view)
-        ax.margins(0.12)
-
-    return draw(
-        "map",
-        "Fraction of the mismatch that the best effect at each place could explain, "
-        "drawn on the structure",
-        WIDTH,
-        max(1.7, _height(view, drawing)),
         paint,
     )

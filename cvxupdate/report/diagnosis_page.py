@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from cvxupdate.report.diagnosis_curves import map_picture, mode_bars, other_curves, overlay, remains
-from cvxupdate.report.diagnosis_figures import fit_bars, place_picture
+from cvxupdate.report.diagnosis_curves import mode_bars, other_curves, overlay, remains
+from cvxupdate.report.diagnosis_figures import fit_bars
+from cvxupdate.report.diagnosis_places import map_picture, place_picture
 from cvxupdate.report.diagnosis_words import (
     VERDICTS,
     capital,

@@ -1,0 +1,259 @@
+"""The pictures of a structure in a diagnosis: the findings marked on it, and the map of where a
+cause may sit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.report.structure import LARGEST, _bare, _height, skeleton
+from cvxupdate.report.svg import HELD, INK, PAPER, QUIET, draw
+from cvxupdate.report.views import View, view_of
+
+if TYPE_CHECKING:
+    from cvxupdate.correlate.result import Geometry
+    from cvxupdate.diagnose.output.diagnosis import Diagnosis
+    from cvxupdate.diagnose.shown import Shown
+    from cvxupdate.spec import Spec
+
+Real = NDArray[np.float64]
+WIDTH = 4.7
+CROWD = 40
+"""Nodes up to which each is numbered."""
+FAINT = 0.02
+"""Explained fraction, of the largest, below which a place is left blank."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One element: id, type in the problem file, nodes as rows of `Sketch.xyz`."""
+
+    id: int
+    kind: str
+    nodes: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Sketch:
+    """What is drawn, with the fields of `correlate.result.Geometry`; ``held`` are the rows
+    of supported nodes."""
+
+    node_ids: NDArray[np.int64]
+    xyz: NDArray[np.float64]
+    parts: tuple[Piece, ...]
+    moves: NDArray[np.bool_]
+    held: tuple[int, ...]
+
+
+def sketch_of(spec: Spec) -> Sketch | None:
+    """The structure of a problem file; nodes without coordinates of their own stand in a row. None
+    when there is nothing, or too much, to draw."""
+    nodes = spec.model.nodes
+    ids = np.array([n.id for n in nodes], dtype=np.int64)
+    at = {int(n): k for k, n in enumerate(ids)}
+    xyz = np.array([[n.x, n.y, n.z] for n in nodes], dtype=float).reshape(-1, 3)
+    parts = tuple(
+        Piece(row.id, block.type, tuple(at[n] for n in row.nodes))
+        for block in spec.model.elements
+        for row in getattr(block, "rows", ())
+        if getattr(row, "nodes", None)
+    )
+    if not parts or len(parts) > LARGEST:
+        return None
+    if np.ptp(xyz, axis=0).max() == 0.0:
+        xyz[:, 0] = np.arange(len(xyz))
+    moves = np.tile([k in spec.model.dofs for k in "xyz"], (len(ids), 1))
+    held: set[int] = set()
+    for support in spec.model.supports:
+        if set(support.dofs) & set(spec.model.dofs):
+            held |= (
+                set(range(len(ids)))
+                if support.nodes == "all"
+                else {at[n] for n in support.nodes if n in at}
+            )
+    return Sketch(ids, xyz, parts, moves, tuple(sorted(held)) if len(held) < len(ids) else ())
+
+
+def place_picture(found: Diagnosis, spec: Spec) -> str | None:
+    """The structure with every finding marked: elements thick and coloured, nodes ringed and named;
+    supports as triangles."""
+    sketch = sketch_of(spec)
+    if sketch is None:
+        return None
+    drawing = cast("Geometry", sketch)  # the same fields, made from the problem file alone
+    marked, rings = _marks(found, sketch)
+    view = _view(sketch)
+    flat = view.project(sketch.xyz)
+
+    def paint(ax: Any) -> None:
+        skeleton(ax, drawing, view, marked or None)
+        _supports(ax, sketch, flat)
+        _numbers(ax, sketch, flat)
+        for k, (rows, text) in enumerate(rings):
+            if found.findings[k].place.nodes:
+                _ring(ax, flat[rows])
+            _named(ax, flat, rows, text, k)
+        _bare(ax, view)
+        ax.margins(0.12)
+
+    says = "The structure; " + (
+        ", ".join(f.says for f in found.findings) if found.findings else "no place is marked"
+    )
+    return draw("place", says, WIDTH, max(1.7, _height(view, drawing)), paint)
+
+
+def _marks(
+    found: Diagnosis, sketch: Sketch
+) -> tuple[dict[int, float], list[tuple[list[int], str]]]:
+    """Elements to be drawn thick, and the rows of nodes to be ringed, each with its name."""
+    at_node = {int(n): k for k, n in enumerate(sketch.node_ids)}
+    marked: dict[int, float] = {}
+    rings: list[tuple[list[int], str]] = []
+    for f in found.findings:
+        marked |= {int(e): 1.0 for e in f.place.elements}
+        rows = [at_node[n] for n in f.place.nodes if n in at_node]
+        if not rows and f.place.elements:
+            corners = [
+                k
+                for part in sketch.parts
+                if part.id == f.place.elements[len(f.place.elements) // 2]
+                for k in part.nodes
+            ]
+            rings.append((corners, f.title))
+        elif rows:
+            rings.append((rows, f.title))
+            if len(rows) == 2:
+                marked |= {p.id: 1.0 for p in sketch.parts if set(p.nodes) == set(rows)}
+    return marked, rings
+
+
+def _view(sketch: Sketch) -> View:
+    """That of the structure; the ways it moves count only where it is not flat."""
+    return view_of(
+        sketch.xyz,
+        np.array([False] * 3)
+        if np.ptp(sketch.xyz, axis=0).min() == 0.0
+        else np.asarray(sketch.moves.any(axis=0)),
+    )
+
+
+def _supports(ax: Any, sketch: Sketch, flat: Real) -> None:
+    ax.plot(
+        flat[list(sketch.held), 0],
+        flat[list(sketch.held), 1],
+        "^",
+        color=QUIET,
+        ms=8,
+        mew=0,
+        ls="",
+        zorder=3,
+    )
+
+
+def _numbers(ax: Any, sketch: Sketch, flat: Real) -> None:
+    """Those of the nodes, where there are few."""
+    if len(flat) <= CROWD:
+        for n, point in zip(sketch.node_ids.tolist(), flat, strict=True):
+            ax.annotate(
+                str(n),
+                (point[0], point[1]),
+                (3, -10),
+                textcoords="offset points",
+                ha="left",
+                va="top",
+                fontsize=7.5,
+                color=QUIET,
+            )
+
+
+def _ring(ax: Any, at: Real) -> None:
+    ax.plot(
+        at[:, 0],
+        at[:, 1],
+        "o",
+        mfc=PAPER,
+        mec=HELD,
+        mew=2.6,
+        ms=13,
+        ls="",
+        zorder=6,
+    )
+    ax.plot(at[:, 0], at[:, 1], "o", color=HELD, mew=0, ms=5, ls="", zorder=7)
+
+
+def _named(ax: Any, flat: Real, rows: list[int], text: str, k: int) -> None:
+    """The name of finding ``k`` above its mark, not across it."""
+    middle = np.array([flat[rows, 0].mean(), flat[rows, 1].max()])
+    left = middle[0] > flat[:, 0].mean()
+    ax.annotate(
+        text,
+        (middle[0], middle[1]),
+        (0, 14 + 13 * k),
+        textcoords="offset points",
+        ha="right" if left else "left",
+        fontsize=10,
+        color=INK,
+        fontweight="bold",
+        zorder=8,
+    )
+
+
+def map_picture(shown: Shown | None, spec: Spec) -> str | None:
+    """The structure with the fraction of the mismatch that the best effect at each place could
+    explain: nodes as circles, elements thick."""
+    sketch = sketch_of(spec)
+    if shown is None or sketch is None or not (shown.nodes or shown.elements):
+        return None
+    drawing = cast("Geometry", sketch)
+    at_node = {int(n): k for k, n in enumerate(sketch.node_ids)}
+    top = max([*shown.nodes.values(), *shown.elements.values()])
+    view = _view(sketch)
+    flat = view.project(sketch.xyz)
+    lively = sorted(
+        ((at_node[n], s) for n, s in shown.nodes.items() if n in at_node and s > FAINT * top),
+        key=lambda item: -item[1],
+    )
+    best = max(
+        ((s, f"node {n}", at_node[n]) for n, s in shown.nodes.items() if n in at_node), default=None
+    )
+
+    def paint(ax: Any) -> None:
+        skeleton(
+            ax, drawing, view, {e: s for e, s in shown.elements.items() if s > FAINT * top} or None
+        )
+        rows = [k for k, _ in lively]
+        ax.scatter(
+            flat[rows, 0],
+            flat[rows, 1],
+            s=[20 + 240 * (s / top) ** 2 for _, s in lively],
+            color=HELD,
+            alpha=0.45,
+            linewidths=0,
+            zorder=5,
+        )
+        _supports(ax, sketch, flat)
+        if best is not None and len(flat) > CROWD:
+            ax.annotate(
+                best[1],
+                (flat[best[2], 0], flat[best[2], 1]),
+                (8, 8),
+                textcoords="offset points",
+                fontsize=9,
+                color=INK,
+                zorder=8,
+            )
+        _numbers(ax, sketch, flat)
+        _bare(ax, view)
+        ax.margins(0.12)
+
+    return draw(
+        "map",
+        "Fraction of the mismatch that the best effect at each place could explain, "
+        "drawn on the structure",
+        WIDTH,
+        max(1.7, _height(view, drawing)),
+        paint,
+    )
