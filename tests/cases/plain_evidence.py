@@ -11,6 +11,7 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
+from cvxupdate.diagnose.settings import CLEAR
 from cvxupdate.diagnose.types import Errors, Score
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
@@ -142,6 +143,9 @@ class PlainEvidence:
 
     def explained(self, fit: PlainFit, errors: Errors) -> bool:
         return fit.misfit <= self.limit
+
+    def clear(self, fit: PlainFit) -> bool:
+        return fit.excess <= CLEAR
 
     def wide(self) -> PlainFit:
         if self.far is None:
