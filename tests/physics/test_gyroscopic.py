@@ -158,17 +158,17 @@ def test_a_round_disc_on_a_flat_bar_can() -> None:
 
 def measured(H: NDArray[np.complex128], epsilon: float) -> Signal:
     lines, sensors, inputs = LINES, SENSORS, INPUTS
-    channels = [
-        Channel(int(label[1:].split(".")[0]), label.split(".")[1], "displacement")
-        for label in (*sensors, *inputs)
-    ]
+    read, pushed = (
+        tuple(Channel(int(label[1:].split(".")[0]), label.split(".")[1], of) for label in labels)
+        for labels, of in ((sensors, "displacement"), (inputs, "force"))
+    )
     frf = FrequencyResponse(
         Origin("lab", "test"),
         lines,
         H,
         "displacement",
-        tuple(channels[: len(sensors)]),
-        tuple(channels[len(sensors) :]),
+        read,
+        pushed,
         np.full(H.shape, (1e-4 * np.abs(H).max()) ** 2),
     )
     return signal_of(frf, epsilon)

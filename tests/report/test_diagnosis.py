@@ -112,7 +112,7 @@ def test_below_stand_proof_map_remains_and_other_channels() -> None:
     drawn = " ".join(captions(text[text.index("<h2>") :]))
     for word in (
         "Error of the model before and after",
-        "Share of the mismatch",
+        "Fraction of the mismatch",
         "leaves unexplained at each frequency",
         "Measured responses",
     ):
