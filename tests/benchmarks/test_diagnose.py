@@ -23,8 +23,6 @@ import numpy as np  # noqa: E402
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-from cvxupdate.diagnose.responses.synthesis import receptances, respond  # noqa: E402
-
 from cvxupdate.convex import Bounds, StepProblem, Tikhonov  # noqa: E402
 from cvxupdate.convex.matrix_form import cone_program  # noqa: E402
 from cvxupdate.convex.problem import compile_step  # noqa: E402
@@ -33,6 +31,7 @@ from cvxupdate.diagnose.nominal.damping import undamped  # noqa: E402
 from cvxupdate.diagnose.responses.signals import Signal  # noqa: E402
 from cvxupdate.fe.modes import natural_modes  # noqa: E402
 from cvxupdate.fe.rigid import rigid_body_modes  # noqa: E402
+from cvxupdate.fe.synthesis.pieces import receptances, respond  # noqa: E402
 from cvxupdate.physics.growth import Rates, Wanted, append_parameters, tangents  # noqa: E402
 from cvxupdate.physics.members import member_sets  # noqa: E402
 from cvxupdate.study import open_problem  # noqa: E402

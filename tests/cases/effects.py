@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from cvxupdate.diagnose.forward import undamped
-
+from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import select_parameters

@@ -11,6 +11,7 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
+from cvxupdate.diagnose.settings import CLEAR
 from cvxupdate.diagnose.types import Errors, Score
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
@@ -82,8 +83,8 @@ class PlainSetting:
     level: int = 0
 
     @property
-    def size(self) -> int:
-        return len(self.model.parameters) + len(self.faults)
+    def columns(self) -> tuple[str, ...]:
+        return (*(q.name for q in self.model.parameters), *(f.label for f in self.faults))
 
 
 @dataclass(frozen=True)
@@ -143,6 +144,9 @@ class PlainEvidence:
     def explained(self, fit: PlainFit, errors: Errors) -> bool:
         return fit.misfit <= self.limit
 
+    def clear(self, fit: PlainFit) -> bool:
+        return fit.excess <= CLEAR
+
     def wide(self) -> PlainFit:
         if self.far is None:
             raise ModelError("no structure.")
@@ -170,7 +174,7 @@ def supposed(fit: PlainFit, *effects: Effect, size: float = 0.5, std: float = 0.
     columns = sum(e.columns for e in effects)
     faults = tuple(e.fault for e in effects if e.fault is not None)
     setting = PlainSetting(PlainModel(tuple(parameter(f"q{k}") for k in range(columns))), faults)
-    p = np.full(setting.size, size)
+    p = np.full(len(setting.columns), size)
     return Hypothesis(effects, replace(fit, p=p, deviations=0.0 * p + std, setting=setting))  # type: ignore[arg-type]
 
 

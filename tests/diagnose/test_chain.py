@@ -7,11 +7,11 @@ import json
 from dataclasses import replace
 
 import pytest
-from cvxupdate.diagnose.responses.fit import prior_scales, setting_for
 
 from cvxupdate.diagnose import diagnose_problem
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
+from cvxupdate.diagnose.responses.setting import setting_for
 from cvxupdate.errors import InputError
 
 
@@ -180,7 +180,5 @@ def test_a_calibrated_model_scatters_less(chain):
     assert [q.upper for q in known.parameters] == pytest.approx(
         [0.1 * q.upper for q in usual.parameters]
     )
-    scales = [
-        prior_scales(setting_for(m, model, (), 75.0))[: len(m.parameters)] for m in (usual, known)
-    ]
+    scales = [setting_for(m, model, (), 75.0).scales[: len(m.parameters)] for m in (usual, known)]
     assert scales[1] == pytest.approx(0.1 * scales[0])

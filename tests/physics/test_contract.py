@@ -12,6 +12,7 @@ import pytest
 import scipy.linalg
 from numpy.typing import NDArray
 
+from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.output.export import problem_file
 from cvxupdate.diagnose.results import Updated
 from cvxupdate.fe.build import build_model
@@ -27,7 +28,6 @@ from tests.cases.effects import (
     CASES,
     STRUCTURES,
     Case,
-    bare,
     context_of,
     nuisance,
     problem,
@@ -53,7 +53,7 @@ def case(request: pytest.FixtureRequest) -> Case:
 @pytest.fixture
 def scene(case: Case, tmp_path: Path) -> tuple[Spec, Model, SearchContext]:
     spec = problem(tmp_path, STRUCTURES[case.structure])
-    model = nuisance(bare(build_model(spec)))
+    model = nuisance(undamped(build_model(spec)))
     return spec, model, context_of(spec, model, ACCELEROMETERS[case.structure])
 
 

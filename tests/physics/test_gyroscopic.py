@@ -8,24 +8,27 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.linalg
-from cvxupdate.diagnose.responses.fit import fit, setting_for
-from cvxupdate.diagnose.responses.lines import frf_lines
 from numpy.typing import NDArray
 
+from cvxupdate.diagnose.fit import fitted
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.responses.point import ResponseSetting
-from cvxupdate.diagnose.responses.signals import Signal, smooth
+from cvxupdate.diagnose.responses.setting import setting_for
+from cvxupdate.diagnose.responses.signals import Signal
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.elements import Gyroscopic
 from cvxupdate.fe.model import Matrices, Model
-from cvxupdate.fe.responses import condenser, receptance
+from cvxupdate.fe.responses import condenser
+from cvxupdate.fe.synthesis import receptance
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.growth import Wanted, append_parameters
 from cvxupdate.physics.gyroscopic import Spin
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
+from cvxupdate.update.trust_region import Options
 from tests.cases.elements import build
+from tests.cases.signals import signal_of
 
 ALONG = (0.0, 0.13, 0.29, 0.4, 0.62)
 TOP = 400.0
@@ -155,20 +158,20 @@ def test_a_round_disc_on_a_flat_bar_can() -> None:
 
 def measured(H: NDArray[np.complex128], epsilon: float) -> Signal:
     lines, sensors, inputs = LINES, SENSORS, INPUTS
-    channels = [
-        Channel(int(label[1:].split(".")[0]), label.split(".")[1], "displacement")
-        for label in (*sensors, *inputs)
-    ]
+    read, pushed = (
+        tuple(Channel(int(label[1:].split(".")[0]), label.split(".")[1], of) for label in labels)
+        for labels, of in ((sensors, "displacement"), (inputs, "force"))
+    )
     frf = FrequencyResponse(
         Origin("lab", "test"),
         lines,
         H,
         "displacement",
-        tuple(channels[: len(sensors)]),
-        tuple(channels[len(sensors) :]),
+        read,
+        pushed,
         np.full(H.shape, (1e-4 * np.abs(H).max()) ** 2),
     )
-    return smooth(frf_lines(frf), epsilon)
+    return signal_of(frf, epsilon)
 
 
 SENSORS, INPUTS = ("n2.y", "n2.z", "n4.y", "n5.z"), ("n2.y", "n4.z")
@@ -263,7 +266,7 @@ def test_derivatives_with_a_skew_matrix() -> None:
 @pytest.mark.parametrize("omega", [420.0, -420.0])
 def test_the_spin_is_found_with_its_sign(omega: float) -> None:
     chosen = setting(omega, 0.01, 0.15)
-    result = fit(chosen, np.zeros(len(chosen.columns)), tolerance=1e-6, iterations=40)
+    result = fitted(chosen, np.zeros(len(chosen.columns)), Options(1e-6, 40, 0.5))
     j = len(chosen.model.parameters) - 1
     assert chosen.model.parameters[j].physical(float(result.p[j])) == pytest.approx(omega, rel=1e-3)
 

@@ -87,13 +87,16 @@ def test_confidence_below_what_is_stated_is_not_claimed(next_: float, claimed: b
     assert (found.standings[0].confidence >= FAINT) == claimed == bool(found.findings)
 
 
-def test_what_leaves_something_unexplained_must_be_surer() -> None:
+def test_what_leaves_something_unexplained_has_the_same_limit() -> None:
     """Credible, not explained: a tenth of the misfit is left."""
     half = replace(GOOD, misfit=9.0, errors=Errors(0.08, 0.08))
     sure = judged(EVIDENCE, [supposed(half, A), supposed(replace(POOR, misfit=90.0), B)])
     assert sure.findings and sure.standings[0].confidence >= SURE
     rival = judged(EVIDENCE, [supposed(half, A), supposed(replace(half, misfit=17.9), B)])
-    assert FAINT <= rival.standings[0].confidence < SURE and rival.findings == ()
+    assert FAINT <= rival.standings[0].confidence < SURE and len(rival.findings) == 1
+    near = [supposed(replace(half, misfit=10.8), e) for e in (B, C, effect(nodes=(9,)))]
+    many = judged(EVIDENCE, [supposed(half, A), *near])
+    assert many.standings[0].confidence < FAINT and many.findings == ()
 
 
 SMALLER = PlainFit(20.0, errors=Errors(0.1, 0.1))

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cvxupdate.diagnose.modes.fit import setting_of
-from cvxupdate.diagnose.modes.following import STEPS, _nearly
+
+from cvxupdate.diagnose.modes.setting import setting_of
+from cvxupdate.residual.following import STEPS, _nearly
 
 
 @pytest.mark.parametrize("name", ["grounding_spring", "added_mass", "joint_flexibility"])

@@ -9,24 +9,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cvxupdate.diagnose.modes.fit import ModesFit, setting_of
-from cvxupdate.diagnose.responses.lines import frf_lines
 from numpy.typing import NDArray
 
+from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.gather import gathered
+from cvxupdate.diagnose.modes.setting import setting_of
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.output.export import problem_file, updated_problem
-from cvxupdate.diagnose.responses.signals import smooth
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.fe.responses import matrices_with_damping
-from cvxupdate.fe.select import select_parameters
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.attached_resonator import attach
-from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, plant
 from cvxupdate.physics.fault import Fault
 from cvxupdate.physics.growth import Wanted, append_parameters
@@ -35,67 +32,14 @@ from cvxupdate.recordings.load import load_recordings
 from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Origin
 from cvxupdate.residual.modal import modal_residual
 from cvxupdate.spec import Spec, check_problem, load_problem
-from tests.cases.elements import STEEL, grid, nodes, toml
+from tests.cases.effects import BEAM, SHAFT, context_of, nuisance, problem
+from tests.cases.elements import grid, toml
+from tests.cases.signals import signal_of
 
-BEAM = {
-    "dofs": ["x", "z", "ry"],
-    "nodes": nodes([(x, 0.0, 0.0) for x in (0.0, 0.11, 0.23, 0.37, 0.48, 0.6)]),
-    "materials": {"steel": {**STEEL, "eta": 0.004}},
-    "sections": {"flat bar": {"shape": "rectangle", "width": 0.04, "height": 0.008}},
-    "elements": [
-        {
-            "type": "beam3d",
-            "material": "steel",
-            "section": "flat bar",
-            "rows": [
-                {"id": i, "nodes": [i, i + 1], "group": "long" if i < 4 else "short"}
-                for i in range(1, 6)
-            ],
-        },
-        {
-            "type": "mass",
-            "rows": [{"id": 11, "nodes": [4], "m": 0.12, "Iyy": 2e-5, "group": "tip"}],
-        },
-        {
-            "type": "spring",
-            "rows": [{"id": 21, "nodes": [6], "k": 2e4, "dofs": ["x", "z"], "group": "hanger"}],
-        },
-        {"type": "dashpot", "dof": "z", "rows": [{"id": 31, "nodes": [3], "c": 1.4}]},
-    ],
-    "supports": [
-        {"nodes": "all", "dofs": ["y", "rx", "rz"]},
-        {"nodes": [1], "dofs": ["x"]},
-        {"nodes": [1, 2], "dofs": ["z"]},
-    ],
-    "damping": {"kind": "structural", "eta": 0.01},
-}
 PLATE = {
     **grid([0.0, 0.11, 0.3, 0.42], [0.0, 0.17, 0.26]),
     "supports": [{"nodes": [1, 4], "dofs": ["z"]}],
     "damping": {"kind": "modal", "zeta": [0.01, 0.02]},
-}
-SHAFT = {
-    "dofs": ["y", "z", "ry", "rz"],
-    "nodes": nodes([(x, 0.0, 0.0) for x in (0.0, 0.13, 0.29, 0.4)]),
-    "materials": {"m": STEEL},
-    "sections": {"s": {"shape": "circle", "diameter": 0.02}},
-    "elements": [
-        {
-            "type": "beam3d",
-            "material": "m",
-            "section": "s",
-            "rows": [
-                {"id": 1, "nodes": [1, 2], "group": "shaft"},
-                {"id": 2, "nodes": [3, 2], "group": "shaft"},
-                {"id": 3, "nodes": [3, 4], "group": "shaft"},
-            ],
-        },
-        {
-            "type": "mass",
-            "rows": [{"id": 4, "nodes": [3], "m": 2.0, "Ixx": 0.02, "Iyy": 0.011, "Izz": 0.011}],
-        },
-    ],
-    "supports": [{"nodes": [1], "dofs": ["y", "z", "ry", "rz"]}],
 }
 STRUCTURES = {"beam": BEAM, "plate": PLATE, "shaft": SHAFT}
 LABELS = {
@@ -104,50 +48,6 @@ LABELS = {
     "shaft": ["n2.y", "n3.z", "n4.ry", "n4.z"],
 }
 FREQUENCIES = (7.0, 61.0, 333.0)
-
-
-def problem(folder: Path, structure: dict[str, Any]) -> Spec:
-    path = folder / "problem.toml"
-    path.write_text(
-        f'title = "A \\"quoted\\" title"\nmodel = {toml(structure)}\n', encoding="utf-8"
-    )
-    return load_problem(path)
-
-
-def nuisance(model: Model) -> Model:
-    """A p-value of stiffness and mass for the first group."""
-    first = model.blocks[0]
-    mine = tuple(
-        int(i) for i, g in zip(first.ids, first.groups, strict=True) if g == first.groups[0]
-    )
-    return model.with_parameters(
-        select_parameters(
-            [Wanted(w, w, mine, first.groups[0]) for w in ("stiffness", "mass")], model
-        )
-    )
-
-
-def context_of(spec: Spec, model: Model) -> SearchContext:
-    m = model.matrices(model.zero())
-    held = [
-        (int(n), k)
-        for s in spec.model.supports
-        if s.nodes != "all"
-        for n in s.nodes
-        for k in s.dofs
-        if k in spec.model.dofs
-    ]
-
-    def release(node: int, kind: str) -> Model:
-        supports = []
-        for s in spec.model.supports:
-            for n in [n.id for n in spec.model.nodes] if s.nodes == "all" else s.nodes:
-                kept = tuple(k for k in s.dofs if (n, k) != (node, kind))
-                supports += [s.model_copy(update={"nodes": (n,), "dofs": kept})] if kept else []
-        freed = replace(spec, model=spec.model.model_copy(update={"supports": tuple(supports)}))
-        return model.with_parameters(()) if not supports else nuisance(undamped(build_model(freed)))
-
-    return SearchContext(model, m.K, m.M, 400.0, 5.0, (), tuple(held), release, 0.005)
 
 
 def receptance(
@@ -375,7 +275,7 @@ def test_sensor_faults_are_taken_out_of_the_recordings_that_have_them(tmp_path: 
     sound = FrequencyResponse(
         Origin("a", "a"), lines, H, "acceleration", channels, (Channel(4, "z", "force"),)
     )
-    signal = smooth(frf_lines(sound), 0.0)
+    signal = signal_of(sound)
     wrong = H
     for fault, value in faults:
         wrong = fault.applied(value, signal.sensors, signal.s, wrong)
@@ -448,7 +348,7 @@ def test_mode_tables_keep_their_pairs_when_modes_are_counted_anew(tmp_path: Path
         places=tuple(np.where(a >= 0, a + 1, a) for a in first.places),
     )
     path = tmp_path / "again.toml"
-    updated = evidence.updated(ModesFit(setting, point, 0.0, 3), Further())
+    updated = evidence.updated(Fit(setting, point, 0.0, 3), Further())
     done = updated_problem(spec, recordings, updated)
     assert done is not None
     path.write_text(done.text, encoding="utf-8")

@@ -6,18 +6,19 @@ from __future__ import annotations
 import itertools
 import re
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from cvxupdate.cli import app
-from cvxupdate.diagnose.output.export import Written
-from cvxupdate.diagnose.output.refine import refined
+from cvxupdate.diagnose.output.refine import finer, finer_file
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.spec import check_problem, load_problem
 from cvxupdate.study import correlate, diagnose
 from tests.cases.cantilever import NODES, load, rows_of, text
+from tests.cases.effects import PLATE, problem
 
 EVERY = (0, 2, 4, 6, 8, 10, 12)  # nodes of a rough mesh of the same bar
 
@@ -118,13 +119,16 @@ def test_nodes_between_are_held_where_all_are_and_plates_are_left_alone(tmp_path
     held = held.replace(
         'nodes = [1]\ndofs = ["z", "ry"]', 'nodes = [1]\ndofs = ["y", "z", "ry", "rz"]'
     )
-    _, model = load(tmp_path, held)
-    finer = refined(Written(tomllib.loads(held), ()))
-    assert finer is not None
-    _, fine = load(tmp_path, finer.text)
+    spec, model = load(tmp_path, held)
+    divided = finer(spec)
+    assert divided is not None
+    _, fine = load(tmp_path, finer_file(divided).text)
     assert fine.size == 2 * model.size
     np.testing.assert_allclose(
         model_modes(fine, 5).frequencies[:5], model_modes(model, 5).frequencies[:5], rtol=2e-3
     )
-    plates = held.replace('type = "beam3d"', 'type = "plate"')
-    assert refined(Written(tomllib.loads(plates), ())) is None
+    plate = problem(tmp_path, PLATE)
+    both = (*spec.model.elements, *plate.model.elements)
+    for elements in (plate.model.elements, both):
+        mixed = replace(spec, model=spec.model.model_copy(update={"elements": elements}))
+        assert finer(mixed) is None

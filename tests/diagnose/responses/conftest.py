@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cvxupdate.diagnose.responses.fit import setting_for
-from cvxupdate.diagnose.responses.lines import frf_lines
 
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
-from cvxupdate.diagnose.responses.signals import smooth
+from cvxupdate.diagnose.responses.setting import setting_for
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
+from tests.cases.signals import signal_of
 
 WORDS = (
     "stiffness_change",
@@ -33,8 +32,7 @@ def scene(chain, lab, measure):
     start = with_nuisance(undamped(model))
     m = start.matrices(start.zero())
     signals = tuple(
-        smooth(frf_lines(measure(lab(c=(0, 0, 9.0, 0)), k, seed=k)), e)
-        for k, e in ((4, 0.03), (1, 0.1))
+        signal_of(measure(lab(c=(0, 0, 9.0, 0)), k, seed=k), e) for k, e in ((4, 0.03), (1, 0.1))
     )
     sensors = tuple(dict.fromkeys(label for s in signals for label in s.sensors))
     context = SearchContext(
@@ -53,7 +51,7 @@ def make_scene(chain, lab, measure):
     m = start.matrices(start.zero())
 
     def make(**changes):
-        signals = tuple(smooth(frf_lines(measure(lab(**changes), k, seed=k)), 0.15) for k in (4, 1))
+        signals = tuple(signal_of(measure(lab(**changes), k, seed=k), 0.15) for k in (4, 1))
         sensors = tuple(dict.fromkeys(label for s in signals for label in s.sensors))
         return (
             model,

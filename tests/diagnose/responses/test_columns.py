@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from cvxupdate.diagnose.responses.fit import setting_for
 
 from cvxupdate.diagnose.responses.columns import Columns, columns_of, delay_unit
+from cvxupdate.diagnose.responses.setting import setting_for
 from cvxupdate.physics.effect import HiddenOscillator
 
 WORDS = (

@@ -7,18 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cvxupdate.diagnose.responses.fit import setting_for
-from cvxupdate.diagnose.responses.lines import frf_lines
 from numpy.typing import NDArray
 
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.responses.figures import extremes, responses_shown
 from cvxupdate.diagnose.responses.point import ResponsePoint
-from cvxupdate.diagnose.responses.signals import Signal, smooth
+from cvxupdate.diagnose.responses.setting import setting_for
+from cvxupdate.diagnose.responses.signals import Signal
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.physics import told
 from cvxupdate.physics.place import Place
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
+from tests.cases.signals import signal_of
 from tests.cases.three_masses import MASS, STIFFNESS, ZETA, chain
 
 LINES = np.arange(5.0, 75.0, 0.05)
@@ -55,9 +55,7 @@ def recording(use: str, reference: int) -> FrequencyResponse:
 @pytest.fixture(scope="module")
 def shown() -> Shown:
     model = undamped(chain())
-    fitted, held = (
-        (smooth(frf_lines(recording(use, n)), 0.0),) for use, n in (("fit", 1), ("hold-out", 2))
-    )
+    fitted, held = ((signal_of(recording(use, n)),) for use, n in (("fit", 1), ("hold-out", 2)))
     setting = setting_for(model, chain(), fitted, 75.0)
 
     def at(p: float) -> ResponsePoint:
@@ -114,9 +112,7 @@ def test_recordings_that_hear_nothing_are_not_drawn() -> None:
     """Every channel below its noise: no curve, no spectrum, no error."""
     model = undamped(chain())
     deaf = recording("fit", 1)
-    signals = (
-        smooth(frf_lines(replace(deaf, H=1e-9 * deaf.H, variance=np.ones(deaf.H.shape))), 0.0),
-    )
+    signals = (signal_of(replace(deaf, H=1e-9 * deaf.H, variance=np.ones(deaf.H.shape))),)
     setting = setting_for(model, chain(), signals, 75.0)
     point = setting.evaluate(np.zeros(len(setting.columns)))
     assert responses_shown(point, point, signals, (), []) == Shown()
@@ -131,7 +127,7 @@ def test_extremes_keep_peaks_and_dips() -> None:
 
 
 def test_signals_are_what_the_curves_say(shown: Shown) -> None:
-    signal: Signal = smooth(frf_lines(recording("fit", 1)), 0.0)
+    signal: Signal = signal_of(recording("fit", 1))
     curve = next(c for c in shown.curves if c.use == "fit")
     k = signal.sensors.index(curve.sensor)
     at = np.searchsorted(LINES, curve.frequency - 1e-9)

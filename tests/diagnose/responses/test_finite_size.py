@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cvxupdate.diagnose.responses.fit import setting_for
 
 from cvxupdate.diagnose.responses.finite_size import (
     _modal_receptance,
@@ -16,6 +15,7 @@ from cvxupdate.diagnose.responses.finite_size import (
     whole_member,
 )
 from cvxupdate.diagnose.responses.first_order import first_order, linearised
+from cvxupdate.diagnose.responses.setting import setting_for
 from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.types import Seed
 from cvxupdate.physics.low_rank import amounts, low_rank
@@ -94,6 +94,6 @@ def test_what_acts_on_the_whole_is_followed_through_sizes(make_scene):
     c = next(c for c in candidates(context, "stiffness_change") if len(c.change.members) == 4)
     grown = setting_for(c.change.model, model, signals, 75.0)
     left = Projection.of(linearised(point))
-    seed, fraction = whole_member(point, Seed((c,), grown, np.zeros(grown.size)), left)
+    seed, fraction = whole_member(point, Seed((c,), grown, np.zeros(len(grown.columns))), left)
     assert seed.start[len(start.parameters)] == pytest.approx(0.35, rel=0.15)
     assert fraction > 0.9

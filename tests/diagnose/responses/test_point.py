@@ -7,21 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cvxupdate.diagnose.responses.fit import fit, setting_for
-from cvxupdate.diagnose.responses.lines import frf_lines
 
+from cvxupdate.diagnose.fit import fitted
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.responses.errors import channel_errors
-from cvxupdate.diagnose.responses.signals import smooth
+from cvxupdate.diagnose.responses.setting import EFFORTS, setting_for
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.fault import Fault
-
-
-def signal_of(recording, epsilon=0.03):
-    return smooth(frf_lines(recording), epsilon)
-
+from tests.cases.signals import signal_of
 
 ZETA = 0.005
 # An exchange between a gain and a delay of its channels: the order in which faults act matters.
@@ -45,7 +40,7 @@ def test_derivatives_with_dashpot_damping_and_faults(chain, lab, measure, zeta):
     )
     damper = next(c for c in candidates_of(context, ("viscous_damper",)) if c.place.nodes == (2, 3))
     signals = (
-        signal_of(measure(lab(c=(0, 0, 9.0, 0)), 4)),
+        signal_of(measure(lab(c=(0, 0, 9.0, 0)), 4), 0.03),
         signal_of(measure(lab(), 1, seed=2), 0.1),
     )
     setting = setting_for(damper.change.model, model, signals, 75.0, FAULTS)
@@ -80,14 +75,14 @@ def test_exchanged_channels_are_told_by_the_share_that_fits(chain, lab, measure,
     recording = measure(nominal, 3, noise=1e-4)
     if exchanged:
         recording = replace(recording, H=recording.H[:, [0, 3, 2, 1]])
-    signal = signal_of(recording)
+    signal = signal_of(recording, 0.03)
     setting = setting_for(
         undamped(model), model, (signal,), 75.0, (Fault("n2.x", "swap", other="n4.x"),)
     )
     point = setting.evaluate(np.zeros(len(setting.columns)))
     if exchanged:
         assert channel_errors(point, (signal,)) < 1e-3
-    found = fit(setting, np.zeros(len(setting.columns)))
+    found = fitted(setting, np.zeros(len(setting.columns)), EFFORTS["base"])
     assert found.p[-1] == pytest.approx(0.0 if exchanged else -1.0, abs=1e-2)
     assert channel_errors(found.point, (signal,)) < 1e-2
 
@@ -104,7 +99,7 @@ def test_a_recording_without_the_other_channel_is_left_alone(chain, lab, measure
     setting = setting_for(
         undamped(model),
         model,
-        (signal_of(short),),
+        (signal_of(short, 0.03),),
         75.0,
         (Fault("n2.x", "swap", other="n4.x"),),
     )

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cvxupdate.diagnose.responses.fit import setting_for
 
 from cvxupdate.diagnose.responses.finite_size import few_directions
 from cvxupdate.diagnose.responses.first_order import first_order, linearised
 from cvxupdate.diagnose.responses.sets import Reduced, _changed, _weighted, sets_of_elements
+from cvxupdate.diagnose.responses.setting import setting_for
 from cvxupdate.diagnose.screen.projection import Projection
 from tests.diagnose.responses.undamped import UNDAMPED, candidates, without_damping
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from cvxupdate.diagnose.responses.fit import setting_for
 
+from cvxupdate.diagnose.responses.setting import setting_for
 from cvxupdate.physics import candidates_of
 
 UNDAMPED = -30.0  # logarithm of the factor on all damping ratios: none is left

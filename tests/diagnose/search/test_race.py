@@ -43,7 +43,7 @@ class Track(PlainEvidence):
         self.efforts.append((key, effort))
         if key not in self.times:
             raise ModelError("no structure.")
-        p = np.ones(seed.setting.size)
+        p = np.ones(len(seed.setting.columns))
         return PlainFit(self.times[key], setting=seed.setting, p=p, deviations=p)
 
 
@@ -61,15 +61,25 @@ def nodes(hypotheses) -> list[int]:
 
 def test_so_many_go_on_and_near_equals_besides() -> None:
     close = [runner(k, 1.0 + 0.01 * k) for k in range(10)]
-    assert nodes(_field(close, 3)) == [0, 1, 2, 3, 4, 5], "twice as many, but no more"
+    assert nodes(_field(close, 3, BEHIND)) == [0, 1, 2, 3, 4, 5], "twice as many, but no more"
     apart = [runner(k, x) for k, x in enumerate((1.0, 2.0, 0.99 * ABREAST, 1.01 * ABREAST))]
-    assert nodes(_field(apart, 2)) == [0, 1, 2]
-    assert nodes(_field(apart, 4)) == [0, 1, 2, 3]
+    assert nodes(_field(apart, 2, BEHIND)) == [0, 1, 2]
+    assert nodes(_field(apart, 4, BEHIND)) == [0, 1, 2, 3]
 
 
 def test_who_falls_far_behind_does_not_go_on() -> None:
     field_ = [runner(0, 1.0), runner(1, BEHIND), runner(2, 1.01 * BEHIND)]
-    assert nodes(_field(field_, 9)) == [0, 1]
+    assert nodes(_field(field_, 9, BEHIND)) == [0, 1]
+
+
+def test_nobody_falls_behind_before_everyone_was_begun_again() -> None:
+    times = {(n, k): 1.0 for n in (0, 1) for k in range(AGAIN + 2)}
+    slow = [runner(0, 0.01), runner(1, 1.0)]  # a hundred times the misfit
+    early, late = (Track(times=times, levels=9) for _ in range(2))
+    raced(early, slow, ((AGAIN, 4),), silent)  # type: ignore[arg-type]
+    raced(late, slow, ((AGAIN + 1, 4),), silent)  # type: ignore[arg-type]
+    assert {key[0] for key, _ in early.efforts} == {0, 1}
+    assert {key[0] for key, _ in late.efforts} == {0}
 
 
 def test_further_unknowns_are_a_handicap() -> None:
@@ -84,11 +94,37 @@ def seed(node: int, level: int = 0) -> Seed:
     return Seed((effect(nodes=(node,)),), PlainSetting(level=level), np.zeros(0))
 
 
-def test_of_a_hypothesis_begun_twice_the_best_enters() -> None:
-    track = Track(times={(1, 0): 5.0, (1, 1): 3.0, (2, 0): 4.0})
+BEGUN_TWICE = {(1, 0): 5.0, (1, 1): 3.0, (2, 0): 4.0}
+
+
+def test_a_hypothesis_begun_twice_enters_from_both_places() -> None:
+    """Where a level is to come that tells which is better."""
+    track = Track(times=BEGUN_TWICE)
+    found = entered(track, [seed(1), seed(2), seed(1, 1)], silent)  # type: ignore[arg-type]
+    assert nodes(found) == [1, 2, 1] and [h.penalised for h in found] == [3.0, 4.0, 5.0]
+    assert {effort for _, effort in track.efforts} == {"first pass"}
+
+
+def test_of_a_hypothesis_begun_twice_the_best_enters_where_no_level_is_to_come() -> None:
+    track = Track(times=BEGUN_TWICE, levels=1)
     found = entered(track, [seed(1), seed(2), seed(1, 1)], silent)  # type: ignore[arg-type]
     assert nodes(found) == [1, 2] and found[0].penalised == 3.0
-    assert {effort for _, effort in track.efforts} == {"first pass"}
+
+
+def test_after_a_level_a_hypothesis_stays_in_its_best_place_only() -> None:
+    """The one that was behind at first may be ahead then: a level is what tells."""
+
+    @dataclass(frozen=True)
+    class Turned(Track):
+        def fitted(self, seed: Seed, effort: str) -> PlainFit:
+            return replace(super().fitted(seed, effort), misfit=float(seed.start[0]))
+
+    one, other = (
+        supposed(PlainFit(misfit), effect(nodes=(1,)), size=size)
+        for misfit, size in ((3.0, 2.0), (5.0, 1.0))
+    )
+    (found,) = raced(Turned(times={(1, 2): 0.0}), [one, other], ((2, 4),), silent)  # type: ignore[arg-type]
+    assert found.fit.misfit == 1.0
 
 
 def test_what_leads_to_no_structure_is_left_out() -> None:
@@ -149,8 +185,8 @@ class Damped(PlainSetting):
     """One unknown, of damping, that a nominal start sets to zero."""
 
     @property
-    def size(self) -> int:
-        return 1
+    def columns(self) -> tuple[str, ...]:
+        return ("damping",)
 
 
 def test_an_exchange_of_channels_is_tenable_in_full_only() -> None:

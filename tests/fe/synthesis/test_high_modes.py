@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cvxupdate.diagnose.responses.high_modes import MISSED, high_modes
-from cvxupdate.diagnose.responses.synthesis import receptances, respond
 
 from cvxupdate.diagnose.responses.signals import Signal
 from cvxupdate.fe.modes import Modes
+from cvxupdate.fe.synthesis.high_modes import MISSED, high_modes
+from cvxupdate.fe.synthesis.pieces import receptances, respond
 
 N, TOP = 60, 50.0
 SENSORS = np.array([3, 17, -1])
@@ -72,10 +72,10 @@ def test_slow_poles_are_not_interpolated():
     sig, m = signal(1), modes()
     lam = m.eigenvalues
     assert (
-        high_modes(sig, m, 0, lam, 2.0 * 0.01 * np.sqrt(lam), m.shapes[:2].T, m.shapes[:2].T)
+        high_modes(sig.s, sig.U, 0, lam, 2.0 * 0.01 * np.sqrt(lam), m.shapes[:2].T, m.shapes[:2].T)
         is not None
     )
     assert (
-        high_modes(sig, m, 0, lam, 2.0 * 40.0 * np.sqrt(lam), m.shapes[:2].T, m.shapes[:2].T)
+        high_modes(sig.s, sig.U, 0, lam, 2.0 * 40.0 * np.sqrt(lam), m.shapes[:2].T, m.shapes[:2].T)
         is None
     )

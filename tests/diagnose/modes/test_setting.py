@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from cvxupdate.diagnose.modes.fit import setting_of
 
+from cvxupdate.diagnose.modes.setting import setting_of
 from cvxupdate.residual.modal import modal_residual
 
 

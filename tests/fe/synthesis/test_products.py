@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from cvxupdate.diagnose.responses.products import drawn, times
+
+from cvxupdate.fe.synthesis.products import drawn, times
 
 
 def test_products_in_real_arithmetic():

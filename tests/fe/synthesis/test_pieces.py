@@ -4,25 +4,29 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cvxupdate.diagnose.responses.lines import frf_lines
-from cvxupdate.diagnose.responses.synthesis import basis, respond, sensor_rows
 
 from cvxupdate.diagnose.nominal.damping import undamped
-from cvxupdate.diagnose.responses.signals import smooth
+from cvxupdate.diagnose.responses.signals import Signal
 from cvxupdate.errors import RecordingError
 from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.fe.synthesis.pieces import basis, respond, sensor_rows
+from tests.cases.chain import BAR, CHAIN, load
 
 
-def signal_of(recording, epsilon=0.03):
-    return smooth(frf_lines(recording), epsilon)
+def driven(sensors, inputs):
+    """A unit of one drive, accelerations."""
+    s = 2j * np.pi * np.arange(5.0, 75.0, 0.4)
+    Y = np.ones((len(s), len(sensors), 1))
+    U = np.ones((len(s), 1, 1), dtype=complex)
+    return Signal("a", "fit", None, s, None, Y.astype(complex), U, Y, 2, sensors, inputs)
 
 
 @pytest.mark.parametrize("further", [False, True])
-def test_response_is_that_of_a_dense_solve(chain, lab, measure, further):
-    _, model = chain
+def test_response_is_that_of_a_dense_solve(tmp_path, further):
+    _, model = load(tmp_path, CHAIN)
     m = undamped(model).matrices(undamped(model).zero())
     K, M = m.K.toarray(), m.M.toarray()
-    signal = signal_of(measure(lab(), 3), 0.01)
+    signal = driven(("n1.x", "n2.x", "n3.x", "n4.x"), ("n3.x",))
     modes = basis(m.K, m.M, 80.0, rigid_body_modes(model, m.K, m.M))
     zeta = np.array([0.004, 0.01, 0.007, 0.02])
     C, D = np.zeros((4, 4)), np.zeros((4, 4))
@@ -45,8 +49,8 @@ def test_response_is_that_of_a_dense_solve(chain, lab, measure, further):
     np.testing.assert_allclose(response.raw[:, :, 0], dense[:, :, 2], rtol=1e-9)
 
 
-def test_a_held_sensor_reads_nothing_and_a_strange_one_is_refused(bar):
-    _, model = bar
+def test_a_held_sensor_reads_nothing_and_a_strange_one_is_refused(tmp_path):
+    _, model = load(tmp_path, BAR)
     assert sensor_rows(model, ["n1.z", "n3.z"]).tolist()[0] == -1
     with pytest.raises(RecordingError, match="n77"):
         sensor_rows(model, ["n77.z"])
