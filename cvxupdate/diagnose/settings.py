@@ -104,8 +104,8 @@ LOWER = 0.7
 MET = 1.1
 # Fall of Bayes' information criterion that is strong evidence (Kass and Raftery 1995).
 STRONG = 6.0
-# Standard deviations that an effect's size must be from nothing; fraction of a parameter's range
-# within which it is on its bound: such a size says that the fit would rather be elsewhere.
+# Standard deviations that an effect's size must be from nothing; fraction of a bound within which a
+# size is on it: such a size says that the fit would rather be elsewhere.
 LEAST_SIZE, AT_BOUND = 2.0, 1e-3
 # Misfit beyond noise within this factor of the best: the recordings do not separate the two.
 RIVAL = 2.0

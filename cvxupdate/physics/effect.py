@@ -32,13 +32,15 @@ class EffectType(ABC):
     """One kind of physics: all that is particular to it.
 
     ``name`` is the contract's, ``noun`` what it is in a sentence; ``damping`` says that it takes
-    out energy and nothing else; ``told_by`` which recordings can tell it; ``writers`` how the
-    elements that it adds are written into a problem file, by their kind.
+    out energy and nothing else; ``unlimited`` that beyond some size more of it changes nothing;
+    ``told_by`` which recordings can tell it; ``writers`` how the elements that it adds are written
+    into a problem file, by their kind.
     """
 
     name: ClassVar[str]
     noun: ClassVar[str]
     damping: ClassVar[bool] = False
+    unlimited: ClassVar[bool] = False
     told_by: ClassVar[frozenset[str]] = frozenset({RESPONSES, MODES})
     writers: ClassVar[tuple[tuple[str, Writer], ...]] = ()
 

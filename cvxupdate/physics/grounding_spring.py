@@ -36,6 +36,7 @@ class GroundingSpring(EffectType):
 
     name = "grounding_spring"
     noun = "a spring to ground"
+    unlimited = True
     writers = (("spring", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:

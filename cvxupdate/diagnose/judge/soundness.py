@@ -8,6 +8,7 @@ from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.confidence import size_of
 from cvxupdate.diagnose.settings import AT_BOUND, LEAST_SIZE
 from cvxupdate.fe.parameters import Parameter
+from cvxupdate.physics.effect import Effect
 
 
 def sound(h: Hypothesis) -> bool:
@@ -20,13 +21,26 @@ def sound(h: Hypothesis) -> bool:
                 return False
         else:
             p, q = float(fit.p[at]), fit.setting.model.parameters[at]
-            if on_bound(p, q) or abs(p) < LEAST_SIZE * float(fit.deviations[at]):
+            if on_bound(p, q) or _deviations(effect, p, float(fit.deviations[at])) < LEAST_SIZE:
                 return False
         at += effect.columns
     return True
 
 
+def _deviations(effect: Effect, p: float, deviation: float) -> float:
+    """How many of its deviations a size is from nothing. That of a compliance, by the degree of
+    fixity that it leaves, 1 / (1 + p) (Monforton and Wu 1963); a support that is nearly rigid has
+    no upper limit, and whether it is there the fit without it tells."""
+    if effect.type.unlimited:
+        return np.inf
+    fixity = 1.0 + p if effect.change is not None and effect.change.series else 1.0
+    return abs(p) * abs(fixity) / max(deviation, float(np.finfo(float).tiny))
+
+
 def on_bound(p: float, q: Parameter) -> bool:
-    """Whether a parameter is within `AT_BOUND` of its range from either bound."""
-    margin = AT_BOUND * (q.upper - q.lower)
-    return bool(np.isfinite(margin) and min(p - q.lower, q.upper - p) <= margin and p != 0.0)
+    """Whether a parameter is within `AT_BOUND` of either bound (times the bound: ranges may be
+    many orders of magnitude wide, and a bound at nothing is the other rule's)."""
+    return any(
+        np.isfinite(bound) and bound != 0.0 and abs(p - bound) <= AT_BOUND * abs(bound)
+        for bound in (q.lower, q.upper)
+    )

@@ -23,6 +23,7 @@ from cvxupdate.physics.low_rank import DIRECTIONS, low_rank
 
 SHIFT = 0.01  # of the lowest flexible eigenvalue, where the structure is free
 APART = 1e-10  # of the largest: columns that are dependent by rounding
+NOTHING = 1e-8  # of a force's flexibility: the modes have all of it, and the rest is rounding
 FAR = 1e3  # times the highest eigenvalue: a column that is not there
 
 
@@ -48,7 +49,9 @@ def attachments(
         return shapes, values
     phi, stiff = modes.shapes[:, :count], modes.eigenvalues[:count] + shift
     static = factorise((m.K + shift * m.M).tocsc()).solve(forces)
+    whole = np.sum(forces * static, axis=0)
     static = static - phi @ ((phi.T @ forces) / stiff[:, None])
+    static[:, np.sum(forces * static, axis=0) <= NOTHING * whole] = 0.0
     for k, (a, b) in enumerate(pairwise(places)):
         own = _independent(static[:, a:b], m)
         lam, turn = la.eigh(own.T @ (m.K @ own)) if own.shape[1] else (np.zeros(0), own[:0])

@@ -11,10 +11,9 @@ from cvxupdate.diagnose.responses.columns import Columns, sums_of
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.responses.signals import Real
 from cvxupdate.diagnose.screen.projection import Linearised, Projection, norms
+from cvxupdate.diagnose.settings import AT_BOUND
 from cvxupdate.diagnose.types import Score
 from cvxupdate.physics.effect import Effect
-
-AT_BOUND = 1e-3  # of a bound: that near counts as on it
 
 
 def linearised(point: ResponsePoint) -> Linearised:

@@ -40,7 +40,8 @@ def raced(
         if level >= evidence.levels or not runners:
             break
         arrived = []
-        field = _field(runners, most, BEHIND if level else TRIAGED)
+        refitted = level > 0 or evidence.levels == 1  # the only level: fitted to the end already
+        field = _field(runners, most, BEHIND if refitted else TRIAGED)
         for number, h in enumerate(field):
             progress(f"sharpening {number + 1} of {len(field)}: {h.name}")
             try:

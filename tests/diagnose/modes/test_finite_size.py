@@ -86,7 +86,7 @@ def test_a_trace_ends_where_more_mass_is_taken_off_than_there_is(tried):
     _, base, candidates = tried
     where = scene_of(base)
     lump = next(c for c in candidates if c.physics == "added_mass")
-    alone = finite_size._change(where.many.shapes, [lump])
+    alone = finite_size._change(where, where.many.shapes.shape[1], [lump])
     q, most = alone.K.shape[1], 1.0 / np.linalg.eigvalsh(alone.M[0])[-1]
     sizes = -most * np.array([[0.5, 0.9, 1.1, 0.9]])
     found = finite_size._trace(where, alone, sizes, np.eye(q)[None], where.used[None]).left

@@ -12,7 +12,7 @@ import pytest
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.search.race import _field, entered, merged, raced, tenable
-from cvxupdate.diagnose.settings import ABREAST, AGAIN, BEHIND, CLEAR, PENALTY
+from cvxupdate.diagnose.settings import ABREAST, AGAIN, BEHIND, CLEAR, PENALTY, TRIAGED
 from cvxupdate.diagnose.types import Seed
 from cvxupdate.errors import ModelError
 from cvxupdate.physics.effect import EXCHANGED, TUNED, HiddenOscillator
@@ -72,14 +72,14 @@ def test_who_falls_far_behind_does_not_go_on() -> None:
     assert nodes(_field(field_, 9, BEHIND)) == [0, 1]
 
 
-def test_nobody_falls_behind_before_everyone_was_begun_again() -> None:
-    times = {(n, k): 1.0 for n in (0, 1) for k in range(AGAIN + 2)}
-    slow = [runner(0, 0.01), runner(1, 1.0)]  # a hundred times the misfit
-    early, late = (Track(times=times, levels=9) for _ in range(2))
-    raced(early, slow, ((AGAIN, 4),), silent)  # type: ignore[arg-type]
-    raced(late, slow, ((AGAIN + 1, 4),), silent)  # type: ignore[arg-type]
-    assert {key[0] for key, _ in early.efforts} == {0, 1}
-    assert {key[0] for key, _ in late.efforts} == {0}
+def test_the_first_pass_leaves_fewer_behind_than_a_level() -> None:
+    times = {(n, k): 1.0 for n in (0, 1, 2) for k in range(2)}
+    apart = [runner(0, 1.0), runner(1, 2.0 * BEHIND), runner(2, 2.0 * TRIAGED)]
+    first, later = (Track(times=times, levels=9) for _ in range(2))
+    raced(first, apart, ((0, 4),), silent)  # type: ignore[arg-type]
+    raced(later, apart, ((1, 4),), silent)  # type: ignore[arg-type]
+    assert {key[0] for key, _ in first.efforts} == {0, 1}
+    assert {key[0] for key, _ in later.efforts} == {0}
 
 
 def test_further_unknowns_are_a_handicap() -> None:
