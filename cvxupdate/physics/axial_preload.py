@@ -57,7 +57,8 @@ def _euler(model: Model, ids: Sequence[int]) -> float:
         section = getattr(block.kind, "section", None)
         if len(rows) and section is not None:
             c = section_constants(section, block.properties)
-            inertia = np.minimum(np.real(c["Iy"][rows]), np.real(c["Iz"][rows]))
+            inertia = np.real([c["Iy"][rows], c["Iz"][rows]])
+            inertia[inertia <= 0.0] = np.inf  # not given: a plane frame bends one way only
             bending = float(np.min(inertia * block.properties["E"][rows]))
             return float(np.pi**2 * bending / np.sum(block.properties["length"][rows]) ** 2)
     return 1.0

@@ -1,0 +1,58 @@
+"""Tables of modes that an engineer made with a beam code of their own (tests/strangers)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cvxupdate.study import diagnose
+
+STRANGERS = Path(__file__).resolve().parents[1] / "strangers"
+FOOT = {
+    "portal_exact": 60e3,
+    "portal": 60e3,
+    "portal_s1": 60e3,
+    "portal_s2": 60e3,
+    "portal_s3": 60e3,
+    "portal_k2e4": 20e3,
+    "portal_k2e5": 200e3,
+}
+
+
+def said(folder: str, name: str = "problem"):
+    """The diagnosis of one of them."""
+    return diagnose(STRANGERS / folder / f"{name}.toml")
+
+
+@pytest.mark.parametrize("folder", FOOT)
+def test_the_foot_that_turns_is_found_and_no_other(folder):
+    found = said(folder)
+    assert found.verdict == "missing_physics"
+    (first,) = found.findings
+    assert first.physics == "grounding_spring"
+    assert (first.place.nodes, first.place.dof) == ((1,), "rz")
+    k, deviation = first.parameters["k"], first.deviations["k"]
+    assert abs(k - FOOT[folder]) <= 3.0 * deviation and deviation < 0.5 * k
+
+
+@pytest.mark.parametrize(
+    ("name", "physics", "node", "figure", "value"),
+    [("mass", "added_mass", 13, "m", 0.3), ("soft", "grounding_spring", 1, "k", 1500.0)],
+)
+def test_what_was_done_to_the_cantilever_is_found(name, physics, node, figure, value):
+    found = said("beam_modal", name)
+    (first,) = found.findings
+    assert first.physics == physics and first.place.nodes == (node,)
+    assert first.parameters[figure] == pytest.approx(value, rel=0.1)
+
+
+def test_nothing_is_found_on_the_cantilever_as_modelled():
+    found = said("beam_modal", "none")
+    assert found.verdict == "consistent" and not found.findings
+
+
+def test_the_inertia_that_a_plane_frame_does_not_need_may_be_left_out():
+    """`portal` gives Iz alone: the size of a tension is that of the way in which the bar bends."""
+    found = said("portal")
+    assert any(c["physics"] == "axial_preload" for c in found.candidates)
