@@ -53,6 +53,15 @@ class Judgement:
         tried = (*self.singles, *self.several)
         return min(tried, key=lambda w: w.hypothesis.penalised, default=None)
 
+    @property
+    def tied(self) -> tuple[Weighed, ...]:
+        """Where so many hypotheses explain the recordings that none is claimed: the final one and
+        its rivals."""
+        if self.final is None or self.findings or not credible(self.final, self.case):
+            return ()
+        near = rivals(self.final, self.field, self.case)
+        return (self.final, *near) if near else ()
+
 
 def judge(evidence: Evidence, found: Found) -> Judgement:
     """Accept one effect, several, the nuisance parameters far off, or nothing."""

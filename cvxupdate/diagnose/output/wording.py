@@ -44,6 +44,13 @@ def verdict_of(judgement: Judgement, further: Sequence[Finding], level: bool) ->
             "scatter of its parameters."
         )
     nearest = judgement.nearest
+    if judgement.tied:
+        names = [w.hypothesis.title for w in judgement.tied]
+        more = len(names) - RIVALS
+        return "undetermined", (
+            "Something differs, but these recordings cannot tell what: "
+            f"{listed(names[:RIVALS], more)} explain them about equally well."
+        )
     if judgement.final is not None and nearest is not None:
         return "undetermined", (
             f"No one or two effects explain the recordings: {nearest.hypothesis.title} comes "
@@ -53,6 +60,12 @@ def verdict_of(judgement: Judgement, further: Sequence[Finding], level: bool) ->
         "Something differs that none of the known effects explains at any one or two places; "
         f"what remains is {evidence.left(Errors(base.errors.fit, float('nan')))}."
     )
+
+
+def listed(names: Sequence[str], more: int = 0) -> str:
+    """Names in a row, and how many ``more`` there are."""
+    shown = [*names, f"{more} other{'s' if more > 1 else ''}"] if more > 0 else list(names)
+    return f"{', '.join(shown[:-1])} and {shown[-1]}" if len(shown) > 1 else shown[0]
 
 
 def _worst(errors: Errors) -> Errors:

@@ -89,6 +89,18 @@ def test_what_comes_nearest_is_named_where_it_is_not_claimed() -> None:
     )
 
 
+def test_where_too_many_explain_them_the_recordings_cannot_tell() -> None:
+    fit = PlainFit(1.0, errors=Errors(0.01, 0.02))
+    alike = tuple(weighed(fit, effect(nodes=(k,))) for k in (2, 5, 6, 7))
+    found = replace(EMPTY, singles=alike, final=alike[0], field=alike)
+    assert verdict_of(found, (), False) == (
+        "undetermined",
+        "Something differs, but these recordings cannot tell what: some added mass at node 2, some "
+        "added mass at node 5, some added mass at node 6 and 1 other explain them about equally "
+        "well.",
+    )
+
+
 def test_where_no_effect_helps_the_rest_is_stated() -> None:
     assert verdict_of(replace(EMPTY, singles=(ONE,)), (), False) == (
         "undetermined",
