@@ -91,7 +91,7 @@ def test_what_comes_nearest_is_named_where_it_is_not_claimed() -> None:
 
 def test_where_too_many_explain_them_the_recordings_cannot_tell() -> None:
     fit = PlainFit(1.0, errors=Errors(0.01, 0.02))
-    alike = tuple(weighed(fit, effect(nodes=(k,))) for k in (2, 5, 6, 7))
+    alike = tuple(weighed(fit, effect("added_mass", nodes=(k,))) for k in (2, 5, 6, 7))
     found = replace(EMPTY, singles=alike, final=alike[0], field=alike)
     assert verdict_of(found, (), False) == (
         "undetermined",
