@@ -11,6 +11,7 @@ from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import LEVEL_CHANGE, LEVEL_NOISE
 from cvxupdate.diagnose.types import Errors, Evidence, LevelChange
+from cvxupdate.physics.place import capital, listed
 
 MOST = 6  # equivalents that are named
 RIVALS = 3  # other hypotheses whose errors are stated
@@ -47,9 +48,10 @@ def verdict_of(judgement: Judgement, further: Sequence[Finding], level: bool) ->
     if judgement.tied:
         names = [w.hypothesis.title for w in judgement.tied]
         more = len(names) - RIVALS
+        rest = [f"{more} other{'s' if more > 1 else ''}"] if more > 0 else []
         return "undetermined", (
             "Something differs, but these recordings cannot tell what: "
-            f"{listed(names[:RIVALS], more)} explain them about equally well."
+            f"{listed([*names[:RIVALS], *rest])} explain them about equally well."
         )
     if judgement.final is not None and nearest is not None:
         return "undetermined", (
@@ -60,12 +62,6 @@ def verdict_of(judgement: Judgement, further: Sequence[Finding], level: bool) ->
         "Something differs that none of the known effects explains at any one or two places; "
         f"what remains is {evidence.left(Errors(base.errors.fit, float('nan')))}."
     )
-
-
-def listed(names: Sequence[str], more: int = 0) -> str:
-    """Names in a row, and how many ``more`` there are."""
-    shown = [*names, f"{more} other{'s' if more > 1 else ''}"] if more > 0 else list(names)
-    return f"{', '.join(shown[:-1])} and {shown[-1]}" if len(shown) > 1 else shown[0]
 
 
 def _worst(errors: Errors) -> Errors:
@@ -149,8 +145,3 @@ def _equivalents(f: Finding) -> str:
         ", ".join(e.title for e in f.equivalent[:MOST])
         + (f" and {more} more." if more > 0 else ".")
     )
-
-
-def capital(text: str) -> str:
-    """With a capital first."""
-    return text[:1].upper() + text[1:]
