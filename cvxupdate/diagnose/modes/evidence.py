@@ -15,6 +15,7 @@ from cvxupdate.diagnose.modes.damping import damping_laws
 from cvxupdate.diagnose.modes.figures import modes_shown
 from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
 from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
+from cvxupdate.diagnose.modes.levels import level_change
 from cvxupdate.diagnose.modes.members import whole_members
 from cvxupdate.diagnose.modes.scene import scene
 from cvxupdate.diagnose.modes.setting import ModesSetting, setting_of
@@ -99,8 +100,8 @@ class ModesEvidence:
         return Errors(float("nan"), self.tables.noise)
 
     def level_change(self) -> LevelChange | None:
-        """Tables say none."""
-        return None
+        """Between tables at different drive levels."""
+        return level_change(self.tables.measured)
 
     def context(self, model: Model) -> SearchContext:
         """For placing effects on the nuisance model or one grown from it."""
