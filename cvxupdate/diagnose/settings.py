@@ -118,7 +118,7 @@ UNEXPLAINED = 0.1
 CLEARLY = 0.1
 # Times what the mesh may leave: nothing below is taken for a second effect.
 TWICE = 2.0
-# Fall of a misfit that already counts as explained from which a doubtful finding is still told.
+# Fall of a misfit that already counts as explained from which a finding is still told.
 LARGE = 4.0
 # Confidence below which none is stated; below which a further effect is not.
 FAINT, SURE = 0.15, 0.4
