@@ -388,7 +388,7 @@ def test_an_interrupted_run_goes_on(tmp_path, monkeypatch):
     assert sorted(p.name for p in (tmp_path / "cases").iterdir()) == sorted(
         f"{s}.json" for s in seeds
     )
-    monkeypatch.setattr(calibrate, "fingerprint", lambda: "another state")
+    monkeypatch.setattr(calibrate, "fingerprint", lambda procedure: "another state")
     calibrate.run(seeds, tmp_path, 1, 60.0, keep=True)
     assert len(asked) == 5
     calibrate.run(seeds[:1], tmp_path, 1, 60.0)

@@ -156,7 +156,8 @@ class Drawing:
 
     def connections(self) -> dict[int, tuple[int, ...]]:
         """The nodes of every element that has more than one, springs to ground included."""
-        out: dict[int, tuple[int, ...]] = {e.id: e.nodes for e in (*self.lines, *self.springs)}
+        members: tuple[Line | Spring, ...] = (*self.lines, *self.springs)
+        out: dict[int, tuple[int, ...]] = {e.id: e.nodes for e in members}
         if self.plate is not None:
             p = self.plate
             for j in range(p.ny):
@@ -166,7 +167,8 @@ class Drawing:
     def groups(self) -> dict[str, list[int]]:
         """Elements of each group."""
         out: dict[str, list[int]] = {}
-        for e in (*self.lines, *self.springs, *self.lumps):
+        members: tuple[Line | Spring | Lump, ...] = (*self.lines, *self.springs, *self.lumps)
+        for e in members:
             out.setdefault(e.group, []).append(e.id)
         if self.plate is not None:
             p = self.plate

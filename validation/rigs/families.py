@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -39,7 +40,9 @@ def _members(
 ) -> tuple[dict[int, Point], tuple[Line, ...], tuple[tuple[int, int], ...]]:
     """Nodes, elements and joints of members (from, to, group, section, elements). Joints are the
     ends of members at corners where several meet."""
-    nodes, lines, ends = dict(corners), [], []
+    nodes = dict(corners)
+    lines: list[Line] = []
+    ends: list[tuple[int, int]] = []
     for start, end, group, section, parts in members:
         a, b = (np.array(corners[n]) for n in (start, end))
         run = [start]
@@ -52,7 +55,7 @@ def _members(
         first = len(lines) + 1
         lines += [
             Line(first + k, (i, j), group, section)
-            for k, (i, j) in enumerate(zip(run, run[1:], strict=False))
+            for k, (i, j) in enumerate(itertools.pairwise(run))
         ]
         ends += [(start, first), (end, len(lines))]
     meeting = [n for n, _ in ends]

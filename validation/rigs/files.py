@@ -146,8 +146,9 @@ def recordings_text(rng: Generator, case: Case, folder: Path, state: str | None)
         m = case.modal(k, concealed)
         arrays = frf(rng, m, case, case.drives[k], gain)
         averages = int(arrays.pop("averages"))
-        np.savez(folder / f"{name}frf{k + 1}.npz", **arrays)
-        keys = {"kind": "frf", "use": use, **said, "file": f"{name}frf{k + 1}.npz"}
+        with (folder / f"{name}frf{k + 1}.npz").open("wb") as file:
+            np.savez(file, **arrays)  # type: ignore[arg-type]
+        keys: dict[str, Any] = {"kind": "frf", "use": use, **said, "file": f"{name}frf{k + 1}.npz"}
         keys |= {"response": "acceleration", "averages": averages}
         out += table_text("[recordings]", keys)
     return out
@@ -201,6 +202,8 @@ def truth_text(case: Case) -> list[str]:
         verdicts = sorted({v for t in case.concealed for v in t.verdicts})
     elif case.rig:
         verdicts = ["missing_physics", "parameter_error", "undetermined"]
+    elif case.shear:
+        verdicts = ["consistent", "missing_physics"]
     out = [
         f"accept = {toml(verdicts)}",
         f"laboratory = {toml(laboratory_of(case.seed))}",

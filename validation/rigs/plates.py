@@ -59,8 +59,8 @@ class Series:
         for e in elements:
             rows.setdefault((e - 1) // p.nx, []).append((e - 1) % p.nx)
         same: dict[tuple[int, ...], list[int]] = {}
-        for j, columns in rows.items():
-            same.setdefault(tuple(sorted(columns)), []).append(j)
+        for j, at in rows.items():
+            same.setdefault(tuple(sorted(at)), []).append(j)
         D, inertia = E * p.h**3 / 12.0 / (1.0 - nu**2), rho * p.h**3 / 12.0
         stiff = self._energies(D, nu, KAPPA * E / (2.0 * (1.0 + nu)) * p.h)
         for columns, lines in same.items():

@@ -37,7 +37,8 @@ def frf(
     noise[np.abs(f - MAINS) < step] *= 5.0
 
     def white(*shape: int) -> NDArray[np.complex128]:
-        return (rng.standard_normal(shape) + 1j * rng.standard_normal(shape)) / np.sqrt(2.0)
+        parts = rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
+        return np.asarray(parts / np.sqrt(2.0))
 
     X = white(averages, len(f))
     Y = H.T[:, None, :] * X + noise.T[:, None, :] * white(H.shape[1], averages, len(f))

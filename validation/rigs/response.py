@@ -57,8 +57,8 @@ class Modal:
         n = min(COUPLED, len(self.omega))
         w, z, read = self.omega[:n], self.zeta[:n], self.rows(places)[:, :n]
         if not self.structure.dampers:
-            keep = w < 2.0 * np.pi * top
-            return w[keep] / (2.0 * np.pi), z[keep], read[:, keep]
+            low = w < 2.0 * np.pi * top
+            return w[low] / (2.0 * np.pi), z[low], read[:, low]
         C = np.diag(2.0 * z * w)
         for b, c in self.structure.dampers:
             v = b @ self.shapes[:, :n]

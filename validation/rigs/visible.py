@@ -88,7 +88,7 @@ def _reduced(m: Modal, case: Case) -> Structure:
     scatter = case.scatter
 
     def cut(A: Real, factor: float = 1.0) -> Real:
-        return factor * B.T @ A @ B
+        return np.asarray(factor * B.T @ A @ B)
 
     return Structure(
         {g: (cut(k, scatter[g][0]), cut(mass, scatter[g][1])) for g, (k, mass) in s.groups.items()},
@@ -121,7 +121,7 @@ def _responses(
 
     def real(H: NDArray[np.complex128]) -> Real:
         values = (H / scale).ravel()
-        return np.concatenate([values.real, values.imag]) / np.sqrt(2.0)
+        return np.asarray(np.sqrt(2.0) * np.concatenate([values.real, values.imag]))
 
     def predict(x: Real) -> Real:
         return real(_moved(structure, x, zeta).accelerance(f, case.sensors, drive))
