@@ -1,8 +1,8 @@
 """The structure on the bench: a mesh much finer than the drawing's, with its rig and whatever is
 concealed; matrices by group, so that material scatter is a factor on each.
 
-Bars are textbook matrices (Przemieniecki 1968, eq. 5.116 with shear, 11.25 for the mass) on at
-least 80 elements; plates are Ritz series (plates.py).
+Bars are textbook matrices (Przemieniecki 1968, eq. 5.116; with shear Friedman and Kosmatka 1993) on
+at least 80 elements; plates are Ritz series (plates.py).
 """
 
 from __future__ import annotations
@@ -181,8 +181,10 @@ def _line(
     G = d.E / (2.0 * (1.0 + d.nu))
     T = np.kron(np.eye(4), axes(end - start))
     stiff = (d.E * s.A, d.E * s.Iy, d.E * s.Iz, G * s.J)
-    K = T.T @ stiffness(*stiff, h, KAPPA * G * s.A if shear else np.inf) @ T
-    M = T.T @ inertia(d.rho * s.A, d.rho * s.Iy, d.rho * s.Iz, h, rotary) @ T
+    GAs = KAPPA * G * s.A if shear else np.inf
+    phi = (12.0 * stiff[1] / (GAs * h**2), 12.0 * stiff[2] / (GAs * h**2))
+    K = T.T @ stiffness(*stiff, h, GAs) @ T
+    M = T.T @ inertia(d.rho * s.A, d.rho * s.Iy, d.rho * s.Iz, h, rotary, phi) @ T
     for k in range(parts):
         rows: list[int] = []
         for step in (k, k + 1):
@@ -228,37 +230,27 @@ def stiffness(EA: float, EIy: float, EIz: float, GJ: float, h: float, GAs: float
     return K
 
 
-def inertia(m: float, jy: float, jz: float, h: float, rotary: bool) -> Real:
-    """12 × 12 consistent mass of a bar with m kg/m and rotary inertias jy, jz kg·m."""
+def inertia(
+    m: float, jy: float, jz: float, h: float, rotary: bool, phi: tuple[float, float] = (0.0, 0.0)
+) -> Real:
+    """12 × 12 consistent mass of a bar with m kg/m and rotary inertias jy, jz kg·m; ``phi`` are its
+    shear numbers 12 EI / (G As h²) about y and z (Friedman and Kosmatka 1993, eq. 41)."""
     M, rod = np.zeros((12, 12)), np.array([[2.0, 1.0], [1.0, 2.0]]) * h / 6.0
     M[np.ix_([0, 6], [0, 6])] = m * rod
     M[np.ix_([3, 9], [3, 9])] = (jy + jz) * rod
-    for rows, j, sign in (([1, 5, 7, 11], jz, 1.0), ([2, 4, 8, 10], jy, -1.0)):
-        values = (
-            m
-            * h
-            / 420.0
-            * np.array(
-                [
-                    [156.0, 22.0 * h, 54.0, -13.0 * h],
-                    [22.0 * h, 4.0 * h**2, 13.0 * h, -3.0 * h**2],
-                    [54.0, 13.0 * h, 156.0, -22.0 * h],
-                    [-13.0 * h, -3.0 * h**2, -22.0 * h, 4.0 * h**2],
-                ]
-            )
+    planes = (([1, 5, 7, 11], jz, phi[1], 1.0), ([2, 4, 8, 10], jy, phi[0], -1.0))
+    for rows, j, p, sign in planes:
+        a, b = 70.0 * p**2 + 147.0 * p + 78.0, (35.0 * p**2 + 77.0 * p + 44.0) * h / 4.0
+        c, d = 35.0 * p**2 + 63.0 * p + 27.0, (35.0 * p**2 + 63.0 * p + 26.0) * h / 4.0
+        e, f = ((7.0 * p**2 + 14.0 * p + x) * h**2 / 4.0 for x in (8.0, 6.0))
+        values = (m * h / (210.0 * (1.0 + p) ** 2)) * np.array(
+            [[a, b, c, -d], [b, e, d, -f], [c, d, a, -b], [-d, -f, -b, e]]
         )
         if rotary:
-            values += (
-                j
-                / (30.0 * h)
-                * np.array(
-                    [
-                        [36.0, 3.0 * h, -36.0, 3.0 * h],
-                        [3.0 * h, 4.0 * h**2, -3.0 * h, -(h**2)],
-                        [-36.0, -3.0 * h, 36.0, -3.0 * h],
-                        [3.0 * h, -(h**2), -3.0 * h, 4.0 * h**2],
-                    ]
-                )
+            b, e = (3.0 - 15.0 * p) * h, (10.0 * p**2 + 5.0 * p + 4.0) * h**2
+            f = (5.0 * p**2 - 5.0 * p - 1.0) * h**2
+            values += (j / (30.0 * h * (1.0 + p) ** 2)) * np.array(
+                [[36.0, b, -36.0, b], [b, e, -b, f], [-36.0, -b, 36.0, -b], [b, f, -b, e]]
             )
         turn = np.array([1.0, sign, 1.0, sign])
         M[np.ix_(rows, rows)] = values * np.outer(turn, turn)
