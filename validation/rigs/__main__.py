@@ -20,7 +20,7 @@ from typing import Any
 
 from validation import calibrate
 from validation.rigs import generate
-from validation.rigs.cases import COUNT, FIRST, LABORATORIES, secret
+from validation.rigs.cases import COUNT, FIRST, LABORATORIES, labels, secret
 from validation.rigs.judge import judged
 from validation.rigs.totals import say, summary, told
 
@@ -45,7 +45,7 @@ def attempt(
     with tempfile.TemporaryDirectory() as name:
         generate.make(seed, Path(name))
         truth = tomllib.loads((Path(name) / "truth.toml").read_text(encoding="utf-8"))
-        begin = time.perf_counter()
+        begin, cpu = time.perf_counter(), time.process_time()
         try:
             with calibrate.alarmed(limit):
                 said = calibrate.diagnose(Path(name) / problem)
@@ -57,6 +57,7 @@ def attempt(
         "seed": seed,
         "state": state,
         "seconds": round(time.perf_counter() - begin, 2),
+        "cpu": round(time.process_time() - cpu, 2),
         "why": why,
         "said": _short(said),
         "truth": truth,
@@ -92,11 +93,17 @@ def rows_of(raw: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
         {
             "seed": r["seed"],
             "seconds": r["seconds"],
+            "cpu": r["cpu"],
             "why": r["why"],
             **judged(r["said"], r["truth"]),
         }
         for r in raw
     ]
+
+
+def chosen(seeds: Sequence[int], only: Sequence[str]) -> list[int]:
+    """The seeds whose family or kind of recording is named; all where none is."""
+    return [s for s in seeds if not only or {*labels(s)} & set(only)]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -107,6 +114,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--evaluation", action="store_true", help="the seeds never looked at")
     parser.add_argument("--seed", type=int, default=None, help="first seed")
     parser.add_argument("--count", type=int, default=None, help="how many seeds")
+    parser.add_argument(
+        "--only", nargs="+", default=[], metavar="NAME", help="only these families and recordings"
+    )
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     parser.add_argument("--limit", type=float, default=300.0, help="seconds a case may take")
     parser.add_argument("--keep", action="store_true", help="take results of other states too")
@@ -119,7 +129,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if o.reference and o.laboratory == "tables":
         parser.error("only the laboratory of rigs records a reference state")
     start = FIRST[o.laboratory][1 if o.evaluation else 0] if o.seed is None else o.seed
-    seeds = list(range(start, start + (o.count or COUNT[o.laboratory])))
+    seeds = chosen(range(start, start + (o.count or COUNT[o.laboratory])), o.only)
     folder = o.out / (f"{o.laboratory}_reference" if o.reference else o.laboratory)
     if o.totals:
         found = calibrate.finished(folder / "cases", seeds, "", True)

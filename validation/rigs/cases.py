@@ -96,6 +96,13 @@ class Case:
         return [Truth("shear_deformation", everything, (), (), none)]
 
 
+def labels(seed: int) -> tuple[str, str]:
+    """(family, kind of recording) of a seed, without drawing the rest."""
+    tables = laboratory_of(seed) == "tables"
+    family = _subject(np.random.default_rng([20261122, seed]), seed, tables)[1]
+    return family, "modes" if tables or seed % 2 else "frf"
+
+
 def draw(seed: int) -> Case:
     """The case of a seed."""
     rng = np.random.default_rng([20261122, seed])
@@ -108,7 +115,7 @@ def draw(seed: int) -> Case:
     shear = not chain and (ratio > THICK if d.plate else rng.random() < 0.4)
     rotary = shear or bool(rng.random() < 0.5)
     first, good = sound(d)
-    kind = "modes" if tables or seed % 2 else "frf"
+    kind = labels(seed)[1]
     sensors, drives = _instruments(rng, d)
     shaker = bool(rng.random() < 0.5)
     setting = rig.Setting(d, first, sensors, drives[0], kind == "frf", shaker)

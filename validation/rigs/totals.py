@@ -30,7 +30,7 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
     ]
     words = sorted({e["physics"] for r in rows for e in r["effects"]})
     effects = [e for r in rows for e in r["effects"]]
-    seconds = sorted(r["seconds"] for r in rows)
+    seconds, cpu = (sorted(r[k] for r in rows) for k in ("seconds", "cpu"))
     return {
         "parts": {name: part(mine) for name, mine in some.items() if mine},
         "by_word": {w: named([e for e in effects if e["physics"] == w]) for w in words},
@@ -48,6 +48,8 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
         "reliability": reliability(findings),
         "seconds_median": seconds[len(seconds) // 2] if seconds else None,
         "seconds_most": seconds[-1] if seconds else None,
+        "cpu_median": cpu[len(cpu) // 2] if cpu else None,
+        "cpu_most": cpu[-1] if cpu else None,
     }
 
 
@@ -127,8 +129,8 @@ def say(s: Mapping[str, Any]) -> Iterable[str]:
         )
     if s["seconds_median"] is not None:
         yield (
-            f"Seconds a case: median {s['seconds_median']:.1f}, most {s['seconds_most']:.1f} "
-            "(wall clock)."
+            f"Seconds a case: median {s['seconds_median']:.1f}, most {s['seconds_most']:.1f}; "
+            f"of the processor {s['cpu_median']:.1f} and {s['cpu_most']:.1f}."
         )
 
 
@@ -147,7 +149,7 @@ def told(row: Row) -> str:
     return (
         f"{row['seed']} {'WRONG' if row['wrong'] else '     '} {row['family']}, "
         f"{row['recording']}: {row['truth']} [{effects}]{rig} -> "
-        f"{row.get('why') or row['verdict']}: {found}  {row['seconds']:.0f} s"
+        f"{row.get('why') or row['verdict']}: {found}  {row['seconds']:.0f} s ({row['cpu']:.0f} s)"
     )
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from validation import calibrate
 from validation.rigs import __main__ as command
-from validation.rigs import judge, totals
+from validation.rigs import cases, judge, totals
 from validation.rigs.effects import also, place
 
 GROUPS = {"column": [1, 2, 3, 4], "beam": [5, 6, 7, 8]}
@@ -149,7 +149,8 @@ def test_two_effects_and_the_same_twice():
 
 
 def raw(seed, given, true, seconds=1.0, why=""):
-    return {"seed": seed, "seconds": seconds, "why": why, "said": given, "truth": true}
+    times = {"seconds": seconds, "cpu": 0.5 * seconds}
+    return {"seed": seed, **times, "why": why, "said": given, "truth": true}
 
 
 def test_totals_by_family_and_kind():
@@ -174,7 +175,7 @@ def test_totals_by_family_and_kind():
     assert (mine["visible"], mine["named"], mine["right"], mine["named_and_sure"]) == (3, 2, 1, 1)
     assert (mine["sizes_right"], mine["sizes_judged"], mine["faint"]) == (1, 2, 1)
     assert mine["named_interval"] == calibrate.wilson(2, 3)
-    assert s["seconds_most"] == 9.0 and s["findings"]["wrong"] == 1
+    assert s["seconds_most"] == 9.0 and s["cpu_most"] == 4.5 and s["findings"]["wrong"] == 1
     text = "\n".join(totals.say(s))
     assert "2 of 3" in text and "1 of 2 (9–91 %)" in text
     assert "WRONG" in totals.told(rows[4]) and "longer than 1 s" in totals.told(rows[3])
@@ -193,6 +194,15 @@ def test_an_evaluation_shows_totals_only(tmp_path, monkeypatch, capsys):
     kept = json.loads((tmp_path / "tables" / "development.json").read_text(encoding="utf-8"))
     assert [r["seed"] for r in kept["rows"]] == [3001]
     assert "axial_preload" in capsys.readouterr().out
+
+
+def test_seeds_by_family_and_kind():
+    some = command.chosen(range(4000, 4030), ["portal"])
+    assert some and all(cases.labels(s)[0] == "portal" for s in some)
+    assert command.chosen(range(4000, 4006), ["frf"]) == [4000, 4002, 4004]
+    assert command.chosen(range(4000, 4003), []) == [4000, 4001, 4002]
+    drawn = cases.draw(some[0])
+    assert cases.labels(some[0]) == (drawn.drawing.family, drawn.kind)
 
 
 def test_a_case_that_fails_has_said_nothing(tmp_path, monkeypatch):
