@@ -76,19 +76,23 @@ def fingerprint(procedure: Sequence[Path] = ()) -> str:
 
 
 @contextmanager
-def alarmed(limit: float) -> Iterator[None]:
-    """Raise TooLong in what takes longer than ``limit`` seconds."""
+def alarmed(limit: float, processor: bool = False) -> Iterator[None]:
+    """Raise TooLong in what takes longer than ``limit`` seconds, by the clock or of the
+    processor."""
+    timer, sent = (
+        (signal.ITIMER_PROF, signal.SIGPROF) if processor else (signal.ITIMER_REAL, signal.SIGALRM)
+    )
 
     def alarm(number: int, frame: object) -> None:
         raise TooLong
 
-    before = signal.signal(signal.SIGALRM, alarm)
-    signal.setitimer(signal.ITIMER_REAL, limit)
+    before = signal.signal(sent, alarm)
+    signal.setitimer(timer, limit)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(timer, 0.0)
+        signal.signal(sent, before)
 
 
 def attempt(seed: int, folder: Path, state: str, limit: float) -> dict[str, Any]:

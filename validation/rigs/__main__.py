@@ -39,7 +39,7 @@ def attempt(
     seed: int, folder: Path, state: str, limit: float, problem: str = "problem.toml"
 ) -> dict[str, Any]:
     """Generate and diagnose one case and write its file: what was said, beside the truth. A case
-    that fails or takes longer than ``limit`` seconds has said nothing."""
+    that fails or takes more than ``limit`` seconds of the processor has said nothing."""
     said: dict[str, Any] = {}
     why = ""
     with tempfile.TemporaryDirectory() as name:
@@ -47,10 +47,10 @@ def attempt(
         truth = tomllib.loads((Path(name) / "truth.toml").read_text(encoding="utf-8"))
         begin, cpu = time.perf_counter(), time.process_time()
         try:
-            with calibrate.alarmed(limit):
+            with calibrate.alarmed(limit, processor=True):
                 said = calibrate.diagnose(Path(name) / problem)
         except calibrate.TooLong:
-            why = f"longer than {limit:.0f} s"
+            why = f"more than {limit:.0f} s of the processor"
         except Exception as error:  # whatever goes wrong in one case is reported with it
             why = f"{type(error).__name__}: {error}".replace(name, "…")
     row = {
@@ -118,7 +118,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--only", nargs="+", default=[], metavar="NAME", help="only these families and recordings"
     )
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
-    parser.add_argument("--limit", type=float, default=300.0, help="seconds a case may take")
+    parser.add_argument(
+        "--limit", type=float, default=300.0, help="seconds of the processor a case may take"
+    )
     parser.add_argument("--keep", action="store_true", help="take results of other states too")
     parser.add_argument("--cases", action="store_true", help="print each case")
     parser.add_argument(

@@ -209,10 +209,16 @@ def test_a_case_that_fails_has_said_nothing(tmp_path, monkeypatch):
     def broken(problem):
         raise ZeroDivisionError(f"in {problem}")
 
+    def spin(problem):
+        while True:
+            pass
+
     monkeypatch.setattr(calibrate, "diagnose", broken)
     row = command.attempt(3001, tmp_path, "", 60.0)
     assert row["why"].startswith("ZeroDivisionError") and "/tmp" not in row["why"].split("…")[0]
     judged = command.rows_of([row])[0]
+    monkeypatch.setattr(calibrate, "diagnose", spin)
+    assert command.attempt(3001, tmp_path, "", 0.3)["why"] == "more than 0 s of the processor"
     assert judged["verdict"] == "" and judged["effects"][0]["named"] is None
     with pytest.raises(SystemExit):
         command.main(["--reference", "--laboratory", "tables", "--out", str(tmp_path)])
