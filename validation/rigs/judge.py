@@ -104,7 +104,8 @@ def placed(
     found: Row, true: Row, near: Mapping[str, Sequence[int]], groups: Mapping[str, Sequence[int]]
 ) -> str | None:
     """Exact or overlapping: right; beside it: part. Of elements named at least half must be true
-    ones to be right. A group stands for its elements."""
+    ones to be right; the other end of a true element is beside it. A group stands for its
+    elements."""
     nodes, elements = set(found.get("nodes") or ()), set(found.get("elements") or ())
     names = set(found.get("groups") or ())
     if not elements:
@@ -116,10 +117,12 @@ def placed(
         return RIGHT
     if names & set(true["groups"]) and true_elements <= elements:
         return RIGHT
-    if elements & true_elements:
-        return RIGHT if len(elements & true_elements) >= 0.5 * len(elements) else PART
     if nodes & true_nodes:
         return RIGHT
+    if elements & true_elements:
+        other_end = bool(nodes and true_nodes)
+        some = len(elements & true_elements) < 0.5 * len(elements)
+        return PART if other_end or some else RIGHT
     beside = nodes & set(near.get("nodes", ())), elements & set(near.get("elements", ()))
     if (true_nodes and beside[0]) or (beside[1] and len(beside[1]) >= 0.5 * len(elements)):
         return PART

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import csv
 from dataclasses import replace
 from pathlib import Path
 
@@ -125,6 +126,28 @@ def test_sway_of_a_portal_by_slope_deflection(ratio, where):
         ]
     )
     assert delta == pytest.approx(np.linalg.solve(A, [0.0, 0.0, 1.0])[2], rel=2e-4)
+
+
+def test_a_strangers_portal_whose_left_foot_turns():
+    """Seven natural frequencies of somebody else's beam code (no rotary inertia)."""
+    folder = Path(__file__).parents[2] / "strangers" / "portal_exact"
+
+    def rows(name):
+        with (folder / name).open(encoding="utf-8") as file:
+            return list(csv.DictReader(file))
+
+    nodes = {int(r["id"]): (float(r["x"]), float(r["y"]), 0.0) for r in rows("nodes.csv")}
+    ends = [[int(n) for n in r["nodes"].split()] for r in rows("beams.csv")]
+    lines = tuple(Line(k + 1, (i, j), "frame", "rhs") for k, (i, j) in enumerate(ends))
+    rhs = Section(6.84e-4, 3.7141e-7, 3.7141e-7, 0.0, {})
+    held = tuple((n, k) for n in (1, 33) for k in ("x", "y", "rz"))
+    d = Drawing(
+        "portal", ("x", "y", "rz"), nodes, 210e9, 0.3, 7850.0, {"rhs": rhs}, lines, held=held
+    )
+    omega = frequencies(d, [{"do": "ground", "node": 1, "dof": "rz", "k": 6e4}])
+    measured = [float(r["frequency"]) for r in rows("modes.csv")]
+    assert len(measured) == 7
+    assert omega[:7] / (2.0 * np.pi) == pytest.approx(measured, rel=1e-5)
 
 
 def square(edge, h=0.002):

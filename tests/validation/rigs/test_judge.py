@@ -87,6 +87,8 @@ def said(*findings, verdict="missing_physics"):
         (finding("flexible_support", place([9])), FIXTURE, "right"),
         (finding("joint_flexibility", place([5], [4, 5])), JOINT, "right"),
         (finding("joint_flexibility", place([4], [4])), JOINT, "part"),
+        (finding("joint_flexibility", place([6], [5])), JOINT, "part"),
+        (finding("joint_flexibility", place((), [5])), JOINT, "right"),
         (finding("joint_flexibility", place([2], [1])), JOINT, None),
         (finding("sensor_mass", place()), effect("sensor_mass", place()), "right"),
     ],
