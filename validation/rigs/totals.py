@@ -98,13 +98,14 @@ def say(s: Mapping[str, Any]) -> Iterable[str]:
     """The totals as lines of text."""
     yield (
         f"{'95 % intervals':<20}{'cases':>6}{'failed':>7}{'wrong, ≥ 0.5':>20}{'at all':>7}"
-        f"{'null: wrong ≥ 0.5':>20}{'visible, named':>22}{'right':>6}{'sizes':>9}{'faint':>8}"
+        f"{'null: wrong ≥ 0.5':>20}{'visible, named':>22}{'≥ 0.5':>6}{'right':>6}"
+        f"{'sizes':>9}{'faint':>8}"
     )
     for name, p in s["parts"].items():
         yield (
             f"{name:<20}{p['cases']:>6}{p['failed']:>7}{rate(p['wrong'], p['cases']):>20}"
             f"{p['wrong_at_all']:>7}{rate(p['false_alarms'], p['nulls']):>20}"
-            f"{rate(p['named'], p['visible']):>22}{p['right']:>6}"
+            f"{rate(p['named'], p['visible']):>22}{p['named_and_sure']:>6}{p['right']:>6}"
             f"{p['sizes_right']:>6}/{p['sizes_judged']:<2}{p['faint_named']:>5}/{p['faint']:<2}"
         )
     yield "By what is concealed: visible ones named (right place and word; size right)"
