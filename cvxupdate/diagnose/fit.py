@@ -16,7 +16,7 @@ from cvxupdate.physics.fault import Fault
 from cvxupdate.update.trust_region import Options, iterate
 
 SMALL = 1e-12  # variance of a row without noise or discrepancy
-LEVELS = 25  # of the model's discrepancy, over which the evidence is averaged
+GRID = 25  # levels of the model's discrepancy, over which the evidence is averaged
 FARTHEST = 4.0  # of unknowns that are no parameters of the model: log damping ratios, faults
 
 
@@ -105,7 +105,7 @@ class Fit:
         squares, noise = np.abs(weights * values) ** 2, self.setting.noise_parts(self.point)
         share = self.independent / max(1, self.rows)
         prior = float(np.sum((self.p / self.setting.scales) ** 2))
-        levels = np.geomspace(LEAST_LEVEL, LARGEST_LEVEL, LEVELS)
+        levels = np.geomspace(LEAST_LEVEL, LARGEST_LEVEL, GRID)
         variances = (noise + level**2 * (1.0 - noise) + SMALL for level in levels)
         logs = np.array([-0.5 * share * np.sum(squares / v + np.log(v)) for v in variances])
         best = float(logs.max())

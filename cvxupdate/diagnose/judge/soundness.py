@@ -18,7 +18,8 @@ def sound(h: Hypothesis) -> bool:
     fit, at = h.fit, len(h.fit.setting.model.parameters) - sum(e.columns for e in h.effects)
     for effect, figures in zip(h.effects, h.figures, strict=True):
         if effect.change is None:
-            if size_of(effect, figures) < LEAST_SIZE:
+            exchanged = effect.fault is not None and effect.fault.how == "swap"
+            if not exchanged and size_of(effect, figures) < LEAST_SIZE:
                 return False
         else:
             p, q = float(fit.p[at]), fit.setting.model.parameters[at]

@@ -54,7 +54,8 @@ class Scene:
         parts = [weights * (measured - eigenvalues[:, places.astype(np.int64)])]
         for phi, (_, _, x, std) in zip(entries, self.shapes, strict=True):
             w = 1.0 / std**2
-            scale = np.sum(w * phi * x, axis=1) / np.sum(w * phi**2, axis=1)
+            size = np.maximum(np.sum(w * phi**2, axis=1), np.finfo(float).tiny)
+            scale = np.sum(w * phi * x, axis=1) / size
             parts.append((x - phi * scale[:, None]) / std)
         r = np.hstack([*parts, np.broadcast_to(self.below, (len(eigenvalues), len(self.below)))])
         r = r - (r @ self.Q) @ self.Q.T

@@ -8,7 +8,9 @@ import pytest
 
 from cvxupdate.diagnose.judge.soundness import sound
 from cvxupdate.diagnose.settings import AT_BOUND, LEAST_SIZE
-from tests.cases.plain_evidence import PlainFit, effect, supposed
+from cvxupdate.physics.effect import ChannelFault
+from cvxupdate.physics.fault import Fault
+from tests.cases.plain_evidence import PlainFit, effect, fault, supposed
 
 FIT = PlainFit(1.0)
 
@@ -39,3 +41,10 @@ def test_every_effect_counts() -> None:
     assert sound(h)
     hardly = replace(h.fit, p=h.fit.p * [1.0, 1e-3])  # type: ignore[type-var]
     assert not sound(replace(h, fit=hardly))
+
+
+def test_an_exchange_of_channels_has_no_size() -> None:
+    """Its figure is one when it is whole, the same as of a channel without fault."""
+    gain = fault("n1.x")
+    swap = replace(gain, action=ChannelFault(Fault("n1.x", "swap", other="n2.x")))
+    assert not sound(supposed(FIT, gain, size=0.0)) and sound(supposed(FIT, swap, size=0.0))
