@@ -10,8 +10,11 @@ from cvxupdate.physics.added_mass import AddedMass
 from cvxupdate.physics.attached_resonator import AttachedResonator
 from cvxupdate.physics.axial_preload import AxialPreload
 from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.cords import Cords
 from cvxupdate.physics.draft import Writer
 from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, ModelChange
+from cvxupdate.physics.equal_joints import EqualJoints
+from cvxupdate.physics.equal_supports import EqualSupports
 from cvxupdate.physics.grounding_spring import GroundingSpring
 from cvxupdate.physics.gyroscopic import Spin
 from cvxupdate.physics.joint_flexibility import JointFlexibility
@@ -36,8 +39,11 @@ EFFECTS: tuple[EffectType, ...] = (
     AddedMass(),
     SensorMass(),
     GroundingSpring(),
+    Cords(),
     SoftSupport(),
+    EqualSupports(),
     JointFlexibility(),
+    EqualJoints(),
     ShearDeformation(),
     AxialPreload(),
     Spin(),
