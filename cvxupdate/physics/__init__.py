@@ -15,6 +15,7 @@ from cvxupdate.physics.draft import Writer
 from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, ModelChange
 from cvxupdate.physics.equal_joints import EqualJoints
 from cvxupdate.physics.equal_supports import EqualSupports
+from cvxupdate.physics.flexible_support import FlexibleSupport
 from cvxupdate.physics.grounding_spring import GroundingSpring
 from cvxupdate.physics.gyroscopic import Spin
 from cvxupdate.physics.joint_flexibility import JointFlexibility
@@ -42,6 +43,7 @@ EFFECTS: tuple[EffectType, ...] = (
     Cords(),
     SoftSupport(),
     EqualSupports(),
+    FlexibleSupport(),
     JointFlexibility(),
     EqualJoints(),
     ShearDeformation(),

@@ -63,7 +63,7 @@ class ModelChange:
     set; ``additive``: K and M move in proportion, and those of a set as the sum of its members';
     ``series``: a compliance beside that of its place, so sizes p act as p / (1 + p); ``cubic``:
     stiffness goes with the third power of the size; ``along``: its directions at any size, where
-    the tangent does not tell them.
+    the tangent does not tell them; ``start``: all its unknowns from the size of the first.
     """
 
     grow: Callable[[], Model]
@@ -73,6 +73,7 @@ class ModelChange:
     series: bool = False
     cubic: bool = False
     along: LowRank | None = None
+    start: Callable[[float], Real] | None = None
 
     @cached_property
     def model(self) -> Model:

@@ -74,6 +74,20 @@ class Released:
         K = self.model.matrices(self.model.zero()).K
         return np.asarray(K[:, self.rows].toarray())
 
+    def together(self) -> Model:
+        """The model in which they move as one: a DOF by the name of the first, the others tied."""
+        last = self.before
+        labels = self.model.labels
+        first = labels[last]
+        return replace(
+            self.model,
+            labels=labels[: last + 1],
+            dof_node=self.model.dof_node[: last + 1],
+            dof_kind=self.model.dof_kind[: last + 1],
+            blocks=tuple(replace(b, dofs=np.minimum(b.dofs, last)) for b in self.model.blocks),
+            ties=(*self.model.ties, *((label, first) for label in labels[last + 1 :])),
+        )
+
     @property
     def unit(self) -> float:
         """Compliance (m/N, rad/(N·m)) that is that of the structure there, on the average."""

@@ -161,6 +161,7 @@ CASES = (
     Case("Cords", "hung", {"k": 320.0}),
     Case("SoftSupport", "beam", {"k": 2.1e6}),
     Case("EqualSupports", "beam", {"k": 2.1e6}),
+    Case("FlexibleSupport", "beam", {"k": 2.1e6, "m": 3.4}),
     Case("JointFlexibility", "beam", {"k": 2.1e6}),
     Case("EqualJoints", "frame", {"k": 2.1e6}),
     Case("ShearDeformation", "beam", {"kappa": 0.83}),

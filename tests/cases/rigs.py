@@ -200,3 +200,18 @@ def frfs(
         text += 'response = "acceleration"\n'
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def on_fixture(structure: Structure, dof: str, k: float, m: float) -> Structure:
+    """The feet stand on one fixture of mass m that a spring of k holds along one direction."""
+    out = copy.deepcopy(structure)
+    kinds, node = structure["dofs"], 900
+    out["nodes"].append({"id": node, "x": 0.0, "y": 0.0, "z": -0.1})
+    out["supports"] = [s for s in structure["supports"] if s["nodes"] == "all"]
+    rest = [d for d in kinds if d != dof]
+    out["supports"].append({"nodes": [*FEET, node], "dofs": rest})
+    out["ties"] = [{"nodes": [node, n], "dofs": [dof]} for n in FEET]
+    spring = {"type": "spring", "rows": [{"id": 901, "nodes": [node], "k": k, "dof": dof}]}
+    lump = {"type": "mass", "rows": [{"id": 902, "nodes": [node], "m": m}]}
+    out["elements"] += [spring, *([lump] if m > 0.0 else [])]
+    return out

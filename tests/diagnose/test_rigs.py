@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cvxupdate.fe.build import build_model
+from cvxupdate.spec import read_text
 from cvxupdate.study import diagnose
 from tests.cases.rigs import (
     FEET,
@@ -14,6 +16,7 @@ from tests.cases.rigs import (
     freed,
     frfs,
     hung_bar,
+    on_fixture,
     table,
     with_joints,
     with_springs,
@@ -65,3 +68,18 @@ def test_the_cords_of_a_free_bar_are_found_together(
     first = sized(found, "k", k, 0.03)
     assert first.physics == "grounding_spring" and first.place.nodes == nodes
     assert "hangs on 2 cords" in first.says
+
+
+def test_the_fixture_under_all_feet_is_found_with_its_mass(tmp_path: Path) -> None:
+    sensors = [(2, "x"), (7, "x"), (4, "x"), (13, "x"), (24, "z"), (28, "z")]
+    drives, lines = [(7, "x"), (24, "z")], np.arange(5.0, 220.0, 0.5)
+    real = on_fixture(frame(), "x", 1.2e6, 6.0)
+    found = diagnose(frfs(tmp_path, real, frame(), sensors, drives, lines))
+    first = sized(found, "k", 1.2e6)
+    assert first.physics == "flexible_support" and first.place.nodes == FEET
+    assert first.place.dof == "x" and first.parameters["m"] == pytest.approx(6.0, rel=0.1)
+    assert "a mass of their own" in first.says and "71." in first.says
+    again = build_model(read_text(found.updated.text, tmp_path / "updated.toml"))
+    kept = again.matrices()
+    row = again.place["n1.x"]
+    assert row == again.place["n3.x"] and kept.M[row, row] > first.parameters["m"]

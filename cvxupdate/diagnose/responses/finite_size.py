@@ -12,7 +12,7 @@ and slender elements are of that kind.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -36,6 +36,8 @@ STEP, MOST = 1.5, 48
 MASSES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.2)  # of hidden oscillators, of the structure's
 GIVEN = (0.1, 0.3, 0.6, 0.9, 0.97)  # how far what is joined rigidly gives way
 OSCILLATORS = 40  # hidden oscillators looked at: those with the largest first-order fractions
+FIXTURES = 16  # supports with a mass of their own: those of which a faint one explains most
+FAINT = 1e-3  # size of a faint one: its compliance in units of its place
 SIZES = (-0.45, -0.2, -0.08, 0.08, 0.2, 0.45, 1.0)  # of what acts on elements and whole members
 
 
@@ -50,7 +52,12 @@ def few_directions(point: ResponsePoint, scores: Sequence[Score], left: Projecti
     heavy = float(point.setting.model.total_mass())
     modal = [_modal_receptance(point, r) for r in point.responses]
     out = []
-    for score in _looked_at(scores):
+
+    def promise(change: LowRank) -> float:
+        J = left.freed(_rows(change, np.array([FAINT]), point, modal, weights))[:, 0]
+        return float((J @ left.residual) ** 2 / max(float(J @ J), 1e-300))
+
+    for score in _looked_at(scores, promise):
         change = low_rank(score.effect)
         if change is None:
             continue
@@ -65,7 +72,9 @@ def few_directions(point: ResponsePoint, scores: Sequence[Score], left: Projecti
 
         best = best_size(squares, _sizes(score.effect, change, point, modal[0], heavy), total)
         if best is not None:
+            own = score.effect.change
             p = np.array([best[0], *np.zeros(score.effect.count - 1)])
+            p = p if own is None or own.start is None else own.start(best[0])
             out.append(replace(score, fraction=1.0 - best[1] / total, p=p, exact=True))
     return out
 
@@ -82,10 +91,16 @@ def _with_loss(change: LowRank, point: ResponsePoint) -> LowRank:
     return replace(change, f=lossy)
 
 
-def _looked_at(scores: Sequence[Score]) -> list[Score]:
-    """All but the hidden oscillators far down."""
+def _looked_at(scores: Sequence[Score], promise: Callable[[LowRank], float]) -> list[Score]:
+    """All but the hidden oscillators and the resonating supports far down: the former by their
+    first-order fractions, the latter by what a faint one explains."""
     tuned = [s for s in scores if isinstance(s.effect.action, HiddenOscillator)]
     dropped = {id(s) for s in sorted(tuned, key=lambda s: -s.fraction)[OSCILLATORS:]}
+    swinging = [s for s in scores if s.effect.change is not None and s.effect.change.start]
+    ranked = [
+        (0.0 if lr is None else -promise(lr), s) for s in swinging for lr in [low_rank(s.effect)]
+    ]
+    dropped |= {id(s) for _, s in sorted(ranked, key=lambda item: item[0])[FIXTURES:]}
     return [s for s in scores if id(s) not in dropped]
 
 
