@@ -23,7 +23,7 @@ from cvxupdate.physics.mass_change import MassChange
 from cvxupdate.physics.mass_proportional_damping import MassProportionalDamping
 from cvxupdate.physics.orthotropy import Orthotropy
 from cvxupdate.physics.place import Place
-from cvxupdate.physics.sensor_fault import ChannelDelay, ChannelGain, ExchangedChannels
+from cvxupdate.physics.sensor_fault import ChannelDelay, ChannelGain, ExchangedChannels, ForceGain
 from cvxupdate.physics.sensor_mass import SensorMass
 from cvxupdate.physics.shear_deformation import ShearDeformation
 from cvxupdate.physics.soft_support import SoftSupport
@@ -54,6 +54,7 @@ EFFECTS: tuple[EffectType, ...] = (
     StructuralDamping(),
     MassProportionalDamping(),
     ChannelGain(),
+    ForceGain(),
     ChannelDelay(),
     ExchangedChannels(),
 )

@@ -172,6 +172,7 @@ CASES = (
     Case("StructuralDamping", "beam", {"eta": 0.012}),
     Case("MassProportionalDamping", "shaft", {"alpha": 1.3}),
     Case("ChannelGain", "beam", {"gain": 0.5}),
+    Case("ForceGain", "beam", {"gain": 0.88}),
     Case("ChannelDelay", "beam", {"delay": 0.0037}),
     Case("ExchangedChannels", "beam", {"gain": 1.0}),
 )
@@ -220,4 +221,17 @@ def context_of(spec: Spec, model: Model, sensors: tuple[str, ...] = ()) -> Searc
         freed = replace(spec, model=spec.model.model_copy(update={"supports": tuple(supports)}))
         return nuisance(undamped(build_model(freed)))
 
-    return SearchContext(model, m.K, m.M, 400.0, 5.0, sensors, tuple(held), release, 0.005, sensors)
+    return SearchContext(
+        model,
+        m.K,
+        m.M,
+        400.0,
+        5.0,
+        sensors,
+        tuple(held),
+        release,
+        0.005,
+        sensors,
+        sensors[:1],
+        sensors[:1],
+    )

@@ -9,7 +9,7 @@ import pytest
 
 from cvxupdate.fe.build import build_model
 from cvxupdate.spec import read_text
-from cvxupdate.study import diagnose
+from cvxupdate.study import correlate, diagnose
 from tests.cases.rigs import (
     FEET,
     frame,
@@ -83,3 +83,18 @@ def test_the_fixture_under_all_feet_is_found_with_its_mass(tmp_path: Path) -> No
     kept = again.matrices()
     row = again.place["n1.x"]
     assert row == again.place["n3.x"] and kept.M[row, row] > first.parameters["m"]
+
+
+@pytest.mark.parametrize("gain", [0.85])
+def test_a_force_channel_that_reads_low_is_the_measurement(tmp_path: Path, gain: float) -> None:
+    """It is the same for all sensors of its recordings; taken out, the model fits as it is."""
+    sensors = [(2, "x"), (7, "x"), (13, "x"), (24, "z")]
+    drives, lines = [(7, "x"), (7, "x")], np.arange(5.0, 220.0, 0.5)
+    problem = frfs(tmp_path, frame(), frame(), sensors, drives, lines, gain)
+    found = diagnose(problem)
+    first = sized(found, "gain", gain, 0.03)
+    assert first.physics == "sensor_fault" and first.place.nodes == (7,)
+    assert first.says.startswith("The measurement, not the structure: the force channel at node 7")
+    written = tmp_path / "updated.toml"
+    written.write_text(found.updated.text, encoding="utf-8")
+    assert correlate(written).fit["hold_out"]["frf_error"]["after"] < 0.1
