@@ -16,7 +16,7 @@ import pytest
 PACKAGE = Path(__file__).resolve().parents[1] / "cvxupdate"
 BASE = {"errors"}
 TEXT = BASE | {"registry", "keys"}  # what a problem file is made of
-MODEL = TEXT | {"spec", "fe"}
+MODEL = TEXT | {"spec", "fe", "forces"}
 DATA = TEXT | {"spec", "recordings"}
 SHARED = {"matfile"}  # a format that brings models and recordings alike
 
@@ -30,7 +30,8 @@ ROOMS: dict[str, set[str]] = {
     "keys": BASE | {"registry"},
     "spec": TEXT,
     "matfile": BASE,
-    "fe": TEXT | SHARED | {"spec"},
+    "forces": BASE,
+    "fe": TEXT | SHARED | {"spec", "forces"},
     "reduction": MODEL,
     "recordings": TEXT | SHARED | {"spec"},
     "correlate": MODEL | DATA | {"reduction"},
