@@ -244,4 +244,5 @@ def _in_the_tables(paired: Sequence[tuple[Table, Seen]]) -> list[tuple[float, Do
 
 def _number(value: float) -> str:
     """Three digits, without an exponent where there is room."""
-    return f"{value:.0f}" if 999.5 <= value < 1e7 else f"{value:.3g}"
+    rounded = float(f"{value:.3g}")
+    return f"{rounded:.0f}" if 1e3 <= rounded < 1e7 else f"{value:.3g}"
