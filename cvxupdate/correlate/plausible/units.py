@@ -33,8 +33,8 @@ from cvxupdate.fe.modes import model_modes
 from cvxupdate.recordings.types import ModeTable, Recording
 from cvxupdate.spec import Spec
 
-ALIKE = 1.1
-"""Distances within this factor of the least cannot be told from it."""
+ALIKE = 0.1
+"""Distances (nepers) that cannot be told from one another: so far off are sound models."""
 MOST = 6
 """Recordings of one kind that are looked into, at most: a unit is that of a set."""
 QUANTITY = "quantity of the responses"
@@ -69,24 +69,23 @@ def unit_doubts(spec: Spec, model: Model, recordings: Sequence[Recording]) -> tu
     found += _in_the_tables(paired)
     if not found:
         return ()
-    least = min(left for left, _ in found)
-    whole = [d for left, d in found if left <= ALIKE * least]
-    parts = [d for left, d in found if d.recording and d not in whole]
-    everywhere = any(not d.recording for d in whole)
-    return tuple(dict.fromkeys(_merged(whole) if everywhere else [*_merged(whole), *parts]))
+    found.sort(key=lambda item: item[0])
+    tied = [d for left, d in found if left <= found[0][0] + ALIKE]
+    if any(not d.recording for d in tied):  # of the model: all recordings are explained by it
+        return (_one(tied),)
+    out = []
+    for name in dict.fromkeys(d.recording for _, d in found if d.recording):
+        mine = [(left, d) for left, d in found if d.recording == name]
+        out.append(_one([d for left, d in mine if left <= mine[0][0] + ALIKE]))
+    return tuple(out)
 
 
-def _merged(doubts: Sequence[Doubt]) -> list[Doubt]:
-    """Doubts that cannot be told from one another as one sentence for each recording."""
-    out: dict[str, Doubt] = {}
-    for d in doubts:
-        first = out.get(d.recording)
-        if first is None:
-            out[d.recording] = d
-        elif d.says not in first.says:
-            question = d.says.rsplit(": ", 1)[-1]
-            out[d.recording] = replace(first, says=f"{first.says} Or {question}")
-    return list(out.values())
+def _one(doubts: Sequence[Doubt]) -> Doubt:
+    """Doubts that cannot be told from one another as one: the likeliest, then what else it may
+    be."""
+    questions = dict.fromkeys(d.says.rsplit(": ", 1)[-1] for d in doubts[1:])
+    more = "".join(f" Or {q}" for q in questions if q not in doubts[0].says)
+    return replace(doubts[0], says=doubts[0].says + more)
 
 
 def _in_the_model(
