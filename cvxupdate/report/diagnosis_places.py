@@ -61,8 +61,8 @@ def sketch_of(spec: Spec) -> Sketch | None:
         for row in getattr(block, "rows", ())
         if getattr(row, "nodes", None)
     )
-    if not parts or len(parts) > LARGEST:
-        return None
+    if not parts or len(parts) > LARGEST or len(ids) < 2:
+        return None  # one node is nothing to draw
     if np.ptp(xyz, axis=0).max() == 0.0:
         xyz[:, 0] = np.arange(len(xyz))
     moves = np.tile([k in spec.model.dofs for k in "xyz"], (len(ids), 1))
