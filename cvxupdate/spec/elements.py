@@ -31,6 +31,7 @@ from cvxupdate.keys import (
     one_of,
 )
 from cvxupdate.registry import ELEMENTS
+from cvxupdate.spec.division import Divide, undivided
 
 Group = Annotated[Text | None, Field(description="name of the group the element belongs to")]
 OneNode = Annotated[tuple[Id, ...], Field(min_length=1, max_length=1)]
@@ -103,19 +104,21 @@ class ElementText:
 
     ``block`` is the model of its blocks, ``changes`` what a parameter may change, ``units`` those
     of properties that no other element has. ``outline`` is "line" where the nodes of an element
-    must be different points, "rectangle" where they go around one; ``joins`` is whether it joins
-    nodes to the structure. ``sections`` gives, for each shape of section that it may have, the keys
-    that the section needs (one of each tuple). ``lacking(block, active DOF kinds)`` says what keeps
-    the elements from moving as they must.
+    must be different points, "rectangle" where they go around one, "surface" where they go around
+    a triangle or quadrilateral in space, "solid" where they enclose a volume; ``joins`` is whether
+    it joins nodes to the structure. ``sections`` gives, for each shape of section that it may have,
+    the keys that the section needs (one of each tuple). ``lacking(block, active DOF kinds)`` says
+    what keeps the elements from moving as they must. ``divide`` gives their natural subdivision.
     """
 
     block: type[Block]
     changes: tuple[str, ...]
     units: Mapping[str, str] = field(default_factory=dict)
-    outline: Literal["", "line", "rectangle"] = ""
+    outline: Literal["", "line", "rectangle", "surface", "solid"] = ""
     joins: bool = True
     sections: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
     lacking: Callable[[Any, tuple[str, ...]], Lacking] = _nothing
+    divide: Divide = undivided
 
 
 def text_of(block: Block) -> ElementText:

@@ -10,9 +10,10 @@ from cvxupdate.fe.elements.mass import Mass
 from cvxupdate.fe.elements.matrix import Entries
 from cvxupdate.fe.elements.plate import Plate
 from cvxupdate.fe.elements.rod import Rod
+from cvxupdate.fe.elements.shell import Shell
 from cvxupdate.fe.elements.spring import Spring
 
-ELEMENTS = (Spring, Mass, Dashpot, Gyroscopic, Rod, Beam2D, Beam3D, Plate, Entries)
+ELEMENTS = (Spring, Mass, Dashpot, Gyroscopic, Rod, Beam2D, Beam3D, Plate, Shell, Entries)
 
 __all__ = [
     "ELEMENTS",
@@ -25,6 +26,7 @@ __all__ = [
     "Mass",
     "Plate",
     "Rod",
+    "Shell",
     "Spring",
     "Term",
 ]
