@@ -14,7 +14,7 @@ from cvxupdate.fe.elements import Entries
 from cvxupdate.fe.elements.base import ElementType, Given, Placed, Real, Surroundings, Term
 from cvxupdate.fe.elements.matrix import split
 from cvxupdate.fe.labels import KINDS
-from cvxupdate.fe.shells.frames import mean_side
+from cvxupdate.fe.shells.frames import shear_lengths
 from cvxupdate.registry import ELEMENTS
 from cvxupdate.spec import model as sm
 from cvxupdate.spec.elements import Row
@@ -123,7 +123,7 @@ def block_of(
     if kind.nodes == 2:
         properties["length"] = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
     elif kind.text.outline == "surface":
-        properties["length"] = mean_side(points)
+        properties["length"] = shear_lengths(points)
     return Block(
         kind,
         np.array(batch.ids, dtype=np.int64),

@@ -32,6 +32,7 @@ from cvxupdate.keys import (
 )
 from cvxupdate.registry import ELEMENTS
 from cvxupdate.spec.division import Divide, undivided
+from cvxupdate.spec.outlines import Inspect, sound
 
 Group = Annotated[Text | None, Field(description="name of the group the element belongs to")]
 OneNode = Annotated[tuple[Id, ...], Field(min_length=1, max_length=1)]
@@ -108,7 +109,8 @@ class ElementText:
     a triangle or quadrilateral in space, "solid" where they enclose a volume; ``joins`` is whether
     it joins nodes to the structure. ``sections`` gives, for each shape of section that it may have,
     the keys that the section needs (one of each tuple). ``lacking(block, active DOF kinds)`` says
-    what keeps the elements from moving as they must. ``divide`` gives their natural subdivision.
+    what keeps the elements from moving as they must. ``divide`` gives their natural subdivision,
+    ``flaw(points of the nodes)`` what is wrong with an outline.
     """
 
     block: type[Block]
@@ -119,6 +121,7 @@ class ElementText:
     sections: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
     lacking: Callable[[Any, tuple[str, ...]], Lacking] = _nothing
     divide: Divide = undivided
+    flaw: Inspect = sound
 
 
 def text_of(block: Block) -> ElementText:

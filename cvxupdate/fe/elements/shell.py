@@ -18,7 +18,7 @@ from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
 from cvxupdate.fe.sections import material_properties
 from cvxupdate.fe.shells.global_terms import shell_terms
 from cvxupdate.keys import Id, Table, Text, Vector
-from cvxupdate.spec import division
+from cvxupdate.spec import division, outlines
 from cvxupdate.spec.elements import (
     ELASTIC,
     INERTIAL,
@@ -136,6 +136,7 @@ class Shell:
         units={"offset": "m"},
         outline="surface",
         divide=division.surface,
+        flaw=outlines.sheet,
         sections={"plate": ()},
         lacking=_lacking,
     )

@@ -6,8 +6,9 @@ follows from the beam that the side is: with γ̄ the mean of ∂w/∂s + β alo
 Kirchhoff element (DKQ, Batoz and Tahar 1982; DKT, Batoz, Bathe and Ho 1980), a = 0 that with
 assumed shear strains alone (MITC4, Bathe and Dvorkin 1985; MITC3, Lee and Bathe 2004), between
 them the one of Katili (DKMQ and DKMT, 1993). Katili takes L of each side; here it is one length for
-an element, √area, so that the stiffness is a polynomial in a and stays terms × coefficients. γ̄
-minimises the energy for the right Φ, so another one costs second order only.
+all elements of about a size (`frames.shear_lengths`), so that the stiffness is a polynomial in a
+and stays terms × coefficients, and constant curvature passes on distorted meshes. The energy is
+least for the right Φ, so another one costs second order only.
 """
 
 from __future__ import annotations

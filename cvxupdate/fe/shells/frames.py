@@ -81,13 +81,17 @@ def side_vectors(plane: Real) -> Real:
     return plane[:, j] - plane[:, i]
 
 
-def mean_side(xyz: Real) -> Real:
-    """√(area) of each element: the length that its shear flexibility goes with, m, (e,).
+def shear_lengths(xyz: Real) -> Real:
+    """The length that the shear flexibility of each element goes with, m, (e,): that of the mesh.
 
-    The area is that seen along the normal of its diagonals (twice the triangle's for a triangle:
-    of the parallelogram it is half of).
+    It is the median of √area (of twice the area for triangles: that of the parallelogram), the same
+    for all elements within a factor of two of it, and a power of four of it for others: side by
+    side, elements of one sheet must bend their common side alike, or constant curvature would not
+    pass.
     """
     last = xyz[:, 3] if xyz.shape[1] == 4 else xyz[:, 0]
     normal = np.cross(xyz[:, 2] - xyz[:, 0], last - xyz[:, 1])
     scale = 0.5 if xyz.shape[1] == 4 else 1.0
-    return np.asarray(np.sqrt(scale * np.linalg.norm(normal, axis=1)))
+    own = np.sqrt(scale * np.linalg.norm(normal, axis=1))
+    middle = float(np.median(own))
+    return np.asarray(middle * 4.0 ** np.round(np.log(own / middle) / np.log(4.0)))
