@@ -53,7 +53,9 @@ def line(nodes: int, parts: int) -> Division | None:
         return None
     corners = [(0.0,), (1.0,)]
     ends = [(k / parts, (k + 1) / parts) for k in range(parts)]
-    return _division(corners, [[(a,), (b,)] for a, b in ends], lambda p: _multilinear(corners, p))
+    return number_children(
+        corners, [[(a,), (b,)] for a, b in ends], lambda p: _multilinear(corners, p)
+    )
 
 
 def surface(nodes: int, parts: int) -> Division | None:
@@ -70,7 +72,7 @@ def surface(nodes: int, parts: int) -> Division | None:
         if i + j < parts - 1:
             children.append([(i + 1, j + 1), (i, j + 1), (i + 1, j)])
     cut = [[(x / parts, y / parts) for x, y in child] for child in children]
-    return _division(corners, cut, lambda p: [1.0 - p[0] - p[1], *p])
+    return number_children(corners, cut, lambda p: [1.0 - p[0] - p[1], *p])
 
 
 def _boxes(corners: Sequence[Sequence[int]], parts: int) -> Division:
@@ -80,7 +82,7 @@ def _boxes(corners: Sequence[Sequence[int]], parts: int) -> Division:
         [tuple((c + o) / parts for c, o in zip(corner, origin, strict=True)) for corner in corners]
         for origin in itertools.product(range(parts), repeat=size)
     ]
-    return _division(corners, children, lambda p: _multilinear(corners, p))
+    return number_children(corners, children, lambda p: _multilinear(corners, p))
 
 
 def _multilinear(corners: Sequence[Sequence[float]], point: Sequence[float]) -> list[float]:
@@ -90,12 +92,13 @@ def _multilinear(corners: Sequence[Sequence[float]], point: Sequence[float]) -> 
     ]
 
 
-def _division(
+def number_children(
     own: Sequence[Sequence[float]],
     children: Sequence[Sequence[Sequence[float]]],
     shape: Callable[[Sequence[float]], Sequence[float]],
 ) -> Division:
-    """Children given by the natural coordinates of their nodes, which are numbered here."""
+    """The division into ``children``, given by the natural coordinates of their nodes, of a parent
+    with nodes at ``own`` and shape functions ``shape``: points are numbered as they come."""
 
     def place(point: Sequence[float]) -> tuple[float, ...]:
         return tuple(round(float(x), 9) for x in point)
@@ -110,5 +113,6 @@ def _division(
                 points.append(p)
         rows.append(tuple(number[place(p)] for p in child))
     weights = np.array([shape(p) for p in points], dtype=float)
+    weights[np.abs(weights) < 1e-12] = 0.0
     weights[: len(own)] = np.eye(len(own))
     return Division(weights, tuple(rows))

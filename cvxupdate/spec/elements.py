@@ -110,7 +110,8 @@ class ElementText:
     it joins nodes to the structure. ``sections`` gives, for each shape of section that it may have,
     the keys that the section needs (one of each tuple). ``lacking(block, active DOF kinds)`` says
     what keeps the elements from moving as they must. ``divide`` gives their natural subdivision,
-    ``flaw(points of the nodes)`` what is wrong with an outline.
+    ``flaw(points of the nodes)`` what is wrong with an outline, ``faces`` the corners of each face
+    of a solid.
     """
 
     block: type[Block]
@@ -122,6 +123,7 @@ class ElementText:
     lacking: Callable[[Any, tuple[str, ...]], Lacking] = _nothing
     divide: Divide = undivided
     flaw: Inspect = sound
+    faces: tuple[tuple[int, ...], ...] = ()
 
 
 def text_of(block: Block) -> ElementText:

@@ -18,6 +18,7 @@ import numpy as np
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.spec import load_problem
+from cvxupdate.spec.solids import HEX8, HEX20, TET10
 
 STEEL = {"E": 207e9, "nu": 0.28, "rho": 7850.0}
 ALLOY = {"E": 70e9, "nu": 0.33, "rho": 2700.0}
@@ -275,6 +276,31 @@ QUADS = [[0, 1, 4, 3], [1, 2, 5, 4]]
 TRIANGLES = [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]]
 
 
+def solids(kind: str) -> tuple[np.ndarray, list[list[int]]]:
+    """Two bricks side by side, or six tetrahedra that fill one, distorted and oblique in space."""
+    x, y, z = np.meshgrid([0.0, 0.5, 1.1], [0.0, 0.4], [0.0, 0.3], indexing="ij")
+    corners = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    corners = corners + np.random.default_rng(8).uniform(-0.05, 0.05, corners.shape)
+    corners = corners @ np.array([[0.8, 0.6, 0.1], [-0.5, 0.7, 0.3], [0.1, -0.4, 0.9]])
+    bricks = [[4 * i + k for k in (0, 4, 6, 2, 1, 5, 7, 3)] for i in range(2)]
+    shape = {"hex8": HEX8, "hex20": HEX20, "tet10": TET10}[kind]
+    if kind == "tet10":
+        rounds = ((1, 2), (2, 3), (3, 7), (7, 4), (4, 5), (5, 1))
+        bricks = [[bricks[0][k] for k in (0, a, b, 6)] for a, b in rounds]
+        corners = corners[:8]
+    points, cells, middle = list(corners), [], {}
+    for brick in bricks:
+        cell = list(brick)
+        for i, j in shape.edges if shape.quadratic else ():
+            pair = frozenset((brick[i], brick[j]))
+            if pair not in middle:
+                middle[pair] = len(points)
+                points.append((corners[brick[i]] + corners[brick[j]]) / 2.0)
+            cell.append(middle[pair])
+        cells.append(cell)
+    return np.array(points), cells
+
+
 def _points(elements: list[dict[str, Any]], dofs: Sequence[str] = ("x",)) -> dict[str, Any]:
     return {"dofs": list(dofs), "nodes": nodes(POINTS[:3]), "elements": elements}
 
@@ -449,5 +475,10 @@ CASES: tuple[Case, ...] = (
         sheet(CREASED * [1.0, 1.0, 0.0], QUADS, "rolled", dofs=["z", "rx", "ry"]),
         3,
         12,
+    ),
+    *(
+        Case(f"{kind} {mass}", sheet(*solids(kind), kind=kind, dofs="xyz", mass=mass), 6, rank)
+        for kind, rank in (("hex8", 24), ("hex20", 60), ("tet10", 30))
+        for mass in ("consistent", "lumped")
     ),
 )

@@ -76,4 +76,7 @@ def test_what_has_an_outline_can_be_divided(kind: type) -> None:
         counts = ()
     for count in counts:
         assert len(kind.text.divide(count, 2).children) == 2 ** (1 if count == 2 else 2)
-    assert counts or kind.text.outline == "solid" or kind.text.divide(2, 2) is None
+    if kind.text.outline == "solid":
+        assert len(kind.text.divide(kind.nodes, 2).children) == 8
+    elif not counts:
+        assert kind.text.divide(2, 2) is None

@@ -6,14 +6,31 @@ from cvxupdate.fe.elements.beam2d import Beam2D
 from cvxupdate.fe.elements.beam3d import Beam3D
 from cvxupdate.fe.elements.dashpot import Dashpot
 from cvxupdate.fe.elements.gyroscopic import Gyroscopic
+from cvxupdate.fe.elements.hex8 import Hex8
+from cvxupdate.fe.elements.hex20 import Hex20
 from cvxupdate.fe.elements.mass import Mass
 from cvxupdate.fe.elements.matrix import Entries
 from cvxupdate.fe.elements.plate import Plate
 from cvxupdate.fe.elements.rod import Rod
 from cvxupdate.fe.elements.shell import Shell
 from cvxupdate.fe.elements.spring import Spring
+from cvxupdate.fe.elements.tet10 import Tet10
 
-ELEMENTS = (Spring, Mass, Dashpot, Gyroscopic, Rod, Beam2D, Beam3D, Plate, Shell, Entries)
+ELEMENTS = (
+    Spring,
+    Mass,
+    Dashpot,
+    Gyroscopic,
+    Rod,
+    Beam2D,
+    Beam3D,
+    Plate,
+    Shell,
+    Hex8,
+    Hex20,
+    Tet10,
+    Entries,
+)
 
 __all__ = [
     "ELEMENTS",
@@ -23,10 +40,13 @@ __all__ = [
     "Element",
     "Entries",
     "Gyroscopic",
+    "Hex8",
+    "Hex20",
     "Mass",
     "Plate",
     "Rod",
     "Shell",
     "Spring",
     "Term",
+    "Tet10",
 ]
