@@ -12,6 +12,7 @@ refined, matrices bring DOF labels).
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -89,6 +90,17 @@ class Block(Part):
     def get(self, key: str) -> Any:
         """The value of a key; None where blocks of this type have no such key."""
         return getattr(self, key) if key in type(self).model_fields else None
+
+    def drawn(self) -> list[tuple[int, tuple[int, ...]]]:
+        """What a figure shows: element number and nodes, of a solid the corners of each face that
+        it has for itself in the block."""
+        rows = [(row.id, row.get("nodes")) for row in self.rows if row.get("nodes")]
+        faces = text_of(self).faces
+        if not faces:
+            return rows
+        found = [(i, tuple(nodes[k] for k in face)) for i, nodes in rows for face in faces]
+        count = Counter(frozenset(nodes) for _, nodes in found)
+        return [(i, nodes) for i, nodes in found if count[frozenset(nodes)] == 1]
 
 
 Lacking = tuple[str, str] | None

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, cast
 
+import numpy as np
 from pydantic import Field
 
 from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
@@ -34,6 +35,7 @@ from cvxupdate.spec.elements import (
 )
 from cvxupdate.spec.model import PlateSection
 
+_SIX = ("x", "y", "z", "rx", "ry", "rz")
 _KAPPA = 5.0 / 6.0
 _SEAT = {"middle": 0.0, "bottom": 0.5, "top": -0.5}
 _RIGIDITIES = ("Dx", "Dy", "D1", "Dxy")
@@ -118,7 +120,7 @@ class Shell:
     rotary_inertia: bool = True
     eccentric: bool = False
     name: str = "shell"
-    dofs: tuple[str, ...] = ("x", "y", "z", "rx", "ry", "rz")
+    dofs: tuple[str, ...] = _SIX
     properties: tuple[str, ...] = (
         "E",
         "nu",
@@ -156,16 +158,18 @@ class Shell:
             "offset": row.offset,
             "seat": _SEAT[row.surface],
         }
-        kind = cls(len(row.nodes), block.mass, block.rotary_inertia, aside)
+        active = tuple(d for d in _SIX if d in around.active)
+        kind = cls(len(row.nodes), block.mass, block.rotary_inertia, aside, dofs=active)
         yield Placed(kind, properties, row.orientation or (0.0, 0.0, 0.0))
 
     def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
-        """Geometric factors in global axes, (e, 6 n, 6 n)."""
-        return tuple(
-            shell_terms(
-                xyz, orientation, self.mass == "lumped", self.rotary_inertia, self.eccentric
-            )
+        """Geometric factors in global axes, (e, n d, n d) for the d kinds of ``dofs``: a flat plate
+        with three active kinds does not carry the other three along."""
+        kinds = tuple(_SIX.index(d) for d in self.dofs)
+        found = shell_terms(
+            xyz, orientation, self.mass == "lumped", self.rotary_inertia, self.eccentric, kinds
         )
+        return tuple(term for term in found if np.any(term.values != 0.0))
 
     def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
         """Rigidities in bending (N·m) and tension (N/m), mass and rotary inertia per area.

@@ -18,9 +18,15 @@ BENDING, MEMBRANE = (2, 3, 4), (0, 1, 5)
 
 
 def shell_terms(
-    xyz: Real, orientation: Real, lumped: bool, rotary_inertia: bool, eccentric: bool
+    xyz: Real,
+    orientation: Real,
+    lumped: bool,
+    rotary_inertia: bool,
+    eccentric: bool,
+    kinds: tuple[int, ...],
 ) -> Iterator[Term]:
-    """All terms, (e, 6 n, 6 n), in global axes.
+    """All terms, (e, n d, n d), in global axes, on the d ``kinds`` of DOF (0 to 5: x to rz) of each
+    node.
 
     The sheet is flat, in the mean plane of its nodes; a node that lies h below it moves it by a
     rigid link, u + h θy, v − h θx, so that a rigid-body motion of a warped element strains nothing.
@@ -43,8 +49,11 @@ def shell_terms(
                 out[:, :, to, :, other] = split[:, :, a, :, b]
         return out.reshape(-1, 6 * n, 6 * n)
 
+    kept = [6 * node + kind for node in range(n) for kind in kinds]
+
     def turned(local: Real) -> Real:
-        return rotate(local, frame.triads, 2 * n)
+        whole = rotate(local, frame.triads, 2 * n)
+        return whole if len(kinds) == 6 else whole[:, kept][:, :, kept]
 
     for name, values in bending_terms(frame.plane).items():
         yield Term("K", name, turned(spread(values, BENDING)))
