@@ -89,10 +89,8 @@ def _gradients(solid: Solid, xyz: Real, rule: Rule) -> Iterator[tuple[Real, Real
                 "a solid element has no volume somewhere, or is turned inside out. Order its "
                 "nodes, or move those amid its edges towards the middle."
             )
-        yield (
-            _of_vectors(np.linalg.solve(J, np.broadcast_to(d, (len(xyz), *d.shape)))),
-            (weight * volume),
-        )
+        gradient = np.linalg.solve(J, np.broadcast_to(d, (len(xyz), *d.shape)))
+        yield _of_vectors(np.asarray(gradient, dtype=float)), weight * volume
 
 
 def _of_vectors(gradient: Real) -> Real:

@@ -66,7 +66,7 @@ def _monomials(points: Real, powers: Sequence[Sequence[int]], derivative: int | 
 
 @lru_cache(maxsize=8)
 def _inverse(solid: Solid) -> Real:
-    return np.linalg.inv(_monomials(solid.places, solid.powers, None))
+    return np.asarray(np.linalg.inv(_monomials(solid.places, solid.powers, None)), dtype=float)
 
 
 def _powers(top: int, kept: int, linear: bool) -> tuple[tuple[int, int, int], ...]:
