@@ -36,6 +36,7 @@ from cvxupdate.spec.elements import (
 from cvxupdate.spec.model import PlateSection
 
 _SIX = ("x", "y", "z", "rx", "ry", "rz")
+_AT_ONCE = 2048  # elements whose matrices in all six kinds are in memory at a time
 _KAPPA = 5.0 / 6.0
 _SEAT = {"middle": 0.0, "bottom": 0.5, "top": -0.5}
 _RIGIDITIES = ("Dx", "Dy", "D1", "Dxy")
@@ -166,10 +167,25 @@ class Shell:
         """Geometric factors in global axes, (e, n d, n d) for the d kinds of ``dofs``: a flat plate
         with three active kinds does not carry the other three along."""
         kinds = tuple(_SIX.index(d) for d in self.dofs)
-        found = shell_terms(
-            xyz, orientation, self.mass == "lumped", self.rotary_inertia, self.eccentric, kinds
+        lumped = self.mass == "lumped"
+        parts = [
+            tuple(
+                shell_terms(
+                    xyz[i : i + _AT_ONCE],
+                    orientation[i : i + _AT_ONCE],
+                    lumped,
+                    self.rotary_inertia,
+                    self.eccentric,
+                    kinds,
+                )
+            )
+            for i in range(0, len(xyz), _AT_ONCE)
+        ]
+        whole = (
+            Term(same[0].matrix, same[0].coefficient, np.concatenate([t.values for t in same]))
+            for same in zip(*parts, strict=True)
         )
-        return tuple(term for term in found if np.any(term.values != 0.0))
+        return tuple(term for term in whole if np.any(term.values != 0.0))
 
     def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
         """Rigidities in bending (N·m) and tension (N/m), mass and rotary inertia per area.
