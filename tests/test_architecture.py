@@ -16,7 +16,7 @@ import pytest
 PACKAGE = Path(__file__).resolve().parents[1] / "cvxupdate"
 BASE = {"errors"}
 TEXT = BASE | {"registry", "keys"}  # what a problem file is made of
-MODEL = TEXT | {"spec", "fe"}
+MODEL = TEXT | {"spec", "fe", "forces"}
 DATA = TEXT | {"spec", "recordings"}
 SHARED = {"matfile"}  # a format that brings models and recordings alike
 
@@ -30,18 +30,23 @@ ROOMS: dict[str, set[str]] = {
     "keys": BASE | {"registry"},
     "spec": TEXT,
     "matfile": BASE,
-    "fe": TEXT | SHARED | {"spec"},
+    "forces": BASE,
+    "fe": TEXT | SHARED | {"spec", "forces"},
     "reduction": MODEL,
     "recordings": TEXT | SHARED | {"spec"},
-    "correlate": MODEL | DATA | {"reduction"},
-    "residual": MODEL | DATA | {"reduction", "correlate", "system"},
+    "simulate": MODEL,
+    "correlate": MODEL | DATA | {"reduction", "simulate"},
+    "residual": MODEL | DATA | {"reduction", "simulate", "correlate", "system"},
     "convex": BASE | {"system", "keys"},
     "direct": MODEL | {"reduction"},
-    "update": MODEL | DATA | {"reduction", "correlate", "residual", "convex", "direct", "system"},
+    "update": MODEL
+    | DATA
+    | {"reduction", "simulate", "correlate", "residual", "convex", "direct", "system"},
     "physics": MODEL | {"residual"},
     "diagnose": MODEL
     | DATA
-    | {"reduction", "correlate", "residual", "convex", "direct", "update", "physics", "system"},
+    | {"reduction", "simulate", "correlate", "residual", "convex", "direct", "update", "physics"}
+    | {"system"},
     "report": BASE,
 }
 ROOMS["study"] = set(ROOMS)

@@ -10,8 +10,12 @@ from cvxupdate.physics.added_mass import AddedMass
 from cvxupdate.physics.attached_resonator import AttachedResonator
 from cvxupdate.physics.axial_preload import AxialPreload
 from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.cords import Cords
 from cvxupdate.physics.draft import Writer
 from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, ModelChange
+from cvxupdate.physics.equal_joints import EqualJoints
+from cvxupdate.physics.equal_supports import EqualSupports
+from cvxupdate.physics.flexible_support import FlexibleSupport
 from cvxupdate.physics.grounding_spring import GroundingSpring
 from cvxupdate.physics.gyroscopic import Spin
 from cvxupdate.physics.joint_flexibility import JointFlexibility
@@ -19,7 +23,7 @@ from cvxupdate.physics.mass_change import MassChange
 from cvxupdate.physics.mass_proportional_damping import MassProportionalDamping
 from cvxupdate.physics.orthotropy import Orthotropy
 from cvxupdate.physics.place import Place
-from cvxupdate.physics.sensor_fault import ChannelDelay, ChannelGain, ExchangedChannels
+from cvxupdate.physics.sensor_fault import ChannelDelay, ChannelGain, ExchangedChannels, ForceGain
 from cvxupdate.physics.sensor_mass import SensorMass
 from cvxupdate.physics.shear_deformation import ShearDeformation
 from cvxupdate.physics.soft_support import SoftSupport
@@ -36,8 +40,12 @@ EFFECTS: tuple[EffectType, ...] = (
     AddedMass(),
     SensorMass(),
     GroundingSpring(),
+    Cords(),
     SoftSupport(),
+    EqualSupports(),
+    FlexibleSupport(),
     JointFlexibility(),
+    EqualJoints(),
     ShearDeformation(),
     AxialPreload(),
     Spin(),
@@ -46,6 +54,7 @@ EFFECTS: tuple[EffectType, ...] = (
     StructuralDamping(),
     MassProportionalDamping(),
     ChannelGain(),
+    ForceGain(),
     ChannelDelay(),
     ExchangedChannels(),
 )

@@ -123,7 +123,8 @@ class ElementText:
     the keys that the section needs (one of each tuple). ``lacking(block, active DOF kinds)`` says
     what keeps the elements from moving as they must. ``divide`` gives their natural subdivision,
     ``flaw(points of the nodes)`` what is wrong with an outline, ``faces`` the corners of each face
-    of a solid.
+    of a solid. ``law(kind, properties)`` gives the `Laws` of a nonlinear
+    element, which has no part in the matrices; None: it is linear.
     """
 
     block: type[Block]
@@ -136,6 +137,7 @@ class ElementText:
     divide: Divide = undivided
     flaw: Inspect = sound
     faces: tuple[tuple[int, ...], ...] = ()
+    law: Callable[[Any, Mapping[str, Any]], Any] | None = None
 
 
 def text_of(block: Block) -> ElementText:

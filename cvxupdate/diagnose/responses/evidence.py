@@ -151,6 +151,8 @@ class ResponseEvidence:
             released,
             self._zeta,
             self.data.accelerometers,
+            self.data.driven,
+            self.data.forces,
         )
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:

@@ -1,0 +1,52 @@
+"""Laws of internal force beyond stiffness and damping: their forces, tangents, memory and energy,
+and their columns along a recorded motion."""
+
+from cvxupdate.forces.columns import (
+    bouc_wen_columns,
+    contact_columns,
+    cubic_column,
+    even_column,
+    friction_column,
+    jenkins_columns,
+    quadratic_column,
+)
+from cvxupdate.forces.laws import (
+    NAMES,
+    PARAMETERS,
+    Laws,
+    Response,
+    State,
+    bouc_wen,
+    clearance,
+    cubic,
+    friction,
+    iwan,
+    jenkins,
+    join,
+    linear,
+    quadratic,
+)
+
+__all__ = [
+    "NAMES",
+    "PARAMETERS",
+    "Laws",
+    "Response",
+    "State",
+    "bouc_wen",
+    "bouc_wen_columns",
+    "clearance",
+    "contact_columns",
+    "cubic",
+    "cubic_column",
+    "even_column",
+    "friction",
+    "friction_column",
+    "iwan",
+    "jenkins",
+    "jenkins_columns",
+    "join",
+    "linear",
+    "quadratic",
+    "quadratic_column",
+]
