@@ -43,10 +43,10 @@ def geometry_of(spec: Spec, model: Model) -> Geometry | None:
     of their own."""
     at = {int(n): k for k, n in enumerate(model.node_ids)}
     parts = tuple(
-        Part(row.id, block.type, tuple(at[n] for n in row.nodes))
+        Part(number, block.type, tuple(at[n] for n in nodes))
         for block in spec.model.elements
         if not from_files(block.type)
-        for row in block.rows
+        for number, nodes in block.drawn()
     )
     used = sorted({n for part in parts for n in part.nodes if len(part.nodes) > 1})
     if not used or np.ptp(model.xyz[used], axis=0).max() == 0.0:

@@ -21,8 +21,8 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Part:
-    """One element to draw: its id, its ``kind`` (the word of the problem file) and its nodes as
-    rows of `Geometry.xyz`."""
+    """One element (or face of a solid) to draw: its id, its ``kind`` (the word of the problem
+    file) and its nodes as rows of `Geometry.xyz`."""
 
     id: int
     kind: str
