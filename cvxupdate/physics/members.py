@@ -22,6 +22,7 @@ def member_sets(model: Model, of: str) -> list[tuple[tuple[int, ...], tuple[str,
     groups: dict[str, set[int]] = {}
     singles: dict[int, str] = {}
     lines: list[tuple[int, ...]] = []
+    sheets = [t.name for t in ELEMENTS.members() if t.text.outline in SHEETS]
     for block in model.blocks:
         if not has_property(block, of):
             continue
@@ -30,7 +31,7 @@ def member_sets(model: Model, of: str) -> list[tuple[tuple[int, ...], tuple[str,
             groups.setdefault(g, set()).add(i)
             singles[i] = g
         lines += _runs(block.dofs, ids) if block.kind.nodes == 2 else []
-        if ELEMENTS.named(block.kind.name).text.outline in SHEETS:
+        if block.kind.name in sheets:
             lines += _patches(model, block.dofs, ids)
 
     def add(ids: tuple[int, ...], names: tuple[str, ...]) -> None:
