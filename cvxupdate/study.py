@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from cvxupdate.recordings.read.contents import Progress
     from cvxupdate.recordings.types import Recording
     from cvxupdate.update.result import Updated
+    from cvxupdate.update.starts import Many
     from cvxupdate.update.trust_region import Iteration
 
 MODES_IN_BAND = 30
@@ -61,8 +62,10 @@ def run(
     path: str | os.PathLike[str],
     progress: Callable[[Iteration], None] | None = None,
     reading: Progress | None = None,
+    many: Many | None = None,
 ) -> Updated:
-    """Update the model of a problem file as its [update] table says.
+    """Update the model of a problem file as its [update] table says; ``many`` says how several
+    starts are run.
 
     Raises
     ------
@@ -88,7 +91,7 @@ def run(
 
         updated = update_rfm(spec, model, recordings, progress)
     else:
-        updated = update_modal(spec, model, recordings, progress)
+        updated = update_modal(spec, model, recordings, progress, many)
     eigenvalues = definiteness(model, [q.p for q in updated.parameters])
     return replace(
         updated,
@@ -184,7 +187,7 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
         For a fault of the input.
     """
     from cvxupdate.convex import compare_solvers, spread
-    from cvxupdate.update.modal import residual_of
+    from cvxupdate.update.modal_fit import residual_of
     from cvxupdate.update.parts import solver_choice, step_problem
 
     spec, model, recordings = open_problem(path)

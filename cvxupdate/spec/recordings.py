@@ -158,7 +158,7 @@ class Reading(Part):
     band: tuple[NonNegative, Positive] | None = Field(
         default=None,
         description="[lowest, highest] frequency used [Hz]; of a time history: of its spectra, the "
-        "samples stay as they are",
+        "samples stay as they are; of a table: of the modes that are used",
     )
     corrections: tuple[CorrectionRow, ...] = Field(
         default=(), description="faults of channels to be taken out"

@@ -100,7 +100,7 @@ class Updated:
     holds the contract's metrics, {"fit": {metric: {"before", "after"}}, "hold_out": {…}};
     ``certificate`` that of the last convex step; ``conflict`` and ``relaxation`` say why a step is
     infeasible; ``noise`` is by how much the residual exceeds the stated deviations; ``accuracy`` is
-    of method rfm alone.
+    of method rfm alone; ``starts`` what many starts found, where they were asked for.
     """
 
     problem: str
@@ -127,3 +127,4 @@ class Updated:
     model: dict[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     accuracy: tuple[AccuracyResult, ...] = ()
+    starts: dict[str, Any] = field(default_factory=dict)
