@@ -143,6 +143,11 @@ class Update(Part):
         description="sensitivity: shapes fits the shapes alone at first, which finds the way from "
         "far-off starts",
     )
+    release_bounds: bool = Field(
+        default=False,
+        description="frequencies, sensitivity: release the parameters that ended on a bound, and "
+        "go on where that leads lower",
+    )
     starts: NonNegativeCount = Field(
         default=0,
         description="further starts, uniformly random inside the bounds; the best end counts, and "

@@ -19,7 +19,7 @@ from cvxupdate.residual.shape_rows import Index
 from cvxupdate.spec import Spec, load_problem
 from cvxupdate.system import Array
 from cvxupdate.update.measured_modes import modal_tables
-from cvxupdate.update.modal_loop import shapes_first, with_pairing
+from cvxupdate.update.modal_loop import released, shapes_first, with_pairing
 from cvxupdate.update.parts import loop_options, solver_choice, step_problem
 from cvxupdate.update.starts import StartEnd, timed
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options, objective_at
@@ -64,13 +64,28 @@ class ModalFit:
     choice: SolverChoice
     options: Options
     shapes_first: bool
+    release: bool = False
 
     def run(
         self, p0: Array, progress: Callable[[Iteration], None] | None = None
     ) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
         """The loop from ``p0`` (n,), with notes."""
-        loop = shapes_first if self.shapes_first else with_pairing
-        return loop(self.residual, self.problem, self.choice, self.options, p0, progress)
+        first = shapes_first if self.shapes_first else with_pairing
+        loop, notes = first(self.residual, self.problem, self.choice, self.options, p0, progress)
+        if not self.release:
+            return loop, notes
+        parameters = self.residual.model.parameters
+
+        def again(p: Array) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
+            return with_pairing(self.residual, loop.problem, self.choice, self.options, p, progress)
+
+        best, more = released(
+            again,
+            loop,
+            np.array([q.lower for q in parameters]),
+            np.array([q.upper for q in parameters]),
+        )
+        return best, (*notes, *more)
 
     def solve(self, number: int, p0: Array) -> StartEnd:
         """The end of one start; of one where the model is no structure, an infinite objective."""
@@ -124,6 +139,7 @@ def modal_fit(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Moda
         solver_choice(spec),
         loop_options(spec, model),
         first,
+        u.release_bounds,
     )
 
 

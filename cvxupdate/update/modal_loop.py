@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from cvxupdate.convex import SolverChoice, StepProblem
+from cvxupdate.errors import ModelError
 from cvxupdate.residual.another_pairing import another_pairing
 from cvxupdate.residual.modal import ModalPoint, ModalResidual
 from cvxupdate.residual.shape_rows import Index
@@ -18,6 +19,9 @@ from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterat
 REPAIRINGS = 5  # how often the loop may go on with another pairing
 # The shapes alone are fitted only to find the way: that far, and for so many iterations.
 ROUGHLY, FIRST = 1e-2, 15
+RELEASES = 2  # how often parameters on their bounds are released
+LOWER = 1e-4  # relative decrease of the objective by which another minimum is one
+ON_BOUND = 1e-4  # of the distance between the bounds
 
 
 def shapes_first(
@@ -56,6 +60,44 @@ def shapes_first(
     )
     loop = replace(loop, start=start, history=history, weight=first.weight or loop.weight)
     return loop, (*(said if done else ()), *notes)
+
+
+def released(
+    run: Callable[[Array], tuple[LoopResult[ModalPoint], tuple[str, ...]]],
+    loop: LoopResult[ModalPoint],
+    lower: Array,
+    upper: Array,
+) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
+    """``loop``, or the lower one that ``run`` reaches from its end with the parameters on their
+    bounds halfway back to the initial model: (loop with the whole history, notes).
+
+    A corner of the bounds can be a minimum only because some parameters cannot go on, and which of
+    them are there is an accident of the way. Once more as long as it pays, `RELEASES` times at
+    most. Bounds (n,), infinite where there are none.
+    """
+    notes: tuple[str, ...] = ()
+    for _ in range(RELEASES):
+        p = loop.point.p
+        width = np.where(np.isfinite(upper - lower), upper - lower, 1.0)
+        held = (p <= lower + ON_BOUND * width) | (p >= upper - ON_BOUND * width)
+        if loop.status != "converged" or not np.any(held):
+            break
+        try:
+            again, more = run(np.where(held, 0.5 * p, p))
+        except ModelError:
+            break
+        before, after = (objective_at(loop.problem, x) for x in (loop.point, again.point))
+        if after >= before * (1.0 - LOWER):
+            break
+        done = len(loop.history)
+        history = (*loop.history, *(replace(h, number=done + h.number) for h in again.history))
+        loop = replace(again, start=loop.start, history=history, weight=loop.weight)
+        notes = (
+            f"The end had {int(np.sum(held))} parameters on their bounds; released halfway they "
+            f"led to a lower minimum (objective {before:.4g} → {after:.4g}).",
+            *more,
+        )
+    return loop, notes
 
 
 def with_pairing(

@@ -11,6 +11,8 @@ import pytest
 
 from cvxupdate.errors import InputError
 from cvxupdate.study import run
+from cvxupdate.update.modal_fit import modal_fit
+from cvxupdate.update.modal_loop import released
 from cvxupdate.update.starts import (
     Kept,
     Many,
@@ -20,7 +22,7 @@ from cvxupdate.update.starts import (
     random_starts,
     run_starts,
 )
-from tests.cases.structures import PORTAL, portal, structure
+from tests.cases.structures import PORTAL, measured, portal, structure
 
 PROBLEM = """
 title = "Two masses"
@@ -128,3 +130,32 @@ def test_run_reports_the_minima(tmp_path: Path) -> None:
     assert any("shapes alone" in note for note in updated.notes)
     lines = [json.loads(line) for line in keep.read_text().splitlines()]
     assert {line["number"] for line in lines} == set(range(5))
+
+
+def test_parameters_on_bounds_are_released_where_that_leads_lower() -> None:
+    """A spring too soft at its bound (a corner) against the truth inside: the loop that `released`
+    is given decides, and only a lower end counts."""
+    spec, model = structure(
+        portal(),
+        PORTAL[:3],
+        update={"method": "frequencies"},
+        constraints={"bounds": {"lower": -0.3, "upper": 0.3}},
+    )
+    table = measured(model, np.array([0.12, -0.08, 0.1]), range(1, 7))
+    fit = modal_fit(spec, model, [table])
+    good, _ = fit.run(model.zero())
+    corner = np.array([-0.3, -0.08, 0.3])
+    stuck = replace(good, point=fit.residual.evaluate(corner))
+    limits = np.full(3, -0.3), np.full(3, 0.3)
+    asked: list[np.ndarray] = []
+
+    def run(p: np.ndarray):  # type: ignore[no-untyped-def]
+        asked.append(p)
+        return fit.run(p)
+
+    loop, notes = released(run, stuck, *limits)
+    assert np.allclose(asked[0], [-0.15, -0.08, 0.15])
+    assert np.allclose(loop.point.p, [0.12, -0.08, 0.1], atol=1e-6)
+    assert "2 parameters on their bounds" in notes[0]
+    same, nothing = released(lambda p: (stuck, ()), stuck, *limits)
+    assert same is stuck and nothing == ()
