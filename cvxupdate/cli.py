@@ -76,16 +76,13 @@ def run(problem: Problem, out: Out = None, as_json: Json = False, jobs: Jobs = N
     from cvxupdate.report import run_files, run_summary
     from cvxupdate.spec import name_of
     from cvxupdate.study import run as do
-    from cvxupdate.update.starts import Many
 
     must_be_writable(out)
     folder = folder_for(out, name_of(problem))
     with _display(as_json) as show:
         reading = None if show is None else show.read
-        counted = None if show is None else lambda done, of: show.read("starts", done, of)
-        many = Many(jobs, folder / "starts.jsonl", counted)
         said = None if show is None else lambda h: show.say(_iteration(h))
-        updated = do(problem, said, reading, many)
+        updated = do(problem, said, reading, jobs, folder / "starts.jsonl")
     files, payload = run_files(updated)
     write_files(folder, files)
     _say(payload, as_json, lambda: run_summary(updated, folder))

@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,16 +23,15 @@ if TYPE_CHECKING:
     from cvxupdate.recordings.read.contents import Progress
     from cvxupdate.recordings.types import Recording
     from cvxupdate.update.result import Updated
-    from cvxupdate.update.starts import Many
+    from cvxupdate.update.starts import Solve
     from cvxupdate.update.trust_region import Iteration
 
 MODES_IN_BAND = 30
 """Modes computed for the sensors of frequency responses."""
 MESH_MATTERS, NEARER = 1e-3, 0.7
-"""Relative shift of the frequencies by the mesh above which a finer one is tried, and the fraction
-to which it must reduce the error."""
+"""Relative shift of the frequencies by the mesh for a finer one, and its error at most."""
 WORTH = {"frf_error": 0.01, "response_error": 0.01, "frequency_error_percent_mean": 0.1}
-"""The least absolute reduction of the error, by metric."""
+"""The least absolute reduction of the error."""
 UNITS = {
     "frf_error": " of the frequency responses",
     "response_error": " of the time responses",
@@ -62,35 +62,33 @@ def run(
     path: str | os.PathLike[str],
     progress: Callable[[Iteration], None] | None = None,
     reading: Progress | None = None,
-    many: Many | None = None,
+    jobs: int | None = None,
+    keep: Path | None = None,
 ) -> Updated:
-    """Update the model of a problem file as its [update] table says; ``many`` says how several
-    starts are run.
+    """Update the model of a problem file as its [update] table says; several starts in ``jobs``
+    processes (None: as many as there are processors), kept in the file ``keep`` as they finish.
 
     Raises
     ------
     InputError
-        For a fault of the input; an infeasible step is no error but a result with ``status``
-        "infeasible".
+        For a fault of the input; an infeasible step is a result, ``status`` "infeasible".
     """
     from cvxupdate.update.definite import definiteness
     from cvxupdate.update.modal import update_modal
+    from cvxupdate.update.starts import Many
 
     spec, model, recordings = open_problem(path, reading)
     if spec.update is None:
-        raise InputError(
-            f"{path}: no [update] table, so there is nothing to run. Add one with a method and "
-            "parameters."
-        )
-    if spec.update.method == "ceam":
+        raise InputError(f"{path}: no [update] table to run. Add one with a method and parameters.")
+    if spec.update.method in ("ceam", "rfm"):
         from cvxupdate.update.ceam import update_ceam
-
-        updated = update_ceam(spec, model, recordings, progress)
-    elif spec.update.method == "rfm":
         from cvxupdate.update.rfm import update_rfm
 
-        updated = update_rfm(spec, model, recordings, progress)
+        update = update_ceam if spec.update.method == "ceam" else update_rfm
+        updated = update(spec, model, recordings, progress)
     else:
+        done = None if reading is None else partial(reading, "starts")
+        many = Many(jobs, keep, done, open_start)
         updated = update_modal(spec, model, recordings, progress, many)
     eigenvalues = definiteness(model, [q.p for q in updated.parameters])
     return replace(
@@ -98,6 +96,13 @@ def run(
         model={**updated.model, **eigenvalues},
         notes=(*updated.notes, *quality_notes(recordings)),
     )
+
+
+def open_start(path: str) -> Solve:
+    """What solves one of many starts of a problem file, for a process of its own."""
+    from cvxupdate.update.modal_fit import modal_fit
+
+    return modal_fit(*open_problem(path)).solve
 
 
 def correlate(path: str | os.PathLike[str], progress: Progress | None = None) -> Compared:
@@ -191,24 +196,21 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
     from cvxupdate.update.parts import solver_choice, step_problem
 
     spec, model, recordings = open_problem(path)
-    if spec.update is not None and spec.update.method == "ceam":
+    if spec.update is None:
+        raise InputError(f"{path}: solvers needs an [update] table with a method and parameters.")
+    if spec.update.method == "ceam":
         from cvxupdate.update.ceam import residual_of as ceam_residual
 
         system = ceam_residual(spec, model, recordings).evaluate(model.zero()).system()
-    elif spec.update is not None and spec.update.method == "rfm":
+    elif spec.update.method == "rfm":
         from cvxupdate.residual.frf import FrfResidual
         from cvxupdate.update.rfm import prepare
 
         kind = "flexibility" if spec.update.residual == "auto" else spec.update.residual
-        system = (
-            FrfResidual(model, prepare(spec, model, recordings).chosen, kind)
-            .evaluate(model.zero())
-            .system()
-        )
-    elif spec.update is not None:
-        system = residual_of(spec, model, recordings).evaluate(model.zero()).system()
+        chosen = prepare(spec, model, recordings).chosen
+        system = FrfResidual(model, chosen, kind).evaluate(model.zero()).system()
     else:
-        raise InputError(f"{path}: solvers needs an [update] table with a method and parameters.")
+        system = residual_of(spec, model, recordings).evaluate(model.zero()).system()
     rows = compare_solvers(step_problem(spec, model, recordings), system, None, solver_choice(spec))
     return spec, rows, spread(rows) if any(r.status == "optimal" for r in rows) else float("nan")
 

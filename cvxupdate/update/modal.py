@@ -16,7 +16,7 @@ from cvxupdate.spec import Spec
 from cvxupdate.system import Array
 from cvxupdate.update.covariance import Uncertainty, uncertainty
 from cvxupdate.update.measured_modes import modal_metrics, mode_results
-from cvxupdate.update.modal_fit import ModalFit, comparison, modal_fit, open_fit, residual_of
+from cvxupdate.update.modal_fit import ModalFit, comparison, modal_fit, residual_of
 from cvxupdate.update.outcome import RELATIVE, objective_metric, updated
 from cvxupdate.update.parts import equality_rows
 from cvxupdate.update.result import Updated
@@ -102,7 +102,10 @@ def _all_starts(
     data = [t.frequency.tobytes() for t in fit.residual.fit]
     data += [np.asarray(t.shapes).tobytes() for t in fit.residual.fit if t.shapes is not None]
     kept = Kept(many.keep, mark_of(text, m.K.data.tobytes(), m.M.data.tobytes(), *data))
-    return run_starts(tasks, open_fit, {"path": str(spec.path)}, kept, many.jobs, many.progress)
+    if many.open_ is None:
+        return run_starts(tasks, lambda: fit.solve, {}, kept, 1, many.progress)
+    path = {"path": str(spec.path)}
+    return run_starts(tasks, many.open_, path, kept, many.jobs, many.progress)
 
 
 def scored_ends(

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from cvxupdate.convex import SolverChoice, StepProblem
 from cvxupdate.errors import InputError, ModelError
-from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
-from cvxupdate.recordings.load import load_recordings
 from cvxupdate.recordings.types import ModeTable, Recording
 from cvxupdate.residual.modal import ModalPoint, ModalResidual, modal_residual
 from cvxupdate.residual.shape_rows import Index
-from cvxupdate.spec import Spec, load_problem
+from cvxupdate.spec import Spec
 from cvxupdate.system import Array
 from cvxupdate.update.measured_modes import modal_tables
 from cvxupdate.update.modal_loop import released, shapes_first, with_pairing
@@ -141,9 +138,3 @@ def modal_fit(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Moda
         first,
         u.release_bounds,
     )
-
-
-def open_fit(path: str) -> Callable[[int, Array], StartEnd]:
-    """The fit of a problem file, for a process of its own."""
-    spec = load_problem(Path(path))
-    return modal_fit(spec, build_model(spec), load_recordings(spec)).solve

@@ -143,16 +143,6 @@ def mark_of(*parts: bytes) -> str:
     return digest.hexdigest()
 
 
-@dataclass(frozen=True)
-class Many:
-    """How many starts are run: in ``jobs`` processes (None: as many as there are processors), kept
-    in the file ``keep``, with ``progress`` told (done, of)."""
-
-    jobs: int | None = None
-    keep: Path | None = None
-    progress: Callable[[int, int], None] | None = None
-
-
 def starts_report(ends: Sequence[StartEnd], minima: Sequence[Basin]) -> dict[str, Any]:
     """Plain data: how many starts, what became of each, the minima found (``share`` of the starts
     that ended in each, within 1 % of its objective)."""
@@ -191,6 +181,18 @@ def starts_notes(report: Mapping[str, Any]) -> tuple[str, ...]:
 
 Task = tuple[int, Array]
 Solve = Callable[[int, Array], StartEnd]
+
+
+@dataclass(frozen=True)
+class Many:
+    """How many starts are run: by ``open_(path)``, which gives what solves one, in ``jobs``
+    processes (None: as many as there are processors; without ``open_`` in this one), kept in the
+    file ``keep``, with ``progress`` told (done, of)."""
+
+    jobs: int | None = None
+    keep: Path | None = None
+    progress: Callable[[int, int], None] | None = None
+    open_: Callable[[str], Solve] | None = None
 
 
 def run_starts(

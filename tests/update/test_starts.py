@@ -15,7 +15,6 @@ from cvxupdate.update.modal_fit import modal_fit
 from cvxupdate.update.modal_loop import released
 from cvxupdate.update.starts import (
     Kept,
-    Many,
     StartEnd,
     basins,
     mark_of,
@@ -120,7 +119,7 @@ def test_run_reports_the_minima(tmp_path: Path) -> None:
     path = tmp_path / "problem.toml"
     path.write_text(PROBLEM, encoding="utf-8")
     keep = tmp_path / "starts.jsonl"
-    updated = run(path, many=Many(1, keep))
+    updated = run(path, jobs=1, keep=keep)
     report = updated.starts
     assert report["count"] == 5 and len(report["ends"]) == 5
     best = report["minima"][0]
