@@ -51,6 +51,15 @@ Out = Annotated[
         "--out", help="folder for results; default out/<name of the problem>", show_default=False
     ),
 ]
+Jobs = Annotated[
+    int | None,
+    typer.Option(
+        "--jobs",
+        min=1,
+        help="processes for several starts; default one for each processor",
+        show_default=False,
+    ),
+]
 Json = Annotated[
     bool, typer.Option("--json", help="print the JSON on standard output and nothing else there")
 ]
@@ -62,18 +71,19 @@ STOPPED = "interrupted; what was finished is kept."
 
 
 @app.command()
-def run(problem: Problem, out: Out = None, as_json: Json = False) -> None:
+def run(problem: Problem, out: Out = None, as_json: Json = False, jobs: Jobs = None) -> None:
     """Update the model of a problem file."""
     from cvxupdate.report import run_files, run_summary
+    from cvxupdate.spec import name_of
     from cvxupdate.study import run as do
 
     must_be_writable(out)
+    folder = folder_for(out, name_of(problem))
     with _display(as_json) as show:
         reading = None if show is None else show.read
         said = None if show is None else lambda h: show.say(_iteration(h))
-        updated = do(problem, said, reading, _warn)
+        updated = do(problem, said, reading, _warn, jobs, folder / "starts.jsonl")
     files, payload = run_files(updated)
-    folder = folder_for(out, updated.problem)
     write_files(folder, files)
     _say(payload, as_json, lambda: run_summary(updated, folder))
     if updated.status not in ("converged", "optimal"):

@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,15 +24,14 @@ if TYPE_CHECKING:
     from cvxupdate.recordings.read.contents import Progress
     from cvxupdate.recordings.types import Recording
     from cvxupdate.update.result import Updated
+    from cvxupdate.update.starts import Solve
     from cvxupdate.update.trust_region import Iteration
 
 MODES_IN_BAND = 30
 """Modes computed for the sensors of frequency responses."""
-MESH_MATTERS, NEARER = 1e-3, 0.7
-"""Relative shift of the frequencies by the mesh above which a finer one is tried, and the fraction
-to which it must reduce the error."""
+MESH_MATTERS, NEARER = 1e-3, 0.7  # shift of frequencies for a finer mesh, and its error at most
 WORTH = {"frf_error": 0.01, "response_error": 0.01, "frequency_error_percent_mean": 0.1}
-"""The least absolute reduction of the error, by metric."""
+"""The least absolute reduction of the error."""
 UNITS = {
     "frf_error": " of the frequency responses",
     "response_error": " of the time responses",
@@ -42,14 +42,13 @@ UNITS = {
 def open_problem(
     path: str | os.PathLike[str], progress: Progress | None = None
 ) -> tuple[Spec, Model, tuple[Recording, ...]]:
-    """A problem file with its model and recordings; ``progress`` is called while
-    large files are read, with (what, done, total).
+    """A problem file with its model and recordings; ``progress`` hears (what, done, total) of
+    large files that are read.
 
     Raises
     ------
     InputError
-        For any fault of the file, the model or a recording (`ProblemFileError`, `ModelError`,
-        `RecordingError`).
+        For any fault of the file, the model or a recording.
     """
     from cvxupdate.fe.build import build_model
     from cvxupdate.recordings.load import load_recordings
@@ -63,37 +62,38 @@ def run(
     progress: Callable[[Iteration], None] | None = None,
     reading: Progress | None = None,
     warn: Warn | None = None,
+    jobs: int | None = None,
+    keep: Path | None = None,
 ) -> Updated:
-    """Update the model of a problem file as its [update] table says.
+    """Update the model of a problem file as its [update] table says; several starts in ``jobs``
+    processes (None: one for each processor), kept in the file ``keep`` as they finish.
 
     Raises
     ------
     InputError
-        For a fault of the input; an infeasible step is no error but a result with ``status``
-        "infeasible".
+        For a fault of the input; an infeasible step is a result, ``status`` "infeasible".
     """
     from cvxupdate.correlate.own_errors import own_errors
     from cvxupdate.correlate.plausible import examine
     from cvxupdate.update.definite import definiteness
     from cvxupdate.update.modal import update_modal
+    from cvxupdate.update.starts import Many
 
     spec, model, recordings = open_problem(path, reading)
     warnings = examine(spec, model, recordings, warn)
     if spec.update is None:
-        raise InputError(
-            f"{path}: no [update] table, so there is nothing to run. Add one with a method and "
-            "parameters."
-        )
-    if spec.update.method == "ceam":
+        raise InputError(f"{path}: no [update] table to run. Add one with a method and parameters.")
+    if spec.update.method in ("ceam", "rfm"):
         from cvxupdate.update.ceam import update_ceam
-
-        updated = update_ceam(spec, model, recordings, progress)
-    elif spec.update.method == "rfm":
         from cvxupdate.update.rfm import update_rfm
 
-        updated = update_rfm(spec, model, recordings, progress)
+        update = update_ceam if spec.update.method == "ceam" else update_rfm
+        updated = update(spec, model, recordings, progress)
     else:
-        updated = update_modal(spec, model, recordings, progress)
+        done = None if reading is None else partial(reading, "starts")
+        updated = update_modal(
+            spec, model, recordings, progress, Many(jobs, keep, done, open_start)
+        )
     p = [q.p for q in updated.parameters]
     return replace(
         updated,
@@ -101,6 +101,13 @@ def run(
         recordings=own_errors(model, recordings, p, updated.modes),
         warnings=warnings,
     )
+
+
+def open_start(path: str) -> Solve:
+    """What solves one of many starts of a problem file, for a process of its own."""
+    from cvxupdate.update.modal_fit import modal_fit
+
+    return modal_fit(*open_problem(path)).solve
 
 
 def correlate(
@@ -186,28 +193,25 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
         For a fault of the input.
     """
     from cvxupdate.convex import compare_solvers, spread
-    from cvxupdate.update.modal import residual_of
+    from cvxupdate.update.modal_fit import residual_of
     from cvxupdate.update.parts import solver_choice, step_problem
 
     spec, model, recordings = open_problem(path)
-    if spec.update is not None and spec.update.method == "ceam":
+    if spec.update is None:
+        raise InputError(f"{path}: solvers needs an [update] table with a method and parameters.")
+    if spec.update.method == "ceam":
         from cvxupdate.update.ceam import residual_of as ceam_residual
 
         system = ceam_residual(spec, model, recordings).evaluate(model.zero()).system()
-    elif spec.update is not None and spec.update.method == "rfm":
+    elif spec.update.method == "rfm":
         from cvxupdate.residual.frf import FrfResidual
         from cvxupdate.update.rfm import prepare
 
         kind = "flexibility" if spec.update.residual == "auto" else spec.update.residual
-        system = (
-            FrfResidual(model, prepare(spec, model, recordings).chosen, kind)
-            .evaluate(model.zero())
-            .system()
-        )
-    elif spec.update is not None:
-        system = residual_of(spec, model, recordings).evaluate(model.zero()).system()
+        chosen = prepare(spec, model, recordings).chosen
+        system = FrfResidual(model, chosen, kind).evaluate(model.zero()).system()
     else:
-        raise InputError(f"{path}: solvers needs an [update] table with a method and parameters.")
+        system = residual_of(spec, model, recordings).evaluate(model.zero()).system()
     rows = compare_solvers(step_problem(spec, model, recordings), system, None, solver_choice(spec))
     return spec, rows, spread(rows) if any(r.status == "optimal" for r in rows) else float("nan")
 

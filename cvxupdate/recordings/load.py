@@ -156,6 +156,14 @@ def _modes(declared: ModesRecording, number: int, opened: Opened) -> ModeTable:
         contents = contents_of(declared, opened)
         origin = _origin(declared, number, contents)
         modes, channels = modes_of_contents(contents, Names(declared.variables), wanted)
+    if declared.band is not None:
+        low, high = declared.band
+        modes, found = [m for m in modes if low <= m.frequency <= high], modes
+        if not modes:
+            raise RecordingError(
+                f"{origin.source}: no mode lies between {low:g} and {high:g} Hz; the table has "
+                f"{', '.join(f'{m.frequency:.5g}' for m in found[:20])} Hz. Correct band."
+            )
     return mode_table(
         modes,
         origin,

@@ -1,102 +1,41 @@
-"""Derivatives of eigenvalues and mode shapes from element blocks.
-
-Element matrices are sums of constant terms with scalar factors, so every derivative that a mode
-needs is a bilinear form of those terms, computed once for all parameters, times derivatives of
-factors. No element matrix is formed for any parameter, and none of size N × N.
-"""
+"""Derivatives of eigenvalues and mode shapes: Fox and Kapoor, Nelson, repeated eigenvalues, second
+order."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.block import STEP, Block
-from cvxupdate.fe.elements.base import Real, Values
+from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.factor import factorise
-from cvxupdate.fe.model import Matrices, Model
+from cvxupdate.fe.model import Matrices
+from cvxupdate.fe.modes import Modes
+from cvxupdate.residual.derivatives import (
+    Derivatives,
+    derivatives_of,
+    forms,
+    padded,
+    pushes,
+)
 from cvxupdate.residual.shape_rows import Index
 
-CHUNK = 2_000_000  # numbers held at once for the forms of one term
-
-
-@dataclass(frozen=True)
-class TermDerivative:
-    """One term of one block: d(factor)/dp_j = ``factors`` of the elements ``rows``, parameter after
-    parameter as ``parameters`` (entries,) says."""
-
-    block: Block
-    matrix: str
-    term: int
-    rows: Index
-    parameters: Index
-    factors: Real
-
-
-@dataclass(frozen=True)
-class Derivatives:
-    """∂K/∂p and ∂M/∂p of a model at one point for all ``count`` parameters, as factors of the
-    elements' constant terms."""
-
-    count: int
-    terms: tuple[TermDerivative, ...]
-
-
-def derivatives_of(model: Model, p: Real) -> Derivatives:
-    """Derivatives at ``p`` (n,), by complex step on the factors (exact to rounding); parameters
-    that move the same property go together."""
-    properties = model.properties(p)
-    together: dict[tuple[int, tuple[str, ...]], list[tuple[int, Index, Real]]] = {}
-    for j, parameter in enumerate(model.parameters):
-        for t in parameter.targets:
-            together.setdefault((t.block, t.properties), []).append((j, t.rows, t.scales))
-    out = []
-    for (number, names), members in together.items():
-        block = model.blocks[number]
-        rows = np.concatenate([r for _, r, _ in members])
-        owner = np.concatenate([np.full(len(r), j, dtype=np.int64) for j, r, _ in members])
-        scales = np.concatenate([s for _, _, s in members], axis=1)
-        local: dict[str, Values] = {
-            k: v[rows].astype(complex) for k, v in properties[number].items()
-        }
-        for name, scale in zip(names, scales, strict=True):
-            local[name] = local[name] + 1j * STEP * scale
-        for matrix, i, factor in block.scalars(local):
-            change = np.imag(factor) / STEP
-            live = change != 0.0
-            if matrix in "KM" and np.any(live):
-                out.append(TermDerivative(block, matrix, i, rows[live], owner[live], change[live]))
-    return Derivatives(len(model.parameters), tuple(out))
-
-
-def padded(shapes: Real) -> Real:
-    """Shapes with a row of zeros at the end, so that the place −1 of a held DOF reads 0."""
-    return np.vstack([shapes, np.zeros((1, shapes.shape[1]))])
-
-
-def forms(left: Real, right: Real, derivatives: Derivatives) -> tuple[Real, Real]:
-    """l_cᵀ ∂K/∂p_j r_c and l_cᵀ ∂M/∂p_j r_c, each (columns, parameters), of the columns of ``left``
-    and ``right`` (N, columns) or (N, 1)."""
-    l, r = padded(left), padded(right)
-    columns = max(l.shape[1], r.shape[1])
-    out = {"K": np.zeros((derivatives.count, columns)), "M": np.zeros((derivatives.count, columns))}
-    for t in derivatives.terms:
-        values = t.block.terms[t.term].values
-        step = max(1, CHUNK // (values.shape[1] * columns))
-        for first in range(0, len(t.rows), step):
-            part = slice(first, first + step)
-            dofs = t.block.dofs[t.rows[part]]
-            matrix = values[0] if len(values) == 1 else values[t.block.geometry[t.rows[part]]]
-            energy = np.einsum(
-                "edc,edc->ec",
-                np.broadcast_to(l[dofs], (*dofs.shape, columns)),
-                np.broadcast_to(matrix @ r[dofs], (*dofs.shape, columns)),
-            )
-            np.add.at(out[t.matrix], t.parameters[part], t.factors[part, None] * energy)
-    return out["K"].T, out["M"].T
+__all__ = [
+    "Derivatives",
+    "adjoint_shapes",
+    "derivatives_of",
+    "eigenvalue_derivatives",
+    "forms",
+    "functional_derivatives",
+    "padded",
+    "second_derivatives",
+    "shape_derivatives",
+    "shape_motion",
+    "splitting",
+]
 
 
 def eigenvalue_derivatives(eigenvalues: Real, shapes: Real, derivatives: Derivatives) -> Real:
@@ -143,14 +82,8 @@ def shape_derivatives(
     derivatives: Derivatives,
     others: Real | None = None,
 ) -> Real:
-    """∂φ_s/∂p_j of one mass-normalised mode at the free DOFs ``sensors``, (sensors, parameters).
-
-    Nelson's method (1976) turned round: solved for the sensors instead of the parameters, so one
-    sparse factorisation serves all of both. With A = K − λM, A y_s = e_s − φ_s Mφ and φᵀM y_s = 0,
-    ∂φ_s = −y_sᵀ (∂K − λ∂M) φ − ½ φ_s φᵀ∂Mφ. A is singular, and its one free value is settled by
-    holding y at the DOF where φ moves most (a border, though shorter to write, fills the factors).
-    ``others`` (N, k) are further shapes of the same eigenvalue: y is then orthogonal to them too,
-    and the derivative is that part which does not turn the shapes among themselves.
+    """∂φ_s/∂p_j of one mass-normalised mode at the free DOFs ``sensors``, (sensors, parameters):
+    `functional_derivatives` of unit functionals.
 
     Raises
     ------
@@ -158,22 +91,79 @@ def shape_derivatives(
         When the eigenvalue is repeated and its other shapes are not given: its shapes are not
         determined one by one.
     """
+    unit = np.zeros((len(shape), len(sensors)))
+    unit[sensors, np.arange(len(sensors))] = 1.0
+    y = adjoint_shapes(m, eigenvalue, shape, unit, others)
+    return functional_derivatives(eigenvalue, shape, unit, y, derivatives)
+
+
+def functional_derivatives(
+    eigenvalue: float, shape: Real, g: Real, y: Real, derivatives: Derivatives
+) -> Real:
+    """∂(gᵀφ)/∂p_j = −yᵀ(∂K − λ∂M) φ − ½ gᵀφ φᵀ∂Mφ of functionals g (N, r), (r, parameters), with
+    the adjoint shapes ``y`` (N, r) of `adjoint_shapes` or `residual.nelson`."""
+    dK, dM = forms(y, shape[:, None], derivatives)
+    own = forms(shape[:, None], shape[:, None], derivatives)[1]
+    return np.asarray(eigenvalue * dM - dK - 0.5 * (g.T @ shape)[:, None] * own)
+
+
+def adjoint_shapes(
+    m: Matrices, eigenvalue: float, shape: Real, g: Real, others: Real | None = None
+) -> Real:
+    """y (N, r) with (K − λM) y = g − MΦΦᵀg and ΦᵀMy = 0, Φ the shapes of this eigenvalue.
+
+    Nelson's method (1976) turned round: solved for functionals of the shape (its entries at
+    sensors, its MAC) instead of the parameters, so one sparse factorisation serves all of both. The
+    matrix is singular, and its one free value is settled by holding y at the DOF where φ moves most
+    (a border, though shorter to write, fills the factors). ``others`` (N, k) are further shapes of
+    the same eigenvalue: y is then orthogonal to them too, and the derivative is that part which
+    does not turn the shapes among themselves.
+
+    Raises
+    ------
+    ModelError
+        When the eigenvalue is repeated and its other shapes are not given.
+    """
     N = len(shape)
     same = shape[:, None] if others is None else np.column_stack([shape, others])
     A = sp.csc_array(m.K - eigenvalue * m.M)
     carried = m.M @ same
-    load = -carried @ same[sensors].T
-    load[sensors, np.arange(len(sensors))] += 1.0
+    load = g - carried @ (same.T @ g)
     _, _, order = la.qr(
         (np.sqrt(np.abs(m.K.diagonal()))[:, None] * same).T, mode="economic", pivoting=True
     )
     free = np.setdiff1d(np.arange(N), order[: same.shape[1]])
-    y = np.zeros((N, len(sensors)))
+    y = np.zeros_like(load)
     y[free] = _solved(sp.csc_array(A[free][:, free]), load[free])
-    y -= same @ (carried.T @ y)
-    dK, dM = forms(y, shape[:, None], derivatives)
-    own = forms(shape[:, None], shape[:, None], derivatives)[1]
-    return np.asarray(eigenvalue * dM - dK - 0.5 * shape[sensors][:, None] * own)
+    return np.asarray(y - same @ (carried.T @ y))
+
+
+def shape_motion(
+    modes: Modes, at: int, solved: Callable[[Real], Real], m: Matrices, derivatives: Derivatives
+) -> Real:
+    """∂φ/∂p (N, parameters) of mode ``at`` itself, the parameters' own form of Nelson's method.
+
+    ``solved`` f (N, n) ↦ (K − λM)⁺ f, as `adjoint_shapes` and `residual.nelson` solve it.
+    """
+    phi, lam = modes.shapes[:, at], float(modes.eigenvalues[at])
+    dK, dM = pushes(phi, derivatives)
+    y = solved(lam * dM - dK)
+    return np.asarray(y - 0.5 * np.outer(phi, phi @ dM))
+
+
+def second_derivatives(modes: Modes, at: int, motion: Real, derivatives: Derivatives) -> Real:
+    """∂²λ/∂p_j∂p_k (parameters, parameters) of one mode of a model whose matrices are linear in the
+    parameters, from the ``motion`` ∂φ/∂p (N, parameters) of its shape.
+
+    2.100 differentiated once more with φᵀMφ = 1: φ_kᵀ(∂K_j − λ∂M_j)φ twice, less ∂λ_k φᵀ∂M_jφ, made
+    symmetric (Plaut and Huseyin 1973; Brandon 1984). Thesis 2.8.1 names it after Kuo and Wada.
+    """
+    phi, lam = modes.shapes[:, at], float(modes.eigenvalues[at])
+    dK, dM = pushes(phi, derivatives)
+    first = phi @ (dK - lam * dM)
+    half = motion.T @ (dK - lam * dM)
+    own = np.outer(first, phi @ dM)
+    return np.asarray(half + half.T - 0.5 * (own + own.T))
 
 
 def _solved(A: sp.csc_array, b: Real) -> Real:

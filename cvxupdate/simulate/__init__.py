@@ -2,7 +2,7 @@
 harmonic balance, of a reduced model with laws of internal force."""
 
 from cvxupdate.simulate.continuation import follow
-from cvxupdate.simulate.energy import Balance, energy_balance
+from cvxupdate.simulate.energy import EnergyBalance, energy_balance
 from cvxupdate.simulate.integrate import (
     Simulated,
     Start,
@@ -15,7 +15,7 @@ from cvxupdate.simulate.reduced import reduced_system
 from cvxupdate.simulate.system import System, modal_system, system_of
 
 __all__ = [
-    "Balance",
+    "EnergyBalance",
     "Periodic",
     "Simulated",
     "Start",

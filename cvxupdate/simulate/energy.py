@@ -13,7 +13,7 @@ from cvxupdate.simulate.system import System
 
 
 @dataclass(frozen=True)
-class Balance:
+class EnergyBalance:
     """Over a record, J: ``supplied`` by the inputs, ``mechanical`` gain of the linear part,
     ``damped`` by C, ``elements`` work done on the nonlinear elements; ``error`` what is missing,
     over the largest of them."""
@@ -25,7 +25,7 @@ class Balance:
     error: float
 
 
-def energy_balance(system: System, force: ArrayLike, rate: float, run: Simulated) -> Balance:
+def energy_balance(system: System, force: ArrayLike, rate: float, run: Simulated) -> EnergyBalance:
     """The balance of a simulation whose states were kept, and that had no imposed motion.
 
     Powers are integrated over samples with their slopes (Euler and Maclaurin), so samples must
@@ -58,7 +58,7 @@ def energy_balance(system: System, force: ArrayLike, rate: float, run: Simulated
     )
     parts = (supplied, float(energy[-1] - energy[0]), damped, float(np.sum(run.work)))
     largest = max(float(energy.max()), *(abs(x) for x in parts))
-    return Balance(*parts, abs(parts[0] - sum(parts[1:])) / largest)
+    return EnergyBalance(*parts, abs(parts[0] - sum(parts[1:])) / largest)
 
 
 def _integral(y: Real, begin: Real, end: Real, rate: float) -> float:

@@ -2,7 +2,14 @@
 
 from cvxupdate.spec.grammar import ProblemFile, Spec
 from cvxupdate.spec.parameters import Target, expand_parameters
-from cvxupdate.spec.problem import check_problem, check_text, load_problem, read_text, schema
+from cvxupdate.spec.problem import (
+    check_problem,
+    check_text,
+    load_problem,
+    name_of,
+    read_text,
+    schema,
+)
 
 __all__ = [
     "ProblemFile",
@@ -12,6 +19,7 @@ __all__ = [
     "check_text",
     "expand_parameters",
     "load_problem",
+    "name_of",
     "read_text",
     "schema",
 ]

@@ -122,12 +122,16 @@ def _known(complaint: Complaint, prepared: Prepared) -> bool:
     )
 
 
-def _spec(path: Path, parsed: ProblemFile) -> Spec:
+def name_of(path: Path) -> str:
+    """What a problem is called: its file, or the folder of a problem.toml."""
     absolute = Path(os.path.abspath(path))
-    name = absolute.parent.name if absolute.name == "problem.toml" else absolute.stem
+    return (absolute.parent.name if absolute.name == "problem.toml" else absolute.stem) or "problem"
+
+
+def _spec(path: Path, parsed: ProblemFile) -> Spec:
     return Spec(
         path,
-        name or "problem",
+        name_of(path),
         parsed.title,
         parsed.source,
         parsed.model,

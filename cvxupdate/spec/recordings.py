@@ -126,11 +126,15 @@ class ModeRow(Part):
     )
     shape_std: (
         Annotated[
-            Positive | tuple[Positive, ...],
-            one_of("a number > 0, or a list of them, one for each entry of the shape"),
+            Positive | tuple[NonNegative, ...],
+            one_of("a number > 0, or a list of numbers ≥ 0, one for each entry of the shape"),
         ]
         | None
-    ) = Field(default=None, description="standard deviation of the entries: one number or a list")
+    ) = Field(
+        default=None,
+        description="standard deviation of the entries: one number, or a list, in which 0 says "
+        "that the entry is fixed by normalisation",
+    )
     mode: Count | None = Field(
         default=None,
         description="flexible mode of the initial model that this mode is paired with (1 = lowest)",
@@ -161,7 +165,7 @@ class Reading(Part):
     band: tuple[NonNegative, Positive] | None = Field(
         default=None,
         description="[lowest, highest] frequency used [Hz]; of a time history: of its spectra, the "
-        "samples stay as they are",
+        "samples stay as they are; of a table: of the modes that are used",
     )
     corrections: tuple[CorrectionRow, ...] = Field(
         default=(), description="faults of channels to be taken out"

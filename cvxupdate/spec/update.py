@@ -125,18 +125,43 @@ class Update(Part):
     tolerance: Positive = Field(
         default=1e-6, description="relative decrease of the objective at which the loop ends"
     )
-    pairing: Literal["auto", "mac", "frequency", "fixed"] = Field(
+    pairing: Literal["auto", "mac", "frequency", "fixed", "misfit"] = Field(
         default="auto",
         description="how measured modes find the model's; auto: as fixed by `mode`, else MAC, else "
-        "frequency",
+        "frequency; misfit: as auto at first, then anew at every point, by the least misfit",
     )
+    shape_residual: Literal["scale", "difference", "mac"] = Field(
+        default="scale",
+        description="sensitivity: how shapes are compared: entries after the modal scale factor "
+        "(2.3), entries normalised as measured, or (1 - sqrt MAC)/sqrt MAC",
+    )
+    shape_weight: Positive = Field(
+        default=1.0, description="sensitivity: factor on the weights of the shapes"
+    )
+    begin_with: Literal["all", "shapes"] = Field(
+        default="all",
+        description="sensitivity: shapes fits the shapes alone at first, which finds the way from "
+        "far-off starts",
+    )
+    release_bounds: bool = Field(
+        default=False,
+        description="frequencies, sensitivity: release the parameters that ended on a bound, and "
+        "go on where that leads lower",
+    )
+    starts: NonNegativeCount = Field(
+        default=0,
+        description="further starts, uniformly random inside the bounds; the best end counts, and "
+        "the minima that were found are reported",
+    )
+    seed: NonNegativeCount = Field(default=0, description="of the random starts")
     trust_radius: Positive | None = Field(
         default=None, description="first trust-region radius; absent: chosen"
     )
-    form: Literal["additive", "multiplicative"] = Field(
+    form: Literal["additive", "multiplicative", "bounded"] = Field(
         default="additive",
         description="multiplicative: the trust region is a share of each parameter's "
-        "present factor 1 + p (3.50), so that none changes its sign",
+        "present factor 1 + p (3.50), so that none changes its sign; bounded: of the distance "
+        "between its bounds",
     )
     line_search: bool = Field(
         default=False,

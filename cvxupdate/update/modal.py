@@ -9,48 +9,32 @@ from dataclasses import replace
 
 import numpy as np
 
-from cvxupdate.convex import SolverChoice, StepProblem
-from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
-from cvxupdate.recordings.types import ModeTable, Recording
-from cvxupdate.residual.another_pairing import another_pairing
-from cvxupdate.residual.modal import ModalPoint, ModalResidual, modal_residual
-from cvxupdate.residual.shape_rows import Index
+from cvxupdate.recordings.types import Recording
+from cvxupdate.residual.modal import ModalPoint, ModalResidual
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
 from cvxupdate.update.covariance import Uncertainty, uncertainty
-from cvxupdate.update.measured_modes import modal_metrics, modal_tables, mode_results
+from cvxupdate.update.measured_modes import modal_metrics, mode_results
+from cvxupdate.update.modal_fit import ModalFit, comparison, modal_fit, residual_of
 from cvxupdate.update.outcome import RELATIVE, objective_metric, updated
-from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
+from cvxupdate.update.parts import equality_rows
 from cvxupdate.update.result import Updated
 from cvxupdate.update.score import scored as with_responses
-from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterate, objective_at
+from cvxupdate.update.starts import (
+    Kept,
+    Many,
+    StartEnd,
+    basins,
+    mark_of,
+    random_starts,
+    run_starts,
+    starts_notes,
+    starts_report,
+)
+from cvxupdate.update.trust_region import Iteration, LoopResult
 
-REPAIRINGS = 5  # how often the loop may go on with another pairing
-
-
-def residual_of(spec: Spec, model: Model, recordings: Sequence[Recording]) -> ModalResidual:
-    """The modal comparison that the [update] table asks for."""
-    if spec.update is None:
-        raise InputError(
-            f"{spec.path}: there is no [update] table. Add one with a method and parameters."
-        )
-    return _comparison(spec, model, *modal_tables(recordings))
-
-
-def _comparison(
-    spec: Spec,
-    model: Model,
-    fit: Sequence[ModeTable],
-    hold_out: Sequence[ModeTable],
-    given: Sequence[Index] | None = None,
-) -> ModalResidual:
-    shapes, pairing = (
-        (False, "auto")
-        if spec.update is None
-        else (spec.update.method == "sensitivity", spec.update.pairing)
-    )
-    return modal_residual(model, fit, hold_out, shapes, pairing, given)
+__all__ = ["residual_of", "update_modal"]
 
 
 def update_modal(
@@ -58,8 +42,10 @@ def update_modal(
     model: Model,
     recordings: Sequence[Recording],
     progress: Callable[[Iteration], None] | None = None,
+    many: Many | None = None,
 ) -> Updated:
-    """Update ``model`` on the measured modes by a trust-region sequence of convex steps.
+    """Update ``model`` on the measured modes by a trust-region sequence of convex steps; from the
+    best of many starts where [update] asks for them (``many`` says how they are run).
 
     Raises
     ------
@@ -68,22 +54,21 @@ def update_modal(
     """
     begin = time.perf_counter()
     scored = residual_of(spec, model, recordings)
-    residual = (
-        scored if not scored.hold_out else _comparison(spec, model, scored.fit, ())
-    )  # what is only scored takes no part in the loop
-    problem, choice, options = (
-        step_problem(spec, model, recordings),
-        solver_choice(spec),
-        loop_options(spec, model),
-    )
-    loop, paired = with_pairing(residual, problem, choice, options, model.zero(), progress)
+    fit = modal_fit(spec, model, recordings)
+    ends = _all_starts(spec, fit, recordings, many or Many())
+    best = min(ends, key=lambda e: e.objective, default=None)
+    p0 = model.zero() if best is None or best.number == 0 else _start(spec, model, best.number)
+    loop, paired = fit.run(p0, progress)
+    if np.any(p0):
+        loop = replace(loop, start=fit.residual.evaluate(model.zero()))
     start, end = scored_ends(spec, model, scored, loop)
-    relative = all(t.relative_only for t in residual.fit)
+    relative = all(t.relative_only for t in fit.residual.fit)
     known = uncertainty(
         loop.point.system(), end.p, model.parameters, equality_rows(loop.problem, end.p), relative
     )
-    fit = modal_metrics(start, end)
-    fit["fit"] |= objective_metric(loop, start, end)
+    metrics = modal_metrics(start, end)
+    metrics["fit"] |= objective_metric(loop, start, end)
+    report = starts_report(ends, basins(ends, fit.objective)) if ends else {}
     return updated(
         spec,
         model,
@@ -92,73 +77,35 @@ def update_modal(
         relative,
         begin,
         method=spec.update.method if spec.update is not None else "frequencies",
-        fit=with_responses(fit, model, end.p, recordings),
-        notes=(*_notes(start, relative, known), *paired),
+        fit=with_responses(metrics, model, end.p, recordings),
+        notes=(*_notes(start, relative, known), *paired, *starts_notes(report)),
         modes=mode_results(start, end),
+        starts=report,
     )
 
 
-def with_pairing(
-    residual: ModalResidual,
-    problem: StepProblem,
-    choice: SolverChoice,
-    options: Options,
-    p0: Array,
-    progress: Callable[[Iteration], None] | None = None,
-) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
-    """`iterate`, and again from its end where another pairing by frequency fits the updated model
-    better: (one loop with the whole history, notes).
-
-    At most `REPAIRINGS` times, within the iterations that are left. The start is the initial model
-    in the final pairing.
-    """
-    loop = iterate(residual, problem, choice, options, p0, progress)
-    notes: list[str] = []
-    while (
-        loop.status == "converged"
-        and len(notes) < REPAIRINGS
-        and len(loop.history) < options.max_iterations
-    ):
-        other = another_pairing(loop.point)
-        if other is None:
-            break
-        before, after = (
-            objective_at(loop.problem, q)
-            for q in (loop.point, replace(loop.point, places=other.places))
-        )
-        if after >= before * (1.0 - 1e-3):
-            break
-        chain = loop.history
-        again = iterate(
-            replace(residual, start=other),
-            loop.problem,
-            choice,
-            replace(options, max_iterations=options.max_iterations - len(chain)),
-            loop.point.p,
-            progress,
-        )
-        back = again.start
-        for p in [*(h.p for h in reversed(chain) if h.accepted), loop.start.p]:
-            back = back.residual.evaluate(np.array(p), back)
-        notes.append(_repaired(loop.point, other.places, before, after))
-        history = (
-            *chain,
-            *(replace(h, number=len(chain) + 1 + i) for i, h in enumerate(again.history)),
-        )
-        loop = replace(again, start=back, history=history, weight=loop.weight)
-    return loop, tuple(notes)
+def _start(spec: Spec, model: Model, number: int) -> Array:
+    u = spec.update
+    return model.zero() if u is None else random_starts(model, u.starts, u.seed)[number - 1]
 
 
-def _repaired(point: ModalPoint, places: Sequence[Index], before: float, after: float) -> str:
-    changed = [
-        f"{table.frequency[i]:.5g} Hz"
-        for table, old, new in zip(point.residual.fit, point.places, places, strict=False)
-        for i in np.flatnonzero(old != new)
-    ]
-    return (
-        f"After convergence another pairing of {', '.join(changed)} fitted the updated model "
-        f"better (objective {before:.4g} → {after:.4g}), so the loop went on with it."
-    )
+def _all_starts(
+    spec: Spec, fit: ModalFit, recordings: Sequence[Recording], many: Many
+) -> tuple[StartEnd, ...]:
+    """The ends of the nominal and of all random starts; none where [update] asks for none."""
+    u, model = spec.update, fit.residual.model
+    if u is None or not u.starts:
+        return ()
+    tasks = [(0, model.zero()), *enumerate(random_starts(model, u.starts, u.seed), 1)]
+    text = spec.path.read_bytes() if spec.path.is_file() else b""
+    m = model.matrices()
+    data = [t.frequency.tobytes() for t in fit.residual.fit]
+    data += [np.asarray(t.shapes).tobytes() for t in fit.residual.fit if t.shapes is not None]
+    kept = Kept(many.keep, mark_of(text, m.K.data.tobytes(), m.M.data.tobytes(), *data))
+    if many.open_ is None:
+        return run_starts(tasks, lambda: fit.solve, {}, kept, 1, many.progress)
+    path = {"path": str(spec.path)}
+    return run_starts(tasks, many.open_, path, kept, many.jobs, many.progress)
 
 
 def scored_ends(
@@ -166,9 +113,9 @@ def scored_ends(
 ) -> tuple[ModalPoint, ModalPoint]:
     """Start and end of the loop with the modes that are only scored beside the fitted ones,
     followed through the accepted points."""
-    if not scored.hold_out:
-        return loop.start, loop.point
-    again = _comparison(spec, model, scored.fit, scored.hold_out, loop.start.places)
+    if not scored.hold_out:  # the modes of the end once more, counted
+        return loop.start, scored.evaluate(loop.point.p, loop.point)
+    again = comparison(spec, model, scored.fit, scored.hold_out, loop.start.places)
     point = first = again.evaluate(loop.start.p)
     for h in loop.history:
         if h.accepted:

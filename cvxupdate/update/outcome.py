@@ -44,6 +44,7 @@ def updated(
     modes: tuple[ModeResult, ...] = (),
     accuracy: tuple[AccuracyResult, ...] = (),
     facts: dict[str, Any] | None = None,
+    starts: dict[str, Any] | None = None,
 ) -> Updated:
     """The outcome of a loop.
 
@@ -51,7 +52,7 @@ def updated(
     ----------
     known : the uncertainty at the loop's end; relative : whether the deviations were weights only.
     begin : `time.perf_counter` when the method began.
-    facts : what else is to be said of the model.
+    facts : what else is to be said of the model; starts : of many starts.
     """
     p, infeasible = loop.point.p, loop.status == "infeasible"
     return Updated(
@@ -86,6 +87,7 @@ def updated(
         model={"clauses": clause_names(loop.problem), **model_facts(model, p), **(facts or {})},
         notes=tuple(notes),
         accuracy=accuracy,
+        starts=starts or {},
     )
 
 

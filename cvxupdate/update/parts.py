@@ -76,7 +76,8 @@ def loop_options(spec: Spec, model: Model) -> Options:
     [constraints].
 
     In the multiplicative form every parameter of ``model`` that is a factor counts: those whose
-    property is 0 today are no factors.
+    property is 0 today are no factors. In the bounded form the trust region is in widths of the
+    bounds.
     """
     if spec.update is None:
         return Options()
@@ -94,7 +95,14 @@ def loop_options(spec: Spec, model: Model) -> Options:
         factors,
         spec.update.line_search,
         spec.update.second_order,
+        _widths(model) if spec.update.form == "bounded" else (),
     )
+
+
+def _widths(model: Model) -> tuple[float, ...]:
+    """The distance between the bounds of each parameter, 1 where it has none."""
+    width = np.array([q.upper - q.lower for q in model.parameters])
+    return tuple(np.where(np.isfinite(width) & (width > 0.0), width, 1.0).tolist())
 
 
 def equality_rows(problem: StepProblem, p: Array) -> Array:

@@ -104,7 +104,7 @@ class Updated:
     ``certificate`` that of the last convex step; ``conflict`` and ``relaxation`` say why a step is
     infeasible; ``noise`` is by how much the residual exceeds the stated deviations; ``accuracy`` is
     of method rfm alone; ``recordings`` holds the error of each by itself, ``warnings`` what is
-    probably a mistake in the problem.
+    probably a mistake in the problem; ``starts`` what many starts found, where they were asked for.
     """
 
     problem: str
@@ -133,3 +133,4 @@ class Updated:
     accuracy: tuple[AccuracyResult, ...] = ()
     recordings: tuple[OwnError, ...] = ()
     warnings: tuple[Doubt, ...] = ()
+    starts: dict[str, Any] = field(default_factory=dict)

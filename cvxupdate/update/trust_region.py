@@ -51,7 +51,8 @@ class Options:
 
     ``relative`` (one for each parameter, empty: none): those whose trust region is in fractions of
     their present factor 1 + p, the multiplicative form of (3.50). ``line_search`` along each step
-    (3.52); ``second_order`` terms along it.
+    (3.52); ``second_order`` terms along it. ``widths`` (one for each parameter, empty: 1) are units
+    of the trust region for parameters of unlike ranges.
     """
 
     tolerance: float = 1e-6
@@ -60,9 +61,12 @@ class Options:
     relative: tuple[bool, ...] = ()
     line_search: bool = False
     second_order: bool = False
+    widths: tuple[float, ...] = ()
 
     def unit(self, p: Array) -> Array:
         """What one unit of the trust region is at ``p`` (n,)."""
+        if self.widths:
+            return np.array(self.widths)
         return np.where(self.relative, np.abs(1.0 + p), 1.0) if self.relative else np.ones(len(p))
 
 
@@ -148,7 +152,7 @@ def iterate(
         if progress is not None:
             progress(history[-1])
         radius = _next_radius(radius, ratio, size, taken)
-        if radius < SHORTEST * max(1.0, float(np.max(np.abs(p), initial=0.0))):
+        if radius < SHORTEST * max(1.0, _largest(np.array(p), unit)):
             status, reason = "converged", FLAT
             break
     if step is None:

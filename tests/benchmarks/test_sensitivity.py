@@ -45,7 +45,7 @@ from cvxupdate.recordings.types import Channel, ModeTable, Origin  # noqa: E402
 from cvxupdate.residual.modal import ModalPoint, ModalResidual, modal_residual  # noqa: E402
 from cvxupdate.study import open_problem  # noqa: E402
 from cvxupdate.update.measured_modes import modal_tables  # noqa: E402
-from cvxupdate.update.modal import with_pairing  # noqa: E402
+from cvxupdate.update.modal_loop import with_pairing  # noqa: E402
 from cvxupdate.update.parts import loop_options, step_problem  # noqa: E402
 from cvxupdate.update.trust_region import Options, objective_at  # noqa: E402
 from tests.benchmarks.test_modes import plate  # noqa: E402

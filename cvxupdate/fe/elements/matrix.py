@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -130,6 +131,21 @@ def split(matrix: sp.spmatrix | Real, where: str) -> dict[int, tuple[NDIndex, Re
 NDIndex = np.ndarray[Any, np.dtype[np.int64]]
 
 
+@lru_cache(maxsize=1)
+def _of_mat_file(path: Path, changed: int, size: int) -> dict[str, Any]:
+    """Every variable of a .mat file, matrices sparse: the rows of a block name the same file again
+    and again, and all of it has to be unpacked to find one."""
+    found = read_variables(path)
+    out: dict[str, Any] = {
+        name: sp.csc_array((m.values, m.rows, np.concatenate([[0], m.ends])), shape=m.shape)
+        for name, m in found.sparse.items()
+    }
+    for name, values in found.arrays.items():
+        plain = values.ndim == 2 and values.dtype.kind in "fiu"
+        out[name] = sp.csr_array(values) if plain else values
+    return out
+
+
 def read_matrix(path: Path, variable: str | None) -> sp.csr_array:
     """One matrix from .npz (dense array, or scipy.sparse.save_npz), .mat (version 5) or Matrix
     Market (.mtx).
@@ -152,12 +168,9 @@ def read_matrix(path: Path, variable: str | None) -> sp.csr_array:
                     return sp.csr_array(sp.load_npz(path))
                 return sp.csr_array(np.asarray(_pick(dict(data), variable, path), dtype=float))
         if suffix == ".mat":
-            found = read_variables(path)
-            sparse = {
-                name: sp.csc_array((m.values, m.rows, np.concatenate([[0], m.ends])), shape=m.shape)
-                for name, m in found.sparse.items()
-            }
-            return sp.csr_array(_pick({**found.arrays, **sparse}, variable, path)).astype(float)
+            stat = path.stat()
+            known = _of_mat_file(path, stat.st_mtime_ns, stat.st_size)
+            return sp.csr_array(_pick(known, variable, path)).astype(float)
     except ModelError:
         raise
     except RecordingError as error:  # the reader of .mat files says what is wrong with the file

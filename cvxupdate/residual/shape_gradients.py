@@ -1,0 +1,118 @@
+"""Derivatives of the rows that compare shapes, each mode solved in the cheapest exact way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cvxupdate.fe.continued import Continued
+from cvxupdate.fe.elements.base import Real
+from cvxupdate.fe.model import Matrices
+from cvxupdate.fe.modes import Modes
+from cvxupdate.residual.eigen import (
+    Derivatives,
+    adjoint_shapes,
+    functional_derivatives,
+    shape_motion,
+)
+from cvxupdate.residual.nelson import SharedSolver
+from cvxupdate.residual.repeated import REPEATED, clusters
+from cvxupdate.residual.shape_forms import ShapeForm
+from cvxupdate.residual.shape_rows import Index
+
+# Right-hand sides of a mode up to which conjugate gradients on the factors of K take less time than
+# factors of its own (a factorisation costs 30 to 50 solutions, an iteration one; the footbridge and
+# the concrete frame of problems/real/smu-modal-data).
+FEW = 3
+
+
+@dataclass(frozen=True)
+class ShapeRow:
+    """One measured shape: its ``table`` and ``mode`` there, the ``place`` of its partner, free DOFs
+    ``sensors`` (s,), ``measured`` entries (s,) and their deviations ``std`` (s,)."""
+
+    table: int
+    mode: int
+    place: int
+    sensors: Index
+    measured: Real
+    std: Real
+
+
+def shape_gradients(
+    form: ShapeForm,
+    shapes: Sequence[ShapeRow],
+    modes: Modes,
+    m: Matrices,
+    derivatives: Derivatives,
+    solved: Continued | None,
+) -> list[Real]:
+    """∂values/∂p of every shape, each (rows, parameters).
+
+    The adjoint form (a right-hand side for each row) where a shape has fewer rows than there are
+    parameters, else Nelson's own (one for each parameter); with the factors of K that found the
+    modes where those are at hand and the right-hand sides few.
+
+    Raises
+    ------
+    ModelError
+        When an eigenvalue is repeated beyond the modes that were computed.
+    """
+    together = clusters(modes)
+    gradients = [
+        form.derivative(modes.shapes[s.sensors, s.place], s.measured, s.std) for s in shapes
+    ]
+    few = [len(g) <= min(FEW, derivatives.count) for g in gradients]
+    shared = _shared(shapes, gradients, few, modes, solved)
+    out = []
+    for k, (s, gradient) in enumerate(zip(shapes, gradients, strict=True)):
+        lam, phi = float(modes.eigenvalues[s.place]), modes.shapes[:, s.place]
+        mates = next((at[at != s.place] for at in together if s.place in at), None)
+        others = None if mates is None else modes.shapes[:, mates]
+        if len(gradient) <= derivatives.count:
+            g = _spread(gradient, s.sensors, len(phi))
+            y = shared[k] if k in shared else adjoint_shapes(m, lam, phi, g, others)
+            out.append(functional_derivatives(lam, phi, g, y, derivatives))
+        else:
+            solve = _own(m, lam, phi, others)
+            moved = shape_motion(modes, s.place, solve, m, derivatives)
+            out.append(np.asarray(gradient @ moved[s.sensors]))
+    return out
+
+
+def _own(m: Matrices, lam: float, phi: Real, others: Real | None) -> Callable[[Real], Real]:
+    def solve(f: Real) -> Real:
+        return adjoint_shapes(m, lam, phi, f, others)
+
+    return solve
+
+
+def _spread(gradient: Real, sensors: Index, size: int) -> Real:
+    """The gradient (rows, sensors) as functionals on all DOFs, (N, rows)."""
+    g = np.zeros((size, len(gradient)))
+    np.add.at(g, sensors, gradient.T)
+    return g
+
+
+def _shared(
+    shapes: Sequence[ShapeRow],
+    gradients: Sequence[Real],
+    few: Sequence[bool],
+    modes: Modes,
+    solved: Continued | None,
+) -> dict[int, Real]:
+    """Adjoint shapes (N, rows) of those shapes that are worth it, all in one block: by place in
+    ``shapes``."""
+    chosen = [k for k in range(len(shapes)) if few[k] and solved is not None]
+    if not chosen or solved is None:
+        return {}
+    known = modes.eigenvalues[: solved.exact]
+    blocks = [_spread(gradients[k], shapes[k].sensors, len(modes.shapes)) for k in chosen]
+    widths = [b.shape[1] for b in blocks]
+    own = np.repeat([modes.eigenvalues[shapes[k].place] for k in chosen], widths)
+    same = np.abs(known[:, None] - own[None, :]) < REPEATED * np.abs(own)
+    solver = SharedSolver(solved.mass, solved.factor, known, modes.shapes[:, : solved.exact])
+    y = solver.solve(own, np.hstack(blocks), same)
+    return dict(zip(chosen, np.split(y, np.cumsum(widths)[:-1], axis=1), strict=True))

@@ -1,0 +1,140 @@
+"""What the modal methods fit, from a problem file: one object that runs from any start."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cvxupdate.convex import SolverChoice, StepProblem
+from cvxupdate.errors import InputError, ModelError
+from cvxupdate.fe.model import Model
+from cvxupdate.recordings.types import ModeTable, Recording
+from cvxupdate.residual.modal import ModalPoint, ModalResidual, modal_residual
+from cvxupdate.residual.shape_rows import Index
+from cvxupdate.spec import Spec
+from cvxupdate.system import Array
+from cvxupdate.update.measured_modes import modal_tables
+from cvxupdate.update.modal_loop import released, shapes_first, with_pairing
+from cvxupdate.update.parts import loop_options, solver_choice, step_problem
+from cvxupdate.update.starts import StartEnd, timed
+from cvxupdate.update.trust_region import Iteration, LoopResult, Options, objective_at
+
+
+def residual_of(spec: Spec, model: Model, recordings: Sequence[Recording]) -> ModalResidual:
+    """The modal comparison that the [update] table asks for."""
+    if spec.update is None:
+        raise InputError(
+            f"{spec.path}: there is no [update] table. Add one with a method and parameters."
+        )
+    return comparison(spec, model, *modal_tables(recordings))
+
+
+def comparison(
+    spec: Spec,
+    model: Model,
+    fit: Sequence[ModeTable],
+    hold_out: Sequence[ModeTable],
+    given: Sequence[Index] | None = None,
+) -> ModalResidual:
+    """The same of these tables; ``given`` are places of the fitted ones that are known."""
+    u = spec.update
+    if u is None:
+        return modal_residual(model, fit, hold_out, False, "auto", given)
+    shapes = u.method == "sensitivity"
+    rule = "auto" if u.pairing == "misfit" else u.pairing
+    return replace(
+        modal_residual(model, fit, hold_out, shapes, rule, given),
+        form=u.shape_residual,
+        shape_weight=u.shape_weight,
+        repaired=u.pairing == "misfit",
+    )
+
+
+@dataclass(frozen=True)
+class ModalFit:
+    """Everything that one fit from a start needs, what is only scored left out."""
+
+    residual: ModalResidual
+    problem: StepProblem
+    choice: SolverChoice
+    options: Options
+    shapes_first: bool
+    release: bool = False
+
+    def run(
+        self, p0: Array, progress: Callable[[Iteration], None] | None = None
+    ) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
+        """The loop from ``p0`` (n,), with notes."""
+        first = shapes_first if self.shapes_first else with_pairing
+        loop, notes = first(self.residual, self.problem, self.choice, self.options, p0, progress)
+        if not self.release:
+            return loop, notes
+        parameters = self.residual.model.parameters
+
+        def again(p: Array) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
+            return with_pairing(self.residual, loop.problem, self.choice, self.options, p, progress)
+
+        best, more = released(
+            again,
+            loop,
+            np.array([q.lower for q in parameters]),
+            np.array([q.upper for q in parameters]),
+        )
+        return best, (*notes, *more)
+
+    def solve(self, number: int, p0: Array) -> StartEnd:
+        """The end of one start; of one where the model is no structure, an infinite objective."""
+
+        def ended(p: Array) -> tuple[float, Array, str, int]:
+            try:
+                loop, _ = self.run(p)
+            except ModelError as error:
+                return np.inf, p, f"failed: {error}", 0
+            return (
+                objective_at(loop.problem, loop.point),
+                loop.point.p,
+                loop.status,
+                len(loop.history),
+            )
+
+        return timed(number, p0, ended)
+
+    def objective(self, p: Array) -> float:
+        """The objective at ``p``, inf where the model is no structure."""
+        try:
+            return objective_at(self.problem, self.residual.evaluate(p))
+        except ModelError:
+            return np.inf
+
+
+def modal_fit(spec: Spec, model: Model, recordings: Sequence[Recording]) -> ModalFit:
+    """What [update] asks for.
+
+    Raises
+    ------
+    InputError, ModelError, RecordingError
+        What the problem names cannot be used.
+    """
+    u = spec.update
+    if u is None:
+        raise InputError(
+            f"{spec.path}: there is no [update] table. Add one with a method and parameters."
+        )
+    fit, _ = modal_tables(recordings)
+    residual = replace(comparison(spec, model, fit, ()), continued=True)
+    first = u.begin_with == "shapes"
+    if first and not (residual.shapes and any(t.shapes is not None for t in fit)):
+        raise InputError(
+            f'{spec.path}: update.begin_with = "shapes", but no shape is fitted. Use method '
+            '"sensitivity" with a table of shapes, or leave it out.'
+        )
+    return ModalFit(
+        residual,
+        step_problem(spec, model, recordings),
+        solver_choice(spec),
+        loop_options(spec, model),
+        first,
+        u.release_bounds,
+    )
