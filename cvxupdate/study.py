@@ -27,11 +27,10 @@ if TYPE_CHECKING:
     from cvxupdate.update.starts import Solve
     from cvxupdate.update.trust_region import Iteration
 
-MODES_IN_BAND = 30
-"""Modes computed for the sensors of frequency responses."""
+MODES_IN_BAND = 30  # computed for the sensors of frequency responses
 MESH_MATTERS, NEARER = 1e-3, 0.7  # shift of frequencies for a finer mesh, and its error at most
+# the least absolute reduction of the error
 WORTH = {"frf_error": 0.01, "response_error": 0.01, "frequency_error_percent_mean": 0.1}
-"""The least absolute reduction of the error."""
 UNITS = {
     "frf_error": " of the frequency responses",
     "response_error": " of the time responses",
@@ -184,8 +183,7 @@ def inspect(path: str | os.PathLike[str], progress: Progress | None = None) -> I
 
 
 def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], float]:
-    """Solve the first convex step of a problem with every installed solver: (problem, a row for
-    each, relative spread of the objectives).
+    """The first convex step by every installed solver: (problem, rows, spread of objectives).
 
     Raises
     ------
