@@ -7,17 +7,20 @@ from dataclasses import replace
 
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.tables import prepared
+from cvxupdate.diagnose.motion.evidence import MotionEvidence
+from cvxupdate.diagnose.motion.runs import run_of, stages_of
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.mesh import mesh_error
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
+from cvxupdate.diagnose.output.wording import nonlinear
 from cvxupdate.diagnose.responses.data import prepare
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import effect_names
-from cvxupdate.physics.effect import MODES, RATIOS, RESPONSES
+from cvxupdate.physics.effect import MODES, MOTION, RATIOS, RESPONSES
 from cvxupdate.recordings.types import FrequencyResponse, ModeTable, Recording, TimeHistory
 from cvxupdate.spec import Spec
 
@@ -52,14 +55,32 @@ def _responses(
     model: Model,
     recordings: Sequence[FrequencyResponse | TimeHistory],
     progress: Progress,
-) -> ResponseEvidence:
+) -> Evidence:
     data, names = prepare(recordings), _names(spec, RESPONSES)
     data = replace(data, mesh=mesh_error(spec, model, data.top))
     if SHEAR in names:
         data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))
     start = with_nuisance(undamped(model), scatter=spec.diagnose.scatter)
     held, release = held_dofs(spec, model), release_from(spec)
-    return ResponseEvidence(model, start, data, names, held, release, progress)
+    linear = ResponseEvidence(model, start, data, names, held, release, progress)
+    return _motion(spec, recordings, linear, progress) or linear
+
+
+def _motion(
+    spec: Spec,
+    recordings: Sequence[FrequencyResponse | TimeHistory],
+    linear: ResponseEvidence,
+    progress: Progress,
+) -> MotionEvidence | None:
+    """Where all is time histories, and they depend on the level."""
+    histories = [r for r in recordings if isinstance(r, TimeHistory)]
+    if len(histories) < len(recordings) or not nonlinear(linear.level_change()):
+        return None
+    runs = {h.origin.name: run for h in histories if (run := run_of(h)) is not None}
+    fit = [h for h in histories if h.origin.name in runs and h.origin.use == "fit"]
+    return MotionEvidence(
+        linear, runs, stages_of(fit, runs, linear.data.sharp), _names(spec, MOTION), progress
+    )
 
 
 def _modes(

@@ -19,6 +19,7 @@ from cvxupdate.diagnose.output.wording import evidence_lines, nonlinear, verdict
 from cvxupdate.diagnose.results import Further
 from cvxupdate.diagnose.search.search import Found, search
 from cvxupdate.diagnose.types import Evidence, Progress
+from cvxupdate.physics.effect import MOTION
 from cvxupdate.recordings.types import Recording
 from cvxupdate.spec import Spec
 
@@ -32,7 +33,7 @@ def diagnosed(
 ) -> Diagnosis:
     """The diagnosis of a problem by its evidence; ``begin``: when it began (`perf_counter`)."""
     change = evidence.level_change()
-    level = nonlinear(change)
+    level = nonlinear(change) and evidence.told_by != MOTION
     found = Found() if level else search(evidence, progress)
     judgement = judge(evidence, found)
     last = judgement.last

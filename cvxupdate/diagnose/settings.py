@@ -135,3 +135,8 @@ FEWEST_RATIOS, LAW_RATIOS = 4, 6
 DAMPING_COST = 1.05
 # Confidence in one rate of decay of all modes, which a test of its own has established.
 LAW = 0.9
+
+# ------------------------------------------------------------------------- internal forces
+# Times what the best place leaves when any force may act there: places further off are not tried;
+# places tried at most.
+LOCATED, MOST_PLACES = 5.0, 8

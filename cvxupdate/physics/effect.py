@@ -1,7 +1,8 @@
 """What an effect is: a type of physics that a model may lack, at a place, and what it does there.
 
-An effect acts in one of three ways (`Action`): a change of the model, a hidden oscillator whose
-mass is only known when it is planted, or a fault of channels, which leaves the model as it is.
+An effect acts in one of four ways (`Action`): a change of the model, a hidden oscillator whose
+mass is only known when it is planted, a fault of channels, which leaves the model as it is, or an
+internal force that no matrix says (`cvxupdate.physics.internal_force`).
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from cvxupdate.physics.place import Place, at
 from cvxupdate.physics.quantity import Quantity as Quantity
 
 RESPONSES, MODES, RATIOS = "responses", "modes", "damping ratios"
+MOTION = "motion"  # time histories whose level counts
 TUNED = (0.8, 1.1)  # of the band's bottom and top: a hidden oscillator beyond is a spring or a mass
 EXCHANGED = 0.1  # largest departure of an exchange's gain from 1
 LIGHTEST, HEAVIEST = 1e-4, 0.2  # of the structure's mass: a hidden oscillator's
@@ -185,7 +187,35 @@ class ChannelFault:
         return effect
 
 
-Action = ModelChange | HiddenOscillator | ChannelFault
+class Planting(Protocol):
+    """A further way to act: parameters of the model that only exist once sizes are known."""
+
+    @property
+    def count(self) -> int:
+        """Number of unknowns."""
+
+    @property
+    def columns(self) -> int:
+        """Those that are parameters of the model."""
+
+    @property
+    def detail(self) -> tuple[Hashable, ...]:
+        """What tells it from others at its place."""
+
+    def label(self, place: Place) -> str:
+        """Where, for tables."""
+
+    def tenable(self, values: Mapping[str, float], bottom: float, top: float) -> bool:
+        """False where another effect says it better (band in Hz)."""
+
+    def plant(self, effect: Effect, model: Model, guess: Real, delay_unit: float) -> Planted:
+        """On a model, from sizes ``guess`` (count,)."""
+
+    def moved(self, effect: Effect, context: SearchContext) -> Effect | None:
+        """The same at the same place of another model."""
+
+
+Action = ModelChange | HiddenOscillator | ChannelFault | Planting
 
 
 @dataclass(frozen=True, eq=False)

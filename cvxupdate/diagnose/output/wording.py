@@ -11,6 +11,7 @@ from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import LEVEL_CHANGE, LEVEL_NOISE
 from cvxupdate.diagnose.types import Errors, Evidence, LevelChange
+from cvxupdate.physics.effect import MOTION
 from cvxupdate.physics.place import capital, listed
 
 MOST = 6  # equivalents that are named
@@ -73,6 +74,7 @@ def evidence_lines(judgement: Judgement, change: LevelChange | None) -> list[str
     evidence = judgement.case.evidence
     level = nonlinear(change)
     out = [*_level_line(change, level), *evidence.lines()]
+    level &= evidence.told_by != MOTION  # where laws that depend on the level are tried
     if not level:
         out += _base_lines(evidence, judgement.case.base)
     if judgement.findings and judgement.final is not None:

@@ -1,0 +1,166 @@
+"""Many variants of one modal model with internal forces, marched over one recording at once.
+
+Modes are carried from step to step by their exact propagators, the modal force straight in between
+(first-order hold); the internal forces are found at the end of each step from
+f = law(x⁰ − c f, v⁰ − d f), where x⁰ and v⁰ are what the motion would be without them there and c, d
+what a unit of them does to it within the step. With one place that is a scalar equation, so contact
+and stick need no smoothing: friction holds where |v⁰| ≤ d F, with the force v⁰ / d (the set-valued
+law, Moreau 1988). Only the places of the internal forces are computed: what sensors say follows from
+the forces by receptances.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.forces import Laws
+from cvxupdate.forces.compiled import compiled
+from cvxupdate.forces.scalar import FRICTION, respond
+
+Real = NDArray[np.float64]
+
+TERMS, HALVINGS = 14, 6  # of the exponential series, and of the step before it
+NEWTON, SWEEPS = 40, 60  # iterations at most at one place, rounds over several
+CLOSE = 1e-10  # of the force so far: converged
+
+
+@dataclass(frozen=True)
+class Variants:
+    """``lam`` (b, r) in (rad/s)², ``slow`` (b, r) = 2ζω in 1/s; shapes at the drives ``drive`` (b,
+    r, inputs) and at the places ``place`` (b, r, places); static flexibility beyond the modes
+    between places and drives ``beside`` (places, inputs) and among places ``between`` (places,
+    places), m/N; ``laws``: values (b, places, 4) of ``kinds`` (places,)."""
+
+    lam: Real
+    slow: Real
+    drive: Real
+    place: Real
+    beside: Real
+    between: Real
+    kinds: NDArray[np.int64]
+    values: Real
+
+
+def propagators(lam: Real, slow: Real, step: float) -> Real:
+    """(…, 2, 4): (η, hη̇) at the end of a step from (η, hη̇, F₀, F₁) at its beginning, for
+    η̈ + slow η̇ + lam η = F(t) with F straight in between; by scaling and squaring, so that rigid-body
+    and overdamped modes need no case of their own."""
+    A = np.zeros((*lam.shape, 4, 4))
+    A[..., 0, 1] = 1.0
+    A[..., 1, 0], A[..., 1, 1], A[..., 1, 2] = -lam * step**2, -slow * step, step**2
+    A[..., 2, 3] = 1.0
+    size = float(np.abs(A).sum(axis=-1).max(initial=1.0))
+    halvings = max(HALVINGS, int(np.ceil(np.log2(size))) + 1)
+    A = A / 2.0**halvings
+    E = np.broadcast_to(np.eye(4), A.shape).copy()
+    term = E.copy()
+    for k in range(1, TERMS):
+        term = term @ A / k
+        E = E + term
+    for _ in range(halvings):
+        E = E @ E
+    out = E[..., :2, :].copy()
+    out[..., 2] = E[..., :2, 2] - E[..., :2, 3]  # F(τ) = F₀ + τ (F₁ − F₀)
+    return out
+
+
+def marched(v: Variants, force: Real, rate: float) -> tuple[Real, Real, Real]:
+    """Internal forces, motions and velocities at the places (b, samples, places), from rest, under
+    ``force`` (samples, inputs) at ``rate`` Hz."""
+    P = propagators(v.lam, v.slow, 1.0 / rate)
+    shape = (len(v.lam), len(force), len(v.kinds))
+    out = tuple(np.zeros(shape) for _ in range(3))
+    arrays = (P, v.drive, v.place, v.beside, v.between, force, v.values)
+    _march(*(np.ascontiguousarray(a, dtype=float) for a in arrays), v.kinds, rate, *out)
+    return out
+
+
+def laws_of(kinds: NDArray[np.int64], values: Real) -> Laws:
+    """One variant's."""
+    return Laws(kinds, values)
+
+
+@compiled
+def _force(kind, p, x, v, c, d, z, w, f):  # type: ignore[no-untyped-def]
+    """Force at one place, from where it would be without: Newton's method from ``f``."""
+    if kind == FRICTION:
+        held = v / d if d > 0.0 else 0.0
+        return min(max(held, -p[0]), p[0])
+    for _ in range(NEWTON):
+        g, kx, kv, _, _ = respond(kind, p, x - c * f, v - d * f, z, w)
+        slope = 1.0 + c * kx + d * kv
+        if slope < 0.1:
+            slope = 0.1
+        step = (g - f) / slope
+        f = f + step
+        if abs(step) <= CLOSE * (abs(f) + 1e-30):
+            break
+    return f
+
+
+@compiled
+def _march(P, drive, place, beside, between, force, values, kinds, rate, f, x, v):  # type: ignore[no-untyped-def]
+    variants, modes = drive.shape[0], drive.shape[1]
+    inputs, places, samples = force.shape[1], len(kinds), len(force)
+    for b in range(variants):
+        eta, pace, was = np.zeros(modes), np.zeros(modes), np.zeros(modes)
+        z, w, now = np.zeros(places), np.zeros(places), np.zeros(places)
+        x0, v0 = np.zeros(places), np.zeros(places)
+        c, d = between.copy(), np.zeros((places, places))
+        for r in range(modes):
+            for k in range(inputs):
+                was[r] += drive[b, r, k] * force[0, k]
+            for i in range(places):
+                for j in range(places):
+                    both = place[b, r, i] * place[b, r, j]
+                    c[i, j] += both * P[b, r, 0, 3]
+                    d[i, j] += both * P[b, r, 1, 3] * rate
+        for t in range(1, samples):
+            x0[:], v0[:] = 0.0, 0.0
+            for i in range(places):
+                for k in range(inputs):
+                    x0[i] += beside[i, k] * force[t, k]
+            for r in range(modes):
+                end = 0.0
+                for k in range(inputs):
+                    end += drive[b, r, k] * force[t, k]
+                e = P[b, r, 0, 0] * eta[r] + P[b, r, 0, 1] * pace[r]
+                e += P[b, r, 0, 2] * was[r] + P[b, r, 0, 3] * end
+                u = P[b, r, 1, 0] * eta[r] + P[b, r, 1, 1] * pace[r]
+                u += P[b, r, 1, 2] * was[r] + P[b, r, 1, 3] * end
+                eta[r], pace[r], was[r] = e, u, end
+                for i in range(places):
+                    x0[i] += place[b, r, i] * e
+                    v0[i] += place[b, r, i] * u * rate
+            for _ in range(SWEEPS):
+                moved, largest = 0.0, 1e-30
+                for i in range(places):
+                    xi, vi = x0[i], v0[i]
+                    for j in range(places):
+                        if j != i:
+                            xi -= c[i, j] * now[j]
+                            vi -= d[i, j] * now[j]
+                    p = values[b, i]
+                    new = _force(kinds[i], p, xi, vi, c[i, i], d[i, i], z[i], w[i], now[i])
+                    moved, largest = max(moved, abs(new - now[i])), max(largest, abs(new))
+                    now[i] = new
+                if places == 1 or moved <= CLOSE * largest:
+                    break
+            for i in range(places):
+                xi, vi = x0[i], v0[i]
+                for j in range(places):
+                    xi -= c[i, j] * now[j]
+                    vi -= d[i, j] * now[j]
+                if kinds[i] != FRICTION:
+                    _, _, _, z[i], w[i] = respond(kinds[i], values[b, i], xi, vi, z[i], w[i])
+                f[b, t, i], x[b, t, i], v[b, t, i] = now[i], xi, vi
+            for r in range(modes):
+                back = 0.0
+                for i in range(places):
+                    back += place[b, r, i] * now[i]
+                eta[r] -= P[b, r, 0, 3] * back
+                pace[r] -= P[b, r, 1, 3] * back
+                was[r] -= back

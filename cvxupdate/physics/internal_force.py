@@ -1,0 +1,241 @@
+"""What the non-linear effects share: elements whose force no matrix says, where they can stand, how
+they are planted."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.errors import ModelError
+from cvxupdate.fe.block import COMMON, Block
+from cvxupdate.fe.elements.base import Real, Term, Values
+from cvxupdate.fe.model import KINDS, Model
+from cvxupdate.fe.parameters import Parameter, Target
+from cvxupdate.forces import Laws, clearance, cubic, friction, jenkins, join, quadratic
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import Effect, Planted
+from cvxupdate.physics.growth import dof_rows, new_ids
+from cvxupdate.physics.place import TRANSLATIONS, Place
+
+FEW_ENDS = 12  # DOFs that springs join: up to so many, every pair of them is a place
+LEAST = 1e-3  # of its first value: what must be above zero stays above this part of it
+
+
+@dataclass(frozen=True)
+class Force:
+    """A law between two DOFs or a DOF and ground; K, M and C do not know it. ``law`` is its name in
+    `cvxupdate.forces`, ``sides`` of a clearance "one" or "two"."""
+
+    law: str
+    dof: str
+    nodes: int
+    properties: tuple[str, ...]
+    sides: str = "one"
+
+    @property
+    def name(self) -> str:
+        """The word of the problem file."""
+        return ELEMENTS[self.law]
+
+    @property
+    def dofs(self) -> tuple[str, ...]:
+        """The one kind of DOF it acts along."""
+        return (self.dof,)
+
+    def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
+        """None: it is in no matrix."""
+        return ()
+
+    def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
+        """None."""
+        return {}
+
+
+ELEMENTS = {
+    "cubic": "cubic_spring",
+    "clearance": "clearance",
+    "friction": "friction",
+    "jenkins": "jenkins",
+    "quadratic": "quadratic_damper",
+}
+
+
+def internal_forces(model: Model, p: Real | None = None) -> tuple[Laws, Real]:
+    """The laws (m,) of a model's elements at ``p`` and their directions (N, m): x = Bᵀ q is how far
+    the second end moves from the first, or the DOF from ground."""
+    parts, columns = [], []
+    for block, now in zip(model.blocks, model.properties(p), strict=True):
+        kind = block.kind
+        if not isinstance(kind, Force):
+            continue
+        for e in range(len(block.ids)):
+            parts.append(law_of(kind, {k: float(np.real(now[k][e])) for k in kind.properties}))
+            column = np.zeros(model.size)
+            signs = (1.0,) if block.dofs.shape[1] == 1 else (-1.0, 1.0)
+            for d, sign in zip(block.dofs[e].tolist(), signs, strict=True):
+                if d >= 0:
+                    column[d] += sign
+            columns.append(column)
+    return join(parts), np.array(columns).reshape(len(columns), model.size).T
+
+
+def law_of(kind: Force, v: Mapping[str, float]) -> Laws:
+    """The law of an element with its properties; sizes that went below zero on the way are zero."""
+
+    def above(name: str) -> float:
+        return max(v[name], 0.0)
+
+    if kind.law == "cubic":
+        return cubic(v["k3"])
+    if kind.law == "clearance":
+        if kind.sides == "two":
+            return clearance(above("k"), above("gap"), "two")
+        return clearance(above("k"), v["gap"])
+    if kind.law == "friction":
+        return friction(above("force"))
+    if kind.law == "jenkins":
+        return jenkins(max(v["k"], 1e-12), above("force"))
+    return quadratic(v["c2"])
+
+
+@dataclass(frozen=True, eq=False)
+class NonlinearForce:
+    """A law at DOFs ``rows``, relative to whose first ``values`` its parameters are: empty until
+    it is planted. ``signs`` says of which of its ``names`` that they must be above zero."""
+
+    law: str
+    rows: tuple[int, ...]
+    names: tuple[str, ...]
+    positive: tuple[bool, ...]
+    sides: str = "one"
+    side: int = 1
+    values: tuple[float, ...] = ()
+
+    detail_of: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def count(self) -> int:
+        """Number of unknowns."""
+        return len(self.names)
+
+    @property
+    def columns(self) -> int:
+        """All are parameters of the model."""
+        return len(self.names)
+
+    @property
+    def detail(self) -> tuple[Hashable, ...]:
+        """One- or two-sided, and which side."""
+        return (self.sides, self.side)
+
+    def label(self, place: Place) -> str:
+        """Where, for tables."""
+        return f"at {place.short}"
+
+    def tenable(self, values: Mapping[str, float], bottom: float, top: float) -> bool:
+        """Whatever its size."""
+        return True
+
+    def plant(self, effect: Effect, model: Model, guess: Real, delay_unit: float) -> Planted:
+        """On any model; its parameters begin at zero, relative to the sizes ``guess`` (SI).
+
+        Raises
+        ------
+        ModelError
+            Without a size to begin from.
+        """
+        values = self.values or tuple(float(g) for g in guess)
+        if len(values) != len(self.names) or not all(values):
+            raise ModelError(f"{effect.name}: no size to begin from.")
+        return Planted(
+            replace(effect, action=replace(self, values=values)),
+            grown(model, self, values, effect),
+            np.zeros(len(values)),
+        )
+
+    def moved(self, effect: Effect, context: SearchContext) -> Effect | None:
+        """At the same DOFs of another model."""
+        kind = effect.place.dof
+        rows = tuple(context.model.place.get(f"n{n}.{kind}", -1) for n in effect.place.nodes)
+        return None if min(rows) < 0 else replace(effect, action=replace(self, rows=rows))
+
+
+def grown(model: Model, action: NonlinearForce, values: Sequence[float], effect: Effect) -> Model:
+    """The model with one element more, and a parameter for each of its properties."""
+    place = effect.place
+    kind = Force(action.law, str(place.dof), len(action.rows), action.names, action.sides)
+    ids = new_ids(model, 1)
+    properties = {
+        **{k: np.array([v]) for k, v in COMMON.items()},
+        **{n: np.array([v]) for n, v in zip(action.names, values, strict=True)},
+    }
+    code = KINDS.index(str(place.dof))
+    block = Block(
+        kind,
+        ids,
+        ("",),
+        np.array([action.rows]),
+        np.array([[code] * len(action.rows)]),
+        (),
+        np.zeros(1, dtype=np.int64),
+        properties,
+    )
+    number = len(model.blocks)
+    wider = replace(model, blocks=(*model.blocks, block))
+    units = {q.name: q.unit for q in effect.figures}
+    fresh = [
+        Parameter(
+            f"{effect.physics}@{place.short}.{name}",
+            name,
+            (Target(number, np.array([0]), (name,), np.array([[value]])),),
+            -1.0 + LEAST if positive else -20.0,
+            50.0,
+            value,
+            value,
+            units[name],
+            tuple(ids.tolist()),
+            None,
+        )
+        for name, value, positive in zip(action.names, values, action.positive, strict=True)
+    ]
+    return wider.with_parameters((*wider.parameters, *fresh))
+
+
+def places(context: SearchContext) -> list[tuple[tuple[int, ...], Place]]:
+    """(DOF rows, place) where a law can act: every free translation against ground; between the
+    ends of springs along one direction, every pair of them where they are few."""
+    model = context.model
+    out = [
+        ((row,), Place(nodes=(node,), dof=kind))
+        for row, node, kind in dof_rows(model, TRANSLATIONS)
+    ]
+    for kind in TRANSLATIONS:
+        ends: set[int] = set()
+        joined: set[tuple[int, int]] = set()
+        for block in model.blocks:
+            if block.kind.name not in ("spring", "dashpot") or KINDS[block.direction[0, 0]] != kind:
+                continue
+            ends.update(int(d) for d in block.dofs.reshape(-1) if d >= 0)
+            if block.dofs.shape[1] == 2:
+                joined.update((int(a), int(b)) for a, b in block.dofs if a >= 0 and b >= 0)
+        pairs = set(joined)
+        if len(ends) <= FEW_ENDS:
+            pairs |= {p for p in combinations(sorted(ends), 2) if p[::-1] not in joined}
+        for a, b in sorted(pairs):
+            nodes = tuple(int(model.node_ids[model.dof_node[d]]) for d in (a, b))
+            if nodes[0] != nodes[1]:
+                out.append(((a, b), Place(nodes=nodes, dof=kind)))
+    return out
+
+
+def direction(model: Model, rows: Sequence[int]) -> NDArray[np.float64]:
+    """(N,): +1 at the second of two DOFs and −1 at the first, or +1 at the only one."""
+    out = np.zeros(model.size)
+    for d, sign in zip(rows, (1.0,) if len(rows) == 1 else (-1.0, 1.0), strict=True):
+        out[d] += sign
+    return out
