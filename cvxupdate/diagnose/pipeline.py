@@ -33,15 +33,16 @@ def diagnosed(
 ) -> Diagnosis:
     """The diagnosis of a problem by its evidence; ``begin``: when it began (`perf_counter`)."""
     change = evidence.level_change()
+    drift = evidence.drift()
     level = nonlinear(change) and evidence.told_by != MOTION
-    found = Found() if level else search(evidence, progress)
+    found = Found() if level or drift else search(evidence, progress)
     judgement = judge(evidence, found)
     last = judgement.last
-    further = Further() if level else evidence.further(last.fit)
+    further = Further() if level or drift else evidence.further(last.fit)
     pattern = pattern_of(further)
     findings = (*judgement.findings, *pattern.findings)
-    verdict, says = verdict_of(judgement, pattern.findings, level)
-    lines = [*evidence_lines(judgement, change), *pattern.lines]
+    verdict, says = verdict_of(judgement, pattern.findings, level, drift)
+    lines = [*evidence_lines(judgement, change, drift), *pattern.lines]
     if judgement.findings and judgement.final is not None:
         sham = placebo(judgement.final, found, judgement.case)
         lines += [] if sham is None else [sham.says]

@@ -102,6 +102,10 @@ class ModesEvidence:
         """Tables say none."""
         return None
 
+    def drift(self) -> str | None:
+        """Not looked for."""
+        return None
+
     def context(self, model: Model) -> SearchContext:
         """For placing effects on the nuisance model or one grown from it."""
         return self._context(model, ZETA)
@@ -204,6 +208,11 @@ class ModesEvidence:
     def clear(self, found: Fit) -> bool:
         """The same: few rows tell nothing within their chance."""
         return bool(found.cost <= chi_square(CHANCE, found.rows))
+
+    @property
+    def hurried(self) -> bool:
+        """Never: a search over linear models ends by itself."""
+        return False
 
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""

@@ -3,6 +3,7 @@ internal forces beside all that a linear model may lack."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
-from cvxupdate.diagnose.motion.columns import law_scores
+from cvxupdate.diagnose.motion.columns import Scene, law_scores
+from cvxupdate.diagnose.motion.drift import clock_not_level, drift_of
 from cvxupdate.diagnose.motion.point import MotionPoint, MotionSetting
 from cvxupdate.diagnose.motion.runs import Run
 from cvxupdate.diagnose.nominal.supports import on_the_file
@@ -29,7 +31,7 @@ from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.screen.shortlist import best_of
-from cvxupdate.diagnose.settings import WIDE
+from cvxupdate.diagnose.settings import BUDGET, SIMULATED, WIDE
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import (
     Errors,
@@ -62,6 +64,7 @@ class MotionEvidence:
     laws: tuple[str, ...]
     progress: Progress
     known: dict[bytes, Laws] = field(default_factory=dict)
+    begin: float = field(default_factory=time.process_time)
 
     told_by = MOTION
 
@@ -115,6 +118,21 @@ class MotionEvidence:
         """Between runs at different drive levels."""
         return self.linear.level_change()
 
+    def drift(self) -> str | None:
+        """Stiffness that goes with time, where that explains more than any law."""
+        return self._drift
+
+    @cached_property
+    def _drift(self) -> str | None:
+        laws = [e for e in self.candidates(self.model, self.laws) if _is_law(e)]
+        base = self.bases[-1]
+        for fit in (base, fitted_at(base.setting, np.zeros(len(base.p)))):
+            best = max((s.fraction for s in self._laws(fit, laws)[0].values()), default=0.0)
+            found = drift_of(Scene.of(fit.point))
+            if clock_not_level(found, best):
+                return found.says
+        return None
+
     def context(self, model: Model) -> SearchContext:
         """For placing effects."""
         return self.linear.context(model)
@@ -165,13 +183,24 @@ class MotionEvidence:
         linear = [e for e in effects if not _is_law(e)]
         left = Projection.of(linearised(found.point))
         given = iter(first_order(found.point.linear, linear, left))
-        bare = not found.point.forces[0].size
-        laws = self._laws(found, [e for e in effects if _is_law(e)])[0] if bare else {}
+        laws = {}
+        if not found.point.forces[0].size:
+            laws = self._first(found, [e for e in effects if _is_law(e)])
         nothing = (Score(e, 0.0, np.zeros(e.count), trusted=False) for e in effects)
         return [
             laws.get(e.key, none) if _is_law(e) else next(given)
             for e, none in zip(effects, nothing, strict=True)
         ]
+
+    def _first(self, found: Fit, laws: Sequence[Effect]) -> dict[Key, Score]:
+        """Scores of laws beside no other: where they show more clearly at the nominal model, its
+        own are taken, from which `finite_size` begins."""
+        nominal = fitted_at(found.setting, np.zeros(len(found.p)))
+        both = [self._laws(f, laws)[0] for f in (nominal, found)]
+        most = [max((s.fraction for s in own.values()), default=0.0) for own in both]
+        if most[1] <= most[0]:
+            return {k: replace(s, trusted=False) for k, s in both[0].items()}
+        return both[1]
 
     def _laws(self, found: Fit, effects: Sequence[Effect]) -> Laws:
         """Scores of laws at a fit's point, by sharp signals, and what no force at their places
@@ -231,8 +260,13 @@ class MotionEvidence:
         return self.linear.explained(found, errors)
 
     def clear(self, found: Fit) -> bool:
-        """Half a per cent of the responses beyond noise."""
-        return self.linear.clear(found)
+        """Half a per cent of the responses beyond noise, or what simulation is good for."""
+        return self.linear.clear(found) or self.errors(found).fit <= SIMULATED
+
+    @property
+    def hurried(self) -> bool:
+        """Whether the time for one diagnosis is over."""
+        return time.process_time() - self.begin > BUDGET
 
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""

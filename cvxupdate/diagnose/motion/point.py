@@ -29,6 +29,8 @@ from cvxupdate.physics.internal_force import internal_forces
 from cvxupdate.system import LinearSystem
 
 CARRIED = 1.2  # of the sampling rate: modes above follow statically in the march
+RATES = 4  # steps in a sample where only derivatives are marched
+HEARD = 0.6  # of a record, for them: an exponential window hardly hears the rest
 STEP = 2e-3  # of p, for differences of internal forces
 STEP_DAMPING = 0.05  # of log ζ
 
@@ -266,10 +268,15 @@ class MotionPoint:
         places, unknowns)."""
         unknowns, changed, steps = self._moved()
         out = {}
-        for name, (f, _, _) in self.motions.items():
+        for name in self.motions:
             run = self.setting.runs[name]
-            many, _, _ = marched(changed(self.variants(run)), run.fine_force, run.fine_rate)
-            out[name] = np.moveaxis(many - f, 0, -1) / steps
+            force = run.interpolated(RATES)[: int(RATES * HEARD * run.samples)]
+            given = self.variants(run)
+            as_it_is, _, _ = marched(given, force, RATES * run.rate)
+            many, _, _ = marched(changed(given), force, RATES * run.rate)
+            rates = np.moveaxis(many - as_it_is, 0, -1) / steps
+            rest = np.zeros((RATES * run.samples - len(force), *rates.shape[1:]))
+            out[name] = np.concatenate([rates, rest])
         return unknowns, out
 
     def _moved(self):  # type: ignore[no-untyped-def]

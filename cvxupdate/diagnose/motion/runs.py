@@ -6,11 +6,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from cvxupdate.diagnose.responses.data import signals_of
+from cvxupdate.diagnose.responses.data import DIFFERENCED, signals_of
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal, smoothed
 from cvxupdate.recordings.measured import DECAY, MOTION, band_of
 from cvxupdate.recordings.types import TimeHistory
@@ -20,8 +21,8 @@ SMOOTHING = 0.05  # half-width of the kernel of the first fits, in parts of the 
 LINES = 700  # of a run at most
 COLUMNS = 4  # steps of the columns of a regression in a sample
 EDGE = 0.45  # of the sampling rate: lines above are left to the anti-alias filter
-FLOORS = 40  # stretches of the spectrum, of which the quietest tells the noise
-QUIETEST = 1.15  # what the least of so many averages of a hundred lines is below their mean
+STRETCH = 25  # lines whose mean power is one estimate of the noise
+QUIETEST = 1.8  # their mean over the least of a hundred such estimates, of white noise
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,11 @@ class Run:
     @cached_property
     def fine_force(self) -> Real:
         """The force on the clock of the march; its first sample stands for the one at rest."""
-        return self.samples_of(self.spectra(self.force), FINER)
+        return self.interpolated(FINER)
+
+    def interpolated(self, finer: int) -> Real:
+        """The force on a clock ``finer`` times as fast as the samples'."""
+        return self.samples_of(self.spectra(self.force), finer)
 
     def decaying(self, fine: Real, s: Complex) -> Complex:
         """∫ e^{−st} f dt (points, …) of values on a finer clock, at points ``s`` on the record's
@@ -119,14 +124,15 @@ def run_of(history: TimeHistory) -> Run | None:
 
 def noise_of(motion: Real) -> Real:
     """Standard deviation per sample (sensors,) of white noise: the quietest stretch of each
-    spectrum, for harmonics fill what the force does not reach."""
+    spectrum. Distortion may fill all of it, so that it is an upper bound: no more is taken than
+    where nothing is known."""
     n = len(motion)
     power = np.abs(rfft(motion, axis=0)[1:]) ** 2 / n
-    edges = np.linspace(0, len(power), FLOORS + 1).astype(np.int64)
+    edges = np.arange(0, len(power) + 1, STRETCH)
     least = np.array(
-        [power[a:b].mean(axis=0) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        [power[a:b].mean(axis=0) for a, b in pairwise(edges)]
     ).min(axis=0)
-    return np.asarray(np.sqrt(least * QUIETEST))
+    return np.asarray(np.minimum(np.sqrt(least * QUIETEST), DIFFERENCED * np.std(motion, axis=0)))
 
 
 def wide(history: TimeHistory) -> TimeHistory:

@@ -132,6 +132,10 @@ class ResponseEvidence:
         setting = self.setting(self.model, ())
         return float(np.median(setting.zeta)) if setting.damped else 0.005
 
+    def drift(self) -> str | None:
+        """Not looked for."""
+        return None
+
     def context(self, model: Model) -> SearchContext:
         """For placing effects on the nuisance model or one grown from it."""
         m = model.matrices(model.zero())
@@ -240,6 +244,11 @@ class ResponseEvidence:
     def clear(self, found: Fit) -> bool:
         """Half a per cent of the responses beyond noise: thousands of rows tell that much."""
         return found.excess <= CLEAR
+
+    @property
+    def hurried(self) -> bool:
+        """Never: a search over linear models ends by itself."""
+        return False
 
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
