@@ -8,7 +8,7 @@ from dataclasses import replace
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.tables import prepared
 from cvxupdate.diagnose.motion.evidence import MotionEvidence
-from cvxupdate.diagnose.motion.runs import run_of, stages_of
+from cvxupdate.diagnose.motion.runs import from_rest, run_of, stages_of
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.mesh import mesh_error
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
@@ -63,23 +63,34 @@ def _responses(
     start = with_nuisance(undamped(model), scatter=spec.diagnose.scatter)
     held, release = held_dofs(spec, model), release_from(spec)
     linear = ResponseEvidence(model, start, data, names, held, release, progress)
-    return _motion(spec, recordings, linear, progress) or linear
+    if nonlinear(linear.level_change()):
+        return in_simulation(spec, recordings, linear, progress) or linear
+    return linear
 
 
-def _motion(
-    spec: Spec,
-    recordings: Sequence[FrequencyResponse | TimeHistory],
-    linear: ResponseEvidence,
-    progress: Progress,
+def in_simulation(
+    spec: Spec, recordings: Sequence[Recording], linear: Evidence, progress: Progress
 ) -> MotionEvidence | None:
-    """Where all is time histories, and they depend on the level."""
-    histories = [r for r in recordings if isinstance(r, TimeHistory)]
-    if len(histories) < len(recordings) or not nonlinear(linear.level_change()):
+    """The same recordings with laws that depend on the level beside all else; None where they are
+    not time histories."""
+    if not isinstance(linear, ResponseEvidence):
+        return None
+    fitted = [r for r in recordings if r.origin.use == "fit" and not isinstance(r, ModeTable)]
+    histories = [from_rest(r) for r in recordings if isinstance(r, TimeHistory)]
+    if any(not isinstance(r, TimeHistory) for r in fitted):
         return None
     runs = {h.origin.name: run for h in histories if (run := run_of(h)) is not None}
     fit = [h for h in histories if h.origin.name in runs and h.origin.use == "fit"]
+    if not fit:
+        return None
+    data = prepare([h for h in histories if h.origin.name in runs])
+    data = replace(data, mesh=linear.data.mesh, sheared=linear.data.sheared)
     return MotionEvidence(
-        linear, runs, stages_of(fit, runs, linear.data.sharp), _names(spec, MOTION), progress
+        replace(linear, data=data),
+        runs,
+        stages_of(fit, runs, data.sharp),
+        _names(spec, MOTION),
+        progress,
     )
 
 

@@ -21,6 +21,7 @@ SMOOTHING = 0.05  # half-width of the kernel of the first fits, in parts of the 
 LINES = 700  # of a run at most
 COLUMNS = 4  # steps of the columns of a regression in a sample
 EDGE = 0.45  # of the sampling rate: lines above are left to the anti-alias filter
+QUIET, STILL = 16, 0.03  # samples, and what of the r.m.s. they may scatter by at rest
 STRETCH = 25  # lines whose mean power is one estimate of the noise
 QUIETEST = 1.8  # their mean over the least of a hundred such estimates, of white noise
 
@@ -120,6 +121,17 @@ def run_of(history: TimeHistory) -> Run | None:
         tuple(channels[i].label for i in drives),
         tuple(channels[i].label for i in senses),
     )
+
+
+def from_rest(history: TimeHistory) -> TimeHistory:
+    """Without the offsets of its channels, where it begins at rest: with a stretch in which the
+    forces do not move."""
+    drives = [i for i, c in enumerate(history.channels) if c.quantity == "force"]
+    start = history.data[:QUIET]
+    sizes = np.std(history.data, axis=0)
+    if not drives or np.any(np.std(start[:, drives], axis=0) > STILL * sizes[drives]):
+        return history
+    return replace(history, data=history.data - start.mean(axis=0))
 
 
 def noise_of(motion: Real) -> Real:
