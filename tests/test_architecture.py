@@ -34,15 +34,19 @@ ROOMS: dict[str, set[str]] = {
     "fe": TEXT | SHARED | {"spec", "forces"},
     "reduction": MODEL,
     "recordings": TEXT | SHARED | {"spec"},
-    "correlate": MODEL | DATA | {"reduction"},
-    "residual": MODEL | DATA | {"reduction", "correlate", "system"},
+    "simulate": MODEL,
+    "correlate": MODEL | DATA | {"reduction", "simulate"},
+    "residual": MODEL | DATA | {"reduction", "simulate", "correlate", "system"},
     "convex": BASE | {"system", "keys"},
     "direct": MODEL | {"reduction"},
-    "update": MODEL | DATA | {"reduction", "correlate", "residual", "convex", "direct", "system"},
+    "update": MODEL
+    | DATA
+    | {"reduction", "simulate", "correlate", "residual", "convex", "direct", "system"},
     "physics": MODEL | {"residual"},
     "diagnose": MODEL
     | DATA
-    | {"reduction", "correlate", "residual", "convex", "direct", "update", "physics", "system"},
+    | {"reduction", "simulate", "correlate", "residual", "convex", "direct", "update", "physics"}
+    | {"system"},
     "report": BASE,
 }
 ROOMS["study"] = set(ROOMS)

@@ -24,6 +24,7 @@ from cvxupdate.correlate.result import (
 )
 from cvxupdate.correlate.sensors import sensor_report
 from cvxupdate.errors import InputError
+from cvxupdate.fe.internal import internal_forces
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.recordings.types import FrequencyResponse, ModeTable, Recording, TimeHistory
@@ -96,7 +97,7 @@ def compare(
     InputError
         When nothing can be compared; the message says why of every recording.
     """
-    flexible, found = modes.flexible(), _Found(list(notes))
+    flexible, found = modes.flexible(), _Found([*notes, *nonlinear_note(model)])
     geometry = geometry_of(spec, model)
     tables = _Tables(model, model.matrices(), flexible, modes.rigid, geometry)
     for k, recording in enumerate(_named(recordings)):
@@ -161,6 +162,17 @@ class _Tables:
             top = float(flexible.frequencies[at.max()]) if at.max(initial=-1) >= 0 else 0.0
             found.sensors(rows, name, top)
         found.pairs += mode_pairs(table, flexible, at, macs)
+
+
+def nonlinear_note(model: Model) -> list[str]:
+    """What the linear comparisons leave out; nothing of a linear model."""
+    kinds = sorted(set(internal_forces(model).kinds))
+    if not kinds:
+        return []
+    return [
+        f"The model has nonlinear elements ({', '.join(kinds)}): its modes and frequency responses "
+        "are those of its linear elements; its answers to time histories are simulated."
+    ]
 
 
 def _add_responses(found: _Found, model: Model, recording: FrequencyResponse | TimeHistory) -> None:

@@ -11,6 +11,9 @@ answer to the recorded force at s = δ + iω. That is exact for a record that st
 window and no average of a spectral estimate enters. Where a record mixes quantities each counts as
 a recording of its own.
 
+A model with nonlinear elements answers to a time history by simulation from rest, and its own
+spectra are taken as those of the record. Its frequency responses are those of its linear elements.
+
 The band is `recordings.measured.band_of`: the recording's own ``band`` key, else all its lines
 above 0 Hz, or of a time history what its excitation reached. A DOF that the model holds answers 0.
 """
@@ -25,10 +28,12 @@ from numpy.typing import NDArray
 
 from cvxupdate.correlate._shapes import Real
 from cvxupdate.correlate.frf import Complex, frf_error
-from cvxupdate.errors import ModelError, RecordingError
+from cvxupdate.correlate.simulated import simulated
+from cvxupdate.errors import ConvergenceError, ModelError, RecordingError
+from cvxupdate.fe.internal import is_nonlinear
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.synthesis import responses
-from cvxupdate.recordings.measured import Measured, measured_responses
+from cvxupdate.recordings.measured import MOTION, Measured, measured_responses
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Recording, TimeHistory
 
 Index = NDArray[np.int64]
@@ -91,15 +96,36 @@ def stated_errors(
     for recording in recordings:
         if not isinstance(recording, FrequencyResponse | TimeHistory):
             continue
-        for measured in measured_responses(recording):
-            try:
-                own = modelled(model, measured, p)
-            except ModelError:
-                value = float("inf")
-            else:
-                value = frf_error(own, measured.Y)
-            out.append(Stated(recording.origin.use, metric_of(recording), value))
+        found = measured_responses(recording)
+        try:
+            own = answers(model, recording, found, p)
+        except (ModelError, ConvergenceError):
+            values = [float("inf")] * len(found)
+        else:
+            values = [frf_error(y, m.Y) for y, m in zip(own, found, strict=True)]
+        out += [Stated(recording.origin.use, metric_of(recording), v) for v in values]
     return tuple(out)
+
+
+def answers(
+    model: Model,
+    recording: FrequencyResponse | TimeHistory,
+    found: Sequence[Measured],
+    p: Real | None = None,
+) -> list[Complex]:
+    """The model's answer to each of the responses ``found`` in a recording: `modelled`, but of a
+    time history by simulation where the model has nonlinear elements."""
+    if not found or not isinstance(recording, TimeHistory) or not is_nonlinear(model):
+        return [modelled(model, measured, p) for measured in found]
+    return [m.Y for m in measured_responses(simulated_history(model, recording, p))]
+
+
+def simulated_history(model: Model, history: TimeHistory, p: Real | None = None) -> TimeHistory:
+    """`simulated`, with the channels' places."""
+    placed = [c for c in history.channels if c.dof]
+    drives = places(model, [c for c in placed if c.quantity == "force"])
+    senses = places(model, [c for c in placed if c.quantity in MOTION])
+    return simulated(model, history, drives, senses, p)
 
 
 def metric_of(recording: FrequencyResponse | TimeHistory) -> str:

@@ -5,9 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from cvxupdate.correlate.frf import frf_correlation
-from cvxupdate.correlate.response_error import Stated, metric_of, modelled, stated_errors
+from cvxupdate.correlate.response_error import (
+    Stated,
+    metric_of,
+    modelled,
+    simulated_history,
+    stated_errors,
+)
 from cvxupdate.correlate.result import FrfComparison
-from cvxupdate.errors import ModelError, RecordingError
+from cvxupdate.errors import ConvergenceError, ModelError, RecordingError
+from cvxupdate.fe.internal import is_nonlinear
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.measured import MOTION, measured_responses
 from cvxupdate.recordings.spectral import frf_from_time
@@ -36,11 +43,19 @@ def compare_responses(
     frf, why = frf_of_time(recording)
     if frf is None:
         return None, (why,), errors
-    return *_compare(model, frf, H1), errors
+    if not is_nonlinear(model):
+        return *_compare(model, frf, H1), errors
+    try:
+        own, why = frf_of_time(simulated_history(model, recording))
+    except (ModelError, ConvergenceError) as error:
+        return None, (f"{recording.origin.name}: {error} Not compared.",), errors
+    if own is None:
+        return None, (why,), errors
+    return *_compare(model, frf, f"{H1}, the model's of its simulation", own), errors
 
 
 def _compare(
-    model: Model, frf: FrequencyResponse, how: str
+    model: Model, frf: FrequencyResponse, how: str, simulation: FrequencyResponse | None = None
 ) -> tuple[FrfComparison | None, tuple[str, ...]]:
     name = frf.origin.name
     found = measured_responses(frf)
@@ -48,7 +63,9 @@ def _compare(
         return None, (f"{name}: {_why_not(frf)}; not compared.",)
     (measured,) = found
     try:
-        own = modelled(model, measured)
+        own = (
+            modelled(model, measured) if simulation is None else measured_responses(simulation)[0].Y
+        )
     except ModelError as error:
         return None, (f"{name}: {error} Not compared.",)
     f = measured.s.imag / (2.0 * np.pi)

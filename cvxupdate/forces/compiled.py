@@ -19,4 +19,4 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 def compiled(function: Function) -> Function:
     """``function`` compiled on its first call for the types it is called with, real or complex; the
     machine code is kept beside the module."""
-    return cast(Function, numba.njit(cache=True)(function))
+    return cast(Function, numba.njit(cache=True, fastmath={"reassoc", "contract"})(function))

@@ -106,7 +106,8 @@ class ElementText:
     must be different points, "rectangle" where they go around one; ``joins`` is whether it joins
     nodes to the structure. ``sections`` gives, for each shape of section that it may have, the keys
     that the section needs (one of each tuple). ``lacking(block, active DOF kinds)`` says what keeps
-    the elements from moving as they must.
+    the elements from moving as they must. ``law(kind, properties)`` gives the `Laws` of a nonlinear
+    element, which has no part in the matrices; None: it is linear.
     """
 
     block: type[Block]
@@ -116,6 +117,7 @@ class ElementText:
     joins: bool = True
     sections: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
     lacking: Callable[[Any, tuple[str, ...]], Lacking] = _nothing
+    law: Callable[[Any, Mapping[str, Any]], Any] | None = None
 
 
 def text_of(block: Block) -> ElementText:

@@ -238,7 +238,34 @@ _DISC = {
     "rows": [{"id": 70, "nodes": [1], "Ip": 0.06}, {"id": 71, "nodes": [3], "Ip": 0.02}],
 }
 
+_HELD = {"type": "spring", "dofs": ["x", "y"], "rows": _each(k=(3e5, 1e5, 7e4))}
+
+
+def _nonlinear(kind: str, **values: Any) -> Case:
+    """One of a kind between two nodes and one to ground, beside springs that hold all of them."""
+    block = {
+        "type": kind,
+        "dof": "y",
+        "rows": [
+            {"id": 80, "nodes": [1, 3], **{k: v[0] for k, v in values.items()}},
+            {"id": 81, "nodes": [2], **{k: v[1] for k, v in values.items()}},
+        ],
+    }
+    return Case(kind, _points([block, _HELD, _MASS], ["x", "y"]), 0, 0)
+
+
+NONLINEAR_CASES = (
+    _nonlinear("cubic_spring", k3=(2e7, -3e5), k2=(0.0, 40.0)),
+    _nonlinear("clearance", k=(4e4, 7e4), gap=(-1e-3, 2e-3), sides=("one", "two")),
+    _nonlinear("friction", force=(3.0, 8.0)),
+    _nonlinear("jenkins", k=(4e4, 9e4), force=(3.0, 8.0), play=(0.0, 1e-4)),
+    _nonlinear("iwan", stiffnesses=([4e4, 2e4], [5e4]), forces=([3.0, 6.0], [8.0])),
+    _nonlinear("bouc_wen", k=(4e4, 9e4), force=(3.0, 8.0), n=(1.0, 2.0), gamma=(0.5, 0.7)),
+    _nonlinear("quadratic_damper", c2=(12.0, 5.0)),
+)
+
 CASES: tuple[Case, ...] = (
+    *NONLINEAR_CASES,
     Case("spring", _points([_line("spring", k=(3e5, 5e5)), _MASS]), 1, 0),
     Case(
         "spring to ground",
