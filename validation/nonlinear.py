@@ -22,6 +22,7 @@ from typing import Any
 
 import numba
 import numpy as np
+import scipy.signal
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
@@ -135,6 +136,7 @@ def drive(rng: np.random.Generator, n: int, rate: float, band: tuple[float, floa
 
 NAMES = ("", *LAWS)
 STEPS = 160  # of Runge and Kutta's method in a sample
+FINE = 16  # points in a sample between which the force is straight: band-limited like the record
 
 
 def law(kind: int, s: Real, x: float, v: float, z: float) -> tuple[float, float]:
@@ -177,16 +179,18 @@ _rate = numba.njit(rate_of)
 
 @numba.njit
 def _march(n, lam, slow, push, place, kind, s, force, h, steps, drift, Y, A):  # type: ignore[no-untyped-def]
-    """Classical Runge and Kutta, the force straight between samples."""
+    """Classical Runge and Kutta, the force straight between the points of a clock FINE times as
+    fast as the samples'."""
     y, k1, k2, k3, k4 = np.zeros((5, 2 * n + 1))
-    samples = len(force)
+    samples = len(Y)
+    part = steps // FINE
     for t in range(samples):
-        _rate(y, n, lam, slow, push, place, kind, s, force[t], 1.0 + drift[0] + (drift[1] - drift[0]) * t / samples, k1)
+        _rate(y, n, lam, slow, push, place, kind, s, force[t * FINE], 1.0 + drift[0] + (drift[1] - drift[0]) * t / samples, k1)
         Y[t], A[t] = y, k1[n : 2 * n]
-        after = force[t + 1] if t + 1 < samples else force[t]
         for i in range(steps):
-            f0 = force[t] + (after - force[t]) * i / steps
-            f2 = force[t] + (after - force[t]) * (i + 1) / steps
+            at, inside = t * FINE + i // part, i % part
+            f0 = force[at] + (force[at + 1] - force[at]) * inside / part
+            f2 = force[at] + (force[at + 1] - force[at]) * (inside + 1) / part
             f1 = 0.5 * (f0 + f2)
             level = 1.0 + drift[0] + (drift[1] - drift[0]) * (t + i / steps) / samples
             _rate(y, n, lam, slow, push, place, kind, s, f0, level, k1)
@@ -207,8 +211,9 @@ def responses(K: Real, M: Real, zeta: Real, truth: Truth, at: int, force: Real, 
     place = phi.T @ w
     kind = NAMES.index(truth.physics) if truth.physics in LAWS else 0
     sizes = np.array([*truth.sizes.values(), 0.0, 0.0, 0.0])[:3]
+    fine = scipy.signal.resample(np.append(force, np.zeros(64)), (len(force) + 64) * FINE)
     Y, A = np.zeros((len(force), 2 * kept + 1)), np.zeros((len(force), kept))
-    _march(kept, lam, slow, phi[at].copy(), place, kind, sizes, force, 1.0 / rate / STEPS, STEPS, drift, Y, A)
+    _march(kept, lam, slow, phi[at].copy(), place, kind, sizes, fine, 1.0 / rate / STEPS, STEPS, drift, Y, A)
     return A @ phi.T, Y[:, :kept] @ place, Y[:, kept : 2 * kept] @ place
 
 

@@ -18,6 +18,7 @@ from cvxupdate.diagnose.responses.data import prepare
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
+from cvxupdate.fe.internal import is_nonlinear
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import effect_names
 from cvxupdate.physics.effect import MODES, MOTION, RATIOS, RESPONSES
@@ -63,7 +64,7 @@ def _responses(
     start = with_nuisance(undamped(model), scatter=spec.diagnose.scatter)
     held, release = held_dofs(spec, model), release_from(spec)
     linear = ResponseEvidence(model, start, data, names, held, release, progress)
-    if nonlinear(linear.level_change()):
+    if nonlinear(linear.level_change()) or is_nonlinear(model):
         return in_simulation(spec, recordings, linear, progress) or linear
     return linear
 

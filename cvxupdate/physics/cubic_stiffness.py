@@ -8,7 +8,7 @@ from typing import final
 
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import MOTION, Effect, EffectType
-from cvxupdate.physics.internal_force import NonlinearForce, places
+from cvxupdate.physics.internal_force import NonlinearForce, places, write
 from cvxupdate.physics.place import at, capital
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity
@@ -21,6 +21,7 @@ class CubicStiffness(EffectType):
     name = "cubic_stiffness"
     noun = "a hardening or softening spring"
     told_by = frozenset({MOTION})
+    writers = (("cubic_spring", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:
         """At every place of an internal force."""

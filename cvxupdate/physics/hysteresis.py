@@ -8,7 +8,7 @@ from typing import final
 
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import MOTION, Effect, EffectType
-from cvxupdate.physics.internal_force import NonlinearForce, places
+from cvxupdate.physics.internal_force import NonlinearForce, places, write
 from cvxupdate.physics.place import at, capital
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity
@@ -21,6 +21,7 @@ class Hysteresis(EffectType):
     name = "hysteresis"
     noun = "a joint that sticks and slips"
     told_by = frozenset({MOTION})
+    writers = (("jenkins", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:
         """At every place of an internal force."""

@@ -6,18 +6,22 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import COMMON, Block
-from cvxupdate.fe.elements.base import Real, Term, Values
+from cvxupdate.fe.elements.base import Element, Real
+from cvxupdate.fe.elements.clearance import Clearance
+from cvxupdate.fe.elements.cubic_spring import CubicSpring
+from cvxupdate.fe.elements.friction import Friction
+from cvxupdate.fe.elements.jenkins import Jenkins
+from cvxupdate.fe.elements.quadratic_damper import QuadraticDamper
 from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.fe.parameters import Parameter, Target
-from cvxupdate.forces import Laws, clearance, cubic, friction, jenkins, join, quadratic
 from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.draft import Draft, kind_of
 from cvxupdate.physics.effect import Effect, Planted
 from cvxupdate.physics.growth import dof_rows, new_ids
 from cvxupdate.physics.place import TRANSLATIONS, Place
@@ -26,81 +30,30 @@ FEW_ENDS = 12  # DOFs that springs join: up to so many, every pair of them is a 
 LEAST = 1e-3  # of its first value: what must be above zero stays above this part of it
 
 
-@dataclass(frozen=True)
-class Force:
-    """A law between two DOFs or a DOF and ground; K, M and C do not know it. ``law`` is its name in
-    `cvxupdate.forces`, ``sides`` of a clearance "one" or "two"."""
-
-    law: str
-    dof: str
-    nodes: int
-    properties: tuple[str, ...]
-    sides: str = "one"
-
-    @property
-    def name(self) -> str:
-        """The word of the problem file."""
-        return ELEMENTS[self.law]
-
-    @property
-    def dofs(self) -> tuple[str, ...]:
-        """The one kind of DOF it acts along."""
-        return (self.dof,)
-
-    def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
-        """None: it is in no matrix."""
-        return ()
-
-    def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
-        """None."""
-        return {}
+def element_of(law: str, dof: str, nodes: int, sides: str) -> Element:
+    """The element type of a law."""
+    match law:
+        case "cubic":
+            return CubicSpring(dof, nodes)
+        case "clearance":
+            return Clearance(dof, nodes, "two" if sides == "two" else "one")
+        case "friction":
+            return Friction(dof, nodes)
+        case "jenkins":
+            return Jenkins(dof, nodes)
+    return QuadraticDamper(dof, nodes)
 
 
-ELEMENTS = {
-    "cubic": "cubic_spring",
-    "clearance": "clearance",
-    "friction": "friction",
-    "jenkins": "jenkins",
-    "quadratic": "quadratic_damper",
-}
-
-
-def internal_forces(model: Model, p: Real | None = None) -> tuple[Laws, Real]:
-    """The laws (m,) of a model's elements at ``p`` and their directions (N, m): x = Bᵀ q is how far
-    the second end moves from the first, or the DOF from ground."""
-    parts, columns = [], []
-    for block, now in zip(model.blocks, model.properties(p), strict=True):
-        kind = block.kind
-        if not isinstance(kind, Force):
-            continue
-        for e in range(len(block.ids)):
-            parts.append(law_of(kind, {k: float(np.real(now[k][e])) for k in kind.properties}))
-            column = np.zeros(model.size)
-            signs = (1.0,) if block.dofs.shape[1] == 1 else (-1.0, 1.0)
-            for d, sign in zip(block.dofs[e].tolist(), signs, strict=True):
-                if d >= 0:
-                    column[d] += sign
-            columns.append(column)
-    return join(parts), np.array(columns).reshape(len(columns), model.size).T
-
-
-def law_of(kind: Force, v: Mapping[str, float]) -> Laws:
-    """The law of an element with its properties; sizes that went below zero on the way are zero."""
-
-    def above(name: str) -> float:
-        return max(v[name], 0.0)
-
-    if kind.law == "cubic":
-        return cubic(v["k3"])
-    if kind.law == "clearance":
-        if kind.sides == "two":
-            return clearance(above("k"), above("gap"), "two")
-        return clearance(above("k"), v["gap"])
-    if kind.law == "friction":
-        return friction(above("force"))
-    if kind.law == "jenkins":
-        return jenkins(max(v["k"], 1e-12), above("force"))
-    return quadratic(v["c2"])
+def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
+    """An internal force as an element of a problem file."""
+    kind, number = block.kind, int(block.ids[e])
+    ends = block.dofs[e].tolist()
+    nodes = [draft.end(model, d) for d in ends]
+    row = {"id": number, "nodes": nodes, "dof": kind_of(model, ends[0])}
+    row |= {k: now[k] for k in kind.properties if now[k] != 0.0}
+    if isinstance(kind, Clearance):
+        row["sides"] = kind.sides
+    draft.put(kind.name, {**row, "group": draft.fresh_group(kind.name.replace("_", " "), nodes[0])})
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,8 +68,6 @@ class NonlinearForce:
     sides: str = "one"
     side: int = 1
     values: tuple[float, ...] = ()
-
-    detail_of: ClassVar[tuple[str, ...]] = ()
 
     @property
     def count(self) -> int:
@@ -168,10 +119,11 @@ class NonlinearForce:
 def grown(model: Model, action: NonlinearForce, values: Sequence[float], effect: Effect) -> Model:
     """The model with one element more, and a parameter for each of its properties."""
     place = effect.place
-    kind = Force(action.law, str(place.dof), len(action.rows), action.names, action.sides)
+    kind = element_of(action.law, str(place.dof), len(action.rows), action.sides)
     ids = new_ids(model, 1)
     properties = {
         **{k: np.array([v]) for k, v in COMMON.items()},
+        **{k: np.zeros(1) for k in kind.properties},
         **{n: np.array([v]) for n, v in zip(action.names, values, strict=True)},
     }
     code = KINDS.index(str(place.dof))

@@ -8,7 +8,7 @@ from typing import final
 
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import MOTION, Effect, EffectType
-from cvxupdate.physics.internal_force import NonlinearForce, places
+from cvxupdate.physics.internal_force import NonlinearForce, places, write
 from cvxupdate.physics.place import at, capital
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity
@@ -21,6 +21,7 @@ class QuadraticDamping(EffectType):
     name = "quadratic_damping"
     noun = "damping that grows with the square of the velocity"
     told_by = frozenset({MOTION})
+    writers = (("quadratic_damper", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:
         """At every place of an internal force."""

@@ -14,18 +14,19 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy.linalg
 
 from cvxupdate.diagnose.motion.march import Variants, marched
 from cvxupdate.diagnose.motion.runs import Run
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
+from cvxupdate.fe.internal import internal_forces
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.fe.synthesis.derivatives import modal_blocks
 from cvxupdate.fe.synthesis.pieces import Response, respond, sensor_rows
 from cvxupdate.forces import Laws
 from cvxupdate.physics.fault import Fault
-from cvxupdate.physics.internal_force import internal_forces
 from cvxupdate.system import LinearSystem
 
 CARRIED = 1.2  # of the sampling rate: modes above follow statically in the march
@@ -147,7 +148,10 @@ class MotionPoint:
     @cached_property
     def forces(self) -> tuple[Laws, Real]:
         """Laws and directions of the internal forces."""
-        return internal_forces(self.setting.model, self.p[: len(self.setting.model.parameters)])
+        found = internal_forces(
+            self.setting.model, self.p[: len(self.setting.model.parameters)]
+        )
+        return found.laws, np.asarray(found.directions.todense(), dtype=float)
 
     @cached_property
     def carried(self) -> int:
@@ -322,7 +326,7 @@ class MotionPoint:
     def _values(self, j: int, step: float) -> Real:
         p = self.p[: len(self.setting.model.parameters)].copy()
         p[j] += step
-        return np.asarray(internal_forces(self.setting.model, p)[0].values, dtype=float)
+        return np.asarray(internal_forces(self.setting.model, p).laws.values, dtype=float)
 
     def system(self) -> LinearSystem:
         """Linearised at this point."""
@@ -334,8 +338,6 @@ class MotionPoint:
 def _turned(lam: Real, K: Real, M: Real, C: Real) -> tuple[Real, Real, Real]:
     """Modes of the band when its matrices move by `STEP` times K and M: eigenvalues, the new modes
     in the old ones, and what C adds to each mode's damping."""
-    import scipy.linalg
-
     values, V = scipy.linalg.eigh(
         np.diag(lam) + STEP * (K + K.T) / 2.0, np.eye(len(lam)) + STEP * (M + M.T) / 2.0
     )
