@@ -1,12 +1,12 @@
 """Non-linear and drifting structures of our own making: from a seed a folder with ``problem.toml``,
 recordings at four levels and ``truth.toml``, in the form of ``problems/concealed``.
 
-``python -m validation.nonlinear FIRST COUNT [--out DIR] [--judge]``. The structures are marched
-by Runge and Kutta's method in modal coordinates, 160 steps in a sample, friction as the steep branch
+``python -m validation.nonlinear FIRST COUNT [--out DIR] [--judge]``. The structures are marched by
+Runge and Kutta's method in modal coordinates, 160 steps in a sample, friction as the steep branch
 of tanh, contact and slip as they are: nothing is shared with the package, and scipy's LSODA agrees
-(tests/validation). A seed divisible by
-three has no non-linear law in it (scatter alone, or a loose spring); one that leaves 1 on division
-by six drifts. ``--judge`` diagnoses each and counts right, wrong and undetermined.
+(tests/validation/test_nonlinear.py). A seed divisible by three has no non-linear law in it (scatter
+alone, or a loose spring); one that leaves 1 on division by six drifts. ``--judge`` diagnoses each
+and counts right, wrong and undetermined.
 """
 
 from __future__ import annotations
@@ -73,12 +73,17 @@ def chain(rng: np.random.Generator) -> Structure:
         parts[f"storey {i + 1}"] = (own, np.zeros((n, n)))
         K += own
         nodes = f"[{i}, {i + 1}]" if i else "[1]"
-        springs.append(f'{{ id = {101 + i}, nodes = {nodes}, k = {k[i]}, group = "storey {i + 1}" }}')
+        springs.append(
+            f'{{ id = {101 + i}, nodes = {nodes}, k = {k[i]}, group = "storey {i + 1}" }}'
+        )
         mass = np.zeros((n, n))
         mass[i, i] = m[i]
         parts[f"mass {i + 1}"] = (np.zeros((n, n)), mass)
         M += mass
-    masses = [f'{{ id = {201 + i}, nodes = [{i + 1}], m = {m[i]}, group = "mass {i + 1}" }}' for i in range(n)]
+    masses = [
+        f'{{ id = {201 + i}, nodes = [{i + 1}], m = {m[i]}, group = "mass {i + 1}" }}'
+        for i in range(n)
+    ]
     zeta = float(rng.uniform(0.006, 0.02))
     nodes = ", ".join(f"{{ id = {i + 1}, x = {i + 1}.0 }}" for i in range(n))
     text = (
@@ -96,8 +101,31 @@ def beam(rng: np.random.Generator) -> Structure:
     n, L = int(rng.integers(8, 12)), float(rng.uniform(0.5, 0.9))
     b, h, E, rho = 0.03, float(rng.uniform(0.005, 0.01)), 207e9, 7850.0
     EI, mu, e = E * b * h**3 / 12.0, rho * b * h, L / n
-    k = EI / e**3 * np.array([[12, 6 * e, -12, 6 * e], [6 * e, 4 * e * e, -6 * e, 2 * e * e], [-12, -6 * e, 12, -6 * e], [6 * e, 2 * e * e, -6 * e, 4 * e * e]])
-    m = mu * e / 420.0 * np.array([[156, 22 * e, 54, -13 * e], [22 * e, 4 * e * e, 13 * e, -3 * e * e], [54, 13 * e, 156, -22 * e], [-13 * e, -3 * e * e, -22 * e, 4 * e * e]])
+    k = (
+        EI
+        / e**3
+        * np.array(
+            [
+                [12, 6 * e, -12, 6 * e],
+                [6 * e, 4 * e * e, -6 * e, 2 * e * e],
+                [-12, -6 * e, 12, -6 * e],
+                [6 * e, 2 * e * e, -6 * e, 4 * e * e],
+            ]
+        )
+    )
+    m = (
+        mu
+        * e
+        / 420.0
+        * np.array(
+            [
+                [156, 22 * e, 54, -13 * e],
+                [22 * e, 4 * e * e, 13 * e, -3 * e * e],
+                [54, 13 * e, 156, -22 * e],
+                [-13 * e, -3 * e * e, -22 * e, 4 * e * e],
+            ]
+        )
+    )
     size = 2 * (n + 1)
     K, M = np.zeros((size, size)), np.zeros((size, size))
     for i in range(n):
@@ -111,13 +139,20 @@ def beam(rng: np.random.Generator) -> Structure:
     K, M = (turn[:, None] * A[np.ix_(free, free)] * turn for A in (K, M))
     zeta = float(rng.uniform(0.005, 0.015))
     nodes = ", ".join(f"{{ id = {i + 1}, x = {i * e} }}" for i in range(n + 1))
-    rows = ", ".join(f'{{ id = {i + 1}, nodes = [{i + 1}, {i + 2}], group = "bar" }}' for i in range(n))
-    ends = '[[model.supports]]\nnodes = [1]\ndofs = ["z", "ry"]\n' if clamped else f'[[model.supports]]\nnodes = [1, {n + 1}]\ndofs = ["z"]\n'
+    rows = ", ".join(
+        f'{{ id = {i + 1}, nodes = [{i + 1}, {i + 2}], group = "bar" }}' for i in range(n)
+    )
+    ends = (
+        '[[model.supports]]\nnodes = [1]\ndofs = ["z", "ry"]\n'
+        if clamped
+        else f'[[model.supports]]\nnodes = [1, {n + 1}]\ndofs = ["z"]\n'
+    )
     text = (
         f'[model]\ndofs = ["z", "ry"]\nnodes = [ {nodes} ]\n'
         f"[model.materials.steel]\nE = {E}\nnu = 0.3\nrho = {rho}\n"
         f'[model.sections.bar]\nshape = "rectangle"\nwidth = {b}\nheight = {h}\n'
-        f'[[model.elements]]\ntype = "beam3d"\nmaterial = "steel"\nsection = "bar"\nrows = [ {rows} ]\n'
+        f'[[model.elements]]\ntype = "beam3d"\nmaterial = "steel"\n'
+        f'section = "bar"\nrows = [ {rows} ]\n'
         f'{ends}[model.damping]\nkind = "modal"\nzeta = {zeta}\n'
     )
     dofs = tuple((i // 2 + 1, "z" if i % 2 == 0 else "ry") for i in free)
@@ -161,7 +196,19 @@ def law(kind: int, s: Real, x: float, v: float, z: float) -> tuple[float, float]
 _law = numba.njit(law)
 
 
-def rate_of(y: Real, n: int, lam: Real, slow: Real, push: Real, place: Real, kind: int, s: Real, f: float, level: float, out: Real) -> None:
+def rate_of(
+    y: Real,
+    n: int,
+    lam: Real,
+    slow: Real,
+    push: Real,
+    place: Real,
+    kind: int,
+    s: Real,
+    f: float,
+    level: float,
+    out: Real,
+) -> None:
     """Derivative of (η, η̇, memory)."""
     x = v = 0.0
     for r in range(n):
@@ -185,7 +232,19 @@ def _march(n, lam, slow, push, place, kind, s, force, h, steps, drift, Y, A):  #
     samples = len(Y)
     part = steps // FINE
     for t in range(samples):
-        _rate(y, n, lam, slow, push, place, kind, s, force[t * FINE], 1.0 + drift[0] + (drift[1] - drift[0]) * t / samples, k1)
+        _rate(
+            y,
+            n,
+            lam,
+            slow,
+            push,
+            place,
+            kind,
+            s,
+            force[t * FINE],
+            1.0 + drift[0] + (drift[1] - drift[0]) * t / samples,
+            k1,
+        )
         Y[t], A[t] = y, k1[n : 2 * n]
         for i in range(steps):
             at, inside = t * FINE + i // part, i % part
@@ -200,7 +259,17 @@ def _march(n, lam, slow, push, place, kind, s, force, h, steps, drift, Y, A):  #
             y = y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
 
 
-def responses(K: Real, M: Real, zeta: Real, truth: Truth, at: int, force: Real, rate: float, drift: tuple[float, float], kept: int) -> tuple[Real, Real, Real]:
+def responses(
+    K: Real,
+    M: Real,
+    zeta: Real,
+    truth: Truth,
+    at: int,
+    force: Real,
+    rate: float,
+    drift: tuple[float, float],
+    kept: int,
+) -> tuple[Real, Real, Real]:
     """Accelerations of all rows (samples, n), motion and velocity at the law's place, from rest."""
     lam, phi = eigh(K, M)
     lam, phi = lam[:kept], phi[:, :kept]
@@ -213,17 +282,36 @@ def responses(K: Real, M: Real, zeta: Real, truth: Truth, at: int, force: Real, 
     sizes = np.array([*truth.sizes.values(), 0.0, 0.0, 0.0])[:3]
     fine = scipy.signal.resample(np.append(force, np.zeros(64)), (len(force) + 64) * FINE)
     Y, A = np.zeros((len(force), 2 * kept + 1)), np.zeros((len(force), kept))
-    _march(kept, lam, slow, phi[at].copy(), place, kind, sizes, fine, 1.0 / rate / STEPS, STEPS, drift, Y, A)
+    _march(
+        kept,
+        lam,
+        slow,
+        phi[at].copy(),
+        place,
+        kind,
+        sizes,
+        fine,
+        1.0 / rate / STEPS,
+        STEPS,
+        drift,
+        Y,
+        A,
+    )
     return A @ phi.T, Y[:, :kept] @ place, Y[:, kept : 2 * kept] @ place
 
 
-def draw(seed: int) -> tuple[Structure, dict[str, Any], Truth, list[tuple[float, Real]], float, list[int], int]:
-    """Everything of a case: structure, truth for the file, runs (level, samples × (force, sensors)),
+def draw(
+    seed: int,
+) -> tuple[Structure, dict[str, Any], Truth, list[tuple[float, Real]], float, list[int], int]:
+    """Everything of a case: structure, truth for the file, runs (level, samples × (force, sensors)
     rate, sensor rows, driven row."""
     rng = np.random.default_rng(seed)
     s = (chain if rng.integers(2) else beam)(rng)
     K, M = s.K.copy(), s.M.copy()
-    scatter = {name: (1.0 + 0.015 * rng.uniform(-1, 1), 1.0 + 0.008 * rng.uniform(-1, 1)) for name in s.parts}
+    scatter = {
+        name: (1.0 + 0.015 * rng.uniform(-1, 1), 1.0 + 0.008 * rng.uniform(-1, 1))
+        for name in s.parts
+    }
     for name, (k, m) in s.parts.items():
         K += (scatter[name][0] - 1.0) * k
         M += (scatter[name][1] - 1.0) * m
@@ -252,13 +340,28 @@ def draw(seed: int) -> tuple[Structure, dict[str, Any], Truth, list[tuple[float,
         part = (truth.drift * i / len(forces), truth.drift * (i + 1) / len(forces))
         a, _, _ = responses(K, M, zeta, truth, at, force, rate, part, kept)
         own = np.column_stack([force, a[:, sensors]])
-        own += 0.004 * np.std(own, axis=0) * rng.standard_normal(own.shape) * np.append(0.0, np.ones(count))
+        own += (
+            0.004
+            * np.std(own, axis=0)
+            * rng.standard_normal(own.shape)
+            * np.append(0.0, np.ones(count))
+        )
         step = 10.0 * np.std(own, axis=0) / 2**15
         runs.append((LEVELS[i], np.round(own / step) * step))
     return s, {}, truth, runs, rate, sensors, at
 
 
-def conceal(rng: np.random.Generator, s: Structure, K: Real, M: Real, zeta: Real, at: int, forces: Sequence[Real], rate: float, kept: int) -> Truth:
+def conceal(
+    rng: np.random.Generator,
+    s: Structure,
+    K: Real,
+    M: Real,
+    zeta: Real,
+    at: int,
+    forces: Sequence[Real],
+    rate: float,
+    kept: int,
+) -> Truth:
     """A law whose force is a tenth to half of the spring's where it acts, at the middle level."""
     physics = str(rng.choice(LAWS))
     rows = s.pairs[int(rng.integers(len(s.pairs)))]
@@ -273,7 +376,11 @@ def conceal(rng: np.random.Generator, s: Structure, K: Real, M: Real, zeta: Real
     two, side = bool(rng.integers(2)), float(rng.choice([-1.0, 1.0]))
     sizes = {
         "cubic_stiffness": {"k3": part * stiff / far**2 / 3.0},
-        "clearance": {"k": stiff * float(rng.uniform(0.5, 3.0)), "gap": gap if two else side * gap, "two": float(two)},
+        "clearance": {
+            "k": stiff * float(rng.uniform(0.5, 3.0)),
+            "gap": gap if two else side * gap,
+            "two": float(two),
+        },
         "dry_friction": {"force": part * stiff * far, "slow": 2e-3 * fast},
         "hysteresis": {"k": part * stiff, "force": part * stiff * gap},
         "quadratic_damping": {"c2": part * stiff * far / fast**2},
@@ -295,12 +402,20 @@ def write(seed: int, folder: Path) -> None:
         )
         use = "hold-out" if i == len(runs) - 1 else "fit"
         blocks.append(
-            f'[[recordings]]\nkind = "time"\nuse = "{use}"\nlevel = {level}\nfile = "run{i + 1}.npz"\n'
+            f'[[recordings]]\nkind = "time"\nuse = "{use}"\nlevel = {level}\n'
+            f'file = "run{i + 1}.npz"\n'
             f'response = "acceleration"\nrate = {rate}\nchannels = [\n{channels}\n]\n'
         )
-    (folder / "problem.toml").write_text(f'title = "Generated {seed}"\n{s.text}\n' + "\n".join(blocks))
+    (folder / "problem.toml").write_text(
+        f'title = "Generated {seed}"\n{s.text}\n' + "\n".join(blocks)
+    )
     nodes = [s.dofs[r][0] for r in truth.rows]
-    lines = [f'physics = "{truth.physics or ""}"', f"nodes = {nodes}", f"drift = {truth.drift}", f'loose = "{truth.loose or ""}"']
+    lines = [
+        f'physics = "{truth.physics or ""}"',
+        f"nodes = {nodes}",
+        f"drift = {truth.drift}",
+        f'loose = "{truth.loose or ""}"',
+    ]
     lines += [f"{k} = {v}" for k, v in truth.sizes.items()]
     (folder / "truth.toml").write_text("\n".join(lines) + "\n")
 
@@ -311,7 +426,10 @@ def judged(folder: Path) -> dict[str, Any]:
 
     truth = tomllib.loads((folder / "truth.toml").read_text())
     d = diagnose(folder / "problem.toml")
-    said = [(f.physics, sorted(f.place.nodes), dict(f.parameters), round(f.confidence, 2)) for f in d.findings]
+    said = [
+        (f.physics, sorted(f.place.nodes), dict(f.parameters), round(f.confidence, 2))
+        for f in d.findings
+    ]
     laws = [x for x in said if x[0] in LAWS]
     if truth["drift"]:
         good = not said and "changed while" in d.says
@@ -323,7 +441,16 @@ def judged(folder: Path) -> dict[str, Any]:
     else:
         good = said[0][0] == truth["physics"] and said[0][1] == sorted(truth["nodes"])
         verdict = "right" if good else "wrong"
-    return {"case": folder.name, "judged": verdict, "truth": truth, "verdict": d.verdict, "said": said, "fit": d.fit, "time": d.time, "says": d.says}
+    return {
+        "case": folder.name,
+        "judged": verdict,
+        "truth": truth,
+        "verdict": d.verdict,
+        "said": said,
+        "fit": d.fit,
+        "time": d.time,
+        "says": d.says,
+    }
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -102,4 +102,13 @@ def writers() -> dict[str, Writer]:
     return {kind: write for t in EFFECTS for kind, write in t.writers}
 
 
-__all__ = ["EFFECTS", "MOTION", "Effect", "EffectType", "candidates_of", "effect_names", "told", "writers"]
+__all__ = [
+    "EFFECTS",
+    "MOTION",
+    "Effect",
+    "EffectType",
+    "candidates_of",
+    "effect_names",
+    "told",
+    "writers",
+]

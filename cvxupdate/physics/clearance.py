@@ -1,5 +1,5 @@
-"""``clearance``: contact beyond a gap, one- or two-sided. Tell-tale: resonances rise above a level at
-which the gap closes; even harmonics where it is one-sided."""
+"""``clearance``: contact beyond a gap, one- or two-sided. Tell-tale: resonances rise above a level
+at which the gap closes; even harmonics where it is one-sided."""
 
 from __future__ import annotations
 
@@ -55,6 +55,7 @@ class Clearance(EffectType):
         else:
             when = f"when it moves towards {toward}{place.dof}"
         return (
-            f"{capital(at(place))} two parts touch after a gap of {quantity(abs(gap), 'm')}, {when} "
-            f"(contact stiffness {quantity(values['k'], 'N/m')}); the model has no contact there."
+            f"{capital(at(place))} two parts touch after a gap of {quantity(abs(gap), 'm')}, "
+            f"{when} (contact stiffness {quantity(values['k'], 'N/m')}); the model has no contact "
+            "there."
         )

@@ -41,6 +41,6 @@ class CubicStiffness(EffectType):
         what, way = ("hardening", "stiffer") if k3 > 0 else ("softening", "softer")
         size = quantity(k3, effect.figures[0].unit)
         return (
-            f"{capital(at(effect.place))} there is a {what} spring that the model does not have: it "
-            f"grows {way} the further it is moved (a force of {size} times the motion cubed)."
+            f"{capital(at(effect.place))} there is a {what} spring that the model does not have: "
+            f"it grows {way} the further it is moved (a force of {size} times the motion cubed)."
         )

@@ -1,5 +1,5 @@
-"""``dry_friction``: Coulomb friction. Tell-tale: damping that falls with the level, hardly any motion
-at small ones."""
+"""``dry_friction``: Coulomb friction. Tell-tale: damping that falls with the level, hardly any
+motion at small ones."""
 
 from __future__ import annotations
 

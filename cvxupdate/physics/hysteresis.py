@@ -1,4 +1,4 @@
-"""``hysteresis``: a spring in series with a slider (Jenkin 1922): sticks, then slips, and remembers.
+"""``hysteresis``: a spring in series with a slider (Jenkin 1922): sticks, slips, and remembers.
 Tell-tale: softer and more damped as the level grows, then less damped again."""
 
 from __future__ import annotations
@@ -43,6 +43,7 @@ class Hysteresis(EffectType):
         """Stiffness while it sticks, and the force at which it slips."""
         k, force = (quantity(values[q.name], q.unit) for q in effect.figures)
         return (
-            f"{capital(at(effect.place))} a joint sticks like a spring of {k} and slips at {force}: "
-            "its force depends on where it came from (hysteresis). The model does not have it."
+            f"{capital(at(effect.place))} a joint sticks like a spring of {k} and slips at "
+            f"{force}: its force depends on where it came from (hysteresis). The model does not "
+            "have it."
         )

@@ -10,7 +10,6 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import COMMON, Block
 from cvxupdate.fe.elements.base import Element, Real
 from cvxupdate.fe.elements.clearance import Clearance
@@ -93,16 +92,9 @@ class NonlinearForce:
         return True
 
     def plant(self, effect: Effect, model: Model, guess: Real, delay_unit: float) -> Planted:
-        """On any model; its parameters begin at zero, relative to the sizes ``guess`` (SI).
-
-        Raises
-        ------
-        ModelError
-            Without a size to begin from.
-        """
-        values = self.values or tuple(float(g) for g in guess)
-        if len(values) != len(self.names) or not all(values):
-            raise ModelError(f"{effect.name}: no size to begin from.")
+        """On any model; its parameters begin at zero, relative to the sizes ``guess`` (SI; one
+        unit where nothing says a size)."""
+        values = self.values or tuple(float(g) or 1.0 for g in guess)
         return Planted(
             replace(effect, action=replace(self, values=values)),
             grown(model, self, values, effect),
@@ -162,7 +154,7 @@ def places(context: SearchContext) -> list[tuple[tuple[int, ...], Place]]:
     """(DOF rows, place) where a law can act: every free translation against ground; between the
     ends of springs along one direction, every pair of them where they are few."""
     model = context.model
-    out = [
+    out: list[tuple[tuple[int, ...], Place]] = [
         ((row,), Place(nodes=(node,), dof=kind))
         for row, node, kind in dof_rows(model, TRANSLATIONS)
     ]

@@ -19,7 +19,15 @@ from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import DerivativeBlock, Model
 from cvxupdate.physics import EFFECTS, candidates_of, effect_names
 from cvxupdate.physics.context import SearchContext
-from cvxupdate.physics.effect import Effect, EffectType, HiddenOscillator, Planted, plant
+from cvxupdate.physics.effect import (
+    MOTION,
+    RESPONSES,
+    Effect,
+    EffectType,
+    HiddenOscillator,
+    Planted,
+    plant,
+)
 from cvxupdate.physics.low_rank import amounts, low_rank
 from cvxupdate.spec import Spec, check_problem, load_problem
 from cvxupdate.spec.update import PHYSICS
@@ -108,7 +116,9 @@ def test_places_are_hashable_and_each_its_own(
     found = type_of(case).candidates(scene[2])
     tunings = {e.action.frequency for e in found if isinstance(e.action, HiddenOscillator)}
     assert len({e.key for e in found}) * max(1, len(tunings)) == len(found)
-    everything = {e.key for e in candidates_of(scene[2])}
+    everything = {
+        e.key for kind in (RESPONSES, MOTION) for e in candidates_of(scene[2], None, kind)
+    }
     assert {e.key for e in found} <= everything
     for e in found[:MOST]:
         again = e.on(scene[2])

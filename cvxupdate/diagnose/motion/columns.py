@@ -2,26 +2,25 @@
 place: columns along the smoothed motion, linear in their coefficients.
 
 First the places: whatever the law, a force at one place and in one direction reaches the sensors
-through that place's receptances, so on every line the residual has rank one (a force at the wrong
-place has not). Then the laws at the places that are left: of gaps and slip distances a grid, refined
+through that place's receptances, so on every line the residual has rank one.
+Then the laws at the places that are left: of gaps and slip distances a grid, refined
 where it explains most, the motion smoothed again with the law's own force as its mean.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from cvxupdate.diagnose.fit import Fit, fitted_at
 from cvxupdate.diagnose.motion.point import MotionPoint
-from cvxupdate.diagnose.motion.smoother import Beyond, Smoother
-from cvxupdate.diagnose.responses.first_order import linearised
-from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
-from cvxupdate.diagnose.screen.projection import Linearised, Projection
+from cvxupdate.diagnose.motion.scene import Scene
+from cvxupdate.diagnose.motion.smoother import Smoother
+from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.diagnose.settings import LOCATED, MOST_PLACES
-from cvxupdate.diagnose.types import Score
-from cvxupdate.fe.synthesis.pieces import sensor_rows
+from cvxupdate.diagnose.types import Key, Score
 from cvxupdate.forces import (
     contact_columns,
     cubic_column,
@@ -37,104 +36,10 @@ GRID = np.geomspace(0.02, 0.85, 9)  # of the largest motion: gaps and slip dista
 FINE = (((0.7, 0.84, 1.19, 1.4), 1), ((1.0,), 3), ((0.92, 1.08), 2))
 AGAIN = 3  # how often the motion is smoothed anew with the law's force
 SMOOTH = (0.003, 0.02)  # of the largest velocity: width of the sign of friction
-NUISANCE_PLACES = 40  # places at which nuisance parameters are fitted beside any force
 KEPT = 0.3  # of the best law at any place: laws that explain less are not refined
 LARGEST = 99.9  # per cent of the samples are below what counts as the largest motion
 
 Column = Callable[[Real, Real], Real]
-
-
-@dataclass(frozen=True)
-class Rows:
-    """Receptances from one place to the weighted rows of every signal: ``reach`` (points, sensors)
-    each, and its conjugate square for the rank-one test."""
-
-    reach: tuple[Complex, ...]
-
-
-@dataclass(frozen=True)
-class Scene:
-    """A point, what its runs say beyond it, and the projected residual."""
-
-    point: MotionPoint
-    beyond: tuple[Beyond, ...]
-    nuisance: Linearised
-    left: Projection
-
-    @classmethod
-    def of(cls, point: MotionPoint) -> Scene:
-        """At a point whose signals are sharp (their points are their rows)."""
-        names = dict.fromkeys(s.name for s in point.setting.signals)
-        beyond = tuple(Beyond.of(point, point.setting.runs[name]) for name in names)
-        nuisance = linearised(point)
-        return cls(point, beyond, nuisance, Projection.of(nuisance))
-
-    def reaches(self, shapes: Real) -> list[Complex]:
-        """Weighted receptances (points, sensors, places) of every signal from directions with modal
-        ``shapes`` (modes, places)."""
-        out = []
-        for s in self.point.setting.signals:
-            at = self._at(s)
-            lam = np.maximum(self.point.modes.eigenvalues, 0.0)
-            slow = 2.0 * self.point.damping * np.sqrt(lam) + self.point.further
-            inverse = 1.0 / (s.s[:, None] ** 2 + slow * s.s[:, None] + lam)
-            weight = (s.s**s.order)[:, None] / s.scale()[:, :, 0]
-            both = at.T[:, :, None] * shapes[:, None, :]  # (modes, sensors, places)
-            values = inverse @ both.reshape(len(lam), -1)
-            out.append(weight[:, :, None] * values.reshape(len(s.s), at.shape[0], -1))
-        return out
-
-    def _at(self, s: Signal) -> Real:
-        shapes = self.point.modes.shapes
-        phi = np.vstack([shapes, np.zeros((1, shapes.shape[1]))])
-        return np.asarray(phi[sensor_rows(self.point.setting.model, s.sensors)])
-
-    def residuals(self) -> list[Complex]:
-        """Weighted, measured less modelled (points, sensors), of every signal."""
-        modelled = self.point.modelled()
-        return [
-            ((s.Y - y) / s.scale())[:, :, 0]
-            for s, y in zip(self.point.setting.signals, modelled, strict=True)
-        ]
-
-    def left_by_force(self, shapes: Real) -> Real:
-        """(places,): the part of the squared residual (0 to 1) that no force at a place alone could
-        explain, whatever it did, the nuisance parameters fitted beside it; NaN with one sensor,
-        which any force satisfies. Places far off by the residual as it is are left at that."""
-        residuals, reaches = self.residuals(), self.reaches(shapes)
-        if all(r.shape[1] == 1 for r in residuals):
-            return np.full(shapes.shape[1], np.nan)
-        whole = sum(float(np.sum(np.abs(r) ** 2)) for r in residuals)
-        taken = np.zeros(shapes.shape[1])
-        for r, H in zip(residuals, reaches, strict=True):
-            size = np.maximum(np.sum(np.abs(H) ** 2, axis=1), 1e-300)
-            taken += np.sum(np.abs(np.einsum("smp,sm->sp", np.conj(H), r)) ** 2 / size, axis=0)
-        left = 1.0 - taken / max(whole, 1e-300)
-        for k in np.argsort(left, kind="stable")[:NUISANCE_PLACES]:
-            alone = self._left_beside([H[:, :, k] for H in reaches], residuals)
-            left[k] = alone / max(self.left.total, 1e-300)
-        return left
-
-    def _left_beside(self, reach: Sequence[Complex], residuals: Sequence[Complex]) -> float:
-        """Squares left by any force at a place with the nuisance parameters beside it."""
-        at, rows, end = 0, [], []
-        A, p, scales = self.nuisance.A, self.nuisance.p, self.nuisance.scales
-        for H, r in zip(reach, residuals, strict=True):
-            n = r.size
-            both = np.concatenate(
-                [(A[at : at + n] + 1j * A[at + n : at + 2 * n]).reshape(*r.shape, -1), r[:, :, None]],
-                axis=2,
-            )
-            at += 2 * n
-            unit = H / np.maximum(np.linalg.norm(H, axis=1, keepdims=True), 1e-300)
-            both = both - unit[:, :, None] * np.einsum("sm,smc->sc", np.conj(unit), both)[:, None, :]
-            flat = both.reshape(n, -1)
-            rows += [flat.real, flat.imag]
-        end = [np.hstack([np.diag(1.0 / scales), -(p / scales)[:, None]])]
-        M = np.vstack([*rows, *end])
-        G = M.T @ M
-        best = np.linalg.lstsq(G[:-1, :-1], G[:-1, -1], rcond=None)[0]
-        return float(max(G[-1, -1] - best @ G[:-1, -1], 0.0))
 
 
 def law_scores(point: MotionPoint, effects: Sequence[Effect]) -> tuple[list[Score], Real]:
@@ -181,8 +86,8 @@ def _promising(left: Real) -> list[int]:
 
 @dataclass(frozen=True)
 class Fitted:
-    """A law at a place: explained ``fraction``, its ``coefficient``, the shape ``size`` (gap or slip
-    distance, 0 where it has none)."""
+    """A law at a place: explained ``fraction``, its ``coefficient``, the shape ``size`` (gap or
+    slip distance, 0 where it has none)."""
 
     fraction: float
     coefficient: float
@@ -309,3 +214,33 @@ def _unknowns(action: NonlinearForce, found: Fitted) -> Real:
     if action.law == "jenkins":
         return np.array([found.coefficient / found.size, found.coefficient])
     return np.array([found.coefficient])
+
+
+def is_law(effect: Effect) -> bool:
+    """Whether an effect is an internal force."""
+    return isinstance(effect.action, NonlinearForce)
+
+
+@dataclass(frozen=True)
+class LawScores:
+    """Scores of laws at the points of fits, each worked out once."""
+
+    known: dict[bytes, dict[Key, Score]] = field(default_factory=dict)
+
+    def of(self, found: Fit, effects: Sequence[Effect]) -> dict[Key, Score]:
+        """At a fit against sharp signals."""
+        key = found.p.tobytes() + ",".join(found.setting.columns).encode()
+        if key not in self.known and effects:
+            scores, _ = law_scores(found.point, effects)
+            self.known[key] = {s.effect.key: s for s in scores}
+        return self.known.get(key, {})
+
+    def first(self, found: Fit, laws: Sequence[Effect]) -> dict[Key, Score]:
+        """Beside no other law: where they show more clearly at the nominal model, its own are
+        taken, from which finite sizes begin."""
+        nominal = fitted_at(found.setting, np.zeros(len(found.p)))
+        both = [self.of(f, laws) for f in (nominal, found)]
+        most = [max((s.fraction for s in own.values()), default=0.0) for own in both]
+        if most[1] <= most[0]:
+            return {k: replace(s, trusted=False) for k, s in both[0].items()}
+        return both[1]

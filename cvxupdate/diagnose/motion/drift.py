@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cvxupdate.diagnose.motion.columns import Scene
+from cvxupdate.diagnose.motion.scene import Scene
 from cvxupdate.diagnose.motion.smoother import Beyond
 from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.diagnose.settings import HALVED
@@ -43,8 +43,9 @@ class Drift:
         runs = ", ".join(f"{100 * s:+.2g} % in {name}" for name, s in self.steps.items())
         return (
             f"The stiffness {where} follows the clock, not the level: it changes by up to "
-            f"{100 * within:.2g} % within a run and by {100 * between:.2g} % between runs ({runs}); "
-            f"that explains {100 * self.fraction:.3g} % of what a model that stays the same leaves."
+            f"{100 * within:.2g} % within a run and by {100 * between:.2g} % between runs "
+            f"({runs}); that explains {100 * self.fraction:.3g} % of what a model that stays the "
+            "same leaves."
         )
 
 
@@ -117,9 +118,7 @@ def _columns(scene: Scene, motions: Mapping[str, Real], K: Real) -> Real:
         f = -eta @ K.T
         forces[name] = (f, f * (np.arange(len(f)) / len(f) - 0.5)[:, None])
     parts = []
-    for s, reach in zip(
-        scene.point.setting.signals, scene.reaches(np.eye(len(K))), strict=True
-    ):
+    for s, reach in zip(scene.point.setting.signals, scene.reaches(np.eye(len(K))), strict=True):
         n, at = reach.shape[0] * reach.shape[1], names.index(s.name)
         run = scene.point.setting.runs[s.name]
         block = np.zeros((2 * n, 2 * len(names)))

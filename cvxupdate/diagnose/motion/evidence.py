@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
-from cvxupdate.diagnose.motion.columns import Scene, law_scores
+from cvxupdate.diagnose.motion.columns import LawScores, is_law
 from cvxupdate.diagnose.motion.drift import clock_not_level, drift_of
-from cvxupdate.diagnose.motion.point import MotionPoint, MotionSetting
+from cvxupdate.diagnose.motion.point import MotionSetting
 from cvxupdate.diagnose.motion.runs import Run
+from cvxupdate.diagnose.motion.scene import Scene
 from cvxupdate.diagnose.nominal.supports import on_the_file
 from cvxupdate.diagnose.responses.columns import columns_of
 from cvxupdate.diagnose.responses.errors import ContractErrors, channel_errors, stated
@@ -36,7 +37,6 @@ from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import (
     Errors,
     FiniteSize,
-    Key,
     LevelChange,
     Progress,
     Real,
@@ -48,9 +48,6 @@ from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import MOTION, Effect
 from cvxupdate.physics.fault import Fault
-from cvxupdate.physics.internal_force import NonlinearForce
-
-Laws = tuple[dict[Key, Score], dict[Key, float]]
 
 
 @dataclass(frozen=True)
@@ -63,7 +60,7 @@ class MotionEvidence:
     stages: tuple[tuple[Signal, ...], ...]
     laws: tuple[str, ...]
     progress: Progress
-    known: dict[bytes, Laws] = field(default_factory=dict)
+    scores: LawScores = field(default_factory=LawScores)
     begin: float = field(default_factory=time.process_time)
 
     told_by = MOTION
@@ -124,11 +121,13 @@ class MotionEvidence:
 
     @cached_property
     def _drift(self) -> str | None:
-        laws = [e for e in self.candidates(self.model, self.laws) if _is_law(e)]
+        laws = [e for e in self.candidates(self.model, self.laws) if is_law(e)]
         base = self.bases[-1]
         for fit in (base, fitted_at(base.setting, np.zeros(len(base.p)))):
-            best = max((s.fraction for s in self._laws(fit, laws)[0].values()), default=0.0)
-            found = drift_of(Scene.of(fit.point))
+            best = max(
+                (s.fraction for s in self.scores.of(self.sharp(fit), laws).values()), default=0.0
+            )
+            found = drift_of(Scene.of(self.sharp(fit).point))
             if clock_not_level(found, best):
                 return found.says
         return None
@@ -173,49 +172,28 @@ class MotionEvidence:
     def columns(self, found: Fit, effects: Sequence[Effect]) -> list[Real | None]:
         """Weighted derivative columns of linear effects; a law's coefficient is no derivative of
         the model."""
-        linear = [e for e in effects if not _is_law(e)]
+        linear = [e for e in effects if not is_law(e)]
         given = iter(columns_of(found.point.linear, linear))
-        return [None if _is_law(e) else next(given) for e in effects]
+        return [None if is_law(e) else next(given) for e in effects]
 
     def first_order(self, found: Fit, effects: Sequence[Effect]) -> list[Score]:
         """Of linear effects beside the internal forces that are there; of laws along the smoothed
         motion where none is there yet."""
-        linear = [e for e in effects if not _is_law(e)]
+        linear = [e for e in effects if not is_law(e)]
         left = Projection.of(linearised(found.point))
         given = iter(first_order(found.point.linear, linear, left))
         laws = {}
         if not found.point.forces[0].size:
-            laws = self._first(found, [e for e in effects if _is_law(e)])
+            laws = self.scores.first(self.sharp(found), [e for e in effects if is_law(e)])
         nothing = (Score(e, 0.0, np.zeros(e.count), trusted=False) for e in effects)
         return [
-            laws.get(e.key, none) if _is_law(e) else next(given)
+            laws.get(e.key, none) if is_law(e) else next(given)
             for e, none in zip(effects, nothing, strict=True)
         ]
 
-    def _first(self, found: Fit, laws: Sequence[Effect]) -> dict[Key, Score]:
-        """Scores of laws beside no other: where they show more clearly at the nominal model, its
-        own are taken, from which `finite_size` begins."""
-        nominal = fitted_at(found.setting, np.zeros(len(found.p)))
-        both = [self._laws(f, laws)[0] for f in (nominal, found)]
-        most = [max((s.fraction for s in own.values()), default=0.0) for own in both]
-        if most[1] <= most[0]:
-            return {k: replace(s, trusted=False) for k, s in both[0].items()}
-        return both[1]
-
-    def _laws(self, found: Fit, effects: Sequence[Effect]) -> Laws:
-        """Scores of laws at a fit's point, by sharp signals, and what no force at their places
-        explains."""
-        names = ",".join(found.setting.columns)
-        key = found.p.tobytes() + names.encode()
-        if key not in self.known and effects:
-            self.progress("smoothing the motion")
-            sharp = self.at_level(found.setting, self.levels - 1)
-            scores, left = law_scores(sharp.evaluate(found.p), effects)
-            self.known[key] = (
-                {s.effect.key: s for s in scores},
-                {e.key: float(x) for e, x in zip(effects, left, strict=True)},
-            )
-        return self.known.get(key, ({}, {}))
+    def sharp(self, found: Fit) -> Fit:
+        """A fit's point against sharp signals."""
+        return fitted_at(self.at_level(found.setting, self.levels - 1), found.p)
 
     def halves(self, found: Fit) -> Sequence[NDArray[np.bool_]]:
         """None: laws are not resampled, their place is told by rank."""
@@ -226,9 +204,9 @@ class MotionEvidence:
     ) -> FiniteSize:
         """Laws along the smoothed motion, linear effects in closed form at given internal
         forces."""
-        laws = [e for e in effects if _is_law(e)]
-        rest = [e for e in effects if not _is_law(e)]
-        scores = self._laws(nominal, laws)[0]
+        laws = [e for e in effects if is_law(e)]
+        rest = [e for e in effects if not is_law(e)]
+        scores = self.scores.of(self.sharp(nominal), laws)
         point = nominal.point.linear
         left = Projection.of(linearised(nominal.point))
         linear = first_order(point, rest, left)
@@ -315,10 +293,3 @@ class MotionEvidence:
     def metrics(self, last: Fit) -> dict[str, Any]:
         """The contract's metrics."""
         return self._contract(last).metrics()
-
-
-def _is_law(effect: Effect) -> bool:
-    return isinstance(effect.action, NonlinearForce)
-
-
-__all__ = ["MotionEvidence", "MotionPoint"]

@@ -1,22 +1,23 @@
 """Many variants of one modal model with internal forces, marched over one recording at once.
 
-Modes are carried from step to step by their exact propagators, the modal force straight in between
-(first-order hold); the internal forces are found at the end of each step from
-f = law(x⁰ − c f, v⁰ − d f), where x⁰ and v⁰ are what the motion would be without them there and c, d
-what a unit of them does to it within the step. With one place that is a scalar equation, so contact
-and stick need no smoothing: friction holds where |v⁰| ≤ d F, with the force v⁰ / d (the set-valued
-law, Moreau 1988). Only the places of the internal forces are computed: what sensors say follows from
-the forces by receptances.
+Modes are carried from step to step by their exact propagators, the modal force straight in
+between (first-order hold); the internal forces are found at the end of each step from
+f = law(x⁰ − c f, v⁰ − d f), where x⁰ and v⁰ are what the motion would be without them there and
+c, d what a unit of them does to it within the step. With one place that is a scalar equation, so
+contact and stick need no smoothing: friction holds where |v⁰| ≤ d F, with the force v⁰ / d (the
+set-valued law, Moreau 1988). Only the places of the internal forces are computed: what sensors say
+follows from the forces by receptances. `cvxupdate.simulate` follows one model to a tolerance; this
+follows thirty variants at fixed steps, for derivatives.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.forces import Laws
 from cvxupdate.forces.compiled import compiled
 from cvxupdate.forces.scalar import FRICTION, respond
 
@@ -46,8 +47,8 @@ class Variants:
 
 def propagators(lam: Real, slow: Real, step: float) -> Real:
     """(…, 2, 4): (η, hη̇) at the end of a step from (η, hη̇, F₀, F₁) at its beginning, for
-    η̈ + slow η̇ + lam η = F(t) with F straight in between; by scaling and squaring, so that rigid-body
-    and overdamped modes need no case of their own."""
+    η̈ + slow η̇ + lam η = F(t) with F straight in between; by scaling and squaring, so that
+    rigid-body and overdamped modes need no case of their own."""
     A = np.zeros((*lam.shape, 4, 4))
     A[..., 0, 1] = 1.0
     A[..., 1, 0], A[..., 1, 1], A[..., 1, 2] = -lam * step**2, -slow * step, step**2
@@ -72,19 +73,15 @@ def marched(v: Variants, force: Real, rate: float) -> tuple[Real, Real, Real]:
     ``force`` (samples, inputs) at ``rate`` Hz."""
     P = propagators(v.lam, v.slow, 1.0 / rate)
     shape = (len(v.lam), len(force), len(v.kinds))
-    out = tuple(np.zeros(shape) for _ in range(3))
+    out = (np.zeros(shape), np.zeros(shape), np.zeros(shape))
     arrays = (P, v.drive, v.place, v.beside, v.between, force, v.values)
-    _march(*(np.ascontiguousarray(a, dtype=float) for a in arrays), v.kinds, rate, *out)
+    clean = [np.ascontiguousarray(a, dtype=float) for a in arrays]
+    _march(*clean, v.kinds, rate, *out)
     return out
 
 
-def laws_of(kinds: NDArray[np.int64], values: Real) -> Laws:
-    """One variant's."""
-    return Laws(kinds, values)
-
-
 @compiled
-def _force(kind, p, x, v, c, d, z, w, f):  # type: ignore[no-untyped-def]
+def _force(kind: Any, p: Any, x: Any, v: Any, c: Any, d: Any, z: Any, w: Any, f: Any) -> Any:
     """Force at one place, from where it would be without: Newton's method from ``f``."""
     if kind == FRICTION:
         held = v / d if d > 0.0 else 0.0
@@ -102,7 +99,20 @@ def _force(kind, p, x, v, c, d, z, w, f):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _march(P, drive, place, beside, between, force, values, kinds, rate, f, x, v):  # type: ignore[no-untyped-def]
+def _march(
+    P: Any,
+    drive: Any,
+    place: Any,
+    beside: Any,
+    between: Any,
+    force: Any,
+    values: Any,
+    kinds: Any,
+    rate: Any,
+    f: Any,
+    x: Any,
+    v: Any,
+) -> None:
     variants, modes = drive.shape[0], drive.shape[1]
     inputs, places, samples = force.shape[1], len(kinds), len(force)
     for b in range(variants):

@@ -14,26 +14,21 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import scipy.linalg
 
 from cvxupdate.diagnose.motion.march import Variants, marched
+from cvxupdate.diagnose.motion.rates import force_rates
 from cvxupdate.diagnose.motion.runs import Run
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
 from cvxupdate.fe.internal import internal_forces
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes
-from cvxupdate.fe.synthesis.derivatives import modal_blocks
 from cvxupdate.fe.synthesis.pieces import Response, respond, sensor_rows
 from cvxupdate.forces import Laws
 from cvxupdate.physics.fault import Fault
 from cvxupdate.system import LinearSystem
 
 CARRIED = 1.2  # of the sampling rate: modes above follow statically in the march
-RATES = 4  # steps in a sample where only derivatives are marched
-HEARD = 0.6  # of a record, for them: an exponential window hardly hears the rest
-STEP = 2e-3  # of p, for differences of internal forces
-STEP_DAMPING = 0.05  # of log ζ
 
 
 @dataclass(frozen=True)
@@ -148,9 +143,7 @@ class MotionPoint:
     @cached_property
     def forces(self) -> tuple[Laws, Real]:
         """Laws and directions of the internal forces."""
-        found = internal_forces(
-            self.setting.model, self.p[: len(self.setting.model.parameters)]
-        )
+        found = internal_forces(self.setting.model, self.p[: len(self.setting.model.parameters)])
         return found.laws, np.asarray(found.directions.todense(), dtype=float)
 
     @cached_property
@@ -220,9 +213,7 @@ class MotionPoint:
             inner = -self.setting.runs[s.name].decaying(f, s.s) @ B.T
             U = np.concatenate([s.U, inner[:, :, None]], axis=1)
             signals.append(replace(s, U=U, inputs=(*s.inputs, *labels)))
-        return replace(
-            self.before, setting=replace(self.setting.linear, signals=tuple(signals))
-        )
+        return replace(self.before, setting=replace(self.setting.linear, signals=tuple(signals)))
 
     def modelled(self) -> tuple[Complex, ...]:
         """Model rows of every signal."""
@@ -255,7 +246,7 @@ class MotionPoint:
         given = self.linear.jacobian()
         if not self.forces[0].size:
             return given
-        unknowns, rates = self._rates()
+        unknowns, rates = force_rates(self)
         at = 0
         for s in self.setting.signals:
             amounts = self.setting.runs[s.name].decaying(rates[s.name], s.s)
@@ -267,82 +258,11 @@ class MotionPoint:
             at += 2 * n
         return given
 
-    def _rates(self) -> tuple[list[int], Mapping[str, Real]]:
-        """Unknowns that move the internal forces, and by how much: of every run (fine samples,
-        places, unknowns)."""
-        unknowns, changed, steps = self._moved()
-        out = {}
-        for name in self.motions:
-            run = self.setting.runs[name]
-            force = run.interpolated(RATES)[: int(RATES * HEARD * run.samples)]
-            given = self.variants(run)
-            as_it_is, _, _ = marched(given, force, RATES * run.rate)
-            many, _, _ = marched(changed(given), force, RATES * run.rate)
-            rates = np.moveaxis(many - as_it_is, 0, -1) / steps
-            rest = np.zeros((RATES * run.samples - len(force), *rates.shape[1:]))
-            out[name] = np.concatenate([rates, rest])
-        return unknowns, out
-
-    def _moved(self):  # type: ignore[no-untyped-def]
-        """The unknowns, how the variants of a run become those with each of them moved, and the
-        steps."""
-        model, n = self.setting.model, self.carried
-        count = len(model.parameters)
-        derivatives = model.derivatives(self.p[:count])
-        lam = np.maximum(self.modes.eigenvalues[:n], 0.0)
-        bases = []
-        for blocks in derivatives:
-            parts = [np.zeros((n, n)) for _ in range(3)]
-            for b in blocks:
-                for k, part in enumerate(modal_blocks(self.modes.shapes[:, :n], b)[:3]):
-                    parts[k] += 0.0 if part is None else part
-            bases.append(_turned(lam, *parts) if any(np.any(x) for x in parts) else None)
-        damped = [k for k in range(self.setting.damped) if self.owner[k] < n]
-        unknowns = [*range(count), count, *(count + 1 + k for k in damped)]
-        steps = np.array([STEP] * count + [STEP_DAMPING] * (1 + len(damped)))
-        values = np.stack([self._values(j, STEP) for j in range(count)] or [np.zeros((0, 4))])
-
-        def changed(v: Variants) -> Variants:
-            many = len(unknowns)
-            lam_, slow, drive, place = (
-                np.repeat(a, many, axis=0) for a in (v.lam, v.slow, v.drive, v.place)
-            )
-            laws = np.repeat(v.values, many, axis=0)
-            laws[:count] = values
-            for j, base in enumerate(bases):
-                if base is not None:
-                    l2, V, more = base
-                    ratio = slow[j] / np.sqrt(np.maximum(lam, 1e-30))
-                    lam_[j], slow[j] = l2, ratio * np.sqrt(l2) + more
-                    drive[j], place[j] = V.T @ drive[j], V.T @ place[j]
-            own = slow[count].copy()
-            slow[count] = own * np.exp(STEP_DAMPING)
-            for i, k in enumerate(damped):
-                slow[count + 1 + i, self.owner[k]] *= np.exp(STEP_DAMPING)
-            return replace(v, lam=lam_, slow=slow, drive=drive, place=place, values=laws)
-
-        return unknowns, changed, steps
-
-    def _values(self, j: int, step: float) -> Real:
-        p = self.p[: len(self.setting.model.parameters)].copy()
-        p[j] += step
-        return np.asarray(internal_forces(self.setting.model, p).laws.values, dtype=float)
-
     def system(self) -> LinearSystem:
         """Linearised at this point."""
         values, weights, labels = self.differences
         A = self.jacobian()
         return LinearSystem(A, A @ self.p - values, weights, self.setting.columns, labels)
-
-
-def _turned(lam: Real, K: Real, M: Real, C: Real) -> tuple[Real, Real, Real]:
-    """Modes of the band when its matrices move by `STEP` times K and M: eigenvalues, the new modes
-    in the old ones, and what C adds to each mode's damping."""
-    values, V = scipy.linalg.eigh(
-        np.diag(lam) + STEP * (K + K.T) / 2.0, np.eye(len(lam)) + STEP * (M + M.T) / 2.0
-    )
-    V = V * np.where(np.diag(V) < 0.0, -1.0, 1.0)
-    return np.maximum(values, 0.0), V, STEP * np.einsum("ir,ij,jr->r", V, C, V)
 
 
 def _mixed(mix: Complex | Real, values: Complex) -> Complex:

@@ -141,9 +141,7 @@ def noise_of(motion: Real) -> Real:
     n = len(motion)
     power = np.abs(rfft(motion, axis=0)[1:]) ** 2 / n
     edges = np.arange(0, len(power) + 1, STRETCH)
-    least = np.array(
-        [power[a:b].mean(axis=0) for a, b in pairwise(edges)]
-    ).min(axis=0)
+    least = np.array([power[a:b].mean(axis=0) for a, b in pairwise(edges)]).min(axis=0)
     return np.asarray(np.minimum(np.sqrt(least * QUIETEST), DIFFERENCED * np.std(motion, axis=0)))
 
 

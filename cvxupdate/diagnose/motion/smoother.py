@@ -1,11 +1,12 @@
-"""Motions at a place that no sensor need be at: the model's answer to the recorded forces, and what
-the sensors say beyond it, as the answer to a force at that place (a smoother with one latent force).
+"""Motions at a place that no sensor need be at: the model's answer to the recorded forces, and
+what the sensors say beyond it, as the answer to a force at that place (a smoother with one latent
+force).
 
 On each line of a padded transform the latent force p has a prior mean and a variance σ²(ω), taken
 from what the sensors say beyond the model less their noise; where accelerometers hear only noise
-(the lowest lines) the variance goes on as it is above, so that double integration of noise does no
-harm. With the force of a law as the mean the estimate is that law's wherever sensors are blind, also
-at rest: contact on one side moves the mean position, which no accelerometer says.
+(the lowest lines) the variance goes on as it is above, so that double integration of noise does
+no harm. With the force of a law as the mean the estimate is that law's wherever sensors are blind,
+also at rest: contact on one side moves the mean position, which no accelerometer says.
 """
 
 from __future__ import annotations
