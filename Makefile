@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 
-.PHONY: demo test lint bench proof calibrate clean
+.PHONY: demo test lint bench proof calibrate rigs clean
 
 demo: $(VENV)/.base
 	$(BIN)/cvxupdate run problems/structure_a/problem.toml --out out/structure_a
@@ -26,6 +26,10 @@ proof: $(VENV)/.test
 # Interrupt it and start it again: finished cases are kept. ARGS="--seed 0 --count 60 --cases" develops.
 calibrate: $(VENV)/.test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.calibrate $(ARGS)
+
+# Likewise, with a laboratory of its own. ARGS="--laboratory rigs --cases" develops; --evaluation evaluates.
+rigs: $(VENV)/.test
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.rigs $(ARGS)
 
 $(VENV)/bin/python:
 	$(PYTHON) -c "import sys; sys.exit('cvxupdate needs Python 3.11 or newer; run make PYTHON=python3.11') if sys.version_info < (3, 11) else None"

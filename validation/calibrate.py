@@ -21,8 +21,9 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import as_completed
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -58,19 +59,15 @@ class TooLong(Exception):
     """A case took longer than it may."""
 
 
-def fingerprint() -> str:
-    """Of the package that is imported and of this procedure: results belong to one state of
-    both."""
+def fingerprint(procedure: Sequence[Path] = ()) -> str:
+    """Of the package that is imported and of a procedure's files (this one's): results belong to
+    one state of both."""
     import cvxupdate
 
     root = Path(str(cvxupdate.__file__)).parent
     digest = hashlib.sha256()
-    for path in [
-        *sorted(root.rglob("*.py")),
-        *sorted((HERE / "generated").glob("*.py")),
-        HERE / "proof.py",
-        HERE / "calibrate.py",
-    ]:
+    own = [*sorted((HERE / "generated").glob("*.py")), HERE / "proof.py", HERE / "calibrate.py"]
+    for path in [*sorted(root.rglob("*.py")), *(procedure or own)]:
         digest.update(path.name.encode() + path.read_bytes())
     return digest.hexdigest()[:12]
 
@@ -78,18 +75,32 @@ def fingerprint() -> str:
 # ----------------------------------------------------------------------------------------- one case
 
 
-def attempt(seed: int, folder: Path, state: str, limit: float) -> dict[str, Any]:
-    """Generate, diagnose and judge one case, and write its file; a case that fails or takes longer
-    than ``limit`` seconds is an outcome too."""
+@contextmanager
+def alarmed(limit: float, processor: bool = False) -> Iterator[None]:
+    """Raise TooLong in what takes longer than ``limit`` seconds, by the clock or of the
+    processor."""
+    timer, sent = (
+        (signal.ITIMER_PROF, signal.SIGPROF) if processor else (signal.ITIMER_REAL, signal.SIGALRM)
+    )
 
     def alarm(number: int, frame: object) -> None:
         raise TooLong
 
-    before = signal.signal(signal.SIGALRM, alarm)
-    signal.setitimer(signal.ITIMER_REAL, limit)
+    before = signal.signal(sent, alarm)
+    signal.setitimer(timer, limit)
+    try:
+        yield
+    finally:
+        signal.setitimer(timer, 0.0)
+        signal.signal(sent, before)
+
+
+def attempt(seed: int, folder: Path, state: str, limit: float) -> dict[str, Any]:
+    """Generate, diagnose and judge one case, and write its file; a case that fails or takes longer
+    than ``limit`` seconds is an outcome too."""
     begin = time.perf_counter()
     try:
-        with tempfile.TemporaryDirectory() as name:
+        with alarmed(limit), tempfile.TemporaryDirectory() as name:
             generate.make(seed, Path(name))
             truth = tomllib.loads((Path(name) / "truth.toml").read_text(encoding="utf-8"))
             row = judged(diagnose(Path(name) / "problem.toml"), truth)
@@ -99,9 +110,6 @@ def attempt(seed: int, folder: Path, state: str, limit: float) -> dict[str, Any]
         Exception
     ) as error:  # whatever goes wrong in one case is reported with it and leaves the others alone
         row = failed(f"{type(error).__name__}: {error}")
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
     row = {"seed": seed, "state": state, "seconds": round(time.perf_counter() - begin, 2), **row}
     save(
         folder / f"{seed}.json",
@@ -323,6 +331,7 @@ def summary(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         },
         "by_family": _by(rows, "family"),
         "by_recording": _by(rows, "recording"),
+        "rates": rates(rows),
         "findings": len(findings),
         "findings_right": sum(f["right"] for f in findings),
         "findings_right_or_named": sum(f["among"] for f in findings),
@@ -344,6 +353,43 @@ def _by(rows: Sequence[Mapping[str, Any]], key: str) -> dict[str, dict[str, int]
         str(v): {o: sum(r["outcome"] == o for r in rows if r[key] == v) for o in OUTCOMES}
         for v in sorted({r[key] for r in rows if r[key]})
     }
+
+
+def rates(rows: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+    """False alarms and hits with their intervals, for each family, kind of recording, and both: a
+    total over all families hides that one of them is bad."""
+    kept = [r for r in rows if r["family"]]
+    families, kinds = (sorted({r[k] for r in kept}) for k in ("family", "recording"))
+    some = {f"{f}": [r for r in kept if r["family"] == f] for f in families}
+    some |= {k: [r for r in kept if r["recording"] == k] for k in kinds}
+    some |= {
+        f"{f}, {k}": [r for r in some[f] if r["recording"] == k] for f in families for k in kinds
+    }
+    out = {}
+    for name, mine in some.items():
+        nulls, effects = ([r for r in mine if bool(r["words"]) == e] for e in (False, True))
+        alarms = sum(r["outcome"] == "false alarm" for r in nulls)
+        hits = sum(r["outcome"] in ("right", "part") for r in effects)
+        wrong = sum(r["outcome"] == "wrong" for r in effects)
+        out[name] = {
+            "nulls": len(nulls),
+            "false_alarms": alarms,
+            "false_alarm_interval": wilson(alarms, len(nulls)),
+            "effects": len(effects),
+            "hits": hits,
+            "hit_interval": wilson(hits, len(effects)),
+            "wrong": wrong,
+            "wrong_interval": wilson(wrong, len(effects)),
+        }
+    return {name: r for name, r in out.items() if r["nulls"] or r["effects"]}
+
+
+def rate(hits: int, of: int) -> str:
+    """So many of so many, with the 95 % interval in per cent."""
+    if not of:
+        return "–"
+    low, high = wilson(hits, of)
+    return f"{hits} of {of} ({100 * low:.0f}–{100 * high:.0f} %)"
 
 
 def say(s: Mapping[str, Any]) -> Iterable[str]:
@@ -375,6 +421,12 @@ def say(s: Mapping[str, Any]) -> Iterable[str]:
         yield f"{kind[3:]:<12}" + "".join(f"{o:>13}" for o in OUTCOMES)
         for name, counts in s[kind].items():
             yield f"{name:<12}" + "".join(f"{counts[o]:>13}" for o in OUTCOMES)
+    yield f"{'95 % intervals':<18}{'false alarms':>24}{'right or part':>26}{'wrong':>26}"
+    for name, r in s["rates"].items():
+        yield (
+            f"{name:<18}{rate(r['false_alarms'], r['nulls']):>24}"
+            f"{rate(r['hits'], r['effects']):>26}{rate(r['wrong'], r['effects']):>26}"
+        )
     yield "Confidence     hit rate"
     for b in s["reliability"]:
         yield (
@@ -444,7 +496,7 @@ def write_page(rows: Sequence[Mapping[str, Any]], folder: Path) -> dict[str, Any
     save(
         folder / "index.html",
         environment.from_string(page).render(
-            s=s, rows=rows, outcomes=OUTCOMES, diagram=diagram(s), sure=SURE
+            s=s, rows=rows, outcomes=OUTCOMES, diagram=diagram(s), sure=SURE, rate=rate
         ),
     )
     return s
@@ -482,22 +534,32 @@ def chosen(first: int, count: int, only: Sequence[str]) -> list[int]:
     return kept
 
 
+Attempt = Callable[[int, Path, str, float], dict[str, Any]]
+
+
 def attempts(
-    seeds: Sequence[int], folder: Path, state: str, limit: float, jobs: int
+    seeds: Sequence[int], folder: Path, state: str, limit: float, jobs: int, one: Attempt
 ) -> Iterator[dict[str, Any]]:
     """The rows of all cases, as they are finished."""
     if jobs == 1:
-        yield from (attempt(s, folder, state, limit) for s in seeds)
+        yield from (one(s, folder, state, limit) for s in seeds)
         return
     with workers(jobs) as pool:
-        asked = [pool.submit(attempt, s, folder, state, limit) for s in seeds]
+        asked = [pool.submit(one, s, folder, state, limit) for s in seeds]
         yield from (case.result() for case in as_completed(asked))
 
 
 def run(
-    seeds: Sequence[int], folder: Path, jobs: int, limit: float, keep: bool = False
+    seeds: Sequence[int],
+    folder: Path,
+    jobs: int,
+    limit: float,
+    keep: bool = False,
+    one: Attempt = attempt,
+    procedure: Sequence[Path] = (),
 ) -> tuple[list[dict[str, Any]], bool]:
-    """(rows of all finished cases in the order of ``seeds``, whether all are)."""
+    """(rows of all finished cases in the order of ``seeds``, whether all are). ``one`` does a case,
+    ``procedure`` are the files that its results depend on beside the package."""
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -508,7 +570,7 @@ def run(
         TimeRemainingColumn,
     )
 
-    state, cases = fingerprint(), folder / "cases"
+    state, cases = fingerprint(procedure), folder / "cases"
     done = finished(cases, seeds, state, keep)
     rest = [s for s in seeds if s not in done]
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -522,7 +584,7 @@ def run(
     with Progress(*columns, console=Console(stderr=True)) as progress:
         task = progress.add_task("calibrate", total=len(seeds), completed=len(done))
         try:
-            for row in attempts(rest, cases, state, limit, jobs):
+            for row in attempts(rest, cases, state, limit, jobs, one):
                 done[row["seed"]] = row
                 progress.advance(task)
         except KeyboardInterrupt:

@@ -87,7 +87,7 @@ def correlation(
     *,
     std: Real | None = None,
     threshold: float = 0.5,
-    frequency_weight: float = 0.1,
+    frequency_weight: float = 0.5,
     pairing: Pairing | None = None,
     labels: Sequence[str] = (),
     K: Any = None,

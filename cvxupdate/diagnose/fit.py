@@ -9,12 +9,14 @@ from typing import Any, Protocol
 import numpy as np
 
 from cvxupdate.convex import Bounds, SolverChoice, StepProblem, Tikhonov
-from cvxupdate.diagnose.settings import NOISE_KNOWN, RESOLVED
+from cvxupdate.diagnose.settings import LARGEST_LEVEL, LEAST_LEVEL, NOISE_KNOWN, RESOLVED
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.fault import Fault
 from cvxupdate.update.trust_region import Options, iterate
 
+SMALL = 1e-12  # variance of a row without noise or discrepancy
+GRID = 25  # levels of the model's discrepancy, over which the evidence is averaged
 FARTHEST = 4.0  # of unknowns that are no parameters of the model: log damping ratios, faults
 
 
@@ -44,6 +46,10 @@ class Setting(Protocol):
 
     def noise_parts(self, point: Any) -> Real:
         """The part of each row's weighted square that noise alone makes."""
+
+    def independent(self, point: Any) -> float:
+        """How many independent figures the rows hold: neighbouring lines of a response say the
+        same of a model's discrepancy."""
 
     def damping_strain(self, p: Real) -> float:
         """Squares of the modes' own log damping ratios in units of their usual scatter: about one
@@ -76,9 +82,34 @@ class Fit:
 
     @cached_property
     def noise(self) -> float:
-        """Weighted squares per row that noise alone leaves: below 1, for the weights allow for the
-        discrepancy of a sound model as well."""
-        return float(np.mean(self.setting.noise_parts(self.point))) if self.rows else 0.0
+        """Weighted squares per row that noise alone leaves once the parameters are fitted: below 1,
+        for the weights allow for the discrepancy of a sound model as well."""
+        if not self.rows:
+            return 0.0
+        spare = max(0, self.rows - len(self.p)) / self.rows
+        return float(np.mean(self.setting.noise_parts(self.point))) * spare
+
+    @cached_property
+    def independent(self) -> float:
+        """That of the setting."""
+        return float(self.setting.independent(self.point))
+
+    @cached_property
+    def log_evidence(self) -> float:
+        """Logarithm of the Gaussian likelihood at the fitted unknowns, their priors included,
+        averaged over the level of the model's discrepancy (a factor on what the weights allow for,
+        log-uniform): a model that leaves only noise gains by needing no discrepancy, one that
+        leaves much is not ruled out by a level that nobody knew. Rows count as so many as are
+        independent."""
+        values, weights, _ = self.point.differences
+        squares, noise = np.abs(weights * values) ** 2, self.setting.noise_parts(self.point)
+        share = self.independent / max(1, self.rows)
+        prior = float(np.sum((self.p / self.setting.scales) ** 2))
+        levels = np.geomspace(LEAST_LEVEL, LARGEST_LEVEL, GRID)
+        variances = (noise + level**2 * (1.0 - noise) + SMALL for level in levels)
+        logs = np.array([-0.5 * share * np.sum(squares / v + np.log(v)) for v in variances])
+        best = float(logs.max())
+        return best + float(np.log(np.mean(np.exp(logs - best)))) - 0.5 * prior
 
     @property
     def excess(self) -> float:
@@ -93,7 +124,7 @@ class Fit:
 
     @property
     def deviations(self) -> Real:
-        """Standard deviations of the unknowns: linearised, grown with the misfit."""
+        """Standard deviations of the unknowns, linearised, with what the model leaves open."""
         return self._spread[0]
 
     @property
@@ -103,15 +134,21 @@ class Fit:
 
     @cached_property
     def _spread(self) -> tuple[Real, Real]:
-        """From H = AᵀA + S⁻² with weighted derivatives A and prior deviations S: H⁻¹ times the
-        misfit, and H⁻¹ Aᵀ N A H⁻¹ with the part N that noise has in each row."""
+        """From H = AᵀA + S⁻² with weighted derivatives A and prior deviations S: H⁻¹ Aᵀ N A H⁻¹
+        with the part N that noise has in each row; and the same with the model's discrepancy in the
+        rest, as large as this fit shows it and alike over as many rows as say the same, but no less
+        than H⁻¹ grown with the misfit."""
         A, _ = self.point.system().weighted()
         inverse = np.linalg.pinv(A.T @ A + np.diag(1.0 / self.setting.scales**2))
-        grow = max(1.0, self.cost / max(1, len(A) - A.shape[1]))
+        left = self.cost / max(1, len(A) - A.shape[1])
         heard, noise = inverse @ A.T, self.setting.noise_parts(self.point)
-        both = np.diag(inverse) * grow, np.einsum("ij,j,ij->i", heard, noise, heard)
-        wide, narrow = (np.sqrt(np.maximum(v, 0.0)) for v in both)
-        return wide, narrow
+        narrow, rest = (np.einsum("ij,j,ij->i", heard, n, heard) for n in (noise, 1.0 - noise))
+        heeded = float(np.mean(noise)) if self.rows else 0.0
+        level = max(0.0, left - heeded) / max(SMALL, 1.0 - heeded)
+        alike = max(1.0, self.rows / max(1.0, self.independent))
+        wide = np.maximum(np.diag(inverse) * max(1.0, left), narrow + rest * level * alike)
+        together, alone = (np.sqrt(np.maximum(v, 0.0)) for v in (wide, narrow))
+        return together, alone
 
 
 def fitted_at(setting: Any, p: Real, before: Any = None) -> Fit:

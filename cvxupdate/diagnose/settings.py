@@ -43,6 +43,9 @@ UNSTATED_FRF, UNSTATED_FREQUENCY, UNSTATED_SHAPE, UNSTATED_DAMPING = 0.01, 0.005
 NOISE_KNOWN = 0.1
 # Weighted squares per row: a tenth of the model discrepancy's; misfits below are equal.
 RESOLVED = 0.01
+# Times the model discrepancy above: levels over which the evidence for a hypothesis is averaged,
+# from what rounding of a table's digits leaves to a model that misses a third of the responses.
+LEAST_LEVEL, LARGEST_LEVEL = 0.05, 30.0
 # Half-widths of the smoothing kernel, in parts of the frequency, from far-reaching to sharp.
 LEVELS = (0.15, 0.05, 0.016, 0.005)
 
@@ -102,13 +105,12 @@ HALVED = 0.5
 LOWER = 0.7
 # Times the noise: a held-out error that cannot become lower.
 MET = 1.1
-# Fall of Bayes' information criterion that is strong evidence (Kass and Raftery 1995).
+# Fall of Bayes' information criterion that is strong evidence (Kass and Raftery 1995); hypotheses
+# nearer to one another are not told apart.
 STRONG = 6.0
 # Standard deviations that an effect's size must be from nothing; fraction of a bound within which a
 # size is on it: such a size says that the fit would rather be elsewhere.
 LEAST_SIZE, AT_BOUND = 2.0, 1e-3
-# Misfit beyond noise within this factor of the best: the recordings do not separate the two.
-RIVAL = 2.0
 # Relative error of the responses, or of the eigenvalues, above which even the best model leaves
 # the recordings unexplained.
 UNEXPLAINED = 0.1
@@ -116,12 +118,12 @@ UNEXPLAINED = 0.1
 CLEARLY = 0.1
 # Times what the mesh may leave: nothing below is taken for a second effect.
 TWICE = 2.0
-# Fall of a misfit that already counts as explained from which a doubtful finding is still told.
+# Fall of a misfit that already counts as explained from which a finding is still told.
 LARGE = 4.0
 # Confidence below which none is stated; below which a further effect is not.
 FAINT, SURE = 0.15, 0.4
-# Bounds of the confidence in a single lead: no ratio of misfits makes it certain.
-LEAST_SURE, MOST_SURE = 0.3, 0.99
+# Most that is stated: one time in a hundred what is missing is nothing that was tried.
+MOST_SURE = 0.99
 
 # --------------------------------------------------------------------------- pattern of damping
 # Fall of the squares of log damping ratios that chance gives one parameter once in two thousand

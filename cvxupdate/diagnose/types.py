@@ -88,10 +88,11 @@ class FiniteSize:
 @dataclass(frozen=True)
 class LevelChange:
     """Relative change of the transfer functions between drive levels, and what noise alone makes
-    of it."""
+    of it; ``what`` of them changes, in words."""
 
     change: float
     noise: float
+    what: str = "transfer functions"
 
 
 class Evidence(Protocol):

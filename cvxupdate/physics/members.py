@@ -21,7 +21,7 @@ def member_sets(model: Model, of: str) -> list[tuple[tuple[int, ...], tuple[str,
     singles: dict[int, str] = {}
     lines: list[tuple[int, ...]] = []
     for block in model.blocks:
-        if not has_property(block, of) or block.kind.name in ("matrix",):
+        if not has_property(block, of):
             continue
         ids = block.ids.tolist()
         for i, g in zip(ids, block.groups, strict=True):

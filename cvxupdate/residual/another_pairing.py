@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
@@ -55,6 +57,46 @@ def another_pairing(point: ModalPoint) -> Start | None:
     if all(np.array_equal(new, old) for new, old in zip(places, point.places, strict=True)):
         return None
     return Start(point.modes, tuple(places), start.loose)
+
+
+def nearest_pairing(point: ModalPoint) -> ModalPoint:
+    """The same model with every fitted mode paired anew, by least weighted squares of eigenvalues
+    and shape entries: modes that a gross effect mixes are not told by following the model's own.
+
+    Modes that are only scored go with a fitted one that they shared, else stay where none else is.
+    """
+    fit, modes, places = point.residual.fit, point.modes, [q.copy() for q in point.places]
+    shapes: dict[tuple[int, int], Real] = {}
+    if point.residual.shapes:
+        for k, i, _, rows, x, std in point.shape_rows():
+            shapes[k, i] = shape_distances(modes.shapes[rows][None], x, std)[0]
+    went: dict[int, int] = {}
+    for k, table in enumerate(fit):
+        who = np.flatnonzero(places[k] >= 0).tolist()
+        cost = np.array(
+            [_distance(table, i, modes.frequencies) + shapes.get((k, i), 0.0) for i in who]
+        )
+        for x, a in zip(*linear_sum_assignment(cost.reshape(len(who), -1)), strict=True):
+            went[int(places[k][who[int(x)]])] = int(a)
+            places[k][who[int(x)]] = a
+    taken = set(went.values())
+    for k in range(len(fit), len(places)):
+        places[k] = np.array([_moved(int(at), went, taken) for at in places[k]], dtype=np.int64)
+    return replace(point, places=tuple(places))
+
+
+def _moved(at: int, went: dict[int, int], taken: set[int]) -> int:
+    return went.get(at, -1 if at in taken else at)
+
+
+def shape_distances(phi: Real, x: Real, std: Real) -> Real:
+    """Weighted squares (n, m) that are left of measured entries ``x`` (DOFs,) of deviations
+    ``std`` beside each of the shapes ``phi`` (n, DOFs, m), scaled to them; of a shape that moves
+    none of the DOFs all of them."""
+    w = 1.0 / std**2
+    along = np.einsum("d,ndm->nm", w * x, phi)
+    size = np.maximum(np.einsum("d,ndm->nm", w, phi**2), np.finfo(float).tiny)
+    return np.asarray(np.maximum(np.sum(w * x**2) - along**2 / size, 0.0))
 
 
 def _distance(table: ModeTable, i: int, frequencies: Real) -> Real:

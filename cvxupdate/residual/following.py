@@ -12,6 +12,7 @@ import scipy.sparse as sp
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.modes import Modes
+from cvxupdate.residual.another_pairing import nearest_pairing
 from cvxupdate.residual.modal import ModalPoint, ModalResidual
 from cvxupdate.residual.pairing import follow
 from cvxupdate.residual.repeated import aligned
@@ -25,8 +26,8 @@ def followed(residual: ModalResidual, start: Real) -> ModalResidual:
     one large step may mistake them.
 
     On the way they are sought in the space of the modes at both ends (Ritz). Modes that veer change
-    their shapes but not their order, so without measured shapes the order is the other way to pair
-    them, and the better one counts.
+    their shapes but not their order, so without measured shapes the order is another way to pair
+    them; a third is the nearest measured mode there; and the best one counts.
 
     Raises
     ------
@@ -34,7 +35,9 @@ def followed(residual: ModalResidual, start: Real) -> ModalResidual:
         A model that is no structure there.
     """
     point = residual.evaluate(start, _nearly(residual, residual.evaluate(start)))
-    ways = [point] if residual.shapes else [point, replace(point, places=residual.start.places)]
+    ways = [point, nearest_pairing(point)]
+    if not residual.shapes:
+        ways.append(replace(point, places=residual.start.places))
     best = min(ways, key=lambda way: float(np.sum((way.differences[1] * way.differences[0]) ** 2)))
     return replace(residual, start=replace(residual.start, modes=best.modes, places=best.places))
 

@@ -26,6 +26,7 @@ from cvxupdate.residual.shape_rows import (
     visible,
 )
 
+FAR = 0.5  # of MAC for each unit of the logarithm of a frequency ratio
 MARGIN = 6  # model modes beyond the highest paired one, for modes that cross
 # relative distance of frequencies in two tables that are one mode measured twice (between tests of
 # one structure they differ by less)
@@ -265,9 +266,13 @@ def _by_shape(model: Model, book: _Book, open_: list[tuple[int, int]]) -> list[t
             table.frequency[chosen],
             threshold=0.3,
         )
-        for a, x in zip(found.model, found.measured, strict=True):
+        apart = np.log(book.flexible.frequencies[free[found.model]])
+        apart -= np.log(table.frequency[np.array(chosen)[found.measured]])
+        # what is further off than all are together is another mode that a few sensors see alike
+        near = found.mac > FAR * np.abs(apart - np.median(apart)) if len(apart) else apart > 0.0
+        for a, x in zip(found.model[near], found.measured[near], strict=True):
             book.pair(k, chosen[int(x)], int(free[a]))
-        paired = {chosen[int(x)] for x in found.measured}
+        paired = {chosen[int(x)] for x in found.measured[near]}
         left += [(k, i) for i in mine if i not in paired]
     return left
 

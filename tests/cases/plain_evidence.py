@@ -96,6 +96,7 @@ class PlainFit:
     damping_strain: float = 0.0
     errors: Errors = SMALL
     rows: int = 1000
+    independent: float = 20.0
     p: np.ndarray = field(default_factory=lambda: np.zeros(0))
     deviations: np.ndarray = field(default_factory=lambda: np.zeros(0))
     setting: PlainSetting = PlainSetting()
@@ -107,6 +108,11 @@ class PlainFit:
     @property
     def cost(self) -> float:
         return self.misfit * self.rows
+
+    @property
+    def log_evidence(self) -> float:
+        """Of a discrepancy as large as the misfit."""
+        return -0.5 * self.independent * float(np.log(self.misfit))
 
     @property
     def noise_deviations(self) -> np.ndarray:
@@ -128,7 +134,7 @@ class PlainEvidence:
     levels: int = 4
     model: Model = CHAIN
     told_by: str = "responses"
-    names: tuple[str, ...] = ()
+    names: tuple[str, ...] = ("stiffness_change", "added_mass")
     delay_unit: float = 1.0
     band: tuple[float, float] = (5.0, 75.0)
 

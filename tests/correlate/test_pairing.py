@@ -98,3 +98,14 @@ def test_bad_input_is_named() -> None:
         pair_frequencies(np.array([1.0]), np.array([1.0]), np.array([0.0]))
     with pytest.raises(InputError, match="finite"):
         pair_frequencies(np.array([np.nan]), np.array([1.0]))
+
+
+def test_far_modes_that_few_sensors_take_for_near_ones_do_not_win() -> None:
+    """Two sensors: the first mode and one twenty times as high look alike, and noise makes the far
+    one a little liker."""
+    a = np.array([[1.0, 1.0, 1.0], [0.50, -0.60, 0.52]])
+    x = np.array([[1.0], [0.53]])
+    found = pair_modes(a, x, np.array([10.0, 40.0, 210.0]), np.array([8.0]))
+    assert found.model.tolist() == [0]
+    alone = pair_modes(a, x, np.array([10.0, 40.0, 210.0]), np.array([8.0]), frequency_weight=0.0)
+    assert alone.model.tolist() == [2]

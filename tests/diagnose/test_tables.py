@@ -113,7 +113,7 @@ def test_a_group_that_is_off_beyond_all_scatter_is_named(tmp_path):
 def test_many_groups_that_are_off_are_a_matter_of_parameters(tmp_path):
     """Four groups, each a seventh off in stiffness: no plate is there to be orthotropic, the
     groups' parameters let go far explain it."""
-    words = '[diagnose]\nphysics = ["orthotropy"]'
+    words = '[diagnose]\nphysics = ["stiffness_change"]'
     three = re.sub(
         r'(id = (\d+), nodes = \[\d+, \d+\], group = "bar)',
         lambda m: f"{m[1]} {(int(m[2]) - 1) // 3}",

@@ -369,6 +369,37 @@ def test_totals_and_reliability():
         assert abs(0.05 - p) == pytest.approx(1.959964 * np.sqrt(p * (1.0 - p) / 20), rel=1e-5)
 
 
+def test_rates_per_family_and_kind():
+    """A family that is bad shows, whatever the total."""
+    rows = [
+        {"seed": k, "seconds": 1.0, **calibrate.judged(said("consistent"), truth())}
+        for k in range(30)
+    ]
+    bad = {**truth(), "family": "plate", "recording": "modes"}
+    rows += [
+        {
+            "seed": 30 + k,
+            "seconds": 1.0,
+            **calibrate.judged(said("missing_physics", finding(*MASS)) if k else said("x"), bad),
+        }
+        for k in range(2)
+    ]
+    rows.append(
+        {
+            "seed": 99,
+            "seconds": 1.0,
+            **calibrate.judged(said("missing_physics", finding(*MASS)), truth(MASS)),
+        }
+    )
+    r = calibrate.summary(rows)["rates"]
+    assert set(r) == {"chain", "plate", "frf", "modes", "chain, frf", "plate, modes"}
+    assert (r["plate"]["false_alarms"], r["plate"]["nulls"]) == (1, 2)
+    assert r["chain, frf"]["false_alarm_interval"] == calibrate.wilson(0, 30)
+    assert (r["frf"]["hits"], r["frf"]["effects"], r["frf"]["wrong"]) == (1, 1, 0)
+    lines = "\n".join(calibrate.say(calibrate.summary(rows)))
+    assert "1 of 2 (9–91 %)" in lines and calibrate.rate(0, 0) == "–"
+
+
 def test_an_interrupted_run_goes_on(tmp_path, monkeypatch):
     asked = []
 
@@ -388,7 +419,7 @@ def test_an_interrupted_run_goes_on(tmp_path, monkeypatch):
     assert sorted(p.name for p in (tmp_path / "cases").iterdir()) == sorted(
         f"{s}.json" for s in seeds
     )
-    monkeypatch.setattr(calibrate, "fingerprint", lambda: "another state")
+    monkeypatch.setattr(calibrate, "fingerprint", lambda procedure: "another state")
     calibrate.run(seeds, tmp_path, 1, 60.0, keep=True)
     assert len(asked) == 5
     calibrate.run(seeds[:1], tmp_path, 1, 60.0)

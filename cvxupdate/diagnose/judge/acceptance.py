@@ -14,6 +14,7 @@ from cvxupdate.diagnose.settings import (
     DAMPING_COST,
     DAMPING_GAIN,
     HALVED,
+    LARGE,
     LOWER,
     MET,
     STRONG,
@@ -87,12 +88,14 @@ def information(after: Fit, before: Fit, further: int) -> float:
 
 def better(w: Weighed, before: Weighed, case: Case) -> bool:
     """Whether a hypothesis halves the misfit beyond noise of one with less freedom, for more than
-    its unknowns are worth, and shows on what was held out."""
+    its unknowns are worth, and shows on what was held out. What a sound model may leave is made of
+    one or two patterns that some effect or other resembles: there it must take away nearly all."""
     evidence = case.evidence
     if case.damping_only:
         return _damps(w, before)
+    least = 1.0 / LARGE if explained(before, case) else HALVED
     return (
-        w.fit.excess <= HALVED * before.fit.excess
+        w.fit.excess <= least * before.fit.excess
         and information(w.fit, before.fit, w.unknowns - before.unknowns) < -STRONG
         and shown(
             w.errors.hold_out,

@@ -1,4 +1,4 @@
-"""What the recordings fail to separate: rivals of a hypothesis, equivalents of an effect."""
+"""What stands at the same place, and what may stand for an effect."""
 
 from __future__ import annotations
 
@@ -7,27 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
-from cvxupdate.diagnose.judge.acceptance import Case, Weighed
-from cvxupdate.diagnose.settings import DAMPING_GAIN, RIVAL, STRONG
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.place import Place
-
-
-def rivals(best: Weighed, others: Sequence[Weighed], case: Case) -> list[Weighed]:
-    """Other hypotheses that the recordings do not separate from the best."""
-    return [w for w in others if w is not best and _near(w, best, case)]
-
-
-def _near(w: Weighed, best: Weighed, case: Case) -> bool:
-    if case.damping_only:
-        return w.fit.damping_strain <= best.fit.damping_strain + DAMPING_GAIN / 2.0
-    worse = w.fit.cost - best.fit.cost
-    worse += (w.unknowns - best.unknowns) * np.log(max(best.fit.rows, 2))
-    close = w.fit.excess <= RIVAL * best.fit.excess or worse <= STRONG
-    held, noise = w.errors.hold_out, case.evidence.noise.hold_out
-    as_good = not np.isfinite(held) or held <= RIVAL * best.errors.hold_out or held <= noise
-    return bool(close and as_good)
 
 
 def equivalents(effect: Effect, best: Hypothesis, near: Sequence[Hypothesis]) -> tuple[Effect, ...]:

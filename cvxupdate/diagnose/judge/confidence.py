@@ -1,4 +1,4 @@
-"""How sure a finding is: how far ahead of the next thing that is something else."""
+"""How sure a finding is: the probability of all that has it, among all that was tried."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Figures
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
-from cvxupdate.diagnose.judge.alternatives import has, rivals
-from cvxupdate.diagnose.settings import LEAST_SURE, MOST_SURE
+from cvxupdate.diagnose.judge.posterior import field_of, rivals, support, weights
+from cvxupdate.diagnose.settings import MOST_SURE
 from cvxupdate.physics.effect import Effect
 
 
@@ -18,63 +18,45 @@ from cvxupdate.physics.effect import Effect
 class Standing:
     """What the confidence in an effect rests on; logarithms are decimal.
 
-    ``lead``: misfit of the next hypothesis without anything at its place, over the best (log);
-    ``gain``: misfit of the nuisance parameters alone over the best (log); ``left``: the best misfit
-    (log); ``weight``: its size in its own deviations (log); ``rivals``: how many hypotheses without
-    it come as near as the best; ``alike``: how many have something else at its place.
+    ``support``: posterior probability of the hypotheses that have it; ``gain``: misfit of the
+    nuisance parameters alone over the best (log); ``left``: the best misfit (log); ``weight``: its
+    size in its own deviations (log); ``rivals``: how many hypotheses are no less likely than strong
+    evidence would tell.
     """
 
-    lead: float
+    support: float
     gain: float
     left: float
     weight: float
     rivals: int
-    alike: int
 
     @property
     def confidence(self) -> float:
-        """1 − (misfit ratio), within bounds, shared among rivals elsewhere."""
-        alone = np.clip(1.0 - 10.0 ** -max(self.lead, 0.0), LEAST_SURE, MOST_SURE)
-        return float(alone) / (1.0 + 0.5 * self.rivals)
+        """Never certain: what nobody thought of was not tried."""
+        return min(self.support, MOST_SURE)
 
 
-@dataclass(frozen=True)
-class Competitor:
-    """Another hypothesis: its misfit, whether it has something at the place in question, whether
-    it is among the `rivals`."""
-
-    misfit: float
-    there: bool
-    rival: bool
-
-
-def standing(number: int, best: Weighed, others: Sequence[Weighed], case: Case) -> Standing:
-    """Of effect ``number`` of the best hypothesis among all that were refitted."""
-    effect = best.hypothesis.effects[number]
-    near = {id(w) for w in rivals(best, others, case)}
-    field = [
-        Competitor(case.scale(w), has(w.hypothesis, effect, case.evidence.model), id(w) in near)
-        for w in others
-        if w is not best
-    ]
-    size = size_of(effect, best.hypothesis.figures[number])
-    return standing_of(case.scale(best), case.scale(case.base), field, size)
-
-
-def standing_of(mine: float, base: float, field: Sequence[Competitor], size: float) -> Standing:
-    """From the misfits of the best (``mine``), of the nuisance parameters alone (``base``) and of
-    all others; ``size`` in deviations."""
-    following = min([c.misfit for c in field if not c.there] + [base])
-    near = [c for c in field if c.rival]
-
-    def log(x: float) -> float:
-        return float(np.log10(np.clip(x, 1e-3, 1e4)))
-
-    there = sum(c.there for c in near)
-    floor = max(mine, 1e-9)
+def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case) -> Standing:
+    """Of effect ``number`` of the final hypothesis among all that were refitted."""
+    effect, field = final.hypothesis.effects[number], field_of(final, others, case)
+    mine = case.scale(final)
     return Standing(
-        log(following / floor), log(base / floor), log(mine), log(size), len(near) - there, there
+        support(effect, field, weights(field, case), case.evidence.model),
+        _log(case.scale(case.base) / max(mine, 1e-9)),
+        _log(mine),
+        _log(size_of(effect, final.hypothesis.figures[number])),
+        len(rivals(final, others, case)),
     )
+
+
+def certainty_of_groups(wide: Weighed, others: Sequence[Weighed], case: Case) -> float:
+    """Of wrong numbers of groups among all that was refitted."""
+    field = field_of(wide, others, case)
+    return min(float(weights(field, case)[0]), MOST_SURE)
+
+
+def _log(x: float) -> float:
+    return float(np.log10(np.clip(x, 1e-3, 1e4)))
 
 
 def size_of(effect: Effect, figures: Figures) -> float:

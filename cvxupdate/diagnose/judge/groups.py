@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.nominal.scatter import scatter_of
 from cvxupdate.diagnose.results import Finding
-from cvxupdate.diagnose.settings import CREDIBLE
+from cvxupdate.diagnose.settings import CREDIBLE, LEAST_SIZE
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.physics import told
 from cvxupdate.physics.place import Place
@@ -16,24 +14,24 @@ MOST = 3  # groups that are named
 
 
 def loose_groups(h: Hypothesis) -> list[tuple[int, Parameter, float]]:
-    """Nuisance parameters outside their credible band: (number, parameter, how many of their prior
-    deviations), farthest first."""
+    """Nuisance parameters outside their credible band and clearly not nothing: (number, parameter,
+    how many of their prior deviations), farthest first."""
     out = []
     for k, q in enumerate(h.fit.setting.model.parameters):
-        far = abs(float(h.fit.p[k])) / scatter_of(q) if q.group is not None else 0.0
-        if far > CREDIBLE:
+        size = abs(float(h.fit.p[k]))
+        far = size / scatter_of(q) if q.group is not None else 0.0
+        if far > CREDIBLE and size >= LEAST_SIZE * float(h.fit.deviations[k]):
             out.append((k, q, far))
     return sorted(out, key=lambda item: -item[2])
 
 
-def group_findings(h: Hypothesis) -> tuple[Finding, ...]:
-    """The farthest of `loose_groups` as findings."""
+def group_findings(h: Hypothesis, confidence: float) -> tuple[Finding, ...]:
+    """The farthest of `loose_groups` as findings; they stand or fall together."""
     out = []
-    for k, q, far in loose_groups(h)[:MOST]:
+    for k, q, _ in loose_groups(h)[:MOST]:
         place = Place(elements=q.elements, groups=(q.group or q.name.rpartition(".")[0],))
         effect = told("stiffness_change" if q.of == "stiffness" else "mass_change", place)
         values = {"factor": 1.0 + float(h.fit.p[k])}
-        sure = float(np.clip(1.0 - 3.0 / far**2, 0.5, 0.99))
         out.append(
             Finding(
                 effect.physics,
@@ -42,7 +40,7 @@ def group_findings(h: Hypothesis) -> tuple[Finding, ...]:
                 values,
                 {"factor": float(h.fit.deviations[k])},
                 {"factor": float(h.fit.noise_deviations[k])},
-                sure,
+                confidence,
                 1.0,
                 (),
                 effect.says(values),

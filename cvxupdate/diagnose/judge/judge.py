@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,9 +16,10 @@ from cvxupdate.diagnose.judge.acceptance import (
     explained,
     needs_several,
 )
-from cvxupdate.diagnose.judge.alternatives import equivalents, rivals
-from cvxupdate.diagnose.judge.confidence import Standing, standing
+from cvxupdate.diagnose.judge.alternatives import equivalents
+from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, standing
 from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
+from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.judge.soundness import sound
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.search import Found, damping_only
@@ -69,18 +70,20 @@ def judge(evidence: Evidence, found: Found) -> Judgement:
     case = Case(evidence, Weighed(base, evidence.errors(base.fit)), damping_only(evidence))
     singles = tuple(case.weighed(h) for h in found.singles)
     several = tuple(case.weighed(h) for h in found.several)
-    one, more = (next((w for w in ws if sound(w.hypothesis)), None) for ws in (singles, several))
+    one, more = (_likeliest(ws, case) for ws in (singles, several))
     single = one if one is not None and better(one, case.base, case) else None
-    final, field = single, singles
+    final, field = single, (*several, *singles)
     open_ = single is None or not evidence.clear(single.fit)
     if more is not None and open_ and needs_several(more, single, case):
-        final, field = more, (*several, *singles)
+        final = more
     bare = Judgement(case, singles, several, single)
-    if not explained(case.base, case) and (final is None or not explained(final, case)):
-        wide = _wide(case, final if final is not None and credible(final, case) else None)
-        if wide is not None:
-            claimed = group_findings(wide.hypothesis)
-            return Judgement(case, singles, several, single, wide, (wide,), claimed)
+    if not explained(case.base, case):
+        wide = _wide(case)
+        field = field if wide is None else (*field, wide)
+        if wide is not None and _groups_instead(wide, final, case):
+            sure = certainty_of_groups(wide, field, case)
+            claimed = group_findings(wide.hypothesis, sure) if sure >= FAINT else ()
+            return replace(bare, final=wide, field=field, findings=claimed)
     if final is None:
         return bare
     standings = tuple(standing(k, final, field, case) for k in range(len(final.hypothesis.effects)))
@@ -90,15 +93,31 @@ def judge(evidence: Evidence, found: Found) -> Judgement:
     return Judgement(case, singles, several, single, final, field, findings, standings)
 
 
-def _wide(case: Case, before: Weighed | None) -> Weighed | None:
-    """Nuisance parameters far beyond their scatter, where they explain what nothing else does."""
+def _likeliest(candidates: Sequence[Weighed], case: Case) -> Weighed | None:
+    """Of those that rest on sizes that are there; in the order of the search where two are as
+    likely."""
+    there = [w for w in candidates if sound(w.hypothesis)]
+    return max(there, key=lambda w: round(log_odds(w, case), 6), default=None)
+
+
+def _wide(case: Case) -> Weighed | None:
+    """Nuisance parameters far beyond their scatter, where they explain."""
+    if not {"stiffness_change", "mass_change"} & set(case.evidence.names):
+        return None
     try:
         h = Hypothesis((), case.evidence.wide())
     except CvxupdateError:
         return None
     wide = case.weighed(h, len(loose_groups(h)))
-    good = wide.freed > 0 and explained(wide, case) and better(wide, before or case.base, case)
+    good = wide.freed > 0 and explained(wide, case) and better(wide, case.base, case)
     return wide if good else None
+
+
+def _groups_instead(wide: Weighed, final: Weighed | None, case: Case) -> bool:
+    """Whether wrong numbers of groups are likelier than the effects found."""
+    if final is None or not credible(final, case):
+        return True
+    return log_odds(wide, case) > log_odds(final, case)
 
 
 def _findings(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from cvxupdate.diagnose.judge.alternatives import overlapping
-from cvxupdate.diagnose.judge.confidence import Competitor, standing_of
 from cvxupdate.diagnose.results import Damper, Finding, Further
-from cvxupdate.diagnose.settings import DAMPING_GAIN, LAW
+from cvxupdate.diagnose.settings import LAW, MOST_SURE, STRONG
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import told
 from cvxupdate.physics.place import Place
@@ -54,13 +55,13 @@ def _law(alpha: float, deviation: float) -> Finding:
 def _damper(best: Damper, grown: Model, further: Further) -> Pattern:
     effect, others = best.effect, further.dampers[1:]
     (values, spread) = effect.reported(grown, grown.parameters[-1:], [best.size], [best.deviation])
-    name = effect.figures[0].name
-    near = [d for d in others if d.strain <= best.strain + DAMPING_GAIN / 2.0]
-    field = [
-        Competitor(d.strain, overlapping(d.effect.place, effect.place, grown), d in near)
-        for d in others
+    near = [d for d in others if d.strain <= best.strain + STRONG]
+    likely = np.exp(-0.5 * (np.array([d.strain for d in further.dampers]) - best.strain))
+    nothing = np.sqrt(further.modes) * np.exp(-0.5 * (further.strain - best.strain))
+    there = [
+        d.effect.physics == effect.physics and overlapping(d.effect.place, effect.place, grown)
+        for d in further.dampers
     ]
-    size = abs(values[name]) / max(spread[name], 1e-12)
     finding = Finding(
         effect.physics,
         effect.place,
@@ -68,7 +69,7 @@ def _damper(best: Damper, grown: Model, further: Further) -> Pattern:
         values,
         spread,
         spread,
-        standing_of(best.strain, further.strain, field, size).confidence,
+        min(float(likely[there].sum() / (likely.sum() + nothing)), MOST_SURE),
         1.0 - best.strain / max(further.strain, 1e-300),
         tuple(d.effect for d in near[:MOST]),
         effect.says(values),

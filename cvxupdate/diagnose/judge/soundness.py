@@ -13,15 +13,20 @@ from cvxupdate.physics.effect import Effect
 
 def sound(h: Hypothesis) -> bool:
     """Whether every effect's first unknown is off its bounds and at least `LEAST_SIZE` of its
-    standard deviations from nothing; an exchange of channels has no size."""
+    standard deviations from nothing; an exchange of channels has no size, and a compliance may be
+    as large as it can."""
     fit, at = h.fit, len(h.fit.setting.model.parameters) - sum(e.columns for e in h.effects)
     for effect, figures in zip(h.effects, h.figures, strict=True):
         if effect.change is None:
-            if size_of(effect, figures) < LEAST_SIZE:
+            exchanged = effect.fault is not None and effect.fault.how == "swap"
+            if not exchanged and size_of(effect, figures) < LEAST_SIZE:
                 return False
         else:
             p, q = float(fit.p[at]), fit.setting.model.parameters[at]
-            if on_bound(p, q) or _deviations(effect, p, float(fit.deviations[at])) < LEAST_SIZE:
+            released = effect.change.series and p > 0.0  # a hinge is the limit of a loose joint
+            if (on_bound(p, q) and not released) or _deviations(
+                effect, p, float(fit.deviations[at])
+            ) < LEAST_SIZE:
                 return False
         at += effect.columns
     return True

@@ -15,6 +15,7 @@ from cvxupdate.diagnose.modes.damping import damping_laws
 from cvxupdate.diagnose.modes.figures import modes_shown
 from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
 from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
+from cvxupdate.diagnose.modes.levels import level_change
 from cvxupdate.diagnose.modes.members import whole_members
 from cvxupdate.diagnose.modes.scene import scene
 from cvxupdate.diagnose.modes.setting import ModesSetting, setting_of
@@ -42,6 +43,7 @@ from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import MODES, RATIOS, Effect
 from cvxupdate.physics.fault import Fault
+from cvxupdate.residual.another_pairing import nearest_pairing
 from cvxupdate.residual.following import followed
 from cvxupdate.residual.modal import ModalPoint
 from cvxupdate.update.trust_region import Options
@@ -81,7 +83,7 @@ class ModesEvidence:
     @cached_property
     def bases(self) -> tuple[Fit, ...]:
         """Nuisance parameters fitted."""
-        return (fitted(setting_of(self.model, self.tables), self.model.zero(), OPTIONS),)
+        return (_fitted(setting_of(self.model, self.tables), self.model.zero()),)
 
     @cached_property
     def nominal_point(self) -> ModalPoint:
@@ -99,8 +101,8 @@ class ModesEvidence:
         return Errors(float("nan"), self.tables.noise)
 
     def level_change(self) -> LevelChange | None:
-        """Tables say none."""
-        return None
+        """Between tables at different drive levels."""
+        return level_change(self.tables.measured)
 
     def drift(self) -> str | None:
         """Not looked for."""
@@ -146,7 +148,7 @@ class ModesEvidence:
         setting = seed.setting
         if seed.continued:  # modes are followed to where it begins
             setting = replace(setting, residual=followed(setting.residual, seed.start))
-        return fitted(setting, seed.start, OPTIONS)
+        return _fitted(setting, seed.start)
 
     def linearised(self, found: Fit) -> Linearised:
         """Of the nuisance parameters."""
@@ -217,7 +219,7 @@ class ModesEvidence:
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
         model = with_nuisance(self.model.with_parameters(()), wide=True)
-        return fitted(setting_of(model, self.tables, wide=True), model.zero(), OPTIONS)
+        return _fitted(setting_of(model, self.tables, wide=True), model.zero())
 
     def further(self, last: Fit) -> Further:
         """What the damping ratios say."""
@@ -275,3 +277,16 @@ class ModesEvidence:
                     values = {"before": float(f(before)), "after": float(f(after))}
                     out[key][f"frequency_error_percent_{name}"] = values
         return out
+
+
+def _fitted(setting: ModesSetting, start: Real) -> Fit:
+    """Fitted, and once more with the modes paired anew where that is another pairing: the better
+    one counts, for every hypothesis alike."""
+    found = fitted(setting, start, OPTIONS)
+    near = nearest_pairing(found.point)
+    same = zip(near.places, found.point.places, strict=True)
+    if all(np.array_equal(a, b) for a, b in same):
+        return found
+    begin = replace(setting.residual.start, modes=near.modes, places=near.places)
+    again = replace(setting, residual=replace(setting.residual, start=begin))
+    return min(found, fitted(again, found.p, OPTIONS), key=lambda fit: fit.cost)

@@ -14,10 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.diagnose.modes.attachment import attachments
-from cvxupdate.diagnose.modes.scene import Scene
+from cvxupdate.diagnose.modes.scene import Scene, assigned
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.block import Index
 from cvxupdate.physics.effect import Effect, ModelChange
@@ -238,13 +237,10 @@ def _trace(where: Scene, changes: Change, sizes: Real, V: Real, at: Index) -> Tr
             lam, V = np.linalg.eigh(T.transpose(0, 2, 1) @ stiff @ T)
             V = T @ V
             before = before + effective[:, None, None] * (before @ changes.M)
-        at = _went((before @ V) ** 2)
-        left = where.left(
-            lam[there, at],
-            where.mixed(np.take_along_axis(V, at[:, None, :], axis=2), changes.tails),
-        )
-        # modes that veer change their shapes and keep their order: either may be what the table
-        # means
+        at = assigned((before @ V) ** 2)
+        # modes that veer or mix may be other ones to the table than those that were followed
+        ways = [at, where.nearest(at, lam, V, changes.tails)]
+        left = np.min([_left(where, changes, lam[there, way], V, way) for way in ways], axis=0)
         if not where.shapes:
             left = np.minimum(left, where.left(lam[:, where.used], ()))
         out.left[:, s], out.V[:, s], out.at[:, s] = (
@@ -255,12 +251,7 @@ def _trace(where: Scene, changes: Change, sizes: Real, V: Real, at: Index) -> Tr
     return out
 
 
-def _went(likeness: Real) -> Index:
-    """The assignment of largest sum in each of ``likeness`` (n, used, q): (n, used)."""
-    at = np.argmax(likeness, axis=2)
-    for k in np.flatnonzero(
-        np.any(np.diff(np.sort(at, axis=1), axis=1) == 0, axis=1)
-    ):  # where each has its own best, that is it
-        rows, columns = linear_sum_assignment(likeness[k], maximize=True)
-        at[k] = columns[np.argsort(rows)]
-    return at
+def _left(where: Scene, changes: Change, eigenvalues: Real, V: Real, at: Index) -> Real:
+    """`Scene.left` of the modes ``at`` (n, used) of ``V``."""
+    own = np.take_along_axis(V, at[:, None, :], axis=2)
+    return where.left(eigenvalues, where.mixed(own, changes.tails))

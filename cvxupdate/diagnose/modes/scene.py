@@ -6,12 +6,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.model import Matrices
 from cvxupdate.fe.modes import Modes
+from cvxupdate.residual.another_pairing import shape_distances
 from cvxupdate.residual.modal import ModalPoint
+
+
+def assigned(likeness: Real) -> Index:
+    """The assignment of largest sum in each of ``likeness`` (n, used, modes): (n, used)."""
+    at = np.argmax(likeness, axis=2)
+    twice = np.any(np.diff(np.sort(at, axis=1), axis=1) == 0, axis=1)
+    for k in np.flatnonzero(twice):  # where each has its own best, that is it
+        rows, columns = linear_sum_assignment(likeness[k], maximize=True)
+        at[k] = columns[np.argsort(rows)]
+    return at
 
 
 @dataclass(frozen=True)
@@ -42,11 +54,28 @@ class Scene:
         parts = [weights * (measured - eigenvalues[:, places.astype(np.int64)])]
         for phi, (_, _, x, std) in zip(entries, self.shapes, strict=True):
             w = 1.0 / std**2
-            scale = np.sum(w * phi * x, axis=1) / np.sum(w * phi**2, axis=1)
+            size = np.maximum(np.sum(w * phi**2, axis=1), np.finfo(float).tiny)
+            scale = np.sum(w * phi * x, axis=1) / size
             parts.append((x - phi * scale[:, None]) / std)
         r = np.hstack([*parts, np.broadcast_to(self.below, (len(eigenvalues), len(self.below)))])
         r = r - (r @ self.Q) @ self.Q.T
         return np.asarray(np.einsum("ij,ij->i", r, r))
+
+    def nearest(self, at: Index, eigenvalues: Real, V: Real, tails: Sequence[Real]) -> Index:
+        """Which of other modes the measured ones are, (n, used), by least weighted squares of
+        eigenvalues (n, modes) and shapes ``V`` (n, basis, modes) in the basis of `mixed`; ``at``
+        where nothing is measured."""
+        cost = np.zeros((*at.shape, eigenvalues.shape[1]))
+        for u, measured, weight in self.values:
+            cost[:, u] += (weight * (eigenvalues - measured)) ** 2
+        for (u, rows, x, std), tail in zip(self.shapes, tails, strict=True):
+            q = V.shape[1] - tail.shape[2]
+            phi = self.many.shapes[rows, :q] @ V[:, :q] + tail @ V[:, q:]
+            cost[:, u] += shape_distances(phi, x, std)
+        told = sorted({u for u, _, _ in self.values})
+        out = at.copy()
+        out[:, told] = assigned(-cost[:, told])
+        return out
 
     def mixed(self, V: Real, tails: Sequence[Real]) -> list[Real]:
         """The entries of `left` of modes (n, basis, used) given in the basis of the first of

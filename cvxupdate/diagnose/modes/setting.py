@@ -46,10 +46,12 @@ class ModesSetting:
         return np.array(prior_scales(self.model, self.wide))
 
     def noise_parts(self, point: ModalPoint) -> Real:
-        """The part of each row's weighted square that noise alone makes, once the parameters are
-        fitted."""
-        parts = self.tables.noise_parts(point)
-        return parts * max(0, len(parts) - len(self.scales)) / max(1, len(parts))
+        """The part of each row's weighted square that noise alone makes."""
+        return self.tables.noise_parts(point)
+
+    def independent(self, point: ModalPoint) -> float:
+        """Every entry of a table."""
+        return float(len(self.noise_parts(point)))
 
     def damping_strain(self, p: Real) -> float:
         """None: damping ratios are judged apart."""

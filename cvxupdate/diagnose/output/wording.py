@@ -103,7 +103,7 @@ def _level_line(change: LevelChange | None, level: bool) -> list[str]:
     if change is None:
         return []
     return [
-        f"Between drive levels the transfer functions change by {100 * change.change:.2g} % "
+        f"Between drive levels the {change.what} change by {100 * change.change:.2g} % "
         f"(noise alone: {100 * change.noise:.2g} %): "
         + (
             "the response depends on the level, so the structure is not linear."

@@ -1,77 +1,21 @@
-"""What recordings fail to separate, on plain figures."""
+"""What stands at the same place, and what may stand for an effect, on plain figures."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-import numpy as np
 import pytest
 
-from cvxupdate.diagnose.judge.alternatives import equivalents, has, nodes_of, overlapping, rivals
-from cvxupdate.diagnose.settings import DAMPING_GAIN, RIVAL, STRONG
+from cvxupdate.diagnose.judge.alternatives import equivalents, has, nodes_of, overlapping
 from cvxupdate.diagnose.types import Errors
 from cvxupdate.physics.place import Place
 from tests.cases.plain_evidence import (
     CHAIN,
-    NAN,
-    PlainEvidence,
     PlainFit,
-    case_of,
     effect,
     fault,
     supposed,
-    weighed,
 )
 
-CASE = case_of(PlainEvidence())
 BEST = PlainFit(1.0, errors=Errors(0.02, 0.05), rows=1000)
-
-
-def near(fit: PlainFit, best: PlainFit = BEST, count: int = 1, damping_only: bool = False) -> bool:
-    first = weighed(best, effect())
-    other = weighed(fit, effect(nodes=(2,), count=count))
-    case = case_of(PlainEvidence(), damping_only)
-    found = rivals(first, [first, other], case)
-    assert all(w is other for w in found)
-    return bool(found)
-
-
-def test_a_rival_comes_within_a_factor_of_the_misfit_beyond_noise() -> None:
-    assert near(replace(BEST, misfit=RIVAL))
-    assert not near(replace(BEST, misfit=1.01 * RIVAL))
-    assert near(replace(BEST, misfit=5.0, beyond_noise=RIVAL))
-
-
-def test_or_its_squares_are_no_strong_evidence_against_it() -> None:
-    """With few rows a larger misfit says little; further unknowns count log n each."""
-    best = replace(BEST, rows=2)
-    least = 1.0 + STRONG / 2
-    assert near(replace(best, misfit=0.99 * least), best)
-    assert not near(replace(best, misfit=1.01 * least), best)
-    more = least - np.log(2.0) / 2
-    assert near(replace(best, misfit=0.99 * more), best, count=2)
-    assert not near(replace(best, misfit=1.01 * more), best, count=2)
-
-
-def test_a_rival_predicts_what_was_held_out_as_well() -> None:
-    worst = RIVAL * BEST.errors.hold_out
-    assert near(replace(BEST, errors=Errors(0.02, 0.99 * worst)))
-    assert not near(replace(BEST, errors=Errors(0.02, 1.01 * worst)))
-    assert near(replace(BEST, errors=Errors(0.02, NAN))), "nothing was held out"
-    exact = replace(BEST, errors=Errors(0.001, 0.001))
-    assert near(replace(BEST, errors=Errors(0.02, 0.01)), exact), "no more than noise"
-
-
-def test_patterns_of_damping_are_separated_by_their_strain() -> None:
-    best = PlainFit(1.0, damping_strain=3.0)
-    close = 3.0 + DAMPING_GAIN / 2
-    assert near(PlainFit(50.0, damping_strain=close), best, damping_only=True)
-    assert not near(PlainFit(1.0, damping_strain=close + 0.1), best, damping_only=True)
-
-
-def test_the_best_is_no_rival_of_itself() -> None:
-    first = weighed(BEST, effect())
-    assert rivals(first, [first], CASE) == []
 
 
 def test_equivalents_are_the_odd_ones_out_of_rivals_that_share_the_rest() -> None:

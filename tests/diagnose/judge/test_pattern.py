@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
 
 from cvxupdate.diagnose.judge.pattern import MOST, pattern_of
 from cvxupdate.diagnose.results import Damper, Further
-from cvxupdate.diagnose.settings import DAMPING_GAIN, LAW
+from cvxupdate.diagnose.settings import LAW, MOST_SURE, STRONG
 from cvxupdate.physics.effect import Effect, ModelChange
 from tests.cases.plain_evidence import CHAIN, effect, fault
 
@@ -40,7 +41,7 @@ def test_the_best_damper_is_told_with_the_strain_that_it_leaves() -> None:
     (finding,) = found.findings
     assert finding.physics == "viscous_damper" and finding.explains == pytest.approx(0.9)
     assert finding.parameters == {"factor": 1.5} and finding.deviations == {"factor": 0.1}
-    assert finding.confidence == pytest.approx(1.0 - 4.0 / 38.0) and finding.equivalent == ()
+    assert finding.confidence == MOST_SURE and finding.equivalent == ()
     assert found.damped == (CHAIN, 0.5)
     assert found.lines[0] == "a line"
     assert "40 in units" in found.lines[1] and "brings it to 4." in found.lines[1]
@@ -49,13 +50,13 @@ def test_the_best_damper_is_told_with_the_strain_that_it_leaves() -> None:
 
 def test_dampers_that_luck_cannot_tell_from_it_are_equivalents() -> None:
     best = damper(4.0, nodes=(1,))
-    near = damper(3.9 + DAMPING_GAIN / 2, nodes=(3,))
+    near = damper(3.9 + STRONG, nodes=(3,))
     there = damper(4.1, nodes=(1,))
-    far = damper(4.1 + DAMPING_GAIN / 2, nodes=(2,))
+    far = damper(4.1 + STRONG, nodes=(2,))
     (finding,) = pattern_of(Further((), None, 100.0, 6, (best, there, near, far))).findings
     assert finding.equivalent == (there.effect, near.effect)
-    lead = 1.0 - 4.0 / near.strain
-    assert finding.confidence == pytest.approx(lead / 1.5), "one of them is elsewhere"
+    odds = [math.exp(-0.5 * (d.strain - best.strain)) for d in (best, there, near, far)]
+    assert finding.confidence == pytest.approx(sum(odds[:2]) / sum(odds)), "two are elsewhere"
 
 
 def test_so_many_equivalents_are_listed() -> None:

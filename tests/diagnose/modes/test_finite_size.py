@@ -43,8 +43,26 @@ def left_one_by_one(where, c, sizes):
             break
         rows, columns = linear_sum_assignment((V[:, at].T @ mass @ new) ** 2, maximize=True)
         V, at = new, columns[np.argsort(rows)]
-        ways = [(at, V[:, at])] + ([] if where.shapes else [(where.used, V[:, where.used])])
+        near = nearest(where, at, lam, basis @ V)
+        ways = [(at, V[:, at]), (near, V[:, near])]
+        ways += [] if where.shapes else [(where.used, V[:, where.used])]
         out.append(min(squares(where, lam[places], basis @ shapes) for places, shapes in ways))
+    return out
+
+
+def nearest(where, at, lam, shapes):
+    """Which mode each measured one is nearest to, one by one."""
+    told = sorted({u for u, _, _ in where.values})
+    cost = np.zeros((len(where.used), len(lam)))
+    for u, measured, w in where.values:
+        cost[u] += (w * (measured - lam)) ** 2
+    for u, rows, x, std in where.shapes:
+        for mode in range(len(lam)):
+            phi = shapes[rows, mode] / std
+            q = phi @ (x / std) / max(phi @ phi, 1e-300)
+            cost[u, mode] += np.sum((x / std - phi * q) ** 2)
+    out = at.copy()
+    out[told] = linear_sum_assignment(cost[told])[1]
     return out
 
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from cvxupdate.diagnose.modes.evidence import _fitted
 from cvxupdate.diagnose.modes.setting import setting_of
 from cvxupdate.residual.modal import modal_residual
 
@@ -47,3 +49,15 @@ def test_a_pairing_is_taken_over_only_by_the_same_structure(tried):
         ),
     )
     assert setting_of(heavier, data, like).residual.start is not like.start
+
+
+def test_every_fit_pairs_its_modes_anew(tried) -> None:
+    """A base whose pairing was mistaken at the start must not lose to effects whose pairing was
+    found again."""
+    evidence, base, _ = tried
+    residual = base.setting.residual
+    wrong = residual.start.places[0][[0, 2, 1, 3]]
+    mistaken = replace(residual, start=replace(residual.start, places=(wrong,)))
+    found = _fitted(replace(base.setting, residual=mistaken), evidence.model.zero())
+    assert np.array_equal(found.point.places[0], base.point.places[0])
+    assert found.cost == pytest.approx(base.cost, rel=1e-3)

@@ -1,0 +1,61 @@
+"""How likely each hypothesis is beside all others that were fitted, "nothing" among them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.judge.acceptance import Case, Weighed
+from cvxupdate.diagnose.judge.alternatives import has
+from cvxupdate.diagnose.settings import STRONG
+from cvxupdate.diagnose.types import Real
+from cvxupdate.fe.model import Model
+from cvxupdate.physics.effect import Effect
+
+
+def log_odds(w: Weighed, case: Case) -> float:
+    """Logarithm of the evidence for a hypothesis, up to what all have in common: the likelihood at
+    its fit, less half the logarithm of the figures for each unknown (Bayes' information criterion;
+    Kass and Raftery 1995). Where only the pattern of damping is at stake its strain is the
+    likelihood, one figure a mode."""
+    if case.damping_only:
+        figures, fits = float(len(w.fit.p)), -0.5 * w.fit.damping_strain
+    else:
+        figures, fits = w.fit.independent, w.fit.log_evidence
+    return fits - 0.5 * w.unknowns * float(np.log(max(2.0, figures)))
+
+
+def field_of(final: Weighed, others: Sequence[Weighed], case: Case) -> list[Weighed]:
+    """Everything that competes: the final hypothesis, the others, the nuisance parameters alone;
+    each set of effects once."""
+    out: dict[object, Weighed] = {(final.hypothesis.keys, final.freed): final}
+    for w in (*others, case.base):
+        out.setdefault((w.hypothesis.keys, w.freed), w)
+    return list(out.values())
+
+
+def weights(field: Sequence[Weighed], case: Case) -> Real:
+    """Posterior probabilities of a field, (hypotheses,): equal before, one together."""
+    logs = np.array([log_odds(w, case) for w in field])
+    likely: Real = np.exp(logs - logs.max())
+    return likely / likely.sum()
+
+
+def support(effect: Effect, field: Sequence[Weighed], likely: Real, model: Model) -> float:
+    """The probability of those hypotheses that have an effect of this type where it stands."""
+    there = [_same(w.hypothesis, effect, model) for w in field]
+    return float(np.sum(likely[np.array(there, dtype=bool)]))
+
+
+def _same(h: Hypothesis, effect: Effect, model: Model) -> bool:
+    alike = tuple(e for e in h.effects if e.physics == effect.physics)
+    return bool(alike) and has(Hypothesis(alike, h.fit), effect, model)
+
+
+def rivals(final: Weighed, others: Sequence[Weighed], case: Case) -> list[Weighed]:
+    """Other hypotheses against which the recordings are no strong evidence, likeliest first."""
+    least = log_odds(final, case) - STRONG / 2.0
+    near = [(log_odds(w, case), w) for w in others if w is not final]
+    return [w for at, w in sorted(near, key=lambda pair: -pair[0]) if at >= least]

@@ -1,0 +1,88 @@
+"""Hypotheses weighed by their evidence, on plain figures."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cvxupdate.diagnose.judge.posterior import field_of, log_odds, rivals, support, weights
+from cvxupdate.diagnose.settings import STRONG
+from cvxupdate.diagnose.types import Errors
+from tests.cases.plain_evidence import (
+    CHAIN,
+    PlainEvidence,
+    PlainFit,
+    case_of,
+    effect,
+    weighed,
+)
+
+CASE = case_of(PlainEvidence())
+BEST = PlainFit(1.0, errors=Errors(0.02, 0.05), independent=20.0)
+A, B, C = effect(nodes=(1,)), effect(nodes=(2,)), effect(nodes=(3,))
+
+
+def behind(by: float) -> PlainFit:
+    """A fit whose evidence is ``by`` (natural logarithm) behind that of `BEST`."""
+    return replace(BEST, misfit=math.exp(2.0 * by / BEST.independent))
+
+
+def test_each_unknown_costs_half_the_logarithm_of_the_figures() -> None:
+    one, two = weighed(BEST, A), weighed(BEST, effect(count=2))
+    assert log_odds(one, CASE) - log_odds(two, CASE) == pytest.approx(0.5 * math.log(20.0))
+    freed = weighed(BEST, freed=3)
+    assert log_odds(one, CASE) - log_odds(freed, CASE) == pytest.approx(math.log(20.0))
+
+
+def test_probabilities_sum_to_one_and_go_with_the_evidence() -> None:
+    field = [weighed(BEST, A), weighed(behind(1.0), B), weighed(behind(3.0), C)]
+    likely = weights(field, CASE)
+    assert likely.sum() == pytest.approx(1.0)
+    assert np.log(likely[0] / likely[1:]) == pytest.approx([1.0, 3.0])
+
+
+def test_thousands_of_lines_of_a_few_modes_count_as_few_figures() -> None:
+    """Twice the misfit: one in a thousand with twenty figures, hardly told apart with two."""
+    twice = replace(BEST, misfit=2.0)
+    many = weights([weighed(BEST, A), weighed(twice, B)], CASE)[1]
+    few = [weighed(replace(f, independent=2.0), e) for f, e in ((BEST, A), (twice, B))]
+    assert many == pytest.approx(1.0 / (1.0 + 2.0**10)) and weights(few, CASE)[1] > 0.3
+
+
+def test_nothing_competes_and_no_set_of_effects_twice() -> None:
+    best, other = weighed(BEST, A), weighed(behind(1.0), B)
+    field = field_of(best, [other, best, weighed(behind(0.5), A)], CASE)
+    assert field == [best, other, CASE.base]
+
+
+def test_support_is_of_all_that_have_the_effect_there() -> None:
+    mass = effect("added_mass", nodes=(1,))
+    field = [
+        weighed(BEST, A),
+        weighed(BEST, A, C),
+        weighed(BEST, mass),
+        weighed(BEST, B),
+    ]
+    likely = np.array([0.4, 0.3, 0.2, 0.1])
+    assert support(A, field, likely, CHAIN) == pytest.approx(0.7), "another type is a rival"
+    assert support(C, field, likely, CHAIN) == pytest.approx(0.3)
+
+
+def test_rivals_are_those_against_which_there_is_no_strong_evidence() -> None:
+    best = weighed(BEST, A)
+    near, far = weighed(behind(0.49 * STRONG), B), weighed(behind(0.51 * STRONG), C)
+    nearer = weighed(behind(0.1), effect(nodes=(9,)))
+    assert rivals(best, [best, near, far, nearer], CASE) == [nearer, near]
+
+
+def test_patterns_of_damping_are_weighed_by_their_strain() -> None:
+    case = case_of(PlainEvidence(), damping_only=True)
+    field = [
+        weighed(replace(BEST, misfit=50.0, damping_strain=2.0), A),
+        weighed(replace(BEST, damping_strain=6.0), B),
+    ]
+    likely = weights(field, case)
+    assert np.log(likely[0] / likely[1]) == pytest.approx(2.0)

@@ -1,0 +1,50 @@
+"""Sizes on which no hypothesis may rest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from cvxupdate.diagnose.judge.soundness import sound
+from cvxupdate.diagnose.settings import AT_BOUND, LEAST_SIZE
+from cvxupdate.physics.effect import ChannelFault
+from cvxupdate.physics.fault import Fault
+from tests.cases.plain_evidence import PlainFit, effect, fault, supposed
+
+FIT = PlainFit(1.0)
+
+
+def test_a_size_is_clearly_something() -> None:
+    assert sound(supposed(FIT, effect(), size=0.5, std=0.5 / (1.01 * LEAST_SIZE)))
+    assert not sound(supposed(FIT, effect(), size=0.5, std=0.5 / (0.99 * LEAST_SIZE)))
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_size_on_its_bound_would_rather_be_elsewhere(side: float) -> None:
+    assert not sound(supposed(FIT, effect(), size=side * (1.0 - 0.5 * AT_BOUND)))
+    assert sound(supposed(FIT, effect(), size=side * (1.0 - 2.0 * AT_BOUND)))
+
+
+def test_a_compliance_may_be_as_large_as_it_can() -> None:
+    """A joint that holds nothing is a hinge; one that is stiffer than rigid is none."""
+    joint = effect()
+    assert joint.change is not None
+    joint = replace(joint, action=replace(joint.change, series=True))
+    assert sound(supposed(FIT, joint, size=1.0))
+    assert not sound(supposed(FIT, joint, size=-1.0))
+
+
+def test_every_effect_counts() -> None:
+    a, b = effect(), effect(nodes=(2,))
+    h = supposed(FIT, a, b)
+    assert sound(h)
+    hardly = replace(h.fit, p=h.fit.p * [1.0, 1e-3])  # type: ignore[type-var]
+    assert not sound(replace(h, fit=hardly))
+
+
+def test_an_exchange_of_channels_has_no_size() -> None:
+    """Its figure is one when it is whole, the same as of a channel without fault."""
+    gain = fault("n1.x")
+    swap = replace(gain, action=ChannelFault(Fault("n1.x", "swap", other="n2.x")))
+    assert not sound(supposed(FIT, gain, size=0.0)) and sound(supposed(FIT, swap, size=0.0))
