@@ -43,4 +43,4 @@ def simulated(
     data = history.data.copy()
     for k, i in enumerate(motions):
         data[:, i] = getattr(run, channels[i].quantity)[:, k]
-    return replace(history, data=data, band=band_of(history))
+    return replace(history, data=data)

@@ -8,7 +8,7 @@ from typing import final
 
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import MOTION, Effect, EffectType
-from cvxupdate.physics.internal_force import NonlinearForce, places, write
+from cvxupdate.physics.internal_force import EITHER, NonlinearForce, places, write
 from cvxupdate.physics.place import at, capital
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity
@@ -31,6 +31,8 @@ class CubicStiffness(EffectType):
                 place,
                 NonlinearForce("cubic", rows, ("k3",), (False,)),
                 (physical("k3", "N·m/rad³" if place.turns else "N/m³"),),
+                0,
+                EITHER,
             )
             for rows, place in places(context)
         ]

@@ -8,7 +8,7 @@ from typing import final
 
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import MOTION, Effect, EffectType
-from cvxupdate.physics.internal_force import NonlinearForce, places, write
+from cvxupdate.physics.internal_force import ABOVE, NonlinearForce, places, write
 from cvxupdate.physics.place import at, capital
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity
@@ -35,6 +35,7 @@ class Hysteresis(EffectType):
                     physical("force", "N·m" if place.turns else "N", 1),
                 ),
                 1,
+                ABOVE,
             )
             for rows, place in places(context)
         ]

@@ -26,7 +26,9 @@ from cvxupdate.physics.growth import dof_rows, new_ids
 from cvxupdate.physics.place import TRANSLATIONS, Place
 
 FEW_ENDS = 12  # DOFs that springs join: up to so many, every pair of them is a place
-LEAST = 1e-3  # of its first value: what must be above zero stays above this part of it
+# Bounds of parameters relative to their first values: of what must stay above zero, and of what may
+# change its sign.
+ABOVE, EITHER = (-0.999, 50.0), (-20.0, 50.0)
 
 
 def element_of(law: str, dof: str, nodes: int, sides: str) -> Element:
@@ -137,15 +139,14 @@ def grown(model: Model, action: NonlinearForce, values: Sequence[float], effect:
             f"{effect.physics}@{place.short}.{name}",
             name,
             (Target(number, np.array([0]), (name,), np.array([[value]])),),
-            -1.0 + LEAST if positive else -20.0,
-            50.0,
+            *effect.limits,
             value,
             value,
             units[name],
             tuple(ids.tolist()),
             None,
         )
-        for name, value, positive in zip(action.names, values, action.positive, strict=True)
+        for name, value in zip(action.names, values, strict=True)
     ]
     return wider.with_parameters((*wider.parameters, *fresh))
 

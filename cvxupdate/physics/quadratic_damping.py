@@ -8,7 +8,7 @@ from typing import final
 
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import MOTION, Effect, EffectType
-from cvxupdate.physics.internal_force import NonlinearForce, places, write
+from cvxupdate.physics.internal_force import ABOVE, NonlinearForce, places, write
 from cvxupdate.physics.place import at, capital
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity
@@ -32,6 +32,7 @@ class QuadraticDamping(EffectType):
                 NonlinearForce("quadratic", rows, ("c2",), (True,)),
                 (physical("c2", "N·m·s²/rad²" if place.turns else "N·s²/m²"),),
                 1,
+                ABOVE,
             )
             for rows, place in places(context)
         ]

@@ -38,12 +38,13 @@ def fill(page: str) -> str:
     KeyError
         When the page asks for a table that the grammar does not have.
     """
-    whole = schema()
+    whole, rows = schema(), grammar().model_json_schema()["$defs"]
     others = [name for name in whole["$defs"] if name not in described(_OTHERS.sub("", page))]
     page = _PROPERTIES.sub(lambda m: f"<!-- properties -->\n{_properties()}\n<!-- end -->", page)
     page = _OTHERS.sub(lambda m: _sections(whole, others), page)
     return _MARKED.sub(
-        lambda m: f"<!-- keys: {m['name']} -->\n{_table(whole, m['name'])}\n<!-- end -->", page
+        lambda m: f"<!-- keys: {m['name']} -->\n{_table(whole, rows, m['name'])}\n<!-- end -->",
+        page,
     )
 
 
@@ -74,11 +75,12 @@ def described(page: str) -> frozenset[str]:
     return frozenset(m["name"] for m in _MARKED.finditer(page))
 
 
-def _table(whole: dict[str, Any], name: str) -> str:
+def _table(whole: dict[str, Any], rows_alone: dict[str, Any], name: str) -> str:
+    """Of one part; ``rows_alone`` are the definitions where a row inherits nothing of its block."""
     part = whole if name == "ProblemFile" else whole["$defs"][name]
     required = part.get("required", ())
     instead = part.get("anyOf", [{}])[0].get("required", ())
-    strict = grammar().model_json_schema()["$defs"].get(name, {}).get("required", ())
+    strict = rows_alone.get(name, {}).get("required", ())
     rows = ["| key | type | default | meaning |", "|---|---|---|---|"]
     for key, value in part["properties"].items():
         default = (

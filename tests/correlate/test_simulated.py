@@ -79,9 +79,11 @@ def test_the_right_law_has_no_error_and_the_linear_model_has(history):
     assert response_errors(chain(HARDENING), [held])["hold_out"]["response_error"] == right
 
 
-def test_correlate_says_so_and_shows_the_simulation(history):
-    model = chain(HARDENING)
+@pytest.mark.parametrize("band", [(1.0, 15.0), None])
+def test_correlate_says_so_and_shows_the_simulation(history, band):
+    model, history = chain(HARDENING), replace(history, band=band)
     (note,) = nonlinear_note(model)
     assert "cubic_spring" in note and "simulated" in note and nonlinear_note(chain()) == []
     shown, _, (error,) = compare_responses(model, history)
-    assert shown is not None and shown.correlation.total < 0.02 and error.value < 2e-3
+    assert shown is not None and error.value < 2e-3
+    assert shown.correlation.total < 0.02 or band is None  # without a band, H1 of lines unexcited

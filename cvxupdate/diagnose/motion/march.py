@@ -74,9 +74,11 @@ def marched(v: Variants, force: Real, rate: float) -> tuple[Real, Real, Real]:
     P = propagators(v.lam, v.slow, 1.0 / rate)
     shape = (len(v.lam), len(force), len(v.kinds))
     out = (np.zeros(shape), np.zeros(shape), np.zeros(shape))
-    arrays = (P, v.drive, v.place, v.beside, v.between, force, v.values)
-    clean = [np.ascontiguousarray(a, dtype=float) for a in arrays]
-    _march(*clean, v.kinds, rate, *out)
+    P, drive, place, beside, between, driven, values = (
+        np.ascontiguousarray(a, dtype=float)
+        for a in (P, v.drive, v.place, v.beside, v.between, force, v.values)
+    )
+    _march(P, drive, place, beside, between, driven, values, v.kinds, rate, *out)
     return out
 
 
