@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.draft import Writer
 from cvxupdate.physics.fault import Fault
 from cvxupdate.physics.place import Place, at
+from cvxupdate.physics.planting import Planting
 from cvxupdate.physics.quantity import Quantity as Quantity
 
 RESPONSES, MODES, RATIOS = "responses", "modes", "damping ratios"
@@ -185,34 +186,6 @@ class ChannelFault:
     def moved(self, effect: Effect, context: SearchContext) -> Effect | None:
         """Channels are what they are."""
         return effect
-
-
-class Planting(Protocol):
-    """A further way to act: parameters of the model that only exist once sizes are known."""
-
-    @property
-    def count(self) -> int:
-        """Number of unknowns."""
-
-    @property
-    def columns(self) -> int:
-        """Those that are parameters of the model."""
-
-    @property
-    def detail(self) -> tuple[Hashable, ...]:
-        """What tells it from others at its place."""
-
-    def label(self, place: Place) -> str:
-        """Where, for tables."""
-
-    def tenable(self, values: Mapping[str, float], bottom: float, top: float) -> bool:
-        """False where another effect says it better (band in Hz)."""
-
-    def plant(self, effect: Effect, model: Model, guess: Real, delay_unit: float) -> Planted:
-        """On a model, from sizes ``guess`` (count,)."""
-
-    def moved(self, effect: Effect, context: SearchContext) -> Effect | None:
-        """The same at the same place of another model."""
 
 
 Action = ModelChange | HiddenOscillator | ChannelFault | Planting

@@ -45,6 +45,6 @@ class Hysteresis(EffectType):
         k, force = (quantity(values[q.name], q.unit) for q in effect.figures)
         return (
             f"{capital(at(effect.place))} a joint sticks like a spring of {k} and slips at "
-            f"{force}: its force depends on where it came from (hysteresis). The model does not "
-            "have it."
+            f"{force}, so that its force depends on where it came from; the model "
+            "does not have it."
         )

@@ -28,6 +28,7 @@ from cvxupdate.physics.effect import (
     Planted,
     plant,
 )
+from cvxupdate.physics.internal_force import NonlinearForce
 from cvxupdate.physics.low_rank import amounts, low_rank
 from cvxupdate.spec import Spec, check_problem, load_problem
 from cvxupdate.spec.update import PHYSICS
@@ -47,6 +48,7 @@ MASS, ZETA = 0.07, 0.03  # of a hidden oscillator, kg
 ABOUT = np.array([0.031, -0.024])  # the nuisance parameters
 FREQUENCIES = (7.0, 61.0, 333.0)
 MOST = 12
+PLANTED = HiddenOscillator | NonlinearForce  # those that are there as soon as they are planted
 
 
 def type_of(case: Case) -> EffectType:
@@ -196,6 +198,7 @@ def test_it_says_what_and_how_much(case: Case, scene: tuple[Spec, Model, SearchC
         assert re.search(r"\d", said) and not re.search(r"\de[+-]?\d|nan", said), said
         figure = effect.figures[0]
         units = {"N·m/rad", "N/m", "N·s/m", "kg", "N", "rad/s", "s", "1/s", ""}
+        units |= {"N/m³", "N·s²/m²"}
         assert figure.unit in units
         spelled = {"kg": r"\d k?g", "1/s": "a second"}.get(figure.unit, re.escape(figure.unit))
         assert re.search(spelled, said), said
@@ -217,7 +220,7 @@ def test_figures_come_from_its_unknowns(
         for q in effect.figures:
             rate = abs(moved[q.name] - values[q.name])
             assert rate == pytest.approx(deviations[q.name], rel=1e-4)
-            if q.nothing is not None and not isinstance(effect.action, HiddenOscillator):
+            if q.nothing is not None and not isinstance(effect.action, PLANTED):
                 assert nothing[q.name] == q.nothing
 
 

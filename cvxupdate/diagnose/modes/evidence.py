@@ -72,6 +72,7 @@ class ModesEvidence:
     progress: Progress
 
     told_by = MODES
+    hurried = False
     levels = 1
     delay_unit = 1.0
 
@@ -210,11 +211,6 @@ class ModesEvidence:
     def clear(self, found: Fit) -> bool:
         """The same: few rows tell nothing within their chance."""
         return bool(found.cost <= chi_square(CHANCE, found.rows))
-
-    @property
-    def hurried(self) -> bool:
-        """Never: a search over linear models ends by itself."""
-        return False
 
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""

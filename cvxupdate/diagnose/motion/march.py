@@ -101,6 +101,64 @@ def _force(kind: Any, p: Any, x: Any, v: Any, c: Any, d: Any, z: Any, w: Any, f:
 
 
 @compiled
+def _carried(
+    P: Any, drive: Any, place: Any, f: Any, rate: Any, modes: Any, x0: Any, v0: Any
+) -> None:
+    """One step of all ``modes`` (3, r: η, hη̇, modal force) under forces ``f`` (inputs,) at its end,
+    and what the places do without internal forces there."""
+    for r in range(modes.shape[1]):
+        end = 0.0
+        for k in range(len(f)):
+            end += drive[r, k] * f[k]
+        e = P[r, 0, 0] * modes[0, r] + P[r, 0, 1] * modes[1, r]
+        e += P[r, 0, 2] * modes[2, r] + P[r, 0, 3] * end
+        u = P[r, 1, 0] * modes[0, r] + P[r, 1, 1] * modes[1, r]
+        u += P[r, 1, 2] * modes[2, r] + P[r, 1, 3] * end
+        modes[0, r], modes[1, r], modes[2, r] = e, u, end
+        for i in range(len(x0)):
+            x0[i] += place[r, i] * e
+            v0[i] += place[r, i] * u * rate
+
+
+@compiled
+def _without(x0: Any, c: Any, now: Any, i: int, all_: bool) -> Any:
+    """Motion of place i less what the forces at the other places (or at all) do to it."""
+    x = x0[i]
+    for j in range(len(now)):
+        if all_ or j != i:
+            x -= c[i, j] * now[j]
+    return x
+
+
+@compiled
+def _settled(
+    kinds: Any, p: Any, x0: Any, v0: Any, c: Any, d: Any, z: Any, w: Any, now: Any
+) -> None:
+    """Forces at all places, round after round until they agree with one another."""
+    for _ in range(SWEEPS):
+        moved, largest = 0.0, 1e-30
+        for i in range(len(now)):
+            xi, vi = _without(x0, c, now, i, False), _without(v0, d, now, i, False)
+            new = _force(kinds[i], p[i], xi, vi, c[i, i], d[i, i], z[i], w[i], now[i])
+            moved, largest = max(moved, abs(new - now[i])), max(largest, abs(new))
+            now[i] = new
+        if len(now) == 1 or moved <= CLOSE * largest:
+            break
+
+
+@compiled
+def _pushed(P: Any, place: Any, now: Any, modes: Any) -> None:
+    """What the internal forces of a step do to the modes at its end."""
+    for r in range(modes.shape[1]):
+        back = 0.0
+        for i in range(len(now)):
+            back += place[r, i] * now[i]
+        modes[0, r] -= P[r, 0, 3] * back
+        modes[1, r] -= P[r, 1, 3] * back
+        modes[2, r] -= back
+
+
+@compiled
 def _march(
     P: Any,
     drive: Any,
@@ -115,64 +173,23 @@ def _march(
     x: Any,
     v: Any,
 ) -> None:
-    variants, modes = drive.shape[0], drive.shape[1]
-    inputs, places, samples = force.shape[1], len(kinds), len(force)
-    for b in range(variants):
-        eta, pace, was = np.zeros(modes), np.zeros(modes), np.zeros(modes)
+    places = len(kinds)
+    x0, v0 = np.zeros(places), np.zeros(places)
+    for b in range(len(drive)):
+        modes = np.zeros((3, drive.shape[1]))
+        modes[2] = drive[b] @ force[0]
         z, w, now = np.zeros(places), np.zeros(places), np.zeros(places)
-        x0, v0 = np.zeros(places), np.zeros(places)
-        c, d = between.copy(), np.zeros((places, places))
-        for r in range(modes):
-            for k in range(inputs):
-                was[r] += drive[b, r, k] * force[0, k]
+        ends = np.ascontiguousarray(place[b].T)
+        c = between + ends @ (np.ascontiguousarray(P[b, :, 0, 3]).reshape(-1, 1) * place[b])
+        d = ends @ (np.ascontiguousarray(P[b, :, 1, 3]).reshape(-1, 1) * place[b]) * rate
+        for t in range(1, len(force)):
+            x0[:] = beside @ force[t]
+            v0[:] = 0.0
+            _carried(P[b], drive[b], place[b], force[t], rate, modes, x0, v0)
+            _settled(kinds, values[b], x0, v0, c, d, z, w, now)
             for i in range(places):
-                for j in range(places):
-                    both = place[b, r, i] * place[b, r, j]
-                    c[i, j] += both * P[b, r, 0, 3]
-                    d[i, j] += both * P[b, r, 1, 3] * rate
-        for t in range(1, samples):
-            x0[:], v0[:] = 0.0, 0.0
-            for i in range(places):
-                for k in range(inputs):
-                    x0[i] += beside[i, k] * force[t, k]
-            for r in range(modes):
-                end = 0.0
-                for k in range(inputs):
-                    end += drive[b, r, k] * force[t, k]
-                e = P[b, r, 0, 0] * eta[r] + P[b, r, 0, 1] * pace[r]
-                e += P[b, r, 0, 2] * was[r] + P[b, r, 0, 3] * end
-                u = P[b, r, 1, 0] * eta[r] + P[b, r, 1, 1] * pace[r]
-                u += P[b, r, 1, 2] * was[r] + P[b, r, 1, 3] * end
-                eta[r], pace[r], was[r] = e, u, end
-                for i in range(places):
-                    x0[i] += place[b, r, i] * e
-                    v0[i] += place[b, r, i] * u * rate
-            for _ in range(SWEEPS):
-                moved, largest = 0.0, 1e-30
-                for i in range(places):
-                    xi, vi = x0[i], v0[i]
-                    for j in range(places):
-                        if j != i:
-                            xi -= c[i, j] * now[j]
-                            vi -= d[i, j] * now[j]
-                    p = values[b, i]
-                    new = _force(kinds[i], p, xi, vi, c[i, i], d[i, i], z[i], w[i], now[i])
-                    moved, largest = max(moved, abs(new - now[i])), max(largest, abs(new))
-                    now[i] = new
-                if places == 1 or moved <= CLOSE * largest:
-                    break
-            for i in range(places):
-                xi, vi = x0[i], v0[i]
-                for j in range(places):
-                    xi -= c[i, j] * now[j]
-                    vi -= d[i, j] * now[j]
+                xi, vi = _without(x0, c, now, i, True), _without(v0, d, now, i, True)
                 if kinds[i] != FRICTION:
                     _, _, _, z[i], w[i] = respond(kinds[i], values[b, i], xi, vi, z[i], w[i])
                 f[b, t, i], x[b, t, i], v[b, t, i] = now[i], xi, vi
-            for r in range(modes):
-                back = 0.0
-                for i in range(places):
-                    back += place[b, r, i] * now[i]
-                eta[r] -= P[b, r, 0, 3] * back
-                pace[r] -= P[b, r, 1, 3] * back
-                was[r] -= back
+            _pushed(P[b], place[b], now, modes)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -14,9 +14,6 @@ from cvxupdate.diagnose.motion.march import Variants, marched
 from cvxupdate.diagnose.responses.signals import Real
 from cvxupdate.fe.internal import internal_forces
 from cvxupdate.fe.synthesis.derivatives import modal_blocks
-
-if TYPE_CHECKING:
-    from cvxupdate.diagnose.motion.point import MotionPoint
 
 RATES = 4  # steps in a sample where only derivatives are marched
 HEARD = 0.6  # of a record, for them: an exponential window hardly hears the rest
@@ -57,9 +54,9 @@ class Moves:
         return replace(v, lam=lams, slow=slow, drive=drive, place=place, values=laws)
 
 
-def force_rates(point: MotionPoint) -> tuple[list[int], Mapping[str, Real]]:
-    """Unknowns that move the internal forces, and by how much: of every run (fine samples, places,
-    unknowns)."""
+def force_rates(point: Any) -> tuple[list[int], Mapping[str, Real]]:
+    """Unknowns of a `MotionPoint` that move the internal forces, and by how much: of every run
+    (fine samples, places, unknowns)."""
     moves = _moves(point)
     out = {}
     for name in point.motions:
@@ -74,7 +71,7 @@ def force_rates(point: MotionPoint) -> tuple[list[int], Mapping[str, Real]]:
     return moves.unknowns, out
 
 
-def _moves(point: MotionPoint) -> Moves:
+def _moves(point: Any) -> Moves:
     setting, n = point.setting, point.carried
     model = setting.model
     count = len(model.parameters)

@@ -73,7 +73,7 @@ class ResponseEvidence:
     release: Callable[[int, str], Model]
     progress: Progress
 
-    told_by = "responses"
+    told_by, hurried = "responses", False  # a search over linear models ends by itself
 
     @property
     def levels(self) -> int:
@@ -244,11 +244,6 @@ class ResponseEvidence:
     def clear(self, found: Fit) -> bool:
         """Half a per cent of the responses beyond noise: thousands of rows tell that much."""
         return found.excess <= CLEAR
-
-    @property
-    def hurried(self) -> bool:
-        """Never: a search over linear models ends by itself."""
-        return False
 
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
