@@ -12,7 +12,6 @@ from cvxupdate.fe.internal import internal_forces
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.measured import MOTION, band_of
 from cvxupdate.recordings.types import TimeHistory
-from cvxupdate.simulate import reduced_system, simulate
 
 
 def simulated(
@@ -38,6 +37,8 @@ def simulated(
     forces = [i for i, c in enumerate(channels) if c.quantity == "force" and c.dof]
     motions = [i for i, c in enumerate(channels) if c.quantity in MOTION and c.dof]
     top = band_of(history)[1]
+    from cvxupdate.simulate import reduced_system, simulate  # the compiler loads on use
+
     system = reduced_system(model, found.laws, found.directions, drives, senses, top, p)
     run = simulate(system, history.data[:, forces], history.rate)
     data = history.data.copy()

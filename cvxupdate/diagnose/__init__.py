@@ -47,7 +47,7 @@ def diagnose_problem(
         return found
     tell("no linear model explains the recordings: simulating")
     again = diagnosed(spec, recordings, simulated, tell, begin)
-    return again if again.findings or simulated.drift() else found
+    return again if again.findings or simulated.drift else found
 
 
 __all__ = ["diagnose_problem"]

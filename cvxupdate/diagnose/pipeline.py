@@ -33,7 +33,7 @@ def diagnosed(
 ) -> Diagnosis:
     """The diagnosis of a problem by its evidence; ``begin``: when it began (`perf_counter`)."""
     change = evidence.level_change()
-    drift = evidence.drift()
+    drift = evidence.drift
     level = nonlinear(change) and evidence.told_by != MOTION
     found = Found() if level or drift else search(evidence, progress)
     judgement = judge(evidence, found)

@@ -137,6 +137,7 @@ class Evidence(Protocol):
     def level_change(self) -> LevelChange | None:
         """How the recordings depend on the drive level; None where no two levels compare."""
 
+    @property
     def drift(self) -> str | None:
         """How the structure changed while it was measured, in words; None where it did not, or the
         recordings do not say."""

@@ -27,7 +27,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cvxupdate.errors import ModelError
-from cvxupdate.forces import scalar
+from cvxupdate.forces.kinds import (
+    BOTH,
+    BOUC_WEN,
+    CLEARANCE,
+    CUBIC,
+    FRICTION,
+    JENKINS,
+    LINEAR,
+    QUADRATIC,
+)
 
 Real = NDArray[np.float64]
 Number = NDArray[Any]  # real, or complex for a complex step
@@ -82,13 +91,13 @@ class Laws:
     @property
     def set_valued(self) -> NDArray[np.bool_]:
         """Which of them have a force at rest that only equilibrium decides."""
-        return self.kinds == scalar.FRICTION
+        return self.kinds == FRICTION
 
     def start(self, x: ArrayLike = 0.0) -> State:
         """The state without a past: sliders and elements at ``x``, no force."""
         kind = np.result_type(self.values, x)
         place = np.broadcast_to(np.asarray(x, dtype=kind), (self.size,))
-        slides = self.kinds == scalar.JENKINS
+        slides = self.kinds == JENKINS
         return State(np.where(slides, place, 0.0).astype(kind), place.copy())
 
     def respond(self, x: Number, v: Number, state: State) -> Response:
@@ -96,7 +105,7 @@ class Laws:
         kind = np.result_type(self.values, x, v, state.z)
         out = np.zeros((self.size, 5), dtype=kind)
         here, rate, z, w = (_as(kind, a) for a in (x, v, state.z, state.w))
-        scalar.once(self.kinds, _as(kind, self.values), here, rate, z, w, out)
+        _loops().once(self.kinds, _as(kind, self.values), here, rate, z, w, out)
         return Response(out[:, 0], out[:, 1], out[:, 2], State(out[:, 3], out[:, 4]))
 
     def force(self, x: Number, v: Number, state: State) -> Number:
@@ -110,7 +119,7 @@ class Laws:
         z, w = np.array(first.z, dtype=kind), np.array(first.w, dtype=kind)
         out = np.zeros(np.shape(x), dtype=kind)
         values, path, rate = (_as(kind, a) for a in (self.values, x, v))
-        scalar.walk(self.kinds, values, path, rate, z, w, out)
+        _loops().walk(self.kinds, values, path, rate, z, w, out)
         return out, State(z, w)
 
     def stored(self, x: Number, state: State) -> Number:
@@ -118,7 +127,7 @@ class Laws:
         kind = np.result_type(self.values, x, state.z)
         out = np.zeros(self.size, dtype=kind)
         values, here, z, w = (_as(kind, a) for a in (self.values, x, state.z, state.w))
-        scalar.all_stored(self.kinds, values, here, z, w, out)
+        _loops().all_stored(self.kinds, values, here, z, w, out)
         return out
 
     def events(self, x: Real, v: Real, state: State) -> Real:
@@ -127,12 +136,12 @@ class Laws:
         where the spring's force would exceed the limit)."""
         out = np.full((self.size, 3), np.nan)
         k, second, third = self.values.real[:, 0], self.values.real[:, 1], self.values.real[:, 2]
-        gaps = self.kinds == scalar.CLEARANCE
+        gaps = self.kinds == CLEARANCE
         one_sided = np.where(third < 0.0, second - x, x - second)
-        out[gaps, 0] = np.where(third == scalar.BOTH, np.abs(x) - second, one_sided)[gaps]
-        turning = np.isin(self.kinds, (scalar.FRICTION, scalar.JENKINS, scalar.BOUC_WEN))
+        out[gaps, 0] = np.where(third == BOTH, np.abs(x) - second, one_sided)[gaps]
+        turning = np.isin(self.kinds, (FRICTION, JENKINS, BOUC_WEN))
         out[turning, 1] = np.asarray(v)[turning]
-        sliders = self.kinds == scalar.JENKINS
+        sliders = self.kinds == JENKINS
         bent = np.maximum(np.abs(x - np.real(state.z)) - 0.5 * third, 0.0)
         out[sliders, 2] = (k * bent - second)[sliders]
         return out
@@ -155,6 +164,13 @@ class Laws:
         return law, own.index(name)
 
 
+def _loops() -> Any:
+    """The compiled loops; the compiler loads with the first of them that is wanted."""
+    from cvxupdate.forces import scalar
+
+    return scalar
+
+
 def join(parts: Sequence[Laws]) -> Laws:
     """All laws of ``parts``, in order."""
     if not parts:
@@ -164,12 +180,12 @@ def join(parts: Sequence[Laws]) -> Laws:
 
 def linear(k: ArrayLike, c: ArrayLike = 0.0) -> Laws:
     """Springs k (N/m) with dashpots c (N·s/m) beside them."""
-    return _laws(scalar.LINEAR, k, c)
+    return _laws(LINEAR, k, c)
 
 
 def cubic(k3: ArrayLike, k2: ArrayLike = 0.0) -> Laws:
     """k3 (N/m³), above 0 hardening, below softening; k2 (N/m²) of x|x|."""
-    return _laws(scalar.CUBIC, k3, k2)
+    return _laws(CUBIC, k3, k2)
 
 
 def clearance(k: ArrayLike, gap: ArrayLike, sides: Literal["one", "two"] = "one") -> Laws:
@@ -187,13 +203,13 @@ def clearance(k: ArrayLike, gap: ArrayLike, sides: Literal["one", "two"] = "one"
         _least("clearance on both sides", 0.0, gap=gap)
     else:
         side = np.where(np.signbit(np.asarray(gap, dtype=float)), -1.0, 1.0)
-    return _laws(scalar.CLEARANCE, k, gap, side)
+    return _laws(CLEARANCE, k, gap, side)
 
 
 def friction(force: ArrayLike) -> Laws:
     """Coulomb friction of the given force (N)."""
     _least("friction", 0.0, force=force)
-    return _laws(scalar.FRICTION, force)
+    return _laws(FRICTION, force)
 
 
 def jenkins(k: ArrayLike, force: ArrayLike, play: ArrayLike = 0.0) -> Laws:
@@ -202,7 +218,7 @@ def jenkins(k: ArrayLike, force: ArrayLike, play: ArrayLike = 0.0) -> Laws:
     again."""
     _least("jenkins", 0.0, force=force, play=play)
     _least("jenkins", np.finfo(float).tiny, k=k)
-    return _laws(scalar.JENKINS, k, force, play)
+    return _laws(JENKINS, k, force, play)
 
 
 def iwan(k: ArrayLike, force: ArrayLike) -> Laws:
@@ -217,12 +233,12 @@ def bouc_wen(k: ArrayLike, force: ArrayLike, n: ArrayLike = 1.0, gamma: ArrayLik
     _least("bouc_wen", np.finfo(float).tiny, k=k, force=force)
     _least("bouc_wen", 1.0, n=n)
     _least("bouc_wen", 0.5, gamma=gamma)
-    return _laws(scalar.BOUC_WEN, k, force, n, gamma)
+    return _laws(BOUC_WEN, k, force, n, gamma)
 
 
 def quadratic(c2: ArrayLike) -> Laws:
     """c2 (N·s²/m²) of |v|v."""
-    return _laws(scalar.QUADRATIC, c2)
+    return _laws(QUADRATIC, c2)
 
 
 def _laws(kind: int, *columns: ArrayLike) -> Laws:

@@ -14,10 +14,17 @@ from typing import Any
 import numpy as np
 
 from cvxupdate.forces.compiled import compiled
+from cvxupdate.forces.kinds import (
+    BOTH,
+    BOUC_WEN,
+    CLEARANCE,
+    CUBIC,
+    FRICTION,
+    JENKINS,
+    QUADRATIC,
+)
 
-LINEAR, CUBIC, CLEARANCE, FRICTION, JENKINS, BOUC_WEN, QUADRATIC = range(7)
 Answer = tuple[Any, Any, Any, Any, Any]
-BOTH = 0.0  # p[2] of a clearance that makes contact on both sides; else the sign of its side
 
 
 @compiled

@@ -11,10 +11,14 @@ from cvxupdate.physics.attached_resonator import AttachedResonator
 from cvxupdate.physics.axial_preload import AxialPreload
 from cvxupdate.physics.clearance import Clearance
 from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.cords import Cords
 from cvxupdate.physics.cubic_stiffness import CubicStiffness
 from cvxupdate.physics.draft import Writer
 from cvxupdate.physics.dry_friction import DryFriction
 from cvxupdate.physics.effect import MOTION, RESPONSES, Effect, EffectType, ModelChange
+from cvxupdate.physics.equal_joints import EqualJoints
+from cvxupdate.physics.equal_supports import EqualSupports
+from cvxupdate.physics.flexible_support import FlexibleSupport
 from cvxupdate.physics.grounding_spring import GroundingSpring
 from cvxupdate.physics.gyroscopic import Spin
 from cvxupdate.physics.hysteresis import Hysteresis
@@ -24,7 +28,7 @@ from cvxupdate.physics.mass_proportional_damping import MassProportionalDamping
 from cvxupdate.physics.orthotropy import Orthotropy
 from cvxupdate.physics.place import Place
 from cvxupdate.physics.quadratic_damping import QuadraticDamping
-from cvxupdate.physics.sensor_fault import ChannelDelay, ChannelGain, ExchangedChannels
+from cvxupdate.physics.sensor_fault import ChannelDelay, ChannelGain, ExchangedChannels, ForceGain
 from cvxupdate.physics.sensor_mass import SensorMass
 from cvxupdate.physics.shear_deformation import ShearDeformation
 from cvxupdate.physics.soft_support import SoftSupport
@@ -41,8 +45,12 @@ EFFECTS: tuple[EffectType, ...] = (
     AddedMass(),
     SensorMass(),
     GroundingSpring(),
+    Cords(),
     SoftSupport(),
+    EqualSupports(),
+    FlexibleSupport(),
     JointFlexibility(),
+    EqualJoints(),
     ShearDeformation(),
     AxialPreload(),
     Spin(),
@@ -51,6 +59,7 @@ EFFECTS: tuple[EffectType, ...] = (
     StructuralDamping(),
     MassProportionalDamping(),
     ChannelGain(),
+    ForceGain(),
     ChannelDelay(),
     ExchangedChannels(),
     CubicStiffness(),

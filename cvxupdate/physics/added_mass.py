@@ -16,7 +16,7 @@ from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.draft import Draft, kind_of
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
 from cvxupdate.physics.growth import at_once, dof_rows, new_ids, with_block
-from cvxupdate.physics.place import TRANSLATIONS, Place, at
+from cvxupdate.physics.place import TRANSLATIONS, Place, at, drive_point
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity
 
@@ -61,14 +61,19 @@ class AddedMass(EffectType):
                 at_once(rows, "M", unit * np.eye(len(rows))),
             )
             place = Place(nodes=(node,), dof=dof)
-            out.append(Effect(self, place, change, (physical("m", "kg"),), limits=LIMITS))
+            spot = drive_point(place, context.driven)
+            figures = (physical("m", "kg"),)
+            out.append(Effect(self, place, change, figures, limits=LIMITS, spot=spot))
         return out
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
-        """Put on or taken off."""
+        """Put on or taken off; where the force comes in, what it may be."""
         much = quantity(abs(values["m"]), "kg")
-        carries = f"carries {much} more" if values["m"] >= 0 else f"is {much} lighter"
-        return f"The real structure {carries} than the model {at(effect.place)}."
+        if values["m"] < 0.0:
+            return f"The real structure is {much} lighter than the model {at(effect.place)}."
+        shaker = ": the shaker's armature or the force cell" if effect.spot else ""
+        spot = effect.spot or at(effect.place)
+        return f"The real structure carries {much} more than the model {spot}{shaker}."
 
 
 def translations(model: Model) -> dict[int, list[int]]:

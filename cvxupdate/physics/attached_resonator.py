@@ -18,7 +18,7 @@ from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.draft import Draft, kind_of, not_negative
 from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, HiddenOscillator
 from cvxupdate.physics.growth import append_parameters, dof_rows, limited, new_ids
-from cvxupdate.physics.place import TRANSLATIONS, Place, at
+from cvxupdate.physics.place import TRANSLATIONS, Place, at, drive_point
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import number, quantity, stiffness_unit
 
@@ -87,6 +87,7 @@ class AttachedResonator(EffectType):
                 figures,
                 1,
                 LIMITS,
+                drive_point(Place(nodes=(node,), dof=kind), context.driven),
             )
             for row, node, kind in dof_rows(context.model, TRANSLATIONS)
             for f in grid
@@ -97,9 +98,11 @@ class AttachedResonator(EffectType):
         m, k = values["m"], values["k"]
         f = math.sqrt(k / m) / (2.0 * math.pi) if m > 0 and k > 0 else math.nan
         spring = quantity(k, stiffness_unit(effect.place))
+        shaker = ": the shaker's armature on its stinger" if effect.spot else ""
+        spot = effect.spot or at(effect.place)
         return (
-            f"Something of {quantity(m, 'kg')} swings on its own {at(effect.place)}, at "
-            f"{number(f)} Hz (on a spring of {spring}), that the model does not know."
+            f"Something of {quantity(m, 'kg')} swings on its own {spot}, "
+            f"at {number(f)} Hz (on a spring of {spring}), that the model does not know{shaker}."
         )
 
 

@@ -20,7 +20,9 @@ class SearchContext:
     """The structure that effects are placed on: the undamped model at p = 0, its matrices, the
     band's top and bottom (Hz), the labels of the channels that were measured and the held DOFs
     (node, kind); ``release(node, kind)`` builds the model without one support; ``zeta`` is a
-    typical damping ratio; ``accelerometers`` those channels that measure accelerations."""
+    typical damping ratio; ``accelerometers`` those channels that measure accelerations; ``driven``
+    the labels of the DOFs where a force was measured, ``forces`` those of which the recordings tell
+    the force's own gain."""
 
     model: Model
     K: sp.csc_array
@@ -32,6 +34,8 @@ class SearchContext:
     release: Callable[[int, str], Model]
     zeta: float
     accelerometers: tuple[str, ...] = ()
+    driven: tuple[str, ...] = ()
+    forces: tuple[str, ...] = ()
 
     def local(self, row: int) -> tuple[float, float]:
         """Diagonal stiffness and mass at a free DOF: the scale of what a support or lump there

@@ -18,6 +18,7 @@ import numpy as np
 from cvxupdate.fe.model import DerivativeBlock, Model
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.physics.context import Real, SearchContext
+from cvxupdate.physics.directions import LowRank
 from cvxupdate.physics.draft import Writer
 from cvxupdate.physics.fault import Fault
 from cvxupdate.physics.place import Place, at
@@ -64,7 +65,8 @@ class ModelChange:
     its derivative blocks on the DOFs of the model without them. ``members`` are the elements of a
     set; ``additive``: K and M move in proportion, and those of a set as the sum of its members';
     ``series``: a compliance beside that of its place, so sizes p act as p / (1 + p); ``cubic``:
-    stiffness goes with the third power of the size.
+    stiffness goes with the third power of the size; ``along``: its directions at any size, where
+    the tangent does not tell them; ``start``: all its unknowns from the size of the first.
     """
 
     grow: Callable[[], Model]
@@ -73,6 +75,8 @@ class ModelChange:
     additive: bool = False
     series: bool = False
     cubic: bool = False
+    along: LowRank | None = None
+    start: Callable[[float], Real] | None = None
 
     @cached_property
     def model(self) -> Model:

@@ -17,7 +17,7 @@ from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.draft import Draft
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
 from cvxupdate.physics.growth import at_once, dof_rows, small_block, with_block
-from cvxupdate.physics.place import Place, at, capital
+from cvxupdate.physics.place import Place, at, capital, drive_point
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity, stiffness_unit
 
@@ -53,15 +53,17 @@ class GroundingSpring(EffectType):
             )
             place = Place(nodes=(node,), dof=kind)
             figures = (physical("k", stiffness_unit(place)),)
-            out.append(Effect(self, place, change, figures, 1, LIMITS))
+            spot = drive_point(place, context.driven)
+            out.append(Effect(self, place, change, figures, 1, LIMITS, spot))
         return out
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
-        """Its stiffness."""
+        """Its stiffness; where the force comes in, what it may be."""
         k = quantity(values["k"], stiffness_unit(effect.place))
+        stinger = ": the shaker's stinger and suspension" if effect.spot else ""
         return (
-            f"{capital(at(effect.place))} the structure is held by a spring of {k} that the model "
-            "does not have."
+            f"{capital(effect.spot or at(effect.place))} the structure is held by a spring of {k} "
+            f"that the model does not have{stinger}."
         )
 
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import final
@@ -22,6 +22,7 @@ from cvxupdate.physics.quantity import stiffness
 from cvxupdate.physics.units import quantity
 
 LIMITS = (0.0, SOFTEST)
+End = tuple[int, int, tuple[int, ...]]  # number of a block, row in it, columns that turn
 
 
 @final
@@ -37,14 +38,14 @@ class JointFlexibility(EffectType):
         their own, joined to the node by one compliance about every active axis. The tangent is −k_i
         k_iᵀ of the element, exact for a rigid joint. At a node of two beams in line, one end stands
         for both."""
-        beams = [(n, b) for n, b in enumerate(context.model.blocks) if _beam(b)]
-        meeting = Counter(int(b.dofs[e, turning[0]]) for _, b in beams for e, turning in _ends(b))
+        beams = [(n, b) for n, b in enumerate(context.model.blocks) if is_beam(b)]
+        meeting = Counter(int(b.dofs[e, turning[0]]) for _, b in beams for e, turning in ends_of(b))
         out, done = [], set()
         for number, block in beams:
             matrices = block.combine(block.scalars(block.properties)).get("K")
             if matrices is None:
                 continue
-            for e, columns in _ends(block):
+            for e, columns in ends_of(block):
                 first = int(block.dofs[e, columns[0]])
                 if meeting[first] < 2 or (meeting[first] == 2 and first in done):
                     continue
@@ -60,7 +61,8 @@ class JointFlexibility(EffectType):
         bend = np.sum([np.outer(k[free, c], k[c, free]) for c in columns], axis=0)
         dofs = block.dofs[e][free][None]
         tangent = DerivativeBlock(dofs, (-bend * unit)[None], None, None, None)
-        grow = partial(_grown, model, number, e, columns, node, unit)
+        name = f"joint@e{int(block.ids[e])}n{node}"
+        grow = partial(opened_model, model, [(number, e, tuple(columns))], unit, name)
         dof = KINDS[int(block.direction[0, columns[0]])]
         place = Place(nodes=(node,), elements=(int(block.ids[e]),), dof=dof)
         figures = (stiffness("k", "N·m/rad", unit / RIGID),)
@@ -75,11 +77,12 @@ class JointFlexibility(EffectType):
         )
 
 
-def _beam(block: Block) -> bool:
+def is_beam(block: Block) -> bool:
+    """Whether its elements are beams."""
     return block.kind.name in ("beam2d", "beam3d")
 
 
-def _ends(block: Block) -> Iterator[tuple[int, list[int]]]:
+def ends_of(block: Block) -> Iterator[tuple[int, list[int]]]:
     """(row, columns of its free rotations) of every end that has any."""
     half = block.dofs.shape[1] // 2
     for e in range(len(block.ids)):
@@ -93,34 +96,41 @@ def _ends(block: Block) -> Iterator[tuple[int, list[int]]]:
                 yield e, columns
 
 
-def _grown(model: Model, number: int, e: int, columns: list[int], node: int, unit: float) -> Model:
-    block = model.blocks[number]
-    rows, kinds = block.dofs[e, columns], block.direction[0, columns]
-    element = int(block.ids[e])
-    fresh = np.arange(model.size, model.size + len(columns))
-    dofs = block.dofs.copy()
-    dofs[e, columns] = fresh
+def opened_model(model: Model, ends: Sequence[End], unit: float, name: str) -> Model:
+    """The model with free rotations of ends (block, row, columns) on DOFs of their own, each joined
+    to its node by a spring of one compliance, the parameter."""
+    dofs = [b.dofs.copy() for b in model.blocks]
+    labels = list(model.labels)
+    rows: list[int] = []
+    kinds: list[int] = []
+    for number, e, columns in ends:
+        block = model.blocks[number]
+        for c in columns:
+            row, kind = int(block.dofs[e, c]), int(block.direction[0, c])
+            node, element = int(model.node_ids[model.dof_node[row]]), int(block.ids[e])
+            dofs[number][e, c] = len(labels)
+            labels.append(f"n{node}@e{element}.{KINDS[kind]}")
+            rows.append(row)
+            kinds.append(kind)
     grown: Model = replace(
         model,
-        labels=(*model.labels, *(f"n{node}@e{element}.{KINDS[c]}" for c in kinds)),
-        dof_node=np.append(model.dof_node, np.full(len(columns), model.dof_node[rows[0]])),
+        labels=tuple(labels),
+        dof_node=np.append(model.dof_node, model.dof_node[rows]),
         dof_kind=np.append(model.dof_kind, kinds),
-        blocks=tuple(
-            replace(b, dofs=dofs) if i == number else b for i, b in enumerate(model.blocks)
-        ),
+        blocks=tuple(replace(b, dofs=d) for b, d in zip(model.blocks, dofs, strict=True)),
     )
     ids: list[int] = []
-    for free, kind, row in zip(fresh, kinds, rows, strict=True):
-        spring = small_block(
+    for kind in dict.fromkeys(kinds):
+        which = [i for i, k in enumerate(kinds) if k == kind]
+        springs = small_block(
             grown,
-            Compliance(2, KINDS[int(kind)]),
-            np.array([[row, free]]),
-            [int(kind)] * 2,
+            Compliance(2, KINDS[kind]),
+            np.array([[rows[i], model.size + i] for i in which]),
+            [kind] * 2,
             "K",
             np.array([[1.0, -1.0], [-1.0, 1.0]]),
             {"a": 0.0, "a0": unit / RIGID},
         )
-        ids.append(int(spring.ids[0]))
-        grown = replace(grown, blocks=(*grown.blocks, spring))
-    name = f"joint@e{element}n{node}"
+        ids += springs.ids.tolist()
+        grown = replace(grown, blocks=(*grown.blocks, springs))
     return append_parameters(grown, [limited(name, "a", ids, LIMITS, unit)])

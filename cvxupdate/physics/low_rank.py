@@ -3,30 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cvxupdate.fe.block import Index
 from cvxupdate.fe.model import DerivativeBlock
 from cvxupdate.physics.context import Real
+from cvxupdate.physics.directions import FAINT, Complex
+from cvxupdate.physics.directions import LowRank as LowRank
 from cvxupdate.physics.effect import Effect, HiddenOscillator, ModelChange
 
-Complex = NDArray[np.complex128]
-DIRECTIONS = 3  # columns of W at most
-FAINT = 1e-9  # of the largest eigenvalue: what is smaller is none
-
-
-@dataclass(frozen=True)
-class LowRank:
-    """Δ Z = γ f(s) W Λ Wᵀ: DOFs ``used`` (u,), ``W`` (u, r), Λ's diagonal ``weights`` (r,), ``f``
-    of the points, for amounts γ (`amounts`)."""
-
-    used: Index
-    W: Real
-    weights: Real
-    f: Callable[[Complex], Complex]
+DIRECTIONS = 3  # columns of W at most, of one place
+MOST = 40  # of a class of equal places: twelve joints that turn about three axes
 
 
 def low_rank(effect: Effect) -> LowRank | None:
@@ -34,15 +21,12 @@ def low_rank(effect: Effect) -> LowRank | None:
     match effect.action:
         case HiddenOscillator() as hidden:
             return _dynamic_mass(hidden)
+        case ModelChange(along=LowRank() as along):
+            return along if along.W.shape[1] <= MOST else None
         case ModelChange() as change if change.count == 1 and len(change.tangent[0]) == 1:
-            return _eigen(change.tangent[0][0]) if change.additive or not change.members else None
+            if change.additive or not change.members:
+                return _eigen(change.tangent[0][0], change.series)
     return None
-
-
-def amounts(effect: Effect, sizes: Real) -> Real:
-    """γ of `LowRank` at ``sizes`` of the effect's first unknown."""
-    change = effect.change
-    return sizes / (1.0 + sizes) if change is not None and change.series else sizes
 
 
 def _dynamic_mass(hidden: HiddenOscillator) -> LowRank:
@@ -53,10 +37,10 @@ def _dynamic_mass(hidden: HiddenOscillator) -> LowRank:
         soft = 2.0 * hidden.zeta * omega * s + omega**2
         return np.asarray(s**2 * soft / (s**2 + soft))
 
-    return LowRank(np.array([hidden.row]), np.ones((1, 1)), np.ones(1), f)
+    return LowRank(np.array([hidden.row]), np.ones((1, 1)), np.ones(1), f, np.zeros(1))
 
 
-def _eigen(block: DerivativeBlock) -> LowRank | None:
+def _eigen(block: DerivativeBlock, series: bool) -> LowRank | None:
     """One element that moves one matrix, by the eigenvectors of what it does to that."""
     found = [(part, f) for part, f in _parts(block) if part is not None]
     if len(found) != 1 or len(block.dofs) != 1:
@@ -70,7 +54,8 @@ def _eigen(block: DerivativeBlock) -> LowRank | None:
     kept = np.abs(values) > FAINT * np.max(np.abs(values), initial=0.0)
     if not 0 < kept.sum() <= DIRECTIONS:
         return None
-    return LowRank(used, vectors[:, kept], values[kept], f)
+    behind = 1.0 / values[kept] if series else np.zeros(int(kept.sum()))
+    return LowRank(used, vectors[:, kept], values[kept], f, behind)
 
 
 def _parts(b: DerivativeBlock) -> tuple[tuple[Real | None, Callable[[Complex], Complex]], ...]:

@@ -96,6 +96,16 @@ def where(place: Place) -> str:
     return "the whole structure"
 
 
+def drive_point(place: Place, driven: Sequence[str]) -> str:
+    """ "at the drive point, node 5 (z)" where one of the DOFs ``driven`` ("n5.z") is that of the
+    place, or of its node where it has no direction; else nothing."""
+    for label in driven:
+        there = channel_place(label)
+        if not place.elements and place.nodes == there.nodes and place.dof in (None, there.dof):
+            return f"at the drive point, {where(place)}"
+    return ""
+
+
 def at(place: Place) -> str:
     """A place as an answer to "where?": "at node 5 (z)", "between nodes 2 and 3 (x)", "in group
     'bar'"."""

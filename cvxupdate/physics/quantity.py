@@ -9,6 +9,7 @@ from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter
 
+FAINT = 1e-6  # responses that seem so many times too small: as good as none
 Figure = tuple[float, float]
 Conversion = Callable[[Model, Parameter | None, float, float, float], Figure]
 
@@ -36,6 +37,16 @@ class Quantity:
 def factor(name: str = "factor", index: int = 0) -> Quantity:
     """1 + x: of a property, or the gain of a channel."""
     return Quantity(name, index, lambda model, parameter, x, dx, unit: (1.0 + x, dx), 1.0)
+
+
+def inverse(name: str) -> Quantity:
+    """1 / (1 + x): the gain of a force channel, by which responses seem too small."""
+
+    def convert(m: Model, q: Parameter | None, x: float, dx: float, unit: float) -> Figure:
+        seen = x + 1.0 if abs(x + 1.0) > FAINT else FAINT
+        return 1.0 / seen, dx / seen**2
+
+    return Quantity(name, 0, convert, 1.0)
 
 
 def physical(name: str, unit: str, index: int = 0) -> Quantity:

@@ -18,7 +18,7 @@ from cvxupdate.physics.effect import EXCHANGED as EXCHANGED
 from cvxupdate.physics.effect import RESPONSES, ChannelFault, Effect, EffectType
 from cvxupdate.physics.fault import Fault as Fault
 from cvxupdate.physics.place import Place, at, channel_place
-from cvxupdate.physics.quantity import delay, factor
+from cvxupdate.physics.quantity import delay, factor, inverse
 from cvxupdate.physics.units import number, quantity
 
 # of channels tried for an exchange; beyond, only those at one node and neighbours in the recording
@@ -45,6 +45,31 @@ class ChannelGain(EffectType):
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """The gain, or that the sign is wrong."""
         gain, channel = values["gain"], f"{NOT}the channel {at(effect.place)}"
+        if abs(gain + 1.0) < WRONG_SIGN:
+            return f"{channel} has the wrong sign."
+        wrong = ", with the wrong sign." if gain < 0 else "."
+        return f"{channel} reads {number(gain)} times what it should{wrong}"
+
+
+@final
+class ForceGain(EffectType):
+    """The gain of a force channel, or of the one number by which all responses to a force are
+    referred to it."""
+
+    name = "sensor_fault"
+    noun = "a wrong gain of the force channel"
+    told_by = frozenset({RESPONSES})
+
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """Of every force that acts by itself."""
+        return [
+            Effect(self, channel_place(c), ChannelFault(Fault(c, "force")), (inverse("gain"),))
+            for c in context.forces
+        ]
+
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """The gain, sign included."""
+        gain, channel = values["gain"], f"{NOT}the force channel {at(effect.place)}"
         if abs(gain + 1.0) < WRONG_SIGN:
             return f"{channel} has the wrong sign."
         wrong = ", with the wrong sign." if gain < 0 else "."

@@ -29,9 +29,12 @@ def corrected(recording: Recording, corrections: Sequence[CorrectionRow]) -> Rec
     Raises
     ------
     RecordingError
-        When there is no such response channel.
+        When there is no such channel.
     """
     for row in corrections:
+        if row.quantity == "force":
+            recording = _driven(recording, row)
+            continue
         own = _columns(recording, row.node, row.dof)
         if row.exchanged_with is not None:
             recording = _exchanged(
@@ -61,6 +64,29 @@ def _columns(recording: Recording, node: int, dof: str) -> list[int]:
             f"n{node}.{dof}. It has {there}."
         )
     return found
+
+
+def _driven(recording: Recording, row: CorrectionRow) -> Recording:
+    """With the gain of a force channel taken out: responses to it are that much larger."""
+    refs = (
+        recording.references if isinstance(recording, FrequencyResponse) else _channels(recording)
+    )
+    own = [
+        k for k, c in enumerate(refs) if (c.node, c.dof, c.quantity) == (row.node, row.dof, "force")
+    ]
+    if not own or row.gain is None:
+        raise RecordingError(
+            f"{recording.origin.source}: corrections: there is no force channel "
+            f"n{row.node}.{row.dof} with a gain to take out."
+        )
+    if isinstance(recording, FrequencyResponse):
+        H, variance = recording.H.copy(), recording.variance
+        H[:, :, own] *= row.gain
+        if variance is not None:
+            variance = variance.copy()
+            variance[:, :, own] *= row.gain**2
+        return replace(recording, H=H, variance=variance)
+    return _scaled(recording, own, 1.0 / row.gain)
 
 
 def _exchanged(recording: Recording, first: list[int], second: list[int]) -> Recording:

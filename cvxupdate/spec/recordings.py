@@ -94,11 +94,14 @@ class ChannelName(Part):
 
 
 class CorrectionRow(Part):
-    """A fault of a response channel that is taken out of the recording, e.g. one that `diagnose`
-    found; faults are taken out in the order given."""
+    """A fault of a channel that is taken out of the recording, e.g. one that `diagnose` found;
+    faults are taken out in the order given."""
 
     node: Id = Field(description="node that the channel is labelled with")
     dof: DofKind = Field(description="DOF kind that it is labelled with")
+    quantity: Literal["force"] | None = Field(
+        default=None, description="of the force channel there; absent: of the response channel"
+    )
     gain: float | None = Field(
         default=None, description="it reads this many times what it should (-1: wrong sign)"
     )

@@ -84,8 +84,57 @@ SHAFT: dict[str, Any] = {
     ],
     "supports": [{"nodes": [1], "dofs": ["y", "z", "ry", "rz"]}],
 }
-STRUCTURES: dict[str, dict[str, Any]] = {"beam": BEAM, "plate": PLATE, "shaft": SHAFT}
+FRAME: dict[str, Any] = {  # two bays, two storeys on one side; feet pinned and clamped
+    "dofs": ["x", "z", "ry"],
+    "nodes": nodes(
+        [(x, 0.0, z) for x in (0.0, 0.5, 0.9) for z in (0.0, 0.4)]
+        + [(0.0, 0.0, 0.7), (0.5, 0.0, 0.7), (0.2, 0.0, 0.4)]
+    ),
+    "materials": {"steel": {**STEEL, "eta": 0.004}},
+    "sections": {
+        "post": {"shape": "rectangle", "width": 0.02, "height": 0.012},
+        "beam": {"shape": "rectangle", "width": 0.03, "height": 0.009},
+    },
+    "elements": [
+        {
+            "type": "beam3d",
+            "material": "steel",
+            "section": "post",
+            "rows": [
+                {"id": i, "nodes": n, "group": "posts"}
+                for i, n in enumerate(([1, 2], [2, 7], [4, 3], [4, 8], [5, 6]), 1)
+            ],
+        },
+        {
+            "type": "beam3d",
+            "material": "steel",
+            "section": "beam",
+            "rows": [
+                {"id": i, "nodes": n, "group": "beams"}
+                for i, n in enumerate(([2, 9], [9, 4], [6, 4], [7, 8]), 11)
+            ],
+        },
+    ],
+    "supports": [
+        {"nodes": "all", "dofs": ["y", "rx", "rz"]},
+        {"nodes": [1, 3, 5], "dofs": ["x", "z"]},
+        {"nodes": [1, 3], "dofs": ["ry"]},
+    ],
+}
+HUNG: dict[str, Any] = {
+    **grid([0.0, 0.11, 0.31, 0.42], [0.0, 0.13, 0.26], material={**STEEL, "eta": 0.003}),
+    "damping": {"kind": "modal", "zeta": [0.01, 0.02]},
+}
+STRUCTURES: dict[str, dict[str, Any]] = {
+    "beam": BEAM,
+    "plate": PLATE,
+    "shaft": SHAFT,
+    "frame": FRAME,
+    "hung": HUNG,
+}
 ACCELEROMETERS = {
+    "frame": ("n2.x", "n8.x", "n9.z"),
+    "hung": ("n1.z", "n7.z"),
     "beam": ("n3.z", "n4.x", "n4.z", "n6.z"),
     "plate": ("n6.z", "n9.z"),
     "shaft": ("n2.y", "n3.z", "n4.z"),
@@ -109,8 +158,12 @@ CASES = (
     Case("AddedMass", "beam", {"m": -1.21}),
     Case("SensorMass", "beam", {"m": 0.0348}),
     Case("GroundingSpring", "beam", {"k": 3490.0}),
+    Case("Cords", "hung", {"k": 320.0}),
     Case("SoftSupport", "beam", {"k": 2.1e6}),
+    Case("EqualSupports", "beam", {"k": 2.1e6}),
+    Case("FlexibleSupport", "beam", {"k": 2.1e6, "m": 3.4}),
     Case("JointFlexibility", "beam", {"k": 2.1e6}),
+    Case("EqualJoints", "frame", {"k": 2.1e6}),
     Case("ShearDeformation", "beam", {"kappa": 0.83}),
     Case("AxialPreload", "beam", {"N": -1830.0}),
     Case("Spin", "shaft", {"omega": -314.159}),
@@ -119,6 +172,7 @@ CASES = (
     Case("StructuralDamping", "beam", {"eta": 0.012}),
     Case("MassProportionalDamping", "shaft", {"alpha": 1.3}),
     Case("ChannelGain", "beam", {"gain": 0.5}),
+    Case("ForceGain", "beam", {"gain": 0.88}),
     Case("ChannelDelay", "beam", {"delay": 0.0037}),
     Case("ExchangedChannels", "beam", {"gain": 1.0}),
     Case("CubicStiffness", "beam", {"k3": 2.2e7}),
@@ -172,4 +226,17 @@ def context_of(spec: Spec, model: Model, sensors: tuple[str, ...] = ()) -> Searc
         freed = replace(spec, model=spec.model.model_copy(update={"supports": tuple(supports)}))
         return nuisance(undamped(build_model(freed)))
 
-    return SearchContext(model, m.K, m.M, 400.0, 5.0, sensors, tuple(held), release, 0.005, sensors)
+    return SearchContext(
+        model,
+        m.K,
+        m.M,
+        400.0,
+        5.0,
+        sensors,
+        tuple(held),
+        release,
+        0.005,
+        sensors,
+        sensors[:1],
+        sensors[:1],
+    )

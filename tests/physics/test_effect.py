@@ -9,7 +9,7 @@ from dataclasses import replace
 from cvxupdate.physics import EFFECTS, effect_names, told
 from cvxupdate.physics.effect import ChannelFault, Effect
 from cvxupdate.physics.fault import Fault
-from cvxupdate.physics.place import Place, at
+from cvxupdate.physics.place import Place, at, drive_point
 from cvxupdate.physics.sensor_fault import ChannelDelay, ExchangedChannels
 from cvxupdate.physics.soft_support import SoftSupport
 from tests.cases.places import PLACES
@@ -21,6 +21,7 @@ FIGURES = {
     "added_mass": {"m": 1.21},
     "orthotropy": {"Dx": 1.1, "Dy": 0.8, "D1": 1.0, "Dxy": 0.93},
     "grounding_spring": {"k": 3490.0},
+    "flexible_support": {"k": 2.1e6, "m": 3.4},
     "joint_flexibility": {"k": 2.1e6},
     "shear_deformation": {"kappa": 0.83},
     "axial_preload": {"N": -1830.0},
@@ -101,3 +102,21 @@ def test_an_effect_type_knows_more_than_the_contract_s_name() -> None:
         "are exchanged."
     )
     assert swap.title == "an exchange of the channels at node 3 (x) and at node 5 (x)"
+
+
+def test_at_the_drive_point_it_may_be_the_shaker() -> None:
+    """Where a force was measured, a lump, a spring and an oscillator say what they may be."""
+    driven = ("n7.x", "n5.z")
+    here = drive_point(Place(nodes=(5,), dof="z"), driven)
+    assert here == "at the drive point, node 5 (z)"
+    assert drive_point(Place(nodes=(5,)), driven) == "at the drive point, node 5"
+    assert not drive_point(Place(nodes=(5,), dof="x"), driven)
+    assert not drive_point(Place(nodes=(5,), elements=(2,)), driven)
+    effect = replace(told("added_mass", Place(nodes=(5,), dof="z")), spot=here)
+    said = (
+        "The real structure carries 0.212 kg more than the model at the drive point, node 5 (z): "
+    )
+    assert effect.says({"m": 0.212}) == said + "the shaker's armature or the force cell."
+    assert "shaker" not in effect.says({"m": -0.212})
+    spring = replace(told("grounding_spring", Place(nodes=(5,), dof="z")), spot=here)
+    assert spring.says({"k": 900.0}).endswith(": the shaker's stinger and suspension.")

@@ -57,6 +57,23 @@ def test_gain_and_delay_of_an_frf() -> None:
     np.testing.assert_allclose(found.variance, sound.variance, rtol=1e-12)  # type: ignore[union-attr,arg-type]
 
 
+def test_the_gain_of_a_force_is_taken_out_of_all_its_responses() -> None:
+    """What a force channel reads too low, responses to it are too large by."""
+    low = CorrectionRow(node=1, dof="x", quantity="force", gain=0.8)
+    sound = frf()
+    read = replace(sound, H=sound.H / 0.8, variance=sound.variance / 0.8**2)
+    again = corrected(read, [low])
+    np.testing.assert_allclose(again.H, sound.H)
+    np.testing.assert_allclose(again.variance, sound.variance)
+    run = history()
+    data = run.data.copy()
+    data[:, 0] *= 0.8
+    again_run = corrected(replace(run, data=data), [low])
+    np.testing.assert_allclose(again_run.data, run.data, atol=1e-15)
+    with pytest.raises(RecordingError, match="no force channel n2"):
+        corrected(run, [CorrectionRow(node=2, dof="y", quantity="force", gain=0.8)])
+
+
 def test_gain_and_delay_of_a_time_history() -> None:
     late = history(3.7e-3)
     wrong = replace(late, data=late.data * [1.0, 1.0, -0.6])

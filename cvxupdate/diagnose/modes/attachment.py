@@ -19,7 +19,7 @@ from cvxupdate.fe.factor import factorise
 from cvxupdate.fe.model import Matrices
 from cvxupdate.fe.modes import Modes
 from cvxupdate.physics.effect import Effect
-from cvxupdate.physics.low_rank import DIRECTIONS, low_rank
+from cvxupdate.physics.low_rank import low_rank
 
 SHIFT = 0.01  # of the lowest flexible eigenvalue, where the structure is free
 APART = 1e-10  # of the largest: columns that are dependent by rounding
@@ -43,8 +43,9 @@ def attachments(
         columns.append(force)
         places.append(places[-1] + force.shape[1])
     forces = np.hstack(columns)
-    shapes = np.zeros((len(effects), size, DIRECTIONS))
-    values = np.full((len(effects), DIRECTIONS), FAR * float(modes.eigenvalues[-1]))
+    widest = max((b - a for a, b in pairwise(places)), default=0)
+    shapes = np.zeros((len(effects), size, widest))
+    values = np.full((len(effects), widest), FAR * float(modes.eigenvalues[-1]))
     if not forces.shape[1]:
         return shapes, values
     phi, stiff = modes.shapes[:, :count], modes.eigenvalues[:count] + shift

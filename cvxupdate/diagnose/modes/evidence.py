@@ -73,6 +73,7 @@ class ModesEvidence:
 
     told_by = MODES
     hurried = False
+    drift = None
     levels = 1
     delay_unit = 1.0
 
@@ -104,10 +105,6 @@ class ModesEvidence:
     def level_change(self) -> LevelChange | None:
         """Between tables at different drive levels."""
         return level_change(self.tables.measured)
-
-    def drift(self) -> str | None:
-        """Not looked for."""
-        return None
 
     def context(self, model: Model) -> SearchContext:
         """For placing effects on the nuisance model or one grown from it."""

@@ -20,6 +20,7 @@ from cvxupdate.diagnose.modes.scene import Scene, assigned
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.block import Index
 from cvxupdate.physics.effect import Effect, ModelChange
+from cvxupdate.physics.low_rank import low_rank
 from cvxupdate.residual.eigen import padded
 
 BASIS = 48  # modes that span what a local change can do to the lowest ones
@@ -54,13 +55,17 @@ class Change:
     ``M`` (n, q, q) or None where mass stays; ``inverse`` (n,): a compliance in series with the
     stiffness of its surroundings, p / (1 + p) units of it. ``values`` (n, q) are the basis's
     eigenvalues, ``tails`` (n, DOFs, r) what its own attachment modes have at the sensors of each
-    measured shape."""
+    measured shape. ``W`` (n, q, r), ``weights``, ``behind`` (n, r): directions that give way each
+    by itself (`LowRank`), beside K."""
 
     K: Real
     M: Real | None
     inverse: NDArray[np.bool_]
     values: Real
     tails: tuple[Real, ...]
+    W: Real
+    weights: Real
+    behind: Real
 
     def of(self, which: Index) -> Change:
         """Of some of them, or of one several times."""
@@ -70,7 +75,19 @@ class Change:
             self.inverse[which],
             self.values[which],
             tuple(tail[which] for tail in self.tails),
+            self.W[which],
+            self.weights[which],
+            self.behind[which],
         )
+
+    def stiffness(self, p: Real) -> Real:
+        """What sizes ``p`` (n,) add to the stiffness (n, q, q); a compliance is never negative."""
+        out = np.where(self.inverse, p / (1.0 + np.abs(p)), p)[:, None, None] * self.K
+        if self.W.shape[2]:
+            plain = p[:, None] * self.weights
+            own = self.W * (plain / (1.0 + plain * self.behind))[:, None, :]
+            out += own @ np.swapaxes(self.W, 1, 2)
+        return np.asarray(out)
 
 
 @dataclass(frozen=True)
@@ -114,11 +131,13 @@ def best_sizes(
     """(squared residual that is left, size) of each of some local effects at the best of its
     sizes."""
     out = [(np.inf, 0.0)] * len(candidates)
-    for heavy in (False, True):
+    for heavy, wide in ((False, False), (True, False), (False, True)):
         alike = [
             k
             for k, e in enumerate(candidates)
-            if (change := local(e)) and any(b.M is not None for b in change.tangent[0]) == heavy
+            if (change := local(e))
+            and any(b.M is not None for b in change.tangent[0]) == heavy
+            and (change.along is not None) == wide
         ]
         for first in range(0, len(alike), TOGETHER):
             some = alike[first : first + TOGETHER]
@@ -180,9 +199,16 @@ def _change(where: Scene, count: int, candidates: Sequence[Effect]) -> Change:
     q = count + own.shape[2]
     parts = {"K": np.zeros((n, q, q)), "M": np.zeros((n, q, q))}
     changes = [change for e in candidates if (change := local(e)) is not None]
-    for k, change in enumerate(changes):
+    alongs = [low_rank(e) if e.change and e.change.along else None for e in candidates]
+    r = max((a.W.shape[1] for a in alongs if a is not None), default=0)
+    W, weights, behind = np.zeros((n, q, r)), np.zeros((n, r)), np.zeros((n, r))
+    for k, (change, along) in enumerate(zip(changes, alongs, strict=True)):
         phi = padded(np.hstack([modes, own[k]]))
-        for b in change.tangent[0]:
+        if along is not None:
+            width = along.W.shape[1]
+            W[k, :, :width] = phi[along.used].T @ along.W
+            weights[k, :width], behind[k, :width] = along.weights, along.behind
+        for b in change.tangent[0] if along is None else ():
             for name, part in (("K", b.K), ("M", b.M)):
                 if part is not None:
                     at = phi[b.dofs]
@@ -194,6 +220,9 @@ def _change(where: Scene, count: int, candidates: Sequence[Effect]) -> Change:
         np.array([change.series for change in changes]),
         np.hstack([lowest, kappa]),
         tuple(own[:, rows] for _, rows, _, _ in where.shapes),
+        W,
+        weights,
+        behind,
     )
 
 
@@ -222,21 +251,18 @@ def _trace(where: Scene, changes: Change, sizes: Real, V: Real, at: Index) -> Tr
         np.empty((*sizes.shape, at.shape[1]), dtype=np.int64),
     )
     for s, p in enumerate(sizes.T):
-        effective = np.where(
-            changes.inverse, p / (1.0 + np.abs(p)), p
-        )  # a compliance is never negative
-        stiff = effective[:, None, None] * changes.K
+        stiff = changes.stiffness(p)
         stiff[:, np.arange(q), np.arange(q)] += changes.values
         before = np.take_along_axis(V, at[:, None, :], axis=2).transpose(0, 2, 1)
         if changes.M is None:
             lam, V = np.linalg.eigh(stiff)
         else:
-            mass = 1.0 + effective[:, None] * w
+            mass = 1.0 + p[:, None] * w
             alive = alive & np.all(mass > 0.0, axis=1)
             T = W / np.sqrt(np.where(mass > 0.0, mass, 1.0))[:, None, :]
             lam, V = np.linalg.eigh(T.transpose(0, 2, 1) @ stiff @ T)
             V = T @ V
-            before = before + effective[:, None, None] * (before @ changes.M)
+            before = before + p[:, None, None] * (before @ changes.M)
         at = assigned((before @ V) ** 2)
         # modes that veer or mix may be other ones to the table than those that were followed
         ways = [at, where.nearest(at, lam, V, changes.tails)]

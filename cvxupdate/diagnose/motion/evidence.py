@@ -115,12 +115,9 @@ class MotionEvidence:
         """Between runs at different drive levels."""
         return self.linear.level_change()
 
+    @cached_property
     def drift(self) -> str | None:
         """Stiffness that goes with time, where that explains more than any law."""
-        return self._drift
-
-    @cached_property
-    def _drift(self) -> str | None:
         laws = [e for e in self.candidates(self.model, self.laws) if is_law(e)]
         base = self.bases[-1]
         for fit in (base, fitted_at(base.setting, np.zeros(len(base.p)))):

@@ -22,7 +22,7 @@ from cvxupdate.fe.internal import is_nonlinear
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import writers
 from cvxupdate.physics.draft import Draft, change, draft_of
-from cvxupdate.physics.fault import Fault
+from cvxupdate.physics.fault import Fault, named
 from cvxupdate.recordings.types import FrequencyResponse, Recording
 from cvxupdate.spec import Spec, check_text
 from cvxupdate.spec.write import compacted, to_toml
@@ -184,9 +184,7 @@ def _recordings(
     for number, recording in enumerate(draft.tables.get("recordings", ())):
         has = channels[number] if number < len(channels) else frozenset()
         corrections = [
-            fault.correction(value)
-            for fault, value in reversed(faults)
-            if {fault.channel, fault.other or fault.channel} <= has
+            fault.correction(value) for fault, value in reversed(faults) if fault.channels <= has
         ]
         if corrections and recording["kind"] != "modes":
             recording["corrections"] = [*recording.get("corrections", ()), *corrections]
@@ -200,9 +198,10 @@ def _recordings(
 def _labels(recordings: Sequence[Recording]) -> list[frozenset[str]]:
     return [
         frozenset(
-            c.label
-            for c in (r.responses if isinstance(r, FrequencyResponse) else r.channels)
-            if c.quantity != "force"
+            named(c.label, c.quantity)
+            for c in (
+                (*r.responses, *r.references) if isinstance(r, FrequencyResponse) else r.channels
+            )
         )
         for r in recordings
     ]

@@ -112,7 +112,7 @@ class Columns:
                 own = [i for i, label in enumerate(r.signal.sensors) if label == f.channel]
                 out[..., k][:, own] = late[:, own]
             else:
-                out[..., k] = f.rate(0.0, r.signal.sensors, r.signal.s, rows)
+                out[..., k] = f.rate(0.0, r.signal.sensors, r.signal.s, rows, r.signal.inputs)
         return out
 
 

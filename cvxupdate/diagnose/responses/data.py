@@ -45,6 +45,17 @@ class Data:
         heavy = (s for s in (*self.sharp, *self.sharp_hold_out) if s.order == 2)
         return tuple(dict.fromkeys(label for s in heavy for label in s.sensors))
 
+    @cached_property
+    def driven(self) -> tuple[str, ...]:
+        """Labels of the DOFs where a force was measured."""
+        return tuple(dict.fromkeys(label for s in self.sharp for label in s.inputs))
+
+    @cached_property
+    def forces(self) -> tuple[str, ...]:
+        """Those that act by themselves wherever they act."""
+        mixed = {label for s in self.sharp if not s.plain for label in s.inputs}
+        return tuple(label for label in self.driven if label not in mixed)
+
     def mesh_of(self, model: Model) -> MeshError:
         """The mesh error of a hypothesis: where it lets beams deform in shear, that of beams which
         do."""

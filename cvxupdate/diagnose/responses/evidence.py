@@ -73,7 +73,7 @@ class ResponseEvidence:
     release: Callable[[int, str], Model]
     progress: Progress
 
-    told_by, hurried = "responses", False  # a search over linear models ends by itself
+    told_by, hurried, drift = "responses", False, None  # neither hurried nor looked for
 
     @property
     def levels(self) -> int:
@@ -132,10 +132,6 @@ class ResponseEvidence:
         setting = self.setting(self.model, ())
         return float(np.median(setting.zeta)) if setting.damped else 0.005
 
-    def drift(self) -> str | None:
-        """Not looked for."""
-        return None
-
     def context(self, model: Model) -> SearchContext:
         """For placing effects on the nuisance model or one grown from it."""
         m = model.matrices(model.zero())
@@ -155,6 +151,8 @@ class ResponseEvidence:
             released,
             self._zeta,
             self.data.accelerometers,
+            self.data.driven,
+            self.data.forces,
         )
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:

@@ -2,16 +2,17 @@
 structure's receptances in closed form.
 
 A first-order score says nothing of an effect that carries resonances past one another: a spring to
-ground under a free structure has a derivative of rigid-body motion only. For a change γ f(s) W Λ Wᵀ
-of the dynamic stiffness, with few columns W, the responses change by −l (Λ⁻¹ / (γ f) + Wᵀ G W)⁻¹ r,
-where l, r are the receptances from W to the sensors and from the drives to W (Sherman, Morrison and
-Woodbury; Ewins 2000, 6.4, coupling by FRFs). Springs, lumps, dampers, joints, hidden oscillators
+ground under a free structure has a derivative of rigid-body motion only. For a change W A Wᵀ of the
+dynamic stiffness, A = (Λ⁻¹ / (p f(s)) + B)⁻¹, with few columns W, the responses change by
+−l (Λ⁻¹ / (p f) + B + Wᵀ G W)⁻¹ r, where l, r are the receptances from W to the sensors and from the
+drives to W (Sherman, Morrison and Woodbury; Ewins 2000, 6.4, coupling by FRFs). Springs, lumps,
+dampers, joints, hidden oscillators, classes of equal supports and joints, resonating supports
 and slender elements are of that kind.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,7 +26,7 @@ from cvxupdate.errors import ModelError
 from cvxupdate.fe.synthesis.pieces import Receptances, Response
 from cvxupdate.fe.synthesis.products import times
 from cvxupdate.physics.effect import Effect, HiddenOscillator
-from cvxupdate.physics.low_rank import LowRank, amounts, low_rank
+from cvxupdate.physics.low_rank import DIRECTIONS, LowRank, low_rank
 
 # sizes: from this much of the one that rules the receptance at its own place where that is largest,
 # to this much of the typical one
@@ -35,6 +36,8 @@ STEP, MOST = 1.5, 48
 MASSES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.2)  # of hidden oscillators, of the structure's
 GIVEN = (0.1, 0.3, 0.6, 0.9, 0.97)  # how far what is joined rigidly gives way
 OSCILLATORS = 40  # hidden oscillators looked at: those with the largest first-order fractions
+FIXTURES = 16  # supports with a mass of their own: those of which a faint one explains most
+FAINT = 1e-3  # size of a faint one: its compliance in units of its place
 SIZES = (-0.45, -0.2, -0.08, 0.08, 0.2, 0.45, 1.0)  # of what acts on elements and whole members
 
 
@@ -49,28 +52,55 @@ def few_directions(point: ResponsePoint, scores: Sequence[Score], left: Projecti
     heavy = float(point.setting.model.total_mass())
     modal = [_modal_receptance(point, r) for r in point.responses]
     out = []
-    for score in _looked_at(scores):
+
+    def promise(change: LowRank) -> float:
+        J = left.freed(_rows(change, np.array([FAINT]), point, modal, weights))[:, 0]
+        return float((J @ left.residual) ** 2 / max(float(J @ J), 1e-300))
+
+    for score in _looked_at(scores, promise):
         change = low_rank(score.effect)
         if change is None:
             continue
+        if score.effect.type.unlimited and point.modes.rigid:
+            change = _with_loss(change, point)
 
-        def squares(sizes: Real, effect: Effect = score.effect, lr: LowRank = change) -> Real:
+        def squares(sizes: Real, lr: LowRank = change) -> Real:
             try:
-                return left.remaining(_rows(lr, amounts(effect, sizes), point, modal, weights))
+                return left.remaining(_rows(lr, sizes, point, modal, weights))
             except np.linalg.LinAlgError:
                 return np.full(len(sizes), np.inf)
 
         best = best_size(squares, _sizes(score.effect, change, point, modal[0], heavy), total)
         if best is not None:
+            own = score.effect.change
             p = np.array([best[0], *np.zeros(score.effect.count - 1)])
+            p = p if own is None or own.start is None else own.start(best[0])
             out.append(replace(score, fraction=1.0 - best[1] / total, p=p, exact=True))
     return out
 
 
-def _looked_at(scores: Sequence[Score]) -> list[Score]:
-    """All but the hidden oscillators far down."""
+def _with_loss(change: LowRank, point: ResponsePoint) -> LowRank:
+    """Springs that hold a free structure, with the loss factor of a typical mode: rigid-body modes
+    have no damping ratio, and on springs without loss they would stand out of all bounds where they
+    are right."""
+    zeta = float(np.median(point.damping[point.modes.rigid :])) if len(point.owner) else 0.0
+
+    def lossy(s: Complex) -> Complex:
+        return np.asarray(change.f(s) * (1.0 + 2j * zeta))
+
+    return replace(change, f=lossy)
+
+
+def _looked_at(scores: Sequence[Score], promise: Callable[[LowRank], float]) -> list[Score]:
+    """All but the hidden oscillators and the resonating supports far down: the former by their
+    first-order fractions, the latter by what a faint one explains."""
     tuned = [s for s in scores if isinstance(s.effect.action, HiddenOscillator)]
     dropped = {id(s) for s in sorted(tuned, key=lambda s: -s.fraction)[OSCILLATORS:]}
+    swinging = [s for s in scores if s.effect.change is not None and s.effect.change.start]
+    ranked = [
+        (0.0 if lr is None else -promise(lr), s) for s in swinging for lr in [low_rank(s.effect)]
+    ]
+    dropped |= {id(s) for _, s in sorted(ranked, key=lambda item: item[0])[FIXTURES:]}
     return [s for s in scores if id(s) not in dropped]
 
 
@@ -147,41 +177,49 @@ def _sizes(
 
 def _rows(
     change: LowRank,
-    gammas: Real,
+    sizes: Real,
     point: ResponsePoint,
     modal: Sequence[Complex],
     weights: Sequence[Real],
 ) -> Real:
-    """Weighted change of every row for each amount, (rows, sizes)."""
+    """Weighted change of every row for each size, (rows, sizes)."""
     parts = []
     for r, own, g, w in zip(point.responses, modal, point.green, weights, strict=True):
-        moved = _moved(change, gammas, point, r, own, g)
-        points, sensors, cases, sizes = moved.shape
-        flat = point.faulty(r.signal, moved.reshape(points, sensors, cases * sizes))
-        rows = r.rows(flat).reshape(-1, sensors, cases, sizes)
-        weighted = (w[..., None] * rows).reshape(-1, sizes)
+        moved = _moved(change, sizes, point, r, own, g)
+        points, sensors, cases, count = moved.shape
+        flat = point.faulty(r.signal, moved.reshape(points, sensors, cases * count))
+        rows = r.rows(flat).reshape(-1, sensors, cases, count)
+        weighted = (w[..., None] * rows).reshape(-1, count)
         parts += [weighted.real, weighted.imag]
     return np.vstack(parts)
 
 
 def _moved(
     change: LowRank,
-    gammas: Real,
+    sizes: Real,
     point: ResponsePoint,
     r: Response,
     modal: Complex,
     g: Receptances,
 ) -> Complex:
     """The responses' change (points, sensors, cases, sizes)."""
-    f = change.f(r.signal.s)
+    s = r.signal.s
     G = _at(change, point, modal)
     left, right = (times(change.W.T, x[change.used]) for x in (g.left, g.right))
     left = left * r.drive[:, None]
     if len(change.weights) == 1:
-        amount = gammas[None] * (f * change.weights[0])[:, None]
+        amount = change.at(sizes, s)[:, :, 0]
         factor = amount / (1.0 + amount * G[:, 0, 0, None])
         outer = left[0][:, :, None, None] * right[0][:, None, :, None]
         return np.asarray(-outer * factor[:, None, None, :])
-    scaled = np.diag(1.0 / change.weights) / (gammas[:, None, None] * f[:, None, None, None])
-    inverse = np.linalg.inv(scaled + G[:, None])
-    return np.asarray(-np.einsum("ips,pgij,jpc->pscg", left, inverse, right, optimize=True))
+    one = 1.0 / (sizes * change.f(s)[:, None])  # (points, sizes)
+    G = G + np.diag(change.behind)
+    if len(change.weights) <= DIRECTIONS:
+        inverse = np.linalg.inv(np.diag(1.0 / change.weights) * one[:, :, None, None] + G[:, None])
+        return np.asarray(-np.einsum("ips,pgij,jpc->pscg", left, inverse, right, optimize=True))
+    # all sizes at one cost: (Λ⁻¹ a + G)⁻¹ = Λ V (a + μ)⁻¹ V⁻¹ with G Λ = V μ V⁻¹
+    mu, V = np.linalg.eig(G * change.weights)
+    left = np.einsum("ips,i,pij->psj", left, change.weights, V, optimize=True)
+    right = np.asarray(np.linalg.solve(V, np.moveaxis(right, 0, 1)), dtype=complex)
+    factor = 1.0 / (one[:, :, None] + mu[:, None, :])
+    return np.asarray(-np.einsum("psj,pgj,pjc->pscg", left, factor, right, optimize=True))

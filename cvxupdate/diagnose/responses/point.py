@@ -179,16 +179,17 @@ class ResponsePoint:
         """Responses ``y`` (points, sensors, cases) after the sensor faults from number ``start``
         on, one after the other."""
         for value, fault in list(zip(self.fault_values, self.setting.faults, strict=True))[start:]:
-            y = fault.applied(float(value), signal.sensors, signal.s, y)
+            y = fault.applied(float(value), signal.sensors, signal.s, y, signal.inputs)
         return y
 
     def fault_rate(self, number: int, signal: Driven, y: Complex) -> Complex:
         """Derivative of `faulty` with respect to the unknown of fault ``number``."""
         before = zip(self.fault_values[:number], self.setting.faults[:number], strict=True)
         for value, fault in before:
-            y = fault.applied(float(value), signal.sensors, signal.s, y)
+            y = fault.applied(float(value), signal.sensors, signal.s, y, signal.inputs)
         value, fault = float(self.fault_values[number]), self.setting.faults[number]
-        return self.faulty(signal, fault.rate(value, signal.sensors, signal.s, y), number + 1)
+        rate = fault.rate(value, signal.sensors, signal.s, y, signal.inputs)
+        return self.faulty(signal, rate, number + 1)
 
     def modelled(self) -> tuple[Complex, ...]:
         """Model rows (rows, sensors, cases) of every signal, sensor faults included."""

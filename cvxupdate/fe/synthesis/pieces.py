@@ -43,6 +43,10 @@ class Driven(Protocol):
         """Labels of the DOFs that respond."""
 
     @property
+    def inputs(self) -> tuple[str, ...]:
+        """Labels of the DOFs that are driven."""
+
+    @property
     def single(self) -> bool:
         """Whether there is but one drive, in one case."""
 

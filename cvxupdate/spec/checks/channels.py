@@ -97,6 +97,12 @@ class Corrections:
                         "is 0, which removes the signal.",
                         "Leave the channel out of the recording instead.",
                     )
+                elif row.quantity == "force" and (row.gain is None or recording.kind == "modes"):
+                    yield Complaint(
+                        (*at, "quantity"),
+                        "is a force's, of which a gain of FRFs or time histories is taken out.",
+                        "Give its gain, or remove the row.",
+                    )
                 elif row.delay is not None and recording.kind == "modes":
                     yield Complaint(
                         (*at, "delay"), "does not apply to a table of modes.", "Remove it."

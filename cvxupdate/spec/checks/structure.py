@@ -9,6 +9,7 @@ from typing import ClassVar
 
 from cvxupdate.spec.checks.case import Case
 from cvxupdate.spec.elements import from_files, text_of
+from cvxupdate.spec.model import Tie
 from cvxupdate.spec.prepare import Complaint
 
 
@@ -62,7 +63,8 @@ class UnheldMasses:
 
 @dataclass(frozen=True)
 class Ties:
-    """Tied nodes exist, are different, and lie at one point."""
+    """Tied nodes exist, are different, and lie at one point; but a node of springs and lumps alone
+    may carry others along translations: a fixture."""
 
     needs: ClassVar[tuple[str, ...]] = ("nodes",)
 
@@ -84,12 +86,19 @@ class Ties:
             points = {
                 (n.x, n.y, n.z) for n in (case.nodes[k] for k in tie.nodes if k in case.nodes)
             }
-            if not unknown and len(points) > 1:
+            if not unknown and len(points) > 1 and not self._carries(case, tie):
                 yield Complaint(
                     at,
                     f"nodes {list(tie.nodes)} do not lie at one point.",
                     "Give them the same coordinates, or join them by an element.",
                 )
+
+    def _carries(self, case: Case, tie: Tie) -> bool:
+        """Whether the first node is that of a fixture."""
+        every = [row.get("nodes", ()) for _, _, row in case.rows()]
+        mine = [nodes for nodes in every if tie.nodes[0] in nodes]
+        alone = bool(mine) and all(len(nodes) == 1 for nodes in mine)
+        return alone and not {"rx", "ry", "rz"} & set(tie.dofs)
 
 
 @dataclass(frozen=True)

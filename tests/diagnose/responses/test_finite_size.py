@@ -18,7 +18,7 @@ from cvxupdate.diagnose.responses.first_order import first_order, linearised
 from cvxupdate.diagnose.responses.setting import setting_for
 from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.types import Seed
-from cvxupdate.physics.low_rank import amounts, low_rank
+from cvxupdate.physics.low_rank import low_rank
 from tests.diagnose.responses.undamped import UNDAMPED, candidates, without_damping
 
 
@@ -38,7 +38,7 @@ def test_a_change_of_any_size_is_that_of_the_model_that_grows(make_scene, name):
         sizes = np.array([0.4, 25.0]) if c.limits[1] > 30.0 else np.array([0.2, 0.9])
         J = _rows(
             change,
-            amounts(c, sizes),
+            sizes,
             point,
             [_modal_receptance(point, r) for r in point.responses],
             weights,

@@ -1,0 +1,117 @@
+"""The model with several supports set free, and the springs of one compliance that then hold it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from cvxupdate.fe.block import Block, Index
+from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
+from cvxupdate.physics.compliance import RIGID, Compliance
+from cvxupdate.physics.context import Real, SearchContext
+from cvxupdate.physics.directions import LowRank, opened
+from cvxupdate.physics.growth import small_block
+
+Held = tuple[int, str]  # node, kind
+
+
+@dataclass(frozen=True)
+class Released:
+    """A model with the DOFs of ``held`` supports set free, behind all others (``rows``)."""
+
+    model: Model
+    held: tuple[Held, ...]
+    before: int
+
+    @classmethod
+    def of(cls, context: SearchContext, held: Sequence[Held]) -> Released:
+        """Those of ``held`` that belong to an element."""
+        base = context.model
+        dofs = [b.dofs.copy() for b in base.blocks]
+        labels, nodes, found = list(base.labels), [], []
+        for node, kind in held:
+            free, label = context.release(node, kind), f"n{node}.{kind}"
+            if label not in free.place:
+                continue
+            row = free.place[label]
+            for mine, theirs in zip(dofs, free.blocks, strict=True):
+                mine[(mine < 0) & (theirs.dofs == row)] = len(labels)
+            labels.append(label)
+            nodes.append(int(free.dof_node[row]))
+            found.append((node, kind))
+        kinds = np.array([KINDS.index(k) for _, k in found], dtype=np.int64)
+        model: Model = replace(
+            base,
+            labels=tuple(labels),
+            dof_node=np.append(base.dof_node, np.array(nodes, dtype=np.int64)),
+            dof_kind=np.append(base.dof_kind, kinds),
+            blocks=tuple(replace(b, dofs=d) for b, d in zip(base.blocks, dofs, strict=True)),
+        )
+        return cls(model, tuple(found), base.size)
+
+    @property
+    def rows(self) -> Index:
+        """Of the DOFs set free."""
+        return np.arange(self.before, self.model.size)
+
+    @cached_property
+    def within(self) -> Real:
+        """Stiffness (r, r) of the structure at the DOFs set free."""
+        return np.asarray(self._columns[self.before :])
+
+    @cached_property
+    def across(self) -> tuple[Index, Real]:
+        """The DOFs of the structure (u,) that are joined with them, and the stiffness (u, r)."""
+        side = self._columns[: self.before]
+        used = np.flatnonzero(np.any(side != 0.0, axis=1))
+        return used, side[used]
+
+    @cached_property
+    def _columns(self) -> Real:
+        K = self.model.matrices(self.model.zero()).K
+        return np.asarray(K[:, self.rows].toarray())
+
+    def together(self) -> Model:
+        """The model in which they move as one: a DOF by the name of the first, the others tied."""
+        last = self.before
+        labels = self.model.labels
+        first = labels[last]
+        return replace(
+            self.model,
+            labels=labels[: last + 1],
+            dof_node=self.model.dof_node[: last + 1],
+            dof_kind=self.model.dof_kind[: last + 1],
+            blocks=tuple(replace(b, dofs=np.minimum(b.dofs, last)) for b in self.model.blocks),
+            ties=(*self.model.ties, *((label, first) for label in labels[last + 1 :])),
+        )
+
+    @property
+    def unit(self) -> float:
+        """Compliance (m/N, rad/(N·m)) that is that of the structure there, on the average."""
+        return 1.0 / float(np.mean(np.diag(self.within)))
+
+    def tangent(self, unit: float) -> DerivativeBlock:
+        """−k kᵀ per unit of compliance, exact at infinite stiffness."""
+        used, k = self.across
+        return DerivativeBlock(used[None], (-unit * (k @ k.T))[None], None, None, None)
+
+    def along(self, unit: float) -> LowRank:
+        """The same at any size."""
+        used, k = self.across
+        return opened(used, k, self.within, unit, np.ones_like)
+
+    def springs(self, unit: float) -> Block:
+        """To ground, rigid but for a ten thousandth; all of one kind of DOF."""
+        kind = self.held[0][1]
+        return small_block(
+            self.model,
+            Compliance(1, kind),
+            self.rows[:, None],
+            [KINDS.index(kind)],
+            "K",
+            np.ones((1, 1)),
+            {"a": 0.0, "a0": unit / RIGID},
+        )

@@ -1,0 +1,100 @@
+"""What a rig adds, concealed in small structures put together by hand: named, placed and sized."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cvxupdate.fe.build import build_model
+from cvxupdate.spec import read_text
+from cvxupdate.study import correlate, diagnose
+from tests.cases.rigs import (
+    FEET,
+    frame,
+    freed,
+    frfs,
+    hung_bar,
+    on_fixture,
+    table,
+    with_joints,
+    with_springs,
+)
+
+LINES = np.arange(4.0, 160.0, 0.1)
+SENSORS = [(n, "z") for n in (1, 3, 5, 8, 10)]
+DRIVES = [(1, "z"), (8, "z")]
+
+
+def sized(found, figure, value, off=0.1):
+    """The one finding, whose figure is as large as it should be."""
+    (first,) = found.findings
+    assert first.parameters[figure] == pytest.approx(value, rel=off)
+    gap = abs(first.parameters[figure] - value)
+    assert gap <= 3.5 * first.deviations[figure] and first.confidence >= 0.5
+    return first
+
+
+def test_the_frame_as_drawn_is_consistent(tmp_path: Path) -> None:
+    found = diagnose(table(tmp_path, frame(), frame(), 10))
+    assert found.verdict == "consistent"
+
+
+@pytest.mark.parametrize("k", [3e3, 5e2])
+def test_joints_that_are_all_alike_have_one_number(tmp_path: Path, k: float) -> None:
+    found = diagnose(table(tmp_path, with_joints(frame(), k), frame(), 10))
+    first = sized(found, "k", k)
+    assert first.physics == "joint_flexibility" and first.place.groups == ("beams", "posts")
+    assert set(first.place.nodes) == {2, 4, 6, 7, 8} and first.place.dof == "ry"
+    assert first.says.startswith("Each of the 6 joints between group 'beams' and group 'posts' ")
+
+
+@pytest.mark.parametrize("k", [5e3, 3e2])
+def test_feet_that_are_all_alike_have_one_number(tmp_path: Path, k: float) -> None:
+    found = diagnose(table(tmp_path, freed(frame(), FEET, "ry", k), frame(), 10))
+    first = sized(found, "k", k)
+    assert first.physics == "grounding_spring" and first.place.nodes == FEET
+    assert first.place.dof == "ry" and "Each of the 3 supports at nodes 1, 3 and 5" in first.says
+
+
+@pytest.mark.parametrize(("nodes", "k"), [((2, 9), 3e3), ((3, 8), 5e3)])
+def test_the_cords_of_a_free_bar_are_found_together(
+    tmp_path: Path, nodes: tuple[int, int], k: float
+) -> None:
+    bar = hung_bar()
+    real = with_springs(bar, nodes, "z", k)
+    found = diagnose(frfs(tmp_path, real, bar, SENSORS, DRIVES, LINES))
+    first = sized(found, "k", k, 0.03)
+    assert first.physics == "grounding_spring" and first.place.nodes == nodes
+    assert "hangs on 2 cords" in first.says
+
+
+def test_the_fixture_under_all_feet_is_found_with_its_mass(tmp_path: Path) -> None:
+    sensors = [(2, "x"), (7, "x"), (4, "x"), (13, "x"), (24, "z"), (28, "z")]
+    drives, lines = [(7, "x"), (24, "z")], np.arange(5.0, 220.0, 0.5)
+    real = on_fixture(frame(), "x", 1.2e6, 6.0)
+    found = diagnose(frfs(tmp_path, real, frame(), sensors, drives, lines))
+    first = sized(found, "k", 1.2e6)
+    assert first.physics == "flexible_support" and first.place.nodes == FEET
+    assert first.place.dof == "x" and first.parameters["m"] == pytest.approx(6.0, rel=0.1)
+    assert "a mass of their own" in first.says and "71." in first.says
+    again = build_model(read_text(found.updated.text, tmp_path / "updated.toml"))
+    kept = again.matrices()
+    row = again.place["n1.x"]
+    assert row == again.place["n3.x"] and kept.M[row, row] > first.parameters["m"]
+
+
+@pytest.mark.parametrize("gain", [0.85])
+def test_a_force_channel_that_reads_low_is_the_measurement(tmp_path: Path, gain: float) -> None:
+    """It is the same for all sensors of its recordings; taken out, the model fits as it is."""
+    sensors = [(2, "x"), (7, "x"), (13, "x"), (24, "z")]
+    drives, lines = [(7, "x"), (7, "x")], np.arange(5.0, 220.0, 0.5)
+    problem = frfs(tmp_path, frame(), frame(), sensors, drives, lines, gain)
+    found = diagnose(problem)
+    first = sized(found, "gain", gain, 0.03)
+    assert first.physics == "sensor_fault" and first.place.nodes == (7,)
+    assert first.says.startswith("The measurement, not the structure: the force channel at node 7")
+    written = tmp_path / "updated.toml"
+    written.write_text(found.updated.text, encoding="utf-8")
+    assert correlate(written).fit["hold_out"]["frf_error"]["after"] < 0.1
