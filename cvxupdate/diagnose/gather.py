@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.tables import prepared
-from cvxupdate.diagnose.motion.evidence import MotionEvidence
-from cvxupdate.diagnose.motion.runs import from_rest, run_of, stages_of
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.mesh import mesh_error
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
@@ -24,6 +23,9 @@ from cvxupdate.physics import effect_names
 from cvxupdate.physics.effect import MODES, MOTION, RATIOS, RESPONSES
 from cvxupdate.recordings.types import FrequencyResponse, ModeTable, Recording, TimeHistory
 from cvxupdate.spec import Spec
+
+if TYPE_CHECKING:
+    from cvxupdate.diagnose.motion.evidence import MotionEvidence
 
 SHEAR = "shear_deformation"  # an effect that changes what the mesh is worth
 
@@ -76,6 +78,10 @@ def in_simulation(
     not time histories."""
     if not isinstance(linear, ResponseEvidence):
         return None
+    # the compiler of the loops over time loads with the first simulation
+    from cvxupdate.diagnose.motion.evidence import MotionEvidence
+    from cvxupdate.diagnose.motion.runs import from_rest, run_of, stages_of
+
     fitted = [r for r in recordings if r.origin.use == "fit" and not isinstance(r, ModeTable)]
     histories = [from_rest(r) for r in recordings if isinstance(r, TimeHistory)]
     if any(not isinstance(r, TimeHistory) for r in fitted):

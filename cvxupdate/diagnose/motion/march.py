@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.forces.compiled import compiled
-from cvxupdate.forces.scalar import FRICTION, respond
+from cvxupdate.forces.kinds import FRICTION
+from cvxupdate.forces.scalar import respond
 
 Real = NDArray[np.float64]
 
