@@ -112,7 +112,7 @@ def _findings(law: Law, linear: Law, place: Place) -> tuple[Finding, ...]:
         )
     ]
     if law.name == "jenkins with play":
-        k, gap = law.size / law.shape[0], law.travel
+        k, gap = float(law.size / law.shape[0]), float(law.travel)
         out.append(
             Finding(
                 "clearance",

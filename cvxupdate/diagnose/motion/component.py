@@ -71,8 +71,11 @@ class Law:
 
 
 def rigs_of(model: Model, recordings: Sequence[Recording]) -> list[Rig]:
-    """The runs of a part: of a model without mass, with a displacement and a force at one DOF."""
-    if model.total_mass() > 0.0:
+    """The runs of a part, all in one state: of a model without mass or without stiffness, with a
+    displacement and a force at one DOF."""
+    if model.total_mass() > 0.0 and np.any(model.matrices().K.data != 0.0):
+        return []
+    if len({r.origin.level for r in recordings}) > 1:
         return []
     out = []
     for r in recordings:
