@@ -70,7 +70,8 @@ def run(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     must_be_writable(out)
     with _display(as_json) as show:
         reading = None if show is None else show.read
-        updated = do(problem, None if show is None else lambda h: show.say(_iteration(h)), reading)
+        said = None if show is None else lambda h: show.say(_iteration(h))
+        updated = do(problem, said, reading, _warn)
     files, payload = run_files(updated)
     folder = folder_for(out, updated.problem)
     write_files(folder, files)
@@ -87,7 +88,7 @@ def correlate(problem: Problem, out: Out = None, as_json: Json = False) -> None:
 
     must_be_writable(out)
     with _display(as_json) as show:
-        compared = do(problem, None if show is None else show.read)
+        compared = do(problem, None if show is None else show.read, _warn)
     files, payload = correlate_files(compared)
     folder = folder_for(out, compared.problem)
     write_files(folder, files)
@@ -103,7 +104,8 @@ def diagnose(problem: Problem, out: Out = None, as_json: Json = False) -> None:
 
     must_be_writable(out)
     with _display(as_json) as show:
-        found = do(problem, *((None, None) if show is None else (show.say, show.read)))
+        said, reading = (None, None) if show is None else (show.say, show.read)
+        found = do(problem, said, reading, _warn)
     files, payload = diagnosis_files(found, load_problem(problem))
     folder = folder_for(out, found.problem)
     write_files(folder, files)
@@ -134,6 +136,8 @@ def check(problem: Problem, as_json: Json = False) -> None:
     """Validate a problem file and everything it names; say every fault with file, key and
     remedy."""
     from cvxupdate.errors import ProblemFileError
+    from cvxupdate.report.as_json import dumps, plain
+    from cvxupdate.report.checked import check_lines
     from cvxupdate.study import check as do
 
     faults, summary = [], {}
@@ -148,11 +152,14 @@ def check(problem: Problem, as_json: Json = False) -> None:
             str(error),
         )
     if as_json:
-        print(json.dumps({"problem": str(problem), "faults": faults, **summary}, indent=2))
+        print(
+            dumps(plain({"problem": str(problem), "faults": faults, "warnings": [], **summary})),
+            end="",
+        )
     elif faults:
         print(text, file=sys.stderr)
     else:
-        print(f"{problem}: in order. " + ", ".join(f"{v} {k}" for k, v in summary.items()) + ".")
+        print("\n".join(check_lines(str(problem), summary)))
     if faults:
         raise typer.Exit(BAD_INPUT)
 
@@ -175,6 +182,11 @@ def schema() -> None:
     from cvxupdate.spec import schema as do
 
     print(json.dumps(do(), indent=2, ensure_ascii=False))
+
+
+def _warn(says: str) -> None:
+    """A probable mistake, on standard error before the work begins."""
+    print(f"Warning: {says}", file=sys.stderr, flush=True)
 
 
 def _say(payload: str, as_json: bool, summary: Callable[[], Any]) -> None:

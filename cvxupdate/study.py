@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +14,7 @@ from cvxupdate.spec import Spec, load_problem
 
 if TYPE_CHECKING:
     from cvxupdate.convex import SolverRow
+    from cvxupdate.correlate.plausible import Doubt, Warn
     from cvxupdate.correlate.result import Compared
     from cvxupdate.diagnose.output.diagnosis import Diagnosis
     from cvxupdate.fe.model import Model
@@ -61,6 +62,7 @@ def run(
     path: str | os.PathLike[str],
     progress: Callable[[Iteration], None] | None = None,
     reading: Progress | None = None,
+    warn: Warn | None = None,
 ) -> Updated:
     """Update the model of a problem file as its [update] table says.
 
@@ -70,10 +72,13 @@ def run(
         For a fault of the input; an infeasible step is no error but a result with ``status``
         "infeasible".
     """
+    from cvxupdate.correlate.own_errors import own_errors
+    from cvxupdate.correlate.plausible import examine
     from cvxupdate.update.definite import definiteness
     from cvxupdate.update.modal import update_modal
 
     spec, model, recordings = open_problem(path, reading)
+    warnings = examine(spec, model, recordings, warn)
     if spec.update is None:
         raise InputError(
             f"{path}: no [update] table, so there is nothing to run. Add one with a method and "
@@ -89,15 +94,18 @@ def run(
         updated = update_rfm(spec, model, recordings, progress)
     else:
         updated = update_modal(spec, model, recordings, progress)
-    eigenvalues = definiteness(model, [q.p for q in updated.parameters])
+    p = [q.p for q in updated.parameters]
     return replace(
         updated,
-        model={**updated.model, **eigenvalues},
-        notes=(*updated.notes, *quality_notes(recordings)),
+        model={**updated.model, **definiteness(model, p)},
+        recordings=own_errors(model, recordings, p, updated.modes),
+        warnings=warnings,
     )
 
 
-def correlate(path: str | os.PathLike[str], progress: Progress | None = None) -> Compared:
+def correlate(
+    path: str | os.PathLike[str], progress: Progress | None = None, warn: Warn | None = None
+) -> Compared:
     """Compare the model of a problem file with its recordings: modes, shapes, frequency responses,
     sensors. Nothing is changed.
 
@@ -106,12 +114,17 @@ def correlate(path: str | os.PathLike[str], progress: Progress | None = None) ->
     InputError
         For a fault of the input, or where there is no recording to compare with.
     """
+    from cvxupdate.correlate.plausible import examine
+
     begin = time.perf_counter()
-    compared = _compared(*open_problem(path, progress))
+    opened = open_problem(path, progress)
+    compared = _compared(*opened, examine(*opened, warn))
     return replace(compared, time=time.perf_counter() - begin)
 
 
-def _compared(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Compared:
+def _compared(
+    spec: Spec, model: Model, recordings: Sequence[Recording], warnings: Sequence[Doubt] = ()
+) -> Compared:
     """`correlate`, of a problem that was opened."""
     from cvxupdate.correlate.compare import compare
     from cvxupdate.fe.modes import model_modes
@@ -146,7 +159,7 @@ def _compared(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Comp
         modes,
         dict(zip(which, start.places, strict=True)),
         shapes,
-        quality_notes(recordings),
+        warnings,
     )
 
 
@@ -161,17 +174,6 @@ def inspect(path: str | os.PathLike[str], progress: Progress | None = None) -> I
     from cvxupdate.recordings.inspect import inspect_file
 
     return inspect_file(Path(path), progress=progress)
-
-
-def quality_notes(recordings: Sequence[Recording]) -> tuple[str, ...]:
-    """What the quality checks say of the recordings, one sentence each, with the recording's
-    name."""
-    from cvxupdate.recordings.quality import check
-
-    found = [
-        f"Quality of {r.origin.name}: {finding.says}" for r in recordings for finding in check(r)
-    ]
-    return tuple(dict.fromkeys(found))
 
 
 def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], float]:
@@ -211,25 +213,24 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
 
 
 def check(path: str | os.PathLike[str]) -> dict[str, object]:
-    """Validate a problem file, build its model and read its recordings; counts of what was found.
+    """Validate a problem file, build its model and read its recordings: counts of what was found,
+    its mass, extent and first natural frequencies, and ``warnings`` of what is probably a mistake.
 
-    Raises
-    ------
-    InputError
-        With every fault at once, as far as they can be found.
+    Raises `InputError` with every fault at once, as far as they can be found.
     """
-    from cvxupdate.fe.modes import model_modes
+    from cvxupdate.correlate.plausible import examine, facts
     from cvxupdate.physics.known import refuse_unknown
 
     spec, model, recordings = open_problem(path)
     refuse_unknown(spec)
-    model_modes(model, 1)  # a mechanism or an indefinite mass shows here
     return {
         "nodes": len(model.node_ids),
         "elements": len({int(i) for b in model.blocks for i in b.ids}),
         "free DOFs": model.size,
         "recordings": len(recordings),
         "parameters": len(model.parameters),
+        **facts(model),  # a mechanism or an indefinite mass shows here
+        "warnings": [asdict(d) for d in examine(spec, model, recordings)],
     }
 
 
@@ -237,6 +238,7 @@ def diagnose(
     path: str | os.PathLike[str],
     progress: Callable[[str], None] | None = None,
     reading: Progress | None = None,
+    warn: Warn | None = None,
 ) -> Diagnosis:
     """Locate the mismatch of a problem, name the missing physics, model it, and show how the fit
     to held-out recordings improves.
@@ -246,14 +248,16 @@ def diagnose(
     InputError
         For a fault of the input, or when there is no recording to fit.
     """
+    from cvxupdate.correlate.plausible import examine
     from cvxupdate.diagnose import diagnose_problem
     from cvxupdate.physics.known import refuse_unknown
 
     spec, model, recordings = open_problem(path, reading)
     refuse_unknown(spec)
+    warnings = examine(spec, model, recordings, warn)
     found = diagnose_problem(spec, model, recordings, progress)
     known = tuple(zip(spec.recordings, recordings, strict=True))
-    return _with_refined(found, spec, known)
+    return replace(_with_refined(found, spec, known), warnings=warnings)
 
 
 def _with_refined(found: Diagnosis, spec: Spec, known: Known) -> Diagnosis:
@@ -286,10 +290,9 @@ def _with_refined(found: Diagnosis, spec: Spec, known: Known) -> Diagnosis:
     errors = [b[key][name]["after"] for b in both]
     if errors[1] > min(NEARER * errors[0], errors[0] - WORTH[name]):
         return found
-    unit = UNITS[name]
     says = (
-        f"In correlate, updated/problem.toml has an error of {errors[0]:.3g}{unit} ({where} "
+        f"In correlate, updated/problem.toml has an error of {errors[0]:.3g}{UNITS[name]} ({where} "
         "recordings), because it keeps the mesh of the file that was diagnosed; on a finer "
-        f"mesh the same model has {errors[1]:.3g}{unit}: updated/refined.toml."
+        f"mesh the same model has {errors[1]:.3g}{UNITS[name]}: updated/refined.toml."
     )
     return replace(found, refined=finer_file(fine), evidence=(*found.evidence, says))

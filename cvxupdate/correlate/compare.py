@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from cvxupdate.correlate._shapes import Real
 from cvxupdate.correlate.modes import compare_shapes, mode_pairs, node_translations, shape_macs
+from cvxupdate.correlate.own_errors import OwnError, of_modes
+from cvxupdate.correlate.plausible.doubt import Doubt
 from cvxupdate.correlate.response_error import Stated, places, pooled
 from cvxupdate.correlate.responses import compare_responses, is_damped
 from cvxupdate.correlate.result import (
@@ -41,10 +43,10 @@ def geometry_of(spec: Spec, model: Model) -> Geometry | None:
     of their own."""
     at = {int(n): k for k, n in enumerate(model.node_ids)}
     parts = tuple(
-        Part(row.id, block.type, tuple(at[n] for n in row.nodes))
+        Part(number, block.type, tuple(at[n] for n in nodes))
         for block in spec.model.elements
         if not from_files(block.type)
-        for row in block.rows
+        for number, nodes in block.drawn()
     )
     used = sorted({n for part in parts for n in part.nodes if len(part.nodes) > 1})
     if not used or np.ptp(model.xyz[used], axis=0).max() == 0.0:
@@ -60,7 +62,7 @@ class _Found:
     """What is gathered, recording by recording: pairs of modes, shapes, curves, the errors of the
     responses, sensors with the recordings that have them and the highest frequency, what to say."""
 
-    said: list[str]
+    said: list[str] = field(default_factory=list)
     pairs: list[ModePair] = field(default_factory=list)
     shapes: list[ShapeComparison] = field(default_factory=list)
     frfs: list[FrfComparison] = field(default_factory=list)
@@ -81,7 +83,7 @@ def compare(
     modes: Modes,
     paired: Mapping[int, Index],
     shapes: Mapping[int, Real | None],
-    notes: Sequence[str] = (),
+    warnings: Sequence[Doubt] = (),
 ) -> Compared:
     """Everything that `correlate` shows, except how long it took.
 
@@ -90,14 +92,14 @@ def compare(
     modes : of the model, rigid-body ones first. paired : for the place of every table of modes in
     ``recordings`` the (modes,) partners among
     ``modes``, −1 unpaired. shapes : likewise the realised shapes (modes, channels), None where the
-    table has none.
+    table has none. warnings : of `plausible.examine`.
 
     Raises
     ------
     InputError
         When nothing can be compared; the message says why of every recording.
     """
-    flexible, found = modes.flexible(), _Found([*notes, *nonlinear_note(model)])
+    flexible, found = modes.flexible(), _Found([*nonlinear_note(model)])
     geometry = geometry_of(spec, model)
     tables = _Tables(model, model.matrices(), flexible, modes.rigid, geometry)
     for k, recording in enumerate(_named(recordings)):
@@ -129,7 +131,15 @@ def compare(
         _sizes(model, modes.rigid),
         _nominal(model, flexible, [] if geometry is None else found.pairs),
         tuple(dict.fromkeys(found.said)),
+        recordings=_own(found),
+        warnings=tuple(warnings),
     )
+
+
+def _own(found: _Found) -> tuple[OwnError, ...]:
+    off = [m.error_percent for m in found.pairs]
+    responses = (OwnError(e.recording, e.use, e.metric, e.value, e.value) for e in found.errors)
+    return (*of_modes([(m.recording, m.use) for m in found.pairs], off, off), *responses)
 
 
 @dataclass(frozen=True)

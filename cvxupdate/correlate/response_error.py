@@ -44,11 +44,13 @@ USES = {"fit": "fit", "hold-out": "hold_out"}
 
 @dataclass(frozen=True)
 class Stated:
-    """The error of one recording: its ``use``, the ``metric`` it belongs to, its ``value``."""
+    """The error of one recording: its ``use``, the ``metric`` it belongs to, its ``value``, its
+    name."""
 
     use: str
     metric: str
     value: float
+    recording: str = ""
 
 
 def places(model: Model, channels: Sequence[Channel]) -> Index:
@@ -103,7 +105,8 @@ def stated_errors(
             values = [float("inf")] * len(found)
         else:
             values = [frf_error(y, m.Y) for y, m in zip(own, found, strict=True)]
-        out += [Stated(recording.origin.use, metric_of(recording), v) for v in values]
+        origin, metric = recording.origin, metric_of(recording)
+        out += [Stated(origin.use, metric, v, origin.name) for v in values]
     return tuple(out)
 
 

@@ -37,7 +37,9 @@ def compare_responses(
         compared, said = _compare(model, recording, "as measured")
         if compared is None:
             return None, said, stated_errors(model, (recording,))
-        error = Stated(compared.use, metric_of(recording), compared.correlation.total)
+        error = Stated(
+            compared.use, metric_of(recording), compared.correlation.total, recording.origin.name
+        )
         return compared, said, (error,)
     errors = stated_errors(model, (recording,))
     frf, why = frf_of_time(recording)

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from cvxupdate.correlate._shapes import Real
 from cvxupdate.correlate.balance import ElementBalance
 from cvxupdate.correlate.frf import FrfCorrelation
+from cvxupdate.correlate.own_errors import OwnError
+from cvxupdate.correlate.plausible.doubt import Doubt
 from cvxupdate.correlate.summary import Correlation
 
 Complex = NDArray[np.complex128]
@@ -19,8 +21,8 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Part:
-    """One element to draw: its id, its ``kind`` (the word of the problem file) and its nodes as
-    rows of `Geometry.xyz`."""
+    """One element (or face of a solid) to draw: its id, its ``kind`` (the word of the problem
+    file) and its nodes as rows of `Geometry.xyz`."""
 
     id: int
     kind: str
@@ -137,7 +139,8 @@ class Compared:
 
     ``fit`` holds the contract's metrics, each with the same value under before and after;
     ``geometry`` is None for a model without coordinates; ``nominal`` holds the translations (nodes,
-    3) of the model's modes, by their number, that were paired without shapes.
+    3) of the model's modes, by their number, that were paired without shapes; ``recordings`` holds
+    the error of each by itself, ``warnings`` what is probably a mistake.
     """
 
     problem: str
@@ -155,3 +158,5 @@ class Compared:
     nominal: dict[int, Real] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     status: str = "converged"
+    recordings: tuple[OwnError, ...] = ()
+    warnings: tuple[Doubt, ...] = ()

@@ -14,6 +14,7 @@ from cvxupdate.fe.elements import Entries
 from cvxupdate.fe.elements.base import ElementType, Given, Placed, Real, Surroundings, Term
 from cvxupdate.fe.elements.matrix import split
 from cvxupdate.fe.labels import KINDS
+from cvxupdate.fe.shells.frames import shear_lengths
 from cvxupdate.registry import ELEMENTS
 from cvxupdate.spec import model as sm
 from cvxupdate.spec.elements import Row
@@ -121,6 +122,8 @@ def block_of(
     properties = {k: np.array(v, dtype=float) for k, v in batch.properties.items()}
     if kind.nodes == 2:
         properties["length"] = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
+    elif kind.text.outline == "surface":
+        properties["length"] = shear_lengths(points)
     return Block(
         kind,
         np.array(batch.ids, dtype=np.int64),

@@ -18,7 +18,18 @@ from cvxupdate.fe.sections import section_constants
 from cvxupdate.spec import Spec
 from cvxupdate.spec.write import tables_of
 
-OWN = ("k", "c", "m", "Ixx", "Iyy", "Izz", "Ip", "omega", "N")  # properties that are keys of a row
+OWN = (
+    "k",
+    "c",
+    "m",
+    "Ixx",
+    "Iyy",
+    "Izz",
+    "Ip",
+    "omega",
+    "N",
+    "offset",
+)  # properties that are keys of a row
 # of a section
 DRAWN = ("width", "height", "diameter", "wall", "thickness", "Dx", "Dy", "D1", "Dxy")
 CONSTANTS = ("A", "Iy", "Iz", "J")
@@ -213,7 +224,7 @@ def not_negative(number: int, key: str, value: float) -> float:
     ModelError
         Where it is below zero and must not be.
     """
-    if value < 0.0 and key not in ("omega", "N"):
+    if value < 0.0 and key not in ("omega", "N", "offset"):
         raise ModelError(
             f"element {number}: {key} = {value:.4g} is below zero, which a problem file "
             "cannot say. Give it a lower bound."

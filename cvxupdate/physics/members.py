@@ -7,8 +7,10 @@ import numpy as np
 
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import has_property
+from cvxupdate.registry import ELEMENTS
 
 STRAIGHT = 0.999  # cosine of the angle within which two elements go straight on
+SHEETS = ("rectangle", "surface")  # outlines of plates
 LONGEST = 4  # elements in a run; a plate's patch has at most 3 x 3
 
 
@@ -28,7 +30,7 @@ def member_sets(model: Model, of: str) -> list[tuple[tuple[int, ...], tuple[str,
             groups.setdefault(g, set()).add(i)
             singles[i] = g
         lines += _runs(block.dofs, ids) if block.kind.nodes == 2 else []
-        if block.kind.name == "plate":
+        if ELEMENTS.named(block.kind.name).text.outline in SHEETS:
             lines += _patches(model, block.dofs, ids)
 
     def add(ids: tuple[int, ...], names: tuple[str, ...]) -> None:
@@ -118,7 +120,8 @@ def _runs(dofs: np.ndarray, ids: list[int]) -> list[tuple[int, ...]]:
 
 
 def _patches(model: Model, dofs: np.ndarray, ids: list[int]) -> list[tuple[int, ...]]:
-    """Rectangular patches up to 3 x 3, full rows and columns, told by the elements' centres."""
+    """Rectangular patches up to 3 x 3, full rows and columns, told by the elements' centres along
+    the two axes over which they spread most; none where they lie in no such grid."""
     xyz = np.array(
         [
             model.xyz[model.dof_node[row[row >= 0]]].mean(axis=0)
@@ -128,6 +131,10 @@ def _patches(model: Model, dofs: np.ndarray, ids: list[int]) -> list[tuple[int, 
         ]
     )
     ok = np.isfinite(xyz[:, 0])
+    if not ok.any():
+        return []
+    spread = np.ptp(xyz[ok], axis=0)
+    xyz = xyz[:, np.sort(np.argsort(-spread, kind="stable")[:2])]
     xs, ys = (np.unique(np.round(xyz[ok, k], 6)) for k in (0, 1))
     if len(xs) * len(ys) > 4 * len(ids) + 16:
         return []
@@ -156,21 +163,24 @@ def _patches(model: Model, dofs: np.ndarray, ids: list[int]) -> list[tuple[int, 
                 cells = [(x + a, y + b) for a in range(w) for b in range(h)]
                 if all(c in grid for c in cells):
                     out.append(tuple(grid[c] for c in cells))
+    return out + _crosses(grid, len(xs), len(ys))
+
+
+def _crosses(grid: dict[tuple[int, int], int], columns: int, rows: int) -> list[tuple[int, ...]]:
+    """Crossing stiffeners on a full grid of elements: a strip across and one along, equally wide
+    in elements."""
     strips = [
-        [{(x + a, y) for a in range(w) for y in range(len(ys))} for x in range(len(xs) - w + 1)]
+        [{(x + a, y) for a in range(w) for y in range(rows)} for x in range(columns - w + 1)]
         for w in (1, 2)
     ]
     bands = [
-        [{(x, y + b) for x in range(len(xs)) for b in range(h)} for y in range(len(ys) - h + 1)]
+        [{(x, y + b) for x in range(columns) for b in range(h)} for y in range(rows - h + 1)]
         for h in (1, 2)
     ]
-    for strip, band in zip(
-        strips, bands, strict=True
-    ):  # crossing stiffeners: a strip across and one along, equally wide in elements
-        out += [
-            tuple(grid[c] for c in sorted(across | along))
-            for across in strip
-            for along in band
-            if (across | along) <= set(grid)
-        ]
-    return out
+    return [
+        tuple(grid[c] for c in sorted(across | along))
+        for strip, band in zip(strips, bands, strict=True)
+        for across in strip
+        for along in band
+        if (across | along) <= set(grid)
+    ]

@@ -1,5 +1,5 @@
-"""``shear_deformation``: Timoshenko shear where the model is Euler–Bernoulli; tell-tale: high modes
-fall, the more the higher. Φ = 12 E I / (κ G A L²)."""
+"""``shear_deformation``: Timoshenko shear where the model is Euler–Bernoulli, Reissner's where it
+is Kirchhoff's; tell-tale: high modes fall, the more the higher. Φ = 12 E I / (κ G A L²)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cvxupdate.physics.effect import Effect, EffectType
 from cvxupdate.physics.factors import on_sets
 from cvxupdate.physics.growth import Wanted, limited
 from cvxupdate.physics.members import member_sets
-from cvxupdate.physics.place import at
+from cvxupdate.physics.place import at, capital
 from cvxupdate.physics.quantity import shear_coefficient
 from cvxupdate.physics.units import number
 
@@ -20,13 +20,13 @@ LIMITS = (0.0, 3.0)  # of the flexibility in shear that the section's κ gives
 
 @final
 class ShearDeformation(EffectType):
-    """Beams that deform in shear."""
+    """Beams and shells that deform in shear."""
 
     name = "shear_deformation"
     noun = "deformation in shear"
 
     def candidates(self, context: SearchContext) -> list[Effect]:
-        """In every group of beams."""
+        """In every group of beams or shells."""
         sets = [(i, g) for i, g in member_sets(context.model, "shear") if g]
 
         def wanted(k: int, ids: tuple[int, ...]) -> list[Wanted]:
@@ -38,6 +38,6 @@ class ShearDeformation(EffectType):
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """The shear coefficient."""
         return (
-            f"The bars {at(effect.place)} are too stocky for the model: they also deform in shear "
-            f"(shear coefficient {number(values['kappa'], 2)})."
+            f"{capital(at(effect.place))} the structure is too stocky for the model: it also "
+            f"deforms in shear (shear coefficient {number(values['kappa'], 2)})."
         )

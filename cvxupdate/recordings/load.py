@@ -10,8 +10,9 @@ import numpy as np
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.corrections import corrected
-from cvxupdate.recordings.read import read_file
-from cvxupdate.recordings.read.contents import Contents, Options, Progress
+from cvxupdate.recordings.fits import check_fit
+from cvxupdate.recordings.opened import LEAVE_OUT, Opened, contents_of, key_of, said_of
+from cvxupdate.recordings.read.contents import Contents, Progress
 from cvxupdate.recordings.read.time_pieces import TimeBlocks
 from cvxupdate.recordings.read.to_frf import frequency_response
 from cvxupdate.recordings.read.to_modes import ModeValues, mode_table, modes_of_contents
@@ -59,39 +60,16 @@ def _wanted(row: ChannelRow) -> Wanted:
     )
 
 
-def _origin(declared: Declared, number: int) -> Origin:
+def _origin(declared: Declared, number: int, contents: Contents | None = None) -> Origin:
     file = declared.file.name if declared.file is not None else ""
     name = declared.name or file or f"recording {number + 1}"
     source = str(declared.file) if declared.file is not None else (declared.source or name)
-    return Origin(name, source, declared.use, declared.level)
+    damage = () if contents is None else said_of(contents)
+    return Origin(name, source, declared.use, declared.level, damage)
 
 
-Key = tuple[str, Options, str | None]
-Opened = dict[Key, Contents]
-"""Files that were read and are still needed: several recordings of one file read it once."""
 Known = Sequence[tuple[Declared, Recording]]
 """Recordings that were loaded before, each with its declaration."""
-
-
-def _key(declared: Declared, progress: Progress | None = None) -> Key:
-    options = Options(
-        declared.delimiter,
-        declared.decimal,
-        declared.encoding,
-        declared.skip_rows,
-        declared.header_lines,
-        progress=progress,
-    )
-    return str(declared.file), options, declared.format
-
-
-def _contents(declared: Declared, opened: Opened, progress: Progress | None = None) -> Contents:
-    if declared.file is None:
-        raise RecordingError("a recording names no file.")
-    key = _key(declared, progress)
-    if key not in opened:
-        opened[key] = read_file(declared.file, key[1], declared.format)
-    return opened[key]
 
 
 def blocks_of(
@@ -102,10 +80,11 @@ def blocks_of(
 ) -> TimeBlocks:
     """A declared time history as blocks that stay on disk: as they lie where the format allows,
     else in a temporary file once they are large."""
+    contents = contents_of(declared, {} if opened is None else opened, progress)
     return time_blocks(
-        _contents(declared, {} if opened is None else opened, progress),
+        contents,
         [_wanted(row) for row in declared.channels or ()],
-        _origin(declared, number),
+        _origin(declared, number, contents),
         rate=declared.rate,
         time_column=declared.time_column,
         names=Names(declared.variables),
@@ -120,15 +99,17 @@ def _frf(
     references = [Channel(row.node, row.dof, row.quantity) for row in declared.references or ()]
     if declared.references is not None and not references:
         references = [_SPECTRUM]
+    contents = contents_of(declared, opened, progress)
     frf = frequency_response(
-        _contents(declared, opened, progress),
-        _origin(declared, number),
+        contents,
+        _origin(declared, number, contents),
         quantity=declared.response,
         wanted=[_wanted(row) for row in declared.channels or ()],
         references=references,
         frequency_column=declared.frequency_column,
         names=Names(declared.variables),
         averages=declared.averages,
+        leave_out=declared.damaged == LEAVE_OUT,
     )
     return frf if declared.band is None else _cut(frf, *declared.band)
 
@@ -172,9 +153,9 @@ def _modes(declared: ModesRecording, number: int, opened: Opened) -> ModeTable:
     if declared.rows:
         modes, channels = [_mode(row) for row in declared.rows], tuple[Channel, ...]()
     else:
-        modes, channels = modes_of_contents(
-            _contents(declared, opened), Names(declared.variables), wanted
-        )
+        contents = contents_of(declared, opened)
+        origin = _origin(declared, number, contents)
+        modes, channels = modes_of_contents(contents, Names(declared.variables), wanted)
     return mode_table(
         modes,
         origin,
@@ -200,52 +181,6 @@ def load_recording(
     return _modes(declared, number, opened)
 
 
-def _channels(recording: Recording) -> tuple[Channel, ...]:
-    if isinstance(recording, FrequencyResponse):
-        return (*recording.responses, *recording.references)
-    return recording.channels
-
-
-def check_fit(recording: Recording, nodes: frozenset[int] | None, dofs: tuple[str, ...]) -> None:
-    """Every channel sits at a node and an active DOF of the model, and every value is a number.
-
-    ``nodes`` is None where the text does not know them all (matrices of another program bring their
-    own).
-
-    Raises `RecordingError` naming the file, the channel and what the model has. Channels of
-    quantity voltage or unknown need no place.
-    """
-    where = recording.origin.source
-    for channel in _channels(recording):
-        if not channel.dof and channel.quantity in ("voltage", "unknown"):
-            continue
-        if nodes is not None and channel.node not in nodes:
-            raise RecordingError(
-                f"{where}: channel {channel.label} ({channel.quantity}): the model has no "
-                f"node {channel.node}. Correct the channel, or add the node to the model."
-            )
-        if channel.dof not in dofs:
-            raise RecordingError(
-                f"{where}: channel {channel.label} ({channel.quantity}): the model's active "
-                f"DOFs are {', '.join(dofs)}. Add {channel.dof!r} to model.dofs, or leave the "
-                "channel out."
-            )
-    if isinstance(recording, ModeTable):
-        return
-    values = recording.H if isinstance(recording, FrequencyResponse) else recording.data
-    responses = (
-        recording.responses if isinstance(recording, FrequencyResponse) else recording.channels
-    )
-    for column, channel in enumerate(responses):
-        bad = int(np.count_nonzero(~np.isfinite(values[:, column])))
-        if bad:
-            raise RecordingError(
-                f"{where}: channel {channel.label} ({channel.quantity}) has {bad} values that "
-                "are not numbers. Cut the record before or after them (start, stop, band), "
-                "or leave the channel out; `cvxupdate inspect` shows where they are."
-            )
-
-
 def load_recordings(
     spec: Spec, progress: Progress | None = None, known: Known = ()
 ) -> tuple[Recording, ...]:
@@ -257,7 +192,7 @@ def load_recordings(
     """
     given = any(from_files(block.type) for block in spec.model.elements)
     nodes = None if given else frozenset(node.id for node in spec.model.nodes)
-    keys = [_key(declared) for declared in spec.recordings]
+    keys = [key_of(declared) for declared in spec.recordings]
     recordings = []
     opened: Opened = {}
     for number, declared in enumerate(spec.recordings):

@@ -40,13 +40,14 @@ class Origin:
     """Where a recording comes from and what it may be used for.
 
     ``use`` is ``"fit"`` or ``"hold-out"`` (never fitted, only scored); ``level`` the drive level
-    (dimensionless, None if unknown).
+    (dimensionless, None if unknown); ``damage`` what was left out of the file when it was read.
     """
 
     name: str
     source: str
     use: str = "fit"
     level: float | None = None
+    damage: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -98,6 +98,8 @@ def correlate_data(compared: Compared) -> dict[str, Any]:
                     "sensors": [asdict(s) for s in compared.sensors],
                 },
                 "notes": compared.notes,
+                "recordings": [asdict(r) for r in compared.recordings],
+                "warnings": [asdict(w) for w in compared.warnings],
             }
         )
     )

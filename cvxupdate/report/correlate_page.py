@@ -13,6 +13,7 @@ from cvxupdate.report.correlate_parts import MOST_ROWS, frf_part, sensor_part, s
 from cvxupdate.report.correlate_words import compared_verdict
 from cvxupdate.report.matrix import ROWS
 from cvxupdate.report.numbers import count, decimals, fixed, number, seconds, signed, with_deviation
+from cvxupdate.report.own_errors import own_rows
 from cvxupdate.report.page import command, render
 from cvxupdate.report.words import METRICS
 
@@ -30,6 +31,7 @@ def correlate_page(compared: Compared) -> str:
         "correlate.html",
         {
             "c": compared,
+            "own": own_rows(compared.recordings),
             "verdict": compared_verdict(compared),
             "asked": asked(compared),
             "metrics": metric_rows(compared),

@@ -29,7 +29,8 @@ FAINT = 0.02
 
 @dataclass(frozen=True)
 class Piece:
-    """One element: id, type in the problem file, nodes as rows of `Sketch.xyz`."""
+    """One element, or a face of a solid: id, type in the problem file, nodes as rows of
+    `Sketch.xyz`."""
 
     id: int
     kind: str
@@ -56,13 +57,12 @@ def sketch_of(spec: Spec) -> Sketch | None:
     at = {int(n): k for k, n in enumerate(ids)}
     xyz = np.array([[n.x, n.y, n.z] for n in nodes], dtype=float).reshape(-1, 3)
     parts = tuple(
-        Piece(row.id, block.type, tuple(at[n] for n in row.nodes))
+        Piece(number, block.type, tuple(at[n] for n in nodes))
         for block in spec.model.elements
-        for row in getattr(block, "rows", ())
-        if getattr(row, "nodes", None)
+        for number, nodes in block.drawn()
     )
-    if not parts or len(parts) > LARGEST:
-        return None
+    if not parts or len(parts) > LARGEST or len(ids) < 2:
+        return None  # one node is nothing to draw
     if np.ptp(xyz, axis=0).max() == 0.0:
         xyz[:, 0] = np.arange(len(xyz))
     moves = np.tile([k in spec.model.dofs for k in "xyz"], (len(ids), 1))

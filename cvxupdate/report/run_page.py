@@ -23,6 +23,7 @@ from cvxupdate.report.numbers import (
     signed,
     with_deviation,
 )
+from cvxupdate.report.own_errors import own_rows
 from cvxupdate.report.page import command, render
 from cvxupdate.report.words import (
     CERTIFICATE,
@@ -88,6 +89,7 @@ def run_page(updated: Updated) -> str:
         "run.html",
         {
             "u": updated,
+            "own": own_rows(updated.recordings),
             "moved": moved,
             "verdict": verdict(updated),
             "status": updated.status,

@@ -33,18 +33,13 @@ def nodal_lines(ax: Any, geometry: Geometry, height: Real) -> None:
     from matplotlib.colors import to_rgba
     from matplotlib.tri import Triangulation
 
-    corners = np.array(
-        [
-            [p.nodes[0], p.nodes[1], p.nodes[2], p.nodes[3]]
-            for p in geometry.parts
-            if len(p.nodes) == 4
-        ]
-    )
-    mesh = Triangulation(
-        geometry.xyz[:, 0],
-        geometry.xyz[:, 1],
-        np.vstack([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]]),
-    )
+    halves = ((0, 1, 2), (0, 2, 3))
+    triangles = [
+        [p.nodes[k] for k in half]
+        for p in geometry.parts
+        for half in halves[: max(len(p.nodes) - 2, 0)]
+    ]
+    mesh = Triangulation(geometry.xyz[:, 0], geometry.xyz[:, 1], np.array(triangles))
     top = max(float(np.abs(height).max()), 1e-300)
     ax.tricontourf(
         mesh,

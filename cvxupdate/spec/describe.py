@@ -128,7 +128,8 @@ def _type(whole: dict[str, Any], value: dict[str, Any]) -> str:
     if value.get("type") == "object":
         if "file" in value.get("properties", {}):
             return "`{ file, dataset }`"
-        return f"table of {_type(whole, value.get('additionalProperties') or {})}"
+        by_pattern: dict[str, Any] = next(iter(value.get("patternProperties", {}).values()), {})
+        return f"table of {_type(whole, value.get('additionalProperties') or by_pattern)}"
     limits = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
     said = [
         f"{sign} {value[word]:g}"

@@ -12,6 +12,7 @@ refined, matrices bring DOF labels).
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -31,6 +32,8 @@ from cvxupdate.keys import (
     one_of,
 )
 from cvxupdate.registry import ELEMENTS
+from cvxupdate.spec.division import Divide, undivided
+from cvxupdate.spec.outlines import Inspect, sound
 
 Group = Annotated[Text | None, Field(description="name of the group the element belongs to")]
 OneNode = Annotated[tuple[Id, ...], Field(min_length=1, max_length=1)]
@@ -88,6 +91,17 @@ class Block(Part):
         """The value of a key; None where blocks of this type have no such key."""
         return getattr(self, key) if key in type(self).model_fields else None
 
+    def drawn(self) -> list[tuple[int, tuple[int, ...]]]:
+        """What a figure shows: element number and nodes, of a solid the corners of each face that
+        it has for itself in the block."""
+        rows = [(row.id, row.get("nodes")) for row in self.rows if row.get("nodes")]
+        faces = text_of(self).faces
+        if not faces:
+            return rows
+        found = [(i, tuple(nodes[k] for k in face)) for i, nodes in rows for face in faces]
+        count = Counter(frozenset(nodes) for _, nodes in found)
+        return [(i, nodes) for i, nodes in found if count[frozenset(nodes)] == 1]
+
 
 Lacking = tuple[str, str] | None
 """What is wrong, and the remedy."""
@@ -103,20 +117,26 @@ class ElementText:
 
     ``block`` is the model of its blocks, ``changes`` what a parameter may change, ``units`` those
     of properties that no other element has. ``outline`` is "line" where the nodes of an element
-    must be different points, "rectangle" where they go around one; ``joins`` is whether it joins
-    nodes to the structure. ``sections`` gives, for each shape of section that it may have, the keys
-    that the section needs (one of each tuple). ``lacking(block, active DOF kinds)`` says what keeps
-    the elements from moving as they must. ``law(kind, properties)`` gives the `Laws` of a nonlinear
+    must be different points, "rectangle" where they go around one, "surface" where they go around
+    a triangle or quadrilateral in space, "solid" where they enclose a volume; ``joins`` is whether
+    it joins nodes to the structure. ``sections`` gives, for each shape of section that it may have,
+    the keys that the section needs (one of each tuple). ``lacking(block, active DOF kinds)`` says
+    what keeps the elements from moving as they must. ``divide`` gives their natural subdivision,
+    ``flaw(points of the nodes)`` what is wrong with an outline, ``faces`` the corners of each face
+    of a solid. ``law(kind, properties)`` gives the `Laws` of a nonlinear
     element, which has no part in the matrices; None: it is linear.
     """
 
     block: type[Block]
     changes: tuple[str, ...]
     units: Mapping[str, str] = field(default_factory=dict)
-    outline: Literal["", "line", "rectangle"] = ""
+    outline: Literal["", "line", "rectangle", "surface", "solid"] = ""
     joins: bool = True
     sections: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
     lacking: Callable[[Any, tuple[str, ...]], Lacking] = _nothing
+    divide: Divide = undivided
+    flaw: Inspect = sound
+    faces: tuple[tuple[int, ...], ...] = ()
     law: Callable[[Any, Mapping[str, Any]], Any] | None = None
 
 

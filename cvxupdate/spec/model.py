@@ -36,8 +36,8 @@ class Material(Part):
 Kappa = Annotated[
     Positive | None,
     Field(
-        description="shear coefficient; given, beams deform in shear too (Timoshenko); absent: "
-        "Euler–Bernoulli"
+        description="shear coefficient; given, beams and shells deform in shear too (Timoshenko, "
+        "Reissner–Mindlin); absent: Euler–Bernoulli, Kirchhoff"
     ),
 ]
 
@@ -61,7 +61,8 @@ class Circle(Part):
 
 
 class PlateSection(Part):
-    """A plate; the factors multiply the isotropic bending rigidities (1 = isotropic)."""
+    """A plate; the factors multiply the isotropic bending rigidities (1 = isotropic), and the
+    membrane ones of a shell, whose sheet is one material through its thickness."""
 
     shape: Literal["plate"]
     thickness: Positive = Field(description="thickness [m]")
@@ -69,6 +70,7 @@ class PlateSection(Part):
     Dy: Positive = Field(default=1.0, description="factor on the bending rigidity along local y")
     D1: NonNegative = Field(default=1.0, description="factor on the coupling rigidity")
     Dxy: Positive = Field(default=1.0, description="factor on the twisting rigidity")
+    kappa: Kappa = None
 
 
 class General(Part):

@@ -30,6 +30,9 @@ def _no_bool(value: object) -> object:
 Sign = Annotated[Literal[1, -1], BeforeValidator(_no_bool)]
 
 
+NodeNumber = Annotated[str, Field(pattern=r"^[0-9]{1,9}$")]
+
+
 class ChannelRow(Part):
     """One measured channel."""
 
@@ -165,6 +168,17 @@ class Reading(Part):
     )
     format: Text | None = Field(
         default=None, description="file format, where the file's ending does not say it"
+    )
+    damaged: Literal["refuse", "leave-out"] = Field(
+        default="refuse",
+        description="what to do with a file of which part is damaged: refuse it, or leave out what "
+        "is damaged (data sets cut short; of FRFs also lines and channels that are not numbers, "
+        "and dead channels) and use the rest",
+    )
+    node_map: dict[NodeNumber, Id] = Field(
+        default={},
+        description="where a file that labels its channels (UFF, response_node …) numbers nodes "
+        "otherwise: its number = the model's, e.g. { 101 = 5, 102 = 9 }",
     )
     variables: dict[str, str] = Field(
         default={},

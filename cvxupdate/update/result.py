@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from cvxupdate.correlate.own_errors import OwnError
+from cvxupdate.correlate.plausible.doubt import Doubt
+
 if TYPE_CHECKING:
     from cvxupdate.convex import StepProblem
 
@@ -100,7 +103,8 @@ class Updated:
     holds the contract's metrics, {"fit": {metric: {"before", "after"}}, "hold_out": {…}};
     ``certificate`` that of the last convex step; ``conflict`` and ``relaxation`` say why a step is
     infeasible; ``noise`` is by how much the residual exceeds the stated deviations; ``accuracy`` is
-    of method rfm alone.
+    of method rfm alone; ``recordings`` holds the error of each by itself, ``warnings`` what is
+    probably a mistake in the problem.
     """
 
     problem: str
@@ -127,3 +131,5 @@ class Updated:
     model: dict[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     accuracy: tuple[AccuracyResult, ...] = ()
+    recordings: tuple[OwnError, ...] = ()
+    warnings: tuple[Doubt, ...] = ()

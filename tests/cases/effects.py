@@ -18,7 +18,7 @@ from cvxupdate.fe.select import select_parameters
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.growth import Wanted
 from cvxupdate.spec import Spec, load_problem
-from tests.cases.elements import STEEL, grid, nodes, toml
+from tests.cases.elements import STEEL, grid, nodes, sheet, squares, toml
 
 BEAM: dict[str, Any] = {
     "dofs": ["x", "z", "ry"],
@@ -59,6 +59,17 @@ PLATE: dict[str, Any] = {
     **grid([0.0, 0.11, 0.3, 0.42], [0.0, 0.17, 0.26], material={**STEEL, "eta": 0.003}),
     "supports": [{"nodes": [1, 4], "dofs": ["z"]}],
     "damping": {"kind": "modal", "zeta": [0.01, 0.02]},
+}
+_CELLS = squares(3, 2, 0.2)
+SHELL: dict[str, Any] = {
+    **sheet(
+        _CELLS[0] @ [[0.42, 0.0, 0.21], [0.05, 0.26, 0.1]],
+        _CELLS[1],
+        material={**STEEL, "eta": 0.003},
+        offset=0.002,
+    ),
+    "supports": [{"nodes": [1, 4], "dofs": ["x", "y", "z"]}],
+    "damping": {"kind": "structural", "eta": 0.01},
 }
 SHAFT: dict[str, Any] = {
     "dofs": ["y", "z", "ry", "rz"],
@@ -128,6 +139,7 @@ HUNG: dict[str, Any] = {
 STRUCTURES: dict[str, dict[str, Any]] = {
     "beam": BEAM,
     "plate": PLATE,
+    "shell": SHELL,
     "shaft": SHAFT,
     "frame": FRAME,
     "hung": HUNG,
@@ -137,6 +149,7 @@ ACCELEROMETERS = {
     "hung": ("n1.z", "n7.z"),
     "beam": ("n3.z", "n4.x", "n4.z", "n6.z"),
     "plate": ("n6.z", "n9.z"),
+    "shell": ("n6.z", "n9.x"),
     "shaft": ("n2.y", "n3.z", "n4.z"),
 }
 
@@ -154,7 +167,9 @@ CASES = (
     Case("StiffnessChange", "beam", {"factor": 0.87}),
     Case("MassChange", "plate", {"factor": 1.1}),
     Case("ThicknessChange", "plate", {"factor": 1.35}),
+    Case("ThicknessChange", "shell", {"factor": 1.35}),
     Case("Orthotropy", "plate", {"Dx": 1.1, "Dy": 0.8, "D1": 1.0, "Dxy": 0.93}),
+    Case("Orthotropy", "shell", {"Dx": 1.1, "Dy": 0.8, "D1": 1.0, "Dxy": 0.93}),
     Case("AddedMass", "beam", {"m": -1.21}),
     Case("SensorMass", "beam", {"m": 0.0348}),
     Case("GroundingSpring", "beam", {"k": 3490.0}),
@@ -165,6 +180,7 @@ CASES = (
     Case("JointFlexibility", "beam", {"k": 2.1e6}),
     Case("EqualJoints", "frame", {"k": 2.1e6}),
     Case("ShearDeformation", "beam", {"kappa": 0.83}),
+    Case("ShearDeformation", "shell", {"kappa": 0.83}),
     Case("AxialPreload", "beam", {"N": -1830.0}),
     Case("Spin", "shaft", {"omega": -314.159}),
     Case("AttachedResonator", "beam", {"m": 0.0348, "k": 88826.0, "c": 3.7}),

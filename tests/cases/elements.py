@@ -18,6 +18,7 @@ import numpy as np
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.spec import load_problem
+from cvxupdate.spec.solids import HEX8, HEX20, TET10
 
 STEEL = {"E": 207e9, "nu": 0.28, "rho": 7850.0}
 ALLOY = {"E": 70e9, "nu": 0.33, "rho": 2700.0}
@@ -28,6 +29,7 @@ SECTIONS: dict[str, dict[str, Any]] = {
     "tube": {"shape": "circle", "diameter": 0.04, "wall": 0.003},
     "general": {"shape": "general", "A": 6.0e-4, "Iy": 5.0e-8, "Iz": 2.0e-8, "J": 1.3e-8},
     "sheet": {"shape": "plate", "thickness": 0.0025},
+    "thick": {"shape": "plate", "thickness": 0.06, "Dx": 1.1, "D1": 0.9, "kappa": 0.8},
     "rolled": {"shape": "plate", "thickness": 0.003, "Dx": 1.1, "Dy": 0.9, "D1": 1.05, "Dxy": 0.85},
 }
 SPACE = ["x", "y", "z", "rx", "ry", "rz"]
@@ -170,6 +172,67 @@ def grid(
     }
 
 
+def sheet(
+    points: Any,
+    cells: Sequence[Sequence[int]],
+    section: str | Mapping[str, Any] = "sheet",
+    material: Mapping[str, float] = STEEL,
+    dofs: Sequence[str] = SPACE,
+    kind: str = "shell",
+    **block: Any,
+) -> dict[str, Any]:
+    """A model of shells (or of solids, which have no section) on ``points`` (n, 3); ``cells`` name
+    them from 0."""
+    shape = SECTIONS[section] if isinstance(section, str) else section
+    thick = {"section": "s"} if kind == "shell" else {}
+    rows = [
+        {"id": i + 1, "nodes": [int(n) + 1 for n in cell], "group": "odd" if i % 2 else "even"}
+        for i, cell in enumerate(cells)
+    ]
+    return {
+        "dofs": list(dofs),
+        "nodes": nodes(points),
+        "materials": {"m": dict(material)},
+        "sections": {"s": dict(shape)} if thick else {},
+        "elements": [{"type": kind, "material": "m", **thick, **block, "rows": rows}],
+    }
+
+
+def squares(
+    nx: int, ny: int, jitter: float = 0.0, times: int = 1
+) -> tuple[np.ndarray, list[list[int]]]:
+    """The unit square in nx × ny quadrilaterals: points (n, 2) and cells. ``jitter`` moves what
+    lies inside by up to that part of a side, always the same way; then each side is divided in
+    ``times``."""
+    grid = np.stack(
+        np.meshgrid(np.linspace(0.0, 1.0, nx + 1), np.linspace(0.0, 1.0, ny + 1)), axis=2
+    )
+    shift = np.random.default_rng(5).uniform(-jitter, jitter, grid.shape) / np.array([nx, ny])
+    grid[1:-1, 1:-1] += shift[1:-1, 1:-1]
+    for axis in (0, 1):
+        grid = _between(grid, axis, times)
+    points, mx, my = grid.reshape(-1, 2), nx * times, ny * times
+    first = [j * (mx + 1) + i for j in range(my) for i in range(mx)]
+    return points, [[a, a + 1, a + mx + 2, a + mx + 1] for a in first]
+
+
+def _between(grid: np.ndarray, axis: int, times: int) -> np.ndarray:
+    """Equal steps between the lines of a grid of points."""
+    count = grid.shape[axis] - 1
+    whole, part = np.divmod(np.arange(count * times + 1), times)
+    low, high = np.take(grid, whole, axis), np.take(grid, np.minimum(whole + 1, count), axis)
+    part = (part / times).reshape([-1 if k == axis else 1 for k in range(3)])
+    return low + part * (high - low)
+
+
+def halved(cells: Sequence[Sequence[int]]) -> list[list[int]]:
+    """Every quadrilateral as two triangles, along its diagonals in turn."""
+    out = []
+    for k, (a, b, c, d) in enumerate(cells):
+        out += [[a, b, c], [a, c, d]] if k % 2 else [[a, b, d], [b, c, d]]
+    return out
+
+
 def held(model: Mapping[str, Any], *supports: tuple[Any, Sequence[str]]) -> dict[str, Any]:
     """The model with supports (nodes, dofs)."""
     return {
@@ -196,6 +259,46 @@ def joined(*models: Mapping[str, Any]) -> dict[str, Any]:
 POINTS = np.array([[0.1, -0.2, 0.05], [0.62, 0.31, -0.12], [0.95, 0.28, 0.44], [0.41, 0.9, 0.6]])
 FLAT_Y = POINTS * [1.0, 1.0, 0.0]
 FLAT_Z = POINTS * [1.0, 0.0, 1.0]
+
+
+CREASED = np.array(
+    [
+        [0.1, -0.2, 0.05],
+        [0.52, -0.11, -0.02],
+        [0.95, -0.3, 0.24],
+        [0.02, 0.21, 0.1],
+        [0.47, 0.3, 0.16],
+        [1.01, 0.17, 0.3],
+    ]
+)
+"""Six points of a warped strip in space."""
+QUADS = [[0, 1, 4, 3], [1, 2, 5, 4]]
+TRIANGLES = [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]]
+
+
+def solids(kind: str) -> tuple[np.ndarray, list[list[int]]]:
+    """Two bricks side by side, or six tetrahedra that fill one, distorted and oblique in space."""
+    x, y, z = np.meshgrid([0.0, 0.5, 1.1], [0.0, 0.4], [0.0, 0.3], indexing="ij")
+    corners = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    corners = corners + np.random.default_rng(8).uniform(-0.05, 0.05, corners.shape)
+    corners = corners @ np.array([[0.8, 0.6, 0.1], [-0.5, 0.7, 0.3], [0.1, -0.4, 0.9]])
+    bricks = [[4 * i + k for k in (0, 4, 6, 2, 1, 5, 7, 3)] for i in range(2)]
+    shape = {"hex8": HEX8, "hex20": HEX20, "tet10": TET10}[kind]
+    if kind == "tet10":
+        rounds = ((1, 2), (2, 3), (3, 7), (7, 4), (4, 5), (5, 1))
+        bricks = [[bricks[0][k] for k in (0, a, b, 6)] for a, b in rounds]
+        corners = corners[:8]
+    points, cells, middle = list(corners), [], {}
+    for brick in bricks:
+        cell = list(brick)
+        for i, j in shape.edges if shape.quadratic else ():
+            pair = frozenset((brick[i], brick[j]))
+            if pair not in middle:
+                middle[pair] = len(points)
+                points.append((corners[brick[i]] + corners[brick[j]]) / 2.0)
+            cell.append(middle[pair])
+        cells.append(cell)
+    return np.array(points), cells
 
 
 def _points(elements: list[dict[str, Any]], dofs: Sequence[str] = ("x",)) -> dict[str, Any]:
@@ -371,4 +474,38 @@ CASES: tuple[Case, ...] = (
         "plate orthotropic", grid([0.0, 0.11, 0.3, 0.42], [0.1, 0.27, 0.36], "rolled", ALLOY), 3, 12
     ),
     Case("plate lumped", grid([0.0, 0.11, 0.3], [0.0, 0.17, 0.26], "rolled", mass="lumped"), 3, 4),
+    Case("shell quadrilaterals", sheet(CREASED, QUADS), 6, 20),
+    Case("shell triangles", sheet(CREASED, TRIANGLES, "rolled", ALLOY), 6, 15),
+    Case("shell thick quadrilaterals", sheet(CREASED, QUADS, "thick"), 6, 20),
+    Case(
+        "shell thick triangles, oriented",
+        sheet(CREASED, TRIANGLES, "thick", orientation=[0.3, -0.9, 0.4]),
+        6,
+        15,
+    ),
+    Case(
+        "shell offset quadrilaterals",
+        sheet(CREASED, QUADS, "rolled", offset=0.004, surface="bottom"),
+        6,
+        20,
+    ),
+    Case("shell offset triangles", sheet(CREASED, TRIANGLES, "thick", surface="top"), 6, 15),
+    Case("shell lumped quadrilaterals", sheet(CREASED, QUADS, "thick", mass="lumped"), 6, 20),
+    Case(
+        "shell lumped triangles, no rotary inertia",
+        sheet(CREASED, TRIANGLES, mass="lumped", rotary_inertia=False),
+        6,
+        9,
+    ),
+    Case(
+        "shell flat",
+        sheet(CREASED * [1.0, 1.0, 0.0], QUADS, "rolled", dofs=["z", "rx", "ry"]),
+        3,
+        12,
+    ),
+    *(
+        Case(f"{kind} {mass}", sheet(*solids(kind), kind=kind, dofs="xyz", mass=mass), 6, rank)
+        for kind, rank in (("hex8", 24), ("hex20", 60), ("tet10", 30))
+        for mass in ("consistent", "lumped")
+    ),
 )

@@ -342,8 +342,11 @@ method = "frequencies"
 parameters = [{ elements = "all", of = "E", lower = -0.2, upper = 0.2 }]
 """
     path = write(tmp_path, text)
-    for notes in (correlate(path).notes, run(path).notes):
-        assert any("Quality of clipped one" in n and "clipped" in n for n in notes), notes
+    for result in (correlate(path), run(path)):
+        warnings = [w for w in result.warnings if w.recording == "clipped one"]
+        assert any("is clipped" in w.says for w in warnings), result.warnings
+        errors = {r.recording: r for r in result.recordings}
+        assert errors["clipped one"].metric == "response_error" and len(errors) == 2
 
 
 # ── real structures

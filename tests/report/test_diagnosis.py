@@ -21,6 +21,7 @@ from cvxupdate.diagnose.shown import Curve, ModeError, Shown, Spectrum
 from cvxupdate.physics import told
 from cvxupdate.physics.place import Place
 from cvxupdate.report.diagnosis import diagnosis_files, diagnosis_summary
+from cvxupdate.report.diagnosis_places import sketch_of
 from cvxupdate.spec import load_problem
 
 SPEC = load_problem(Path(__file__).parents[2] / "problems" / "concealed" / "o05" / "problem.toml")
@@ -216,3 +217,22 @@ def test_the_command_writes_the_model_and_takes_an_old_one_away(
             "diagnosis.json",
             "report.html",
         ]
+
+
+ONE_NODE = """[model]
+dofs = ["x"]
+nodes = [{ id = 1, x = 0.0 }]
+[[model.elements]]
+type = "spring"
+dof = "x"
+rows = [{ id = 1, nodes = [1], k = 1000.0 }]
+[[model.elements]]
+type = "mass"
+rows = [{ id = 2, nodes = [1], m = 1.0 }]
+"""
+
+
+def test_a_model_of_one_node_is_not_drawn(tmp_path: Path) -> None:
+    path = tmp_path / "problem.toml"
+    path.write_text(ONE_NODE)
+    assert sketch_of(load_problem(path)) is None

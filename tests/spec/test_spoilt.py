@@ -456,6 +456,26 @@ SPOILT = [
         "counter-clockwise",
         "Write [2, 3, 4, 5]",
     ),
+    Spoilt(
+        "shell crossed",
+        (('type = "plate"', 'type = "shell"'), ("nodes = [2, 3, 4, 5]", "nodes = [2, 3, 5, 4]")),
+        "model.elements[1].rows[0].nodes",
+        ("shell 11 has no area", "Order its nodes"),
+    ),
+    Spoilt(
+        "shell not convex",
+        (('type = "plate"', 'type = "shell"'), ("x = 0.74, y = 0.2", "x = 0.40, y = 0.05")),
+        "model.elements[1].rows[0].nodes",
+        ("shell 11 is not convex", "divide it into triangles"),
+    ),
+    one(
+        "rectangle with a shear coefficient",
+        "thickness = 0.002",
+        "thickness = 0.002\nkappa = 0.83",
+        "model.elements[1].rows[0].section",
+        "plate 11 does not deform in shear",
+        'type = "shell"',
+    ),
     one(
         "spring with dof and dofs",
         'k = 2.0e3, dof = "ry"',

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from math import isfinite
 from typing import Any
 
+from cvxupdate.correlate.plausible.doubt import Doubt
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.acceptance import Weighed
 from cvxupdate.diagnose.judge.judge import Judgement
@@ -38,6 +39,7 @@ class Diagnosis:
     updated: Written | None = None  # the diagnosed model as a problem file
     shown: Shown | None = None  # what the page draws
     refined: Written | None = None  # the updated model on a finer mesh, where that matters
+    warnings: tuple[Doubt, ...] = ()  # what is probably a mistake in the problem
 
     def to_json(self) -> dict[str, Any]:
         """The whole of ``diagnosis.json``."""
@@ -51,6 +53,7 @@ class Diagnosis:
             "fit": self.fit,
             "metrics": self.metrics,
             "evidence": list(self.evidence),
+            "warnings": [asdict(w) for w in self.warnings],
             "time": self.time,
             **self.details,
         }

@@ -24,18 +24,11 @@ from cvxupdate.physics import writers
 from cvxupdate.physics.draft import Draft, change, draft_of
 from cvxupdate.physics.fault import Fault, named
 from cvxupdate.recordings.types import FrequencyResponse, Recording
+from cvxupdate.registry import ELEMENTS
 from cvxupdate.spec import Spec, check_text
 from cvxupdate.spec.write import compacted, to_toml
 
 NOT_KEPT = ("update", "constraints", "regularisation")  # where [update] does not fit
-ELASTIC = (
-    "spring",
-    "rod",
-    "beam2d",
-    "beam3d",
-    "plate",
-    "matrix",
-)  # element types with a loss factor
 
 
 @dataclass(frozen=True)
@@ -161,8 +154,9 @@ def _beside(draft: Draft, rate: float) -> None:
     elif old["kind"] == "modal":
         draft.model["damping"] = {**old, "alpha": rate}
     else:
+        lossy = {kind.name for kind in ELEMENTS.members() if "eta" in kind.text.changes}
         for block in draft.model["elements"]:
-            for row in block["rows"] if block["type"] in ELASTIC else ():
+            for row in block["rows"] if block["type"] in lossy else ():
                 row.setdefault("eta", _material_loss(draft, row, old["eta"]))
         draft.model["damping"] = {"kind": "rayleigh", "alpha": rate}
 

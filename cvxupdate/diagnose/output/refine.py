@@ -13,6 +13,7 @@ from cvxupdate.diagnose.output.export import Written
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.spec import Spec
+from cvxupdate.spec.elements import text_of
 from cvxupdate.spec.write import compacted, tables_of
 
 MODES = 12  # compared on two meshes
@@ -20,7 +21,7 @@ MODES = 12  # compared on two meshes
 # fourth power, of those that deform in shear with the square where they are short
 LINES = {"rod": 4, "beam2d": 2, "beam3d": 2}
 SECOND_ORDER = 4
-SHEETS = {"plate"}
+SHEETS = {"rectangle", "surface", "solid"}  # outlines that are left to the analyst
 NOT_HERE = ("update", "constraints", "regularisation", "solver")  # they name elements
 HEAD = (
     "The diagnosed model (problem.toml beside this file) on a finer mesh: every rod and beam "
@@ -32,7 +33,8 @@ HEAD = (
 def finer(spec: Spec) -> Spec | None:
     """A problem with every rod and beam divided; None where there is none, or plates."""
     kinds = {block.type for block in spec.model.elements}
-    if not kinds & set(LINES) or kinds & SHEETS:
+    outlines = {text_of(block).outline for block in spec.model.elements}
+    if not kinds & set(LINES) or outlines & SHEETS:
         return None
 
     def parts(block: Any, row: Any) -> int:

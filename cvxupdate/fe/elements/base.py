@@ -81,7 +81,8 @@ class Element(Protocol):
 
     def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
         """Scalars of every term, each (elements,); ``length`` is among ``properties`` for elements
-        with two nodes."""
+        with two nodes (between them) and for surfaces (that of
+        the mesh)."""
 
 
 class ElementType(Element, Protocol):

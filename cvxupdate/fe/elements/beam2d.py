@@ -12,6 +12,7 @@ from cvxupdate.errors import ModelError
 from cvxupdate.fe.beams import beam_coefficients, beam_lacking, beam_terms
 from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
 from cvxupdate.fe.sections import FACTORS, Section, line_properties, shape_of
+from cvxupdate.spec import division
 from cvxupdate.spec.elements import BENDING, ElementText, LineBlock, LineRow
 
 _PLANES = {"xy": ("x", "y", "rz"), "xz": ("x", "z", "ry")}
@@ -32,6 +33,7 @@ class Beam2D:
         LineBlock,
         changes=BENDING,
         outline="line",
+        divide=division.line,
         sections={"rectangle": (), "circle": (), "general": (("A",), ("Iy", "Iz"))},
         lacking=beam_lacking,
     )

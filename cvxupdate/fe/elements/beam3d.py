@@ -9,6 +9,7 @@ from typing import ClassVar
 from cvxupdate.fe.beams import beam_coefficients, beam_lacking, beam_terms
 from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
 from cvxupdate.fe.sections import FACTORS, Section, line_properties, shape_of
+from cvxupdate.spec import division
 from cvxupdate.spec.elements import BENDING, ElementText, LineBlock, LineRow
 
 
@@ -27,6 +28,7 @@ class Beam3D:
         LineBlock,
         changes=BENDING,
         outline="line",
+        divide=division.line,
         sections={"rectangle": (), "circle": (), "general": (("A",), ("Iy",), ("Iz",), ("J",))},
         lacking=beam_lacking,
     )

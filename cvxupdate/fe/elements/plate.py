@@ -19,6 +19,7 @@ import numpy as np
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
 from cvxupdate.fe.sections import material_properties
+from cvxupdate.spec import division
 from cvxupdate.spec.elements import ELASTIC, INERTIAL, ElementText, Lacking, PlateBlock, PlateRow
 from cvxupdate.spec.model import PlateSection
 
@@ -92,6 +93,7 @@ class Plate:
         PlateBlock,
         changes=(*ELASTIC, *INERTIAL, "nu", "thickness", "Dx", "Dy", "D1", "Dxy"),
         outline="rectangle",
+        divide=division.surface,
         sections={"plate": ()},
         lacking=_lacking,
     )

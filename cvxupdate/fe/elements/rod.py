@@ -11,6 +11,7 @@ import numpy as np
 from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values, rotate
 from cvxupdate.fe.sections import FACTORS, Section, line_properties, section_constants, shape_of
 from cvxupdate.fe.triads import line_triads
+from cvxupdate.spec import division
 from cvxupdate.spec.elements import (
     ELASTIC,
     INERTIAL,
@@ -36,6 +37,7 @@ class Rod:
         LineBlock,
         changes=(*ELASTIC, *INERTIAL, *SIZES),
         outline="line",
+        divide=division.line,
         sections={"rectangle": (), "circle": (), "general": (("A",),)},
         lacking=translation_lacking,
     )

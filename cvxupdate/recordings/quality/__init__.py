@@ -101,6 +101,7 @@ FRF: tuple[Callable[[FrequencyResponse], tuple[Finding, ...]], ...] = (
     timing.delays,
     frf.coherence,
     timing.causality,
+    frf.dropouts,
 )
 """Checks of FRFs."""
 

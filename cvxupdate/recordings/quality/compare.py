@@ -13,6 +13,8 @@ from cvxupdate.recordings.quality.estimates import Estimate, estimates_of
 from cvxupdate.recordings.quality.finding import ALPHA, Finding
 from cvxupdate.recordings.types import Complex, Real, Recording
 
+_MAJORITY = 9
+"""Recordings that elect the one that all are held against, at most: each is compared with each."""
 _SHIFT = 0.05
 """Relative shift of resonances between two tests of one structure that is no fault of a channel:
 weights lines on flanks down."""
@@ -162,7 +164,8 @@ def _best(broad: Sequence[Estimate]) -> Estimate:
         )
 
     if len(broad) > 2:
-        return min(broad, key=distance)
+        broad = broad[:: -(-len(broad) // _MAJORITY)]  # of many, evenly chosen ones
+        return min(broad, key=distance) if len(broad) > 2 else broad[0]
     return min(broad, key=lambda e: float(np.median(e.noise[e.frequency > 0.0])))
 
 

@@ -236,3 +236,34 @@ def coherence(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ..
                 )
             )
     return tuple(found)
+
+
+def dropouts(frf: FrequencyResponse) -> tuple[Finding, ...]:
+    """Lines that are exactly 0 between others that are not: an export without a number there.
+
+    No measured value is 0 to the last bit but by chance, and computed ones are so at all lines or
+    at none (a DOF that the excitation does not reach); edges of the band may have been cut.
+    """
+    found = []
+    for r, channel in enumerate(frf.responses):
+        zero = np.all(frf.H[:, r] == 0.0, axis=1)
+        alive = np.flatnonzero(~zero)
+        if not len(alive):
+            continue
+        inside = np.flatnonzero(zero[alive[0] : alive[-1]]) + alive[0]
+        count = len(inside)
+        if count:
+            lines = "1 line" if count == 1 else f"{count} lines"
+            found.append(
+                Finding(
+                    "drop-out",
+                    channel.label,
+                    f"{channel.label} is exactly 0 at {lines} between others that are not, the "
+                    f"first at {frf.frequency[inside[0]]:.5g} Hz: the number is missing. Leave "
+                    "it out (band), or export again.",
+                    float(count),
+                    0.0,
+                    float(count),
+                )
+            )
+    return tuple(found)

@@ -88,7 +88,8 @@ class Contents:
     ``arrays`` holds the table of a text file under ``"data"`` (rows, columns); ``columns`` and
     ``units`` are that table's header (empty where it has none); ``rate`` in Hz where the file
     states it; ``nodes`` maps a node to its coordinates in metres; ``notes`` says what could not be
-    read and was left out.
+    read and was left out. Part of that is ``damage``: recorded numbers that are gone, or stand in
+    the arrays as NaN; and ``cut``: what was lost of the last line of a table.
     """
 
     file: str
@@ -101,6 +102,8 @@ class Contents:
     shapes: tuple[Shape, ...] = ()
     nodes: Mapping[int, tuple[float, float, float]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    damage: tuple[str, ...] = ()
+    cut: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.read.contents import Contents, Function
+from cvxupdate.recordings.read.frf_declared import declared
 from cvxupdate.recordings.read.frf_parts import FrfParts, distinct
+from cvxupdate.recordings.read.wanted import Wanted
 from cvxupdate.recordings.types import Channel, Complex, Real
 
 _FRF, _COHERENCE = 4, 6
@@ -45,8 +49,9 @@ def _quantity_of(functions: list[Function], quantity: str | None, where: str) ->
     return kind
 
 
-def _checked(contents: Contents) -> list[Function]:
-    """The FRFs of the file, each with a direction at both ends."""
+def _checked(contents: Contents, placed: bool, driven: bool) -> list[Function]:
+    """The FRFs of the file, each with a direction at both ends, unless the problem file says where
+    its responses are (``placed``) and its references (``driven``)."""
     where = contents.file
     functions = [f for f in contents.functions if f.kind == _FRF]
     if not functions:
@@ -56,35 +61,41 @@ def _checked(contents: Contents) -> list[Function]:
             '(type 1) needs kind = "time".'
         )
     for f in (*functions, *(f for f in contents.functions if f.kind == _COHERENCE)):
-        if not f.response.dof or not f.reference.dof:
+        if not (f.response.dof or placed) or not (f.reference.dof or driven):
             raise RecordingError(
-                f"{where}: the FRF of node {f.response.node} has no direction. "
-                "Export it with directions."
+                f"{where}: the FRF of node {f.response.node} has no direction. Export it with "
+                "directions, or declare channels and references."
             )
     return functions
 
 
-def frf_of_functions(contents: Contents, quantity: str | None) -> FrfParts:
-    """Function types 4 (FRF) and 6 (coherence). Raises `RecordingError` where they do not form one
-    complete matrix on one frequency axis."""
-    where, functions = contents.file, _checked(contents)
+def frf_of_functions(
+    contents: Contents,
+    quantity: str | None,
+    wanted: Sequence[Wanted] = (),
+    references: Sequence[Channel] = (),
+) -> FrfParts:
+    """Function types 4 (FRF) and 6 (coherence).
+
+    ``wanted`` and ``references``, where given, say which responses of the file (``column``: in the
+    order in which they appear, the first is 0) are used and where they are, and where the file's
+    references are, in their order. Raises `RecordingError` where the functions do not form one
+    complete matrix on one frequency axis, or where what is declared does not go with them.
+    """
+    where, functions = contents.file, _checked(contents, bool(wanted), bool(references))
     kind = _quantity_of(functions, quantity, where)
     axis = _axis(functions[0])
     responses = distinct([_ends(f)[0] for f in functions])
-    references = distinct([_ends(f)[1] for f in functions])
-    H: Complex = np.full((axis.size, len(responses), len(references)), np.nan, dtype=complex)
+    inputs = distinct([_ends(f)[1] for f in functions])
+    H: Complex = np.full((axis.size, len(responses), len(inputs)), np.nan, dtype=complex)
     coherence = np.full(H.shape, np.nan)
     scales: dict[_Point, tuple[float, str]] = {}
     seen: set[tuple[int, int]] = set()
     for f in contents.functions:
         response, reference = _ends(f)
-        if (
-            f.kind not in (_FRF, _COHERENCE)
-            or response not in responses
-            or reference not in references
-        ):
+        if f.kind not in (_FRF, _COHERENCE) or response not in responses or reference not in inputs:
             continue
-        r, s = responses.index(response), references.index(reference)
+        r, s = responses.index(response), inputs.index(reference)
         _same_axis(f, axis, where)
         if f.kind == _COHERENCE:
             coherence[:, r, s] = np.real(f.values)
@@ -94,15 +105,16 @@ def frf_of_functions(contents: Contents, quantity: str | None) -> FrfParts:
         seen.add((r, s))
         scales.setdefault(response, (f.scale * f.response.sign, f.unit))
         H[:, r, s] = np.asarray(f.values) * (f.scale * f.response.sign * f.reference.sign)
-    _all_there(seen, responses, references, where)
-    return FrfParts(
+    _all_there(seen, responses, inputs, where)
+    parts = FrfParts(
         axis,
         H,
         None if np.all(np.isnan(coherence)) else coherence,
         tuple(Channel(*at, kind, scales[at][1], scales[at][0]) for at in responses),
-        tuple(Channel(*at, "force") for at in references),
+        tuple(Channel(*at, "force") for at in inputs),
         kind,
     )
+    return declared(parts, contents, wanted, references)
 
 
 def _label(f: Function) -> str:

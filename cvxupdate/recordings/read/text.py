@@ -7,6 +7,7 @@ import codecs
 import io
 import itertools
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from cvxupdate.recordings.read.text_layout import Layout, fields, find_layout, n
 
 _SAMPLE = 400  # lines looked at for the layout
 _PIECE = 65536  # rows parsed at a time
+_SAID = 3  # damaged lines that are named one by one
 
 
 def encoding_of(path: Path) -> str:
@@ -95,18 +97,44 @@ def _fast(lines: Sequence[str], layout: Layout) -> NDArray[Any] | None:
     return table if table.shape == (len(lines), layout.columns) else None
 
 
-def _slow(
-    lines: Sequence[tuple[int, str]],
-    layout: Layout,
-    notes: list[str],
-    where: str,
-    rest: Iterator[tuple[int, str]],
-) -> NDArray[Any]:
-    """A piece row by row: missing values become NaN; a row that is not one is an error unless only
-    text follows it."""
+@dataclass
+class _Damage:
+    """What is wrong with the rows read so far: ``damage`` in the table, ``pending`` lines that are
+    no rows (a sign of damage only once a row follows), and how many of those hold numbers."""
+
+    damage: list[str] = field(default_factory=list)
+    pending: list[tuple[int, str]] = field(default_factory=list)
+    waiting: int = 0
+    numeric: int = 0
+
+    def wait(self, number_: int, line: str, numeric: bool) -> None:
+        """A line that is no row."""
+        self.waiting += 1
+        self.numeric += numeric
+        if len(self.pending) < _SAID:
+            self.pending.append((number_, line))
+
+    def broken(self, columns: int, after: int) -> int:
+        """A row follows in line ``after``, so what waited stands within the table: how many lines
+        that are."""
+        count = self.waiting
+        for number_, line in self.pending:
+            self.damage.append(
+                f"line {number_} is not a row of {columns} numbers ({line.strip()[:60]!r}), but "
+                f"line {after} goes on"
+            )
+        if count > len(self.pending):
+            self.damage.append(f"{count - len(self.pending)} more lines before it are no rows")
+        self.pending, self.waiting, self.numeric = [], 0, 0
+        return count
+
+
+def _slow(lines: Sequence[tuple[int, str]], layout: Layout, found: _Damage) -> NDArray[Any]:
+    """A piece row by row. Missing values, and whole rows that are none but stand within the table,
+    become NaN, so that the rows around them keep their places."""
     table: list[list[complex | float]] = []
     kind = complex if layout.is_complex else float
-    for place, (line_number, line) in enumerate(lines):
+    for line_number, line in lines:
         cut = fields(line, layout.delimiter)
         if (
             layout.marks is not None
@@ -114,35 +142,36 @@ def _slow(
             and line.count(layout.delimiter or "") == layout.marks
         ):
             cut += [""] * (layout.columns - len(cut))  # empty last fields
-        values = [number(field, layout.decimal) for field in cut]
+        values = [number(text, layout.decimal) for text in cut]
         if len(values) == layout.columns and all(
             v is not None and (layout.is_complex or not isinstance(v, complex)) for v in values
         ):
+            table += [[kind("nan")] * layout.columns] * (
+                found.broken(layout.columns, line_number) if found.waiting else 0
+            )
             table.append([kind(v) for v in values])  # type: ignore[arg-type]
-            continue
-        for after, text in itertools.chain(lines[place + 1 :], rest):
-            if row(text, layout.delimiter, layout.decimal) is not None:
-                raise RecordingError(
-                    f"{where}: line {line_number} is not a row of {layout.columns} numbers "
-                    f"({line.strip()[:60]!r}), but line {after} goes on. Correct the file, or "
-                    "cut it where the table ends."
-                )
-        what = (
-            "is short"
-            if row(line, layout.delimiter, layout.decimal) is not None or len(cut) < layout.columns
-            else "is not a row"
-        )
-        notes.append(f"line {line_number}, behind the table, {what} and was left out")
-        break
+        else:
+            found.wait(
+                line_number,
+                line,
+                row(line, layout.delimiter, layout.decimal) is not None or _mostly(values),
+            )
     return np.array(table, dtype=kind).reshape(len(table), layout.columns)
 
 
+def _mostly(values: Sequence[complex | float | None]) -> bool:
+    """Whether at least half of the fields of a line are numbers: a damaged row, no text."""
+    good = sum(v is not None and v == v for v in values)
+    return good > 0 and 2 * good >= len(values)
+
+
 def text_pieces(
-    path: Path, layout: Layout, notes: list[str], progress: Progress | None = None
+    path: Path, layout: Layout, found: _Damage, progress: Progress | None = None
 ) -> Iterator[NDArray[Any]]:
     """The rows of the table, some tens of thousands at a time, (rows, columns) real or complex;
-    notes are added on the way."""
+    what is wrong with them is gathered on the way."""
     size = path.stat().st_size
+    kind = complex if layout.is_complex else float
     with path.open("rb") as raw, io.TextIOWrapper(raw, encoding=layout.encoding) as file:
         numbered = (
             (place + 1, line)
@@ -151,9 +180,29 @@ def text_pieces(
         )
         while piece := list(itertools.islice(numbered, _PIECE)):
             table = _fast([line for _, line in piece], layout)
-            yield _slow(piece, layout, notes, str(path), numbered) if table is None else table
+            if table is None:
+                table = _slow(piece, layout, found)
+            elif found.waiting:
+                gone = found.broken(layout.columns, piece[0][0])
+                table = np.concatenate([np.full((gone, layout.columns), np.nan, kind), table])
+            yield table
             if progress is not None and size > PIECE and not raw.closed:
                 progress(f"reading {path.name}", raw.tell(), size)
+
+
+def _end(found: _Damage) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """(damage, cut): lines behind the last row. Text is a footer; one line of numbers is a row that
+    was cut off, several are damage."""
+    if not found.waiting:
+        return tuple(found.damage), ()
+    line_number, line = found.pending[0]
+    if found.numeric > 1:
+        what = f"line {line_number} ({line.strip()[:60]!r}) and {found.waiting - 1} more behind it"
+        return (*found.damage, f"{what} are no rows of the table"), ()
+    if found.numeric == 1:
+        says = f"line {line_number}, the last one, is cut off ({line.strip()[:60]!r})"
+        return tuple(found.damage), (says,)
+    return tuple(found.damage), ()
 
 
 def _gathered(pieces: Iterator[NDArray[Any]], where: str) -> NDArray[Any]:
@@ -195,8 +244,8 @@ def read_text(path: Path, options: Options) -> Contents:
     """The table of a text file under ``"data"``, with the names and units of its header.
 
     The first blank line, header blocks (``***End_of_Header***`` and any other), a comment column
-    that only the header has, and a short last line are dealt with; a row in the middle that is not
-    a row of numbers raises `RecordingError` with its line.
+    that only the header has, and a short last line are dealt with; a line in the middle that is not
+    a row of numbers becomes a row of NaN and is said in ``damage``.
     """
     try:
         layout = layout_of(path, options)
@@ -205,14 +254,23 @@ def read_text(path: Path, options: Options) -> Contents:
         if sum(values.size for values in arrays.values()) < 6:
             raise
         return Contents(str(path), "settings", arrays, notes=("a list of settings, not a table",))
-    notes = list(layout.notes)
-    data = _gathered(text_pieces(path, layout, notes, options.progress), str(path))
+    found = _Damage()
+    data = _gathered(text_pieces(path, layout, found, options.progress), str(path))
     if len(data) < 2:
         raise RecordingError(
             f"{path}: its table has fewer than two rows. Check header_lines and the file."
         )
+    damage, cut = _end(found)
+    behind = [f"line {n} and what follows is no part of the table" for n, _ in found.pending[:1]]
     return Contents(
-        str(path), "text", {"data": data}, layout.names, layout.units, notes=tuple(notes)
+        str(path),
+        "text",
+        {"data": data},
+        layout.names,
+        layout.units,
+        notes=(*layout.notes, *damage, *(cut or (() if found.numeric else behind))),
+        damage=damage,
+        cut=cut,
     )
 
 

@@ -21,6 +21,9 @@ _COMPLEX = re.compile(
 _BRACKETED = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]]+)[\])]$")
 
 
+_BROKEN = 3  # damaged lines in a row that do not end a table
+
+
 @dataclass(frozen=True)
 class Layout:
     """How the table of a text file is written.
@@ -111,6 +114,40 @@ def _stretches(
     return [run for run in runs if run[1] > 0]
 
 
+def _top(
+    lines: Sequence[str], first: int, skip: int, columns: int, delimiter: str | None, decimal: str
+) -> int:
+    """The first row of the table whose longest run begins at ``first``: a damaged row ends a run,
+    not the table. At most `_BROKEN` lines that are mostly numbers may stand between two runs, and a
+    first column that rises must go on rising, else it is another table."""
+    above, gap = first, 0
+    axis = _axis(lines[first:], columns, delimiter, decimal)
+    for k in range(first - 1, skip - 1, -1):
+        if not lines[k].strip():
+            continue
+        values = [number(text, decimal) for text in fields(lines[k], delimiter)]
+        good = [v for v in values if v is not None and v == v]
+        if len(good) == len(values) == columns:
+            here = good[0].real
+            if len(axis) == 3 and not here < axis[0] < here + 4.0 * (gap + 1) * (axis[2] - axis[0]):
+                break
+            above, gap = k, 0
+            axis = [here, *axis[:2]] if len(axis) == 3 else axis
+        elif gap < _BROKEN and 2 * len(good) >= columns:
+            gap += 1
+        else:
+            break
+    return above
+
+
+def _axis(lines: Sequence[str], columns: int, delimiter: str | None, decimal: str) -> list[float]:
+    """The first three entries of the first column where they rise, else nothing."""
+    rows = [row(line, delimiter, decimal) for line in lines[:3]]
+    start = [numbers[0].real for numbers in rows if numbers and len(numbers) == columns]
+    rising = len(start) == 3 and start[0] < start[1] < start[2]
+    return start if rising and columns > 1 else []
+
+
 def _header(
     lines: Sequence[str], delimiter: str | None, columns: int
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -179,6 +216,7 @@ def find_layout(lines: Sequence[str], encoding: str, options: Options, where: st
             "file."
         )
     (_, columns), delimiter, decimal, first, _ = best
+    first = _top(lines, first, skip, columns, delimiter, decimal)
     if options.header_lines is not None:
         first = skip
         while first < len(lines) and not lines[first].strip():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from cvxupdate.recordings.read.frf_arrays import frf_of_arrays, stated_variance
 from cvxupdate.recordings.read.frf_columns import frf_of_columns
 from cvxupdate.recordings.read.frf_functions import frf_of_functions
 from cvxupdate.recordings.read.frf_parts import FrfParts
+from cvxupdate.recordings.read.frf_whole import whole
 from cvxupdate.recordings.read.variance import variance_of_frf
 from cvxupdate.recordings.read.wanted import Names, Wanted
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
@@ -29,6 +31,7 @@ def frequency_response(
     frequency_column: int | str | None = None,
     names: Names | None = None,
     averages: float | None = None,
+    leave_out: bool = False,
 ) -> FrequencyResponse:
     """FRFs of a file in SI, with their variance (see `read.variance`).
 
@@ -38,11 +41,12 @@ def frequency_response(
     program that made them knows it: it is taken as it is); columns of a table, declared by
     ``wanted`` and ``references``. ``quantity`` of the responses; ``averages`` where it is known.
     The coherence kept with the recording is the least over the references (each is excited alone).
+    ``leave_out`` leaves out what is damaged (see `whole`) and says so in the origin's ``damage``.
     Raises `RecordingError` naming file and channel.
     """
     names = names or Names()
     if contents.functions:
-        parts = frf_of_functions(contents, quantity)
+        parts = frf_of_functions(contents, quantity, wanted, references)
     elif names["H"] in contents.arrays:
         parts = frf_of_arrays(contents, wanted, references, quantity or "acceleration", names)
         if quantity is None:
@@ -52,9 +56,13 @@ def frequency_response(
             )
     else:
         parts = frf_of_columns(contents, wanted, references, quantity, frequency_column, names)
+    stated = stated_variance(contents, wanted, parts.H, parts.responses, names)
+    if leave_out:
+        parts, stated, said = whole(parts, stated)
+        origin = replace(origin, damage=(*origin.damage, *said))
     _sound(parts, contents.file)
     coherence = None if parts.coherence is None else np.clip(parts.coherence, 0.0, 1.0)
-    variance = stated_variance(contents, wanted, parts.H, parts.responses, names)
+    variance = stated
     if variance is None:
         variance, _ = variance_of_frf(parts.H, coherence, averages)
     least = None

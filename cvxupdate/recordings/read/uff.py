@@ -67,7 +67,7 @@ def _mark_at(view: mmap.mmap, at: int) -> tuple[int, int] | None:
     return None
 
 
-def _blocks(view: mmap.mmap, notes: list[str]) -> Iterator[_Block]:
+def _blocks(view: mmap.mmap, notes: list[str], damage: list[str]) -> Iterator[_Block]:
     """The data sets of a file in order; a binary body is stepped over by its stated length."""
     number = 0
     opening = _find_mark(view, 0)
@@ -99,6 +99,8 @@ def _blocks(view: mmap.mmap, notes: list[str]) -> Iterator[_Block]:
             notes.append(
                 f"data set {number} ({type_ or 'no type'}) is cut off by the end of the file"
             )
+            if not type_:  # of a set with a type it shows in what it holds
+                damage.append(notes[-1])
             closing = (len(view), len(view))
         yield _Block(number, type_, tuple(lines), at, closing[0])
         opening = _find_mark(view, closing[1])
@@ -123,15 +125,15 @@ def read_uff(path: Path, options: Options) -> Contents:
     """The functions (58, 58b), shapes (55), nodes (15) and units (164) of a universal file.
 
     A set that is of another kind, or damaged, is left out and named in ``notes``; the others are
-    kept. Binary bodies remain views of the file. Raises `RecordingError` when no set can be read at
-    all.
+    kept; a damaged one is also in ``damage``. Binary bodies remain views of the file. Raises
+    `RecordingError` when no set can be read at all.
     """
     if path.stat().st_size == 0:
         raise RecordingError(f"{path}: the file is empty.")
     with path.open("rb") as file:
         view = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
     found = _Found(view, [])
-    blocks = list(_blocks(view, found.notes))
+    blocks = list(_blocks(view, found.notes, found.damage))
     units = found.units(blocks)
     for block in blocks:
         if block.type not in ("55", "58", "58b", "15", "151", "164"):
@@ -143,7 +145,7 @@ def read_uff(path: Path, options: Options) -> Contents:
         try:
             found.read(block, units)
         except (RecordingError, ValueError, IndexError, OverflowError) as error:
-            found.notes.append(f"data set {block.number} ({block.type}) cannot be read: {error}")
+            found.lost(f"data set {block.number} ({block.type}) cannot be read: {error}")
     if not found.functions and not found.shapes and not found.nodes:
         why = "; ".join(found.notes[:3])
         why = why or "it has no data set between two lines of -1"
@@ -157,6 +159,7 @@ def read_uff(path: Path, options: Options) -> Contents:
         shapes=tuple(found.shapes),
         nodes=found.nodes,
         notes=tuple(found.notes),
+        damage=tuple(found.damage),
     )
 
 
@@ -169,6 +172,12 @@ class _Found:
     functions: list[Function] = field(default_factory=list)
     shapes: list[Shape] = field(default_factory=list)
     nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
+    damage: list[str] = field(default_factory=list)
+
+    def lost(self, what: str) -> None:
+        """Note a set that was recorded and cannot be read."""
+        self.notes.append(what)
+        self.damage.append(what)
 
     def text(self, block: _Block) -> str:
         return self.view[block.start : block.stop].decode("latin-1")
@@ -180,7 +189,7 @@ class _Found:
             try:
                 units = units_of(self.text(block))
             except (RecordingError, ValueError, IndexError) as error:
-                self.notes.append(
+                self.lost(
                     f"data set {block.number} (164, units) cannot be read: {error}; SI units "
                     "are assumed"
                 )

@@ -21,7 +21,14 @@ from cvxupdate.spec.checks.constraints import (
 )
 from cvxupdate.spec.checks.dofs import ActiveDofs, Directions, TypeDofs
 from cvxupdate.spec.checks.files import Datasets, MatrixSources, MissingFiles
-from cvxupdate.spec.checks.geometry import Orientation, PlateShape, SpinAxis, ZeroLength
+from cvxupdate.spec.checks.geometry import (
+    Orientation,
+    Outlines,
+    PlateShape,
+    SpinAxis,
+    StiffInShear,
+    ZeroLength,
+)
 from cvxupdate.spec.checks.names import (
     DuplicateIds,
     ElementNodes,
@@ -76,6 +83,8 @@ CHECKS: tuple[Check, ...] = (
     Orientation(),
     SpinAxis(),
     PlateShape(),
+    Outlines(),
+    StiffInShear(),
     LooseNodes(),
     UnheldMasses(),
     Ties(),

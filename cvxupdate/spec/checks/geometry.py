@@ -1,4 +1,4 @@
-"""Shapes in space: lengths, orientation vectors, rectangles."""
+"""Shapes in space: lengths, orientation vectors, rectangles, sheets."""
 
 from __future__ import annotations
 
@@ -139,6 +139,49 @@ class PlateShape:
                     (*loc, "nodes"),
                     f"{block.type} {row.id} is not a rectangle in a plane of constant z.",
                     "Correct the coordinates of its nodes, or mesh the surface with rectangles.",
+                )
+
+
+@dataclass(frozen=True)
+class Outlines:
+    """The nodes of a shell go around an area."""
+
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every element that its own type finds fault with."""
+        for loc, block, row in case.rows():
+            nodes = row.get("nodes", ())
+            if len(set(nodes)) < len(nodes) or not all(n in case.nodes for n in nodes):
+                continue
+            at = (case.nodes[n] for n in nodes)
+            flaw = text_of(block).flaw([(n.x, n.y, n.z) for n in at])
+            if flaw is not None:
+                problem, remedy = flaw
+                yield Complaint((*loc, "nodes"), f"{block.type} {row.id} {problem}.", remedy)
+
+
+@dataclass(frozen=True)
+class StiffInShear:
+    """A section with a shear coefficient stands on elements that deform in shear."""
+
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    def __call__(self, case: Case) -> Iterator[Complaint]:
+        """Every rectangle whose section has `kappa`, said once for each section."""
+        said: set[str] = set()
+        for loc, block, row in case.rows():
+            name = row.get("section")
+            section = case.spec.model.sections.get(name)
+            if text_of(block).outline != "rectangle" or section is None or name in said:
+                continue
+            said.add(name)
+            if section.shape == "plate" and section.kappa is not None:
+                yield Complaint(
+                    (*loc, "section"),
+                    f"{block.type} {row.id} does not deform in shear, but section '{name}' has "
+                    "`kappa`.",
+                    'Write type = "shell", or leave `kappa` out.',
                 )
 
 

@@ -1,0 +1,66 @@
+"""What a model is made of, in figures that a reader can judge; and materials that nothing is made
+of."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cvxupdate.correlate.plausible.doubt import Doubt
+from cvxupdate.fe.model import Model
+from cvxupdate.fe.modes import model_modes
+from cvxupdate.spec import Spec
+from cvxupdate.spec.elements import Block
+
+FAST, SLOW = 2.5e4, 10.0
+"""Speed of sound √(E/ρ) in m/s that no solid reaches (diamond: 1.8e4), or that only gels fall
+below (soft rubber: 30)."""
+PERCENT = 0.3
+"""Median damping ratio above which a table of modes is probably in per cent."""
+FIRST = 5
+"""Natural frequencies that are stated."""
+
+
+def facts(model: Model) -> dict[str, Any]:
+    """Total mass (kg; None for matrices of another program), extent (m, along x, y, z) and the
+    first natural frequencies (Hz).
+
+    Raises
+    ------
+    ModelError
+        The model is a mechanism, or its mass is indefinite.
+    """
+    modes = model_modes(model, FIRST)
+    given = any(b.kind.name == "matrix" for b in model.blocks)
+    extent = np.ptp(model.xyz, axis=0) if len(model.xyz) else np.zeros(3)
+    return {
+        "mass": None if given else float(model.total_mass()),
+        "extent": [float(x) for x in extent],
+        "frequencies": [float(f) for f in modes.flexible().frequencies[:FIRST]],
+    }
+
+
+def material_doubts(spec: Spec) -> tuple[Doubt, ...]:
+    """Materials in which sound would travel as in none: of all that elements are made of, because
+    one that stands for a rigid or massless link may be anything."""
+    used = dict.fromkeys(name for block in spec.model.elements for name in _materials(block))
+    known = [(n, spec.model.materials[n]) for n in used if n in spec.model.materials]
+    speeds = [(n, m, float(np.sqrt(m.E / m.rho))) for n, m in known if m.rho > 0.0]
+    if not speeds or len(speeds) < len(known):
+        return ()
+    fast, slow = all(c > FAST for *_, c in speeds), all(c < SLOW for *_, c in speeds)
+    if not (fast or slow):
+        return ()
+    name, m, c = speeds[0]
+    ask = "is rho in g/cm³ or t/mm³?" if fast else "is E in MPa or GPa?"
+    says = (
+        f"In material {name!r} (E = {m.E:g} Pa, rho = {m.rho:g} kg/m³) sound would travel at "
+        f"{c:.3g} m/s, {'faster' if fast else 'slower'} than in any solid: {ask}"
+    )
+    return (Doubt("material", says, value=c),)
+
+
+def _materials(block: Block) -> list[str]:
+    rows = [row.get("material") for row in block.rows]
+    return [name for name in (block.get("material"), *rows) if isinstance(name, str)]

@@ -1,0 +1,1 @@
+"""Shell elements in parts: outline and shape functions, frames, bending, membrane, inertia."""
