@@ -79,10 +79,11 @@ DIAGNOSE: tuple[tuple[str, ...], ...] = (
     ("hypothesis",),
     ("screen", "nominal"),
     ("responses", "modes"),
+    ("motion",),
     ("search",),
     ("judge",),
     ("output",),
-    ("pipeline", "gather"),
+    ("pipeline", "gather", "component"),
     ("__init__",),
 )
 MOST_ROOMS = 9

@@ -19,19 +19,35 @@ def diagnose_problem(
     recordings: Sequence[Recording],
     progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
-    """Diagnose responses where there are any, else tables of modes.
+    """Diagnose responses where there are any, else tables of modes; time histories that no linear
+    model explains once more, with laws that depend on the level; the
+    force of a part on a rig, whose model has no mass, by its law.
 
     Raises
     ------
     InputError
         When there is no recording to fit.
     """
-    from cvxupdate.diagnose.gather import gathered
+    from cvxupdate.diagnose.component import component_diagnosis
+    from cvxupdate.diagnose.gather import gathered, in_simulation
+    from cvxupdate.diagnose.motion.component import rigs_of
     from cvxupdate.diagnose.pipeline import diagnosed
 
     begin = time.perf_counter()
     tell = progress or (lambda text: None)
-    return diagnosed(spec, recordings, gathered(spec, model, recordings, tell), tell, begin)
+    rigs = rigs_of(model, recordings)
+    if any(r.use == "fit" for r in rigs):
+        return component_diagnosis(spec, rigs, begin)
+    evidence = gathered(spec, model, recordings, tell)
+    found = diagnosed(spec, recordings, evidence, tell, begin)
+    if found.verdict != "undetermined":
+        return found
+    simulated = in_simulation(spec, recordings, evidence, tell)
+    if simulated is None:
+        return found
+    tell("no linear model explains the recordings: simulating")
+    again = diagnosed(spec, recordings, simulated, tell, begin)
+    return again if again.findings or simulated.drift else found
 
 
 __all__ = ["diagnose_problem"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.tables import prepared
@@ -11,15 +12,20 @@ from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.mesh import mesh_error
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
+from cvxupdate.diagnose.output.wording import nonlinear
 from cvxupdate.diagnose.responses.data import prepare
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
+from cvxupdate.fe.internal import is_nonlinear
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import effect_names
-from cvxupdate.physics.effect import MODES, RATIOS, RESPONSES
+from cvxupdate.physics.effect import MODES, MOTION, RATIOS, RESPONSES
 from cvxupdate.recordings.types import FrequencyResponse, ModeTable, Recording, TimeHistory
 from cvxupdate.spec import Spec
+
+if TYPE_CHECKING:
+    from cvxupdate.diagnose.motion.evidence import MotionEvidence
 
 SHEAR = "shear_deformation"  # an effect that changes what the mesh is worth
 
@@ -52,14 +58,47 @@ def _responses(
     model: Model,
     recordings: Sequence[FrequencyResponse | TimeHistory],
     progress: Progress,
-) -> ResponseEvidence:
+) -> Evidence:
     data, names = prepare(recordings), _names(spec, RESPONSES)
     data = replace(data, mesh=mesh_error(spec, model, data.top))
     if SHEAR in names:
         data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))
     start = with_nuisance(undamped(model), scatter=spec.diagnose.scatter)
     held, release = held_dofs(spec, model), release_from(spec)
-    return ResponseEvidence(model, start, data, names, held, release, progress)
+    linear = ResponseEvidence(model, start, data, names, held, release, progress)
+    if nonlinear(linear.level_change()) or is_nonlinear(model):
+        return in_simulation(spec, recordings, linear, progress) or linear
+    return linear
+
+
+def in_simulation(
+    spec: Spec, recordings: Sequence[Recording], linear: Evidence, progress: Progress
+) -> MotionEvidence | None:
+    """The same recordings with laws that depend on the level beside all else; None where they are
+    not time histories."""
+    if not isinstance(linear, ResponseEvidence):
+        return None
+    # the compiler of the loops over time loads with the first simulation
+    from cvxupdate.diagnose.motion.evidence import MotionEvidence
+    from cvxupdate.diagnose.motion.runs import from_rest, run_of, stages_of
+
+    fitted = [r for r in recordings if r.origin.use == "fit" and not isinstance(r, ModeTable)]
+    histories = [from_rest(r) for r in recordings if isinstance(r, TimeHistory)]
+    if any(not isinstance(r, TimeHistory) for r in fitted):
+        return None
+    runs = {h.origin.name: run for h in histories if (run := run_of(h)) is not None}
+    fit = [h for h in histories if h.origin.name in runs and h.origin.use == "fit"]
+    if not fit:
+        return None
+    data = prepare([h for h in histories if h.origin.name in runs])
+    data = replace(data, mesh=linear.data.mesh, sheared=linear.data.sheared)
+    return MotionEvidence(
+        replace(linear, data=data),
+        runs,
+        stages_of(fit, runs, data.sharp),
+        _names(spec, MOTION),
+        progress,
+    )
 
 
 def _modes(

@@ -19,6 +19,7 @@ from cvxupdate.diagnose.output.wording import evidence_lines, nonlinear, verdict
 from cvxupdate.diagnose.results import Further
 from cvxupdate.diagnose.search.search import Found, search
 from cvxupdate.diagnose.types import Evidence, Progress
+from cvxupdate.physics.effect import MOTION
 from cvxupdate.recordings.types import Recording
 from cvxupdate.spec import Spec
 
@@ -32,15 +33,16 @@ def diagnosed(
 ) -> Diagnosis:
     """The diagnosis of a problem by its evidence; ``begin``: when it began (`perf_counter`)."""
     change = evidence.level_change()
-    level = nonlinear(change)
-    found = Found() if level else search(evidence, progress)
+    drift = evidence.drift
+    level = nonlinear(change) and evidence.told_by != MOTION
+    found = Found() if level or drift else search(evidence, progress)
     judgement = judge(evidence, found)
     last = judgement.last
-    further = Further() if level else evidence.further(last.fit)
+    further = Further() if level or drift else evidence.further(last.fit)
     pattern = pattern_of(further)
     findings = (*judgement.findings, *pattern.findings)
-    verdict, says = verdict_of(judgement, pattern.findings, level)
-    lines = [*evidence_lines(judgement, change), *pattern.lines]
+    verdict, says = verdict_of(judgement, pattern.findings, level, drift)
+    lines = [*evidence_lines(judgement, change, drift), *pattern.lines]
     if judgement.findings and judgement.final is not None:
         sham = placebo(judgement.final, found, judgement.case)
         lines += [] if sham is None else [sham.says]

@@ -137,3 +137,18 @@ FEWEST_RATIOS, LAW_RATIOS = 4, 6
 DAMPING_COST = 1.05
 # Confidence in one rate of decay of all modes, which a test of its own has established.
 LAW = 0.9
+
+# ------------------------------------------------------------------------- internal forces
+# Times what the best place leaves when any force may act there: places further off are not tried;
+# places tried at most.
+LOCATED, MOST_PLACES = 5.0, 8
+# Relative error of a free simulation that leaves nothing to look for: where parts touch or slip,
+# the smallest differences grow, so that the true law with scatter in all else leaves one to three
+# per cent.
+SIMULATED = 0.03
+# Seconds of computing after which a search in simulation begins nothing new.
+BUDGET = 80.0
+# Of a part on a rig: fraction of the error without free play that one must leave at most to be
+# told; relative error of the force that spring and dashpot may leave where nothing else is sought
+# (what load cells and their mountings scatter by).
+PLAY_GAIN, RIG_SURE = 0.9, 0.05

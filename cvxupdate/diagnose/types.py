@@ -137,6 +137,11 @@ class Evidence(Protocol):
     def level_change(self) -> LevelChange | None:
         """How the recordings depend on the drive level; None where no two levels compare."""
 
+    @property
+    def drift(self) -> str | None:
+        """How the structure changed while it was measured, in words; None where it did not, or the
+        recordings do not say."""
+
     def context(self, model: Model) -> SearchContext:
         """For placing effects on a model."""
 
@@ -188,6 +193,10 @@ class Evidence(Protocol):
 
     def clear(self, fit: Fit) -> bool:
         """Whether a fit leaves nothing from which a further effect could be told."""
+
+    @property
+    def hurried(self) -> bool:
+        """Whether the time for one diagnosis is over: nothing new is begun."""
 
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""

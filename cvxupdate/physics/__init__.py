@@ -9,20 +9,25 @@ from cvxupdate.fe.model import Model
 from cvxupdate.physics.added_mass import AddedMass
 from cvxupdate.physics.attached_resonator import AttachedResonator
 from cvxupdate.physics.axial_preload import AxialPreload
+from cvxupdate.physics.clearance import Clearance
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.cords import Cords
+from cvxupdate.physics.cubic_stiffness import CubicStiffness
 from cvxupdate.physics.draft import Writer
-from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, ModelChange
+from cvxupdate.physics.dry_friction import DryFriction
+from cvxupdate.physics.effect import MOTION, RESPONSES, Effect, EffectType, ModelChange
 from cvxupdate.physics.equal_joints import EqualJoints
 from cvxupdate.physics.equal_supports import EqualSupports
 from cvxupdate.physics.flexible_support import FlexibleSupport
 from cvxupdate.physics.grounding_spring import GroundingSpring
 from cvxupdate.physics.gyroscopic import Spin
+from cvxupdate.physics.hysteresis import Hysteresis
 from cvxupdate.physics.joint_flexibility import JointFlexibility
 from cvxupdate.physics.mass_change import MassChange
 from cvxupdate.physics.mass_proportional_damping import MassProportionalDamping
 from cvxupdate.physics.orthotropy import Orthotropy
 from cvxupdate.physics.place import Place
+from cvxupdate.physics.quadratic_damping import QuadraticDamping
 from cvxupdate.physics.sensor_fault import ChannelDelay, ChannelGain, ExchangedChannels, ForceGain
 from cvxupdate.physics.sensor_mass import SensorMass
 from cvxupdate.physics.shear_deformation import ShearDeformation
@@ -57,6 +62,11 @@ EFFECTS: tuple[EffectType, ...] = (
     ForceGain(),
     ChannelDelay(),
     ExchangedChannels(),
+    CubicStiffness(),
+    Clearance(),
+    DryFriction(),
+    Hysteresis(),
+    QuadraticDamping(),
 )
 
 
@@ -101,4 +111,13 @@ def writers() -> dict[str, Writer]:
     return {kind: write for t in EFFECTS for kind, write in t.writers}
 
 
-__all__ = ["EFFECTS", "Effect", "EffectType", "candidates_of", "effect_names", "told", "writers"]
+__all__ = [
+    "EFFECTS",
+    "MOTION",
+    "Effect",
+    "EffectType",
+    "candidates_of",
+    "effect_names",
+    "told",
+    "writers",
+]

@@ -1,7 +1,8 @@
 """What an effect is: a type of physics that a model may lack, at a place, and what it does there.
 
-An effect acts in one of three ways (`Action`): a change of the model, a hidden oscillator whose
-mass is only known when it is planted, or a fault of channels, which leaves the model as it is.
+An effect acts in one of four ways (`Action`): a change of the model, a hidden oscillator whose
+mass is only known when it is planted, a fault of channels, which leaves the model as it is, or an
+internal force that no matrix says (`cvxupdate.physics.internal_force`).
 """
 
 from __future__ import annotations
@@ -21,9 +22,11 @@ from cvxupdate.physics.directions import LowRank
 from cvxupdate.physics.draft import Writer
 from cvxupdate.physics.fault import Fault
 from cvxupdate.physics.place import Place, at
+from cvxupdate.physics.planting import Planting
 from cvxupdate.physics.quantity import Quantity as Quantity
 
 RESPONSES, MODES, RATIOS = "responses", "modes", "damping ratios"
+MOTION = "motion"  # time histories whose level counts
 TUNED = (0.8, 1.1)  # of the band's bottom and top: a hidden oscillator beyond is a spring or a mass
 EXCHANGED = 0.1  # largest departure of an exchange's gain from 1
 LIGHTEST, HEAVIEST = 1e-4, 0.2  # of the structure's mass: a hidden oscillator's
@@ -189,7 +192,7 @@ class ChannelFault:
         return effect
 
 
-Action = ModelChange | HiddenOscillator | ChannelFault
+Action = ModelChange | HiddenOscillator | ChannelFault | Planting
 
 
 @dataclass(frozen=True, eq=False)

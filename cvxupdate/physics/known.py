@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cvxupdate.errors import Fault, ProblemFileError
 from cvxupdate.physics import effect_names
+from cvxupdate.physics.effect import MOTION
 from cvxupdate.spec import Spec
 
 
@@ -16,7 +17,7 @@ def refuse_unknown(spec: Spec) -> None:
     ProblemFileError
         With a fault for each.
     """
-    known = effect_names()
+    known = (*effect_names(), *effect_names(MOTION))
     faults = [
         Fault(
             str(spec.path),

@@ -191,6 +191,11 @@ CASES = (
     Case("ForceGain", "beam", {"gain": 0.88}),
     Case("ChannelDelay", "beam", {"delay": 0.0037}),
     Case("ExchangedChannels", "beam", {"gain": 1.0}),
+    Case("CubicStiffness", "beam", {"k3": 2.2e7}),
+    Case("Clearance", "beam", {"k": 5e5, "gap": -0.00029}),
+    Case("DryFriction", "beam", {"force": 0.8}),
+    Case("Hysteresis", "beam", {"k": 2e5, "force": 65.0}),
+    Case("QuadraticDamping", "beam", {"c2": 12.0}),
 )
 
 

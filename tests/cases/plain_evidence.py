@@ -137,6 +137,8 @@ class PlainEvidence:
     names: tuple[str, ...] = ("stiffness_change", "added_mass")
     delay_unit: float = 1.0
     band: tuple[float, float] = (5.0, 75.0)
+    hurried: bool = False
+    drift: str | None = None
 
     def errors(self, fit: PlainFit) -> Errors:
         return fit.errors

@@ -20,7 +20,16 @@ from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import DerivativeBlock, Model
 from cvxupdate.physics import EFFECTS, candidates_of, effect_names
 from cvxupdate.physics.context import SearchContext
-from cvxupdate.physics.effect import Effect, EffectType, HiddenOscillator, Planted, plant
+from cvxupdate.physics.effect import (
+    MOTION,
+    RESPONSES,
+    Effect,
+    EffectType,
+    HiddenOscillator,
+    Planted,
+    plant,
+)
+from cvxupdate.physics.internal_force import NonlinearForce
 from cvxupdate.physics.low_rank import low_rank
 from cvxupdate.spec import Spec, check_problem, load_problem
 from cvxupdate.spec.update import PHYSICS
@@ -40,6 +49,7 @@ MASS, ZETA = 0.07, 0.03  # of a hidden oscillator, kg
 ABOUT = np.array([0.031, -0.024])  # the nuisance parameters
 FREQUENCIES = (7.0, 61.0, 333.0)
 MOST = 12
+PLANTED = HiddenOscillator | NonlinearForce  # those that are there as soon as they are planted
 
 
 def type_of(case: Case) -> EffectType:
@@ -110,7 +120,9 @@ def test_places_are_hashable_and_each_its_own(
     (tunings,) = set(Counter(e.key for e in found).values())
     refined = (e.change is None or e.change.start is not None for e in found)
     assert tunings == 1 or all(refined)
-    everything = {e.key for e in candidates_of(scene[2])}
+    everything = {
+        e.key for kind in (RESPONSES, MOTION) for e in candidates_of(scene[2], None, kind)
+    }
     assert {e.key for e in found} <= everything
     for e in found[:MOST]:
         again = e.on(scene[2])
@@ -188,6 +200,7 @@ def test_it_says_what_and_how_much(case: Case, scene: tuple[Spec, Model, SearchC
         assert re.search(r"\d", said) and not re.search(r"\de[+-]?\d|nan", said), said
         figure = effect.figures[0]
         units = {"N·m/rad", "N/m", "N·s/m", "kg", "N", "rad/s", "s", "1/s", ""}
+        units |= {"N/m³", "N·s²/m²"}
         assert figure.unit in units
         spelled = {"kg": r"\d k?g", "1/s": "a second"}.get(figure.unit, re.escape(figure.unit))
         assert re.search(spelled, said), said
@@ -209,7 +222,7 @@ def test_figures_come_from_its_unknowns(
         for q in effect.figures:
             rate = abs(moved[q.name] - values[q.name])
             assert rate == pytest.approx(deviations[q.name], rel=1e-4)
-            if q.nothing is not None and not isinstance(effect.action, HiddenOscillator):
+            if q.nothing is not None and not isinstance(effect.action, PLANTED):
                 assert nothing[q.name] == q.nothing
 
 

@@ -72,6 +72,8 @@ class ModesEvidence:
     progress: Progress
 
     told_by = MODES
+    hurried = False
+    drift = None
     levels = 1
     delay_unit = 1.0
 

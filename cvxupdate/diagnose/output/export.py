@@ -18,6 +18,7 @@ import numpy as np
 
 from cvxupdate.diagnose.results import Updated
 from cvxupdate.errors import ModelError
+from cvxupdate.fe.internal import is_nonlinear
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import writers
 from cvxupdate.physics.draft import Draft, change, draft_of
@@ -207,6 +208,7 @@ def _update(draft: Draft, model: Model, spec: Spec) -> None:
         spec.update is not None
         or not kinds
         or any(b.kind.name == "gyroscopic" for b in model.blocks)
+        or is_nonlinear(model)
     ):
         return
     rows: list[dict[str, Any]] = []

@@ -11,6 +11,7 @@ from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import LEVEL_CHANGE, LEVEL_NOISE
 from cvxupdate.diagnose.types import Errors, Evidence, LevelChange
+from cvxupdate.physics.effect import MOTION
 from cvxupdate.physics.place import capital, listed
 
 MOST = 6  # equivalents that are named
@@ -24,8 +25,15 @@ def nonlinear(change: LevelChange | None) -> bool:
     return change.change > LEVEL_CHANGE and change.change > LEVEL_NOISE * change.noise
 
 
-def verdict_of(judgement: Judgement, further: Sequence[Finding], level: bool) -> tuple[str, str]:
+def verdict_of(
+    judgement: Judgement, further: Sequence[Finding], level: bool, drift: str | None = None
+) -> tuple[str, str]:
     """(verdict, sentence)."""
+    if drift is not None:
+        return "undetermined", (
+            "The structure changed while it was measured (temperature, creep, loosening): nothing "
+            f"that stays the same explains these recordings, so nothing is claimed. {drift}"
+        )
     if level:
         return "undetermined", (
             "Something in the structure depends on the vibration level (contact, friction, a "
@@ -68,11 +76,16 @@ def _worst(errors: Errors) -> Errors:
     return Errors(errors.worst, float("nan"))
 
 
-def evidence_lines(judgement: Judgement, change: LevelChange | None) -> list[str]:
+def evidence_lines(
+    judgement: Judgement, change: LevelChange | None, drift: str | None = None
+) -> list[str]:
     """One line each: what in the recordings says so."""
     evidence = judgement.case.evidence
     level = nonlinear(change)
+    if drift is not None:
+        return [drift, *_base_lines(evidence, judgement.case.base)]
     out = [*_level_line(change, level), *evidence.lines()]
+    level &= evidence.told_by != MOTION  # where laws that depend on the level are tried
     if not level:
         out += _base_lines(evidence, judgement.case.base)
     if judgement.findings and judgement.final is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,7 +31,7 @@ def noise_errors(signals: Sequence[Signal]) -> float:
 
 def on_signals(point: ResponsePoint, signals: Sequence[Signal]) -> ResponsePoint:
     """The point with its model's responses to other signals."""
-    return replace(point.setting, signals=tuple(signals)).evaluate(point.p, point)
+    return point.setting.on(signals).evaluate(point.p, point)
 
 
 def _norms(values: Real) -> Real:

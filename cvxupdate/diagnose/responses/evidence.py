@@ -73,7 +73,7 @@ class ResponseEvidence:
     release: Callable[[int, str], Model]
     progress: Progress
 
-    told_by = "responses"
+    told_by, hurried, drift = "responses", False, None  # neither hurried nor looked for
 
     @property
     def levels(self) -> int:
@@ -280,12 +280,13 @@ class ResponseEvidence:
         )
 
     @cached_property
-    def _before(self) -> tuple[Stated, ...]:
+    def before(self) -> tuple[Stated, ...]:
+        """Contract's errors of the file as it came."""
         return stated_errors(self.original, (*self.data.fit, *self.data.hold_out))
 
     def _contract(self, last: Fit) -> ContractErrors:
         signals = (*self.data.sharp, *self.data.sharp_hold_out)
-        return ContractErrors(self._before, stated(last.point, signals))
+        return ContractErrors(self.before, stated(last.point, signals))
 
     def stated(self, last: Fit) -> tuple[Errors, Errors]:
         """The contract's error: of the file as it came, mesh included, and of the diagnosed model,

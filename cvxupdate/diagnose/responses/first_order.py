@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from cvxupdate.diagnose.types import Score
 from cvxupdate.physics.effect import Effect
 
 
-def linearised(point: ResponsePoint) -> Linearised:
+def linearised(point: Any) -> Linearised:
     """The nuisance parameters at a point; those that have reached a bound take up nothing."""
     A, _ = point.system().weighted()
     values, weights, _ = point.differences

@@ -3,7 +3,8 @@ residual for the trust-region loop."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -90,6 +91,10 @@ class ResponseSetting:
         """Squares of the modes' own log damping ratios in units of their usual scatter."""
         n = len(self.model.parameters)
         return float(np.sum((p[n + 1 : n + 1 + self.damped] / MODE_DAMPING_STD) ** 2))
+
+    def on(self, signals: Sequence[Signal]) -> ResponseSetting:
+        """The same against other signals."""
+        return replace(self, signals=tuple(signals))
 
     def evaluate(self, p: Real, before: ResponsePoint | None = None) -> ResponsePoint:
         """The responses at ``p``; modes keep their damping ratio when they cross. ModelError where

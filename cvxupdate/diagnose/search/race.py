@@ -20,6 +20,9 @@ def entered(evidence: Evidence, seeds: Sequence[Seed], progress: Progress) -> li
     lead to no structure are left out."""
     found: list[Hypothesis] = []
     for number, seed in enumerate(seeds):
+        if found and evidence.hurried:
+            progress("the time is over: what is left is not refitted")
+            break
         progress(f"refitting {number + 1} of {len(seeds)}: {seed.name}")
         try:
             h = Hypothesis(seed.effects, evidence.fitted(seed, "first pass"))

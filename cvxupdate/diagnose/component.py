@@ -1,0 +1,142 @@
+"""The diagnosis of a part on a test rig: which law its force follows, in the contract's form."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from cvxupdate.diagnose.motion.component import Law, Rig, laws_of
+from cvxupdate.diagnose.output.diagnosis import Diagnosis, finite
+from cvxupdate.diagnose.results import Finding
+from cvxupdate.diagnose.settings import HALVED, LOWER, PLAY_GAIN, RIG_SURE
+from cvxupdate.physics import told
+from cvxupdate.physics.place import Place, channel_place
+from cvxupdate.physics.units import quantity
+from cvxupdate.spec import Spec
+
+WORDS = {
+    "cubic": "a cubic spring",
+    "quadratic": "damping with the square of the velocity",
+    "friction": "friction without elasticity",
+    "clearance": "a gap",
+    "jenkins": "friction that sticks and slips",
+    "jenkins with play": "friction with free play",
+}
+
+
+def component_diagnosis(spec: Spec, rigs: Sequence[Rig], begin: float) -> Diagnosis:
+    """What the force of a part on a rig follows; ``begin``: when it began (`perf_counter`)."""
+    linear, *laws = laws_of(rigs)
+    best = min(laws, key=lambda law: law.errors[0])
+    plain = next(law for law in laws if law.name == "jenkins")
+    if best.name == "jenkins with play" and best.errors[0] > PLAY_GAIN * plain.errors[0]:
+        best = plain
+    good = _better(best, linear) and best.name in ("jenkins", "jenkins with play", "friction")
+    place = channel_place(rigs[0].label)
+    findings = _findings(best, linear, place) if good else ()
+    says = " ".join(f.says for f in findings)
+    enough = _enough(linear)
+    if not findings:
+        says = (
+            "Spring and dashpot explain the force of this part."
+            if enough
+            else "No law that is known explains the force of this part."
+        )
+    verdict = "missing_physics" if findings else "consistent" if enough else "undetermined"
+    lines = [
+        "Imposed motion and measured force: the best spring and dashpot "
+        f"(k {quantity(linear.k, 'N/m')}, c {quantity(linear.c, 'N·s/m')}) leave {_left(linear)}.",
+        *(f"With {WORDS[law.name]}: {_left(law)}." for law in laws),
+    ]
+    return Diagnosis(
+        problem=spec.name,
+        title=spec.title,
+        path=str(spec.path),
+        verdict=verdict,
+        says=says,
+        findings=findings,
+        candidates=tuple(_candidate(law, place) for law in laws),
+        fit={
+            key: {
+                "before": finite(linear.errors[k]),
+                "after": finite((best if findings else linear).errors[k]),
+            }
+            for k, key in enumerate(("fit", "hold_out"))
+        },
+        metrics={},
+        evidence=tuple(lines),
+        time=time.perf_counter() - begin,
+        details={"method": "regression of the force on columns along the imposed motion"},
+    )
+
+
+def _better(best: Law, linear: Law) -> bool:
+    """Whether a law halves what spring and dashpot leave, and shows on what was held out."""
+    held = best.errors[1]
+    return bool(
+        best.errors[0] <= HALVED * linear.errors[0]
+        and (not np.isfinite(held) or held <= LOWER * linear.errors[1])
+    )
+
+
+def _enough(linear: Law) -> bool:
+    return bool(np.nanmax(linear.errors) <= RIG_SURE)
+
+
+def _left(law: Law) -> str:
+    fit, held = law.errors
+    return f"{fit:.3g} of the force (fitted)" + (
+        f" and {held:.3g} (held out)" if np.isfinite(held) else ""
+    )
+
+
+def _findings(law: Law, linear: Law, place: Place) -> tuple[Finding, ...]:
+    worst = float(np.nanmax(law.errors))
+    sure = float(np.clip(1.0 - (worst / float(np.nanmax(linear.errors))) ** 2, 0.0, 0.99))
+    part = 1.0 - (law.errors[0] / linear.errors[0]) ** 2
+    force, spread = quantity(law.size, "N"), worst * law.size
+    out = [
+        Finding(
+            "dry_friction",
+            place,
+            told("dry_friction", place).title,
+            {"force": law.size},
+            {"force": spread},
+            {"force": spread},
+            sure,
+            part,
+            (),
+            f"The part rubs: a friction of {force} opposes its motion, however slow it is.",
+        )
+    ]
+    if law.name == "jenkins with play":
+        k, gap = float(law.size / law.shape[0]), float(law.travel)
+        out.append(
+            Finding(
+                "clearance",
+                place,
+                told("clearance", place).title,
+                {"gap": gap, "k": k},
+                {"gap": worst * gap, "k": worst * k},
+                {"gap": worst * gap, "k": worst * k},
+                sure,
+                part,
+                (),
+                f"After every reversal it moves {quantity(gap, 'm')} until half of the friction "
+                f"acts the other way: {quantity(law.shape[1], 'm')} of free play, the rest a "
+                f"spring of {quantity(k, 'N/m')} in series.",
+            )
+        )
+    return tuple(out)
+
+
+def _candidate(law: Law, place: Place) -> dict[str, object]:
+    return {
+        "physics": law.name,
+        "title": WORDS[law.name],
+        "location": place.to_json(),
+        "score": finite(law.errors[0]),
+        "hold_out_score": finite(law.errors[1]),
+    }

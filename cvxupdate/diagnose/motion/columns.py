@@ -1,0 +1,246 @@
+"""How much of what a model leaves the internal forces of the non-linear effects explain, place by
+place: columns along the smoothed motion, linear in their coefficients.
+
+First the places: whatever the law, a force at one place and in one direction reaches the sensors
+through that place's receptances, so on every line the residual has rank one.
+Then the laws at the places that are left: of gaps and slip distances a grid, refined
+where it explains most, the motion smoothed again with the law's own force as its mean.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from cvxupdate.diagnose.fit import Fit, fitted_at
+from cvxupdate.diagnose.motion.point import MotionPoint
+from cvxupdate.diagnose.motion.scene import Scene
+from cvxupdate.diagnose.motion.smoother import Smoother
+from cvxupdate.diagnose.responses.signals import Complex, Real
+from cvxupdate.diagnose.settings import LOCATED, MOST_PLACES
+from cvxupdate.diagnose.types import Key, Score
+from cvxupdate.forces import (
+    contact_columns,
+    cubic_column,
+    friction_column,
+    jenkins_columns,
+    quadratic_column,
+)
+from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.internal_force import NonlinearForce, direction
+
+GRID = np.geomspace(0.02, 0.85, 9)  # of the largest motion: gaps and slip distances
+# times the best of the grid, and how often the motion is smoothed anew there
+FINE = (((0.7, 0.84, 1.19, 1.4), 1), ((1.0,), 3), ((0.92, 1.08), 2))
+AGAIN = 3  # how often the motion is smoothed anew with the law's force
+SMOOTH = (0.003, 0.02)  # of the largest velocity: width of the sign of friction
+KEPT = 0.3  # of the best law at any place: laws that explain less are not refined
+LARGEST = 99.9  # per cent of the samples are below what counts as the largest motion
+
+Column = Callable[[Real, Real], Real]
+
+
+def law_scores(point: MotionPoint, effects: Sequence[Effect]) -> tuple[list[Score], Real]:
+    """Scores of the effects that are internal forces, in their order, and what no force at their
+    places could explain (effects,). Where some place is far better than others, only laws there are
+    tried."""
+    scene = Scene.of(point)
+    actions = [e.action for e in effects]
+    model = point.setting.model
+    rows = [a.rows if isinstance(a, NonlinearForce) else () for a in actions]
+    places = list(dict.fromkeys(r for r in rows if r))
+    if not places:
+        return [Score(e, 0.0, np.zeros(e.count), trusted=False) for e in effects], np.zeros(0)
+    B = np.stack([direction(model, r) for r in places], axis=1)
+    shapes = point.modes.shapes.T @ B
+    left = scene.left_by_force(shapes)
+    tried = _promising(left)
+    out = [Score(e, 0.0, np.zeros(e.count), trusted=False) for e in effects]
+    found: dict[int, tuple[Spot, Fitted]] = {}
+    for k in tried:
+        reach = [H[:, :, 0] for H in scene.reaches(shapes[:, k : k + 1])]
+        smoothers = [b.smoother(shapes[:, k]) for b in scene.beyond]
+        spot = Spot(scene, reach, smoothers, tuple(s.run.name for s in smoothers))
+        motion = [s.motion() for s in smoothers]
+        found |= {
+            i: (spot, spot.coarse(effects[i].action, motion))
+            for i, r in enumerate(rows)
+            if r == places[k]
+        }
+    most = max((f.fraction for _, f in found.values()), default=0.0)
+    for i, (spot, fit) in found.items():
+        out[i] = spot.score(effects[i], fit, fit.fraction >= KEPT * most)
+    whole = np.array([left[places.index(r)] if r else np.nan for r in rows])
+    return out, whole
+
+
+def _promising(left: Real) -> list[int]:
+    if not np.all(np.isfinite(left)):
+        return list(range(min(len(left), MOST_PLACES)))
+    order = np.argsort(left, kind="stable")
+    least = left[order[0]]
+    return [int(k) for k in order[:MOST_PLACES] if left[k] <= LOCATED * least or k in order[:2]]
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A law at a place: explained ``fraction``, its ``coefficient``, the shape ``size`` (gap or
+    slip distance, 0 where it has none)."""
+
+    fraction: float
+    coefficient: float
+    size: float
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A place in a scene: receptances to the rows of every signal, smoothers of every run."""
+
+    scene: Scene
+    reach: Sequence[Complex]
+    smoothers: Sequence[Smoother]
+    names: tuple[str, ...]
+
+    def column(self, forces: Sequence[Real]) -> Real:
+        """Weighted change of the rows by internal forces (fine samples,) of every run."""
+        by_name = dict(zip(self.names, forces, strict=True))
+        parts = []
+        for s, H in zip(self.scene.point.setting.signals, self.reach, strict=True):
+            run = self.scene.point.setting.runs[s.name]
+            flat = (-H * run.decaying(by_name[s.name], s.s)[:, None]).reshape(-1)
+            parts += [flat.real, flat.imag]
+        return np.concatenate(parts)
+
+    def fit(self, law: Column, size: float, motion: Sequence[tuple[Real, Real]]) -> Fitted:
+        """The best coefficient along a motion."""
+        forces = [law(x, v) for x, v in motion]
+        if not any(np.any(f) for f in forces):
+            return Fitted(0.0, 0.0, size)
+        left = self.scene.left
+        freed = left.freed(self.column(forces)[:, None])[:, 0]
+        length = float(freed @ freed)
+        if length <= 0.0 or left.total <= 0.0:
+            return Fitted(0.0, 0.0, size)
+        along = float(freed @ left.residual)
+        return Fitted(along**2 / length / left.total, along / length, size)
+
+    def repeated(
+        self, law: Column, size: float, motion: Sequence[tuple[Real, Real]], rounds: int
+    ) -> Fitted:
+        """The motion smoothed anew with the law's own force, several times; the best."""
+        best = self.fit(law, size, motion)
+        now = best
+        for _ in range(rounds):
+            if now.coefficient == 0.0:
+                break
+            means = []
+            for smoother, (x, v) in zip(self.smoothers, motion, strict=True):
+                force = smoother.run.coarse(law(x, v))
+                means.append(-now.coefficient * force)
+            motion = [s.motion(m) for s, m in zip(self.smoothers, means, strict=True)]
+            now = self.fit(law, size, motion)
+            best = max(best, now, key=lambda f: f.fraction)
+        return best
+
+    def score(self, effect: Effect, found: Fitted, refine: bool) -> Score:
+        """Of an effect at this place, from what a coarse grid found."""
+        action = effect.action
+        p = np.zeros(effect.count)
+        if isinstance(action, NonlinearForce) and found.fraction > 0.0:
+            found = self.refined(action, found) if refine else found
+            p = _unknowns(action, found)
+        return Score(effect, found.fraction, p, exact=True, trusted=bool(np.all(p)))
+
+    def coarse(self, action: object, motion: Sequence[tuple[Real, Real]]) -> Fitted:
+        """The best of a grid, with the sign that physics demands."""
+        nothing = Fitted(0.0, 0.0, 0.0)
+        if not isinstance(action, NonlinearForce):
+            return nothing
+        family, sizes = _family(action, motion)
+        tried = [_signed(action, self.fit(family(g), g, motion)) for g in sizes]
+        return max(tried, key=lambda f: f.fraction, default=nothing)
+
+    def refined(self, action: NonlinearForce, found: Fitted) -> Fitted:
+        """On a finer grid around, the motion smoothed anew with the law's force."""
+        motion = [s.motion() for s in self.smoothers]
+        family, _ = _family(action, motion)
+        shaped = action.law in ("clearance", "jenkins")
+        for factors, rounds in FINE if shaped else (((1.0,), AGAIN),):
+            tried = [
+                _signed(action, self.repeated(family(g), g, motion, rounds))
+                for g in (found.size * f for f in factors)
+            ]
+            found = max(found, *tried, key=lambda f: f.fraction)
+        return found
+
+
+def _signed(action: NonlinearForce, f: Fitted) -> Fitted:
+    return f if f.coefficient > 0.0 or not action.positive[0] else replace(f, fraction=0.0)
+
+
+def _family(
+    action: NonlinearForce, motion: Sequence[tuple[Real, Real]]
+) -> tuple[Callable[[float], Column], Real]:
+    """Laws by their shape's size, and the sizes to try."""
+    far = max(float(np.percentile(np.abs(x), LARGEST)) for x, _ in motion)
+    fast = max(float(np.percentile(np.abs(v), LARGEST)) for _, v in motion)
+    both = action.sides == "two"
+
+    def law(size: float) -> Column:
+        match action.law:
+            case "cubic":
+                return lambda x, v: cubic_column(x)[..., 0]
+            case "quadratic":
+                return lambda x, v: quadratic_column(v)[..., 0]
+            case "friction":
+                return lambda x, v: friction_column(v, size)[..., 0]
+            case "clearance":
+                gap = size * action.side
+                return lambda x, v: contact_columns(x, gap, both)[..., 0]
+        return lambda x, v: jenkins_columns(x[:, None], size)[:, 0, 0]
+
+    if far <= 0.0 or fast <= 0.0:
+        return law, np.zeros(0)
+    sizes = {"cubic": np.ones(1), "quadratic": np.ones(1), "friction": fast * np.array(SMOOTH)}
+    return law, sizes.get(action.law, far * GRID)
+
+
+def _unknowns(action: NonlinearForce, found: Fitted) -> Real:
+    """In the order of the action's names, SI."""
+    if action.law == "clearance":
+        return np.array([found.coefficient, found.size * action.side])
+    if action.law == "jenkins":
+        return np.array([found.coefficient / found.size, found.coefficient])
+    return np.array([found.coefficient])
+
+
+def is_law(effect: Effect) -> bool:
+    """Whether an effect is an internal force."""
+    return isinstance(effect.action, NonlinearForce)
+
+
+@dataclass(frozen=True)
+class LawScores:
+    """Scores of laws at the points of fits, each worked out once."""
+
+    known: dict[bytes, dict[Key, Score]] = field(default_factory=dict)
+
+    def of(self, found: Fit, effects: Sequence[Effect]) -> dict[Key, Score]:
+        """At a fit against sharp signals."""
+        key = found.p.tobytes() + ",".join(found.setting.columns).encode()
+        if key not in self.known and effects:
+            scores, _ = law_scores(found.point, effects)
+            self.known[key] = {s.effect.key: s for s in scores}
+        return self.known.get(key, {})
+
+    def first(self, found: Fit, laws: Sequence[Effect]) -> dict[Key, Score]:
+        """Beside no other law: where they show more clearly at the nominal model, its own are
+        taken, from which finite sizes begin."""
+        nominal = fitted_at(found.setting, np.zeros(len(found.p)))
+        both = [self.of(f, laws) for f in (nominal, found)]
+        most = [max((s.fraction for s in own.values()), default=0.0) for own in both]
+        if most[1] <= most[0]:
+            return {k: replace(s, trusted=False) for k, s in both[0].items()}
+        return both[1]

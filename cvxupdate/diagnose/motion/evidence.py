@@ -1,0 +1,292 @@
+"""Time histories of a structure that depends on its level, as evidence: output error in simulation,
+internal forces beside all that a linear model may lack."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
+from cvxupdate.diagnose.motion.columns import LawScores, is_law
+from cvxupdate.diagnose.motion.drift import clock_not_level, drift_of
+from cvxupdate.diagnose.motion.point import MotionSetting
+from cvxupdate.diagnose.motion.runs import Run
+from cvxupdate.diagnose.motion.scene import Scene
+from cvxupdate.diagnose.nominal.supports import on_the_file
+from cvxupdate.diagnose.responses.columns import columns_of
+from cvxupdate.diagnose.responses.errors import ContractErrors, channel_errors, stated
+from cvxupdate.diagnose.responses.evidence import ResponseEvidence
+from cvxupdate.diagnose.responses.figures import responses_shown
+from cvxupdate.diagnose.responses.finite_size import few_directions
+from cvxupdate.diagnose.responses.first_order import first_order, linearised
+from cvxupdate.diagnose.responses.sets import sets_of_elements
+from cvxupdate.diagnose.responses.setting import EFFORTS
+from cvxupdate.diagnose.responses.signals import Signal
+from cvxupdate.diagnose.responses.updated import updated_model
+from cvxupdate.diagnose.results import Further, Updated
+from cvxupdate.diagnose.screen.projection import Linearised, Projection
+from cvxupdate.diagnose.screen.shortlist import best_of
+from cvxupdate.diagnose.settings import BUDGET, SIMULATED, WIDE
+from cvxupdate.diagnose.shown import Shown
+from cvxupdate.diagnose.types import (
+    Errors,
+    FiniteSize,
+    LevelChange,
+    Progress,
+    Real,
+    Score,
+    Seed,
+)
+from cvxupdate.fe.model import Model
+from cvxupdate.physics import candidates_of
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import MOTION, Effect
+from cvxupdate.physics.fault import Fault
+
+
+@dataclass(frozen=True)
+class MotionEvidence:
+    """Beside the ``linear`` evidence of the same recordings: the ``runs`` by name, ``stages`` of
+    signals from smooth to sharp, the ``laws`` that are tried."""
+
+    linear: ResponseEvidence
+    runs: Mapping[str, Run]
+    stages: tuple[tuple[Signal, ...], ...]
+    laws: tuple[str, ...]
+    progress: Progress
+    scores: LawScores = field(default_factory=LawScores)
+    begin: float = field(default_factory=time.process_time)
+
+    told_by = MOTION
+
+    @property
+    def model(self) -> Model:
+        """The nominal one with its nuisance parameters."""
+        return self.linear.model
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Effects that are tried."""
+        return (*self.linear.names, *self.laws)
+
+    @property
+    def levels(self) -> int:
+        """Of smoothing."""
+        return len(self.stages)
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Hz."""
+        return self.linear.band
+
+    @property
+    def delay_unit(self) -> float:
+        """Of a sensor's delay, s."""
+        return self.linear.delay_unit
+
+    @cached_property
+    def bases(self) -> tuple[Fit, ...]:
+        """The best linear model: nuisance parameters alone fitted."""
+        out: list[Fit] = []
+        setting = self.setting(self.model, ())
+        p = np.zeros(len(setting.columns))
+        for level in range(self.levels):
+            out.append(fitted(self.at_level(setting, level), p, EFFORTS["base"]))
+            p = out[-1].p
+        return tuple(out)
+
+    @property
+    def noise(self) -> Errors:
+        """Of noise alone."""
+        return self.linear.noise
+
+    @property
+    def nominal(self) -> Errors:
+        """Of the nominal model."""
+        return self.linear.nominal
+
+    def level_change(self) -> LevelChange | None:
+        """Between runs at different drive levels."""
+        return self.linear.level_change()
+
+    @cached_property
+    def drift(self) -> str | None:
+        """Stiffness that goes with time, where that explains more than any law."""
+        laws = [e for e in self.candidates(self.model, self.laws) if is_law(e)]
+        base = self.bases[-1]
+        for fit in (base, fitted_at(base.setting, np.zeros(len(base.p)))):
+            best = max(
+                (s.fraction for s in self.scores.of(self.sharp(fit), laws).values()), default=0.0
+            )
+            found = drift_of(Scene.of(self.sharp(fit).point))
+            if clock_not_level(found, best):
+                return found.says
+        return None
+
+    def context(self, model: Model) -> SearchContext:
+        """For placing effects."""
+        return self.linear.context(model)
+
+    def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
+        """Every effect at every place of a model that the file has."""
+        wanted = self.names if names is None else names
+        own = candidates_of(self.context(model), [n for n in wanted if n in self.laws], MOTION)
+        linear = self.linear.candidates(model, [n for n in wanted if n not in self.laws])
+        return [*on_the_file(own, self.linear.model), *linear]
+
+    def setting(
+        self, model: Model, faults: Sequence[Fault], like: MotionSetting | None = None
+    ) -> MotionSetting:
+        """A model against the recordings at the level of another setting (None: the first)."""
+        level = 0 if like is None else like.level
+        bare = self.linear.setting(model, faults)
+        return MotionSetting(replace(bare, signals=self.stages[level], level=level), self.runs)
+
+    def at_level(self, setting: MotionSetting, level: int) -> MotionSetting:
+        """The same against those of another level."""
+        return replace(
+            setting, linear=replace(setting.linear, signals=self.stages[level], level=level)
+        )
+
+    def evaluated(self, setting: MotionSetting, p: Real) -> Fit:
+        """Without fitting."""
+        return fitted_at(setting, p)
+
+    def fitted(self, seed: Seed, effort: str) -> Fit:
+        """By trust-region convex steps."""
+        return fitted(seed.setting, seed.start, EFFORTS[effort])
+
+    def linearised(self, found: Fit) -> Linearised:
+        """Of the nuisance parameters that can still move."""
+        return linearised(found.point)
+
+    def columns(self, found: Fit, effects: Sequence[Effect]) -> list[Real | None]:
+        """Weighted derivative columns of linear effects; a law's coefficient is no derivative of
+        the model."""
+        linear = [e for e in effects if not is_law(e)]
+        given = iter(columns_of(found.point.linear, linear))
+        return [None if is_law(e) else next(given) for e in effects]
+
+    def first_order(self, found: Fit, effects: Sequence[Effect]) -> list[Score]:
+        """Of linear effects beside the internal forces that are there; of laws along the smoothed
+        motion where none is there yet."""
+        linear = [e for e in effects if not is_law(e)]
+        left = Projection.of(linearised(found.point))
+        given = iter(first_order(found.point.linear, linear, left))
+        laws = {}
+        if not found.point.forces[0].size:
+            laws = self.scores.first(self.sharp(found), [e for e in effects if is_law(e)])
+        nothing = (Score(e, 0.0, np.zeros(e.count), trusted=False) for e in effects)
+        return [
+            laws.get(e.key, none) if is_law(e) else next(given)
+            for e, none in zip(effects, nothing, strict=True)
+        ]
+
+    def sharp(self, found: Fit) -> Fit:
+        """A fit's point against sharp signals."""
+        return fitted_at(self.at_level(found.setting, self.levels - 1), found.p)
+
+    def halves(self, found: Fit) -> Sequence[NDArray[np.bool_]]:
+        """None: laws are not resampled, their place is told by rank."""
+        return ()
+
+    def finite_size(
+        self, nominal: Fit, parent: Fit, placed: tuple[Effect, ...], effects: Sequence[Effect]
+    ) -> FiniteSize:
+        """Laws along the smoothed motion, linear effects in closed form at given internal
+        forces."""
+        laws = [e for e in effects if is_law(e)]
+        rest = [e for e in effects if not is_law(e)]
+        scores = self.scores.of(self.sharp(nominal), laws)
+        point = nominal.point.linear
+        left = Projection.of(linearised(nominal.point))
+        linear = first_order(point, rest, left)
+        exact = best_of(
+            [scores[e.key] for e in laws if e.key in scores],
+            few_directions(point, linear, left),
+            sets_of_elements(point, linear, left),
+        )
+        return FiniteSize([s for s in exact if s.trusted], [])
+
+    def errors(self, found: Fit) -> Errors:
+        """Channel by channel, in free simulation."""
+        data = self.linear.data
+        return Errors(
+            channel_errors(found.point, data.sharp),
+            channel_errors(found.point, data.sharp_hold_out),
+        )
+
+    def relative(self, errors: Errors) -> float:
+        """A fraction of the responses as it is."""
+        return errors.worst
+
+    def allowance(self, model: Model) -> float:
+        """Of the mesh."""
+        return self.linear.allowance(model)
+
+    def explained(self, found: Fit, errors: Errors) -> bool:
+        """Within noise and the discrepancy of a sound model, or what the mesh may leave."""
+        return self.linear.explained(found, errors)
+
+    def clear(self, found: Fit) -> bool:
+        """Half a per cent of the responses beyond noise, or what simulation is good for."""
+        return self.linear.clear(found) or self.errors(found).fit <= SIMULATED
+
+    @property
+    def hurried(self) -> bool:
+        """Whether the time for one diagnosis is over."""
+        return time.process_time() - self.begin > BUDGET
+
+    def wide(self) -> Fit:
+        """The nuisance parameters let go far beyond their scatter."""
+        free = [replace(q, lower=-WIDE, upper=WIDE) for q in self.model.parameters]
+        setting = self.setting(self.model.with_parameters(free), ())
+        found = fitted(setting, np.zeros(len(setting.columns)), EFFORTS["base"])
+        for level in range(1, self.levels):
+            found = fitted(self.at_level(setting, level), found.p, EFFORTS["base"])
+        return found
+
+    def further(self, last: Fit) -> Further:
+        """Nothing."""
+        return Further()
+
+    def left(self, errors: Errors) -> str:
+        """In words."""
+        return self.linear.left(errors)
+
+    def lines(self) -> list[str]:
+        """What the mesh of the file is worth."""
+        return self.linear.lines()
+
+    def updated(self, last: Fit, further: Further) -> Updated:
+        """With a damping ratio of its own for every mode."""
+        return updated_model(last.point)
+
+    def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
+        """Responses before and after, what remains, and the map of explained fractions."""
+        return responses_shown(
+            self.linear.nominal_point,
+            last.point,
+            self.linear.data.sharp,
+            self.linear.data.sharp_hold_out,
+            [(s.effect, s.fraction) for s in scores],
+        )
+
+    def _contract(self, last: Fit) -> ContractErrors:
+        data = self.linear.data
+        after = stated(last.point, (*data.sharp, *data.sharp_hold_out))
+        return ContractErrors(self.linear.before, after)
+
+    def stated(self, last: Fit) -> tuple[Errors, Errors]:
+        """The contract's error: of the file as it came and of the diagnosed model."""
+        return self._contract(last).together()
+
+    def metrics(self, last: Fit) -> dict[str, Any]:
+        """The contract's metrics."""
+        return self._contract(last).metrics()

@@ -1,0 +1,196 @@
+"""Many variants of one modal model with internal forces, marched over one recording at once.
+
+Modes are carried from step to step by their exact propagators, the modal force straight in
+between (first-order hold); the internal forces are found at the end of each step from
+f = law(x⁰ − c f, v⁰ − d f), where x⁰ and v⁰ are what the motion would be without them there and
+c, d what a unit of them does to it within the step. With one place that is a scalar equation, so
+contact and stick need no smoothing: friction holds where |v⁰| ≤ d F, with the force v⁰ / d (the
+set-valued law, Moreau 1988). Only the places of the internal forces are computed: what sensors say
+follows from the forces by receptances. `cvxupdate.simulate` follows one model to a tolerance; this
+follows thirty variants at fixed steps, for derivatives.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.forces.compiled import compiled
+from cvxupdate.forces.kinds import FRICTION
+from cvxupdate.forces.scalar import respond
+
+Real = NDArray[np.float64]
+
+TERMS, HALVINGS = 14, 6  # of the exponential series, and of the step before it
+NEWTON, SWEEPS = 40, 60  # iterations at most at one place, rounds over several
+CLOSE = 1e-10  # of the force so far: converged
+
+
+@dataclass(frozen=True)
+class Variants:
+    """``lam`` (b, r) in (rad/s)², ``slow`` (b, r) = 2ζω in 1/s; shapes at the drives ``drive`` (b,
+    r, inputs) and at the places ``place`` (b, r, places); static flexibility beyond the modes
+    between places and drives ``beside`` (places, inputs) and among places ``between`` (places,
+    places), m/N; ``laws``: values (b, places, 4) of ``kinds`` (places,)."""
+
+    lam: Real
+    slow: Real
+    drive: Real
+    place: Real
+    beside: Real
+    between: Real
+    kinds: NDArray[np.int64]
+    values: Real
+
+
+def propagators(lam: Real, slow: Real, step: float) -> Real:
+    """(…, 2, 4): (η, hη̇) at the end of a step from (η, hη̇, F₀, F₁) at its beginning, for
+    η̈ + slow η̇ + lam η = F(t) with F straight in between; by scaling and squaring, so that
+    rigid-body and overdamped modes need no case of their own."""
+    A = np.zeros((*lam.shape, 4, 4))
+    A[..., 0, 1] = 1.0
+    A[..., 1, 0], A[..., 1, 1], A[..., 1, 2] = -lam * step**2, -slow * step, step**2
+    A[..., 2, 3] = 1.0
+    size = float(np.abs(A).sum(axis=-1).max(initial=1.0))
+    halvings = max(HALVINGS, int(np.ceil(np.log2(size))) + 1)
+    A = A / 2.0**halvings
+    E = np.broadcast_to(np.eye(4), A.shape).copy()
+    term = E.copy()
+    for k in range(1, TERMS):
+        term = term @ A / k
+        E = E + term
+    for _ in range(halvings):
+        E = E @ E
+    out = E[..., :2, :].copy()
+    out[..., 2] = E[..., :2, 2] - E[..., :2, 3]  # F(τ) = F₀ + τ (F₁ − F₀)
+    return out
+
+
+def marched(v: Variants, force: Real, rate: float) -> tuple[Real, Real, Real]:
+    """Internal forces, motions and velocities at the places (b, samples, places), from rest, under
+    ``force`` (samples, inputs) at ``rate`` Hz."""
+    P = propagators(v.lam, v.slow, 1.0 / rate)
+    shape = (len(v.lam), len(force), len(v.kinds))
+    out = (np.zeros(shape), np.zeros(shape), np.zeros(shape))
+    P, drive, place, beside, between, driven, values = (
+        np.ascontiguousarray(a, dtype=float)
+        for a in (P, v.drive, v.place, v.beside, v.between, force, v.values)
+    )
+    _march(P, drive, place, beside, between, driven, values, v.kinds, rate, *out)
+    return out
+
+
+@compiled
+def _force(kind: Any, p: Any, x: Any, v: Any, c: Any, d: Any, z: Any, w: Any, f: Any) -> Any:
+    """Force at one place, from where it would be without: Newton's method from ``f``."""
+    if kind == FRICTION:
+        held = v / d if d > 0.0 else 0.0
+        return min(max(held, -p[0]), p[0])
+    for _ in range(NEWTON):
+        g, kx, kv, _, _ = respond(kind, p, x - c * f, v - d * f, z, w)
+        slope = 1.0 + c * kx + d * kv
+        if slope < 0.1:
+            slope = 0.1
+        step = (g - f) / slope
+        f = f + step
+        if abs(step) <= CLOSE * (abs(f) + 1e-30):
+            break
+    return f
+
+
+@compiled
+def _carried(
+    P: Any, drive: Any, place: Any, f: Any, rate: Any, modes: Any, x0: Any, v0: Any
+) -> None:
+    """One step of all ``modes`` (3, r: η, hη̇, modal force) under forces ``f`` (inputs,) at its end,
+    and what the places do without internal forces there."""
+    for r in range(modes.shape[1]):
+        end = 0.0
+        for k in range(len(f)):
+            end += drive[r, k] * f[k]
+        e = P[r, 0, 0] * modes[0, r] + P[r, 0, 1] * modes[1, r]
+        e += P[r, 0, 2] * modes[2, r] + P[r, 0, 3] * end
+        u = P[r, 1, 0] * modes[0, r] + P[r, 1, 1] * modes[1, r]
+        u += P[r, 1, 2] * modes[2, r] + P[r, 1, 3] * end
+        modes[0, r], modes[1, r], modes[2, r] = e, u, end
+        for i in range(len(x0)):
+            x0[i] += place[r, i] * e
+            v0[i] += place[r, i] * u * rate
+
+
+@compiled
+def _without(x0: Any, c: Any, now: Any, i: int, all_: bool) -> Any:
+    """Motion of place i less what the forces at the other places (or at all) do to it."""
+    x = x0[i]
+    for j in range(len(now)):
+        if all_ or j != i:
+            x -= c[i, j] * now[j]
+    return x
+
+
+@compiled
+def _settled(
+    kinds: Any, p: Any, x0: Any, v0: Any, c: Any, d: Any, z: Any, w: Any, now: Any
+) -> None:
+    """Forces at all places, round after round until they agree with one another."""
+    for _ in range(SWEEPS):
+        moved, largest = 0.0, 1e-30
+        for i in range(len(now)):
+            xi, vi = _without(x0, c, now, i, False), _without(v0, d, now, i, False)
+            new = _force(kinds[i], p[i], xi, vi, c[i, i], d[i, i], z[i], w[i], now[i])
+            moved, largest = max(moved, abs(new - now[i])), max(largest, abs(new))
+            now[i] = new
+        if len(now) == 1 or moved <= CLOSE * largest:
+            break
+
+
+@compiled
+def _pushed(P: Any, place: Any, now: Any, modes: Any) -> None:
+    """What the internal forces of a step do to the modes at its end."""
+    for r in range(modes.shape[1]):
+        back = 0.0
+        for i in range(len(now)):
+            back += place[r, i] * now[i]
+        modes[0, r] -= P[r, 0, 3] * back
+        modes[1, r] -= P[r, 1, 3] * back
+        modes[2, r] -= back
+
+
+@compiled
+def _march(
+    P: Any,
+    drive: Any,
+    place: Any,
+    beside: Any,
+    between: Any,
+    force: Any,
+    values: Any,
+    kinds: Any,
+    rate: Any,
+    f: Any,
+    x: Any,
+    v: Any,
+) -> None:
+    places = len(kinds)
+    x0, v0 = np.zeros(places), np.zeros(places)
+    for b in range(len(drive)):
+        modes = np.zeros((3, drive.shape[1]))
+        modes[2] = drive[b] @ force[0]
+        z, w, now = np.zeros(places), np.zeros(places), np.zeros(places)
+        ends = np.ascontiguousarray(place[b].T)
+        c = between + ends @ (np.ascontiguousarray(P[b, :, 0, 3]).reshape(-1, 1) * place[b])
+        d = ends @ (np.ascontiguousarray(P[b, :, 1, 3]).reshape(-1, 1) * place[b]) * rate
+        for t in range(1, len(force)):
+            x0[:] = beside @ force[t]
+            v0[:] = 0.0
+            _carried(P[b], drive[b], place[b], force[t], rate, modes, x0, v0)
+            _settled(kinds, values[b], x0, v0, c, d, z, w, now)
+            for i in range(places):
+                xi, vi = _without(x0, c, now, i, True), _without(v0, d, now, i, True)
+                if kinds[i] != FRICTION:
+                    _, _, _, z[i], w[i] = respond(kinds[i], values[b, i], xi, vi, z[i], w[i])
+                f[b, t, i], x[b, t, i], v[b, t, i] = now[i], xi, vi
+            _pushed(P[b], place[b], now, modes)

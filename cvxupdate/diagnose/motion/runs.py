@@ -1,0 +1,181 @@
+"""Recordings in time as they are marched and compared: forces on a finer clock, the lines on which
+responses are judged."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
+
+from cvxupdate.diagnose.responses.data import DIFFERENCED, signals_of
+from cvxupdate.diagnose.responses.signals import Complex, Real, Signal, smoothed
+from cvxupdate.recordings.measured import DECAY, MOTION, band_of
+from cvxupdate.recordings.types import TimeHistory
+
+FINER = 8  # steps of the march in a sample
+SMOOTHING = 0.05  # half-width of the kernel of the first fits, in parts of the frequency
+LINES = 700  # of a run at most
+COLUMNS = 4  # steps of the columns of a regression in a sample
+EDGE = 0.45  # of the sampling rate: lines above are left to the anti-alias filter
+QUIET, STILL = 16, 0.03  # samples, and what of the r.m.s. they may scatter by at rest
+STRETCH = 25  # lines whose mean power is one estimate of the noise
+QUIETEST = 1.8  # their mean over the least of a hundred such estimates, of white noise
+
+
+@dataclass(frozen=True)
+class Run:
+    """One recording: ``force`` (samples, inputs) and ``motion`` (samples, sensors) at ``rate`` Hz,
+    ``orders`` of differentiation of the sensors, ``noise`` (sensors,) standard deviations per
+    sample; labels of DOFs."""
+
+    name: str
+    use: str
+    level: float
+    rate: float
+    force: Real
+    motion: Real
+    orders: tuple[int, ...]
+    noise: Real
+    inputs: tuple[str, ...]
+    sensors: tuple[str, ...]
+
+    @property
+    def samples(self) -> int:
+        """Their number."""
+        return len(self.force)
+
+    @property
+    def fine_rate(self) -> float:
+        """Of the march, Hz."""
+        return self.rate * FINER
+
+    @cached_property
+    def padded(self) -> int:
+        """Samples of a transform in which nothing of the end comes round to the beginning."""
+        return int(next_fast_len(2 * self.samples, real=True))
+
+    @cached_property
+    def lines(self) -> Complex:
+        """iω of a padded transform."""
+        return np.asarray(2j * np.pi * np.fft.rfftfreq(self.padded, 1.0 / self.rate))
+
+    def spectra(self, values: Real) -> Complex:
+        """Padded transform of samples (samples, …)."""
+        return np.asarray(rfft(values, self.padded, axis=0))
+
+    def samples_of(self, spectra: Complex, finer: int = 1) -> Real:
+        """Back to samples, on a clock ``finer`` times as fast (band-limited interpolation)."""
+        wide = np.zeros((self.padded * finer // 2 + 1, *spectra.shape[1:]), dtype=complex)
+        wide[: len(spectra)] = spectra
+        out = irfft(wide, self.padded * finer, axis=0) * finer
+        return np.asarray(out[: self.samples * finer])
+
+    def coarse(self, fine: Real) -> Complex:
+        """Padded transform, on the lines of the samples, of values on the fine clock."""
+        finer = len(fine) // self.samples
+        return np.asarray(rfft(fine, self.padded * finer, axis=0)[: len(self.lines)] / finer)
+
+    @cached_property
+    def fine_force(self) -> Real:
+        """The force on the clock of the march; its first sample stands for the one at rest."""
+        return self.interpolated(FINER)
+
+    def interpolated(self, finer: int) -> Real:
+        """The force on a clock ``finer`` times as fast as the samples'."""
+        return self.samples_of(self.spectra(self.force), finer)
+
+    def decaying(self, fine: Real, s: Complex) -> Complex:
+        """∫ e^{−st} f dt (points, …) of values on a finer clock, at points ``s`` on the record's
+        lines."""
+        rate = self.rate * (len(fine) // self.samples)
+        t = np.arange(len(fine)) / rate
+        delta = DECAY * self.rate / self.samples
+        decay = np.exp(-delta * t).reshape(-1, *(1,) * (fine.ndim - 1))
+        lines = np.rint(s.imag / (2.0 * np.pi) * self.samples / self.rate).astype(np.int64)
+        return np.asarray(rfft(decay * fine, axis=0)[lines] / rate)
+
+
+def run_of(history: TimeHistory) -> Run | None:
+    """A recording with forces and motions at DOFs of the model; None for any other."""
+    channels = history.channels
+    drives = [i for i, c in enumerate(channels) if c.quantity == "force" and c.dof]
+    senses = [i for i, c in enumerate(channels) if c.quantity in MOTION and c.dof]
+    if not drives or not senses:
+        return None
+    motion = history.data[:, senses]
+    force = history.data[:, drives]
+    level = history.origin.level
+    return Run(
+        history.origin.name,
+        history.origin.use,
+        float(np.sqrt(np.mean(force**2))) if level is None else level,
+        history.rate,
+        force,
+        motion,
+        tuple(MOTION.index(channels[i].quantity) for i in senses),
+        noise_of(motion),
+        tuple(channels[i].label for i in drives),
+        tuple(channels[i].label for i in senses),
+    )
+
+
+def from_rest(history: TimeHistory) -> TimeHistory:
+    """Without the offsets of its channels, where it begins at rest: with a stretch in which the
+    forces do not move."""
+    drives = [i for i, c in enumerate(history.channels) if c.quantity == "force"]
+    start = history.data[:QUIET]
+    sizes = np.std(history.data, axis=0)
+    if not drives or np.any(np.std(start[:, drives], axis=0) > STILL * sizes[drives]):
+        return history
+    return replace(history, data=history.data - start.mean(axis=0))
+
+
+def noise_of(motion: Real) -> Real:
+    """Standard deviation per sample (sensors,) of white noise: the quietest stretch of each
+    spectrum. Distortion may fill all of it, so that it is an upper bound: no more is taken than
+    where nothing is known."""
+    n = len(motion)
+    power = np.abs(rfft(motion, axis=0)[1:]) ** 2 / n
+    edges = np.arange(0, len(power) + 1, STRETCH)
+    least = np.array([power[a:b].mean(axis=0) for a, b in pairwise(edges)]).min(axis=0)
+    return np.asarray(np.minimum(np.sqrt(least * QUIETEST), DIFFERENCED * np.std(motion, axis=0)))
+
+
+def wide(history: TimeHistory) -> TimeHistory:
+    """With its whole band: what a nonlinear structure says, it also says where the force is not."""
+    low = 8.0 * history.rate / len(history.data)
+    band = (min(low, band_of(history)[0]), EDGE * history.rate)
+    return replace(history, band=band)
+
+
+def stages_of(
+    histories: Sequence[TimeHistory], runs: Mapping[str, Run], sharp: Sequence[Signal]
+) -> tuple[tuple[Signal, ...], ...]:
+    """What is fitted: first the ``sharp`` signals smoothed, so that resonances find their places,
+    then lines of the whole band, some hundreds of each run."""
+    lines = wide_signals(histories, [runs[h.origin.name] for h in histories])
+    thinned = []
+    for s in lines:
+        keep = slice(None, None, max(1, int(np.ceil(len(s.s) / LINES))))
+        thinned.append(replace(s, s=s.s[keep], Y=s.Y[keep], U=s.U[keep], std=s.std[keep]))
+    return tuple(smoothed(s, SMOOTHING) for s in sharp), tuple(thinned)
+
+
+def wide_signals(histories: Sequence[TimeHistory], runs: Sequence[Run]) -> tuple[Signal, ...]:
+    """On the lines of the whole band, with the noise of the runs."""
+    out = []
+    for history, run in zip(histories, runs, strict=True):
+        decay = np.linalg.norm(np.exp(-DECAY * np.arange(run.samples) / run.samples)) / run.rate
+        for signal in signals_of(wide(history)):
+            own = [
+                run.noise[k]
+                for k, (label, order) in enumerate(zip(run.sensors, run.orders, strict=True))
+                if order == signal.order and label in signal.sensors
+            ]
+            std = np.broadcast_to((np.array(own) * decay)[None, :, None], signal.Y.shape)
+            out.append(replace(signal, std=std))
+    return tuple(out)

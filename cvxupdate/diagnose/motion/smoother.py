@@ -1,0 +1,108 @@
+"""Motions at a place that no sensor need be at: the model's answer to the recorded forces, and
+what the sensors say beyond it, as the answer to a force at that place (a smoother with one latent
+force).
+
+On each line of a padded transform the latent force p has a prior mean and a variance σ²(ω), taken
+from what the sensors say beyond the model less their noise; where accelerometers hear only noise
+(the lowest lines) the variance goes on as it is above, so that double integration of noise does
+no harm. With the force of a law as the mean the estimate is that law's wherever sensors are blind,
+also at rest: contact on one side moves the mean position, which no accelerometer says.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cvxupdate.diagnose.motion.point import MotionPoint
+from cvxupdate.diagnose.motion.runs import COLUMNS, Run
+from cvxupdate.diagnose.responses.signals import Complex, Real
+from cvxupdate.fe.synthesis.pieces import sensor_rows
+
+HEARD = 4.0  # times the noise: what sensors say beyond the model is no chance
+SPREAD = 100  # of all lines: over how many a spectrum is averaged
+TAPER = 25  # part of the samples over which the end is let down
+
+
+@dataclass(frozen=True)
+class Beyond:
+    """What one run says beyond a model: ``residual`` (lines, sensors), modal coordinates ``eta``
+    (lines, modes) of the model's own motion, ``inverse`` (lines, modes), shapes at the sensors with
+    their differentiation ``out`` (lines, sensors, 1) and ``at`` (sensors, modes), noise power of a
+    line ``noise`` (sensors,)."""
+
+    run: Run
+    residual: Complex
+    eta: Complex
+    inverse: Complex
+    drive: Complex
+    at: Real
+    noise: Real
+
+    @classmethod
+    def of(cls, point: MotionPoint, run: Run) -> Beyond:
+        """At a point."""
+        s, model = run.lines, point.setting.model
+        phi = np.vstack([point.modes.shapes, np.zeros((1, point.modes.shapes.shape[1]))])
+        sensors, inputs = (sensor_rows(model, x) for x in (run.sensors, run.inputs))
+        lam = np.maximum(point.modes.eigenvalues, 0.0)
+        slow = 2.0 * point.damping * np.sqrt(lam) + point.further
+        d = s[:, None] ** 2 + slow * s[:, None] + lam
+        inverse = np.where(np.abs(d) > 0.0, 1.0 / np.where(d == 0.0, 1.0, d), 0.0)
+        force = run.spectra(run.force) @ phi[inputs]
+        laws, B = point.forces
+        if laws.size:
+            force = force - run.coarse(point.motions[run.name][0]) @ (B.T @ point.modes.shapes)
+        eta = inverse * force
+        drive = s[:, None] ** np.array(run.orders)
+        own = run.samples_of(drive * (eta @ phi[sensors].T))
+        end = max(2, run.samples // TAPER)
+        fade = np.ones(run.samples)
+        fade[-end:] = 0.5 * (1.0 + np.cos(np.pi * np.arange(end) / end))
+        residual = run.spectra((run.motion - own) * fade[:, None])
+        return cls(run, residual, eta, inverse, drive, phi[sensors], run.noise**2 * run.samples)
+
+    def smoother(self, shape: Real) -> Smoother:
+        """For a latent force along a direction with modal shape ``shape`` (modes,)."""
+        reach = self.drive * ((self.inverse * shape) @ self.at.T)
+        power = np.abs(reach) ** 2 / self.noise  # of a unit force, in units of the noise
+        said = np.abs(self.residual) ** 2 / self.noise
+        width = max(5, len(said) // SPREAD)
+        total, strength = _averaged(said.sum(axis=1), width), _averaged(power.sum(axis=1), width)
+        sensors = self.at.shape[0]
+        variance = np.maximum(total - sensors, 0.0) / np.maximum(strength, 1e-300)
+        heard = np.flatnonzero(total > HEARD * sensors)
+        first = int(heard[0]) if len(heard) else 0
+        if first > 0:
+            variance[:first] = np.median(variance[first : 3 * first + 1])
+        whole = 1.0 + variance * power.sum(axis=1)
+        gain = (variance / whole)[:, None] * np.conj(reach) / self.noise
+        taken = np.sum(gain * reach, axis=1)
+        said = np.sum(gain * self.residual, axis=1)
+        return Smoother(self.run, self.eta @ shape, self.inverse @ shape**2, said, taken)
+
+
+@dataclass(frozen=True)
+class Smoother:
+    """One place: the model's own motion ``own`` there (lines,), ``soft`` that by a unit force
+    there, the force ``said`` by the sensors, and the part ``taken`` (0 to 1) that they know of
+    it."""
+
+    run: Run
+    own: Complex
+    soft: Complex
+    said: Complex
+    taken: Complex
+
+    def motion(self, mean: Complex | None = None) -> tuple[Real, Real]:
+        """Motion and velocity at the place (fine samples,) with a prior ``mean`` (lines,) of the
+        force on the structure."""
+        force = self.said if mean is None else self.said + (1.0 - self.taken) * mean
+        q = self.own + self.soft * force
+        fine = self.run.samples_of(np.stack([q, self.run.lines * q], axis=1), COLUMNS)
+        return fine[:, 0], fine[:, 1]
+
+
+def _averaged(values: Real, width: int) -> Real:
+    return np.convolve(values, np.ones(width) / width, mode="same")

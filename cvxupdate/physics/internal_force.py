@@ -1,0 +1,186 @@
+"""What the non-linear effects share: elements whose force no matrix says, where they can stand, how
+they are planted."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cvxupdate.fe.block import COMMON, Block
+from cvxupdate.fe.elements.base import Element, Real
+from cvxupdate.fe.elements.clearance import Clearance
+from cvxupdate.fe.elements.cubic_spring import CubicSpring
+from cvxupdate.fe.elements.friction import Friction
+from cvxupdate.fe.elements.jenkins import Jenkins
+from cvxupdate.fe.elements.quadratic_damper import QuadraticDamper
+from cvxupdate.fe.model import KINDS, Model
+from cvxupdate.fe.parameters import Parameter, Target
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.draft import Draft, kind_of
+from cvxupdate.physics.effect import Effect, Planted
+from cvxupdate.physics.growth import dof_rows, new_ids
+from cvxupdate.physics.place import TRANSLATIONS, Place
+
+FEW_ENDS = 12  # DOFs that springs join: up to so many, every pair of them is a place
+# Bounds of parameters relative to their first values: of what must stay above zero, and of what may
+# change its sign.
+ABOVE, EITHER = (-0.999, 50.0), (-20.0, 50.0)
+
+
+def element_of(law: str, dof: str, nodes: int, sides: str) -> Element:
+    """The element type of a law."""
+    match law:
+        case "cubic":
+            return CubicSpring(dof, nodes)
+        case "clearance":
+            return Clearance(dof, nodes, "two" if sides == "two" else "one")
+        case "friction":
+            return Friction(dof, nodes)
+        case "jenkins":
+            return Jenkins(dof, nodes)
+    return QuadraticDamper(dof, nodes)
+
+
+def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
+    """An internal force as an element of a problem file."""
+    kind, number = block.kind, int(block.ids[e])
+    ends = block.dofs[e].tolist()
+    nodes = [draft.end(model, d) for d in ends]
+    row = {"id": number, "nodes": nodes, "dof": kind_of(model, ends[0])}
+    row |= {k: now[k] for k in kind.properties if now[k] != 0.0}
+    if isinstance(kind, Clearance):
+        row["sides"] = kind.sides
+    draft.put(kind.name, {**row, "group": draft.fresh_group(kind.name.replace("_", " "), nodes[0])})
+
+
+@dataclass(frozen=True, eq=False)
+class NonlinearForce:
+    """A law at DOFs ``rows``, relative to whose first ``values`` its parameters are: empty until
+    it is planted. ``signs`` says of which of its ``names`` that they must be above zero."""
+
+    law: str
+    rows: tuple[int, ...]
+    names: tuple[str, ...]
+    positive: tuple[bool, ...]
+    sides: str = "one"
+    side: int = 1
+    values: tuple[float, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """Number of unknowns."""
+        return len(self.names)
+
+    @property
+    def columns(self) -> int:
+        """All are parameters of the model."""
+        return len(self.names)
+
+    @property
+    def detail(self) -> tuple[Hashable, ...]:
+        """One- or two-sided, and which side."""
+        return (self.sides, self.side)
+
+    def label(self, place: Place) -> str:
+        """Where, for tables."""
+        return f"at {place.short}"
+
+    def tenable(self, values: Mapping[str, float], bottom: float, top: float) -> bool:
+        """Whatever its size."""
+        return True
+
+    def plant(self, effect: Effect, model: Model, guess: Real, delay_unit: float) -> Planted:
+        """On any model; its parameters begin at zero, relative to the sizes ``guess`` (SI; one
+        unit where nothing says a size)."""
+        values = self.values or tuple(float(g) or 1.0 for g in guess)
+        return Planted(
+            replace(effect, action=replace(self, values=values)),
+            grown(model, self, values, effect),
+            np.zeros(len(values)),
+        )
+
+    def moved(self, effect: Effect, context: SearchContext) -> Effect | None:
+        """At the same DOFs of another model."""
+        kind = effect.place.dof
+        rows = tuple(context.model.place.get(f"n{n}.{kind}", -1) for n in effect.place.nodes)
+        return None if min(rows) < 0 else replace(effect, action=replace(self, rows=rows))
+
+
+def grown(model: Model, action: NonlinearForce, values: Sequence[float], effect: Effect) -> Model:
+    """The model with one element more, and a parameter for each of its properties."""
+    place = effect.place
+    kind = element_of(action.law, str(place.dof), len(action.rows), action.sides)
+    ids = new_ids(model, 1)
+    properties = {
+        **{k: np.array([v]) for k, v in COMMON.items()},
+        **{k: np.zeros(1) for k in kind.properties},
+        **{n: np.array([v]) for n, v in zip(action.names, values, strict=True)},
+    }
+    code = KINDS.index(str(place.dof))
+    block = Block(
+        kind,
+        ids,
+        ("",),
+        np.array([action.rows]),
+        np.array([[code] * len(action.rows)]),
+        (),
+        np.zeros(1, dtype=np.int64),
+        properties,
+    )
+    number = len(model.blocks)
+    wider = replace(model, blocks=(*model.blocks, block))
+    units = {q.name: q.unit for q in effect.figures}
+    fresh = [
+        Parameter(
+            f"{effect.physics}@{place.short}.{name}",
+            name,
+            (Target(number, np.array([0]), (name,), np.array([[value]])),),
+            *effect.limits,
+            value,
+            value,
+            units[name],
+            tuple(ids.tolist()),
+            None,
+        )
+        for name, value in zip(action.names, values, strict=True)
+    ]
+    return wider.with_parameters((*wider.parameters, *fresh))
+
+
+def places(context: SearchContext) -> list[tuple[tuple[int, ...], Place]]:
+    """(DOF rows, place) where a law can act: every free translation against ground; between the
+    ends of springs along one direction, every pair of them where they are few."""
+    model = context.model
+    out: list[tuple[tuple[int, ...], Place]] = [
+        ((row,), Place(nodes=(node,), dof=kind))
+        for row, node, kind in dof_rows(model, TRANSLATIONS)
+    ]
+    for kind in TRANSLATIONS:
+        ends: set[int] = set()
+        joined: set[tuple[int, int]] = set()
+        for block in model.blocks:
+            if block.kind.name not in ("spring", "dashpot") or KINDS[block.direction[0, 0]] != kind:
+                continue
+            ends.update(int(d) for d in block.dofs.reshape(-1) if d >= 0)
+            if block.dofs.shape[1] == 2:
+                joined.update((int(a), int(b)) for a, b in block.dofs if a >= 0 and b >= 0)
+        pairs = set(joined)
+        if len(ends) <= FEW_ENDS:
+            pairs |= {p for p in combinations(sorted(ends), 2) if p[::-1] not in joined}
+        for a, b in sorted(pairs):
+            nodes = tuple(int(model.node_ids[model.dof_node[d]]) for d in (a, b))
+            if nodes[0] != nodes[1]:
+                out.append(((a, b), Place(nodes=nodes, dof=kind)))
+    return out
+
+
+def direction(model: Model, rows: Sequence[int]) -> NDArray[np.float64]:
+    """(N,): +1 at the second of two DOFs and −1 at the first, or +1 at the only one."""
+    out = np.zeros(model.size)
+    for d, sign in zip(rows, (1.0,) if len(rows) == 1 else (-1.0, 1.0), strict=True):
+        out[d] += sign
+    return out
