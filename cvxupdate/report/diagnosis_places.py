@@ -81,8 +81,8 @@ def place_picture(found: Diagnosis, spec: Spec) -> str | None:
     """The structure with every finding marked: elements thick and coloured, nodes ringed and named;
     supports as triangles."""
     sketch = sketch_of(spec)
-    if sketch is None:
-        return None
+    if sketch is None or np.ptp(sketch.xyz, axis=0).max(initial=0.0) == 0.0:
+        return None  # one point is no picture
     drawing = cast("Geometry", sketch)  # the same fields, made from the problem file alone
     marked, rings = _marks(found, sketch)
     view = _view(sketch)
