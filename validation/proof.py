@@ -157,18 +157,16 @@ def judge(said: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
         "confidence": max((f["confidence"] for f in findings), default=None),
     }
     if nonlinear and not any(f["physics"] in NONLINEAR for f in findings):
-        right = (
-            said["verdict"] == "undetermined" and not claimed
-        )  # the tool has no such effect yet: silence is right, a linear sentence is not
         return {
             **common,
-            "right_verdict": right,
-            "physics": None,
-            "place": None,
+            "right_verdict": False,
+            "physics": False,
+            "place": False,
             "sizes": [],
             "size": None,
             "equivalent": False,
-            "right": right,
+            "linear_sentence": claimed,
+            "right": False,
         }
     verdict = said["verdict"] in truth["accept"]
     physics = place = size = True
@@ -220,6 +218,7 @@ def place_text(location: Mapping[str, Any]) -> str:
 def totals(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[int]]:
     """(right, of how many) of each requirement."""
     linear = [r for r in rows if not r["nonlinear"]]
+    bent = [r for r in rows if r["nonlinear"]]
     effects = [r for r in linear if r["true_verdict"] != "consistent"]
 
     def share(of: Sequence[Mapping[str, Any]], key: str) -> list[int]:
@@ -234,9 +233,11 @@ def totals(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[int]]:
         "nothing found where nothing is": share(
             [r for r in linear if r["true_verdict"] == "consistent"], "right"
         ),
-        "nonlinear: no linear sentence claimed": share(
-            [r for r in rows if r["nonlinear"]], "right"
-        ),
+        "nonlinear physics: verdict, physics and place right": share(bent, "right"),
+        "nonlinear: no linear sentence claimed": [
+            sum(not r.get("linear_sentence", False) for r in bent),
+            len(bent),
+        ],
         "held-out error halved where something is claimed": share(
             [r for r in rows if r["claimed"]], "halved"
         ),

@@ -129,8 +129,8 @@ def test_nothing_and_nonlinear():
         "accept": ["missing_physics"],
         "findings": [{"physics": "clearance", "location": place([2, 3])}],
     }
-    assert proof.judge(said(verdict="undetermined", findings=[]), stop)["right"]
-    assert (
-        not proof.judge(said(), stop)["right"]
-        and not proof.judge(said(verdict="consistent", findings=[]), stop)["right"]
-    )
+    silent = proof.judge(said(verdict="undetermined", findings=[]), stop)
+    assert not silent["right"] and not silent["linear_sentence"]
+    linear = proof.judge(said(), stop)
+    assert not linear["right"] and linear["linear_sentence"]
+    assert not proof.judge(said(verdict="consistent", findings=[]), stop)["right"]
