@@ -100,7 +100,7 @@ class Fit:
         averaged over the level of the model's discrepancy (a factor on what the weights allow for,
         log-uniform): a model that leaves only noise gains by needing no discrepancy, one that
         leaves much is not ruled out by a level that nobody knew. Rows count as so many as are
-        independent."""
+        independent, and the priors as little beside them as they did in the fit."""
         values, weights, _ = self.point.differences
         squares, noise = np.abs(weights * values) ** 2, self.setting.noise_parts(self.point)
         share = self.independent / max(1, self.rows)
@@ -109,7 +109,7 @@ class Fit:
         variances = (noise + level**2 * (1.0 - noise) + SMALL for level in levels)
         logs = np.array([-0.5 * share * np.sum(squares / v + np.log(v)) for v in variances])
         best = float(logs.max())
-        return best + float(np.log(np.mean(np.exp(logs - best)))) - 0.5 * prior
+        return best + float(np.log(np.mean(np.exp(logs - best)))) - 0.5 * share * prior
 
     @property
     def excess(self) -> float:

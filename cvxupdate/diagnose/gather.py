@@ -93,6 +93,7 @@ def in_simulation(
     data = prepare([h for h in histories if h.origin.name in runs])
     data = replace(data, mesh=linear.data.mesh, sheared=linear.data.sheared)
     return MotionEvidence(
+        linear,
         replace(linear, data=data),
         runs,
         stages_of(fit, runs, data.sharp),

@@ -39,7 +39,7 @@ def test_every_effect_has_its_sentence_at_every_place() -> None:
     """One sentence, a capital first, a full stop last, neither underscore nor exponent nor "at
     where"."""
     assert set(FIGURES) == set(effect_names())
-    for kind in EFFECTS:
+    for kind in (e for e in EFFECTS if e.name in FIGURES):
         assert "_" not in kind.noun
         for place in PLACES:
             for sign in (1.0, -1.0):

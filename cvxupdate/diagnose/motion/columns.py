@@ -33,8 +33,8 @@ from cvxupdate.physics.internal_force import NonlinearForce, direction
 
 GRID = np.geomspace(0.02, 0.85, 9)  # of the largest motion: gaps and slip distances
 # times the best of the grid, and how often the motion is smoothed anew there
-FINE = (((0.7, 0.84, 1.19, 1.4), 1), ((1.0,), 3), ((0.92, 1.08), 2))
-AGAIN = 3  # how often the motion is smoothed anew with the law's force
+CLOSER = (((0.7, 0.84, 1.19, 1.4), 1), ((1.0,), 3), ((0.92, 1.08), 2))
+SMOOTHED = 3  # how often the motion is smoothed anew with the law's force
 SMOOTH = (0.003, 0.02)  # of the largest velocity: width of the sign of friction
 KEPT = 0.3  # of the best law at any place: laws that explain less are not refined
 LARGEST = 99.9  # per cent of the samples are below what counts as the largest motion
@@ -167,7 +167,7 @@ class Spot:
         motion = [s.motion() for s in self.smoothers]
         family, _ = _family(action, motion)
         shaped = action.law in ("clearance", "jenkins")
-        for factors, rounds in FINE if shaped else (((1.0,), AGAIN),):
+        for factors, rounds in CLOSER if shaped else (((1.0,), SMOOTHED),):
             tried = [
                 _signed(action, self.repeated(family(g), g, motion, rounds))
                 for g in (found.size * f for f in factors)

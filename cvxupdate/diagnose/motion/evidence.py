@@ -52,9 +52,11 @@ from cvxupdate.physics.fault import Fault
 
 @dataclass(frozen=True)
 class MotionEvidence:
-    """Beside the ``linear`` evidence of the same recordings: the ``runs`` by name, ``stages`` of
-    signals from smooth to sharp, the ``laws`` that are tried."""
+    """Beside the ``linear`` evidence of the same recordings, offsets taken out of those that
+    ``came``: the ``runs`` by name, ``stages`` of signals from smooth to sharp, the ``laws`` that
+    are tried."""
 
+    came: ResponseEvidence
     linear: ResponseEvidence
     runs: Mapping[str, Run]
     stages: tuple[tuple[Signal, ...], ...]
@@ -281,7 +283,7 @@ class MotionEvidence:
     def _contract(self, last: Fit) -> ContractErrors:
         data = self.linear.data
         after = stated(last.point, (*data.sharp, *data.sharp_hold_out))
-        return ContractErrors(self.linear.before, after)
+        return ContractErrors(self.came.before, after)
 
     def stated(self, last: Fit) -> tuple[Errors, Errors]:
         """The contract's error: of the file as it came and of the diagnosed model."""

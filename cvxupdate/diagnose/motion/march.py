@@ -26,7 +26,7 @@ Real = NDArray[np.float64]
 
 TERMS, HALVINGS = 14, 6  # of the exponential series, and of the step before it
 NEWTON, SWEEPS = 40, 60  # iterations at most at one place, rounds over several
-CLOSE = 1e-10  # of the force so far: converged
+CONVERGED = 1e-10  # of the force so far: converged
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def _force(kind: Any, p: Any, x: Any, v: Any, c: Any, d: Any, z: Any, w: Any, f:
             slope = 0.1
         step = (g - f) / slope
         f = f + step
-        if abs(step) <= CLOSE * (abs(f) + 1e-30):
+        if abs(step) <= CONVERGED * (abs(f) + 1e-30):
             break
     return f
 
@@ -143,7 +143,7 @@ def _settled(
             new = _force(kinds[i], p[i], xi, vi, c[i, i], d[i, i], z[i], w[i], now[i])
             moved, largest = max(moved, abs(new - now[i])), max(largest, abs(new))
             now[i] = new
-        if len(now) == 1 or moved <= CLOSE * largest:
+        if len(now) == 1 or moved <= CONVERGED * largest:
             break
 
 

@@ -37,7 +37,7 @@ MASSES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.2)  # of hidden oscillators, of the s
 GIVEN = (0.1, 0.3, 0.6, 0.9, 0.97)  # how far what is joined rigidly gives way
 OSCILLATORS = 40  # hidden oscillators looked at: those with the largest first-order fractions
 FIXTURES = 16  # supports with a mass of their own: those of which a faint one explains most
-FAINT = 1e-3  # size of a faint one: its compliance in units of its place
+SLIGHT = 1e-3  # size of a faint one: its compliance in units of its place
 SIZES = (-0.45, -0.2, -0.08, 0.08, 0.2, 0.45, 1.0)  # of what acts on elements and whole members
 
 
@@ -54,7 +54,7 @@ def few_directions(point: ResponsePoint, scores: Sequence[Score], left: Projecti
     out = []
 
     def promise(change: LowRank) -> float:
-        J = left.freed(_rows(change, np.array([FAINT]), point, modal, weights))[:, 0]
+        J = left.freed(_rows(change, np.array([SLIGHT]), point, modal, weights))[:, 0]
         return float((J @ left.residual) ** 2 / max(float(J @ J), 1e-300))
 
     for score in _looked_at(scores, promise):
