@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.tables import prepared
+from cvxupdate.diagnose.modes.worth import mesh_of_tables
 from cvxupdate.diagnose.nominal.damping import undamped
-from cvxupdate.diagnose.nominal.mesh import mesh_error
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
 from cvxupdate.diagnose.responses.data import prepare
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
+from cvxupdate.diagnose.responses.worth import mesh_for
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
@@ -54,19 +54,17 @@ def _responses(
     progress: Progress,
 ) -> ResponseEvidence:
     data, names = prepare(recordings), _names(spec, RESPONSES)
-    data = replace(data, mesh=mesh_error(spec, model, data.top))
-    if SHEAR in names:
-        data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))
-    start = with_nuisance(undamped(model), scatter=spec.diagnose.scatter)
-    held, release = held_dofs(spec, model), release_from(spec)
-    return ResponseEvidence(model, start, data, names, held, release, progress)
+    mesh = mesh_for(spec, model, data, SHEAR in names)
+    start = with_nuisance(undamped(mesh.on(model)), scatter=spec.diagnose.scatter)
+    held, release = held_dofs(spec, model), release_from(spec, mesh)
+    return ResponseEvidence(model, start, data, mesh, names, held, release, progress)
 
 
 def _modes(
     spec: Spec, model: Model, tables: Sequence[ModeTable], progress: Progress
 ) -> ModesEvidence:
-    start = with_nuisance(undamped(model), scatter=spec.diagnose.scatter)
-    mesh = mesh_error(spec, model, max(float(t.frequency.max()) for t in tables))
+    mesh = mesh_of_tables(spec, model, tables, SHEAR in _names(spec, MODES))
+    start = with_nuisance(undamped(mesh.on(model)), scatter=spec.diagnose.scatter)
     order = [
         k
         for fitted in (True, False)
@@ -76,12 +74,12 @@ def _modes(
     return ModesEvidence(
         model,
         start,
-        prepared(start, tables, mesh),
+        prepared(tables),
         mesh,
         _names(spec, MODES),
         _names(spec, RATIOS),
         held_dofs(spec, model),
-        release_from(spec),
+        release_from(spec, mesh),
         tuple(order),
         progress,
     )

@@ -21,10 +21,17 @@ COMMON_DAMPING_STD, MODE_DAMPING_STD = 1.0, 0.35
 FREE = 1e4
 # Relative shift of a frequency by the mesh beyond which two modes are not one and the same.
 ANOTHER_MODE = 0.2
-# Element length in depths where a Timoshenko beam's errors of second and fourth order are equal.
-SLENDER = 4.0
-# Response error: what the mesh may leave is never taken to be more.
+# Parts of an edge of an element with which the analysis model is made, the next where one leaves
+# too much.
+MESH_PARTS = (8, 16)
+# Fraction of the noise of the recordings, and of the discrepancy of a sound model, that what the
+# mesh of the analysis model leaves may come to: added in quadrature it is then lost in either.
+MESH_NOISE = 0.5
+# Error of the responses of a sheet: what its theory leaves of a solid body (clamps, steps of
+# thickness), `FREQUENCY_DISCREPANCY` in half-power bandwidths, is never taken to be more.
 MOST_ALLOWANCE = 0.3
+# Relative shift of a frequency by the mesh of the file from which on the page speaks of it.
+MESH_TOLD = 1e-3
 
 # ------------------------------------------------------------------------------ what is detected
 # Relative change of the transfer functions between drive levels, and how many times the noise of

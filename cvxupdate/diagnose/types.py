@@ -181,7 +181,7 @@ class Evidence(Protocol):
         """The worse one as a fraction of the responses or of the eigenvalues."""
 
     def allowance(self, model: Model) -> float:
-        """Error that the mesh may leave although its shift was taken out."""
+        """Error that the mesh and the theory of the elements may leave."""
 
     def explained(self, fit: Fit, errors: Errors) -> bool:
         """Whether what a fit leaves is within noise and the allowances."""

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import gammaincinv
 
-from cvxupdate.diagnose.nominal.mesh import MeshError
 from cvxupdate.diagnose.settings import (
     FREQUENCY_DISCREPANCY,
     LIKELY,
@@ -17,9 +16,8 @@ from cvxupdate.diagnose.settings import (
     UNSTATED_SHAPE,
 )
 from cvxupdate.diagnose.types import Real
-from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import ModeTable
-from cvxupdate.residual.modal import ModalPoint, modal_residual
+from cvxupdate.residual.modal import ModalPoint
 
 
 def chi_square(level: float, freedoms: int) -> float:
@@ -30,8 +28,7 @@ def chi_square(level: float, freedoms: int) -> float:
 
 @dataclass(frozen=True)
 class Tables:
-    """Tables to fit and to score only: frequencies moved to where the mesh would have them,
-    standard deviations widened by the discrepancy of a sound model. ``measured``: those to fit and
+    """Tables to fit and to score only: standard deviations widened by the discrepancy of a sound model. ``measured``: those to fit and
     to score as they were, deviations of noise alone in every entry."""
 
     fit: tuple[ModeTable, ...]
@@ -76,25 +73,12 @@ class Tables:
         return np.concatenate([np.zeros(0), *parts])
 
 
-def prepared(model: Model, tables: Sequence[ModeTable], mesh: MeshError) -> Tables:
-    """The mesh's own error is no physics (`cvxupdate.diagnose.nominal.mesh`); the modes of
-    ``model`` say which shift is whose."""
+def prepared(tables: Sequence[ModeTable]) -> Tables:
+    """Those to fit and those to score."""
     fit, hold = (
-        tuple(t for t in tables if (t.origin.use == "fit") == use) for use in (True, False)
+        tuple(_stated(t) for t in tables if (t.origin.use == "fit") == use) for use in (True, False)
     )
-    start = modal_residual(model, fit, hold, False).evaluate(model.zero())
-    moved, measured = [], []
-    for k, t in enumerate((*fit, *hold)):
-        own = start.frequencies(k)
-        shift = np.where(np.isfinite(own), mesh.at(np.nan_to_num(own)), 0.0)
-        plain = _stated(t)
-        measured.append(plain)
-        to = 1.0 + shift
-        there = replace(
-            plain, frequency=plain.frequency / to, frequency_std=plain.frequency_std / to
-        )
-        moved.append(_widened(there, shift * 2.0**-mesh.order))
-    return Tables(tuple(moved[: len(fit)]), tuple(moved[len(fit) :]), tuple(measured))
+    return Tables(tuple(_widened(t) for t in fit), tuple(_widened(t) for t in hold), (*fit, *hold))
 
 
 def _stated(table: ModeTable) -> ModeTable:
@@ -108,8 +92,8 @@ def _stated(table: ModeTable) -> ModeTable:
     return replace(table, frequency_std=std, shape_std=shape, relative_only=False)
 
 
-def _widened(table: ModeTable, missed: Real) -> ModeTable:
-    discrepancy = (FREQUENCY_DISCREPANCY**2 + missed**2) * table.frequency**2
+def _widened(table: ModeTable) -> ModeTable:
+    discrepancy = FREQUENCY_DISCREPANCY**2 * table.frequency**2
     shape = table.shape_std
     return replace(
         table,

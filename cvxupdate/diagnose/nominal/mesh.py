@@ -1,123 +1,199 @@
-"""What the mesh costs: the relative error of each natural frequency, from the same model on a mesh
-twice as fine.
+"""What the mesh of the file is worth, and the model that is diagnosed in its place: refined until
+what its mesh leaves in the band is below the noise of the recordings.
 
-A diagnosis must not mistake the discretisation of the analyst's model for missing physics. The
-correction is found once, mode by mode, by Richardson extrapolation, and every later set of natural
-frequencies is moved by it; shapes and parameters stay those of the analyst's mesh.
+A diagnosis must not mistake the discretisation of the analyst's model for missing physics. So it
+works on the file's elements with the matrices of their parts (`cvxupdate.fe.analysis`): places,
+parameters and sensors stay, the mesh's error goes, in frequencies and in shapes.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 
 from cvxupdate.correlate import pair_modes
-from cvxupdate.diagnose.nominal.refined import refined
-from cvxupdate.diagnose.settings import ANOTHER_MODE, SLENDER
+from cvxupdate.diagnose.settings import ANOTHER_MODE, MESH_PARTS, MESH_TOLD
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
-from cvxupdate.fe.build import build_model
+from cvxupdate.fe.analysis import Analysis, analysis_of
 from cvxupdate.fe.model import Model
-from cvxupdate.fe.modes import model_modes
-from cvxupdate.fe.sections import section_constants
+from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.fe.select import has_property
 from cvxupdate.spec import Spec
 
-# of convergence of the frequencies with the mesh (tests/fe/test_closed_forms.py)
-ORDER = {"plate": 2, "rod": 2, "beam2d": 4, "beam3d": 4}
+LARGEST = 5000  # DOFs of a file's model that is refined: a larger one is fine enough
+SPREAD = 20.0  # times the precision: what families may hold of an eigenvalue before modes are asked
+SURELY = 0.6  # MAC of two modes that are one and the same
+ORDERS = (1.0, 6.0)  # of convergence that a mesh may show
 
 
 @dataclass(frozen=True)
-class MeshError:
-    """``frequencies`` (modes,) Hz of the analyst's mesh and ``shift`` (modes,): converged frequency
-    over this one, less 1.
+class Mesh:
+    """``analysis`` what stands for the elements of the file (None: nothing can be divided);
+    ``shift`` the largest relative error of a natural frequency in the band by the file's mesh,
+    ``error`` what that mesh alone leaves of the responses; ``left`` what the finer one does;
+    ``advised`` the parts of each edge with which the file's own elements would do."""
 
-    ``numbers`` (modes,) of the modes, the lowest flexible one 0, where modes are to be known by
-    them: a beam without shear has other frequencies.
-    """
+    analysis: Analysis | None = None
+    shift: float = 0.0
+    error: float = 0.0
+    left: float = 0.0
+    advised: int = 1
 
-    frequencies: Real
-    shift: Real
-    order: int = 2
-    numbers: Real | None = None
-
-    def at(self, frequencies: Real) -> Real:
-        """The shift of the lowest flexible modes, by their frequencies nearby or by their order:
-        that of the nearest mode; zero beyond those that were compared."""
-        if not len(self.frequencies):
-            return np.zeros(len(frequencies))
-        if self.numbers is not None:
-            place = np.arange(len(frequencies))
-            return np.where(
-                place <= self.numbers.max(),
-                self.shift[np.argmin(np.abs(place[:, None] - self.numbers), axis=1)],
-                0.0,
-            )
-        nearest = np.argmin(np.abs(np.asarray(frequencies)[:, None] - self.frequencies), axis=1)
-        return np.where(
-            np.asarray(frequencies) <= 1.1 * self.frequencies[-1], self.shift[nearest], 0.0
-        )
-
-    def worst(self, top: float) -> float:
-        """Largest shift of a mode up to ``top`` Hz; 0 where none was compared."""
-        return float(np.abs(self.shift[self.frequencies <= top]).max(initial=0.0))
-
-    def missed(self, top: float) -> float:
-        """Of the worst shift up to ``top`` Hz, what Richardson extrapolation on two meshes may
-        miss: terms of the next order in h, 2^−order of it."""
-        return self.worst(top) * 2.0**-self.order
+    def on(self, file: Model) -> Model:
+        """The model that is diagnosed."""
+        return file if self.analysis is None else self.analysis.on(file)
 
 
-NONE = MeshError(np.zeros(0), np.zeros(0))
+PLAIN = Mesh()
+"""The file's own."""
+
+Difference = Callable[[Model, Model], float]
+Change = Callable[[Model], Model]
 
 
-def mesh_error(spec: Spec, model: Model, top: float, sheared: bool = False) -> MeshError:
-    """The mesh error of the flexible modes up to ``top`` Hz; none where the model has no elements
-    that can be divided.
+@dataclass(frozen=True)
+class Wanted:
+    """What a mesh must do: frequencies up to ``top`` (Hz) to a relative ``precision``, and of what
+    ``differ`` says of a model beside a better one no more than ``enough``; ``sheared``: beams may
+    turn out to deform in shear."""
 
-    ``sheared``: of the same model with every beam deforming in shear, whose mesh error is another:
-    of second order where elements are short.
-    """
-    kinds = {b.kind.name for b in model.blocks} & set(ORDER)
-    if (
-        not kinds
-        or model.size > 5000
-        or (sheared and not any(has_property(b, "shear") for b in model.blocks))
-    ):
-        return NONE
-    order = min(ORDER[k] for k in kinds)
+    top: float
+    precision: float
+    enough: float
+    differ: Difference
+    sheared: bool = False
+
+
+def fine_enough(spec: Spec, file: Model, wanted: Wanted) -> Mesh:
+    """The mesh for the model of a ``file``, undamped: with `MESH_PARTS` parts, compared with what
+    twice as many (extrapolation) or the next number of parts say."""
+    if file.size > LARGEST:
+        return PLAIN
     try:
-        fine = build_model(replace(spec, model=refined(spec.model), update=None))
-        if sheared:
-            model, fine = shearing(model), shearing(fine)
-        order = min(order, 2) if stocky(model) else order
-        count = 16
-        while True:
-            coarse = model_modes(model, count).flexible()
-            if coarse.frequencies[-1] > top or count >= model.size - 6:
+        found = analysis_of(spec, file, MESH_PARTS[0])
+        if found is None:
+            return PLAIN
+        plain, model = found.plain.on(file), found.on(file)
+        rest = shift_between(plain, model, wanted.top)
+        left = wanted.differ(plain, model)
+        for parts in MESH_PARTS[1:]:
+            if left <= wanted.enough:
                 break
-            count *= 2
-        sharp = model_modes(
-            fine, min(int(1.3 * len(coarse.eigenvalues)) + 4, fine.size - 6)
-        ).flexible()
+            finer = analysis_of(spec, file, parts)
+            if finer is None:
+                break
+            left = wanted.differ(model, finer.on(file))
+            found, model = finer, finer.on(file)
+        needed = _needed(found, file, wanted)
+        model = needed.on(file)
+        shift, error = shift_between(file, model, wanted.top), wanted.differ(file, model)
     except CvxupdateError:
-        return NONE
-    shared = [(i, fine.place[label]) for i, label in enumerate(model.labels) if label in fine.place]
+        return PLAIN
+    return Mesh(needed, shift, error, left, _advised(shift, rest, MESH_PARTS[0]))
+
+
+def _advised(shift: float, rest: float, parts: int) -> int:
+    """Parts of an edge that bring a ``shift`` below `MESH_TOLD`, where so many ``parts`` leave
+    ``rest``."""
+    if shift <= MESH_TOLD:
+        return 1
+    order = float(np.clip(np.log(shift / max(rest, 1e-12)) / np.log(parts), *ORDERS))
+    return int(np.ceil((shift / MESH_TOLD) ** (1.0 / order)))
+
+
+def _needed(analysis: Analysis, file: Model, wanted: Wanted) -> Analysis:
+    """Without families of inner DOFs that change no frequency by more than the precision, all
+    together, of the model as it stands nor of one with shear where that may be asked."""
+    variants: list[Change] = [_itself]
+    if wanted.sheared and can_shear(file):
+        variants.append(shearing)
+    families = list(analysis.families)
+    if len(variants) == 1 and not shears(file):
+        families = [f for f in families if not f.startswith("shear")]
+    whole = analysis.only(frozenset(families))
+    model = whole.on(file)
+    modes = [_up_to(change(model), wanted.top) for change in variants]
+    held = np.hstack(
+        [
+            _held(change(model), whole, families, m)
+            for change, m in zip(variants, modes, strict=True)
+        ]
+    )
+    order = np.argsort(held.max(axis=1, initial=0.0))
+    for k in range(len(order), 0, -1):
+        if held[order[:k]].sum(axis=0).max(initial=0.0) > SPREAD * wanted.precision:
+            continue
+        less = whole.only(frozenset(families[i] for i in order[k:]))
+        shifts = [
+            shift_between(change(less.on(file)), change(model), wanted.top, m)
+            for change, m in zip(variants, modes, strict=True)
+        ]
+        if max(shifts) <= wanted.precision:
+            return less
+    return whole
+
+
+def _itself(model: Model) -> Model:
+    return model
+
+
+def _held(model: Model, analysis: Analysis, families: Sequence[str], modes: Modes) -> Real:
+    """The part of each mode's strain energy (families, modes) that inner DOFs hold, family by
+    family."""
+    K = sp.csr_array(model.matrices(model.zero()).K)
+    rows: dict[str, list[int]] = {f: [] for f in families}
+    for x in analysis.inner:
+        if x.label in model.place:
+            rows[x.family].append(model.place[x.label])
+    out = []
+    for family in families:
+        own = np.array(rows[family], dtype=np.int64)
+        phi = modes.shapes[own]
+        out.append(np.einsum("im,im->m", phi, K[own][:, own] @ phi))
+    return np.abs(np.array(out)) / np.maximum(modes.eigenvalues, 1e-300)
+
+
+def _up_to(model: Model, top: float) -> Modes:
+    """The flexible modes up to a frequency (Hz), and one more."""
+    count = 16
+    while True:
+        modes = model_modes(model, min(count, model.size)).flexible()
+        if len(modes.frequencies) < count or modes.frequencies[-1] > top:
+            return modes
+        count *= 2
+
+
+def shift_between(coarse: Model, fine: Model, top: float, known: Modes | None = None) -> float:
+    """Largest relative difference of a frequency of two meshes up to ``top`` (Hz), modes told by
+    their shapes at the DOFs that both have; ``known``: the fine one's modes."""
+    sharp = _up_to(fine, top) if known is None else known
+    dull = model_modes(coarse, min(len(sharp.eigenvalues) + 8, coarse.size)).flexible()
+    shared = [(i, fine.place[x]) for i, x in enumerate(coarse.labels) if x in fine.place]
     mine, theirs = (np.array(x) for x in zip(*shared, strict=True))
     found = pair_modes(
+        dull.shapes[mine],
         sharp.shapes[theirs],
-        coarse.shapes[mine],
+        dull.frequencies,
         sharp.frequencies,
-        coarse.frequencies,
-        threshold=0.6,
+        threshold=SURELY,
     )
-    f, g = coarse.frequencies[found.measured], sharp.frequencies[found.model]
-    shift = (g + (g - f) / (2.0**order - 1.0)) / f - 1.0
-    # shapes of other DOFs than the shared ones look alike now and then
-    same = np.abs(shift) <= ANOTHER_MODE
-    numbers = np.asarray(found.measured, dtype=float)[same] if sheared else None
-    return MeshError(f[same], shift[same], order, numbers)
+    f, g = dull.frequencies[found.model], sharp.frequencies[found.measured]
+    change = np.abs(f / g - 1.0)[g <= top]
+    return float(change[change <= ANOTHER_MODE].max(initial=0.0))
+
+
+def can_shear(model: Model) -> bool:
+    """Whether any element could deform in shear."""
+    return any(has_property(b, "shear") for b in model.blocks)
+
+
+def shears(model: Model) -> bool:
+    """Whether any element does."""
+    return any(np.any(b.properties.get("shear", np.zeros(1)) > 0.0) for b in model.blocks)
 
 
 def shearing(model: Model) -> Model:
@@ -133,29 +209,24 @@ def shearing(model: Model) -> Model:
     )
 
 
-def stocky(model: Model) -> bool:
-    """Whether any beam that deforms in shear has elements shorter than `SLENDER` depths: such
-    converge with the square of their length only (tests/fe/test_timoshenko_mass.py)."""
-    for b in model.blocks:
-        section = getattr(b.kind, "section", None)
-        if section is None or not has_property(b, "shear"):
-            continue
-        c = section_constants(section, b.properties)
-        deepest = np.sqrt(
-            12.0 * np.max([np.real(c[k]) / np.real(c["A"]) for k in ("Iy", "Iz") if k in c], axis=0)
-        )
-        if np.any(
-            (np.real(b.properties["shear"]) > 0.0) & (b.properties["length"] < SLENDER * deepest)
-        ):
-            return True
-    return False
+def mesh_notes(mesh: Mesh) -> tuple[str, ...]:
+    """For the file of the diagnosed model."""
+    if mesh.analysis is None or mesh.shift <= MESH_TOLD:
+        return ()
+    return (
+        f"This file keeps its mesh, which alone shifts frequencies by up to {100 * mesh.shift:.2g} "
+        "%; the diagnosis worked on finer parts of its elements.",
+    )
 
 
-def mesh_line(worst: float) -> list[str]:
-    """One line where the mesh shifts frequencies by more than a thousandth."""
-    if worst <= 1e-3:
+def mesh_lines(mesh: Mesh) -> list[str]:
+    """What the mesh of the file is worth, and which would do, where that is worth a line."""
+    if mesh.analysis is None or mesh.shift <= MESH_TOLD:
         return []
     return [
-        f"The mesh alone shifts natural frequencies by up to {100 * worst:.2g} %; this was taken "
-        "out."
+        f"The mesh of the file shifts natural frequencies by up to {100 * mesh.shift:.2g} % and "
+        f"leaves {mesh.error:.2g} of the response by itself; the diagnosis worked on the same "
+        f"elements with the matrices of finer parts, whose mesh leaves {mesh.left:.1g}. With every "
+        f"edge in {mesh.advised} the file's own elements would be within "
+        f"{100 * MESH_TOLD:.1g} % of the frequencies."
     ]

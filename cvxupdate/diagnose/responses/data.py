@@ -8,11 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
 from cvxupdate.diagnose.responses.signals import Real, Signal, smoothed
 from cvxupdate.diagnose.settings import LEVELS, UNSTATED_FRF
 from cvxupdate.errors import RecordingError
-from cvxupdate.fe.model import Model
 from cvxupdate.recordings.measured import DECAY, MOTION, Measured, band_of, measured_responses
 from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
 
@@ -31,8 +29,6 @@ class Data:
     sharp_hold_out: tuple[Signal, ...]
     top: float
     bottom: float
-    mesh: MeshError = NONE
-    sheared: MeshError = NONE
 
     @cached_property
     def sensors(self) -> tuple[str, ...]:
@@ -55,15 +51,6 @@ class Data:
         """Those that act by themselves wherever they act."""
         mixed = {label for s in self.sharp if not s.plain for label in s.inputs}
         return tuple(label for label in self.driven if label not in mixed)
-
-    def mesh_of(self, model: Model) -> MeshError:
-        """The mesh error of a hypothesis: where it lets beams deform in shear, that of beams which
-        do."""
-        return (
-            self.sheared
-            if self.sheared is not NONE and any(q.of == "shear" for q in model.parameters)
-            else self.mesh
-        )
 
 
 def prepare(recordings: Sequence[FrequencyResponse | TimeHistory]) -> Data:

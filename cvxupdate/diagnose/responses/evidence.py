@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from cvxupdate.correlate.response_error import Stated, stated_errors
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
-from cvxupdate.diagnose.nominal.mesh import mesh_line
+from cvxupdate.diagnose.nominal.mesh import Mesh, mesh_lines, mesh_notes
 from cvxupdate.diagnose.nominal.supports import on_the_file, regrown
 from cvxupdate.diagnose.responses.columns import columns_of, delay_unit
 from cvxupdate.diagnose.responses.data import Data
@@ -25,7 +25,7 @@ from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.resampling import halves
 from cvxupdate.diagnose.responses.sets import sets_of_elements
-from cvxupdate.diagnose.responses.setting import EFFORTS, setting_for
+from cvxupdate.diagnose.responses.setting import EFFORTS, recentred, setting_for
 from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
@@ -33,6 +33,7 @@ from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
 from cvxupdate.diagnose.settings import (
     CLEAR,
     EXPLAINED,
+    FREQUENCY_DISCREPANCY,
     HOPELESS,
     MOST_ALLOWANCE,
     OPEN,
@@ -68,6 +69,7 @@ class ResponseEvidence:
     original: Model
     model: Model
     data: Data
+    mesh: Mesh
     names: tuple[str, ...]
     supports: tuple[tuple[int, str], ...]
     release: Callable[[int, str], Model]
@@ -105,7 +107,7 @@ class ResponseEvidence:
 
     @cached_property
     def nominal_point(self) -> ResponsePoint:
-        """The nominal model, the mesh's error taken out."""
+        """The nominal model."""
         setting = self.setting(self.model, ())
         return setting.evaluate(np.zeros(len(setting.columns)))
 
@@ -165,9 +167,7 @@ class ResponseEvidence:
     ) -> ResponseSetting:
         """A model against the recordings at the level of another setting (None: the first)."""
         data, level = self.data, 0 if like is None else like.level
-        setting = setting_for(
-            model, self.original, data.levels[level], data.top, faults, data.mesh_of(model)
-        )
+        setting = setting_for(model, self.original, data.levels[level], data.top, faults)
         return replace(setting, level=level)
 
     def at_level(self, setting: ResponseSetting, level: int) -> ResponseSetting:
@@ -179,8 +179,12 @@ class ResponseEvidence:
         return fitted_at(setting, p)
 
     def fitted(self, seed: Seed, effort: str) -> Fit:
-        """By trust-region convex steps."""
-        return fitted(seed.setting, seed.start, EFFORTS[effort])
+        """By trust-region convex steps; to be sharp, on from there in the space around where they
+        end."""
+        found = fitted(recentred(seed.setting, seed.start), seed.start, EFFORTS[effort])
+        if effort != "sharp":
+            return found
+        return fitted(recentred(seed.setting, found.p), found.p, EFFORTS[effort])
 
     def linearised(self, found: Fit) -> Linearised:
         """Of the nuisance parameters that can still move."""
@@ -227,12 +231,13 @@ class ResponseEvidence:
         return errors.worst
 
     def allowance(self, model: Model) -> float:
-        """What extrapolation to a fine mesh may miss, in half-power bandwidths (2 ζ f)."""
+        """By the mesh of the analysis model; of sheets also what their theory misses of a solid
+        body, in half-power bandwidths (2 ζ f)."""
         base = self.bases[-1]
-        if not base.setting.damped:
-            return 0.0
-        missed = self.data.mesh_of(model).missed(self.data.top)
-        return float(min(MOST_ALLOWANCE, missed / np.median(base.point.damping[base.point.owner])))
+        if not base.setting.damped or not any(b.kind.nodes > 2 for b in model.blocks):
+            return self.mesh.left
+        typical = float(np.median(base.point.damping[base.point.owner]))
+        return self.mesh.left + min(MOST_ALLOWANCE, FREQUENCY_DISCREPANCY / typical)
 
     def explained(self, found: Fit, errors: Errors) -> bool:
         """Within noise and the discrepancy of a sound model, or what the mesh may leave."""
@@ -263,11 +268,11 @@ class ResponseEvidence:
 
     def lines(self) -> list[str]:
         """What the mesh of the file is worth."""
-        return mesh_line(self.data.mesh.worst(self.data.top))
+        return mesh_lines(self.mesh)
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With a damping ratio of its own for every mode, and the faults of the sensors."""
-        return updated_model(last.point)
+        return updated_model(last.point, mesh_notes(self.mesh))
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Responses before and after, what remains, and the map of explained fractions."""
@@ -288,8 +293,8 @@ class ResponseEvidence:
         return ContractErrors(self._before, stated(last.point, signals))
 
     def stated(self, last: Fit) -> tuple[Errors, Errors]:
-        """The contract's error: of the file as it came, mesh included, and of the diagnosed model,
-        the mesh's error taken out."""
+        """The contract's error: of the file as it came, mesh included, and of the diagnosed
+        model."""
         return self._contract(last).together()
 
     def metrics(self, last: Fit) -> dict[str, Any]:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from cvxupdate.diagnose.nominal.damping import file_damping
-from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
 from cvxupdate.diagnose.responses.point import ResponseSetting
-from cvxupdate.diagnose.responses.signals import Signal
+from cvxupdate.diagnose.responses.signals import Real, Signal
+from cvxupdate.diagnose.settings import WIDE
 from cvxupdate.fe.model import Model
-from cvxupdate.fe.modes import natural_modes
-from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.fe.synthesis.space import Space, space_of
 from cvxupdate.physics.fault import Fault
 from cvxupdate.update.trust_region import Options
 
@@ -31,23 +31,25 @@ def setting_for(
     signals: Sequence[Signal],
     top: float,
     faults: Sequence[Fault] = (),
-    mesh: MeshError = NONE,
+    at: Real | None = None,
 ) -> ResponseSetting:
-    """Give every mode in the band a damping ratio of its own, starting from the problem file's."""
-    m = model.matrices(model.zero())
-    rigid = rigid_body_modes(model, m.K, m.M)
-    count = min(model.size, 40)
-    while True:
-        modes = natural_modes(m.K, m.M, count, rigid).flexible()
-        if (
-            len(modes.frequencies) < count
-            or modes.frequencies[-1] > 1.3 * top
-            or count >= model.size
-        ):
-            break
-        count = min(2 * count, model.size)
-    band = int(np.sum(modes.frequencies < 1.25 * top))
-    f = modes.frequencies[:band]
-    return ResponseSetting(
-        model, tuple(signals), file_damping(original, f), top, tuple(faults), mesh.at(f)
-    )
+    """Give every mode in the band a damping ratio of its own, starting from the problem file's. Its
+    modes are sought in a space around the parameter values ``at`` (None: zero)."""
+    space = around(model, model.zero() if at is None else at, top)
+    flexible = space.modes(model.zero()).modes.flexible().frequencies
+    f = flexible[: int(np.sum(flexible < 1.25 * top))]
+    damping = file_damping(original, f)
+    return ResponseSetting(model, tuple(signals), damping, top, space, tuple(faults))
+
+
+def around(model: Model, at: Real, top: float) -> Space:
+    """The space of a model around parameter values: local effects act at translations of its
+    nodes; parameters that may go far bring directions of their own."""
+    far = [j for j, q in enumerate(model.parameters) if q.group is None or q.upper >= WIDE]
+    return space_of(model, at, top, np.flatnonzero(model.dof_kind < 3), far)
+
+
+def recentred(setting: ResponseSetting, p: Real) -> ResponseSetting:
+    """The same with the space around other values of the unknowns."""
+    own = p[: len(setting.model.parameters)]
+    return replace(setting, space=around(setting.model, own, setting.top))

@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.results import Updated
 
-SHIFTED = 1e-6  # relative shift of a frequency by the mesh below which there is none to tell of
 
-
-def updated_model(point: ResponsePoint) -> Updated:
+def updated_model(point: ResponsePoint, notes: Sequence[str] = ()) -> Updated:
     """With a damping ratio of its own for every mode, and the faults of the sensors."""
     setting, n = point.setting, len(point.setting.model.parameters)
     faults = zip(setting.faults, (float(v) for v in point.fault_values), strict=True)
-    notes: tuple[str, ...] = ()
-    if setting.mesh is not None and np.any(np.abs(setting.mesh) > SHIFTED):
-        shift = 100.0 * float(np.abs(setting.mesh).max())
-        notes = (
-            "The diagnosis took out what the mesh shifts the frequencies (up to "
-            f"{shift:.2g} %); this file has them with it.",
-        )
     zeta = point.damping[point.modes.rigid :]
-    return Updated(setting.model, point.p[:n], zeta=zeta, faults=tuple(faults), notes=notes)
+    return Updated(setting.model, point.p[:n], zeta=zeta, faults=tuple(faults), notes=tuple(notes))

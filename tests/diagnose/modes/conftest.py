@@ -8,7 +8,7 @@ import pytest
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.tables import prepared
 from cvxupdate.diagnose.nominal.damping import undamped
-from cvxupdate.diagnose.nominal.mesh import NONE
+from cvxupdate.diagnose.nominal.mesh import PLAIN
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
 from cvxupdate.fe.modes import model_modes
@@ -40,12 +40,12 @@ def tried(tmp_path, request):
     table = ModeTable(
         Origin("table", "table", "fit"), f, 1e-3 * f, nothing, nothing, *seen, None, np.arange(1, 5)
     )
-    data = prepared(start, [table], NONE)
+    data = prepared([table])
     evidence = ModesEvidence(
         model,
         start,
         data,
-        NONE,
+        PLAIN,
         WORDS,
         (),
         held_dofs(spec, model),
