@@ -72,6 +72,7 @@ def run(
     """
     from cvxupdate.update.definite import definiteness
     from cvxupdate.update.modal import update_modal
+    from cvxupdate.update.refine import refined_for
 
     spec, model, recordings = open_problem(path, reading)
     if spec.update is None:
@@ -79,6 +80,7 @@ def run(
             f"{path}: no [update] table, so there is nothing to run. Add one with a method and "
             "parameters."
         )
+    model = refined_for(spec, model)
     if spec.update.method == "ceam":
         from cvxupdate.update.ceam import update_ceam
 

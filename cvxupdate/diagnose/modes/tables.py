@@ -28,8 +28,9 @@ def chi_square(level: float, freedoms: int) -> float:
 
 @dataclass(frozen=True)
 class Tables:
-    """Tables to fit and to score only: standard deviations widened by the discrepancy of a sound model. ``measured``: those to fit and
-    to score as they were, deviations of noise alone in every entry."""
+    """Tables to fit and to score only: standard deviations widened by the discrepancy of a sound
+    model. ``measured``: those to fit and to score as they were, deviations of noise alone in every
+    entry."""
 
     fit: tuple[ModeTable, ...]
     hold: tuple[ModeTable, ...]

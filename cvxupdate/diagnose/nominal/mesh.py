@@ -117,12 +117,8 @@ def _needed(analysis: Analysis, file: Model, wanted: Wanted) -> Analysis:
     whole = analysis.only(frozenset(families))
     model = whole.on(file)
     modes = [_up_to(change(model), wanted.top) for change in variants]
-    held = np.hstack(
-        [
-            _held(change(model), whole, families, m)
-            for change, m in zip(variants, modes, strict=True)
-        ]
-    )
+    pairs = list(zip(variants, modes, strict=True))
+    held = np.hstack([_held(change(model), whole, families, m) for change, m in pairs])
     order = np.argsort(held.max(axis=1, initial=0.0))
     for k in range(len(order), 0, -1):
         if held[order[:k]].sum(axis=0).max(initial=0.0) > SPREAD * wanted.precision:
@@ -130,7 +126,7 @@ def _needed(analysis: Analysis, file: Model, wanted: Wanted) -> Analysis:
         less = whole.only(frozenset(families[i] for i in order[k:]))
         shifts = [
             shift_between(change(less.on(file)), change(model), wanted.top, m)
-            for change, m in zip(variants, modes, strict=True)
+            for change, m in pairs
         ]
         if max(shifts) <= wanted.precision:
             return less

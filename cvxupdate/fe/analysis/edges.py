@@ -3,8 +3,8 @@ besides.
 
 A beam or the edge of a sheet from node a to b, s = t L along the unit vector e: transverse
 displacements follow Hermite's cubic of the ends' displacements and rotations, the rotations across
-are its slopes; stretch and twist are linear. Each further coordinate vanishes at both ends, so rigid
-motions are those of the nodes (hierarchical shapes: Szabó and Babuška 1991, ch. 6).
+are its slopes; stretch and twist are linear. Each further coordinate vanishes at both ends, so
+rigid motions are those of the nodes (hierarchical shapes: Szabó and Babuška 1991, ch. 6).
 """
 
 from __future__ import annotations

@@ -11,7 +11,6 @@ import numpy as np
 from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.elements.base import Real
-from cvxupdate.fe.labels import KINDS
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.refinement import Made, held_everywhere, refined
 from cvxupdate.spec import Spec
@@ -80,20 +79,10 @@ def assembled(block: Block, rows: Index, scalars: list[tuple[str, int, Real]]) -
     at = np.where(block.dofs[rows] >= 0, place[block.dofs[rows]], len(dofs))
     n = len(dofs) + 1
     flat = (at[:, :, None] * n + at[:, None, :]).reshape(-1)
-    terms = tuple(
-        np.bincount(flat, t.values[block.geometry[rows]].reshape(-1), n * n).reshape(n, n)[:-1, :-1]
-        for t in block.terms
-    )
+    terms = []
+    for t in block.terms:
+        values = t.values[block.geometry[rows]].reshape(-1)
+        whole = np.asarray(np.bincount(flat, values, n * n), dtype=float).reshape(n, n)
+        terms.append(whole[:-1, :-1])
     one = tuple((m, i, float(np.real(v[rows[0]]))) for m, i, v in scalars)
-    return Assembled(dofs, terms, one)
-
-
-def kinds_at(model: Model) -> dict[int, frozenset[str]]:
-    """The kinds of DOFs that each node has."""
-    out: dict[int, set[str]] = {}
-    for node, kind in zip(
-        model.node_ids[model.dof_node].tolist(), model.dof_kind.tolist(), strict=True
-    ):
-        if kind < len(KINDS):
-            out.setdefault(node, set()).add(KINDS[kind])
-    return {n: frozenset(k) for n, k in out.items()}
+    return Assembled(dofs, tuple(terms), one)
