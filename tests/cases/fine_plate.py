@@ -132,8 +132,8 @@ def drawn(folder: Path, plate: Plate, recordings: str) -> Path:
 def frf(
     folder: Path, plate: Plate, model: Model, times: tuple[int, int], modes: int = 7, seed: int = 0
 ) -> str:
-    """Accelerances of a grid of sensors to one force (to fit) and to another (held out), with half a
-    per cent of noise; the [[recordings]] of the files that it writes."""
+    """Accelerances of a grid of sensors to one force (to fit) and to another (held out), with half
+    a per cent of noise; the [[recordings]] of the files that it writes."""
     px, py = times
     nx = plate.nx * px
     places = [(i, j) for j in range(0, plate.ny + 1, 2) for i in range(1, plate.nx + 1)]
@@ -158,7 +158,7 @@ def frf(
             folder / name,
             frequency=lines,
             H=H[:, :, None],
-            coherence=np.full(H.shape + (1,), 0.99999),
+            coherence=np.full((*H.shape, 1), 0.99999),
             response_node=np.array(sensors),
             response_dof=np.full(len(sensors), 3),
             reference_node=np.array([sensors[drive]]),

@@ -27,6 +27,7 @@ from cvxupdate.spec import Spec
 LARGEST = 5000  # DOFs of a file's model that is refined: a larger one is fine enough
 SPREAD = 20.0  # times the precision: what families may hold of an eigenvalue before modes are asked
 SURELY = 0.6  # MAC of two modes that are one and the same
+MISSED = 0.25  # of what extrapolation takes out: errors of the next order, halved once more
 ORDERS = (1.0, 6.0)  # of convergence that a mesh may show
 
 
@@ -69,8 +70,9 @@ class Wanted:
 
 
 def fine_enough(spec: Spec, file: Model, wanted: Wanted) -> Mesh:
-    """The mesh for the model of a ``file``, undamped: with `MESH_PARTS` parts, compared with what
-    twice as many (extrapolation) or the next number of parts say."""
+    """The mesh for the model of a ``file``, undamped: with the first of `MESH_PARTS`, judged by
+    what extrapolation took out there; where that is too much, with more, judged by the difference
+    that they make."""
     if file.size > LARGEST:
         return PLAIN
     try:
@@ -79,7 +81,7 @@ def fine_enough(spec: Spec, file: Model, wanted: Wanted) -> Mesh:
             return PLAIN
         plain, model = found.plain.on(file), found.on(file)
         rest = shift_between(plain, model, wanted.top)
-        left = wanted.differ(plain, model)
+        left = MISSED * wanted.differ(plain, model)
         for parts in MESH_PARTS[1:]:
             if left <= wanted.enough:
                 break
