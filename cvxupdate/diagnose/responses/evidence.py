@@ -25,7 +25,7 @@ from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.resampling import halves
 from cvxupdate.diagnose.responses.sets import sets_of_elements
-from cvxupdate.diagnose.responses.setting import EFFORTS, recentred, setting_for
+from cvxupdate.diagnose.responses.setting import EFFORTS, FAR, NEARBY, recentred, setting_for
 from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
@@ -181,10 +181,10 @@ class ResponseEvidence:
     def fitted(self, seed: Seed, effort: str) -> Fit:
         """By trust-region convex steps; to be sharp, on from there in the space around where they
         end."""
-        found = fitted(recentred(seed.setting, seed.start), seed.start, EFFORTS[effort])
-        if effort != "sharp":
-            return found
-        return fitted(recentred(seed.setting, found.p), found.p, EFFORTS[effort])
+        setting = recentred(seed.setting, seed.start, FAR)
+        found = fitted(setting, seed.start, EFFORTS[effort])
+        again = setting if effort != "sharp" else recentred(setting, found.p, NEARBY)
+        return found if again is setting else fitted(again, found.p, EFFORTS[effort])
 
     def linearised(self, found: Fit) -> Linearised:
         """Of the nuisance parameters that can still move."""

@@ -46,10 +46,12 @@ class Part:
 
 @dataclass(frozen=True)
 class Space:
-    """Shapes ``V`` (N, r) of a ``model``, the matrices ``fixed`` {"K": (r, r), …} of what no
-    parameter moves, and the ``parts`` that they move; ``still``: eigenvalues below are none."""
+    """Shapes ``V`` (N, r) of a ``model`` around the parameter values ``at``, the matrices ``fixed``
+    {"K": (r, r), …} of what no parameter moves, and the ``parts`` that they move; ``still``:
+    eigenvalues below are none."""
 
     model: Model = field(repr=False)
+    at: Real = field(repr=False)
     V: Real = field(repr=False)
     fixed: dict[str, Real] = field(repr=False)
     parts: tuple[Part, ...] = field(repr=False)
@@ -123,7 +125,7 @@ def space_of(model: Model, at: Real, top: float, ports: Index, moving: Sequence[
         changes = [model.derivative(j, at) for j in moving]
         answers = factor.solve(np.hstack([_units(model.size, ports), *_pushes(changes, near)]))
         V = _independent(V, answers, m.M)
-    return _projected(model, V, STILL * lowest)
+    return _projected(model, np.asarray(at, dtype=float), V, STILL * lowest)
 
 
 def _modes(K: sp.csc_array, M: sp.csc_array, top: float, rigid: Real) -> Modes:
@@ -177,7 +179,7 @@ def _independent(V: Real, more: Real, M: sp.csc_array) -> Real:
     return np.hstack([V, more @ (vectors[:, kept] / np.sqrt(values[kept]))])
 
 
-def _projected(model: Model, V: Real, still: float) -> Space:
+def _projected(model: Model, at: Real, V: Real, still: float) -> Space:
     r = V.shape[1]
     fixed = {k: np.zeros((r, r)) for k in "KMCD"}
     parts: list[Part] = []
@@ -198,7 +200,7 @@ def _projected(model: Model, V: Real, still: float) -> Space:
             local = padded[block.dofs[rows]]
             terms = tuple(_sum(t.values[block.geometry[rows]], local) for t in block.terms)
             parts.append(Part(number, rows[0], terms))
-    return Space(model, V, fixed, tuple(parts), still)
+    return Space(model, at, V, fixed, tuple(parts), still)
 
 
 def _alike(block: Block, moved: dict[int, list[int]]) -> list[list[int]]:
