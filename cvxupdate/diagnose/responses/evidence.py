@@ -25,7 +25,14 @@ from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.resampling import halves
 from cvxupdate.diagnose.responses.sets import sets_of_elements
-from cvxupdate.diagnose.responses.setting import EFFORTS, FAR, NEARBY, recentred, setting_for
+from cvxupdate.diagnose.responses.setting import (
+    EFFORTS,
+    FAR,
+    NEARBY,
+    around,
+    recentred,
+    setting_for,
+)
 from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
@@ -52,6 +59,7 @@ from cvxupdate.diagnose.types import (
     Seed,
 )
 from cvxupdate.fe.model import Model
+from cvxupdate.fe.synthesis.space import Space
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect
@@ -126,6 +134,10 @@ class ResponseEvidence:
         return level_change(self.data.sharp)
 
     @cached_property
+    def _space(self) -> Space:
+        return around(self.model, self.model.zero(), self.data.top)
+
+    @cached_property
     def _freed(self) -> Callable[[int, str], Model]:
         return cache(self.release)
 
@@ -142,19 +154,10 @@ class ResponseEvidence:
             return regrown(self._freed(node, kind), model)
 
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
+        d, zeta = self.data, self._zeta
+        measured = d.accelerometers, d.driven, d.forces
         return SearchContext(
-            model,
-            m.K,
-            m.M,
-            self.data.top,
-            self.data.bottom,
-            self.data.sensors,
-            held,
-            released,
-            self._zeta,
-            self.data.accelerometers,
-            self.data.driven,
-            self.data.forces,
+            model, m.K, m.M, d.top, d.bottom, d.sensors, held, released, zeta, *measured
         )
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
@@ -166,9 +169,10 @@ class ResponseEvidence:
         self, model: Model, faults: Sequence[Fault], like: ResponseSetting | None = None
     ) -> ResponseSetting:
         """A model against the recordings at the level of another setting (None: the first)."""
-        data, level = self.data, 0 if like is None else like.level
-        setting = setting_for(model, self.original, data.levels[level], data.top, faults)
-        return replace(setting, level=level)
+        level, top = 0 if like is None else like.level, self.data.top
+        signals = self.data.levels[level]
+        made = setting_for(model, self.original, signals, top, faults, self._space)
+        return replace(made, level=level)
 
     def at_level(self, setting: ResponseSetting, level: int) -> ResponseSetting:
         """The same against those of another level."""
@@ -276,13 +280,8 @@ class ResponseEvidence:
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Responses before and after, what remains, and the map of explained fractions."""
-        return responses_shown(
-            self.nominal_point,
-            last.point,
-            self.data.sharp,
-            self.data.sharp_hold_out,
-            [(s.effect, s.fraction) for s in scores],
-        )
+        d, scored = self.data, [(s.effect, s.fraction) for s in scores]
+        return responses_shown(self.nominal_point, last.point, d.sharp, d.sharp_hold_out, scored)
 
     @cached_property
     def _before(self) -> tuple[Stated, ...]:

@@ -34,11 +34,13 @@ def setting_for(
     signals: Sequence[Signal],
     top: float,
     faults: Sequence[Fault] = (),
-    at: Real | None = None,
+    base: Space | None = None,
 ) -> ResponseSetting:
     """Give every mode in the band a damping ratio of its own, starting from the problem file's. Its
-    modes are sought in a space around the parameter values ``at`` (None: zero)."""
-    space = around(model, model.zero() if at is None else at, top)
+    modes are sought in a space around today's model, from that of the nominal one (``base``) where
+    it is the same structure."""
+    space = None if base is None else base.grown(model, _far(model))
+    space = around(model, model.zero(), top) if space is None else space
     flexible = space.modes(model.zero()).modes.flexible().frequencies
     f = flexible[: int(np.sum(flexible < 1.25 * top))]
     damping = file_damping(original, f)
@@ -48,14 +50,17 @@ def setting_for(
 def around(model: Model, at: Real, top: float) -> Space:
     """The space of a model around parameter values: local effects act at translations of its
     nodes; parameters that may go far bring directions of their own."""
-    far = [j for j, q in enumerate(model.parameters) if q.group is None or q.upper >= WIDE]
-    return space_of(model, at, top, np.flatnonzero(model.dof_kind < 3), far)
+    return space_of(model, at, top, np.flatnonzero(model.dof_kind < 3), _far(model))
+
+
+def _far(model: Model) -> list[int]:
+    return [j for j, q in enumerate(model.parameters) if q.group is None or q.upper >= WIDE]
 
 
 def recentred(setting: ResponseSetting, p: Real, far: float) -> ResponseSetting:
-    """The same with the space around other values of the unknowns, where any parameter of the model
-    is more than ``far`` off its centre."""
+    """The same with the space around other values of the unknowns, where a parameter on many
+    DOFs is more than ``far`` off its centre."""
     own = p[: len(setting.model.parameters)]
-    if np.all(np.abs(own - setting.space.at) <= far):
+    if not setting.space.far(own, far):
         return setting
     return replace(setting, space=around(setting.model, own, setting.top))

@@ -11,7 +11,7 @@ eigenvalues.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.linalg as la
@@ -20,8 +20,8 @@ import scipy.sparse as sp
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.elements.base import Real
-from cvxupdate.fe.factor import factorise
-from cvxupdate.fe.model import DerivativeBlock, Model
+from cvxupdate.fe.factor import Factor, factorise
+from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, natural_modes
 from cvxupdate.fe.rigid import rigid_body_modes
 
@@ -48,7 +48,8 @@ class Part:
 class Space:
     """Shapes ``V`` (N, r) of a ``model`` around the parameter values ``at``, the matrices ``fixed``
     {"K": (r, r), …} of what no parameter moves, and the ``parts`` that they move; ``still``:
-    eigenvalues below are none."""
+    eigenvalues below are none; ``wide`` the parameters that act on many DOFs; ``factor`` of its
+    stiffness, and how many shapes are modes in the band (``near``), for `grown`."""
 
     model: Model = field(repr=False)
     at: Real = field(repr=False)
@@ -56,6 +57,33 @@ class Space:
     fixed: dict[str, Real] = field(repr=False)
     parts: tuple[Part, ...] = field(repr=False)
     still: float
+    wide: tuple[int, ...] = ()
+    factor: Factor | None = field(default=None, repr=False)
+    near: int = 0
+
+    def far(self, p: Real, limit: float) -> bool:
+        """Whether a parameter on many DOFs is further than that from where it was made."""
+        wide = list(self.wide)
+        return bool(np.any(np.abs(p[wide] - self.at[wide]) > limit))
+
+    def grown(self, model: Model, moving: Sequence[int]) -> Space | None:
+        """That of a model which is this one with further parameters, zero today, and hidden
+        masses, from these shapes; None where it is another structure."""
+        size, r = self.model.size, self.V.shape[1]
+        extra = model.labels[size:]
+        if self.factor is None or model.labels[:size] != self.model.labels:
+            return None
+        if any("@hidden" not in x for x in extra):
+            return None
+        M = model.matrices(model.zero()).M
+        V = np.zeros((model.size, r + len(extra)))
+        V[:size, :r] = self.V
+        V[size:, r:] = np.diag(1.0 / np.sqrt(M.diagonal()[size:]))
+        forces, wide = _pushes(model, model.zero(), moving, V[:, : self.near])
+        answers = np.zeros(forces.shape)
+        answers[:size] = self.factor.solve(forces[:size])
+        V = _independent(V, answers, M)
+        return _projected(model, model.zero(), V, self.still, wide)
 
     def matrices(self, p: Real) -> dict[str, Real]:
         """K, M, C and D at ``p``, (r, r) each."""
@@ -117,15 +145,17 @@ def space_of(model: Model, at: Real, top: float, ports: Index, moving: Sequence[
     values = modes.eigenvalues
     resisted = values[values > REST * values.max(initial=0.0)]
     lowest = float(resisted[0]) if len(resisted) else 1.0
-    V = modes.shapes
+    V, near = modes.shapes, 0
+    wide: tuple[int, ...] = ()
+    factor: Factor | None = None
     if V.shape[1] < model.size:
         shift = SHIFT * lowest if len(resisted) < len(values) else 0.0
         factor = factorise(sp.csc_array(m.K + shift * m.M), "the stiffness")
-        near = V[:, : modes.rigid + int(np.sum(modes.flexible().frequencies < 1.25 * top)) + 1]
-        changes = [model.derivative(j, at) for j in moving]
-        answers = factor.solve(np.hstack([_units(model.size, ports), *_pushes(changes, near)]))
-        V = _independent(V, answers, m.M)
-    return _projected(model, np.asarray(at, dtype=float), V, STILL * lowest)
+        near = modes.rigid + int(np.sum(modes.flexible().frequencies < 1.25 * top)) + 1
+        forces, wide = _pushes(model, at, moving, V[:, :near])
+        V = _independent(V, factor.solve(np.hstack([_units(model.size, ports), forces])), m.M)
+    made = _projected(model, np.asarray(at, dtype=float), V, STILL * lowest, wide)
+    return replace(made, factor=factor, near=near)
 
 
 def _modes(K: sp.csc_array, M: sp.csc_array, top: float, rigid: Real) -> Modes:
@@ -143,19 +173,22 @@ def _units(size: int, dofs: Index) -> Real:
     return out
 
 
-def _pushes(changes: Sequence[Sequence[DerivativeBlock]], near: Real) -> list[Real]:
-    """Forces of parameters: unit ones where they act on few DOFs, else those on the modes."""
-    size, out = len(near), []
+def _pushes(
+    model: Model, at: Real, moving: Sequence[int], near: Real
+) -> tuple[Real, tuple[int, ...]]:
+    """Forces (N, n) of parameters: unit ones where they act on few DOFs, else those on the modes
+    ``near``; the numbers of these parameters."""
+    size, out, wide = len(near), [np.zeros((len(near), 0))], []
     phi = np.vstack([near, np.zeros((1, near.shape[1]))])
-    for blocks in changes:
-        used = np.unique(
-            np.concatenate([np.zeros(0, dtype=np.int64), *(b.dofs.reshape(-1) for b in blocks)])
-        )
-        used = used[used >= 0]
+    for j in moving:
+        blocks = model.derivative(j, at)
+        used = np.unique(np.concatenate([[-1], *(b.dofs.reshape(-1) for b in blocks)]))
+        used = used[used >= 0].astype(np.int64)
         if len(used) <= min(FEW, near.shape[1]):
             out.append(_units(size, used))
             continue
-        for name in "KM":
+        wide.append(j)
+        for name in ("K", "M"):
             force = np.zeros((size + 1, near.shape[1]))
             for b in blocks:
                 part = b.K if name == "K" else b.M
@@ -163,11 +196,13 @@ def _pushes(changes: Sequence[Sequence[DerivativeBlock]], near: Real) -> list[Re
                     np.add.at(force, b.dofs, part @ phi[b.dofs])
             if np.any(force[:size]):
                 out.append(force[:size])
-    return out
+    return np.hstack(out), tuple(wide)
 
 
 def _independent(V: Real, more: Real, M: sp.csc_array) -> Real:
     """V, whose columns are orthonormal in M, and what more says besides, so too."""
+    if not more.shape[1]:
+        return V
     for _ in range(2):  # twice is enough (Giraud, Langou and Rozložník 2005)
         norms = np.sqrt(np.maximum(np.einsum("ij,ij->j", more, M @ more), 0.0))
         seen = norms > 0.0
@@ -179,7 +214,7 @@ def _independent(V: Real, more: Real, M: sp.csc_array) -> Real:
     return np.hstack([V, more @ (vectors[:, kept] / np.sqrt(values[kept]))])
 
 
-def _projected(model: Model, at: Real, V: Real, still: float) -> Space:
+def _projected(model: Model, at: Real, V: Real, still: float, wide: tuple[int, ...]) -> Space:
     r = V.shape[1]
     fixed = {k: np.zeros((r, r)) for k in "KMCD"}
     parts: list[Part] = []
@@ -200,7 +235,7 @@ def _projected(model: Model, at: Real, V: Real, still: float) -> Space:
             local = padded[block.dofs[rows]]
             terms = tuple(_sum(t.values[block.geometry[rows]], local) for t in block.terms)
             parts.append(Part(number, rows[0], terms))
-    return Space(model, at, V, fixed, tuple(parts), still)
+    return Space(model, at, V, fixed, tuple(parts), still, wide)
 
 
 def _alike(block: Block, moved: dict[int, list[int]]) -> list[list[int]]:
