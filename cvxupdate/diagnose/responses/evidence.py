@@ -170,8 +170,7 @@ class ResponseEvidence:
     ) -> ResponseSetting:
         """A model against the recordings at the level of another setting (None: the first)."""
         level, top = 0 if like is None else like.level, self.data.top
-        signals = self.data.levels[level]
-        made = setting_for(model, self.original, signals, top, faults, self._space)
+        made = setting_for(model, self.original, self.data.levels[level], top, faults, self._space)
         return replace(made, level=level)
 
     def at_level(self, setting: ResponseSetting, level: int) -> ResponseSetting:
