@@ -26,13 +26,13 @@ from cvxupdate.diagnose.responses.figures import responses_shown
 from cvxupdate.diagnose.responses.finite_size import few_directions
 from cvxupdate.diagnose.responses.first_order import first_order, linearised
 from cvxupdate.diagnose.responses.sets import sets_of_elements
-from cvxupdate.diagnose.responses.setting import EFFORTS
+from cvxupdate.diagnose.responses.setting import EFFORTS, let_go
 from cvxupdate.diagnose.responses.signals import Signal
 from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.screen.shortlist import best_of
-from cvxupdate.diagnose.settings import BUDGET, SIMULATED, WIDE
+from cvxupdate.diagnose.settings import BUDGET, SIMULATED
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import (
     Errors,
@@ -247,12 +247,7 @@ class MotionEvidence:
 
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
-        free = [replace(q, lower=-WIDE, upper=WIDE) for q in self.model.parameters]
-        setting = self.setting(self.model.with_parameters(free), ())
-        found = fitted(setting, np.zeros(len(setting.columns)), EFFORTS["base"])
-        for level in range(1, self.levels):
-            found = fitted(self.at_level(setting, level), found.p, EFFORTS["base"])
-        return found
+        return let_go(self)
 
     def further(self, last: Fit) -> Further:
         """Nothing."""

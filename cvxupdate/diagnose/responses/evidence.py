@@ -25,7 +25,7 @@ from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.resampling import halves
 from cvxupdate.diagnose.responses.sets import sets_of_elements
-from cvxupdate.diagnose.responses.setting import EFFORTS, setting_for
+from cvxupdate.diagnose.responses.setting import EFFORTS, let_go, setting_for
 from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
@@ -38,7 +38,6 @@ from cvxupdate.diagnose.settings import (
     OPEN,
     WHOLE,
     WHOLES,
-    WIDE,
 )
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import (
@@ -245,12 +244,7 @@ class ResponseEvidence:
 
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
-        free = [replace(q, lower=-WIDE, upper=WIDE) for q in self.model.parameters]
-        setting = self.setting(self.model.with_parameters(free), ())
-        found = fitted(setting, np.zeros(len(setting.columns)), EFFORTS["base"])
-        for level in range(1, self.levels):
-            found = fitted(self.at_level(setting, level), found.p, EFFORTS["base"])
-        return found
+        return let_go(self)
 
     def further(self, last: Fit) -> Further:
         """Nothing: the search heard all that responses say."""

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from cvxupdate.diagnose.fit import Fit, fitted
 from cvxupdate.diagnose.nominal.damping import file_damping
 from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
 from cvxupdate.diagnose.responses.point import ResponseSetting
 from cvxupdate.diagnose.responses.signals import Signal
+from cvxupdate.diagnose.settings import WIDE
+from cvxupdate.diagnose.types import Evidence
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import natural_modes
 from cvxupdate.fe.rigid import rigid_body_modes
@@ -51,3 +55,13 @@ def setting_for(
     return ResponseSetting(
         model, tuple(signals), file_damping(original, f), top, tuple(faults), mesh.at(f)
     )
+
+
+def let_go(evidence: Evidence) -> Fit:
+    """The nuisance parameters fitted far beyond their scatter, level by level."""
+    free = [replace(q, lower=-WIDE, upper=WIDE) for q in evidence.model.parameters]
+    setting = evidence.setting(evidence.model.with_parameters(free), ())
+    found = fitted(setting, np.zeros(len(setting.columns)), EFFORTS["base"])
+    for level in range(1, evidence.levels):
+        found = fitted(evidence.at_level(setting, level), found.p, EFFORTS["base"])
+    return found
