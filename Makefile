@@ -6,8 +6,8 @@ BIN    := $(VENV)/bin
 .PHONY: demo test lint bench proof calibrate rigs clean
 
 demo: $(VENV)/.base
-	$(BIN)/cvxupdate run problems/structure_a/problem.toml --out out/structure_a
-	@echo "Open out/structure_a/report.html"
+	$(BIN)/cvxupdate run problems/structure_a/problem.toml
+	@echo "Open out/structure_a/run/report.html"
 
 test: $(VENV)/.test
 	$(BIN)/python -m pytest -n auto

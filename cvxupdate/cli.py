@@ -48,7 +48,9 @@ Recorded = Annotated[
 Out = Annotated[
     Path | None,
     typer.Option(
-        "--out", help="folder for results; default out/<name of the problem>", show_default=False
+        "--out",
+        help="folder for results; default out/<name of the problem>/<command>",
+        show_default=False,
     ),
 ]
 Jobs = Annotated[
@@ -78,13 +80,13 @@ def run(problem: Problem, out: Out = None, as_json: Json = False, jobs: Jobs = N
     from cvxupdate.study import run as do
 
     must_be_writable(out)
-    folder = folder_for(out, name_of(problem))
+    folder = folder_for(out, name_of(problem), "run")
     with _display(as_json) as show:
         reading = None if show is None else show.read
         said = None if show is None else lambda h: show.say(_iteration(h))
         updated = do(problem, said, reading, _warn, jobs, folder / "starts.jsonl")
-    files, payload = run_files(updated)
-    write_files(folder, files)
+    files, payload = run_files(updated, folder)
+    write_files(folder, files, ("updated/problem.toml",))
     _say(payload, as_json, lambda: run_summary(updated, folder))
     if updated.status not in ("converged", "optimal"):
         raise typer.Exit(NOT_DONE)
@@ -100,7 +102,7 @@ def correlate(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     with _display(as_json) as show:
         compared = do(problem, None if show is None else show.read, _warn)
     files, payload = correlate_files(compared)
-    folder = folder_for(out, compared.problem)
+    folder = folder_for(out, compared.problem, "correlate")
     write_files(folder, files)
     _say(payload, as_json, lambda: correlate_summary(compared, folder))
 
@@ -116,12 +118,9 @@ def diagnose(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     with _display(as_json) as show:
         said, reading = (None, None) if show is None else (show.say, show.read)
         found = do(problem, said, reading, _warn)
-    files, payload = diagnosis_files(found, load_problem(problem))
-    folder = folder_for(out, found.problem)
-    write_files(folder, files)
-    for name in ("problem.toml", "refined.toml"):
-        if f"updated/{name}" not in files:
-            (folder / "updated" / name).unlink(missing_ok=True)  # of an earlier diagnosis
+    folder = folder_for(out, found.problem, "diagnose")
+    files, payload = diagnosis_files(found, load_problem(problem), folder)
+    write_files(folder, files, ("updated/problem.toml", "updated/refined.toml"))
     _say(payload, as_json, lambda: diagnosis_summary(found, folder))
 
 
@@ -134,7 +133,7 @@ def solvers(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     must_be_writable(out)
     spec, rows, spread = do(problem)
     files, payload = solvers_files(spec.name, spec.title, rows, spread)
-    folder = folder_for(out, spec.name)
+    folder = folder_for(out, spec.name, "solvers")
     write_files(folder, files)
     _say(payload, as_json, lambda: solvers_summary(spec.name, rows, spread, folder))
     if not any(r.status == "optimal" for r in rows):

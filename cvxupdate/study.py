@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cvxupdate.errors import CvxupdateError, InputError
+from cvxupdate.errors import InputError
 from cvxupdate.spec import Spec, load_problem
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from cvxupdate.diagnose.output.diagnosis import Diagnosis
     from cvxupdate.fe.model import Model
     from cvxupdate.recordings.inspect import Inspection
-    from cvxupdate.recordings.load import Known
     from cvxupdate.recordings.read.contents import Progress
     from cvxupdate.recordings.types import Recording
     from cvxupdate.update.result import Updated
@@ -28,14 +27,6 @@ if TYPE_CHECKING:
     from cvxupdate.update.trust_region import Iteration
 
 MODES_IN_BAND = 30  # computed for the sensors of frequency responses
-MESH_MATTERS, NEARER = 1e-3, 0.7  # shift of frequencies for a finer mesh, and its error at most
-# the least absolute reduction of the error
-WORTH = {"frf_error": 0.01, "response_error": 0.01, "frequency_error_percent_mean": 0.1}
-UNITS = {
-    "frf_error": " of the frequency responses",
-    "response_error": " of the time responses",
-    "frequency_error_percent_mean": " % of the frequencies",
-}
 
 
 def open_problem(
@@ -76,7 +67,9 @@ def run(
     from cvxupdate.correlate.plausible import examine
     from cvxupdate.update.definite import definiteness
     from cvxupdate.update.modal import update_modal
+    from cvxupdate.update.score import caveats
     from cvxupdate.update.starts import Many
+    from cvxupdate.written import updated_file
 
     spec, model, recordings = open_problem(path, reading)
     warnings = examine(spec, model, recordings, warn)
@@ -99,6 +92,8 @@ def run(
         model={**updated.model, **definiteness(model, p)},
         recordings=own_errors(model, recordings, p, updated.modes),
         warnings=warnings,
+        written=updated_file(spec, model, p) if updated.status != "infeasible" else None,
+        caveats=caveats(updated, spec.update.frequency_points != "all"),
     )
 
 
@@ -253,48 +248,16 @@ def diagnose(
     from cvxupdate.correlate.plausible import examine
     from cvxupdate.diagnose import diagnose_problem
     from cvxupdate.physics.known import refuse_unknown
+    from cvxupdate.recordings.load import load_recordings
+    from cvxupdate.written import with_refined
 
     spec, model, recordings = open_problem(path, reading)
     refuse_unknown(spec)
     warnings = examine(spec, model, recordings, warn)
     found = diagnose_problem(spec, model, recordings, progress)
     known = tuple(zip(spec.recordings, recordings, strict=True))
-    return replace(_with_refined(found, spec, known), warnings=warnings)
 
+    def again(other: Spec, changed: Model) -> Compared:  # nothing is read a second time
+        return _compared(other, changed, load_recordings(other, known=known))
 
-def _with_refined(found: Diagnosis, spec: Spec, known: Known) -> Diagnosis:
-    """With the updated model on a finer mesh where that comes closer to the recordings in
-    `correlate`, and the figures of both. The ``known`` recordings are not read again."""
-    from cvxupdate.diagnose.output.refine import finer, finer_file, shift
-    from cvxupdate.fe.build import build_model
-    from cvxupdate.recordings.load import load_recordings
-    from cvxupdate.spec import read_text
-
-    if found.updated is None:
-        return found
-    try:
-        coarse = read_text(found.updated.text, spec.path)
-        fine = finer(coarse)
-        if fine is None:
-            return found
-        specs = [coarse, fine]
-        models = [build_model(s) for s in specs]
-        if shift(*models) < MESH_MATTERS:
-            return found
-        both = [
-            _compared(s, m, load_recordings(s, known=known)).fit
-            for s, m in zip(specs, models, strict=True)
-        ]
-    except CvxupdateError:
-        return found
-    key, where = ("hold_out", "held-out") if both[0]["hold_out"] else ("fit", "fitted")
-    name = next(m for m in WORTH if m in both[0][key])
-    errors = [b[key][name]["after"] for b in both]
-    if errors[1] > min(NEARER * errors[0], errors[0] - WORTH[name]):
-        return found
-    says = (
-        f"In correlate, updated/problem.toml has an error of {errors[0]:.3g}{UNITS[name]} ({where} "
-        "recordings), because it keeps the mesh of the file that was diagnosed; on a finer "
-        f"mesh the same model has {errors[1]:.3g}{UNITS[name]}: updated/refined.toml."
-    )
-    return replace(found, refined=finer_file(fine), evidence=(*found.evidence, says))
+    return replace(with_refined(found, spec, again), warnings=warnings)

@@ -10,10 +10,17 @@ import sys  # noqa: E402
 from pathlib import Path  # noqa: E402
 
 import pytest  # noqa: E402
+from hypothesis import settings  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
 if str(ROOT) not in sys.path:
     sys.path.insert(0, str(ROOT))
+
+
+# `make test` draws the same examples every time; `make fuzz` draws new ones, and more of them.
+settings.register_profile("test", derandomize=True)
+settings.register_profile("fuzz", derandomize=False, max_examples=2000, deadline=None)
+settings.load_profile(os.environ.get("CVXUPDATE_FUZZ", "test"))
 
 
 @pytest.fixture

@@ -49,6 +49,7 @@ ROOMS: dict[str, set[str]] = {
     | {"system"},
     "report": BASE,
 }
+ROOMS["written"] = set(ROOMS)
 ROOMS["study"] = set(ROOMS)
 ROOMS["cli"] = BASE | {
     "study",
@@ -69,7 +70,7 @@ ONLY = {
     "jinja2": "report",
 }
 # They know all parts; nothing stands on them.
-WIRING = {"study", "cli", "__init__", "__main__"}
+WIRING = {"written", "study", "cli", "__init__", "__main__"}
 # The picture of diagnose/ in CONTRIBUTING.md: its floors from the ground up. A room may import
 # from the floors below its own, never from its own or from above, wherever the statement stands.
 DIAGNOSE: tuple[tuple[str, ...], ...] = (

@@ -43,6 +43,7 @@ parameters = [
   { group = "floor", of = "m", lower = -0.02, upper = 0.02 },
 ]
 """
+RAN = ["chain/run/report.html", "chain/run/result.json", "chain/run/updated/problem.toml"]
 IMPOSSIBLE = CHAIN + "\n[constraints.total_mass]\nvalue = 20.0\n"
 
 
@@ -128,8 +129,8 @@ def test_an_error_of_its_own_is_one_line_without_a_traceback(call, here, monkeyp
 def test_run_writes_both_files_and_a_summary(call, here):
     code, out, err = call("run", "chain/problem.toml")
     assert (code, err) == (0, "")
-    assert files(here / "out") == ["chain/report.html", "chain/result.json"]
-    assert "e1.k" in out and "out/chain/report.html" in out and "mean frequency error" in out
+    assert files(here / "out") == RAN
+    assert "e1.k" in out and "out/chain/run/report.html" in out and "mean frequency error" in out
 
 
 def test_json_is_all_there_is_on_standard_output(call, here):
@@ -150,7 +151,7 @@ def test_solvers(call, here):
         code == 0
         and "CLARABEL" in out
         and "agree" in out
-        and files(here / "out") == ["chain/report.html", "chain/result.json"]
+        and files(here / "out") == ["chain/solvers/report.html", "chain/solvers/result.json"]
     )
     code, out, err = call("solvers", "chain/problem.toml", "--json")
     data = json.loads(out)
@@ -328,7 +329,7 @@ def test_infeasible_writes_why(call, here):
         any(word in clause for clause in data["certificate"]["conflict"])
         for word in ("total mass", "floor.m")
     ] == [True, True]
-    assert files(here / "out") == ["chain/report.html", "chain/result.json"]
+    assert files(here / "out") == RAN[:2]
     code, out, _ = call("run", "chain/problem.toml")
     assert code == 3 and "contradict" in out and "total mass set to 20 kg" in out
     code, out, _ = call("solvers", "chain/problem.toml", "--json")
@@ -356,7 +357,7 @@ def test_stopped_short_is_3(call, here):
 
 def test_interrupted_keeps_what_was_finished(call, here, monkeypatch):
     call("run", "chain/problem.toml")
-    before = (here / "out" / "chain" / "result.json").read_bytes()
+    before = (here / "out" / "chain" / "run" / "result.json").read_bytes()
 
     def stop(*_):
         raise KeyboardInterrupt
@@ -365,8 +366,8 @@ def test_interrupted_keeps_what_was_finished(call, here, monkeypatch):
     code, out, err = call("run", "chain/problem.toml")
     assert (code, out) == (130, "") and "interrupted" in one_line(err)
     assert (
-        files(here / "out") == ["chain/report.html", "chain/result.json"]
-        and (here / "out" / "chain" / "result.json").read_bytes() == before
+        files(here / "out") == RAN
+        and (here / "out" / "chain" / "run" / "result.json").read_bytes() == before
     )
 
 

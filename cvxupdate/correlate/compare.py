@@ -120,7 +120,7 @@ def compare(
         spec.name,
         spec.title,
         spec.source,
-        str(spec.path),
+        spec.shown,
         0.0,
         tuple(found.pairs),
         tuple(found.shapes),

@@ -53,7 +53,7 @@ def component_diagnosis(spec: Spec, rigs: Sequence[Rig], begin: float) -> Diagno
     return Diagnosis(
         problem=spec.name,
         title=spec.title,
-        path=str(spec.path),
+        path=spec.shown,
         verdict=verdict,
         says=says,
         findings=findings,

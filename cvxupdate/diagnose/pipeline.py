@@ -53,7 +53,7 @@ def diagnosed(
     return Diagnosis(
         problem=spec.name,
         title=spec.title,
-        path=str(spec.path),
+        path=spec.shown,
         verdict=verdict,
         says=says,
         findings=findings,

@@ -22,6 +22,9 @@ _TOKEN = re.compile(
     r"|(?P<power>\^|\*\*)\s*(?P<exponent>[-+]?\d+)|(?P<op>[*/()]))"
 )
 
+LEAST = 1e-30
+"""Factors of a unit below this, or above its inverse, are slips of the pen (0 among them)."""
+
 Dimension = tuple[int, int, int, int]
 _FORCE: Dimension = (1, 1, -2, 0)
 # quantity: dimension on a translation, on a rotation
@@ -137,9 +140,10 @@ class _Reading:
         elif match["power"]:
             self._power(int(match["exponent"]))
         else:
-            number = match["number"]
             self._last = (
-                Unit(float(number), ONE.dimension) if number else _named(match["name"], self._text)
+                self._number(match["number"])
+                if match["number"]
+                else _named(match["name"], self._text)
             )
             self._times(self._last, self._sign)
             if not rest.startswith(("^", "**")):
@@ -154,9 +158,23 @@ class _Reading:
             raise RecordingError(f"unit {self._text!r}: its factor is not a positive number.")
         return unit
 
+    def _number(self, digits: str) -> Unit:
+        value = float(digits)
+        if not LEAST <= value <= 1.0 / LEAST:
+            raise RecordingError(
+                f"unit {self._text!r}: the factor {digits} is not between {LEAST:g} and "
+                f"{1.0 / LEAST:g}."
+            )
+        return Unit(value, ONE.dimension)
+
     def _times(self, factor: Unit, sign: int) -> None:
         product, outer = self._stack[-1]
-        self._stack[-1] = (_times(product, factor, sign), outer)
+        try:
+            self._stack[-1] = (_times(product, factor, sign), outer)
+        except (ZeroDivisionError, OverflowError) as error:
+            raise RecordingError(
+                f"unit {self._text!r}: its factor is not a positive number."
+            ) from error
 
     def _power(self, exponent: int) -> None:
         if self._last is None or abs(exponent) > 9:

@@ -52,14 +52,18 @@ def inspect_json(found: Inspection) -> str:
     return dumps(plain(asdict(found)))
 
 
-def run_files(updated: Updated) -> tuple[dict[str, str], str]:
-    """The files of `run`, {"result.json": text, "report.html": text}, and the JSON text by
-    itself."""
+def run_files(updated: Updated, folder: Path = Path()) -> tuple[dict[str, str], str]:
+    """The files of `run`, {"result.json": text, "report.html": text, "updated/problem.toml": text}
+    (the last one where the updated model can be written as a problem file), and the JSON text by
+    itself; ``folder`` is where they will lie."""
     from cvxupdate.report.as_json import dumps, run_data
     from cvxupdate.report.run_page import run_page
 
     text = dumps(run_data(updated))
-    return {"result.json": text, "report.html": run_page(updated)}, text
+    files = {"result.json": text, "report.html": run_page(updated)}
+    if updated.written is not None:
+        files["updated/problem.toml"] = updated.written.text_in(folder / "updated")
+    return files, text
 
 
 def run_summary(updated: Updated, folder: Path) -> RenderableType:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,7 +35,8 @@ FIRST = (
 
 def run_data(updated: Updated) -> dict[str, Any]:
     """`Updated` as plain data: what `result.json` of ``run`` holds."""
-    raw = asdict(updated)
+    raw = asdict(replace(updated, written=None))
+    del raw["written"]
     if updated.status == "infeasible":
         raw["certificate"] = {
             **raw["certificate"],

@@ -14,22 +14,27 @@ if TYPE_CHECKING:
 __all__ = ["diagnosis_files", "diagnosis_summary"]
 
 
-def diagnosis_files(found: Diagnosis, spec: Spec) -> tuple[dict[str, str], str]:
+def diagnosis_files(
+    found: Diagnosis, spec: Spec, folder: Path = Path()
+) -> tuple[dict[str, str], str]:
     """{"diagnosis.json": text, "report.html": text, "updated/problem.toml": text,
     "updated/refined.toml": text} (the last two where a model was found, and where a finer mesh
     makes a difference to it), and the JSON text by itself.
 
-    ``spec`` is drawn.
+    ``spec`` is drawn; ``folder`` is where the files will lie.
     """
     from cvxupdate.report.as_json import dumps, plain
     from cvxupdate.report.diagnosis_page import diagnosis_page
 
     text = dumps(plain(found.to_json()))
     files = {"diagnosis.json": text, "report.html": diagnosis_page(found, spec)}
-    files |= {} if found.updated is None else {"updated/problem.toml": found.updated.text}
-    return files | (
-        {} if found.refined is None else {"updated/refined.toml": found.refined.text}
-    ), text
+    models = {"problem": found.updated, "refined": found.refined}
+    files |= {
+        f"updated/{name}.toml": written.text_in(folder / "updated")
+        for name, written in models.items()
+        if written is not None
+    }
+    return files, text
 
 
 def diagnosis_summary(found: Diagnosis, folder: Path) -> RenderableType:

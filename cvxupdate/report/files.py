@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from cvxupdate.errors import InputError
 
 
-def folder_for(out: Path | None, name: str) -> Path:
-    """The folder given, else out/<name of the problem>."""
-    return Path("out") / name if out is None else out
+def folder_for(out: Path | None, name: str, command: str) -> Path:
+    """The folder given, else out/<name of the problem>/<command>, so that no command overwrites
+    what another one wrote."""
+    return Path("out") / name / command if out is None else out
 
 
 def must_be_writable(out: Path | None) -> None:
@@ -29,8 +31,12 @@ def must_be_writable(out: Path | None) -> None:
         )
 
 
-def write_files(folder: Path, files: dict[str, str]) -> None:
-    """Write files whole or not at all: into a temporary name first, then moved into place."""
+def write_files(folder: Path, files: dict[str, str], replaced: Sequence[str] = ()) -> None:
+    """Write files whole or not at all: into a temporary name first, then moved into place.
+
+    Those of the ``replaced`` names that are not among the files are of an earlier call: they are
+    taken away, so that a folder never holds the page of one result and the model of another.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
         staged = []
@@ -42,6 +48,8 @@ def write_files(folder: Path, files: dict[str, str]) -> None:
             temporary.write_text(text, encoding="utf-8")
         for temporary, final in staged:
             os.replace(temporary, final)
+        for name in set(replaced) - set(files):
+            (folder / name).unlink(missing_ok=True)
     except OSError as error:
         for temporary, _ in staged if "staged" in locals() else []:
             temporary.unlink(missing_ok=True)

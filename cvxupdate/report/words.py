@@ -66,7 +66,8 @@ def verdict(updated: Updated) -> Verdict:
             f"Stopped before convergence. {gain}".strip(),
             (f"Why: {updated.reason}.", *minds),
         )
-    return Verdict("fair" if worse(updated) else "good", gain or "The update converged.", minds)
+    doubtful = worse(updated) or updated.caveats
+    return Verdict("fair" if doubtful else "good", gain or "The update converged.", minds)
 
 
 def worse(updated: Updated) -> tuple[str, ...]:
@@ -119,7 +120,7 @@ def _amount(value: float, unit: str) -> str:
 
 
 def _minds(updated: Updated) -> list[str]:
-    out = []
+    out = list(updated.caveats)
     bad = worse(updated)
     if bad:
         names = " and ".join(METRICS.get(k, (k, ""))[0] for k in bad)

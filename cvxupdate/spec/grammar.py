@@ -7,6 +7,7 @@ elements, constraints and regularisers bring: their blocks, tables and keys.
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 from functools import lru_cache, reduce
 from operator import or_
@@ -130,3 +131,13 @@ class Spec:
     regularisation: tuple[Regulariser, ...]
     solver: Solver
     diagnose: Diagnose
+
+    @property
+    def shown(self) -> str:
+        """The path as results state it: as given where it is relative or lies below the working
+        directory, else the folder and the file, for a result tells nobody whose disk it was on."""
+        if not self.path.is_absolute():
+            return str(self.path)
+        with contextlib.suppress(ValueError, OSError):
+            return str(self.path.resolve().relative_to(Path.cwd().resolve()))
+        return str(Path(self.path.parent.name, self.path.name))

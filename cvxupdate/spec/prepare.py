@@ -12,6 +12,7 @@ from typing import Any
 from cvxupdate.keys import Loc
 from cvxupdate.spec.elements import EXCLUSIVE, MATRICES, MATRIX_FILES, from_files, inherited
 from cvxupdate.spec.include import Refusal, included, merge, placed
+from cvxupdate.spec.mode_columns import gather_modes
 from cvxupdate.spec.tables import Source, TableError, locate, read_table, unusable
 
 
@@ -181,6 +182,8 @@ def _inline(out: Prepared, table: dict[str, Any], key: str, at: Loc, source: Sou
         else:
             try:
                 rows, source.tables[loc] = read_table(path)
+                if at[0] == "recordings" and key == "rows":
+                    rows = gather_modes(table, rows)
             except TableError as error:
                 problem = f"'{path}' {error.problem}"
                 faults.append(Complaint((*loc, "file"), problem, error.remedy, source))

@@ -118,8 +118,8 @@ def read_table(path: Path) -> tuple[list[dict[str, Any]], TableFile]:
     """Rows of a CSV file with one header line.
 
     The columns are separated by ``,``, ``;`` or tabs (whichever the header uses); empty cells are
-    absent keys; blank lines and lines that begin with ``#`` are left out; a cell of a list column
-    holds its items separated by blanks.
+    absent keys; beside ``;`` and tabs numbers may have a decimal comma; blank lines and lines that
+    begin with ``#`` are left out; a cell of a list column holds its items separated by blanks.
 
     Raises
     ------
@@ -152,6 +152,8 @@ def read_table(path: Path) -> tuple[list[dict[str, Any]], TableFile]:
     except csv.Error as error:
         raise TableError(f"is not a CSV file ({error}).", "Check quotes and separators.") from None
     header = [name.strip() for name in cells[0]]
+    if len(header) > 1 and not header[0] and cells[1:]:  # pandas writes its index so
+        header, cells = header[1:], [row[1:] for row in cells]
     if "" in header or len(set(header)) < len(header):
         raise TableError(
             "line 1: an empty or repeated column name.", "Give every column its own name."
@@ -164,9 +166,18 @@ def read_table(path: Path) -> tuple[list[dict[str, Any]], TableFile]:
                 "Check the separators.",
             )
         rows.append(
-            {k: _cell(k, v.strip()) for k, v in zip(header, row, strict=False) if v.strip()}
+            {
+                k: _cell(k, _pointed(k, v.strip(), delimiter))
+                for k, v in zip(header, row, strict=False)
+                if v.strip()
+            }
         )
     return rows, TableFile(path, tuple(number for number, _ in lines[1:]))
+
+
+def _pointed(column: str, text: str, delimiter: str) -> str:
+    """Numbers with a decimal point, where the columns are not separated by commas."""
+    return text if delimiter == "," or column in TEXTS else re.sub(r"(?<=\d),(?=\d)", ".", text)
 
 
 def _cell(column: str, text: str) -> Any:

@@ -2,7 +2,7 @@
 rows inline.
 
 Paths become absolute, or stay relative to their data set under CVXUPDATE_DATA, so the text may lie
-in any folder.
+in any folder; `Written.text_in` makes them relative to the folder in which it will lie.
 """
 
 from __future__ import annotations
@@ -11,15 +11,49 @@ import json
 import os
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cvxupdate.spec.elements import inherited
+from cvxupdate.spec.elements import MATRICES, inherited
 from cvxupdate.spec.grammar import Spec
 from cvxupdate.spec.tables import DATA_VARIABLE
 
 WIDE = 150
 """Characters of a line up to which a list stands on it."""
+
+
+FILED = ("file", *MATRICES)
+"""Keys that may hold a path."""
+
+
+@dataclass(frozen=True)
+class Written:
+    """A problem file to be written: its tables, and the comment on top."""
+
+    tables: dict[str, Any]
+    head: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """As TOML, with absolute paths."""
+        return to_toml(self.tables, self.head)
+
+    def text_in(self, folder: str | os.PathLike[str]) -> str:
+        """As TOML for a file in ``folder``: paths are relative to it, so that the folder may move
+        together with the recordings."""
+        return to_toml(_relative(self.tables, os.path.abspath(folder)), self.head)
+
+
+def _relative(value: Any, folder: str) -> Any:
+    if isinstance(value, Mapping):
+        return {
+            k: Path(os.path.relpath(v, folder)).as_posix()
+            if k in FILED and isinstance(v, str) and os.path.isabs(v)
+            else _relative(v, folder)
+            for k, v in value.items()
+        }
+    return [_relative(v, folder) for v in value] if isinstance(value, list) else value
 
 
 def tables_of(spec: Spec) -> dict[str, Any]:

@@ -59,7 +59,7 @@ def updated(
         problem=spec.name,
         title=spec.title,
         source=spec.source,
-        path=str(spec.path),
+        path=spec.shown,
         status=loop.status,
         reason=loop.reason,
         method=method,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from cvxupdate.correlate.own_errors import OwnError
 from cvxupdate.correlate.plausible.doubt import Doubt
+from cvxupdate.spec.write import Written
 
 if TYPE_CHECKING:
     from cvxupdate.convex import StepProblem
@@ -104,7 +105,9 @@ class Updated:
     ``certificate`` that of the last convex step; ``conflict`` and ``relaxation`` say why a step is
     infeasible; ``noise`` is by how much the residual exceeds the stated deviations; ``accuracy`` is
     of method rfm alone; ``recordings`` holds the error of each by itself, ``warnings`` what is
-    probably a mistake in the problem; ``starts`` what many starts found, where they were asked for.
+    probably a mistake in the problem; ``starts`` what many starts found, where they were asked for;
+    ``written`` is the updated model as a problem file, where it can be one; ``caveats`` say
+    what keeps a converged update from being an improvement.
     """
 
     problem: str
@@ -134,3 +137,5 @@ class Updated:
     recordings: tuple[OwnError, ...] = ()
     warnings: tuple[Doubt, ...] = ()
     starts: dict[str, Any] = field(default_factory=dict)
+    written: Written | None = None
+    caveats: tuple[str, ...] = ()

@@ -88,7 +88,7 @@ def update_rfm(
         problem=spec.name,
         title=spec.title,
         source=spec.source,
-        path=str(spec.path),
+        path=spec.shown,
         status=loop.status,
         reason=loop.reason,
         method="rfm",

@@ -9,7 +9,7 @@ from cvxupdate.correlate import response_errors
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import Recording
 from cvxupdate.system import Array
-from cvxupdate.update.result import Metrics
+from cvxupdate.update.result import Metrics, Updated
 
 
 def response_metrics(model: Model, p: Array, recordings: Sequence[Recording]) -> dict[str, Metrics]:
@@ -30,3 +30,36 @@ def scored(
     """A method's own metrics, with those of the responses."""
     more = response_metrics(model, p, recordings)
     return {key: {**fitted[key], **more[key]} for key in ("fit", "hold_out")}
+
+
+GREW = {
+    "frf_error": "error of the frequency responses",
+    "response_error": "error of the time responses",
+    "frequency_error_percent_mean": "mean frequency error",
+}
+"""Errors of the fitted recordings as a whole, which an update should not let grow."""
+ROUNDING = 1e-6
+
+
+def caveats(updated: Updated, chosen: bool) -> tuple[str, ...]:
+    """Where an error of the fitted recordings as a whole grew, although the objective fell: which,
+    why, and what to do. ``chosen``: only some lines of the responses were fitted."""
+    said = []
+    for name, words in GREW.items():
+        pair = updated.fit.get("fit", {}).get(name)
+        if pair is None or not pair["after"] > pair["before"] + ROUNDING * max(pair["before"], 1.0):
+            continue
+        grew = f"The {words} grew from {pair['before']:.4g} to {pair['after']:.4g}"
+        if chosen and updated.method == "rfm" and name == "frf_error":
+            said.append(
+                f"{grew}: the fit sees only its chosen lines, which lie between the resonances, "
+                'and what it gained there is lost on the others. Set frequency_points = "all" and '
+                'residual = "receptance" in [update], or free what the model lacks.'
+            )
+        else:
+            said.append(
+                f"{grew}: the fit weighs each number by its deviation, and what it gained on the "
+                "surest ones is lost on the others. Check the deviations, or free what the model "
+                "lacks."
+            )
+    return tuple(said)

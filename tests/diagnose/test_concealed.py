@@ -45,12 +45,12 @@ def test_concealed_cases(tmp_path, case, physics, nodes, name, value):
     assert first["physics"] == physics and first["location"]["nodes"] == nodes
     assert first["parameters"][name] == pytest.approx(value, rel=0.25)
     assert data["fit"]["hold_out"]["after"] <= 0.5 * data["fit"]["hold_out"]["before"]
-    assert sorted(p.name for p in (tmp_path / "out" / case).iterdir()) == [
+    assert sorted(p.name for p in (tmp_path / "out" / case / "diagnose").iterdir()) == [
         "diagnosis.json",
         "report.html",
         "updated",
     ]
-    check = command("check", f"out/{case}/updated/problem.toml", cwd=tmp_path)
+    check = command("check", f"out/{case}/diagnose/updated/problem.toml", cwd=tmp_path)
     assert check.returncode == 0, check.stderr
 
 

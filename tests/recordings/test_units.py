@@ -79,6 +79,15 @@ def test_any_text_is_a_unit_or_a_recording_error(text: str) -> None:
     assert is_unit(text) in (True, False)
 
 
+@pytest.mark.parametrize(
+    "text", ["/0", "m/0", "1e-400", "1e400", "1e-320 m", f"/({'mm^9*' * 13}m)"]
+)
+def test_a_factor_without_a_size_is_refused(text: str) -> None:
+    """Zero, and what rounds to zero or overflows, wherever it stands."""
+    with pytest.raises(RecordingError, match="factor"):
+        parse_unit(text)
+
+
 def test_a_sensitivity_turns_volts_into_the_quantity() -> None:
     assert scale_to_si("acceleration", "V", "z", "100 mV/g") == pytest.approx(9.80665 / 0.1)
     assert scale_to_si("acceleration", "mV", "z", "100 mV/g") == pytest.approx(9.80665 / 100.0)

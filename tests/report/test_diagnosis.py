@@ -15,7 +15,6 @@ from markupsafe import escape
 from rich.console import Console
 
 from cvxupdate.diagnose.output.diagnosis import Diagnosis
-from cvxupdate.diagnose.output.export import Written
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.shown import Curve, ModeError, Shown, Spectrum
 from cvxupdate.physics import told
@@ -23,6 +22,7 @@ from cvxupdate.physics.place import Place
 from cvxupdate.report.diagnosis import diagnosis_files, diagnosis_summary
 from cvxupdate.report.diagnosis_places import sketch_of
 from cvxupdate.spec import load_problem
+from cvxupdate.spec.write import Written
 
 SPEC = load_problem(Path(__file__).parents[2] / "problems" / "concealed" / "o05" / "problem.toml")
 F = np.linspace(1.0, 300.0, 200)

@@ -129,11 +129,11 @@ def credible(w: Weighed, case: Case) -> bool:
 
 
 def needs_several(several: Weighed, single: Weighed | None, case: Case) -> bool:
-    """Whether several effects are needed: they explain, and leave at most half of what the best
-    single one leaves, which is more than the mesh's."""
+    """Whether several effects are needed: they are credible, as a single one must be, and leave at
+    most half of what the best single one leaves, which is more than the mesh's."""
     evidence = case.evidence
     if single is not None:
         mesh = evidence.allowance(single.fit.setting.model)
         if single.errors.fit <= TWICE * mesh:
             return False
-    return explained(several, case) and better(several, single or case.base, case)
+    return credible(several, case) and better(several, single or case.base, case)

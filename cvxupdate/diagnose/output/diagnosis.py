@@ -11,11 +11,11 @@ from cvxupdate.correlate.plausible.doubt import Doubt
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.acceptance import Weighed
 from cvxupdate.diagnose.judge.judge import Judgement
-from cvxupdate.diagnose.output.export import Written
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.search import Found
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import Errors
+from cvxupdate.spec.write import Written
 
 MOST = 40  # candidates listed that were only screened
 

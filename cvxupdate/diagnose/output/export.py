@@ -11,7 +11,7 @@ a finer one).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,22 +26,13 @@ from cvxupdate.physics.fault import Fault, named
 from cvxupdate.recordings.types import FrequencyResponse, Recording
 from cvxupdate.registry import ELEMENTS
 from cvxupdate.spec import Spec, check_text
-from cvxupdate.spec.write import compacted, to_toml
+from cvxupdate.spec.write import Written, compacted, to_toml
 
 NOT_KEPT = ("update", "constraints", "regularisation")  # where [update] does not fit
-
-
-@dataclass(frozen=True)
-class Written:
-    """A problem file: its tables, and the comment on top."""
-
-    tables: dict[str, Any]
-    head: tuple[str, ...]
-
-    @property
-    def text(self) -> str:
-        """As TOML."""
-        return to_toml(self.tables, self.head)
+SHARPEN = {"method": "rfm", "residual": "receptance", "frequency_points": "all"}
+"""How responses are fitted again from where a diagnosis ended: on every line, by the output error.
+The default avoids the resonances, where most of the error of a model close to its recordings is:
+what it gains between them it then loses there."""
 
 
 def with_damping(model: Updated, damped: tuple[Model, float] | None) -> Updated:
@@ -68,8 +59,9 @@ def problem_file(
     updated: Updated,
     channels: Sequence[frozenset[str]] = (),
     says: Sequence[str] = (),
+    command: str = "diagnose",
 ) -> Written:
-    """A problem file of a diagnosed model.
+    """A problem file of a model that ``command`` changed.
 
     Damping ratios are beside what dashpots and loss factors of the model give (None: the damping of
     ``spec`` stays); faults are in the order in which they act, ``channels`` the labels of each
@@ -100,10 +92,10 @@ def problem_file(
     _damping(draft, model, values, updated.zeta, updated.alpha)
     _recordings(draft, updated.faults, channels, updated.pairs)
     _update(draft, model, spec)
-    title = f"{draft.tables.get('title', '')} (updated by diagnose)".strip()
+    title = f"{draft.tables.get('title', '')} (updated by {command})".strip()
     rest = {k: v for k, v in draft.tables.items() if k != "title"}
     tables = compacted({"title": title, **rest})
-    head = (f"Written by cvxupdate diagnose from {spec.path}.", *says)
+    head = (f"Written by cvxupdate {command} from {spec.shown}.", *says)
     if "update" in tables and check_text(to_toml(tables, head), spec.path):
         tables = {k: v for k, v in tables.items() if k not in NOT_KEPT}
         head = (*head, "The [update] of that file does not fit this model, so it was left out.")
@@ -228,6 +220,6 @@ def _update(draft: Draft, model: Model, spec: Spec) -> None:
         )
     if rows:
         draft.tables["update"] = {
-            "method": "frequencies" if kinds == {"modes"} else "rfm",
+            **({"method": "frequencies"} if kinds == {"modes"} else SHARPEN),
             "parameters": rows,
         }

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from cvxupdate.diagnose.nominal.refined import refined
-from cvxupdate.diagnose.output.export import Written
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.spec import Spec
 from cvxupdate.spec.elements import text_of
-from cvxupdate.spec.write import compacted, tables_of
+from cvxupdate.spec.write import Written, compacted, tables_of
 
 MODES = 12  # compared on two meshes
 # parts of an element: frequencies of rods converge with the square of its length, of beams with the

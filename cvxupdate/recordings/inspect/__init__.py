@@ -9,7 +9,9 @@ import numpy as np
 
 from cvxupdate.recordings.inspect.block import channel_row, rate_line, recordings_block
 from cvxupdate.recordings.inspect.channels import Column, channel_views, guessed_quantity
-from cvxupdate.recordings.inspect.functions import frf_findings, inspect_functions
+from cvxupdate.recordings.inspect.frf_arrays import frf_names, inspect_arrays
+from cvxupdate.recordings.inspect.functions import inspect_functions
+from cvxupdate.recordings.inspect.mode_table import mode_table_of
 from cvxupdate.recordings.inspect.result import ChannelView, Inspection
 from cvxupdate.recordings.inspect.table import inspect_table
 from cvxupdate.recordings.read import read_file
@@ -32,11 +34,14 @@ def inspect_file(
     each.
     """
     path = Path(path)
+    if path.is_file() and (modes := mode_table_of(path)) is not None:
+        return modes
     contents = read_file(path, replace(options or Options(), progress=progress), format)
     if contents.functions or contents.shapes:
         return inspect_functions(path, contents, progress)
-    if "H" in contents.arrays and "frequency" in contents.arrays:
-        return _frf_arrays(path, contents, progress)
+    names = frf_names(contents)
+    if names is not None:
+        return inspect_arrays(path, contents, names, progress)
     data = _table_of(contents)
     if data is not None and data.shape[0] > 1:
         return inspect_table(path, contents, data, progress)
@@ -46,27 +51,6 @@ def inspect_file(
 def _table_of(contents: Contents) -> AnyArray | None:
     data = contents.arrays.get("data")
     return data if data is not None and data.ndim == 2 and data.dtype.kind in "biufc" else None
-
-
-def _frf_arrays(path: Path, contents: Contents, progress: Progress | None) -> Inspection:
-    """Arrays ``frequency`` and ``H`` of a container; up to 64 functions are shown."""
-    findings, notes = frf_findings(contents, "acceleration")
-    H = contents.arrays["H"]
-    flat = H.reshape(len(H), -1) if H.ndim else H.reshape(1, 1)
-    columns = [
-        Column(f"H {k}", "", "acceleration", flat[:, k]) for k in range(min(flat.shape[1], 64))
-    ]
-    return Inspection(
-        str(path),
-        contents.format,
-        "frf",
-        float("nan"),
-        len(H),
-        channel_views(columns, float("nan"), progress),
-        findings,
-        (*contents.notes, *notes),
-        recordings_block(path, "frf", ['response = "acceleration"']),
-    )
 
 
 def _vectors(path: Path, contents: Contents, progress: Progress | None) -> Inspection:

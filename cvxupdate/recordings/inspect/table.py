@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.inspect.block import channel_row, rate_line, recordings_block
 from cvxupdate.recordings.inspect.channels import Column, channel_views, guessed_quantity
+from cvxupdate.recordings.inspect.frf_columns import frf_columns, frf_rows
 from cvxupdate.recordings.inspect.result import Inspection
 from cvxupdate.recordings.read.contents import AnyArray, Contents, Progress
 from cvxupdate.recordings.read.time_axis import rate_of_times, rises
+from cvxupdate.recordings.read.to_frf import MOTIONS
 
-_TIMES = ("time", "t", "x_value", "sec", "seconds", "time [s]", "t [s]")
+_TIMES = re.compile(
+    r"(time|t|zeit|temps|tiempo|tempo|x_value|seconds?|secs?|elapsed|timestamp)"
+    r"([ _]*(axis|vector|stamp|elapsed))?[ _]*[\[(]?(?P<unit>s|sec|ms|us|µs)?[\])]?",
+    re.IGNORECASE,
+)
+_SLOWER = {"ms": 1e3, "us": 1e6, "µs": 1e6}  # samples a second for one in the column's own unit
 
 
 @dataclass(frozen=True)
@@ -44,33 +52,29 @@ def inspect_table(
     uniform = count > 0 and len(data) > 2 and rises(data[:, 0])
     table = _Table(path, contents, data, names, units, uniform)
     if uniform and (
-        names[0].lower().startswith("freq") or units[0] == "Hz" or data.dtype.kind == "c"
+        names[0].lower().startswith("freq")
+        or names[0].strip().lower() in ("f", "hz")
+        or units[0] == "Hz"
+        or data.dtype.kind == "c"
     ):
         return _spectra(table, progress)
     return _histories(table, progress)
 
 
 def _spectra(table: _Table, progress: Progress | None) -> Inspection:
-    count, is_complex = table.data.shape[1], table.data.dtype.kind == "c"
-    columns = [table.column(k, "acceleration") for k in range(1, count)]
+    columns = [table.column(k, "acceleration") for k in range(1, table.data.shape[1])]
     views = channel_views(columns, float("nan"), progress)
-    decibel = "db" in f"{table.units[1:2]} {table.names[1:2]}".lower()
-    form = (
-        ""
-        if is_complex or count < 3
-        else f', form = "{"db" if decibel else "magnitude"}-phase", pair = 2'
-    )
-    rows = [
-        f'  {{ column = {k}, quantity = "acceleration", node = 1, dof = "z"{form} }},'
-        for k in range(1, count if is_complex else 2)
-    ]
+    found = frf_columns(table.data, table.names, table.units)
+    kinds = [table.column(f.column, "acceleration").quantity for f in found]
+    quantity = next((q for q in kinds if q in MOTIONS), "acceleration")
+    rows = frf_rows(found, quantity)
     block = recordings_block(
         table.path,
         "frf",
         [
-            'response = "acceleration"',
+            f'response = "{quantity}"',
             "frequency_column = 0",
-            'references = [{ node = 1, dof = "z" }]',
+            'references = [{ node = 1, dof = "z" }]   # where it was excited',
             "channels = [",
             *rows,
             "]",
@@ -98,21 +102,28 @@ def _times(table: _Table) -> tuple[int, float, list[str]]:
     for k in range(count):
         if (
             (table.uniform and k == 0)
-            or table.names[k].lower().strip() in _TIMES
-            or (table.units[k] in ("s", "sec", "Sec") and count > 1)
+            or _TIMES.fullmatch(table.names[k].strip())
+            or (table.units[k] in ("s", "sec", "Sec", *_SLOWER) and count > 1)
         ):
             try:
-                return k, rate_of_times(table.data[:, k], str(table.path)), notes
+                return k, rate_of_times(table.data[:, k], str(table.path)) * _unit(table, k), notes
             except RecordingError as error:
                 notes.append(str(error))
     return -1, rate, notes
+
+
+def _unit(table: _Table, k: int) -> float:
+    """How many of the units of a column of times make a second."""
+    named = _TIMES.fullmatch(table.names[k].strip())
+    return _SLOWER.get(table.units[k] or ((named and named["unit"]) or ""), 1.0)
 
 
 def _histories(table: _Table, progress: Progress | None) -> Inspection:
     times, rate, notes = _times(table)
     keys = [k for k in range(table.data.shape[1]) if k != times]
     views = channel_views([table.column(k) for k in keys], rate, progress)
-    head = f"time_column = {times}" if times >= 0 else rate_line(rate)
+    slower = times >= 0 and _unit(table, times) != 1.0  # a problem file has its times in seconds
+    head = f"time_column = {times}" if times >= 0 and not slower else rate_line(rate)
     rows = [channel_row(k, v) for k, v in zip(keys, views, strict=True)]
     return Inspection(
         str(table.path),

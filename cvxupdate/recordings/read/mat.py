@@ -13,6 +13,7 @@ from cvxupdate.matfile import Sparse, read_variables
 from cvxupdate.recordings.read.contents import AnyArray, Contents, Format, Options, Progress
 from cvxupdate.recordings.read.disk_buffer import PIECE, DiskBuffer, release
 
+_MARKS = (b"\x00\x01IM", b"\x01\x00MI")
 _DENSE = 10**8  # entries of a sparse matrix that is made dense
 
 
@@ -71,7 +72,8 @@ def read_mat(path: Path, options: Options) -> Contents:
 MAT = Format(
     "mat",
     (".mat",),
-    lambda head: head.startswith(b"MATLAB 5.0 MAT-file"),
+    # 116 bytes of text stand first, which some writers leave blank; version and byte order count
+    lambda head: head.startswith(b"MATLAB 5.0 MAT-file") or head[124:128] in _MARKS,
     read_mat,
     disguised="refused",
 )

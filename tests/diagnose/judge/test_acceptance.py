@@ -159,14 +159,16 @@ def test_one_clear_effect_is_credible_although_not_all_is_explained() -> None:
     assert credible(weighed(PlainFit(10.1, errors=near), effect()), pattern)
 
 
-def test_several_are_needed_where_they_explain_and_halve_what_one_leaves() -> None:
+def test_several_are_needed_where_they_are_credible_and_halve_what_one_leaves() -> None:
     case = case_of(PlainEvidence((BASE,)))
     both = effect(), effect(nodes=(3,))
     single = weighed(PlainFit(10.0, errors=Errors(0.1, 0.1)), effect())
     assert needs_several(weighed(GOOD, *both), single, case)
     assert needs_several(weighed(GOOD, *both), None, case)
-    open_ = replace(GOOD, misfit=4.5)
-    assert not needs_several(weighed(open_, *both), single, case), "they do not explain"
+    clear = replace(GOOD, misfit=4.5)  # not all is explained, a twentieth of the misfit is left
+    assert needs_several(weighed(clear, *both), single, case)
+    far = replace(clear, errors=Errors(0.05, 0.11))
+    assert not needs_several(weighed(far, *both), single, case), "not credible"
     close = weighed(PlainFit(1.9, errors=Errors(0.1, 0.1)), effect())
     assert not needs_several(weighed(GOOD, *both), close, case), "not half of what one leaves"
     unseen = replace(GOOD, errors=Errors(0.02, 0.09))

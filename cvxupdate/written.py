@@ -1,0 +1,77 @@
+"""Models that the commands write as problem files: updated, and on a finer mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cvxupdate.errors import CvxupdateError, ModelError
+from cvxupdate.spec import Spec
+
+if TYPE_CHECKING:
+    from cvxupdate.correlate.result import Compared
+    from cvxupdate.diagnose.output.diagnosis import Diagnosis
+    from cvxupdate.fe.model import Model
+    from cvxupdate.spec.write import Written
+
+MESH_MATTERS, NEARER = 1e-3, 0.7  # shift of frequencies for a finer mesh, and its error at most
+# the least absolute reduction of the error
+WORTH = {"frf_error": 0.01, "response_error": 0.01, "frequency_error_percent_mean": 0.1}
+UNITS = {
+    "frf_error": " of the frequency responses",
+    "response_error": " of the time responses",
+    "frequency_error_percent_mean": " % of the frequencies",
+}
+
+
+def updated_file(spec: Spec, model: Model, p: Sequence[float]) -> Written | None:
+    """The model of a problem at ``p`` as a problem file, the rest of which is as it was; None where
+    the grammar has no form for what moved."""
+    from cvxupdate.diagnose.output.export import problem_file
+    from cvxupdate.diagnose.results import Updated
+
+    try:
+        return problem_file(spec, Updated(model, np.array(p)), command="run")
+    except ModelError:
+        return None
+
+
+def with_refined(
+    found: Diagnosis,
+    spec: Spec,
+    compared: Callable[[Spec, Model], Compared],
+) -> Diagnosis:
+    """With the updated model on a finer mesh where that comes closer to the recordings in
+    `correlate`, and the figures of both; ``compared`` is `correlate` of an opened problem."""
+    from cvxupdate.diagnose.output.refine import finer, finer_file, shift
+    from cvxupdate.fe.build import build_model
+    from cvxupdate.spec import read_text
+
+    if found.updated is None:
+        return found
+    try:
+        coarse = read_text(found.updated.text, spec.path)
+        fine = finer(coarse)
+        if fine is None:
+            return found
+        specs = [coarse, fine]
+        models = [build_model(s) for s in specs]
+        if shift(*models) < MESH_MATTERS:
+            return found
+        both = [compared(s, m).fit for s, m in zip(specs, models, strict=True)]
+    except CvxupdateError:
+        return found
+    key, where = ("hold_out", "held-out") if both[0]["hold_out"] else ("fit", "fitted")
+    name = next(m for m in WORTH if m in both[0][key])
+    errors = [b[key][name]["after"] for b in both]
+    if errors[1] > min(NEARER * errors[0], errors[0] - WORTH[name]):
+        return found
+    says = (
+        f"In correlate, updated/problem.toml has an error of {errors[0]:.3g}{UNITS[name]} ({where} "
+        "recordings), because it keeps the mesh of the file that was diagnosed; on a finer "
+        f"mesh the same model has {errors[1]:.3g}{UNITS[name]}: updated/refined.toml."
+    )
+    return replace(found, refined=finer_file(fine), evidence=(*found.evidence, says))

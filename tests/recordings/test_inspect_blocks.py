@@ -1,0 +1,235 @@
+"""The block that `inspect` prints, pasted, is right: for tables as other programs write them, and
+for every file of the public data sets."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cvxupdate.recordings.inspect import inspect_file
+from cvxupdate.recordings.load import load_recordings
+from cvxupdate.recordings.types import FrequencyResponse, ModeTable, Recording, TimeHistory
+from cvxupdate.spec import load_problem
+
+F = np.arange(5.0, 105.0, 0.5)
+MOST = 3_000_000  # bytes of a file that is read here; longer ones: test_long_records.py
+
+
+def _frfs() -> np.ndarray:
+    """(lines, 2) accelerances of two modes each."""
+    s = 2j * np.pi * F[:, None]
+    out = np.zeros((F.size, 2), dtype=complex)
+    for f0, shape in ((20.0, (1.0, 0.6)), (61.0, (-0.7, 0.9))):
+        w = 2 * np.pi * f0
+        out += s**2 * np.array(shape) / (s**2 + 2 * 0.01 * w * s + w**2)
+    return out
+
+
+H = _frfs()
+FLAT = {"re": H.real, "im": H.imag, "mag": np.abs(H), "deg": np.degrees(np.angle(H))}
+FLAT |= {"rad": np.angle(H), "db": 20 * np.log10(np.abs(H))}
+
+
+def pasted(path: Path) -> Recording:
+    """The recording that a problem with the block of ``path`` loads, on as many nodes as it
+    names."""
+    block = inspect_file(path).block
+    (table,) = tomllib.loads(block)["recordings"]
+    named = [*table.get("channels", ()), *table.get("references", ())]
+    nodes = {row.get("node", 1) for row in named} | set(range(1, 60))
+    rows = ", ".join(f"{{ id = {n}, x = {float(n)} }}" for n in sorted(nodes))
+    springs = ", ".join(
+        f"{{ id = {k}, nodes = [{n}], k = 1e3 }}" for k, n in enumerate(sorted(nodes), 1)
+    )
+    masses = ", ".join(
+        f"{{ id = {k}, nodes = [{n}], m = 1.0 }}" for k, n in enumerate(sorted(nodes), 10**8)
+    )
+    problem = path.parent / f"{path.name}.toml"
+    problem.write_text(
+        f'[model]\ndofs = ["x", "y", "z"]\nnodes = [{rows}]\n'
+        + "".join(
+            f'[[model.elements]]\ntype = "spring"\ndof = "{d}"\nrows = [{springs}]\n'.replace(
+                "id = ", f"id = {i}0000"
+            )
+            for i, d in enumerate("xyz", 1)
+        )
+        + f'[[model.elements]]\ntype = "mass"\nrows = [{masses}]\n'
+        + block,
+        encoding="utf-8",
+    )
+    (recording,) = load_recordings(load_problem(problem))
+    return recording
+
+
+def _csv(path: Path, header: str, *columns: Any, delimiter: str = ",") -> Path:
+    table = np.column_stack(columns)
+    np.savetxt(path, table, delimiter=delimiter, header=header, comments="", fmt="%.15g")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("header", "parts"),
+    [
+        ("frequency,re_5,im_5,re_9,im_9", ("re", "im")),
+        ("Frequency [Hz],H1 real,H1 imag,H2 real,H2 imag", ("re", "im")),
+        ("f (Hz),Re(5:+Z),Im(5:+Z),Re(9:+Z),Im(9:+Z)", ("re", "im")),
+        ("freq,c1,c2,c3,c4", ("re", "im")),
+        ("freq,a,b,c,d", ("mag", "deg")),
+        ("Frequency,Mag 5,Phase 5,Mag 9,Phase 9", ("mag", "deg")),
+        ("Frequency,Mag 5,Phase 5 (rad),Mag 9,Phase 9 (rad)", ("mag", "rad")),
+        ("Frequency [Hz],n5 [dB],n5 phase [deg],n9 [dB],n9 phase [deg]", ("db", "deg")),
+        ("Frequency,dB_5,phase_5,dB_9,phase_9", ("db", "deg")),
+    ],
+)
+def test_columns_of_frfs(tmp_path: Path, header: str, parts: tuple[str, str]) -> None:
+    """Real and imaginary parts, moduli or decibels with a phase: every channel, and its numbers."""
+    columns = [FLAT[p][:, k] for k in range(2) for p in parts]
+    found = pasted(_csv(tmp_path / "frf.csv", header, F, *columns))
+    assert isinstance(found, FrequencyResponse)
+    np.testing.assert_allclose(found.H[:, :, 0], H, rtol=1e-9, atol=1e-9)
+    if "9" in header:
+        assert [c.label for c in found.responses] == ["n5.z", "n9.z"]
+
+
+def test_a_coherence_beside_is_taken_as_one(tmp_path: Path) -> None:
+    coherence = np.full(F.size, 0.98)
+    path = _csv(
+        tmp_path / "a.csv",
+        "f,real,imag,coherence",
+        F,
+        FLAT["re"][:, 0],
+        FLAT["im"][:, 0],
+        coherence,
+    )
+    found = pasted(path)
+    assert isinstance(found, FrequencyResponse) and found.H.shape == (F.size, 1, 1)
+    assert found.coherence is not None
+    np.testing.assert_allclose(found.coherence, 0.98)
+
+
+@pytest.mark.parametrize("name", ["Time", "Time [s]", "t", "time (ms)", "Zeit"])
+def test_a_column_of_times_is_no_channel(tmp_path: Path, name: str) -> None:
+    rate = 250.0
+    t = np.arange(512) / rate * (1e3 if "ms" in name else 1.0)
+    x = np.random.default_rng(3).normal(size=(512, 2))
+    found = pasted(_csv(tmp_path / "a.csv", f"{name},acc 1 [m/s^2],acc 2 [m/s^2]", t, x))
+    assert isinstance(found, TimeHistory) and found.rate == pytest.approx(rate)
+    np.testing.assert_allclose(found.data, x, rtol=1e-9)
+
+
+MODES = """mode,frequency_Hz,damping_pct,4:+X,8:-X,11:+Y
+1,19.712,0.90,-0.3922,0.7897,0.5
+2,68.044,0.85,0.2512,-0.3406,0.2
+"""
+
+
+def test_a_table_of_modes_with_a_column_for_each_dof(tmp_path: Path) -> None:
+    (tmp_path / "modes.csv").write_text(MODES, encoding="utf-8")
+    found = pasted(tmp_path / "modes.csv")
+    assert isinstance(found, ModeTable) and found.shapes is not None
+    assert [c.label for c in found.channels] == ["n4.x", "n8.x", "n11.y"]
+    np.testing.assert_allclose(found.damping, [0.0090, 0.0085])
+    np.testing.assert_allclose(found.shapes[0], [-0.3922, -0.7897, 0.5])
+    np.testing.assert_array_equal(found.pairs, [0, 0])  # the column of numbers fixes no pairing
+
+
+def test_complex_shapes_and_nodes_by_another_name(tmp_path: Path) -> None:
+    text = "f,zeta,101:+X re,101:+X im,102:+X re,102:+X im\n10.0,0.01,1,0,0.5,0.1\n"
+    (tmp_path / "m.csv").write_text(text, encoding="utf-8")
+    head = (
+        '[model]\ndofs = ["x"]\nnodes = [{ id = 5, x = 0.0 }, { id = 9, x = 1.0 }]\n'
+        '[[model.elements]]\ntype = "spring"\ndof = "x"\n'
+        "rows = [{ id = 1, nodes = [5], k = 1e3 }, { id = 2, nodes = [5, 9], k = 1e3 }]\n"
+        '[[model.elements]]\ntype = "mass"\n'
+        "rows = [{ id = 3, nodes = [5], m = 1.0 }, { id = 4, nodes = [9], m = 1.0 }]\n"
+        '[[recordings]]\nkind = "modes"\nfile = "m.csv"\nnode_map = { 101 = 5, 102 = 9 }\n'
+    )
+    (tmp_path / "p.toml").write_text(head, encoding="utf-8")
+    (found,) = load_recordings(load_problem(tmp_path / "p.toml"))
+    assert isinstance(found, ModeTable) and [c.label for c in found.channels] == ["n5.x", "n9.x"]
+    np.testing.assert_allclose(found.shapes, [[1.0, 0.5 + 0.1j]])
+
+
+def test_our_own_table_of_modes(tmp_path: Path) -> None:
+    text = (
+        "frequency,frequency_std,damping,shape\n19.7,0.04,0.009,1 0.5 -0.2\n68.0,0.1,0.009,1 -1 2\n"
+    )
+    (tmp_path / "modes.csv").write_text(text, encoding="utf-8")
+    found = pasted(tmp_path / "modes.csv")
+    assert isinstance(found, ModeTable) and found.shapes is not None
+    np.testing.assert_allclose(found.shapes, [[1, 0.5, -0.2], [1, -1, 2]])
+
+
+def _write(kind: str, folder: Path) -> Path:
+    """FRFs or histories as another program writes them."""
+    import h5py
+    import pyuff
+    import scipy.io
+
+    path = folder / {"uff": "a.uff", "npz": "a.npz", "h5": "a.h5"}.get(kind, "a.mat")
+    if kind == "uff":
+        out = pyuff.UFF(str(path))
+        sets = [
+            pyuff.prepare_58(
+                binary=1,
+                func_type=4,
+                rsp_node=node,
+                rsp_dir=3,
+                ref_node=5,
+                ref_dir=3,
+                data=H[:, k],
+                x=F,
+                id1="frf",
+                abscissa_spacing=1,
+                abscissa_min=F[0],
+                abscissa_inc=0.5,
+                ordinate_spec_data_type=12,
+                orddenom_spec_data_type=13,
+            )
+            for k, node in enumerate((5, 9))
+        ]
+        out.write_sets(sets, mode="add")
+    elif kind == "npz":
+        np.savez(path, f=F, FRF=H)
+    elif kind == "h5":
+        with h5py.File(path, "w") as file:
+            file["measurement/freq"], file["measurement/frf"] = F, H
+    else:
+        scipy.io.savemat(path, {"freq": F, "H1": H})
+        if kind == "blank":
+            blob = path.read_bytes()
+            path.write_bytes(b" " * 116 + blob[116:])
+    return path
+
+
+@pytest.mark.parametrize("kind", ["uff", "npz", "h5", "mat", "blank"])
+def test_files_of_other_writers(tmp_path: Path, kind: str) -> None:
+    found = pasted(_write(kind, tmp_path))
+    assert isinstance(found, FrequencyResponse)
+    np.testing.assert_allclose(found.H[:, :, 0], H, rtol=1e-6)
+    np.testing.assert_allclose(found.frequency, F)
+
+
+def test_every_public_file(data_folder: Path, tmp_path: Path) -> None:
+    """The block is valid and loads, or there is none and `inspect` says what the file holds."""
+    seen: dict[str, str] = {}
+    for path in sorted(data_folder.rglob("*")):
+        if not path.is_file() or path.suffix.lower() in (".md", "") or path.stat().st_size > MOST:
+            continue
+        kind = f"{path.relative_to(data_folder).parts[0]}{path.suffix}{path.stem[:3]}"
+        if kind in seen:  # one of each kind of file of a data set
+            continue
+        found = inspect_file(path)
+        seen[kind] = found.kind
+        if not found.block:
+            assert found.kind == "arrays" and found.notes, path.name
+            continue
+        (tmp_path / path.name).symlink_to(path)
+        recording = pasted(tmp_path / path.name)
+        wanted = {"time": TimeHistory, "frf": FrequencyResponse, "modes": ModeTable}[found.kind]
+        assert isinstance(recording, wanted), path.name
+    assert len(seen) >= 8
