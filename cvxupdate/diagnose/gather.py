@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING
 
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.tables import prepared
+from cvxupdate.diagnose.modes.worth import mesh_of_tables
 from cvxupdate.diagnose.nominal.damping import undamped
-from cvxupdate.diagnose.nominal.mesh import mesh_error
+from cvxupdate.diagnose.nominal.mesh import NONE, mesh_error
+from cvxupdate.diagnose.nominal.refinement import PLAIN
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
 from cvxupdate.diagnose.output.wording import nonlinear
 from cvxupdate.diagnose.responses.data import prepare
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
+from cvxupdate.diagnose.responses.worth import mesh_for
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
 from cvxupdate.fe.internal import is_nonlinear
@@ -60,12 +63,14 @@ def _responses(
     progress: Progress,
 ) -> Evidence:
     data, names = prepare(recordings), _names(spec, RESPONSES)
-    data = replace(data, mesh=mesh_error(spec, model, data.top))
-    if SHEAR in names:
-        data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))
-    start = with_nuisance(undamped(model), scatter=spec.diagnose.scatter)
-    held, release = held_dofs(spec, model), release_from(spec)
-    linear = ResponseEvidence(model, start, data, names, held, release, progress)
+    fine = mesh_for(spec, model, data, SHEAR in names)
+    if fine is PLAIN:
+        data = replace(data, mesh=mesh_error(spec, model, data.top))
+        if SHEAR in names:
+            data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))
+    start = with_nuisance(undamped(fine.on(model)), scatter=spec.diagnose.scatter)
+    held, release = held_dofs(spec, model), release_from(spec, fine)
+    linear = ResponseEvidence(model, start, data, fine, names, held, release, progress)
     if nonlinear(linear.level_change()) or is_nonlinear(model):
         return in_simulation(spec, recordings, linear, progress) or linear
     return linear
@@ -105,8 +110,10 @@ def in_simulation(
 def _modes(
     spec: Spec, model: Model, tables: Sequence[ModeTable], progress: Progress
 ) -> ModesEvidence:
-    start = with_nuisance(undamped(model), scatter=spec.diagnose.scatter)
-    mesh = mesh_error(spec, model, max(float(t.frequency.max()) for t in tables))
+    fine = mesh_of_tables(spec, model, tables, SHEAR in _names(spec, MODES))
+    start = with_nuisance(undamped(fine.on(model)), scatter=spec.diagnose.scatter)
+    top = max(float(t.frequency.max()) for t in tables)
+    mesh = mesh_error(spec, model, top) if fine is PLAIN else NONE
     order = [
         k
         for fitted in (True, False)
@@ -118,10 +125,11 @@ def _modes(
         start,
         prepared(start, tables, mesh),
         mesh,
+        fine,
         _names(spec, MODES),
         _names(spec, RATIOS),
         held_dofs(spec, model),
-        release_from(spec),
+        release_from(spec, fine),
         tuple(order),
         progress,
     )

@@ -23,7 +23,15 @@ FREE = 1e4
 ANOTHER_MODE = 0.2
 # Element length in depths where a Timoshenko beam's errors of second and fourth order are equal.
 SLENDER = 4.0
-# Response error: what the mesh may leave is never taken to be more.
+# Parts of an edge of an element with which the analysis model is made, the next where one leaves
+# too much.
+MESH_PARTS = (8, 16)
+# Fraction of the noise of the recordings, and of the discrepancy of a sound model, that what the
+# mesh of the analysis model leaves may come to: added in quadrature it is then lost in either.
+MESH_NOISE = 0.5
+# Relative shift of a frequency by the mesh of the file from which on the page speaks of it.
+MESH_TOLD = 1e-3
+# Response error: what mesh and theory of sheets may leave is never taken to be more.
 MOST_ALLOWANCE = 0.3
 
 # ------------------------------------------------------------------------------ what is detected

@@ -44,7 +44,7 @@ def nodes_of(model: Model, elements: Sequence[int]) -> set[int]:
     wanted = np.array(elements, dtype=np.int64)
     found: set[int] = set()
     for block in model.blocks:
-        used = block.dofs[np.isin(block.ids, wanted)]
+        used = block.nodal[np.isin(block.ids, wanted)]
         found.update(model.node_ids[model.dof_node[used[used >= 0]]].tolist())
     return found
 

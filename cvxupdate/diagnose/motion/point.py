@@ -21,7 +21,7 @@ from cvxupdate.diagnose.motion.runs import Run
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
 from cvxupdate.fe.internal import internal_forces
-from cvxupdate.fe.model import Matrices, Model
+from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.fe.synthesis.pieces import Response, respond, sensor_rows
 from cvxupdate.forces import Laws
@@ -135,11 +135,6 @@ class MotionPoint:
         return self.before.owner
 
     @property
-    def matrices(self) -> Matrices:
-        """Of the linear part."""
-        return self.before.matrices
-
-    @property
     def fault_values(self) -> Real:
         """The unknowns of the sensor faults."""
         return self.before.fault_values
@@ -184,10 +179,10 @@ class MotionPoint:
     @cached_property
     def further(self) -> Real:
         """Of dashpots: what they add to each mode's own damping."""
-        C = self.matrices.C
-        if not np.any(C.data):
+        C, X = self.before.found.matrices["C"], self.before.found.X
+        if not abs(C).max():
             return np.zeros(len(self.modes.eigenvalues))
-        return np.einsum("ir,ir->r", self.modes.shapes, C @ self.modes.shapes)
+        return np.einsum("ir,ir->r", X, C @ X)
 
     @cached_property
     def motions(self) -> Mapping[str, tuple[Real, Real, Real]]:

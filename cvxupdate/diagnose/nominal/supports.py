@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from cvxupdate.diagnose.nominal.damping import undamped
+from cvxupdate.diagnose.nominal.refinement import PLAIN, Mesh
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
@@ -24,7 +25,7 @@ def held_dofs(spec: Spec, model: Model) -> tuple[tuple[int, str], ...]:
     return tuple(out)
 
 
-def release_from(spec: Spec) -> Callable[[int, str], Model]:
+def release_from(spec: Spec, mesh: Mesh = PLAIN) -> Callable[[int, str], Model]:
     """Builds the undamped nuisance model without one support DOF."""
 
     def release(node: int, kind: str) -> Model:
@@ -37,7 +38,7 @@ def release_from(spec: Spec) -> Callable[[int, str], Model]:
                     supports.append(s.model_copy(update={"nodes": (n,), "dofs": kept}))
         text = spec.model.model_copy(update={"supports": tuple(supports)})
         freed = build_model(replace(spec, model=text, update=None))
-        return with_nuisance(undamped(freed), scatter=spec.diagnose.scatter)
+        return with_nuisance(undamped(mesh.on(freed)), scatter=spec.diagnose.scatter)
 
     return release
 

@@ -21,12 +21,12 @@ def channel_errors(point: ResponsePoint, signals: Sequence[Signal]) -> float:
         return float("nan")
     modelled = on_signals(point, signals).modelled()
     gaps = (np.abs(model - s.Y) for s, model in zip(signals, modelled, strict=True))
-    return _averaged(signals, [_norms(gap) for gap in gaps])
+    return averaged(signals, [norms(gap) for gap in gaps])
 
 
 def noise_errors(signals: Sequence[Signal]) -> float:
     """The same measure for noise alone: what a perfect model would be left with."""
-    return _averaged(signals, [_norms(s.std) for s in signals])
+    return averaged(signals, [norms(s.std) for s in signals])
 
 
 def on_signals(point: ResponsePoint, signals: Sequence[Signal]) -> ResponsePoint:
@@ -34,21 +34,22 @@ def on_signals(point: ResponsePoint, signals: Sequence[Signal]) -> ResponsePoint
     return point.setting.on(signals).evaluate(point.p, point)
 
 
-def _norms(values: Real) -> Real:
+def norms(values: Real) -> Real:
     """Of each channel."""
     return np.asarray(np.sqrt(np.sum(values**2, axis=(0, 2))))
 
 
-def _averaged(signals: Sequence[Signal], gaps: Sequence[Real]) -> float:
+def averaged(signals: Sequence[Signal], gaps: Sequence[Real]) -> float:
+    """Norms of gaps as fractions of their channels', the mean of those that respond."""
     errors: list[float] = []
     for signal, gap in zip(signals, gaps, strict=True):
-        errors += (gap / _norms(np.abs(signal.Y)))[signal.audible()].tolist()
+        errors += (gap / norms(np.abs(signal.Y)))[signal.audible()].tolist()
     return float(np.mean(errors)) if errors else float("nan")
 
 
 def stated(point: ResponsePoint, signals: Sequence[Signal]) -> list[Stated]:
     """The contract's error of each signal (`cvxupdate.correlate.response_error`), of the model at
-    ``point``, the mesh's error taken out."""
+    ``point``."""
     if not signals:
         return []
     modelled = on_signals(point, signals).modelled()

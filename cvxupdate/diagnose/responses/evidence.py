@@ -14,6 +14,7 @@ from cvxupdate.correlate.response_error import Stated, stated_errors
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
 from cvxupdate.diagnose.nominal.mesh import mesh_line
+from cvxupdate.diagnose.nominal.refinement import PLAIN, Mesh, mesh_lines, mesh_notes
 from cvxupdate.diagnose.nominal.supports import on_the_file, regrown
 from cvxupdate.diagnose.responses.columns import columns_of, delay_unit
 from cvxupdate.diagnose.responses.data import Data
@@ -25,7 +26,15 @@ from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.resampling import halves
 from cvxupdate.diagnose.responses.sets import sets_of_elements
-from cvxupdate.diagnose.responses.setting import EFFORTS, let_go, setting_for
+from cvxupdate.diagnose.responses.setting import (
+    EFFORTS,
+    FAR,
+    NEARBY,
+    around,
+    let_go,
+    recentred,
+    setting_for,
+)
 from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
@@ -33,6 +42,7 @@ from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
 from cvxupdate.diagnose.settings import (
     CLEAR,
     EXPLAINED,
+    FREQUENCY_DISCREPANCY,
     HOPELESS,
     MOST_ALLOWANCE,
     OPEN,
@@ -50,6 +60,7 @@ from cvxupdate.diagnose.types import (
     Seed,
 )
 from cvxupdate.fe.model import Model
+from cvxupdate.fe.synthesis.space import Space
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect
@@ -67,6 +78,7 @@ class ResponseEvidence:
     original: Model
     model: Model
     data: Data
+    fine: Mesh
     names: tuple[str, ...]
     supports: tuple[tuple[int, str], ...]
     release: Callable[[int, str], Model]
@@ -123,6 +135,13 @@ class ResponseEvidence:
         return level_change(self.data.sharp)
 
     @cached_property
+    def _space(self) -> Space | None:
+        """Where modes are sought, of a model on a mesh finer than the file's."""
+        if self.fine is PLAIN:
+            return None
+        return around(self.model, self.model.zero(), self.data.top)
+
+    @cached_property
     def _freed(self) -> Callable[[int, str], Model]:
         return cache(self.release)
 
@@ -165,7 +184,13 @@ class ResponseEvidence:
         """A model against the recordings at the level of another setting (None: the first)."""
         data, level = self.data, 0 if like is None else like.level
         setting = setting_for(
-            model, self.original, data.levels[level], data.top, faults, data.mesh_of(model)
+            model,
+            self.original,
+            data.levels[level],
+            data.top,
+            faults,
+            data.mesh_of(model),
+            self._space,
         )
         return replace(setting, level=level)
 
@@ -178,8 +203,12 @@ class ResponseEvidence:
         return fitted_at(setting, p)
 
     def fitted(self, seed: Seed, effort: str) -> Fit:
-        """By trust-region convex steps."""
-        return fitted(seed.setting, seed.start, EFFORTS[effort])
+        """By trust-region convex steps; to be sharp, on from there in the space around where they
+        end."""
+        setting = recentred(seed.setting, seed.start, FAR)
+        found = fitted(setting, seed.start, EFFORTS[effort])
+        again = setting if effort != "sharp" else recentred(setting, found.p, NEARBY)
+        return found if again is setting else fitted(again, found.p, EFFORTS[effort])
 
     def linearised(self, found: Fit) -> Linearised:
         """Of the nuisance parameters that can still move."""
@@ -226,12 +255,14 @@ class ResponseEvidence:
         return errors.worst
 
     def allowance(self, model: Model) -> float:
-        """What extrapolation to a fine mesh may miss, in half-power bandwidths (2 ζ f)."""
-        base = self.bases[-1]
+        """What extrapolation to a fine mesh may miss, or on a finer one that mesh and, of sheets,
+        what their theory misses of a solid body; frequencies in half-power bandwidths (2 ζ f)."""
+        base, finer = self.bases[-1], self.fine is not PLAIN
         if not base.setting.damped:
-            return 0.0
-        missed = self.data.mesh_of(model).missed(self.data.top)
-        return float(min(MOST_ALLOWANCE, missed / np.median(base.point.damping[base.point.owner])))
+            return self.fine.left
+        missed = FREQUENCY_DISCREPANCY if finer else self.data.mesh_of(model).missed(self.data.top)
+        damping = float(np.median(base.point.damping[base.point.owner]))
+        return self.fine.left + float(min(MOST_ALLOWANCE, missed / damping))
 
     def explained(self, found: Fit, errors: Errors) -> bool:
         """Within noise and the discrepancy of a sound model, or what the mesh may leave."""
@@ -257,11 +288,11 @@ class ResponseEvidence:
 
     def lines(self) -> list[str]:
         """What the mesh of the file is worth."""
-        return mesh_line(self.data.mesh.worst(self.data.top))
+        return [*mesh_line(self.data.mesh.worst(self.data.top)), *mesh_lines(self.fine)]
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With a damping ratio of its own for every mode, and the faults of the sensors."""
-        return updated_model(last.point)
+        return updated_model(last.point, mesh_notes(self.fine))
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Responses before and after, what remains, and the map of explained fractions."""

@@ -13,19 +13,18 @@ from scipy.optimize import linear_sum_assignment
 from cvxupdate.diagnose.nominal.scatter import prior_scales
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
 from cvxupdate.diagnose.settings import COMMON_DAMPING_STD, FREE, MODE_DAMPING_STD
-from cvxupdate.fe.model import Matrices, Model
+from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes
-from cvxupdate.fe.rigid import rigid_body_modes
 from cvxupdate.fe.synthesis.derivatives import Changes, by_point
 from cvxupdate.fe.synthesis.pieces import (
     Driven,
     Receptances,
     Response,
-    basis,
     receptances,
     respond,
     sensor_rows,
 )
+from cvxupdate.fe.synthesis.shapes import Found, Shapes
 from cvxupdate.physics.fault import Fault
 from cvxupdate.system import LinearSystem
 
@@ -33,8 +32,8 @@ from cvxupdate.system import LinearSystem
 @dataclass(frozen=True)
 class ResponseSetting:
     """What is fitted: model (undamped, its parameters: nuisance ones, then the effects'), signals,
-    file damping by mode, faults, band top (Hz), ``mesh`` the relative mesh error of each damped
-    mode's frequency, ``level`` that of the signals.
+    file damping by mode, band top (Hz), the ``shapes`` among which its modes are sought, faults,
+    ``mesh`` the relative mesh error of each damped mode's frequency, ``level`` that of the signals.
 
     The unknowns are, in order: the model's parameters; z₀, by which the logarithm of every damping
     ratio moves together; z_r, each mode's own; the faults.
@@ -44,6 +43,7 @@ class ResponseSetting:
     signals: tuple[Signal, ...]
     zeta: Real
     top: float
+    shapes: Shapes
     faults: tuple[Fault, ...] = ()
     mesh: Real | None = None
     level: int = 0
@@ -100,21 +100,31 @@ class ResponseSetting:
         """The responses at ``p``; modes keep their damping ratio when they cross. ModelError where
         the model is no structure."""
         n = len(self.model.parameters)
-        m = self.model.matrices(p[:n])
-        modes = basis(m.K, m.M, self.top, rigid_body_modes(self.model, m.K, m.M))
+        found = self.shapes.modes(np.asarray(p[:n], dtype=float))
+        modes = found.modes
         if before is None:
             owner = np.arange(self.damped) + modes.rigid
         else:
-            likeness = (before.modes.shapes[:, before.owner].T @ (m.M @ modes.shapes)) ** 2
+            likeness = self._likeness(before, found, p[:n])
             rows, columns = linear_sum_assignment(likeness, maximize=True)
             owner = columns[np.argsort(rows)]
         if self.mesh is not None:
             moved = modes.eigenvalues.copy()
             moved[owner] *= (1.0 + self.mesh) ** 2
-            modes = Modes(moved, modes.shapes, modes.rigid)
+            found = replace(found, modes=Modes(moved, modes.shapes, modes.rigid))
         return ResponsePoint(
-            self, np.asarray(p, dtype=float), m, modes, np.asarray(owner, dtype=np.int64)
+            self, np.asarray(p, dtype=float), found, np.asarray(owner, dtype=np.int64)
         )
+
+    def _likeness(self, before: ResponsePoint, found: Found, p: Real) -> Real:
+        """(φᵀ M φ′)² between the damped modes of another point and those found at ``p``."""
+        own = before.owner
+        if before.setting.shapes is self.shapes:
+            carried = before.found.X[:, own].T @ (found.matrices["M"] @ found.X)
+        else:
+            M = self.model.matrices(p).M
+            carried = before.modes.shapes[:, own].T @ (M @ found.modes.shapes)
+        return np.asarray(carried**2)
 
 
 @dataclass(frozen=True)
@@ -124,9 +134,13 @@ class ResponsePoint:
 
     setting: ResponseSetting
     p: Real
-    matrices: Matrices
-    modes: Modes
+    found: Found
     owner: np.ndarray
+
+    @property
+    def modes(self) -> Modes:
+        """Those found there, the mesh's error taken out."""
+        return self.found.modes
 
     @cached_property
     def damping(self) -> Real:
@@ -164,11 +178,11 @@ class ResponsePoint:
         return max(8, int(np.sum(self.modes.frequencies < 2.5 * self.setting.top)))
 
     def _further_damping(self) -> tuple[Real | None, Real | None]:
-        m = self.matrices
-        if not (np.any(m.C.data) or np.any(m.D.data)):
+        C, D = (self.found.matrices[k] for k in "CD")
+        if not (abs(C).max() or abs(D).max()):
             return None, None
-        phi = self.modes.shapes[:, : self.low]
-        return phi.T @ (m.C @ phi), phi.T @ (m.D @ phi)
+        X = self.found.X[:, : self.low]
+        return X.T @ (C @ X), X.T @ (D @ X)
 
     @property
     def fault_values(self) -> Real:

@@ -11,15 +11,18 @@ from cvxupdate.diagnose.fit import Fit, fitted
 from cvxupdate.diagnose.nominal.damping import file_damping
 from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
 from cvxupdate.diagnose.responses.point import ResponseSetting
-from cvxupdate.diagnose.responses.signals import Signal
+from cvxupdate.diagnose.responses.signals import Real, Signal
 from cvxupdate.diagnose.settings import WIDE
 from cvxupdate.diagnose.types import Evidence
 from cvxupdate.fe.model import Model
-from cvxupdate.fe.modes import natural_modes
-from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.fe.synthesis.shapes import EveryDof, Shapes
+from cvxupdate.fe.synthesis.space import Space, space_of
 from cvxupdate.physics.fault import Fault
 from cvxupdate.update.trust_region import Options
 
+# of a parameter: so far from its centre a space is as good as there (2e-5 of the frequencies of a
+# plate where a patch is 31 % thicker); and where a fit is to be sharp
+FAR, NEARBY = 0.3, 0.05
 # tolerance, iterations and first trust region of a fit by its effort
 EFFORTS = {
     "first pass": Options(1e-2, 3, 0.5),
@@ -36,25 +39,38 @@ def setting_for(
     top: float,
     faults: Sequence[Fault] = (),
     mesh: MeshError = NONE,
+    base: Space | None = None,
 ) -> ResponseSetting:
-    """Give every mode in the band a damping ratio of its own, starting from the problem file's."""
-    m = model.matrices(model.zero())
-    rigid = rigid_body_modes(model, m.K, m.M)
-    count = min(model.size, 40)
-    while True:
-        modes = natural_modes(m.K, m.M, count, rigid).flexible()
-        if (
-            len(modes.frequencies) < count
-            or modes.frequencies[-1] > 1.3 * top
-            or count >= model.size
-        ):
-            break
-        count = min(2 * count, model.size)
-    band = int(np.sum(modes.frequencies < 1.25 * top))
-    f = modes.frequencies[:band]
-    return ResponseSetting(
-        model, tuple(signals), file_damping(original, f), top, tuple(faults), mesh.at(f)
-    )
+    """Give every mode in the band a damping ratio of its own, starting from the problem file's. Its
+    modes are sought among every DOF, or in a space around today's model where the nominal one has
+    such a space (``base``)."""
+    shapes: Shapes = EveryDof(model, top)
+    if base is not None:
+        grown = base.grown(model, _far(model))
+        shapes = around(model, model.zero(), top) if grown is None else grown
+    flexible = shapes.lowest()
+    f = flexible[: int(np.sum(flexible < 1.25 * top))]
+    damping = file_damping(original, f)
+    return ResponseSetting(model, tuple(signals), damping, top, shapes, tuple(faults), mesh.at(f))
+
+
+def around(model: Model, at: Real, top: float) -> Space:
+    """The space of a model around parameter values: local effects act at translations of its
+    nodes; parameters that may go far bring directions of their own."""
+    return space_of(model, at, top, np.flatnonzero(model.dof_kind < 3), _far(model))
+
+
+def _far(model: Model) -> list[int]:
+    return [j for j, q in enumerate(model.parameters) if q.group is None or q.upper >= WIDE]
+
+
+def recentred(setting: ResponseSetting, p: Real, far: float) -> ResponseSetting:
+    """The same with its space, if it has one, around other values of the unknowns, where a
+    parameter on many DOFs is more than ``far`` off its centre."""
+    own, space = p[: len(setting.model.parameters)], setting.shapes
+    if not isinstance(space, Space) or not space.far(own, far):
+        return setting
+    return replace(setting, shapes=around(setting.model, own, setting.top))
 
 
 def let_go(evidence: Evidence) -> Fit:

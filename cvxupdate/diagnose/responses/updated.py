@@ -10,14 +10,15 @@ from cvxupdate.diagnose.results import Updated
 SHIFTED = 1e-6  # relative shift of a frequency by the mesh below which there is none to tell of
 
 
-def updated_model(point: ResponsePoint) -> Updated:
-    """With a damping ratio of its own for every mode, and the faults of the sensors."""
+def updated_model(point: ResponsePoint, notes: tuple[str, ...] = ()) -> Updated:
+    """With a damping ratio of its own for every mode, and the faults of the sensors; ``notes``: what
+    else is to be said of the file."""
     setting, n = point.setting, len(point.setting.model.parameters)
     faults = zip(setting.faults, (float(v) for v in point.fault_values), strict=True)
-    notes: tuple[str, ...] = ()
     if setting.mesh is not None and np.any(np.abs(setting.mesh) > SHIFTED):
         shift = 100.0 * float(np.abs(setting.mesh).max())
         notes = (
+            *notes,
             "The diagnosis took out what the mesh shifts the frequencies (up to "
             f"{shift:.2g} %); this file has them with it.",
         )

@@ -11,6 +11,7 @@ from cvxupdate.fe.analysis.edges import Edge
 from cvxupdate.fe.analysis.parts import Fine, assembled, fine_of
 from cvxupdate.fe.analysis.piece import INSIDE, Piece, limit, unstrained
 from cvxupdate.fe.analysis.reduced import Inner, inner_of, matrices
+from cvxupdate.fe.analysis.solid import TERMS, beyond
 from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.elements.base import Real, Term
 from cvxupdate.fe.labels import KINDS
@@ -73,10 +74,11 @@ class Analysis:
         return tuple(dict.fromkeys(x.family for x in self.inner))
 
 
-def analysis_of(spec: Spec, file: Model, parts: int) -> Analysis | None:
+def analysis_of(spec: Spec, file: Model, parts: int, solid: bool = False) -> Analysis | None:
     """With every edge of every element in so many ``parts``; None where there is no element that
     can be divided. Where errors are of second order in the length of a part, from half as many and
-    as many to the limit (Richardson 1911).
+    as many to the limit (Richardson 1911). ``solid``: sheets with what Kirchhoff leaves out of a
+    solid (`cvxupdate.fe.analysis.solid`).
 
     Raises
     ------
@@ -87,7 +89,10 @@ def analysis_of(spec: Spec, file: Model, parts: int) -> Analysis | None:
     if not types:
         return None
     coarse, fine = (
-        [unstrained(file, p) for p in _level(spec, file, {t: n * LINES.get(t, 1) for t in types})]
+        [
+            unstrained(file, p)
+            for p in _level(spec, file, {t: n * LINES.get(t, 1) for t in types}, solid)
+        ]
         for n in (parts // 2, parts)
     )
     pieces = [limit(file, a, b) for a, b in zip(coarse, fine, strict=True)]
@@ -97,20 +102,27 @@ def analysis_of(spec: Spec, file: Model, parts: int) -> Analysis | None:
     return whole.only(frozenset(x.family for x in inner.values()))
 
 
-def _level(spec: Spec, file: Model, parts: Mapping[str, int]) -> list[Piece]:
+def _level(spec: Spec, file: Model, parts: Mapping[str, int], solid: bool) -> list[Piece]:
     held, fine = held_kinds(spec.model), fine_of(spec, file, parts)
     blocks = enumerate(fine.model.blocks)
-    return [_piece(file, fine, k, parts[b.kind.name], held) for k, b in blocks]
+    return [_piece(file, fine, k, parts[b.kind.name], held, solid) for k, b in blocks]
 
 
 def _piece(
-    file: Model, fine: Fine, number: int, parts: int, held: Mapping[int, frozenset[str]]
+    file: Model,
+    fine: Fine,
+    number: int,
+    parts: int,
+    held: Mapping[int, frozenset[str]],
+    solid: bool,
 ) -> Piece:
     block, own = fine.model.blocks[number], file.blocks[fine.of[number]]
     scalars = [x for x in block.scalars(block.properties) if x[0] in "KM"]
     per = len(block.ids) // len(own.ids)
     known: dict[object, tuple[tuple[Real, ...], Index]] = {}
-    terms: list[list[Real]] = [[] for _ in block.terms]
+    thick = solid and block.kind.name == "plate"
+    names = [*((t.matrix, t.coefficient) for t in block.terms), *(TERMS if thick else ())]
+    terms: list[list[Real]] = [[] for _ in names]
     inner = []
     for e, nodes in enumerate([] if own.nodes is None else own.nodes):
         rows = np.arange(per * e, per * (e + 1))
@@ -119,21 +131,22 @@ def _piece(
         key = (
             block.geometry[rows].tobytes(),
             np.round(file.xyz[nodes] - file.xyz[nodes[0]], SAME).tobytes(),
-            tuple((k.ruled, k.turns) for k in edges),
+            tuple((k.ruled, k.turns, k.rim) for k in edges),
             tuple(np.argsort(file.node_ids[nodes]).tolist()),
             tuple(float(np.real(v[rows[0]])) for _, _, v in scalars),
         )
         if key not in known:
             whole = assembled(block, rows, scalars)
+            if thick:
+                more = beyond(fine, block, rows, whole.dofs, edges)
+                whole = replace(whole, terms=(*whole.terms, *more))
             known[key] = matrices(fine, whole, labels, edges)
         found, inside = known[key]
         for out, matrix in zip(terms, found, strict=True):
             out.append(matrix)
         first = int(file.node_ids[nodes[0]])
         inner.append(tuple(inner_of(edges, int(own.ids[e]), first, inside)))
-    made = tuple(
-        Term(t.matrix, t.coefficient, np.array(v)) for t, v in zip(block.terms, terms, strict=True)
-    )
+    made = tuple(Term(*name, np.array(v)) for name, v in zip(names, terms, strict=True))
     return Piece(fine.of[number], tuple(inner), parts, made)
 
 

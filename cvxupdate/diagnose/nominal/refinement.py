@@ -1,0 +1,224 @@
+"""What the mesh of the file is worth, and the model that is diagnosed in its place: refined until
+what its mesh leaves in the band is below the noise of the recordings.
+
+A diagnosis must not mistake the discretisation of the analyst's model for missing physics. So it
+works on the file's elements with the matrices of their parts (`cvxupdate.fe.analysis`): places,
+parameters and sensors stay, the mesh's error goes, in frequencies and in shapes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from cvxupdate.correlate import pair_modes
+from cvxupdate.diagnose.nominal.mesh import shearing
+from cvxupdate.diagnose.settings import ANOTHER_MODE, MESH_PARTS, MESH_TOLD
+from cvxupdate.diagnose.types import Real
+from cvxupdate.errors import CvxupdateError
+from cvxupdate.fe.analysis import Analysis, analysis_of
+from cvxupdate.fe.model import Model
+from cvxupdate.fe.modes import Modes, model_modes
+from cvxupdate.fe.select import has_property
+from cvxupdate.spec import Spec
+
+LARGEST = 5000  # DOFs of a file's model that is refined: a larger one is fine enough
+SPREAD = 20.0  # times the precision: what families may hold of an eigenvalue before modes are asked
+SURELY = 0.6  # MAC of two modes that are one and the same
+MISSED = 0.25  # of what extrapolation takes out: errors of the next order, halved once more
+ORDERS = (1.0, 6.0)  # of convergence that a mesh may show
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """``analysis`` what stands for the elements of the file (None: nothing can be divided);
+    ``shift`` the largest relative error of a natural frequency in the band by the file's mesh,
+    ``error`` what that mesh alone leaves of the responses; ``left`` what the finer one does;
+    ``advised`` the parts of each edge with which the file's own elements would do."""
+
+    analysis: Analysis | None = None
+    shift: float = 0.0
+    error: float = 0.0
+    left: float = 0.0
+    advised: int = 1
+
+    def on(self, file: Model) -> Model:
+        """The model that is diagnosed."""
+        return file if self.analysis is None else self.analysis.on(file)
+
+
+PLAIN = Mesh()
+"""The file's own."""
+
+Difference = Callable[[Model, Model], float]
+Change = Callable[[Model], Model]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a mesh must do: frequencies up to ``top`` (Hz) to a relative ``precision``, and of what
+    ``differ`` says of a model beside a better one no more than ``enough``; ``sheared``: beams may
+    turn out to deform in shear."""
+
+    top: float
+    precision: float
+    enough: float
+    differ: Difference
+    sheared: bool = False
+
+
+def fine_enough(spec: Spec, file: Model, wanted: Wanted) -> Mesh:
+    """The mesh for the model of a ``file``, undamped: with the first of `MESH_PARTS`, judged by
+    what extrapolation took out there; where that is too much, with more, judged by the difference
+    that they make."""
+    if file.size > LARGEST:
+        return PLAIN
+    try:
+        found = analysis_of(spec, file, MESH_PARTS[0], solid=True)
+        if found is None:
+            return PLAIN
+        plain, model = found.plain.on(file), found.on(file)
+        rest = shift_between(plain, model, wanted.top)
+        left = MISSED * wanted.differ(plain, model)
+        for parts in MESH_PARTS[1:]:
+            if left <= wanted.enough:
+                break
+            finer = analysis_of(spec, file, parts, solid=True)
+            if finer is None:
+                break
+            left = wanted.differ(model, finer.on(file))
+            found, model = finer, finer.on(file)
+        needed = _needed(found, file, wanted)
+        model = needed.on(file)
+        shift, error = shift_between(file, model, wanted.top), wanted.differ(file, model)
+    except CvxupdateError:
+        return PLAIN
+    return Mesh(needed, shift, error, left, _advised(shift, rest, MESH_PARTS[0]))
+
+
+def has_sheets(model: Model) -> bool:
+    """Whether rectangles of a sheet are among the elements: their frequencies and shapes converge
+    with the square of their size, and extrapolated frequencies do not bring the shapes."""
+    return any(b.kind.name == "plate" for b in model.blocks)
+
+
+def _advised(shift: float, rest: float, parts: int) -> int:
+    """Parts of an edge that bring a ``shift`` below `MESH_TOLD`, where so many ``parts`` leave
+    ``rest``."""
+    if shift <= MESH_TOLD:
+        return 1
+    order = float(np.clip(np.log(shift / max(rest, 1e-12)) / np.log(parts), *ORDERS))
+    return int(np.ceil((shift / MESH_TOLD) ** (1.0 / order)))
+
+
+def _needed(analysis: Analysis, file: Model, wanted: Wanted) -> Analysis:
+    """Without families of inner DOFs that change no frequency by more than the precision, all
+    together, of the model as it stands nor of one with shear where that may be asked."""
+    variants: list[Change] = [_itself]
+    if wanted.sheared and can_shear(file):
+        variants.append(shearing)
+    families = list(analysis.families)
+    if len(variants) == 1 and not shears(file):
+        families = [f for f in families if not f.startswith("shear")]
+    whole = analysis.only(frozenset(families))
+    model = whole.on(file)
+    modes = [_up_to(change(model), wanted.top) for change in variants]
+    pairs = list(zip(variants, modes, strict=True))
+    held = np.hstack([_held(change(model), whole, families, m) for change, m in pairs])
+    order = np.argsort(held.max(axis=1, initial=0.0))
+    for k in range(len(order), 0, -1):
+        if held[order[:k]].sum(axis=0).max(initial=0.0) > SPREAD * wanted.precision:
+            continue
+        less = whole.only(frozenset(families[i] for i in order[k:]))
+        shifts = [
+            shift_between(change(less.on(file)), change(model), wanted.top, m)
+            for change, m in pairs
+        ]
+        if max(shifts) <= wanted.precision:
+            return less
+    return whole
+
+
+def _itself(model: Model) -> Model:
+    return model
+
+
+def _held(model: Model, analysis: Analysis, families: Sequence[str], modes: Modes) -> Real:
+    """The part of each mode's strain energy (families, modes) that inner DOFs hold, family by
+    family."""
+    K = sp.csr_array(model.matrices(model.zero()).K)
+    rows: dict[str, list[int]] = {f: [] for f in families}
+    for x in analysis.inner:
+        if x.label in model.place:
+            rows[x.family].append(model.place[x.label])
+    out = []
+    for family in families:
+        own = np.array(rows[family], dtype=np.int64)
+        phi = modes.shapes[own]
+        out.append(np.einsum("im,im->m", phi, K[own][:, own] @ phi))
+    return np.abs(np.array(out)) / np.maximum(modes.eigenvalues, 1e-300)
+
+
+def _up_to(model: Model, top: float) -> Modes:
+    """The flexible modes up to a frequency (Hz), and one more."""
+    count = 16
+    while True:
+        modes = model_modes(model, min(count, model.size)).flexible()
+        if len(modes.frequencies) < count or modes.frequencies[-1] > top:
+            return modes
+        count *= 2
+
+
+def shift_between(coarse: Model, fine: Model, top: float, known: Modes | None = None) -> float:
+    """Largest relative difference of a frequency of two meshes up to ``top`` (Hz), modes told by
+    their shapes at the DOFs that both have; ``known``: the fine one's modes."""
+    sharp = _up_to(fine, top) if known is None else known
+    dull = model_modes(coarse, min(len(sharp.eigenvalues) + 8, coarse.size)).flexible()
+    shared = [(i, fine.place[x]) for i, x in enumerate(coarse.labels) if x in fine.place]
+    mine, theirs = (np.array(x) for x in zip(*shared, strict=True))
+    found = pair_modes(
+        dull.shapes[mine],
+        sharp.shapes[theirs],
+        dull.frequencies,
+        sharp.frequencies,
+        threshold=SURELY,
+    )
+    f, g = dull.frequencies[found.model], sharp.frequencies[found.measured]
+    change = np.abs(f / g - 1.0)[g <= top]
+    return float(change[change <= ANOTHER_MODE].max(initial=0.0))
+
+
+def can_shear(model: Model) -> bool:
+    """Whether any element could deform in shear."""
+    return any(has_property(b, "shear") for b in model.blocks)
+
+
+def shears(model: Model) -> bool:
+    """Whether any element does."""
+    return any(np.any(b.properties.get("shear", np.zeros(1)) > 0.0) for b in model.blocks)
+
+
+def mesh_notes(mesh: Mesh) -> tuple[str, ...]:
+    """For the file of the diagnosed model."""
+    if mesh.analysis is None or mesh.shift <= MESH_TOLD:
+        return ()
+    return (
+        f"This file keeps its mesh, which alone shifts frequencies by up to {100 * mesh.shift:.2g} "
+        "%; the diagnosis worked on finer parts of its elements.",
+    )
+
+
+def mesh_lines(mesh: Mesh) -> list[str]:
+    """What the mesh of the file is worth, and which would do, where that is worth a line."""
+    if mesh.analysis is None or mesh.shift <= MESH_TOLD:
+        return []
+    return [
+        f"The mesh of the file shifts natural frequencies by up to {100 * mesh.shift:.2g} % and "
+        f"leaves {mesh.error:.2g} of the response by itself; the diagnosis worked on the same "
+        f"elements with the matrices of finer parts, whose mesh leaves {mesh.left:.1g}. With every "
+        f"edge in {mesh.advised} the file's own elements would be within "
+        f"{100 * MESH_TOLD:.1g} % of the frequencies."
+    ]

@@ -1,0 +1,66 @@
+"""What Kirchhoff's theory of plates leaves out of a solid sheet, to first order in its thickness.
+
+Near a free edge the twisting stresses need the width of about a thickness to close, so that a sheet
+of width b twists with b − 0.63 h (Saint-Venant's rectangle: Timoshenko and Goodier, art. 109): each
+metre of a rim has the negative torsional stiffness 0.105 G h⁴. Rotary inertia and deformation in
+shear lower frequencies by the square of thickness over wave length; in free motion the second acts
+like 2 / κ (1 − ν) times the first (Mindlin 1951, the waves' expansion).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cvxupdate.fe.analysis.edges import Edge
+from cvxupdate.fe.analysis.parts import Fine
+from cvxupdate.fe.block import Block, Index
+from cvxupdate.fe.elements.base import Real
+
+TERMS = (("K", "rim"), ("M", "turning"))
+"""Matrix and coefficient of each."""
+
+
+def beyond(fine: Fine, block: Block, rows: Index, dofs: Index, edges: Sequence[Edge]) -> list[Real]:
+    """The `TERMS` of one element on the ``dofs`` (n,) of its parts, ``rows`` of a block."""
+    return [_rim(fine, dofs, edges), _turning(fine, block, rows, dofs)]
+
+
+def _rim(fine: Fine, dofs: Index, edges: Sequence[Edge]) -> Real:
+    """1/m: a chain of bars in torsion along each free edge."""
+    out = np.zeros((len(dofs), len(dofs)))
+    place = {
+        (int(node), int(kind)): i
+        for i, (node, kind) in enumerate(zip(fine.node[dofs], fine.kind[dofs], strict=True))
+    }
+    for edge in edges:
+        if not (edge.rim and edge.turns):
+            continue
+        e, _, _, length = edge.axes
+        ends = {edge.a, edge.b}
+        at = {edge.a: 0.0, edge.b: 1.0}
+        between = {n for n, _ in place if n in fine.made and set(fine.made[n].weights) == ends}
+        at |= {n: fine.made[n].weights[edge.b] for n in between}
+        line = sorted(at, key=lambda n: at[n])
+        for one, two in zip(line[:-1], line[1:], strict=True):
+            turn = np.zeros(len(dofs))
+            for node, sign in ((one, -1.0), (two, 1.0)):
+                for k in range(3):
+                    if (node, 3 + k) in place:
+                        turn[place[node, 3 + k]] += sign * e[k]
+            out -= np.outer(turn, turn) / ((at[two] - at[one]) * length)
+    return out
+
+
+def _turning(fine: Fine, block: Block, rows: Index, dofs: Index) -> Real:
+    """m²: the area that turns with each rotation about an axis in the sheet."""
+    model, area = fine.model, np.zeros(len(dofs))
+    place = {int(d): i for i, d in enumerate(dofs)}
+    nodes = np.zeros((0, 4), dtype=np.int64) if block.nodes is None else block.nodes[rows]
+    for own, corners in zip(block.dofs[rows], model.xyz[nodes], strict=True):
+        size = np.linalg.norm(np.cross(corners[1] - corners[0], corners[3] - corners[0]))
+        for d in own[own >= 0].tolist():
+            if model.dof_kind[d] >= 3:
+                area[place[d]] += size / 4.0
+    return np.diag(area)

@@ -1,0 +1,253 @@
+"""A space of shapes in which a model that moves with its parameters has its modes: what is computed
+there does not grow with the model.
+
+The modes of the model as it stands up to a multiple of the band; the static answers to forces at
+chosen DOFs (residual attachment modes: Craig and Bampton 1968), where local changes act and sensors
+hear; and of parameters on many DOFs the static answers to the forces that they make of the modes in
+the band. Modes at other values are Ritz's: errors of shapes of first order are of second order in
+eigenvalues.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+
+from cvxupdate.errors import ModelError
+from cvxupdate.fe.block import Block, Index
+from cvxupdate.fe.elements.base import Real
+from cvxupdate.fe.factor import Factor, factorise
+from cvxupdate.fe.model import Model
+from cvxupdate.fe.modes import Modes, natural_modes
+from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.fe.synthesis.shapes import Found
+
+BEYOND = 2.5  # modes are taken up to this many times the band
+SHIFT = 0.05  # of the lowest flexible eigenvalue, by which a free structure has a static answer
+SAME = 1e-8  # of a vector: what is left of it beside the others is rounding
+WHOLE = 100  # DOFs up to which every mode is taken
+REST = 1e-12  # of the highest eigenvalue found: a motion that is hardly resisted
+STILL = 1e-9  # of the lowest flexible eigenvalue: a motion that is not resisted
+FEW = 12  # DOFs of a change up to which it acts along unit forces
+
+
+@dataclass(frozen=True)
+class Part:
+    """Elements that always have one another's factors: of block ``number``, like its row ``row``;
+    ``terms`` (r, r) their sum."""
+
+    number: int
+    row: int
+    terms: tuple[Real, ...]
+
+
+@dataclass(frozen=True)
+class Space:
+    """Shapes ``V`` (N, r) of a ``model`` around the parameter values ``at``, the matrices ``fixed``
+    {"K": (r, r), …} of what no parameter moves, and the ``parts`` that they move; ``still``:
+    eigenvalues below are none; ``wide`` the parameters that act on many DOFs; ``factor`` of its
+    stiffness, and how many shapes are modes in the band (``near``), for `grown`."""
+
+    model: Model = field(repr=False)
+    at: Real = field(repr=False)
+    V: Real = field(repr=False)
+    fixed: dict[str, Real] = field(repr=False)
+    parts: tuple[Part, ...] = field(repr=False)
+    still: float
+    wide: tuple[int, ...] = ()
+    factor: Factor | None = field(default=None, repr=False)
+    near: int = 0
+
+    def far(self, p: Real, limit: float) -> bool:
+        """Whether a parameter on many DOFs is further than that from where it was made."""
+        wide = list(self.wide)
+        return bool(np.any(np.abs(p[wide] - self.at[wide]) > limit))
+
+    def grown(self, model: Model, moving: Sequence[int]) -> Space | None:
+        """That of a model which is this one with further parameters, zero today, and hidden
+        masses, from these shapes; None where it is another structure."""
+        size, r = self.model.size, self.V.shape[1]
+        extra = model.labels[size:]
+        if self.factor is None or model.labels[:size] != self.model.labels:
+            return None
+        if any("@hidden" not in x for x in extra):
+            return None
+        M = model.matrices(model.zero()).M
+        V = np.zeros((model.size, r + len(extra)))
+        V[:size, :r] = self.V
+        V[size:, r:] = np.diag(1.0 / np.sqrt(M.diagonal()[size:]))
+        forces, wide = _pushes(model, model.zero(), moving, V[:, : self.near])
+        answers = np.zeros(forces.shape)
+        answers[:size] = self.factor.solve(forces[:size])
+        V = _independent(V, answers, M)
+        return _projected(model, model.zero(), V, self.still, wide)
+
+    def matrices(self, p: Real) -> dict[str, Real]:
+        """K, M, C and D at ``p``, (r, r) each."""
+        out = {k: v.copy() for k, v in self.fixed.items()}
+        values = self.model.properties(p) if self.parts else []
+        for part in self.parts:
+            block = self.model.blocks[part.number]
+            own = {k: v[part.row : part.row + 1] for k, v in values[part.number].items()}
+            for matrix, i, factor in block.scalars(own):
+                if factor[0] != 0.0:
+                    out[matrix] += float(np.real(factor[0])) * part.terms[i]
+        return out
+
+    def lowest(self) -> Real:
+        """Frequencies (Hz) of its flexible modes at today's model."""
+        return np.asarray(self.modes(self.model.zero()).modes.flexible().frequencies)
+
+    def modes(self, p: Real) -> Found:
+        """Every mode of the space at ``p``.
+
+        Raises
+        ------
+        ModelError
+            Where a mass is negative: no structure.
+        """
+        m = self.matrices(p)
+        try:
+            values, X = la.eigh(m["K"], m["M"], check_finite=False)
+        except la.LinAlgError as error:
+            raise ModelError(
+                "the mass matrix has a negative eigenvalue. A mass parameter has gone too far: "
+                "set its lower bound."
+            ) from error
+        quiet = np.abs(values) <= self.still
+        order = np.argsort(~quiet, kind="stable")
+        values, X, rigid = values[order], X[:, order], int(quiet.sum())
+        values = np.where(quiet[order], 0.0, values)
+        return Found(Modes(values, self.V @ X, rigid), X, m)
+
+
+def space_of(model: Model, at: Real, top: float, ports: Index, moving: Sequence[int]) -> Space:
+    """Around a model ``at`` parameter values: its modes up to `BEYOND` times ``top`` (Hz), the
+    static answers at ``ports``, and for the parameters ``moving`` (numbers) those to what they make
+    of the modes up to ``top``.
+
+    Raises
+    ------
+    ModelError
+        Where the model is no structure.
+    """
+    m = model.matrices(at)
+    rigid = rigid_body_modes(model, m.K, m.M)
+    modes = _modes(m.K, m.M, BEYOND * top, rigid)
+    values = modes.eigenvalues
+    resisted = values[values > REST * values.max(initial=0.0)]
+    lowest = float(resisted[0]) if len(resisted) else 1.0
+    V, near = modes.shapes, 0
+    wide: tuple[int, ...] = ()
+    factor: Factor | None = None
+    if V.shape[1] < model.size:
+        shift = SHIFT * lowest if len(resisted) < len(values) else 0.0
+        factor = factorise(sp.csc_array(m.K + shift * m.M), "the stiffness")
+        near = modes.rigid + int(np.sum(modes.flexible().frequencies < 1.25 * top)) + 1
+        forces, wide = _pushes(model, at, moving, V[:, :near])
+        V = _independent(V, factor.solve(np.hstack([_units(model.size, ports), forces])), m.M)
+    made = _projected(model, np.asarray(at, dtype=float), V, STILL * lowest, wide)
+    return replace(made, factor=factor, near=near)
+
+
+def _modes(K: sp.csc_array, M: sp.csc_array, top: float, rigid: Real) -> Modes:
+    count = K.shape[0] if K.shape[0] <= WHOLE else 40
+    while True:
+        modes = natural_modes(K, M, min(count, K.shape[0]), rigid)
+        if count >= K.shape[0] or (len(modes.frequencies) and modes.frequencies[-1] > top):
+            return modes
+        count *= 2
+
+
+def _units(size: int, dofs: Index) -> Real:
+    out = np.zeros((size, len(dofs)))
+    out[dofs, np.arange(len(dofs))] = 1.0
+    return out
+
+
+def _pushes(
+    model: Model, at: Real, moving: Sequence[int], near: Real
+) -> tuple[Real, tuple[int, ...]]:
+    """Forces (N, n) of parameters: unit ones where they act on few DOFs, else those on the modes
+    ``near``; the numbers of these parameters."""
+    size, out, wide = len(near), [np.zeros((len(near), 0))], []
+    phi = np.vstack([near, np.zeros((1, near.shape[1]))])
+    for j in moving:
+        blocks = model.derivative(j, at)
+        used = np.unique(np.concatenate([[-1], *(b.dofs.reshape(-1) for b in blocks)]))
+        used = used[used >= 0].astype(np.int64)
+        if len(used) <= min(FEW, near.shape[1]):
+            out.append(_units(size, used))
+            continue
+        wide.append(j)
+        for name in ("K", "M"):
+            force = np.zeros((size + 1, near.shape[1]))
+            for b in blocks:
+                part = b.K if name == "K" else b.M
+                if part is not None:
+                    np.add.at(force, b.dofs, part @ phi[b.dofs])
+            if np.any(force[:size]):
+                out.append(force[:size])
+    return np.hstack(out), tuple(wide)
+
+
+def _independent(V: Real, more: Real, M: sp.csc_array) -> Real:
+    """V, whose columns are orthonormal in M, and what more says besides, so too."""
+    if not more.shape[1]:
+        return V
+    for _ in range(2):  # twice is enough (Giraud, Langou and Rozložník 2005)
+        norms = np.sqrt(np.maximum(np.einsum("ij,ij->j", more, M @ more), 0.0))
+        seen = norms > 0.0
+        more = more[:, seen] / norms[seen]
+        more = more - V @ (V.T @ (M @ more))
+    moved = more.T @ (M @ more)
+    values, vectors = np.linalg.eigh((moved + moved.T) / 2.0)
+    kept = values > SAME
+    return np.hstack([V, more @ (vectors[:, kept] / np.sqrt(values[kept]))])
+
+
+def _projected(model: Model, at: Real, V: Real, still: float, wide: tuple[int, ...]) -> Space:
+    r = V.shape[1]
+    fixed = {k: np.zeros((r, r)) for k in "KMCD"}
+    parts: list[Part] = []
+    moved: list[dict[int, list[int]]] = [{} for _ in model.blocks]
+    for j, parameter in enumerate(model.parameters):
+        for t in parameter.targets:
+            for row in t.rows.tolist():
+                moved[t.block].setdefault(row, []).append(j)
+    padded = np.vstack([V, np.zeros((1, r))])
+    today = model.properties(model.zero())
+    for number, (block, own) in enumerate(zip(model.blocks, moved, strict=True)):
+        rest = np.array([e for e in range(len(block.ids)) if e not in own], dtype=np.int64)
+        if len(rest):
+            scalars = [(m, i, v[rest]) for m, i, v in block.scalars(today[number])]
+            for matrix, values in block.combine(scalars, rest).items():
+                fixed[matrix] += _sum(values, padded[block.dofs[rest]])
+        for rows in _alike(block, own):
+            local = padded[block.dofs[rows]]
+            terms = tuple(_sum(t.values[block.geometry[rows]], local) for t in block.terms)
+            parts.append(Part(number, rows[0], terms))
+    return Space(model, at, V, fixed, tuple(parts), still, wide)
+
+
+def _alike(block: Block, moved: dict[int, list[int]]) -> list[list[int]]:
+    """Rows that the same parameters move and that have the same properties."""
+    groups: dict[tuple[object, ...], list[int]] = {}
+    names = tuple(block.properties)
+    for row, parameters in moved.items():
+        key = (*parameters, *(float(block.properties[k][row]) for k in names))
+        groups.setdefault(key, []).append(row)
+    return list(groups.values())
+
+
+def _sum(values: Real, local: Real) -> Real:
+    """Σ Vᵀ T V over elements: values (e, d, d), local (e, d, r)."""
+    if not np.any(values):
+        return np.zeros((local.shape[2], local.shape[2]))
+    e, d, r = local.shape
+    moved = np.matmul(values, local).reshape(e * d, r)
+    return np.asarray(local.reshape(e * d, r).T @ moved)

@@ -1,0 +1,82 @@
+"""Modes in a space around a model: those of the model itself there, of second order beside them,
+exact in statics at the ports; nothing that a parameter does is lost."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cvxupdate.errors import ModelError
+from cvxupdate.fe.modes import model_modes
+from cvxupdate.fe.synthesis.space import space_of
+from cvxupdate.physics.growth import append_parameters, limited
+from tests.cases.cantilever import load, text
+from tests.cases.fine_plate import Plate, real
+
+TOP = 330.0
+
+
+@pytest.fixture
+def plate(tmp_path):
+    """A clamped plate of 120 DOFs and more with a patch whose thickness moves."""
+    model = real(tmp_path, Plate(), (2, 2))
+    patch = append_parameters(model, [limited("t", "thickness", [23, 24, 33, 34], (-0.5, 3.0))])
+    return append_parameters(patch, [limited("m", "mass", [1, 2, 3], (-0.9, 3.0))])
+
+
+def around(model, at, moving=(0, 1)):
+    return space_of(model, np.asarray(at), TOP, np.flatnonzero(model.dof_kind < 3), moving)
+
+
+def test_where_it_was_made_it_has_the_model_s_modes(plate):
+    at = np.array([0.3, 0.1])
+    space = around(plate, at)
+    assert space.V.shape[1] < plate.size
+    true, own = model_modes(plate, 6, at), space.modes(at).modes
+    assert own.rigid == true.rigid == 0
+    np.testing.assert_allclose(own.eigenvalues[:6], true.eigenvalues[:6], rtol=1e-8)
+    m = plate.matrices(at)
+    np.testing.assert_allclose(
+        own.shapes[:, :6].T @ (m.M @ own.shapes[:, :6]), np.eye(6), atol=1e-8
+    )
+
+
+def test_beside_it_errors_are_of_high_order(plate):
+    """With the answers to what the patch makes of the modes, four times the change makes an error
+    at least sixteen times as large, and a small one."""
+    space, bare = around(plate, [0.0, 0.0]), around(plate, [0.0, 0.0], ())
+    errors = []
+    for size in (0.05, 0.2):
+        p = np.array([size, 0.0])
+        true = model_modes(plate, 6, p).eigenvalues[:6]
+        errors.append(np.abs(space.modes(p).modes.eigenvalues[:6] / true - 1.0).max())
+        assert errors[-1] < 0.1 * np.abs(bare.modes(p).modes.eigenvalues[:6] / true - 1.0).max()
+    assert errors[0] < errors[1] / 16.0 and errors[1] < 1e-4
+
+
+def test_static_answers_at_the_ports_are_exact(plate):
+    space = around(plate, [0.0, 0.0])
+    m, port = plate.matrices(plate.zero()), int(np.flatnonzero(plate.dof_kind < 3)[7])
+    force = np.zeros(plate.size)
+    force[port] = 1.0
+    answer = np.linalg.solve(m.K.toarray(), force)
+    q = np.linalg.solve(space.matrices(plate.zero())["K"], space.V.T @ force)
+    np.testing.assert_allclose(space.V @ q, answer, atol=1e-7 * np.abs(answer).max())
+
+
+def test_a_free_bar_keeps_its_rigid_motions(tmp_path):
+    spec, _ = load(tmp_path, text())
+    from cvxupdate.fe.build import build_model
+
+    free = build_model(replace(spec, model=spec.model.model_copy(update={"supports": ()})))
+    space = space_of(free, free.zero(), 500.0, np.flatnonzero(free.dof_kind < 3), ())
+    found = space.modes(free.zero()).modes
+    assert found.rigid == model_modes(free, 4).rigid == 2
+    np.testing.assert_array_equal(found.eigenvalues[:2], 0.0)
+
+
+def test_a_negative_mass_is_no_structure(plate):
+    with pytest.raises(ModelError, match="negative eigenvalue"):
+        around(plate, [0.0, 0.0]).modes(np.array([0.0, -40.0]))
