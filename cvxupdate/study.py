@@ -47,6 +47,24 @@ def open_problem(
     return spec, build_model(spec), load_recordings(spec, progress)
 
 
+def open_state(
+    path: str | os.PathLike[str], progress: Progress | None = None
+) -> tuple[Spec, Model, tuple[Recording, ...]]:
+    """The same without the recordings of the reference state, where there are others: a model has
+    one state.
+
+    Raises
+    ------
+    InputError
+        The same; recordings to fit of several states beside the reference.
+    """
+    from cvxupdate.recordings.states import looked_into
+
+    spec, model, recordings = open_problem(path, progress)
+    now, kept = looked_into(spec, recordings)
+    return now, model, kept
+
+
 def run(
     path: str | os.PathLike[str],
     progress: Callable[[Iteration], None] | None = None,
@@ -71,7 +89,7 @@ def run(
     from cvxupdate.update.starts import Many
     from cvxupdate.written import updated_file
 
-    spec, model, recordings = open_problem(path, reading)
+    spec, model, recordings = open_state(path, reading)
     warnings = examine(spec, model, recordings, warn)
     if spec.update is None:
         raise InputError(f"{path}: no [update] table to run. Add one with a method and parameters.")
@@ -101,7 +119,7 @@ def open_start(path: str) -> Solve:
     """What solves one of many starts of a problem file, for a process of its own."""
     from cvxupdate.update.modal_fit import modal_fit
 
-    return modal_fit(*open_problem(path)).solve
+    return modal_fit(*open_state(path)).solve
 
 
 def correlate(
@@ -189,7 +207,7 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
     from cvxupdate.update.modal_fit import residual_of
     from cvxupdate.update.parts import solver_choice, step_problem
 
-    spec, model, recordings = open_problem(path)
+    spec, model, recordings = open_state(path)
     if spec.update is None:
         raise InputError(f"{path}: solvers needs an [update] table with a method and parameters.")
     if spec.update.method == "ceam":

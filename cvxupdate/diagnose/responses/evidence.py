@@ -34,6 +34,7 @@ from cvxupdate.diagnose.settings import (
     CLEAR,
     EXPLAINED,
     HOPELESS,
+    MET,
     MOST_ALLOWANCE,
     OPEN,
     WHOLE,
@@ -61,7 +62,8 @@ class ResponseEvidence:
     """What stays fixed while hypotheses come and go: the file's model (``original``, for its
     damping), the one with nuisance parameters, recordings, supports, effects to try.
 
-    ``release(node, kind)`` is the nuisance model without one support.
+    ``release(node, kind)`` is the nuisance model without one support; ``file`` the model as it
+    came, where a reference state was there to bring it to.
     """
 
     original: Model
@@ -71,6 +73,7 @@ class ResponseEvidence:
     supports: tuple[tuple[int, str], ...]
     release: Callable[[int, str], Model]
     progress: Progress
+    file: Model | None = None
 
     told_by, hurried, drift = "responses", False, None  # neither hurried nor looked for
 
@@ -115,8 +118,13 @@ class ResponseEvidence:
 
     @cached_property
     def noise(self) -> Errors:
-        """Of noise alone."""
-        return Errors(noise_errors(self.data.sharp), noise_errors(self.data.sharp_hold_out))
+        """Of noise alone; or what the model leaves of the reference state, and so of any other."""
+        fit, held = (noise_errors(s) for s in (self.data.sharp, self.data.sharp_hold_out))
+        if self.data.common is None:
+            return Errors(fit, held)
+        floor = self.data.common.floor
+        least = MET * (floor.worst if np.isnan(floor.hold_out) else floor.hold_out)
+        return Errors(max(fit, MET * floor.fit), max(held, least) if held == held else held)
 
     def level_change(self) -> LevelChange | None:
         """Between runs at different drive levels."""
@@ -157,7 +165,9 @@ class ResponseEvidence:
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""
         wanted = self.names if names is None else names
-        return on_the_file(candidates_of(self.context(model), wanted, self.told_by), self.model)
+        return on_the_file(
+            candidates_of(self.context(model), wanted, self.told_by), self.model, self.file
+        )
 
     def setting(
         self, model: Model, faults: Sequence[Fault], like: ResponseSetting | None = None
@@ -165,7 +175,7 @@ class ResponseEvidence:
         """A model against the recordings at the level of another setting (None: the first)."""
         data, level = self.data, 0 if like is None else like.level
         setting = setting_for(
-            model, self.original, data.levels[level], data.top, faults, data.mesh_of(model)
+            model, self.original, data.levels[level], data.top, faults, data.shift_of(model)
         )
         return replace(setting, level=level)
 
