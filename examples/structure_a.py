@@ -1,8 +1,8 @@
 """Structure A: a measured steel plate, updated with five parameters on 18 modes and scored on two
 that the fit never saw.
 
-Writes result.json, report.html and updated/problem.toml as `cvxupdate run` does, and a figure of its
-own: the frequency error of every mode, before and after.
+Writes result.json, report.html and updated/problem.toml as `cvxupdate run` does, and a figure of
+its own: the frequency error of every mode, before and after.
 
 Run: python examples/structure_a.py [folder]
 """
