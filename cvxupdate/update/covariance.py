@@ -113,7 +113,7 @@ def _silent_first(
 
 def _named(silent: Invisible, parameters: Sequence[Parameter]) -> Combination:
     parts = silent.direction / np.linalg.norm(silent.direction)
-    moved = np.flatnonzero(parts)
+    moved = np.flatnonzero(parts).tolist()
     coefficients = tuple((parameters[k].name, float(parts[k])) for k in moved)
     return Combination(coefficients, np.inf, silent.says)
 

@@ -121,7 +121,7 @@ def _sparse_null(J: Array) -> Array:
 
 def _says(model: Model, direction: Array, p: Array) -> str:
     """The sentence: powers of one factor t where every parameter multiplies its property."""
-    moved = np.flatnonzero(direction)
+    moved = np.flatnonzero(direction).tolist()
     # a part of p that is a factor 1 + p changes by d(1 + p)/(1 + p)
     powers = direction[moved] / (1.0 + p[moved])
     powers = powers / np.abs(powers).min()
