@@ -114,7 +114,7 @@ def test_both_states_are_of_one_kind(tmp_path, lab, measure):
 
 def test_run_updates_to_the_state_that_is_looked_into(tmp_path):
     """The recordings of the reference are another structure's; alone they are what there is."""
-    spec, model, recordings = open_problem(
+    spec, _, recordings = open_problem(
         opened(tmp_path, tables(("reference", "fit"), ("today", "fit"), ("today", "hold-out")))
     )
     (reference, its), (other, own) = parted(spec, recordings)

@@ -65,7 +65,7 @@ def test_derivatives_with_dashpot_damping_and_faults(chain, lab, measure, zeta):
 
 
 def test_derivatives_with_respect_to_frequencies_by_themselves(chain, lab, measure):
-    """Modes that are tuned one by one: exact, with one drive and with dashpots that couple modes."""
+    """Modes that are tuned one by one: exact, with sensor faults too."""
     _, model = chain
     signals = (signal_of(measure(lab(), 4), 0.03), signal_of(measure(lab(), 1, seed=2), 0.1))
     for faults in ((), FAULTS):
