@@ -25,7 +25,7 @@ from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
-from cvxupdate.recordings.load import load_recordings
+from cvxupdate.recordings.corrections import corrected
 from cvxupdate.recordings.states import REFERENCE, parted
 from cvxupdate.recordings.types import Recording
 from cvxupdate.spec import Spec, read_text
@@ -84,8 +84,11 @@ def brought(
     if text is None:  # the grammar has no form for what the file itself holds
         return Brought(own_spec, model, own)
     there = read_text(text.text, spec.path)
-    known = tuple(zip(spec.recordings, recordings, strict=True))
-    (_, its), (now, own) = parted(there, load_recordings(there, known=known))
+    freed = [  # of the faults of channels that the reference has
+        corrected(r, after.corrections[len(before.corrections) :])
+        for r, before, after in zip(recordings, spec.recordings, there.recordings, strict=True)
+    ]
+    (_, its), (now, own) = parted(there, freed)
     left = spec.diagnose.model_copy(update={"scatter": CALIBRATED * spec.diagnose.scatter})
     now = replace(
         now,

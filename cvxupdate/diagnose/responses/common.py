@@ -14,6 +14,7 @@ from cvxupdate.diagnose.responses.errors import channel_errors, on_signals
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.responses.setting import EFFORTS
 from cvxupdate.diagnose.responses.signals import Real, Signal
+from cvxupdate.diagnose.settings import MET
 from cvxupdate.diagnose.types import Errors, Evidence
 
 AROUND = 0.1  # of the frequency: lines to either side over which what is left is averaged
@@ -51,6 +52,16 @@ class Common:
     shift: MeshError
     missed: tuple[Missed, ...]
     floor: Errors
+
+    def least(self, noise: Errors) -> Errors:
+        """Below which errors of the other state say nothing: ``noise`` alone, or what is left of
+        the reference."""
+        floor = self.floor
+        held = floor.fit if np.isnan(floor.hold_out) else floor.hold_out
+        return Errors(
+            max(noise.fit, MET * floor.fit),
+            noise.hold_out if np.isnan(noise.hold_out) else max(noise.hold_out, MET * held),
+        )
 
     def weighed(self, signal: Signal) -> Signal:
         """A signal of the other state, with what the model misses of it; of channels that the

@@ -34,7 +34,6 @@ from cvxupdate.diagnose.settings import (
     CLEAR,
     EXPLAINED,
     HOPELESS,
-    MET,
     MOST_ALLOWANCE,
     OPEN,
     WHOLE,
@@ -119,12 +118,8 @@ class ResponseEvidence:
     @cached_property
     def noise(self) -> Errors:
         """Of noise alone; or what the model leaves of the reference state, and so of any other."""
-        fit, held = (noise_errors(s) for s in (self.data.sharp, self.data.sharp_hold_out))
-        if self.data.common is None:
-            return Errors(fit, held)
-        floor = self.data.common.floor
-        least = MET * (floor.worst if np.isnan(floor.hold_out) else floor.hold_out)
-        return Errors(max(fit, MET * floor.fit), max(held, least) if held == held else held)
+        alone = Errors(noise_errors(self.data.sharp), noise_errors(self.data.sharp_hold_out))
+        return alone if self.data.common is None else self.data.common.least(alone)
 
     def level_change(self) -> LevelChange | None:
         """Between runs at different drive levels."""
