@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cvxupdate.errors import Fault, InputError, ProblemFileError
-from cvxupdate.spec import Spec, load_problem, read_text
-from cvxupdate.spec.problem import name_of
+from cvxupdate.spec import Spec, read_text
 from cvxupdate.spec.read import read_toml
 
 if TYPE_CHECKING:
@@ -55,12 +54,10 @@ def open_source(path: Path, rate: float | None = None, progress: Progress | None
 
 def _problem(path: Path, progress: Progress | None) -> Source:
     from cvxupdate.correlate.compare import geometry_of
-    from cvxupdate.fe.build import build_model
-    from cvxupdate.recordings.load import load_recordings
+    from cvxupdate.study import open_problem
 
-    spec = load_problem(path)
-    geometry = geometry_of(spec, build_model(spec))
-    return Source(spec.name, spec.title, spec.shown, load_recordings(spec, progress), geometry)
+    spec, model, recordings = open_problem(path, progress)
+    return Source(spec.name, spec.title, spec.shown, recordings, geometry_of(spec, model))
 
 
 def _alone(spec: Spec, progress: Progress | None, notes: Iterable[str] = ()) -> Source:
@@ -153,8 +150,3 @@ def bare_model(tables: Any) -> str:
         f'[[model.elements]]\ntype = "mass"\nm = 1.0\nrows = [{lumps}]\n'
         f'[[model.elements]]\ntype = "spring"\ndof = "x"\nk = 1.0\nrows = [{springs}]\n'
     )
-
-
-def file_name_of(path: Path) -> str:
-    """What results of a file are called."""
-    return name_of(path)

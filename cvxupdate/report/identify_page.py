@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from cvxupdate.report import identify_figures as figures
 from cvxupdate.report.correlate_parts import svg
-from cvxupdate.report.identify_files import block
+from cvxupdate.report.identify_table import block
 from cvxupdate.report.moving import Motion, moving_shape
 from cvxupdate.report.numbers import count, fixed, number, seconds, with_deviation
 from cvxupdate.report.page import command, render
