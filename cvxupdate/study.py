@@ -30,10 +30,11 @@ MODES_IN_BAND = 30  # computed for the sensors of frequency responses
 
 
 def open_problem(
-    path: str | os.PathLike[str], progress: Progress | None = None
+    path: str | os.PathLike[str], progress: Progress | None = None, updates: str = ""
 ) -> tuple[Spec, Model, tuple[Recording, ...]]:
     """A problem file with its model and recordings; ``progress`` hears (what, done, total) of
-    large files that are read.
+    large files that are read. ``updates``: the command that needs an [update] table, which is
+    said before recordings are read.
 
     Raises
     ------
@@ -44,6 +45,10 @@ def open_problem(
     from cvxupdate.recordings.load import load_recordings
 
     spec = load_problem(Path(path))
+    if updates and spec.update is None:
+        raise InputError(
+            f"{path}: {updates} needs an [update] table. Add one with a method and parameters."
+        )
     return spec, build_model(spec), load_recordings(spec, progress)
 
 
@@ -71,10 +76,9 @@ def run(
     from cvxupdate.update.starts import Many
     from cvxupdate.written import updated_file
 
-    spec, model, recordings = open_problem(path, reading)
+    spec, model, recordings = open_problem(path, reading, "run")
     warnings = examine(spec, model, recordings, warn)
-    if spec.update is None:
-        raise InputError(f"{path}: no [update] table to run. Add one with a method and parameters.")
+    assert spec.update is not None
     if spec.update.method in ("ceam", "rfm"):
         from cvxupdate.update.ceam import update_ceam
         from cvxupdate.update.rfm import update_rfm
@@ -189,9 +193,8 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
     from cvxupdate.update.modal_fit import residual_of
     from cvxupdate.update.parts import solver_choice, step_problem
 
-    spec, model, recordings = open_problem(path)
-    if spec.update is None:
-        raise InputError(f"{path}: solvers needs an [update] table with a method and parameters.")
+    spec, model, recordings = open_problem(path, updates="solvers")
+    assert spec.update is not None
     if spec.update.method == "ceam":
         from cvxupdate.update.ceam import residual_of as ceam_residual
 
