@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from cvxupdate.recordings.inspect import Inspection
     from cvxupdate.recordings.read.contents import Progress
     from cvxupdate.recordings.types import Recording
+    from cvxupdate.spec.update import Update
     from cvxupdate.update.result import Updated
     from cvxupdate.update.starts import Solve
     from cvxupdate.update.trust_region import Iteration
@@ -30,26 +31,36 @@ MODES_IN_BAND = 30  # computed for the sensors of frequency responses
 
 
 def open_problem(
-    path: str | os.PathLike[str], progress: Progress | None = None, updates: str = ""
+    path: str | os.PathLike[str], progress: Progress | None = None
 ) -> tuple[Spec, Model, tuple[Recording, ...]]:
     """A problem file with its model and recordings; ``progress`` hears (what, done, total) of
-    large files that are read. ``updates``: the command that needs an [update] table, which is
-    said before recordings are read.
+    large files that are read.
 
     Raises
     ------
     InputError
         For any fault of the file, the model or a recording.
     """
+    spec = load_problem(Path(path))
+    return spec, *_parts(spec, progress)
+
+
+def _parts(spec: Spec, progress: Progress | None = None) -> tuple[Model, tuple[Recording, ...]]:
     from cvxupdate.fe.build import build_model
     from cvxupdate.recordings.load import load_recordings
 
+    return build_model(spec), load_recordings(spec, progress)
+
+
+def _to_update(path: str | os.PathLike[str], command: str) -> tuple[Spec, Update]:
+    """A problem file with the [update] table that a command needs: said before recordings are
+    read."""
     spec = load_problem(Path(path))
-    if updates and spec.update is None:
+    if spec.update is None:
         raise InputError(
-            f"{path}: {updates} needs an [update] table. Add one with a method and parameters."
+            f"{path}: {command} needs an [update] table. Add one with a method and parameters."
         )
-    return spec, build_model(spec), load_recordings(spec, progress)
+    return spec, spec.update
 
 
 def run(
@@ -76,14 +87,14 @@ def run(
     from cvxupdate.update.starts import Many
     from cvxupdate.written import updated_file
 
-    spec, model, recordings = open_problem(path, reading, "run")
+    spec, table = _to_update(path, "run")
+    model, recordings = _parts(spec, reading)
     warnings = examine(spec, model, recordings, warn)
-    assert spec.update is not None
-    if spec.update.method in ("ceam", "rfm"):
+    if table.method in ("ceam", "rfm"):
         from cvxupdate.update.ceam import update_ceam
         from cvxupdate.update.rfm import update_rfm
 
-        update = update_ceam if spec.update.method == "ceam" else update_rfm
+        update = update_ceam if table.method == "ceam" else update_rfm
         updated = update(spec, model, recordings, progress)
     else:
         done = None if reading is None else partial(reading, "starts")
@@ -97,7 +108,7 @@ def run(
         recordings=own_errors(model, recordings, p, updated.modes),
         warnings=warnings,
         written=updated_file(spec, model, p) if updated.status != "infeasible" else None,
-        caveats=caveats(updated, spec.update.frequency_points != "all"),
+        caveats=caveats(updated, table.frequency_points != "all"),
     )
 
 
@@ -193,17 +204,17 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
     from cvxupdate.update.modal_fit import residual_of
     from cvxupdate.update.parts import solver_choice, step_problem
 
-    spec, model, recordings = open_problem(path, updates="solvers")
-    assert spec.update is not None
-    if spec.update.method == "ceam":
+    spec, table = _to_update(path, "solvers")
+    model, recordings = _parts(spec)
+    if table.method == "ceam":
         from cvxupdate.update.ceam import residual_of as ceam_residual
 
         system = ceam_residual(spec, model, recordings).evaluate(model.zero()).system()
-    elif spec.update.method == "rfm":
+    elif table.method == "rfm":
         from cvxupdate.residual.frf import FrfResidual
         from cvxupdate.update.rfm import prepare
 
-        kind = "flexibility" if spec.update.residual == "auto" else spec.update.residual
+        kind = "flexibility" if table.residual == "auto" else table.residual
         chosen = prepare(spec, model, recordings).chosen
         system = FrfResidual(model, chosen, kind).evaluate(model.zero()).system()
     else:
