@@ -83,6 +83,7 @@ def run(
     from cvxupdate.correlate.plausible import examine
     from cvxupdate.update.definite import definiteness
     from cvxupdate.update.modal import update_modal
+    from cvxupdate.update.refine import refined_for
     from cvxupdate.update.score import caveats
     from cvxupdate.update.starts import Many
     from cvxupdate.written import updated_file
@@ -90,6 +91,7 @@ def run(
     spec, table = _to_update(path, "run")
     model, recordings = _parts(spec, reading)
     warnings = examine(spec, model, recordings, warn)
+    model = refined_for(spec, model)
     if table.method in ("ceam", "rfm"):
         from cvxupdate.update.ceam import update_ceam
         from cvxupdate.update.rfm import update_rfm
