@@ -3,19 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from cvxupdate.diagnose.modes.common import common_of as common_of_tables
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
-from cvxupdate.diagnose.modes.tables import prepared
-from cvxupdate.diagnose.modes.worth import mesh_of_tables
+    names = _names(spec, RESPONSES)
+    file = None if reference is None else reference.file
+
+    def evidence(data: Data) -> ResponseEvidence:
+        # what a model misses of its reference, mesh included, it misses of the other state too
+        fine = mesh_for(spec, model, data, SHEAR in names) if reference is None else PLAIN
+        if fine is PLAIN:
+            data = replace(data, mesh=mesh_error(spec, model, data.top))
+            if SHEAR in names:
+                data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))
+        start = with_nuisance(undamped(fine.on(model)), scatter=spec.diagnose.scatter)
+        held, release = held_dofs(spec, model), release_from(spec, fine)
+        return ResponseEvidence(model, start, data, fine, names, held, release, progress, file)
+
+    common = None
+    if reference is not None:
+        of_reference = evidence(prepare(responses_of(reference.recordings)))
+        data = of_reference.data
+        common = common_of(of_reference, data.sharp, data.sharp_hold_out)
+    linear = evidence(prepare(recordings, common))
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.mesh import NONE, mesh_error
 from cvxupdate.diagnose.nominal.refinement import PLAIN
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
 from cvxupdate.diagnose.output.wording import nonlinear
-from cvxupdate.diagnose.responses.data import prepare
+from cvxupdate.diagnose.responses.common import common_of
+from cvxupdate.diagnose.responses.data import Data, prepare
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.worth import mesh_for
 from cvxupdate.diagnose.types import Evidence, Progress
@@ -33,10 +53,23 @@ if TYPE_CHECKING:
 SHEAR = "shear_deformation"  # an effect that changes what the mesh is worth
 
 
+@dataclass(frozen=True)
+class Reference:
+    """The recordings of the reference state, to which a model was brought; ``file`` is the model as
+    it came."""
+
+    file: Model
+    recordings: tuple[Recording, ...]
+
+
 def gathered(
-    spec: Spec, model: Model, recordings: Sequence[Recording], progress: Progress
+    spec: Spec,
+    model: Model,
+    recordings: Sequence[Recording],
+    progress: Progress,
+    reference: Reference | None = None,
 ) -> Evidence:
-    """What the recordings of a problem say of its model.
+    """What the recordings of a problem say of its model, beside a reference where there is one.
 
     Raises
     ------
@@ -45,10 +78,20 @@ def gathered(
     """
     if not any(r.origin.use == "fit" for r in recordings):
         raise InputError(f'{spec.path}: diagnose needs a recording with use = "fit". Add one.')
-    usable = [r for r in recordings if isinstance(r, FrequencyResponse | TimeHistory)]
+    usable = responses_of(recordings)
     if any(r.origin.use == "fit" for r in usable):
-        return _responses(spec, model, usable, progress)
-    return _modes(spec, model, [r for r in recordings if isinstance(r, ModeTable)], progress)
+        return _responses(spec, model, usable, progress, reference)
+    return _modes(spec, model, tables_of(recordings), progress, reference)
+
+
+def responses_of(recordings: Sequence[Recording]) -> list[FrequencyResponse | TimeHistory]:
+    """Those that are responses."""
+    return [r for r in recordings if isinstance(r, FrequencyResponse | TimeHistory)]
+
+
+def tables_of(recordings: Sequence[Recording]) -> list[ModeTable]:
+    """Those that are tables of modes."""
+    return [r for r in recordings if isinstance(r, ModeTable)]
 
 
 def _names(spec: Spec, told_by: str) -> tuple[str, ...]:
@@ -61,16 +104,17 @@ def _responses(
     model: Model,
     recordings: Sequence[FrequencyResponse | TimeHistory],
     progress: Progress,
+    reference: Reference | None = None,
 ) -> Evidence:
-    data, names = prepare(recordings), _names(spec, RESPONSES)
-    fine = mesh_for(spec, model, data, SHEAR in names)
-    if fine is PLAIN:
-        data = replace(data, mesh=mesh_error(spec, model, data.top))
-        if SHEAR in names:
-            data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))
+    told = SHEAR in _names(spec, MODES)
+    fine = PLAIN if reference is not None else mesh_of_tables(spec, model, tables, told)
     start = with_nuisance(undamped(fine.on(model)), scatter=spec.diagnose.scatter)
-    held, release = held_dofs(spec, model), release_from(spec, fine)
-    linear = ResponseEvidence(model, start, data, fine, names, held, release, progress)
+    top = max(float(t.frequency.max()) for t in tables)
+    mesh = mesh_error(spec, model, top) if fine is PLAIN else NONE
+    common = None
+    if reference is not None:
+        fitted = [t for t in tables_of(reference.recordings) if t.origin.use == "fit"]
+        common = common_of_tables(start, stated_tables(start, fitted, mesh))
     if nonlinear(linear.level_change()) or is_nonlinear(model):
         return in_simulation(spec, recordings, linear, progress) or linear
     return linear
@@ -108,12 +152,21 @@ def in_simulation(
 
 
 def _modes(
-    spec: Spec, model: Model, tables: Sequence[ModeTable], progress: Progress
+    spec: Spec,
+    model: Model,
+    tables: Sequence[ModeTable],
+    progress: Progress,
+    reference: Reference | None = None,
 ) -> ModesEvidence:
-    fine = mesh_of_tables(spec, model, tables, SHEAR in _names(spec, MODES))
+    told = SHEAR in _names(spec, MODES)
+    fine = PLAIN if reference is not None else mesh_of_tables(spec, model, tables, told)
     start = with_nuisance(undamped(fine.on(model)), scatter=spec.diagnose.scatter)
     top = max(float(t.frequency.max()) for t in tables)
     mesh = mesh_error(spec, model, top) if fine is PLAIN else NONE
+    common = None
+    if reference is not None:
+        fitted = [t for t in tables_of(reference.recordings) if t.origin.use == "fit"]
+        common = common_of_tables(start, stated_tables(start, fitted, mesh))
     order = [
         k
         for fitted in (True, False)
@@ -123,7 +176,7 @@ def _modes(
     return ModesEvidence(
         model,
         start,
-        prepared(start, tables, mesh),
+        prepared(start, tables, mesh, common),
         mesh,
         fine,
         _names(spec, MODES),
@@ -132,4 +185,5 @@ def _modes(
         release_from(spec, fine),
         tuple(order),
         progress,
+        None if reference is None else reference.file,
     )

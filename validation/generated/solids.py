@@ -89,7 +89,7 @@ def solid_modes(
     folder: Path,
 ) -> SolidModal:
     """The modes of a plate with what is concealed in it; ``folder`` for the deck and its answer."""
-    deck, text, at = _written(design, scatter, effects)
+    text, at = _written(design, scatter, effects)
     (folder / "body.inp").write_text("\n".join(text) + "\n", encoding="ascii")
     subprocess.run(["ccx", "-i", "body"], cwd=folder, check=True, capture_output=True, timeout=600)
     f, shapes = _read(folder / "body.dat", at)
@@ -100,7 +100,9 @@ def solid_modes(
     return SolidModal({n: k for k, n in enumerate(at)}, 2.0 * np.pi * f, shapes, ratios)
 
 
-def _levels(design: Design, effects: Sequence[Effect]) -> tuple[list[tuple[float, float]], set[int]]:
+def _levels(
+    design: Design, effects: Sequence[Effect]
+) -> tuple[list[tuple[float, float]], set[int]]:
     """Layers through the thickness, the middle one last, and the elements that have the outer
     ones."""
     (h,) = design.section
@@ -117,7 +119,7 @@ def _levels(design: Design, effects: Sequence[Effect]) -> tuple[list[tuple[float
 
 def _written(
     design: Design, scatter: Mapping[int, tuple[float, float]], effects: Sequence[Effect]
-) -> tuple[_Deck, list[str], dict[int, int]]:
+) -> tuple[list[str], dict[int, int]]:
     xs = sorted({x[0] for x in design.nodes.values()})
     ys = sorted({x[1] for x in design.nodes.values()})
     deck = _Deck(*(np.interp(np.arange(2 * PARTS * (len(v) - 1) + 1) / (2.0 * PARTS),
@@ -144,7 +146,7 @@ def _written(
     text = ["*NODE,NSET=ALL", *nodes, *blocks, *local, "*BOUNDARY", *bounds]
     text += ["*NSET,NSET=SENSE", *sense, "*STEP", "*FREQUENCY", str(MODES)]
     text += ["*NODE PRINT,NSET=SENSE", "U", "*END STEP"]
-    return deck, text, at
+    return text, at
 
 
 def _element(

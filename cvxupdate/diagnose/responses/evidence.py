@@ -26,15 +26,7 @@ from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.resampling import halves
 from cvxupdate.diagnose.responses.sets import sets_of_elements
-from cvxupdate.diagnose.responses.setting import (
-    EFFORTS,
-    FAR,
-    NEARBY,
-    around,
-    let_go,
-    recentred,
-    setting_for,
-)
+from cvxupdate.diagnose.responses.setting import EFFORTS, around, followed, let_go, setting_for
 from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
@@ -72,7 +64,8 @@ class ResponseEvidence:
     """What stays fixed while hypotheses come and go: the file's model (``original``, for its
     damping), the one with nuisance parameters, recordings, supports, effects to try.
 
-    ``release(node, kind)`` is the nuisance model without one support.
+    ``release(node, kind)`` is the nuisance model without one support; ``file`` the model as it
+    came, where a reference state was there to bring it to.
     """
 
     original: Model
@@ -83,6 +76,7 @@ class ResponseEvidence:
     supports: tuple[tuple[int, str], ...]
     release: Callable[[int, str], Model]
     progress: Progress
+    file: Model | None = None
 
     told_by, hurried, drift = "responses", False, None  # neither hurried nor looked for
 
@@ -127,8 +121,9 @@ class ResponseEvidence:
 
     @cached_property
     def noise(self) -> Errors:
-        """Of noise alone."""
-        return Errors(noise_errors(self.data.sharp), noise_errors(self.data.sharp_hold_out))
+        """Of noise alone; or what the model leaves of the reference state, and so of any other."""
+        alone = Errors(noise_errors(self.data.sharp), noise_errors(self.data.sharp_hold_out))
+        return alone if self.data.common is None else self.data.common.least(alone)
 
     def level_change(self) -> LevelChange | None:
         """Between runs at different drive levels."""
@@ -158,41 +153,27 @@ class ResponseEvidence:
             return regrown(self._freed(node, kind), model)
 
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
+        d, zeta = self.data, self._zeta
+        measured = d.accelerometers, d.driven, d.forces
         return SearchContext(
-            model,
-            m.K,
-            m.M,
-            self.data.top,
-            self.data.bottom,
-            self.data.sensors,
-            held,
-            released,
-            self._zeta,
-            self.data.accelerometers,
-            self.data.driven,
-            self.data.forces,
+            model, m.K, m.M, d.top, d.bottom, d.sensors, held, released, zeta, *measured
         )
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""
         wanted = self.names if names is None else names
-        return on_the_file(candidates_of(self.context(model), wanted, self.told_by), self.model)
+        return on_the_file(
+            candidates_of(self.context(model), wanted, self.told_by), self.model, self.file
+        )
 
     def setting(
         self, model: Model, faults: Sequence[Fault], like: ResponseSetting | None = None
     ) -> ResponseSetting:
         """A model against the recordings at the level of another setting (None: the first)."""
-        data, level = self.data, 0 if like is None else like.level
-        setting = setting_for(
-            model,
-            self.original,
-            data.levels[level],
-            data.top,
-            faults,
-            data.mesh_of(model),
-            self._space,
-        )
-        return replace(setting, level=level)
+        d, level = self.data, 0 if like is None else like.level
+        signals, shift = d.levels[level], d.shift_of(model)
+        made = setting_for(model, self.original, signals, d.top, faults, shift, self._space)
+        return replace(made, level=level)
 
     def at_level(self, setting: ResponseSetting, level: int) -> ResponseSetting:
         """The same against those of another level."""
@@ -203,12 +184,8 @@ class ResponseEvidence:
         return fitted_at(setting, p)
 
     def fitted(self, seed: Seed, effort: str) -> Fit:
-        """By trust-region convex steps; to be sharp, on from there in the space around where they
-        end."""
-        setting = recentred(seed.setting, seed.start, FAR)
-        found = fitted(setting, seed.start, EFFORTS[effort])
-        again = setting if effort != "sharp" else recentred(setting, found.p, NEARBY)
-        return found if again is setting else fitted(again, found.p, EFFORTS[effort])
+        """By trust-region convex steps."""
+        return followed(seed.setting, seed.start, effort)
 
     def linearised(self, found: Fit) -> Linearised:
         """Of the nuisance parameters that can still move."""
@@ -296,13 +273,8 @@ class ResponseEvidence:
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Responses before and after, what remains, and the map of explained fractions."""
-        return responses_shown(
-            self.nominal_point,
-            last.point,
-            self.data.sharp,
-            self.data.sharp_hold_out,
-            [(s.effect, s.fraction) for s in scores],
-        )
+        d, scored = self.data, [(s.effect, s.fraction) for s in scores]
+        return responses_shown(self.nominal_point, last.point, d.sharp, d.sharp_hold_out, scored)
 
     @cached_property
     def before(self) -> tuple[Stated, ...]:

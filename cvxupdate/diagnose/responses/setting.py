@@ -73,6 +73,15 @@ def recentred(setting: ResponseSetting, p: Real, far: float) -> ResponseSetting:
     return replace(setting, shapes=around(setting.model, own, setting.top))
 
 
+def followed(setting: ResponseSetting, start: Real, effort: str) -> Fit:
+    """Fitted by trust-region convex steps; to be sharp, on from there in the space around where
+    they end."""
+    setting = recentred(setting, start, FAR)
+    found = fitted(setting, start, EFFORTS[effort])
+    again = setting if effort != "sharp" else recentred(setting, found.p, NEARBY)
+    return found if again is setting else fitted(again, found.p, EFFORTS[effort])
+
+
 def let_go(evidence: Evidence) -> Fit:
     """The nuisance parameters fitted far beyond their scatter, level by level."""
     free = [replace(q, lower=-WIDE, upper=WIDE) for q in evidence.model.parameters]

@@ -11,8 +11,8 @@ SHIFTED = 1e-6  # relative shift of a frequency by the mesh below which there is
 
 
 def updated_model(point: ResponsePoint, notes: tuple[str, ...] = ()) -> Updated:
-    """With a damping ratio of its own for every mode, and the faults of the sensors; ``notes``: what
-    else is to be said of the file."""
+    """With a damping ratio of its own for every mode, and the faults of the sensors; ``notes``:
+    what else is to be said of the file."""
     setting, n = point.setting, len(point.setting.model.parameters)
     faults = zip(setting.faults, (float(v) for v in point.fault_values), strict=True)
     if setting.mesh is not None and np.any(np.abs(setting.mesh) > SHIFTED):

@@ -9,6 +9,7 @@ like 2 / κ (1 − ν) times the first (Mindlin 1951, the waves' expansion).
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -43,7 +44,7 @@ def _rim(fine: Fine, dofs: Index, edges: Sequence[Edge]) -> Real:
         between = {n for n, _ in place if n in fine.made and set(fine.made[n].weights) == ends}
         at |= {n: fine.made[n].weights[edge.b] for n in between}
         line = sorted(at, key=lambda n: at[n])
-        for one, two in zip(line[:-1], line[1:], strict=True):
+        for one, two in itertools.pairwise(line):
             turn = np.zeros(len(dofs))
             for node, sign in ((one, -1.0), (two, 1.0)):
                 for k in range(3):
