@@ -8,26 +8,8 @@ from typing import TYPE_CHECKING
 
 from cvxupdate.diagnose.modes.common import common_of as common_of_tables
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
-    names = _names(spec, RESPONSES)
-    file = None if reference is None else reference.file
-
-    def evidence(data: Data) -> ResponseEvidence:
-        # what a model misses of its reference, mesh included, it misses of the other state too
-        fine = mesh_for(spec, model, data, SHEAR in names) if reference is None else PLAIN
-        if fine is PLAIN:
-            data = replace(data, mesh=mesh_error(spec, model, data.top))
-            if SHEAR in names:
-                data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))
-        start = with_nuisance(undamped(fine.on(model)), scatter=spec.diagnose.scatter)
-        held, release = held_dofs(spec, model), release_from(spec, fine)
-        return ResponseEvidence(model, start, data, fine, names, held, release, progress, file)
-
-    common = None
-    if reference is not None:
-        of_reference = evidence(prepare(responses_of(reference.recordings)))
-        data = of_reference.data
-        common = common_of(of_reference, data.sharp, data.sharp_hold_out)
-    linear = evidence(prepare(recordings, common))
+from cvxupdate.diagnose.modes.tables import prepared, stated_tables
+from cvxupdate.diagnose.modes.worth import mesh_of_tables
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.mesh import NONE, mesh_error
 from cvxupdate.diagnose.nominal.refinement import PLAIN
@@ -106,15 +88,26 @@ def _responses(
     progress: Progress,
     reference: Reference | None = None,
 ) -> Evidence:
-    told = SHEAR in _names(spec, MODES)
-    fine = PLAIN if reference is not None else mesh_of_tables(spec, model, tables, told)
-    start = with_nuisance(undamped(fine.on(model)), scatter=spec.diagnose.scatter)
-    top = max(float(t.frequency.max()) for t in tables)
-    mesh = mesh_error(spec, model, top) if fine is PLAIN else NONE
+    names = _names(spec, RESPONSES)
+    file = None if reference is None else reference.file
+
+    def evidence(data: Data) -> ResponseEvidence:
+        # what a model misses of its reference, mesh included, it misses of the other state too
+        fine = mesh_for(spec, model, data, SHEAR in names) if reference is None else PLAIN
+        if fine is PLAIN:
+            data = replace(data, mesh=mesh_error(spec, model, data.top))
+            if SHEAR in names:
+                data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))
+        start = with_nuisance(undamped(fine.on(model)), scatter=spec.diagnose.scatter)
+        held, release = held_dofs(spec, model), release_from(spec, fine)
+        return ResponseEvidence(model, start, data, fine, names, held, release, progress, file)
+
     common = None
     if reference is not None:
-        fitted = [t for t in tables_of(reference.recordings) if t.origin.use == "fit"]
-        common = common_of_tables(start, stated_tables(start, fitted, mesh))
+        of_reference = evidence(prepare(responses_of(reference.recordings)))
+        data = of_reference.data
+        common = common_of(of_reference, data.sharp, data.sharp_hold_out)
+    linear = evidence(prepare(recordings, common))
     if nonlinear(linear.level_change()) or is_nonlinear(model):
         return in_simulation(spec, recordings, linear, progress) or linear
     return linear

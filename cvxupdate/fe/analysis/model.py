@@ -146,7 +146,7 @@ def _piece(
             out.append(matrix)
         first = int(file.node_ids[nodes[0]])
         inner.append(tuple(inner_of(edges, int(own.ids[e]), first, inside)))
-    made = tuple(Term(*name, np.array(v)) for name, v in zip(names, terms, strict=True))
+    made = tuple(Term(m, c, np.array(v)) for (m, c), v in zip(names, terms, strict=True))
     return Piece(fine.of[number], tuple(inner), parts, made)
 
 
