@@ -190,15 +190,15 @@ def _local(
         node, name = at[x["node"]], f"X{number}"
         if x["physics"] == "added_mass":
             out += [f"*ELEMENT,TYPE=MASS,ELSET={name}", f"{number},{node}"]
-            out += [f"*MASS,ELSET={name}", f"{x['m']:.10g}"]
+            out += [f"*MASS,ELSET={name}", f"{x['m']:.9e}"]
         elif x["physics"] == "grounding_spring":
             out += [f"*ELEMENT,TYPE=SPRING1,ELSET={name}", f"{number},{node}"]
-            out += [f"*SPRING,ELSET={name}", "3", f"{x['k']:.10g}"]
+            out += [f"*SPRING,ELSET={name}", "3", f"{x['k']:.9e}"]
         else:
             own = len(deck.nodes) + len(further) + 1
             further.append(f"{own},0.,0.,1.")
             out += [f"*ELEMENT,TYPE=SPRING2,ELSET={name}", f"{number},{node},{own}"]
-            out += [f"*SPRING,ELSET={name}", "3,3", f"{x['k']:.10g}"]
+            out += [f"*SPRING,ELSET={name}", "3,3", f"{x['k']:.9e}"]
             out += [f"*ELEMENT,TYPE=MASS,ELSET=M{name}", f"{number + 1},{own}"]
             out += [f"*MASS,ELSET=M{name}", f"{x['m']:.10g}", "*BOUNDARY", f"{own},1,2"]
             number += 1

@@ -2,9 +2,9 @@
 
 Near a free edge the twisting stresses need the width of about a thickness to close, so that a sheet
 of width b twists with b − 0.63 h (Saint-Venant's rectangle: Timoshenko and Goodier, art. 109): each
-metre of a rim has the negative torsional stiffness 0.105 G h⁴. Rotary inertia and deformation in
-shear lower frequencies by the square of thickness over wave length; in free motion the second acts
-like 2 / κ (1 − ν) times the first (Mindlin 1951, the waves' expansion).
+metre of a rim has the negative torsional stiffness 0.105 G h⁴. Rotary inertia lowers frequencies by
+the square of thickness over wave length. Deformation in shear, of the same order, is left out: it
+needs third derivatives of the deflection.
 """
 
 from __future__ import annotations

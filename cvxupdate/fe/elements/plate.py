@@ -23,7 +23,6 @@ from cvxupdate.spec import division
 from cvxupdate.spec.elements import ELASTIC, INERTIAL, ElementText, Lacking, PlateBlock, PlateRow
 from cvxupdate.spec.model import PlateSection
 
-KAPPA = 5.0 / 6.0  # of shear (Reissner 1945)
 RIM = 0.63 / 6.0  # of G h⁴: what a free edge lacks of the torsional stiffness G h³ / 3 a metre
 _POWERS = (
     (0, 0),
@@ -170,5 +169,5 @@ class Plate:
             "rhoh": properties["rho"] * h,
             # of a solid sheet: see cvxupdate.fe.analysis.solid
             "rim": properties["Dxy"] * RIM * properties["E"] / (2.0 * (1.0 + nu)) * h**4,
-            "turning": properties["rho"] * h**3 / 12.0 * (1.0 + 2.0 / (KAPPA * (1.0 - nu))),
+            "turning": properties["rho"] * h**3 / 12.0,
         }

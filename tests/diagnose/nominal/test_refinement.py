@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cvxupdate.diagnose.nominal.mesh import shearing
 from cvxupdate.diagnose.nominal.refinement import (
     PLAIN,
     Mesh,
@@ -15,7 +16,6 @@ from cvxupdate.diagnose.nominal.refinement import (
     fine_enough,
     mesh_lines,
     mesh_notes,
-    shearing,
     shift_between,
 )
 from cvxupdate.fe.build import build_model

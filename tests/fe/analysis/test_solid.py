@@ -1,0 +1,108 @@
+"""Sheets on finer parts as solids: against bricks, where Kirchhoff's theory is off by the thickness
+over the width; nothing of it where rims are clamped, and mass and rigid motions kept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cvxupdate.fe.analysis import analysis_of
+from cvxupdate.fe.build import build_model
+from cvxupdate.fe.modes import model_modes
+from cvxupdate.spec import load_problem
+
+A, B, H = 0.3, 0.2, 0.006
+STEEL = "E = 207e9\nnu = 0.3\nrho = 7850.0\n"
+BRICK = (
+    (0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2),
+    (1, 0, 0), (2, 1, 0), (1, 2, 0), (0, 1, 0), (1, 0, 2), (2, 1, 2), (1, 2, 2), (0, 1, 2),
+    (0, 0, 1), (2, 0, 1), (2, 2, 1), (0, 2, 1),
+)  # fmt: skip
+
+
+def read(folder, text):
+    path = folder / "problem.toml"
+    path.write_text(text, encoding="utf-8")
+    spec = load_problem(path)
+    return spec, build_model(spec)
+
+
+def bricks(nx: int, ny: int) -> str:
+    """One through the thickness, a finer one along the rims."""
+    place: dict[tuple[int, int, int], int] = {}
+    rows = []
+    for i in range(nx):
+        for j in range(ny):
+            n = [place.setdefault((2 * i + u, 2 * j + v, w), len(place) + 1) for u, v, w in BRICK]
+            rows.append(f"{{ id = {len(rows) + 1}, nodes = {n} }}")
+    x, y = (np.linspace(0.0, s, 2 * m + 1) for s, m in ((A, nx), (B, ny)))
+    nodes = ", ".join(
+        f"{{ id = {k}, x = {x[i]:.9g}, y = {y[j]:.9g}, z = {H * w / 2.0:.9g} }}"
+        for (i, j, w), k in place.items()
+    )
+    return (
+        f'title = "Bricks"\n[model]\ndofs = ["x", "y", "z"]\nnodes = [{nodes}]\n'
+        f"[model.materials.steel]\n{STEEL}"
+        f'[[model.elements]]\ntype = "hex20"\nmaterial = "steel"\nrows = [{", ".join(rows)}]\n'
+    )
+
+
+def sheet(nx: int, ny: int, supports: str = "") -> str:
+    nodes = ", ".join(
+        f"{{ id = {1 + i + j * (nx + 1)}, x = {A * i / nx:.9g}, y = {B * j / ny:.9g} }}"
+        for j in range(ny + 1)
+        for i in range(nx + 1)
+    )
+    corners = [1 + i + j * (nx + 1) for j in range(ny) for i in range(nx)]
+    rows = ", ".join(
+        f"{{ id = {k + 1}, nodes = [{c}, {c + 1}, {c + nx + 2}, {c + nx + 1}] }}"
+        for k, c in enumerate(corners)
+    )
+    return (
+        f'title = "Sheet"\n[model]\ndofs = ["z", "rx", "ry"]\nnodes = [{nodes}]\n'
+        f"[model.materials.steel]\n{STEEL}"
+        f'[model.sections.skin]\nshape = "plate"\nthickness = {H}\n'
+        f'[[model.elements]]\ntype = "plate"\nmaterial = "steel"\nsection = "skin"\nrows = [{rows}]\n'
+        f"{supports}"
+    )
+
+
+def test_a_free_sheet_has_the_frequencies_of_a_solid(tmp_path):
+    _, solid = read(tmp_path, bricks(14, 10))
+    true = model_modes(solid, 14).flexible().frequencies[:6]
+    spec, file = read(tmp_path, sheet(4, 3))
+    off = {}
+    for thick in (False, True):
+        model = analysis_of(spec, file, 8, solid=thick).on(file)
+        off[thick] = np.abs(model_modes(model, 12).flexible().frequencies[:6] / true - 1.0).max()
+    print(off)
+    assert off[True] < 1e-3 and off[False] > 8.0 * off[True]
+
+
+def test_mass_and_rigid_motions_are_those_of_the_sheet(tmp_path):
+    spec, file = read(tmp_path, sheet(4, 3))
+    thin, thick = (analysis_of(spec, file, 4, solid=s).on(file) for s in (False, True))
+    one = np.array([1.0 if x.endswith(".z") else 0.0 for x in thin.labels])
+    M = [m.matrices(m.zero()).M for m in (thin, thick)]
+    assert one @ M[1] @ one == pytest.approx(A * B * H * 7850.0, rel=1e-9)
+    assert one @ M[0] @ one == pytest.approx(A * B * H * 7850.0, rel=1e-9)
+    assert model_modes(thick, 6).rigid == 3
+    y = np.array([float(thick.xyz[n, 1]) for n in thick.dof_node])
+    roll = np.where(one > 0.0, y, 0.0) + np.array([x.endswith(".rx") for x in thick.labels])
+    strained = np.abs(thick.matrices(thick.zero()).K @ roll).max()
+    assert strained < 1e-6 * np.abs(thick.matrices(thick.zero()).K).max()
+
+
+def test_a_rim_counts_as_its_torsion_only(tmp_path):
+    """A strip twisted evenly: G (b h³ / 3 − 0.21 h⁴) a metre and radian, Saint-Venant's."""
+    spec, file = read(tmp_path, sheet(4, 3))
+    model = analysis_of(spec, file, 4, solid=True).on(file)
+    x, y = (model.xyz[model.dof_node, k] - (A / 2.0, B / 2.0)[k] for k in (0, 1))
+    kind = np.array([label.split(".")[-1] for label in model.labels])
+    inner = model.dof_kind > 5
+    twist = np.where(kind == "z", x * y, 0.0) + np.where(kind == "rx", x, 0.0)
+    twist = np.where(inner, 0.0, twist + np.where(kind == "ry", -y, 0.0))
+    energy = twist @ model.matrices(model.zero()).K @ twist
+    G = 207e9 / 2.6
+    along = G * (A * B * H**3 / 3.0 - 0.63 / 3.0 * H**4 * (A + B))
+    assert energy == pytest.approx(along, rel=1e-6)
