@@ -91,6 +91,7 @@ PROPERTIES = (
     "damping",
     "E",
     "nu",
+    "G",
     "rho",
     "A",
     "I",

@@ -67,6 +67,7 @@ def run(
     from cvxupdate.correlate.plausible import examine
     from cvxupdate.update.definite import definiteness
     from cvxupdate.update.modal import update_modal
+    from cvxupdate.update.refine import refined_for
     from cvxupdate.update.score import caveats
     from cvxupdate.update.starts import Many
     from cvxupdate.written import updated_file
@@ -75,6 +76,7 @@ def run(
     warnings = examine(spec, model, recordings, warn)
     if spec.update is None:
         raise InputError(f"{path}: no [update] table to run. Add one with a method and parameters.")
+    model = refined_for(spec, model)
     if spec.update.method in ("ceam", "rfm"):
         from cvxupdate.update.ceam import update_ceam
         from cvxupdate.update.rfm import update_rfm

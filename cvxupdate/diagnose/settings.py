@@ -10,6 +10,8 @@ from __future__ import annotations
 # Standard deviation of a group's p-value between drawing and laboratory: tolerance of modulus and
 # section, and of density and section, of rolled metal.
 STIFFNESS_STD, MASS_STD = 0.02, 0.012
+# Of that: how far the pieces of one group, from one delivery, scatter about their common value.
+PIECE = 0.25
 # Standard deviations: a nuisance parameter further off than this is a finding, not scatter.
 CREDIBLE = 3.5
 # |p| of a group: how far a parameter error is followed.

@@ -98,6 +98,9 @@ def has_property(model: Model, block: Block, row: Row, of: str) -> bool:
         return any(own) or (of == "damping" and lossy(model, row) is not None)
     if of == "damping" and row.get("c") is None:
         return lossy(model, row) is not None
+    if of in ("G", "nu") and text_of(block).outline == "line":
+        material = model.materials.get(row.get("material", ""))
+        return material is None or (material.G is not None) == (of == "G")
     if of in SECTION_SHAPES:
         section = model.sections.get(row.get("section", ""))
         return section is None or section.shape == SECTION_SHAPES[of]

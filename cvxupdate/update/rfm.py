@@ -16,12 +16,17 @@ from cvxupdate.residual.frf_data import FrfData, frf_data
 from cvxupdate.residual.frf_points import Points, choose_points
 from cvxupdate.spec import Spec
 from cvxupdate.update.covariance import Uncertainty, uncertainty
+<<<<<<< HEAD
 from cvxupdate.update.outcome import (
     certificate_of,
     model_facts,
     parameter_results,
     regularisation_of,
 )
+=======
+from cvxupdate.update.invisible import invisible
+from cvxupdate.update.outcome import certificate_of, parameter_results, regularisation_of
+>>>>>>> main
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
 from cvxupdate.update.result import AccuracyResult, Metrics, Updated, clause_names
 from cvxupdate.update.rfm_accuracy import accuracy_results, says
@@ -85,7 +90,12 @@ def update_rfm(
     end = loop.point
     relative = all(d.relative_only for d in prepared.chosen)
     known = uncertainty(
-        end.system(), end.p, model.parameters, equality_rows(loop.problem, end.p), relative
+        end.system(),
+        end.p,
+        model.parameters,
+        equality_rows(loop.problem, end.p),
+        relative,
+        invisible(model, end.p),
     )
     infeasible = loop.status == "infeasible"
     accurate = accuracy_results(model, prepared.fit, prepared.points)

@@ -36,6 +36,14 @@ FIRST = '{ elements = "all", of = "stiffness", each = "element", lower = -0.4, u
 ROW = "model.elements[0].rows[1]"
 
 SPOILT = [
+    one(
+        "a G that follows E",
+        '{ material = "steel", of = "rho" }',
+        '{ elements = [1], of = "G" }',
+        "update.parameters[2].of",
+        "has no 'G'",
+        "Give it a G of its own (that of E and nu is",
+    ),
     # what pydantic finds, in our words
     one(
         "unknown key",
