@@ -16,17 +16,13 @@ from cvxupdate.residual.frf_data import FrfData, frf_data
 from cvxupdate.residual.frf_points import Points, choose_points
 from cvxupdate.spec import Spec
 from cvxupdate.update.covariance import Uncertainty, uncertainty
-<<<<<<< HEAD
+from cvxupdate.update.invisible import invisible
 from cvxupdate.update.outcome import (
     certificate_of,
     model_facts,
     parameter_results,
     regularisation_of,
 )
-=======
-from cvxupdate.update.invisible import invisible
-from cvxupdate.update.outcome import certificate_of, parameter_results, regularisation_of
->>>>>>> main
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
 from cvxupdate.update.result import AccuracyResult, Metrics, Updated, clause_names
 from cvxupdate.update.rfm_accuracy import accuracy_results, says
