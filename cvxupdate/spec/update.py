@@ -265,7 +265,10 @@ class Regulariser(Part):
     weight: Annotated[
         NonNegative | Literal["l-curve", "gcv", "discrepancy"],
         one_of('a number ≥ 0, or one of "l-curve", "gcv", "discrepancy"'),
-    ] = Field(default="l-curve", description='a number, "l-curve", "gcv" or "discrepancy"')
+    ] = Field(
+        default="l-curve",
+        description='a number, "l-curve", "gcv" or "discrepancy"; absent in a prior: 1',
+    )
 
 
 SolverName = Annotated[
