@@ -88,8 +88,8 @@ def has_property(model: Model, block: Block, row: Row, of: str) -> bool:
     if of == GENERIC:  # what is drawn between nodes, or came as matrices
         whole = set(text_of(block).changes) & {"stiffness", "mass"}
         given = set(MATRICES) <= set(type(row).model_fields)
-        own = given and bool(row.get("stiffness") or row.get("mass"))
-        return own or bool(whole and text_of(block).outline)
+        named = given and bool(row.get("stiffness") or row.get("mass"))
+        return named or bool(whole and text_of(block).outline)
     if of not in text_of(block).changes:
         return False
     if set(MATRICES) <= set(type(row).model_fields):  # given matrices: what each of them is for

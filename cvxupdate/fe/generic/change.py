@@ -53,7 +53,7 @@ class Wanted(Protocol):
     @property
     def upper(self) -> float | None: ...  # noqa: D102
     @property
-    def family(self) -> Choice: ...  # noqa: D102
+    def family(self) -> Choice | None: ...  # noqa: D102
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def with_families(
     uses: list[FamilyUse] = []
     members: list[_Member] = []
     for w in wanted:
-        for matrix in w.family.matrices:
+        for matrix in w.family.matrices if w.family is not None else ():
             own = [(e, pieces[e]) for e in w.elements if e in pieces]
             own = [(e, q) for e, q in own if np.any(q.K if matrix == "K" else q.M)]
             if own:
@@ -145,16 +145,17 @@ def _shared(
     w: Wanted, matrix: str, own: Sequence[tuple[int, Piece]], found: dict[bytes, Family]
 ) -> list[Family]:
     """The family of each element, their modes in one order with one set of signs."""
-    free = w.family.lowest_stiffness if matrix == "K" else w.family.highest_mass
+    choice = w.family
+    if choice is None:
+        return []
+    free = choice.lowest_stiffness if matrix == "K" else choice.highest_mass
     out: list[Family] = []
     known: dict[bytes, Family] = {}
     for number, piece in own:
-        key = piece.key + repr((matrix, w.family.classes, free)).encode()
+        key = piece.key + repr((matrix, choice.classes, free)).encode()
         if key not in found:
             try:
-                found[key] = family_of(
-                    matrix, piece.K, piece.M, piece.shape, w.family.classes, free
-                )
+                found[key] = family_of(matrix, piece.K, piece.M, piece.shape, choice.classes, free)
             except ModelError as error:
                 raise ModelError(f"update.parameters: element {number}: {error}") from error
         if key not in known:
