@@ -63,6 +63,18 @@ def _to_update(path: str | os.PathLike[str], command: str) -> tuple[Spec, Update
     return spec, spec.update
 
 
+def _one_state(
+    spec: Spec, progress: Progress | None = None
+) -> tuple[Spec, Model, tuple[Recording, ...]]:
+    """A problem without the recordings of the reference state, where there are others: a model has
+    one state."""
+    from cvxupdate.recordings.states import looked_into
+
+    model, recordings = _parts(spec, progress)
+    now, kept = looked_into(spec, recordings)
+    return now, model, kept
+
+
 def run(
     path: str | os.PathLike[str],
     progress: Callable[[Iteration], None] | None = None,
@@ -89,7 +101,7 @@ def run(
     from cvxupdate.written import updated_file
 
     spec, table = _to_update(path, "run")
-    model, recordings = _parts(spec, reading)
+    spec, model, recordings = _one_state(spec, reading)
     warnings = examine(spec, model, recordings, warn)
     model = refined_for(spec, model)
     if table.method in ("ceam", "rfm"):
@@ -118,7 +130,7 @@ def open_start(path: str) -> Solve:
     """What solves one of many starts of a problem file, for a process of its own."""
     from cvxupdate.update.modal_fit import modal_fit
 
-    return modal_fit(*open_problem(path)).solve
+    return modal_fit(*_one_state(load_problem(Path(path)))).solve
 
 
 def correlate(
@@ -207,7 +219,7 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
     from cvxupdate.update.parts import solver_choice, step_problem
 
     spec, table = _to_update(path, "solvers")
-    model, recordings = _parts(spec)
+    spec, model, recordings = _one_state(spec)
     if table.method == "ceam":
         from cvxupdate.update.ceam import residual_of as ceam_residual
 

@@ -87,6 +87,7 @@ DIAGNOSE: tuple[tuple[str, ...], ...] = (
     ("judge",),
     ("output",),
     ("pipeline", "gather", "component"),
+    ("reference",),
     ("__init__",),
 )
 MOST_ROOMS = 9
