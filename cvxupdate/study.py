@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cvxupdate.errors import InputError
-from cvxupdate.spec import Spec, load_problem
+from cvxupdate.spec import Given, Spec, spec_of
 
 if TYPE_CHECKING:
     from cvxupdate.convex import SolverRow
@@ -30,10 +30,10 @@ MODES_IN_BAND = 30  # computed for the sensors of frequency responses
 
 
 def open_problem(
-    path: str | os.PathLike[str], progress: Progress | None = None
+    problem: Given, progress: Progress | None = None
 ) -> tuple[Spec, Model, tuple[Recording, ...]]:
-    """A problem file with its model and recordings; ``progress`` hears (what, done, total) of
-    large files that are read.
+    """A problem (a path, TOML text, tables or a `Spec`) with its model and recordings;
+    ``progress`` hears (what, done, total) of large files that are read.
 
     Raises
     ------
@@ -43,12 +43,25 @@ def open_problem(
     from cvxupdate.fe.build import build_model
     from cvxupdate.recordings.load import load_recordings
 
-    spec = load_problem(Path(path))
+    spec = spec_of(problem)
     return spec, build_model(spec), load_recordings(spec, progress)
 
 
+def read_recordings(problem: Given) -> tuple[Recording, ...]:
+    """The recordings of a problem whose model is not asked for.
+
+    Raises
+    ------
+    InputError
+        For any fault of the problem's text or of a recording.
+    """
+    from cvxupdate.recordings.load import load_recordings
+
+    return load_recordings(spec_of(problem))
+
+
 def run(
-    path: str | os.PathLike[str],
+    problem: Given,
     progress: Callable[[Iteration], None] | None = None,
     reading: Progress | None = None,
     warn: Warn | None = None,
@@ -71,10 +84,12 @@ def run(
     from cvxupdate.update.starts import Many
     from cvxupdate.written import updated_file
 
-    spec, model, recordings = open_problem(path, reading)
+    spec, model, recordings = open_problem(problem, reading)
     warnings = examine(spec, model, recordings, warn)
     if spec.update is None:
-        raise InputError(f"{path}: no [update] table to run. Add one with a method and parameters.")
+        raise InputError(
+            f"{spec.path}: no [update] table to run. Add one with a method and parameters."
+        )
     if spec.update.method in ("ceam", "rfm"):
         from cvxupdate.update.ceam import update_ceam
         from cvxupdate.update.rfm import update_rfm
@@ -97,15 +112,15 @@ def run(
     )
 
 
-def open_start(path: str) -> Solve:
+def open_start(problem: str) -> Solve:
     """What solves one of many starts of a problem file, for a process of its own."""
     from cvxupdate.update.modal_fit import modal_fit
 
-    return modal_fit(*open_problem(path)).solve
+    return modal_fit(*open_problem(problem)).solve
 
 
 def correlate(
-    path: str | os.PathLike[str], progress: Progress | None = None, warn: Warn | None = None
+    problem: Given, progress: Progress | None = None, warn: Warn | None = None
 ) -> Compared:
     """Compare the model of a problem file with its recordings: modes, shapes, frequency responses,
     sensors. Nothing is changed.
@@ -118,7 +133,7 @@ def correlate(
     from cvxupdate.correlate.plausible import examine
 
     begin = time.perf_counter()
-    opened = open_problem(path, progress)
+    opened = open_problem(problem, progress)
     compared = _compared(*opened, examine(*opened, warn))
     return replace(compared, time=time.perf_counter() - begin)
 
@@ -177,7 +192,7 @@ def inspect(path: str | os.PathLike[str], progress: Progress | None = None) -> I
     return inspect_file(Path(path), progress=progress)
 
 
-def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], float]:
+def solvers(problem: Given) -> tuple[Spec, tuple[SolverRow, ...], float]:
     """The first convex step by every installed solver: (problem, rows, spread of objectives).
 
     Raises
@@ -189,9 +204,11 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
     from cvxupdate.update.modal_fit import residual_of
     from cvxupdate.update.parts import solver_choice, step_problem
 
-    spec, model, recordings = open_problem(path)
+    spec, model, recordings = open_problem(problem)
     if spec.update is None:
-        raise InputError(f"{path}: solvers needs an [update] table with a method and parameters.")
+        raise InputError(
+            f"{spec.path}: solvers needs an [update] table with a method and parameters."
+        )
     if spec.update.method == "ceam":
         from cvxupdate.update.ceam import residual_of as ceam_residual
 
@@ -209,7 +226,7 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
     return spec, rows, spread(rows) if any(r.status == "optimal" for r in rows) else float("nan")
 
 
-def check(path: str | os.PathLike[str]) -> dict[str, object]:
+def check(problem: Given) -> dict[str, object]:
     """Validate a problem file, build its model and read its recordings: counts of what was found,
     its mass, extent and first natural frequencies, and ``warnings`` of what is probably a mistake.
 
@@ -218,7 +235,7 @@ def check(path: str | os.PathLike[str]) -> dict[str, object]:
     from cvxupdate.correlate.plausible import examine, facts
     from cvxupdate.physics.known import refuse_unknown
 
-    spec, model, recordings = open_problem(path)
+    spec, model, recordings = open_problem(problem)
     refuse_unknown(spec)
     return {
         "nodes": len(model.node_ids),
@@ -232,7 +249,7 @@ def check(path: str | os.PathLike[str]) -> dict[str, object]:
 
 
 def diagnose(
-    path: str | os.PathLike[str],
+    problem: Given,
     progress: Callable[[str], None] | None = None,
     reading: Progress | None = None,
     warn: Warn | None = None,
@@ -251,7 +268,7 @@ def diagnose(
     from cvxupdate.recordings.load import load_recordings
     from cvxupdate.written import with_refined
 
-    spec, model, recordings = open_problem(path, reading)
+    spec, model, recordings = open_problem(problem, reading)
     refuse_unknown(spec)
     warnings = examine(spec, model, recordings, warn)
     found = diagnose_problem(spec, model, recordings, progress)
