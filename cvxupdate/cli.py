@@ -3,22 +3,21 @@ or not converged, 130 interrupted."""
 
 from __future__ import annotations
 
-import contextlib
 import io
 import json
 import os
 import sys
-from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING
 
 import typer
 
+from cvxupdate.commands.line import add
+from cvxupdate.commands.shared import Jobs, Json, Out, Problem, Recorded, display, say, warn
 from cvxupdate.errors import CvxupdateError, InfeasibleError, InputError
 from cvxupdate.report.files import folder_for, must_be_writable, write_files
 
 if TYPE_CHECKING:
-    from cvxupdate.report.terminal import Display
     from cvxupdate.update.trust_region import Iteration
 
 os.environ.setdefault(
@@ -34,38 +33,6 @@ app = typer.Typer(
     help="Update structural dynamics models by convex programs, and say what physics they leave "
     "out.",
 )
-Problem = Annotated[
-    Path, typer.Argument(metavar="PROBLEM", help="a problem file (TOML)", show_default=False)
-]
-Recorded = Annotated[
-    Path,
-    typer.Argument(
-        metavar="FILE",
-        help="a file of recordings (UFF, MAT, HDF5, NPZ, CSV or text)",
-        show_default=False,
-    ),
-]
-Out = Annotated[
-    Path | None,
-    typer.Option(
-        "--out",
-        help="folder for results; default out/<name of the problem>/<command>",
-        show_default=False,
-    ),
-]
-Jobs = Annotated[
-    int | None,
-    typer.Option(
-        "--jobs",
-        min=1,
-        help="processes for several starts; default one for each processor",
-        show_default=False,
-    ),
-]
-Json = Annotated[
-    bool, typer.Option("--json", help="print the JSON on standard output and nothing else there")
-]
-
 OWN_FAULT, BAD_INPUT, NOT_DONE, INTERRUPTED = 1, 2, 3, 130
 DEBUG = "CVXUPDATE_DEBUG"
 """Environment variable that lets the traceback of an error inside cvxupdate through."""
@@ -81,13 +48,13 @@ def run(problem: Problem, out: Out = None, as_json: Json = False, jobs: Jobs = N
 
     must_be_writable(out)
     folder = folder_for(out, name_of(problem), "run")
-    with _display(as_json) as show:
+    with display(as_json) as show:
         reading = None if show is None else show.read
         said = None if show is None else lambda h: show.say(_iteration(h))
-        updated = do(problem, said, reading, _warn, jobs, folder / "starts.jsonl")
+        updated = do(problem, said, reading, warn, jobs, folder / "starts.jsonl")
     files, payload = run_files(updated, folder)
     write_files(folder, files, ("updated/problem.toml",))
-    _say(payload, as_json, lambda: run_summary(updated, folder))
+    say(payload, as_json, lambda: run_summary(updated, folder))
     if updated.status not in ("converged", "optimal"):
         raise typer.Exit(NOT_DONE)
 
@@ -99,12 +66,12 @@ def correlate(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     from cvxupdate.study import correlate as do
 
     must_be_writable(out)
-    with _display(as_json) as show:
-        compared = do(problem, None if show is None else show.read, _warn)
+    with display(as_json) as show:
+        compared = do(problem, None if show is None else show.read, warn)
     files, payload = correlate_files(compared)
     folder = folder_for(out, compared.problem, "correlate")
     write_files(folder, files)
-    _say(payload, as_json, lambda: correlate_summary(compared, folder))
+    say(payload, as_json, lambda: correlate_summary(compared, folder))
 
 
 @app.command()
@@ -115,13 +82,13 @@ def diagnose(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     from cvxupdate.study import diagnose as do
 
     must_be_writable(out)
-    with _display(as_json) as show:
+    with display(as_json) as show:
         said, reading = (None, None) if show is None else (show.say, show.read)
-        found = do(problem, said, reading, _warn)
+        found = do(problem, said, reading, warn)
     folder = folder_for(out, found.problem, "diagnose")
     files, payload = diagnosis_files(found, load_problem(problem), folder)
     write_files(folder, files, ("updated/problem.toml", "updated/refined.toml"))
-    _say(payload, as_json, lambda: diagnosis_summary(found, folder))
+    say(payload, as_json, lambda: diagnosis_summary(found, folder))
 
 
 @app.command()
@@ -135,7 +102,7 @@ def solvers(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     files, payload = solvers_files(spec.name, spec.title, rows, spread)
     folder = folder_for(out, spec.name, "solvers")
     write_files(folder, files)
-    _say(payload, as_json, lambda: solvers_summary(spec.name, rows, spread, folder))
+    say(payload, as_json, lambda: solvers_summary(spec.name, rows, spread, folder))
     if not any(r.status == "optimal" for r in rows):
         raise typer.Exit(NOT_DONE)
 
@@ -180,7 +147,7 @@ def inspect(file: Recorded, as_json: Json = False) -> None:
     from cvxupdate.report import inspect_json
     from cvxupdate.study import inspect as do
 
-    with _display(as_json, "") as show:
+    with display(as_json, "") as show:
         found = do(file, None if show is None else show.read)
     print(inspect_json(found) if as_json else found.text(), end="" if as_json else "\n")
 
@@ -193,38 +160,7 @@ def schema() -> None:
     print(json.dumps(do(), indent=2, ensure_ascii=False))
 
 
-def _warn(says: str) -> None:
-    """A probable mistake, on standard error before the work begins."""
-    print(f"Warning: {says}", file=sys.stderr, flush=True)
-
-
-def _say(payload: str, as_json: bool, summary: Callable[[], Any]) -> None:
-    if as_json:
-        print(payload)
-        return
-    from rich.console import Console
-
-    Console().print(summary(), crop=False)  # a long path stays in one piece
-
-
-@contextlib.contextmanager
-def _display(quiet: bool, first: str = "reading the recordings") -> Iterator[Display | None]:
-    """Bar and line on standard error, so that standard output stays the result; none with --json or
-    without a terminal."""
-    if quiet or not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-
-    from cvxupdate.report.terminal import Display
-
-    shown = Display(Console(stderr=True))
-    if first:
-        shown.say(first)
-    try:
-        yield shown
-    finally:
-        shown.close()
+add(app)
 
 
 def _iteration(h: Iteration) -> str:

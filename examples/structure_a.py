@@ -1,8 +1,8 @@
 """Structure A: a measured steel plate, updated with five parameters on 18 modes and scored on two
 that the fit never saw.
 
-Writes result.json and report.html as `cvxupdate run` does, and a figure of its own: the frequency
-error of every mode, before and after.
+Writes result.json, report.html and updated/problem.toml as `cvxupdate run` does, and a figure of
+its own: the frequency error of every mode, before and after.
 
 Run: python examples/structure_a.py [folder]
 """
@@ -68,8 +68,9 @@ def main(folder="out/structure_a_example"):
     out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)
     updated = cvxupdate.run(PROBLEM)
-    files, _ = cvxupdate.run_files(updated)
+    files, _ = cvxupdate.run_files(updated, out)
     for name, text in files.items():
+        (out / name).parent.mkdir(exist_ok=True)
         (out / name).write_text(text, encoding="utf-8")
     print(table(updated))
     print(figure(updated, out / "errors.png"))

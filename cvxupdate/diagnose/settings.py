@@ -10,6 +10,8 @@ from __future__ import annotations
 # Standard deviation of a group's p-value between drawing and laboratory: tolerance of modulus and
 # section, and of density and section, of rolled metal.
 STIFFNESS_STD, MASS_STD = 0.02, 0.012
+# Of that: how far the pieces of one group, from one delivery, scatter about their common value.
+PIECE = 0.25
 # Standard deviations: a nuisance parameter further off than this is a finding, not scatter.
 CREDIBLE = 3.5
 # |p| of a group: how far a parameter error is followed.
@@ -36,6 +38,18 @@ LEVEL_CHANGE, LEVEL_NOISE = 0.05, 5.0
 RESPONSE_DISCREPANCY = 0.01
 # The same of a natural frequency (relative) and of a mode shape's entry (largest entry 1).
 FREQUENCY_DISCREPANCY, SHAPE_DISCREPANCY = 0.003, 0.02
+# Beside a reference state, what both have in common being taken out: relative change of a
+# frequency from day to day (ten kelvin), of a shape's entry by mounting sensors again; the part of
+# what the model misses, and of what changed, that may differ between the states; the part of the
+# usual scatter of groups.
+REPEATED, SHAPE_REPEATED, COMMON, CALIBRATED = 0.001, 0.005, 0.1, 0.1
+# Relative error of what a change does to a frequency, for each unit of r.m.s. relative error of the
+# frequencies: energies go with the square of shapes, and neighbouring shapes mix by somewhat more
+# than frequencies are off.
+SHAPES_OFF = 4.0
+# Relative deviation of the frequency of a mode by itself, by which responses of a model that was
+# brought to its reference may still be off.
+TUNED_STD = 0.03
 # Relative standard deviations where a file states none: of an FRF, a natural frequency, a shape's
 # entry, a damping ratio.
 UNSTATED_FRF, UNSTATED_FREQUENCY, UNSTATED_SHAPE, UNSTATED_DAMPING = 0.01, 0.005, 0.05, 0.1

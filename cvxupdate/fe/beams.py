@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from cvxupdate.fe.hermite import unit_matrices
-from cvxupdate.fe.sections import Section, section_constants
+from cvxupdate.fe.sections import Section, section_constants, shear_modulus
 from cvxupdate.fe.terms import Real, Term, Values, rotate
 from cvxupdate.fe.triads import line_triads
 from cvxupdate.spec.elements import Lacking, LineBlock
@@ -71,8 +71,13 @@ def beam_terms(
     return tuple(terms)
 
 
-def beam_coefficients(section: Section, p: Mapping[str, Values]) -> dict[str, Values]:
+def beam_coefficients(
+    section: Section, p: Mapping[str, Values], polar: str = "Iy+Iz"
+) -> dict[str, Values]:
     """Scalars of `beam_terms`.
+
+    ``polar`` is what turns about the axis: rho (Iy + Iz), which is a rigid section's, or rho J, as
+    the thesis has it (8.2, 8.14); of a circle they are the same.
 
     ``shear`` scales Φ = 12 E I / (κ G A L²): 0 is Euler–Bernoulli, 1 Timoshenko with the shear
     coefficient ``kappa``. Each plane's Φ acts on its stiffness, geometric stiffness and consistent
@@ -83,12 +88,12 @@ def beam_coefficients(section: Section, p: Mapping[str, Values]) -> dict[str, Va
     """
     c = section_constants(section, p)
     E, rho = p["E"], p["rho"]
-    G = E / (2.0 * (1.0 + p["nu"]))
+    G = shear_modulus(p)
     out: dict[str, Values] = {
         "EA": E * c["A"],
         "rhoA": rho * c["A"],
         "GJ": G * c["J"],
-        "rhoIp": rho * (c["Iy"] + c["Iz"]),
+        "rhoIp": rho * (c["J"] if polar == "J" else c["Iy"] + c["Iz"]),
     }
     for axis in ("y", "z"):
         I = c["I" + axis]

@@ -15,7 +15,7 @@ import scipy.sparse as sp
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.elements.base import Real
-from cvxupdate.fe.factor import Factor, factorise
+from cvxupdate.fe.factor import Factored, factored
 from cvxupdate.fe.model import Matrices
 from cvxupdate.fe.modes import Modes
 
@@ -31,7 +31,7 @@ class Continued:
 
     modes: Modes
     exact: int
-    factor: Factor
+    factor: Factored
     mass: sp.csc_array
 
 
@@ -49,7 +49,7 @@ def continued_modes(m: Matrices, before: Modes, wanted: int) -> Continued | None
     """
     if before.rigid or not 0 < wanted <= len(before.eigenvalues):
         return None
-    factor = factorise(m.K, "the stiffness matrix")
+    factor = factored(m.K, "the stiffness matrix")
     if factor.negatives() != 0:  # None: rows were exchanged, for a pivot was zero
         raise ModelError(
             "the stiffness matrix is not positive definite: a stiffness parameter has gone too "
@@ -82,7 +82,7 @@ def _angle(old: Real, new: Real, M: sp.csc_array) -> float:
     return float(np.sqrt(max(np.max(1.0 - seen), 1e-30)))
 
 
-def _round(factor: Factor, M: sp.csc_array, X: Real) -> tuple[Real, Real] | None:
+def _round(factor: Factored, M: sp.csc_array, X: Real) -> tuple[Real, Real] | None:
     """Ritz values and vectors in the span B of K⁻¹MX and (K⁻¹M)²X, as many as X (N, b) has columns;
     None where rounding leaves fewer directions.
 

@@ -21,7 +21,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.elements.base import Real
-from cvxupdate.fe.factor import factorise
+from cvxupdate.fe.factor import factored
 from cvxupdate.fe.positive_mass import check_mass
 from cvxupdate.fe.rigid import mass_normalised, rounding
 
@@ -206,7 +206,7 @@ def _sparse(problem: Problem, count: int, attempt: int = 0) -> tuple[Real, Real]
             ):  # one motion so soft that rounding swallows the others: nearly a mechanism
                 break
             cut = _gap(values, count)
-            below = factorise(problem.K - cut * problem.M, "K − μ M").negatives()
+            below = factored(problem.K - cut * problem.M, "K − μ M").negatives()
             missed = 0 if below is None else below - problem.R.shape[1] - int(np.sum(values < cut))
             if missed <= 0:
                 return values[:count], shapes[:, :count]
@@ -223,7 +223,7 @@ def _sparse(problem: Problem, count: int, attempt: int = 0) -> tuple[Real, Real]
 
 def _inverse(problem: Problem) -> Callable[[Real], Real]:
     """x ↦ (K_ff + s M̃)⁻¹ x, the low-rank part by Woodbury's formula."""
-    factor = factorise(problem.stiffness, "the stiffness matrix")
+    factor = factored(problem.stiffness, "the stiffness matrix")
     C = problem.carried
     if not problem.shift or not C.shape[1]:
         return factor.solve

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -11,11 +11,25 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import SuperLU, splu
 
 from cvxupdate.errors import ModelError
+from cvxupdate.fe.pardiso import LARGE, PardisoFactor, Perturbed, library
+
+SYMMETRIC = 1e-12  # of the largest entry: what assembly leaves between two halves
+
+
+class Factored(Protocol):
+    """What the factors of a symmetric matrix A are asked for, whoever made them."""
+
+    def solve(self, rhs: NDArray[Any]) -> NDArray[Any]:
+        """A⁻¹ rhs, (N,) or (N, k), real or complex."""
+
+    def negatives(self) -> int | None:
+        """Number of negative eigenvalues of a real A; None where it cannot be told."""
 
 
 @dataclass(frozen=True)
 class Factor:
-    """A = L U, symmetric ordering; `solve` takes (N,) or (N, k), real or complex as A."""
+    """A = L U of SuperLU, symmetric ordering; `solve` takes (N,) or (N, k), real or complex as
+    A."""
 
     lu: SuperLU
 
@@ -31,11 +45,38 @@ class Factor:
         return int(np.sum(self.lu.U.diagonal() < 0.0))
 
 
+def factored(A: sp.sparray, what: str = "the matrix", pivot: bool = False) -> Factored:
+    """Factors of a symmetric A (N, N): MKL Pardiso's where it is real and large and the extra
+    ``fast`` is installed, else SuperLU's; either way the same answers.
+
+    Pardiso pivots by itself (1 × 1 and 2 × 2, within the blocks of its elimination tree), so
+    ``pivot`` is for SuperLU. Where that does not do, and on singular matrices, SuperLU is asked.
+
+    Raises
+    ------
+    ModelError
+        As `factorise`.
+    """
+    matrix = sp.csc_array(A)
+    pardiso = library() if matrix.shape[0] > LARGE else None
+    if pardiso is not None and not np.iscomplexobj(matrix.data) and _symmetric(matrix):
+        try:
+            return PardisoFactor(matrix, pardiso)
+        except Perturbed:
+            pass
+    return factorise(matrix, what, pivot)
+
+
+def _symmetric(A: sp.csc_array) -> bool:
+    apart = abs(A - A.T)
+    return bool(apart.max() <= SYMMETRIC * np.abs(A.data).max(initial=0.0))
+
+
 def factorise(
     A: sp.sparray, what: str = "the matrix", pivot: bool = False, ordered: bool = False
 ) -> Factor:
-    """LU factors with a fill-reducing symmetric ordering; pivots stay on the diagonal unless
-    ``pivot`` (for saddle-point matrices).
+    """SuperLU's factors, for callers that look into them or keep their order: a fill-reducing
+    symmetric ordering; pivots stay on the diagonal unless ``pivot`` (for saddle-point matrices).
 
     ``ordered``: A has its fill-reducing order already (the argsort of ``perm_c`` of a matrix of the
     same pattern).

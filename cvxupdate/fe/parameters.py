@@ -19,6 +19,7 @@ P_VALUES = ("stiffness", "mass", "damping")
 UNITS = {
     "E": "Pa",
     "nu": "1",
+    "G": "Pa",
     "rho": "kg/m^3",
     "A": "m^2",
     "I": "m^4",

@@ -7,7 +7,7 @@ import scipy.linalg as la
 import scipy.sparse as sp
 
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.factor import factorise
+from cvxupdate.fe.factor import factored
 
 
 def check_mass(M: sp.csc_array, dense: int) -> None:
@@ -30,7 +30,7 @@ def check_mass(M: sp.csc_array, dense: int) -> None:
     if M.shape[0] > dense:
         factors = sp.diags_array(scale)
         negative = bool(
-            factorise(
+            factored(
                 sp.csc_array(factors @ M @ factors + 1e-9 * sp.eye_array(M.shape[0])),
                 "the mass matrix",
             ).negatives()

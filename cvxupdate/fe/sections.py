@@ -79,6 +79,16 @@ def shape_of(text: Any) -> Section:
     return known[text.shape]
 
 
+def shear_modulus(p: Mapping[str, Values]) -> Values:
+    """G of a rod or beam: the material's own where the file gives it, else that of E and nu.
+
+    A G of the file is independent of E, so E moves bending and tension only; without it E carries
+    the torsion along. ``p["G"]`` is 0 where the file gives none.
+    """
+    own = np.real(p["G"]) != 0.0
+    return np.where(own, p["G"], p["E"] / (2.0 * (1.0 + p["nu"])))
+
+
 def material_properties(material: Material) -> dict[str, float]:
     """E, nu (that of E and G where G is given) and rho."""
     nu = material.nu if material.G is None else material.E / (2.0 * material.G) - 1.0
@@ -91,7 +101,8 @@ _DIMENSIONS = ("width", "height", "diameter", "wall")
 def line_properties(row: LineRow, around: Surroundings) -> dict[str, float]:
     """Material, dimensions, section factors, preload and shear of a rod or beam."""
     section: Any = around.section(row)
-    out = material_properties(around.material(row))
+    material = around.material(row)
+    out = {**material_properties(material), "G": material.G or 0.0}
     keys = type(section).model_fields
     out |= {k: getattr(section, k) or 0.0 if k in keys else 1.0 for k in FACTORS}
     out |= {k: getattr(section, k) or 0.0 for k in _DIMENSIONS if k in keys}

@@ -96,6 +96,8 @@ def has_property(block: Block, of: str) -> bool:
     if of == "damping":
         lossy = any(np.any(block.properties[k] != 0.0) for k in ("eta", "alpha", "beta"))
         return bool(matrices & {"C", "D"}) or (lossy and bool(matrices & {"K", "M"}))
+    if of == "G" and not np.any(block.properties.get("G", 0.0)):
+        return False  # it follows E and nu
     names = property_names(of)
     return all(n in block.kind.properties for n in names) and block.moves(names, _AWAKE)
 

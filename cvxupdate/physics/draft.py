@@ -33,7 +33,7 @@ OWN = (
 # of a section
 DRAWN = ("width", "height", "diameter", "wall", "thickness", "Dx", "Dy", "D1", "Dxy")
 CONSTANTS = ("A", "Iy", "Iz", "J")
-MADE_OF = ("E", "nu", "rho")
+MADE_OF = ("E", "nu", "G", "rho")
 
 
 @dataclass
@@ -170,9 +170,8 @@ def change(
             row[key] = not_negative(number, key, now[key])
     if moved & set(MADE_OF):
         material = {k: v for k, v in draft.model["materials"][row["material"]].items() if k != "G"}
-        row["material"] = _variant(
-            draft, "materials", row["material"], {**material, **{k: now[k] for k in MADE_OF}}
-        )
+        made = {k: now[k] for k in MADE_OF if k in now and (k != "G" or now[k] != 0.0)}
+        row["material"] = _variant(draft, "materials", row["material"], {**material, **made})
     if moved & {*DRAWN, *CONSTANTS, "shear", "kappa"}:
         row["section"] = _variant(
             draft,

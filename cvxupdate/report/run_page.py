@@ -48,6 +48,7 @@ PROPERTIES = {
     "damping": "damping (p-value)",
     "E": "Young's modulus",
     "nu": "Poisson's ratio",
+    "G": "Shear modulus",
     "rho": "density",
     "A": "area",
     "I": "second moment of area",

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cvxupdate.errors import InputError
 from cvxupdate.fe.elements.base import Real
-from cvxupdate.fe.factor import factorise
+from cvxupdate.fe.factor import factored, factorise
 from cvxupdate.fe.model import Matrices
 from cvxupdate.fe.modes import Modes
 from cvxupdate.reduction import (
@@ -136,7 +136,7 @@ def condensed_shape(Z: sp.csc_array, at: Index, shape: NDArray[Any]) -> NDArray[
     full = np.zeros(N, dtype=np.result_type(Z.dtype, shape.dtype))
     full[at] = shape
     if len(rest):
-        held = factorise(
+        held = factored(
             sp.csc_array(Z[:, rest][rest]),
             "the dynamic stiffness of the structure held at the measured DOFs",
         )

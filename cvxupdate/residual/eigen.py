@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.elements.base import Real
-from cvxupdate.fe.factor import factorise
+from cvxupdate.fe.factor import factored
 from cvxupdate.fe.model import Matrices
 from cvxupdate.fe.modes import Modes
 from cvxupdate.residual.derivatives import (
@@ -179,7 +179,7 @@ def _solved(A: sp.csc_array, b: Real) -> Real:
     what = "K − λM, held where the mode moves most, of a repeated eigenvalue"
     for pivot in (False, True):
         try:
-            factor = factorise(A, what, pivot)
+            factor = factored(A, what, pivot)
         except ModelError:
             continue
         x = factor.solve(b)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.elements.base import Real
-from cvxupdate.fe.factor import factorise
+from cvxupdate.fe.factor import factored
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.fe.synthesis import Galerkin
@@ -93,7 +93,7 @@ def make_basis(
     unit = np.zeros((model.size, len(places)))
     unit[places, np.arange(len(places))] = 1.0
     static = [
-        factorise(
+        factored(
             sp.csc_array(m.K - (2 * np.pi * f) ** 2 * m.M), f"the dynamic stiffness at {f:g} Hz"
         ).solve(unit)
         for f in shifts

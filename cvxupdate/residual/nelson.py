@@ -16,7 +16,7 @@ import scipy.sparse as sp
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.elements.base import Real
-from cvxupdate.fe.factor import Factor
+from cvxupdate.fe.factor import Factored
 
 ITERATIONS = 200
 ACCURATE = 1e-12  # relative decrease of the preconditioned residual
@@ -28,7 +28,7 @@ class SharedSolver:
     (N, k) with φᵀMφ = 1, of a structure without rigid-body modes."""
 
     mass: sp.csc_array
-    factor: Factor
+    factor: Factored
     eigenvalues: Real
     shapes: Real
 

@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.factor import factorise
+from cvxupdate.fe.factor import factored
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.forces import Laws
@@ -98,7 +98,7 @@ def _basis(model: Model, m: Matrices, modes: Modes, ports: Real, top: float) -> 
         return modes.shapes, omega
     flexible = modes.flexible().eigenvalues
     shift = 0.05 * float(flexible[0]) if modes.rigid and len(flexible) else 0.0
-    R = factorise(sp.csc_array(m.K + shift * m.M), "the stiffness").solve(used)
+    R = factored(sp.csc_array(m.K + shift * m.M), "the stiffness").solve(used)
     for _ in range(2):  # twice is enough (Kahan): what rounding leaves of the modes goes too
         R = R - modes.shapes @ (modes.shapes.T @ (m.M @ R))
     stiff = R.T @ (m.K @ R)

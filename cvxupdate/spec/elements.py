@@ -190,6 +190,10 @@ class LineBlock(Block):
     rotary_inertia: bool = Field(
         default=True, description="rotary-inertia terms in the mass matrix of a beam"
     )
+    polar_inertia: Literal["Iy+Iz", "J"] = Field(
+        default="Iy+Iz",
+        description="what turns about the axis of a beam3d: rho (Iy + Iz), or rho J as in (8.14)",
+    )
     material: Text | None = Field(default=None, description="for every row without its own")
     section: Text | None = Field(default=None, description="for every row without its own")
     orientation: Vector | None = Field(default=None, description="for every row without its own")
@@ -284,4 +288,4 @@ MATRIX_FILES = (".mtx", ".npz")
 ELASTIC = ("stiffness", "damping", "eta", "beta", "E")
 INERTIAL = ("mass", "alpha", "rho")
 SIZES = ("A", "height", "width", "diameter", "wall")
-BENDING = (*ELASTIC, *INERTIAL, "nu", *SIZES, "I", "Iy", "Iz", "J", "N", "kappa")
+BENDING = (*ELASTIC, *INERTIAL, "nu", "G", *SIZES, "I", "Iy", "Iz", "J", "N", "kappa")

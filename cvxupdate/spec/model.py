@@ -26,7 +26,9 @@ class Material(Part):
     nu: Annotated[float, Field(gt=-1.0, le=0.5)] = Field(default=0.3, description="Poisson's ratio")
     rho: NonNegative = Field(default=0.0, description="density [kg/m³]")
     G: Positive | None = Field(
-        default=None, description="shear modulus [Pa]; absent: E / (2 (1 + nu))"
+        default=None,
+        description="shear modulus [Pa]; absent: E / (2 (1 + nu)). Of rods and beams it is then "
+        "independent of E",
     )
     eta: NonNegative | None = Field(
         default=None, description="loss factor; absent: that of [model.damping]"

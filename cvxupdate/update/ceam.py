@@ -24,6 +24,7 @@ from cvxupdate.spec import Spec
 from cvxupdate.system import Array
 from cvxupdate.update.ceam_assign import assign
 from cvxupdate.update.covariance import uncertainty
+from cvxupdate.update.invisible import invisible
 from cvxupdate.update.measured_modes import modal_metrics, modal_tables, mode_results
 from cvxupdate.update.outcome import RELATIVE, objective_metric, updated
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
@@ -118,7 +119,12 @@ def update_ceam(
     end = loop.point
     relative = all(t.relative_only for t in fit) and all(t.shape_std is None for t in fit)
     known = uncertainty(
-        end.system(), end.p, model.parameters, equality_rows(loop.problem, end.p), relative
+        end.system(),
+        end.p,
+        model.parameters,
+        equality_rows(loop.problem, end.p),
+        relative,
+        invisible(model, end.p),
     )
     scores = _scores(spec, model, fit, hold_out, end.p)
     scores.fit["fit"] |= objective_metric(

@@ -12,6 +12,7 @@ from scipy.special import chdtri
 
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.system import Array, LinearSystem
+from cvxupdate.update.invisible import Invisible
 
 # a residual counts as too large for the stated deviations where chance makes one so large less
 # often than this
@@ -45,6 +46,7 @@ def uncertainty(
     parameters: Sequence[Parameter],
     equalities: Array,
     relative_only: bool,
+    silent: Sequence[Invisible] = (),
 ) -> Uncertainty:
     """Linearised covariance (WA)⁺ (WA)⁺ᵀ s² at the solution.
 
@@ -53,7 +55,8 @@ def uncertainty(
     (``relative_only``); with no row to spare it cannot be told and is 1. Parameters tied by
     ``equalities`` (rows, n) move together. Bounds are left out: the deviation is that of the
     recordings alone. A combination counts as undetermined when its deviation exceeds half the width
-    of its bounds (or 50 % where free).
+    of its bounds (or 50 % where free). What no recording of any kind can see (``silent``) comes
+    first, in its own words and not as some mixture of it.
 
     Source: Bard, *Nonlinear Parameter Estimation* (1974), ch. 7; Friswell and Mottershead (1995),
     8.2.
@@ -70,9 +73,15 @@ def uncertainty(
     moves = np.abs(along) > 1e-8 * np.abs(along).max(initial=1.0)
     variance = s2 * np.sum(np.where(moves[:, known], kept, 0.0) ** 2, axis=1)
     open_ = [k for k in np.argsort(-inverse) if inverse[k] * np.sqrt(s2) > 0.5]
-    combos = tuple(
-        _combination(basis @ directions[k], float(inverse[k] * np.sqrt(s2)), parameters)
-        for k in open_
+    named, rest = _silent_first(directions[~known], basis, width, silent)
+    combos = (
+        *(_named(s, parameters) for s in named),
+        *(_combination(basis @ d, np.inf, parameters) for d in rest),
+        *(
+            _combination(basis @ directions[k], float(inverse[k] * np.sqrt(s2)), parameters)
+            for k in open_
+            if known[k]
+        ),
     )
     return Uncertainty(
         np.where(np.any(moves[:, ~known], axis=1), np.inf, np.sqrt(variance)),
@@ -80,6 +89,33 @@ def uncertainty(
         float(np.sqrt(ratio)),
         combos,
     )
+
+
+def _silent_first(
+    null: Array, basis: Array, width: Array, silent: Sequence[Invisible]
+) -> tuple[list[Invisible], Array]:
+    """The ``silent`` changes that lie in the null space (rows of ``null`` in the coordinates of
+    ``basis``), and what is left of it beside them."""
+    if not len(null) or not silent:
+        return [], null
+    S = np.array([s.direction / width for s in silent])
+    S /= np.linalg.norm(S, axis=1, keepdims=True)
+    inside = S @ basis
+    seen = np.linalg.norm(S - inside @ null.T @ null @ basis.T, axis=1) > 1e-6
+    named = [s for s, out in zip(silent, seen, strict=True) if not out]
+    if not named:
+        return [], null
+    Q = la.orth(inside[~seen].T)
+    left = null - (null @ Q) @ Q.T
+    _, s, Vt = np.linalg.svd(left, full_matrices=False)
+    return named, Vt[s > 1e-6]
+
+
+def _named(silent: Invisible, parameters: Sequence[Parameter]) -> Combination:
+    parts = silent.direction / np.linalg.norm(silent.direction)
+    moved = np.flatnonzero(parts).tolist()
+    coefficients = tuple((parameters[k].name, float(parts[k])) for k in moved)
+    return Combination(coefficients, np.inf, silent.says)
 
 
 def _widths(parameters: Sequence[Parameter]) -> Array:

@@ -17,6 +17,7 @@ from cvxupdate.spec.given import again
 from cvxupdate.spec.grammar import Own
 from cvxupdate.system import Array
 from cvxupdate.update.covariance import Uncertainty, uncertainty
+from cvxupdate.update.invisible import invisible
 from cvxupdate.update.measured_modes import modal_metrics, mode_results
 from cvxupdate.update.modal_fit import ModalFit, comparison, modal_fit, residual_of
 from cvxupdate.update.outcome import RELATIVE, objective_metric, updated
@@ -66,7 +67,12 @@ def update_modal(
     start, end = scored_ends(spec, model, scored, loop)
     relative = all(t.relative_only for t in fit.residual.fit)
     known = uncertainty(
-        loop.point.system(), end.p, model.parameters, equality_rows(loop.problem, end.p), relative
+        loop.point.system(),
+        end.p,
+        model.parameters,
+        equality_rows(loop.problem, end.p),
+        relative,
+        invisible(model, end.p),
     )
     metrics = modal_metrics(start, end)
     metrics["fit"] |= objective_metric(loop, start, end)

@@ -448,6 +448,14 @@ CASES: tuple[Case, ...] = (
         6,
         12,
     ),
+    Case(
+        "beam3d own G",
+        lines(
+            "beam3d", POINTS, chain(3), SPACE, "upright", {**ALLOY, "G": 31e9}, polar_inertia="J"
+        ),
+        6,
+        12,
+    ),
     Case("beam3d lumped", lines("beam3d", POINTS, chain(3), SPACE, "bar", mass="lumped"), 6, 12),
     Case(
         "beam3d no rotary inertia",

@@ -426,7 +426,7 @@ def test_correlate_command(call, tmp_path):
     assert (
         (code, err) == (0, "")
         and "mean frequency error" in out
-        and (tmp_path / "out" / "structure_a" / "report.html").is_file()
+        and (tmp_path / "out" / "structure_a" / "correlate" / "report.html").is_file()
     )
     code, out, err = call("correlate", "nowhere.toml")
     assert (

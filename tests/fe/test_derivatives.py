@@ -126,6 +126,8 @@ def test_words_that_are_zero_today(case: Case) -> None:
         ("beam2d xy", "Iy"),
         ("beam2d xz", "Iz"),
         ("beam2d xy", "J"),
+        ("beam3d round", "G"),
+        ("beam3d own G", "nu"),
         ("rod consistent", "Iz"),
         ("spring", "Ixx"),
         ("beam3d round", "wall"),

@@ -52,14 +52,14 @@ IMPOSSIBLE = CHAIN + "\n[constraints.total_mass]\nvalue = 20.0\n"
 def updated(tmp_path_factory):
     path = tmp_path_factory.mktemp("chain") / "problem.toml"
     path.write_text(CHAIN, encoding="utf-8")
-    return run(path)
+    return dataclasses.replace(run(path), path=str(path))  # results state it relative
 
 
 @pytest.fixture(scope="session")
 def infeasible(tmp_path_factory):
     path = tmp_path_factory.mktemp("impossible") / "problem.toml"
     path.write_text(IMPOSSIBLE, encoding="utf-8")
-    return run(path)
+    return dataclasses.replace(run(path), path=str(path))
 
 
 @pytest.fixture

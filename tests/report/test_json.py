@@ -63,7 +63,11 @@ def check_run(data):
 
 def test_updated_has_the_form_of_the_contract(updated):
     files, text = run_files(updated)
-    assert files["result.json"] == text and set(files) == {"result.json", "report.html"}
+    assert files["result.json"] == text and set(files) == {
+        "result.json",
+        "report.html",
+        "updated/problem.toml",
+    }
     data = strict(text)
     check_run(data)
     assert data["status"] == "converged"

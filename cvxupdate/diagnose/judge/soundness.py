@@ -6,15 +6,15 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.confidence import size_of
-from cvxupdate.diagnose.settings import AT_BOUND, LEAST_SIZE
+from cvxupdate.diagnose.settings import AT_BOUND, LEAST_SIZE, MASS_STD, PIECE, STIFFNESS_STD
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.physics.effect import Effect
 
 
 def sound(h: Hypothesis) -> bool:
     """Whether every effect's first unknown is off its bounds and at least `LEAST_SIZE` of its
-    standard deviations from nothing; an exchange of channels has no size, and a compliance may be
-    as large as it can."""
+    standard deviations, the usual scatter of a piece among them, from nothing; an exchange of
+    channels has no size, and a compliance may be as large as it can."""
     fit, at = h.fit, len(h.fit.setting.model.parameters) - sum(e.columns for e in h.effects)
     for effect, figures in zip(h.effects, h.figures, strict=True):
         if effect.change is None:
@@ -24,12 +24,19 @@ def sound(h: Hypothesis) -> bool:
         else:
             p, q = float(fit.p[at]), fit.setting.model.parameters[at]
             released = effect.change.series and p > 0.0  # a hinge is the limit of a loose joint
-            if (on_bound(p, q) and not released) or _deviations(
-                effect, p, float(fit.deviations[at])
-            ) < LEAST_SIZE:
+            deviation = float(np.hypot(fit.deviations[at], usual(effect, q)))
+            if (on_bound(p, q) and not released) or _deviations(effect, p, deviation) < LEAST_SIZE:
                 return False
         at += effect.columns
     return True
+
+
+def usual(effect: Effect, q: Parameter) -> float:
+    """Standard deviation that a factor on a set of elements has without anything being wrong: what
+    is drawn as equal is never quite equal. Nothing for other effects."""
+    if effect.change is None or not effect.change.members:
+        return 0.0
+    return PIECE * {"stiffness": STIFFNESS_STD, "mass": MASS_STD}.get(q.of, 0.0)
 
 
 def _deviations(effect: Effect, p: float, deviation: float) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 import scipy.linalg as la
 
 from cvxupdate.diagnose.types import Real
-from cvxupdate.fe.factor import factorise
+from cvxupdate.fe.factor import factored
 from cvxupdate.fe.model import Matrices
 from cvxupdate.fe.modes import Modes
 from cvxupdate.physics.effect import Effect
@@ -49,7 +49,7 @@ def attachments(
     if not forces.shape[1]:
         return shapes, values
     phi, stiff = modes.shapes[:, :count], modes.eigenvalues[:count] + shift
-    static = factorise((m.K + shift * m.M).tocsc()).solve(forces)
+    static = factored((m.K + shift * m.M).tocsc()).solve(forces)
     whole = np.sum(forces * static, axis=0)
     static = static - phi @ ((phi.T @ forces) / stiff[:, None])
     static[:, np.sum(forces * static, axis=0) <= NOTHING * whole] = 0.0

@@ -55,7 +55,7 @@ class Beam2D:
     @property
     def properties(self) -> tuple[str, ...]:
         """Material, dimensions, section factors, and the physics that is zero unless asked for."""
-        return ("E", "nu", "rho", *self.section.properties, *FACTORS, "N", "shear", "kappa")
+        return ("E", "nu", "G", "rho", *self.section.properties, *FACTORS, "N", "shear", "kappa")
 
     def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
         """Geometric factors in global axes, (e, 6, 6).

@@ -21,6 +21,7 @@ class Beam3D:
     section: Section
     mass: str = "consistent"
     rotary_inertia: bool = True
+    polar_inertia: str = "Iy+Iz"
     name: str = "beam3d"
     nodes: int = 2
     dofs: tuple[str, ...] = ("x", "y", "z", "rx", "ry", "rz")
@@ -37,13 +38,14 @@ class Beam3D:
     @classmethod
     def from_row(cls, row: LineRow, block: LineBlock, around: Surroundings) -> Iterator[Placed]:
         """One beam."""
-        kind = cls(shape_of(around.section(row)), block.mass, block.rotary_inertia)
+        shape = shape_of(around.section(row))
+        kind = cls(shape, block.mass, block.rotary_inertia, block.polar_inertia)
         yield Placed(kind, line_properties(row, around), row.orientation or (0.0, 0.0, 0.0))
 
     @property
     def properties(self) -> tuple[str, ...]:
         """Material, dimensions, section factors, and the physics that is zero unless asked for."""
-        return ("E", "nu", "rho", *self.section.properties, *FACTORS, "N", "shear", "kappa")
+        return ("E", "nu", "G", "rho", *self.section.properties, *FACTORS, "N", "shear", "kappa")
 
     def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
         """Geometric factors in global axes."""
@@ -53,4 +55,4 @@ class Beam3D:
 
     def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
         """Section stiffnesses and masses per length."""
-        return beam_coefficients(self.section, properties)
+        return beam_coefficients(self.section, properties, self.polar_inertia)

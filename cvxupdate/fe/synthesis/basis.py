@@ -19,7 +19,7 @@ import scipy.sparse as sp
 
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.elements.base import Real
-from cvxupdate.fe.factor import Factor, factorise
+from cvxupdate.fe.factor import Factored, factored
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes, model_modes
 
@@ -88,11 +88,11 @@ class Subspace:
         return len(self.modes.eigenvalues) >= self.model.size
 
     @cached_property
-    def factor(self) -> Factor:
+    def factor(self) -> Factored:
         """Of K, shifted by a little of M where the structure is free."""
         flexible = self.modes.flexible().eigenvalues
         shift = SHIFT * float(flexible[0]) if self.modes.rigid and len(flexible) else 0.0
-        return factorise(sp.csc_array(self.m.K + shift * self.m.M), "the stiffness")
+        return factored(sp.csc_array(self.m.K + shift * self.m.M), "the stiffness")
 
     def basis(self, blocks: int) -> Basis:
         """With static corrections of ``blocks`` orders."""

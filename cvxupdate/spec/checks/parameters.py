@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cvxupdate.spec.checks.case import Case
+from cvxupdate.spec.elements import text_of
 from cvxupdate.spec.parameters import DAMPING_WORDS, carriers_of, has_property
 from cvxupdate.spec.prepare import Complaint
 from cvxupdate.spec.update import ParameterRow
@@ -19,6 +20,7 @@ POSITIVE = (
     "m",
     "rho",
     "E",
+    "G",
     "A",
     "I",
     "Iy",
@@ -151,18 +153,39 @@ class ParameterElements:
                     yield Complaint(
                         (*at, "of"),
                         f"element {number} is a {kind} and has no '{row.of}'.",
-                        "Choose a property that it has, or leave the element out.",
+                        _shear_remedy(case, number, row.of)
+                        or "Choose a property that it has, or leave the element out.",
                     )
             if known and i not in case.targets_by_row:
                 if row.each == "group" and not case.groups:
                     remedy = 'Give them groups, or each = "element".'
                     yield Complaint((*at, "each"), "the elements have no groups.", remedy)
                 else:
+                    beams = (_shear_remedy(case, e, row.of) for e in case.elements)
                     yield Complaint(
                         (*at, "of"),
                         f"no element of this parameter has '{row.of}'.",
-                        "Choose a property that they have, or other elements.",
+                        next((remedy for remedy in beams if remedy), "")
+                        or "Choose a property that they have, or other elements.",
                     )
+
+
+def _shear_remedy(case: Case, number: int, of: str) -> str:
+    """How a beam gets the one of G and nu that its material does not have; empty for the rest."""
+    block, row = case.elements[number]
+    material = case.spec.model.materials.get(row.get("material", ""))
+    if of not in ("G", "nu") or material is None or of not in text_of(block).changes:
+        return ""
+    if text_of(block).outline != "line":
+        return ""
+    name = row.get("material")
+    if of == "G":
+        G = material.E / (2.0 * (1.0 + material.nu))
+        return (
+            f"Material '{name}' has nu, so its G follows E. Give it a G of its own (that of E and "
+            f"nu is {G:.6g})."
+        )
+    return f"Material '{name}' has a G of its own, beside which nu does nothing: take of = \"G\"."
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from cvxupdate.diagnose.judge.soundness import sound
-from cvxupdate.diagnose.settings import AT_BOUND, LEAST_SIZE
-from cvxupdate.physics.effect import ChannelFault
+from cvxupdate.diagnose.judge.soundness import sound, usual
+from cvxupdate.diagnose.settings import AT_BOUND, LEAST_SIZE, MASS_STD, PIECE, STIFFNESS_STD
+from cvxupdate.physics.effect import ChannelFault, Effect
 from cvxupdate.physics.fault import Fault
-from tests.cases.plain_evidence import PlainFit, effect, fault, supposed
+from tests.cases.plain_evidence import PlainFit, effect, fault, parameter, supposed
 
 FIT = PlainFit(1.0)
 
@@ -18,6 +18,27 @@ FIT = PlainFit(1.0)
 def test_a_size_is_clearly_something() -> None:
     assert sound(supposed(FIT, effect(), size=0.5, std=0.5 / (1.01 * LEAST_SIZE)))
     assert not sound(supposed(FIT, effect(), size=0.5, std=0.5 / (0.99 * LEAST_SIZE)))
+
+
+def on_members() -> Effect:
+    """A factor on two elements."""
+    factor = effect()
+    assert factor.change is not None
+    return replace(factor, action=replace(factor.change, members=(1, 2)))
+
+
+@pytest.mark.parametrize(("of", "std"), [("stiffness", STIFFNESS_STD), ("mass", MASS_STD)])
+def test_pieces_of_a_group_scatter_about_their_common_value(of: str, std: float) -> None:
+    assert usual(on_members(), parameter("q", of)) == PIECE * std
+    assert usual(effect(), parameter("q", of)) == 0.0, "a spring that nobody drew has no scatter"
+    assert usual(fault("n1.x"), parameter("q", of)) == 0.0
+
+
+def test_a_factor_within_the_scatter_of_its_pieces_is_nothing() -> None:
+    least = LEAST_SIZE * PIECE * STIFFNESS_STD
+    assert not sound(supposed(FIT, on_members(), size=0.9 * least, std=1e-6))
+    assert sound(supposed(FIT, on_members(), size=1.1 * least, std=1e-6))
+    assert sound(supposed(FIT, effect(), size=0.9 * least, std=1e-6))
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

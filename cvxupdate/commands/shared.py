@@ -1,0 +1,81 @@
+"""What the commands share: their common arguments, what they print where."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from cvxupdate.report.terminal import Display
+
+Problem = Annotated[
+    Path, typer.Argument(metavar="PROBLEM", help="a problem file (TOML)", show_default=False)
+]
+Recorded = Annotated[
+    Path,
+    typer.Argument(
+        metavar="FILE",
+        help="a file of recordings (UFF, MAT, HDF5, NPZ, CSV or text)",
+        show_default=False,
+    ),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        "--out",
+        help="folder for results; default out/<name of the problem>/<command>",
+        show_default=False,
+    ),
+]
+Jobs = Annotated[
+    int | None,
+    typer.Option(
+        "--jobs",
+        min=1,
+        help="processes for several starts; default one for each processor",
+        show_default=False,
+    ),
+]
+Json = Annotated[
+    bool, typer.Option("--json", help="print the JSON on standard output and nothing else there")
+]
+
+
+def warn(says: str) -> None:
+    """A probable mistake, on standard error before the work begins."""
+    print(f"Warning: {says}", file=sys.stderr, flush=True)
+
+
+def say(payload: str, as_json: bool, summary: Callable[[], Any]) -> None:
+    """The JSON, or the summary, on standard output."""
+    if as_json:
+        print(payload)
+        return
+    from rich.console import Console
+
+    Console().print(summary(), crop=False)  # a long path stays in one piece
+
+
+@contextlib.contextmanager
+def display(quiet: bool, first: str = "reading the recordings") -> Iterator[Display | None]:
+    """Bar and line on standard error, so that standard output stays the result; none with --json or
+    without a terminal."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+
+    from cvxupdate.report.terminal import Display
+
+    shown = Display(Console(stderr=True))
+    if first:
+        shown.say(first)
+    try:
+        yield shown
+    finally:
+        shown.close()
