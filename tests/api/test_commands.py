@@ -187,7 +187,7 @@ def test_a_diagnosis_names_the_spring() -> None:
             "bound",
         ),
         (lambda: cvxupdate.update(chain(), [], EACH), "recording"),
-        (lambda: cvxupdate.run(chain(), Modes([1.0])), r"no \[update\]"),
+        (lambda: cvxupdate.run(chain(), Modes([1.0])), r"needs an \[update\]"),
         (lambda: cvxupdate.inspect(3), "is no file"),
     ],
 )
