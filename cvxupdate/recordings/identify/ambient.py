@@ -111,24 +111,13 @@ def identify_ambient(
     samples = len(history.data)
     low, high = band if band is not None else (8.0 * history.rate / samples, 0.4 * history.rate)
     y, rate = _decimated(history, columns, high)
-    scale = np.std(y, axis=0)
-    if not np.all(scale > 0.0):
-        dead = [history.channels[k].label for k, s in zip(columns, scale, strict=True) if s == 0.0]
-        raise RecordingError(
-            f"{history.origin.name}: {', '.join(dead)} does not move; leave it out"
-        )
-    y = y / scale
+    y, scale = _scaled(y, history, columns)
     rows = _rows(rate, max(low, 0.02 * high), len(columns), max_order, len(y))
     R = _correlations(y, 2 * rows)
     mean = R.mean(axis=0)
     hankel = _hankel(mean, rows)
     U, s, Vt = np.linalg.svd(hankel)
-    scatter = [np.linalg.norm(_hankel(piece - mean, rows), 2) for piece in R]
-    if s[0] < ABOVE * float(np.mean(scatter)) / np.sqrt(len(R)):
-        raise RecordingError(
-            f"{history.origin.name}: the responses' correlations do not stand above their scatter "
-            "from piece to piece: noise, or far too short a record"
-        )
+    _must_stand_out(float(s[0]), R - mean, rows, history.origin.name)
     top = min(max_order, (rows - 1) * len(columns), int(np.count_nonzero(s > 1e-12 * s[0])))
     states = [_state(U[:, :n], n, len(columns)) for n in range(2, top + 1, 2)]
     sets = [_poles(state, rate, scale) for state in states]
@@ -167,6 +156,27 @@ def _columns(history: TimeHistory, quantity: str | None) -> list[int]:
         raise RecordingError(f"{history.origin.name}: no channel reads a motion")
     wanted = quantity if quantity is not None else max(dict.fromkeys(kinds), key=kinds.count)
     return [k for k, c in enumerate(history.channels) if c.quantity == wanted]
+
+
+def _scaled(y: Real, history: TimeHistory, columns: list[int]) -> tuple[Real, Real]:
+    """Channels of unit power, and what they were divided by."""
+    scale = np.std(y, axis=0)
+    if not np.all(scale > 0.0):
+        dead = [history.channels[k].label for k, s in zip(columns, scale, strict=True) if s == 0.0]
+        raise RecordingError(
+            f"{history.origin.name}: {', '.join(dead)} does not move; leave it out"
+        )
+    return y / scale, np.asarray(scale)
+
+
+def _must_stand_out(largest: float, beside: Real, rows: int, name: str) -> None:
+    """Raise where the Hankel matrix is no larger than its own scatter makes it."""
+    scatter = [np.linalg.norm(_hankel(piece, rows), 2) for piece in beside]
+    if largest < ABOVE * float(np.mean(scatter)) / np.sqrt(len(beside)):
+        raise RecordingError(
+            f"{name}: the responses' correlations do not stand above their scatter from piece to "
+            "piece: noise, or far too short a record"
+        )
 
 
 def _decimated(history: TimeHistory, columns: list[int], high: float) -> tuple[Real, float]:
