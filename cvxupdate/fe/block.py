@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.fe.elements.base import Element, Real, Term, Values
+from cvxupdate.errors import ModelError
+from cvxupdate.fe.elements.base import Element, Exact, Real, Term, Values
 
 Index = NDArray[np.int64]
 
@@ -21,6 +22,32 @@ STEP = 1e-30  # of complex-step differentiation: exact to rounding, no subtracti
 
 
 @dataclass(frozen=True)
+class Dynamic:
+    """The dynamic stiffness of exact elements: how its scalars follow from the frequency, and the
+    patterns ``terms`` that they multiply, (g, d, d)."""
+
+    law: Exact
+    terms: tuple[Term, ...]
+
+    def spread(self, scalars: Mapping[str, Values], geometry: Index) -> NDArray[np.complex128]:
+        """Σ scalar (e,) · pattern, (e, d, d); ``geometry`` (e,) says which pattern."""
+        d = self.terms[0].values.shape[1]
+        out = np.zeros((len(geometry), d, d), dtype=complex)
+        for t in self.terms:
+            values = t.values if len(t.values) == 1 else t.values[geometry]
+            out += scalars[t.coefficient][:, None, None] * values
+        return out
+
+    def moving(self, what: str) -> NDArray[np.bool_]:
+        """Where (g,) any pattern of ``what`` is left on the free DOF kinds."""
+        some = [t.values for t in self.terms if t.coefficient.split(".")[0] == what]
+        return np.any([np.any(v != 0.0, axis=(1, 2)) for v in some], axis=0) if some else _NEVER
+
+
+_NEVER = np.zeros(1, dtype=bool)
+
+
+@dataclass(frozen=True)
 class Block:
     """Elements of one type.
 
@@ -28,7 +55,8 @@ class Block:
     ``direction`` the DOF kind of each column (0..5 = x..rz), (1, d) where all elements agree, else
     (n, d), ``terms`` geometric factors (g, d, d), ``geometry`` (n,) which of the g factors an
     element uses, ``properties`` one value per element, ``nodes`` (n, k) places among the model's
-    nodes (None: not from drawn nodes).
+    nodes (None: not from drawn nodes), ``exact`` its dynamic stiffness, where that is
+    more than its matrices.
     """
 
     kind: Element
@@ -40,6 +68,7 @@ class Block:
     geometry: Index
     properties: Mapping[str, Real]
     nodes: Index | None = None
+    exact: Dynamic | None = None
 
     def scalars(self, properties: Mapping[str, Values]) -> list[tuple[str, int, Values]]:
         """(matrix, term, factor (elements,)) for K, M, C and D.
@@ -114,3 +143,40 @@ class Block:
             local[name] = local[name] + 1j * STEP * scale
         parts = [(m, i, np.imag(f) / STEP) for m, i, f in self.scalars(local)]
         return self.combine([(m, i, f) for m, i, f in parts if np.any(f != 0.0)], rows)
+
+    def dynamic_stiffness(
+        self, omega: complex, properties: Mapping[str, Values]
+    ) -> NDArray[np.complex128]:
+        """Z(ω) of exact elements, (n, d, d); ω in rad/s."""
+        exact = self._exact()
+        scalars = exact.law.dynamic_stiffness(omega, properties)
+        return exact.spread({k: np.asarray(v) for k, v in scalars.items()}, self.geometry)
+
+    def dynamic_change(
+        self,
+        omega: complex,
+        properties: Mapping[str, Values],
+        rows: Index,
+        moves: Mapping[str, Real],
+    ) -> NDArray[np.complex128]:
+        """∂Z(ω)/∂p of ``rows`` (r,; an element may come again), (r, d, d), where property ``name``
+        of row i moves by moves[name][i] · p."""
+        exact = self._exact()
+        local = {k: v[rows] for k, v in properties.items()}
+        found = exact.law.change(omega, local, moves)
+        return exact.spread({k: np.asarray(d) for k, (_, d) in found.items()}, self.geometry[rows])
+
+    def clamped_below(self, omega: float, properties: Mapping[str, Values]) -> int:
+        """How many natural frequencies of the elements with their nodes held lie below ω."""
+        exact = self._exact()
+        total = 0
+        for what, counts in exact.law.clamped_below(omega, properties).items():
+            moving = exact.moving(what)
+            live = moving if len(moving) > 1 else np.broadcast_to(moving, len(self.terms[0].values))
+            total += int(np.sum(counts[live[self.geometry]]))
+        return total
+
+    def _exact(self) -> Dynamic:
+        if self.exact is None:
+            raise ModelError(f"{self.kind.name} elements have no dynamic stiffness of their own.")
+        return self.exact
