@@ -15,6 +15,7 @@ from ..system import Array, LinearSystem
 from .constraints.clauses import Clause, ConicClause, Constraint, LinearClause, LinearRows, stack
 from .losses import LeastSquares, Loss
 from .regularisers.common import Regulariser
+from .regularisers.prior import Prior
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,15 +71,33 @@ class StepProblem:
                 f"({', '.join(system.columns[:4])} …); they must be the same, in order."
             )
 
-    def objective(
-        self, system: LinearSystem, p: Array, weights: Sequence[float] | None = None
+    def penalty(
+        self, p: Array, present: Array | None = None, weights: Sequence[float] | None = None
     ) -> float:
-        """The objective at p (n,), by numpy."""
+        """The weighted penalties at p (n,) of a step that begins at ``present`` (None: at 0)."""
         chosen = self.weights if weights is None else weights
-        penalty = sum(
-            w * reg.value(p, self.columns) for w, reg in zip(chosen, self.regularisers, strict=True)
+        begin = 0.0 if present is None else present
+        return float(
+            sum(
+                w * reg.value(p - begin if of_move(reg) else p, self.columns)
+                for w, reg in zip(chosen, self.regularisers, strict=True)
+            )
         )
-        return self.loss.value(system.residual(p)) + penalty
+
+    def objective(
+        self,
+        system: LinearSystem,
+        p: Array,
+        weights: Sequence[float] | None = None,
+        present: Array | None = None,
+    ) -> float:
+        """The objective at p (n,) of a step that begins at ``present`` (None: at 0), by numpy."""
+        return self.loss.value(system.residual(p)) + self.penalty(p, present, weights)
+
+
+def of_move(regulariser: Regulariser) -> bool:
+    """Whether a penalty is of the move from where the step begins, not of p itself."""
+    return isinstance(regulariser, Prior) and regulariser.of_move
 
 
 # Distances of the projection are counted in thousandths, so that a gap of 1e-9 still means 1e-7 in
@@ -115,9 +134,13 @@ class Model:
     on: Any = None
     low: Any = None
     high: Any = None
+    present: Any = None
 
-    def set_data(self, R: Array, d: Array, weights: Sequence[float]) -> None:
-        """Put in the reduced data, padded with zero rows to the compiled size."""
+    def set_data(
+        self, R: Array, d: Array, weights: Sequence[float], present: Array | None = None
+    ) -> None:
+        """Put in the reduced data, padded with zero rows to the compiled size, and where the step
+        begins (None: at 0)."""
         rows, n = self.R.shape
         if R.shape[0] > rows:
             raise InputError(
@@ -129,6 +152,7 @@ class Model:
         self.R.value, self.d.value = full_R, full_d
         for parameter, weight in zip(self.weights, weights, strict=True):
             parameter.value = weight
+        self.present.value = np.zeros(n) if present is None else present
 
     def set_box(self, centre: Array, radius: Array) -> None:
         """Put in the trust region; an infinite radius switches its row off (0 ≤ 1)."""
@@ -173,12 +197,18 @@ def compile_step(problem: StepProblem, rows: int, box: bool) -> Model:
     weights = tuple(
         cp.Parameter(nonneg=True, name=f"weight {k}") for k in range(len(problem.regularisers))
     )
+    present = cp.Parameter(n, name="present", value=np.zeros(n))
     objective = problem.loss.expression(R @ p - d)
     for weight, regulariser in zip(weights, problem.regularisers, strict=True):
-        objective = objective + weight * regulariser.expression(p, problem.columns)
+        if of_move(regulariser):  # one Parameter may not multiply another: its weight is a number
+            move = regulariser.expression(p - present, problem.columns)
+            objective = objective + float(regulariser.weight) * move
+        else:
+            objective = objective + weight * regulariser.expression(p, problem.columns)
     constraints = constraint_list(p, problem.clauses, linear_rows(problem.clauses, n))
     if not box:
-        return Model(cp.Problem(cp.Minimize(objective), constraints), p, R, d, weights)
+        problem_ = cp.Problem(cp.Minimize(objective), constraints)
+        return Model(problem_, p, R, d, weights, present=present)
     on, low, high = (
         cp.Parameter(n, nonneg=True, name="on"),
         cp.Parameter(n, name="low"),
@@ -194,6 +224,7 @@ def compile_step(problem: StepProblem, rows: int, box: bool) -> Model:
         on,
         low,
         high,
+        present,
     )
 
 

@@ -1,5 +1,5 @@
 """The cone program of the commonest step, written down as cvxpy would: least squares, Tikhonov
-terms, one-sided or two-sided linear rows, a trust region.
+terms, priors, one-sided or two-sided linear rows, a trust region.
 
 A loop of many short fits spends more on compiling such steps than on solving them. It is cvxpy's
 canonical form said shorter: the same variables, rows and cones in the same order, which
@@ -18,16 +18,17 @@ from .constraints.clauses import LinearClause
 from .losses import LeastSquares
 from .matrix_form import ConeProgram, Cones
 from .problem import StepProblem
-from .regularisers.common import reference_and_scale
+from .regularisers.common import Regulariser, reference_and_scale
+from .regularisers.prior import Prior
 from .regularisers.tikhonov import Tikhonov
 
 
 def written(problem: StepProblem) -> bool:
     """Whether `quadratic_program` can write the problem down: nothing but least squares, Tikhonov
-    terms and linear inequalities."""
+    terms, priors and linear inequalities."""
     return (
         isinstance(problem.loss, LeastSquares)
-        and all(isinstance(r, Tikhonov) for r in problem.regularisers)
+        and all(isinstance(r, Tikhonov | Prior) for r in problem.regularisers)
         and all(
             isinstance(c, LinearClause) and not np.any(c.lower == c.upper) for c in problem.clauses
         )
@@ -40,27 +41,26 @@ def quadratic_program(
     d: Array,
     weights: tuple[float, ...],
     box: tuple[Array, Array] | None,
+    present: Array | None = None,
 ) -> tuple[ConeProgram, int]:
-    """The program over x = (residuals, Tikhonov terms, p), and where p begins in x.
+    """The program over x = (residuals, quadratic terms, p), and where p begins in x.
 
     Parameters
     ----------
-    R, d : reduced data (rows, n), (rows,); weights : of the Tikhonov terms.
+    R, d : reduced data (rows, n), (rows,); weights : of the quadratic terms.
     box : centre and radius (n,) of the trust region, inf where free; None for none.
+    present : (n,), where the step begins; None for 0.
     """
     n = len(problem.columns)
-    terms = [
-        reference_and_scale(r.name, r.reference, r.scale, n)
-        for r in problem.regularisers
-        if isinstance(r, Tikhonov)
-    ]
+    begin = np.zeros(n) if present is None else present
+    terms = [_term(r, n, begin) for r in problem.regularisers]
     rows = problem.rows
     C = rows.C.toarray()
     below, above = np.isfinite(rows.upper), np.isfinite(rows.lower)
-    parts = [R, *(np.diag(1.0 / scale) for _, scale in terms), C[below], -C[above]]
+    parts = [R, *(F for F, _ in terms), C[below], -C[above]]
     right = [
         d,
-        *(reference / scale for reference, scale in terms),
+        *(g for _, g in terms),
         rows.upper[below],
         -rows.lower[above],
     ]
@@ -92,3 +92,13 @@ def quadratic_program(
     return ConeProgram(
         P, np.zeros(equal + n), A, np.concatenate(right), Cones(equal, len(whole) - equal)
     ), equal
+
+
+def _term(regulariser: Regulariser, n: int, present: Array) -> tuple[Array, Array]:
+    """(F, g) of a penalty ‖F p − g‖²."""
+    if isinstance(regulariser, Prior):
+        F = regulariser.root
+        return F, F @ present if regulariser.of_move else np.zeros(n)
+    scaled: Any = regulariser  # a Tikhonov term: `written` has seen to it
+    reference, scale = reference_and_scale(regulariser.name, scaled.reference, scaled.scale, n)
+    return np.diag(1.0 / scale), reference / scale

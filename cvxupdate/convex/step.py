@@ -107,8 +107,8 @@ class CompiledStep:
         Parameters
         ----------
         system : the same columns as the problem's.
-        centre : (n,), 0 if None; radius : (n,) or a number, elementwise, inf where free, None for
-        no trust region.
+        centre : (n,), where the step begins, 0 if None.
+        radius : (n,) or a number, elementwise, inf where free, None for no trust region.
 
         Raises
         ------
@@ -122,7 +122,9 @@ class CompiledStep:
         R, d, _ = self.problem.loss.reduce(*system.weighted())
         step = self.solve_reduced(R, d, self.problem.weights, centre, radius)
         objective = (
-            self.problem.objective(system, step.p) if np.all(np.isfinite(step.p)) else np.nan
+            self.problem.objective(system, step.p, present=centre)
+            if np.all(np.isfinite(step.p))
+            else np.nan
         )
         return replace(step, objective=objective, seconds=time.perf_counter() - start)
 
@@ -151,7 +153,7 @@ class CompiledStep:
         clauses = (*self.problem.clauses, *box)
         if self._written:
             step = run_program(
-                *quadratic_program(self.problem, R, d, tuple(weights), region),
+                *quadratic_program(self.problem, R, d, tuple(weights), region, centre),
                 n,
                 clauses,
                 self.solver,
@@ -160,12 +162,9 @@ class CompiledStep:
             model = self.plain if region is None else self.boxed
             if region is not None:
                 model.set_box(*region)
-            model.set_data(R, d, weights)
+            model.set_data(R, d, weights, centre)
             step = run_model(model, clauses, self.solver)
-        penalty = sum(
-            w * reg.value(step.p, self.problem.columns)
-            for w, reg in zip(weights, self.problem.regularisers, strict=True)
-        )
+        penalty = self.problem.penalty(step.p, centre, weights)
         return replace(step, objective=self.problem.loss.value(R @ step.p - d) + penalty)
 
     def nearest(self, p: Array) -> Step:

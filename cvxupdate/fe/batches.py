@@ -132,7 +132,7 @@ def block_of(
         geometry,
         properties,
         nodes,
-        None if law is None else Dynamic(law, dynamic),
+        exact=None if law is None else Dynamic(law, dynamic),
     )
 
 

@@ -55,8 +55,10 @@ class Block:
     ``direction`` the DOF kind of each column (0..5 = x..rz), (1, d) where all elements agree, else
     (n, d), ``terms`` geometric factors (g, d, d), ``geometry`` (n,) which of the g factors an
     element uses, ``properties`` one value per element, ``nodes`` (n, k) places among the model's
-    nodes (None: not from drawn nodes), ``exact`` its dynamic stiffness, where that is
-    more than its matrices.
+    nodes (None: not from drawn nodes), ``own`` how many columns, the first, are DOFs of these
+    (None: all; `cvxupdate.fe.analysis` has others), ``parts`` in how many parts an edge is divided
+    (a line's ``length`` is that of a part), ``exact`` its dynamic stiffness, where that is more
+    than its matrices.
     """
 
     kind: Element
@@ -68,7 +70,14 @@ class Block:
     geometry: Index
     properties: Mapping[str, Real]
     nodes: Index | None = None
+    own: int | None = None
+    parts: int = 1
     exact: Dynamic | None = None
+
+    @property
+    def nodal(self) -> Index:
+        """``dofs`` of the elements' own nodes, node by node."""
+        return self.dofs[:, : self.own]
 
     def scalars(self, properties: Mapping[str, Values]) -> list[tuple[str, int, Values]]:
         """(matrix, term, factor (elements,)) for K, M, C and D.

@@ -60,5 +60,6 @@ def _euler(model: Model, ids: Sequence[int]) -> float:
             inertia = np.real([c["Iy"][rows], c["Iz"][rows]])
             inertia[inertia <= 0.0] = np.inf  # not given: a plane frame bends one way only
             bending = float(np.min(inertia * block.properties["E"][rows]))
-            return float(np.pi**2 * bending / np.sum(block.properties["length"][rows]) ** 2)
+            length = np.sum(block.properties["length"][rows] * block.parts)
+            return float(np.pi**2 * bending / length**2)
     return 1.0

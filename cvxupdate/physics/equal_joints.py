@@ -110,7 +110,7 @@ def _meetings(model: Model) -> list[list[Met]]:
     for number, block in enumerate(model.blocks):
         if not is_beam(block) or block.nodes is None:
             continue
-        half = block.dofs.shape[1] // 2
+        half = block.nodal.shape[1] // 2
         for e, columns in ends_of(block):
             row = int(block.dofs[e, columns[0]])
             near, far = block.nodes[e, ::-1] if columns[0] >= half else block.nodes[e]

@@ -179,5 +179,5 @@ def dof_rows(model: Model, kinds: Sequence[str]) -> list[tuple[int, int, str]]:
         for i, (n, k) in enumerate(
             zip(model.dof_node.tolist(), model.dof_kind.tolist(), strict=True)
         )
-        if KINDS[k] in kinds and "@" not in model.labels[i]
+        if k < len(KINDS) and KINDS[k] in kinds and "@" not in model.labels[i]
     ]

@@ -142,7 +142,7 @@ def _shafts(model: Model) -> Iterator[Rotor]:
                 order = [0, 1] if same else [1, 0]
                 dofs = {
                     (n, int(k)): int(d)
-                    for n, half in enumerate(np.split(block.dofs[e], 2))
+                    for n, half in enumerate(np.split(block.nodal[e], 2))
                     for k, d in zip(block.direction[0, : len(half)], half, strict=True)
                 }
                 shaft.append(

@@ -84,7 +84,7 @@ def is_beam(block: Block) -> bool:
 
 def ends_of(block: Block) -> Iterator[tuple[int, list[int]]]:
     """(row, columns of its free rotations) of every end that has any."""
-    half = block.dofs.shape[1] // 2
+    half = block.nodal.shape[1] // 2
     for e in range(len(block.ids)):
         for first in (0, half):
             columns = [

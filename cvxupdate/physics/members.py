@@ -30,9 +30,9 @@ def member_sets(model: Model, of: str) -> list[tuple[tuple[int, ...], tuple[str,
         for i, g in zip(ids, block.groups, strict=True):
             groups.setdefault(g, set()).add(i)
             singles[i] = g
-        lines += _runs(block.dofs, ids) if block.kind.nodes == 2 else []
+        lines += _runs(block.nodal, ids) if block.kind.nodes == 2 else []
         if block.kind.name in sheets:
-            lines += _patches(model, block.dofs, ids)
+            lines += _patches(model, block.nodal, ids)
 
     def add(ids: tuple[int, ...], names: tuple[str, ...]) -> None:
         key = tuple(sorted(ids))
@@ -70,8 +70,8 @@ def straight(model: Model, of: str) -> list[tuple[int, ...]]:
     for block in model.blocks:
         if block.kind.nodes != 2 or not has_property(block, of) or "length" not in block.properties:
             continue
-        half = block.dofs.shape[1] // 2
-        for i, row in zip(block.ids.tolist(), block.dofs, strict=True):
+        half = block.nodal.shape[1] // 2
+        for i, row in zip(block.ids.tolist(), block.nodal, strict=True):
             nodes = [
                 int(model.dof_node[part[part >= 0][0]]) if np.any(part >= 0) else -1
                 for part in (row[:half], row[half:])

@@ -154,6 +154,12 @@ class Update(Part):
         "the minima that were found are reported",
     )
     seed: NonNegativeCount = Field(default=0, description="of the random starts")
+    refine: Literal[4, 8, 16] | None = Field(
+        default=None,
+        description="parts of each edge of a rod, beam or plate whose matrices, reduced to the "
+        "DOFs of its nodes and a few inner ones, take the place of its own; 8 is fine for most; "
+        "absent: the mesh of the file. Not with ceam, which updates the file's own matrices",
+    )
     trust_radius: Positive | None = Field(
         default=None, description="first trust-region radius; absent: chosen"
     )
@@ -255,7 +261,10 @@ class Regulariser(Part):
     weight: Annotated[
         NonNegative | Literal["l-curve", "gcv", "discrepancy"],
         one_of('a number ≥ 0, or one of "l-curve", "gcv", "discrepancy"'),
-    ] = Field(default="l-curve", description='a number, "l-curve", "gcv" or "discrepancy"')
+    ] = Field(
+        default="l-curve",
+        description='a number, "l-curve", "gcv" or "discrepancy"; absent in a prior: 1',
+    )
 
 
 SolverName = Annotated[

@@ -62,21 +62,19 @@ class Trial(Generic[P]):
     objective: float
 
 
-def objective_at(problem: StepProblem, point: Point) -> float:
-    """The true (not linearised) objective at a point."""
+def objective_at(problem: StepProblem, point: Point, present: Array | None = None) -> float:
+    """The true (not linearised) objective at a point that a step from ``present`` (n,) leads to
+    (None: from itself)."""
     values, weights, _ = point.differences
-    penalty = sum(
-        w * r.value(point.p, problem.columns)
-        for w, r in zip(problem.weights, problem.regularisers, strict=True)
-    )
-    return problem.loss.value(weights * values) + penalty
+    begin = point.p if present is None else present
+    return problem.loss.value(weights * values) + problem.penalty(point.p, begin)
 
 
 def tried(residual: Residual[P], problem: StepProblem, point: P, p: Array) -> Trial[P]:
     """``p`` evaluated after ``point``."""
     try:
         found = residual.evaluate(p, point)
-        return Trial(found, objective_at(problem, found))
+        return Trial(found, objective_at(problem, found, point.p))
     except ModelError:
         return Trial(None, np.inf)
 
@@ -145,6 +143,7 @@ def slope_along(problem: StepProblem, system: LinearSystem, start: Array, end: A
     """The derivative of the linearised objective at ``start`` towards ``end``, for the whole step,
     from a difference over 1e-6 of it: the model is convex."""
     h = 1e-6
-    return (
-        problem.objective(system, start + h * (end - start)) - problem.objective(system, start)
-    ) / h
+    ahead, here = (
+        problem.objective(system, q, present=start) for q in (start + h * (end - start), start)
+    )
+    return (ahead - here) / h

@@ -146,7 +146,8 @@ def iterate(
         taken, accepted = size, False
         if ratio > ENOUGH and trial.point is not None:
             taken, accepted = _largest(trial.point.p - here.point.p, unit), True
-            here = Here(trial.point, trial.point.system(), trial.objective)
+            value = objective_at(problem, trial.point)  # a new step begins here
+            here = Here(trial.point, trial.point.system(), value)
         p = tuple(here.point.p.tolist())
         history.append(Iteration(number, here.value, ratio, radius, taken, accepted, p))
         if progress is not None:

@@ -41,6 +41,12 @@ LOSSES = {
 }
 
 
+COVARIANCE = np.diag(np.linspace(0.05, 0.2, 6) ** 2) + 1e-3 * np.outer(
+    [1.0, -1.0, 0.5, 0.0, 1.0, 0.3], [1.0, -1.0, 0.5, 0.0, 1.0, 0.3]
+)
+"""Of six parameters, correlated both ways."""
+
+
 def regularisers(columns: tuple[str, ...]) -> dict[str, tuple[cv.Regulariser, ...]]:
     """An instance of every regulariser, over six parameters."""
     a, b, c, d, e, _ = columns
@@ -52,6 +58,7 @@ def regularisers(columns: tuple[str, ...]) -> dict[str, tuple[cv.Regulariser, ..
         "total-variation": (cv.TotalVariation(40.0, ((a, c), (b, d), (c, e))),),
         "entropy": (cv.Entropy(300.0, reference=0.02),),
         "robust": (cv.Robust(10.0),),
+        "prior": (cv.Prior(1.0, COVARIANCE),),
     }
 
 
@@ -107,6 +114,7 @@ FORMS: tuple[cv.Regulariser | cv.Constraint, ...] = (
         np.array([0.0, 0.1, 0.2, 0.0, -0.3, 0.0]),
         np.array([0.1, 0.2, 0.3, 1e4, 1.0, 2.0]),
     ),
+    cv.Prior(2.0, COVARIANCE, "present"),
     cv.Bounds(ONE_SIDED, np.array([4.0, 5.0, 6.0, np.inf, np.inf, 0.2])),
     cv.Bounds(np.array([0.0, -1, -1, -1, -1, -1]), np.array([0.0, 1, 1, 1, 1, 1])),  # one is held
     cv.LinearInequality({"a.E": -2.0, "b.rho": 1.0}, lower=-0.2, upper=0.7),
@@ -149,6 +157,9 @@ TABLES: dict[str, dict[str, Any]] = {
     "smoothness": {"at_most": 0.1},
 }
 """A table for each key of [constraints]."""
+
+PENALTIES: dict[str, dict[str, Any]] = {"prior": {"deviation": 0.2, "deviations": {"a.E": 0.1}}}
+"""What the table of a regulariser has to say beside `kind` and `weight`."""
 
 
 @dataclass(frozen=True)

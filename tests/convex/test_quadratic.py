@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from cvxupdate import convex as cv
 from cvxupdate.convex.constraints.clauses import LinearClause
 from cvxupdate.convex.matrix_form import ConeProgram, Cones, cone_program
-from cvxupdate.convex.problem import Model, compile_step
+from cvxupdate.convex.problem import Model, compile_step, of_move
 from cvxupdate.convex.quadratic import quadratic_program, written
 from cvxupdate.system import Array
 
@@ -44,6 +44,11 @@ BOXES: dict[str, Box | None] = {
 }
 
 
+def begin(box: Box | None) -> Array | None:
+    """Where a step begins: the middle of its trust region."""
+    return None if box is None else box[0]
+
+
 def title(member: object) -> str:
     return type(member).__name__
 
@@ -59,6 +64,12 @@ def step_problem(
     )
 
 
+def weighed(terms: Sequence[cv.Regulariser], second: float = 1.9) -> list[float]:
+    """A weight for each term: any number, but its own for a penalty of the move."""
+    numbers = (0.7, second, 0.4, 1.1)
+    return [float(r.weight) if of_move(r) else numbers[k % 4] for k, r in enumerate(terms)]
+
+
 def reduced_data(rows: int = N) -> tuple[Array, Array]:
     rng = np.random.default_rng(3)
     return rng.normal(size=(rows, N)), rng.normal(size=rows)
@@ -71,7 +82,7 @@ def compiled(
     model = compile_step(problem, N, box is not None)
     if box is not None:
         model.set_box(*box)
-    model.set_data(*reduced_data(rows), weights)
+    model.set_data(*reduced_data(rows), weights, begin(box))
     return model
 
 
@@ -130,11 +141,13 @@ def test_it_is_cvxpy_s_program(
     terms: tuple[cv.Regulariser, ...], clauses: tuple[cv.Constraint, ...], box: str
 ) -> None:
     """The same variables, rows, cones and entries, in the same order."""
-    check_same(step_problem(terms, clauses), [0.7 + k for k in range(len(terms))], BOXES[box])
+    check_same(step_problem(terms, clauses), weighed(terms), BOXES[box])
 
 
 def test_a_term_of_weight_zero_keeps_its_place() -> None:
-    check_same(step_problem(SERVED_TERMS), [0.7, 0.0, 1.9], BOXES["trust region"])
+    weights = weighed(SERVED_TERMS, 0.0)
+    assert 0.0 in weights
+    check_same(step_problem(SERVED_TERMS), weights, BOXES["trust region"])
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -163,7 +176,7 @@ def check_same(problem: cv.StepProblem, weights: Sequence[float], box: Box | Non
     model = compiled(problem, weights, box)
     wanted, (at,) = cone_program(model.problem, model.p)
     R, d = reduced_data()
-    found, begins = quadratic_program(problem, R, d, tuple(weights), box)
+    found, begins = quadratic_program(problem, R, d, tuple(weights), box, begin(box))
     assert (begins, found.cones, found.constant) == (at, wanted.cones, wanted.constant)
     for mine, theirs in ((found.P, wanted.P), (found.A, wanted.A)):
         np.testing.assert_array_equal(mine.toarray(), theirs.toarray())
@@ -221,10 +234,14 @@ def stated(
     R, d = reduced_data(rows_of_data)
     H, g, c = 2 * R.T @ R, -2 * R.T @ d, d @ d
     for weight, term in zip(weights, problem.regularisers, strict=True):
-        assert isinstance(term, cv.Tikhonov)
-        price = weight / np.broadcast_to(np.asarray(term.scale), (N,)) ** 2
-        wish = np.broadcast_to(np.asarray(term.reference), (N,))
-        H, g, c = H + 2 * np.diag(price), g - 2 * price * wish, c + price @ wish**2
+        if isinstance(term, cv.Prior):
+            price = weight * np.linalg.inv(term.covariance)
+            wish = box[0] if term.about == "present" and box is not None else np.zeros(N)
+        else:
+            assert isinstance(term, cv.Tikhonov)
+            price = np.diag(weight / np.broadcast_to(np.asarray(term.scale), (N,)) ** 2)
+            wish = np.broadcast_to(np.asarray(term.reference), (N,))
+        H, g, c = H + 2 * price, g - 2 * price @ wish, c + wish @ price @ wish
     rows = []
     for clause in problem.clauses:
         assert isinstance(clause, LinearClause)
@@ -245,12 +262,12 @@ def stated(
 def test_the_normal_form_is_that_of_the_step(clauses: tuple[cv.Constraint, ...], box: str) -> None:
     """Written down, compiled for conic solvers, compiled for quadratic ones, and as the step is
     defined: one normal form."""
-    problem, weights = step_problem(SERVED_TERMS, clauses), [0.7, 1.9, 0.4]
+    problem, weights = step_problem(SERVED_TERMS, clauses), weighed(SERVED_TERMS)
     model = compiled(problem, weights, BOXES[box])
     conic, (at,) = cone_program(model.problem, model.p)
     R, d = reduced_data()
     programs = (
-        quadratic_program(problem, R, d, tuple(weights), BOXES[box]),
+        quadratic_program(problem, R, d, tuple(weights), BOXES[box], begin(BOXES[box])),
         osqp_program(model),
         (conic, at),
     )
@@ -264,14 +281,15 @@ def test_zero_rows_that_fill_the_compiled_data_change_nothing() -> None:
     """A system with fewer rows than parameters: cvxpy's data are filled with zero rows, the program
     that is written down has none of them."""
     problem, box = step_problem(SERVED_TERMS, TOGETHER), BOXES["trust region on some"]
-    model = compiled(problem, [0.7, 1.9, 0.4], box, 3)
+    weights = weighed(SERVED_TERMS)
+    model = compiled(problem, weights, box, 3)
     conic, (at,) = cone_program(model.problem, model.p)
-    found, begins = quadratic_program(problem, *reduced_data(3), (0.7, 1.9, 0.4), box)
+    found, begins = quadratic_program(problem, *reduced_data(3), tuple(weights), box, begin(box))
     assert conic.q.size == found.q.size + N - 3
     forms = (
         normal_form(found, begins),
         normal_form(conic, at),
-        stated(problem, [0.7, 1.9, 0.4], box, 3),
+        stated(problem, weights, box, 3),
     )
     for written_down, by_cvxpy, by_definition in zip(*forms, strict=True):
         np.testing.assert_allclose(written_down, by_cvxpy, rtol=1e-12, atol=1e-12)

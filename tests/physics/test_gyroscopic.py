@@ -190,10 +190,12 @@ def laboratory(omega: float, zeta: float = 0.0) -> NDArray[np.complex128]:
     return np.asarray(H[:, [place[x] for x in SENSORS]][:, :, [place[x] for x in INPUTS]])
 
 
-def setting(omega: float, zeta: float = 0.0, epsilon: float = 0.03) -> ResponseSetting:
+def setting(
+    omega: float, zeta: float = 0.0, epsilon: float = 0.03, model: Model | None = None
+) -> ResponseSetting:
     """Every mode among those that the skew matrix couples."""
     made = setting_for(
-        at_spin(found(rotor()), omega)[0],
+        at_spin(found(rotor()), omega)[0] if model is None else model,
         rotor(),
         (measured(laboratory(omega, zeta), epsilon),),
         1e4,
@@ -249,7 +251,7 @@ def test_derivatives_with_a_skew_matrix() -> None:
     ]
     candidate = found(append_parameters(rotor(), wanted))
     model, p = at_spin(candidate, 800.0)
-    chosen = replace(setting(800.0), model=model)
+    chosen = setting(800.0, model=model)
     p = np.append(p, np.zeros(len(chosen.columns) - len(p)))
     point = chosen.evaluate(p)
     A = point.jacobian()

@@ -4,11 +4,12 @@ from .common import RULES, Regulariser
 from .entropy import Entropy
 from .group_l1 import GroupL1, groups_by_carrier
 from .l1 import L1
+from .prior import Prior
 from .robust import Robust
 from .tikhonov import Tikhonov
 from .total_variation import TotalVariation
 
-REGULARISERS = (Tikhonov, L1, GroupL1, TotalVariation, Entropy, Robust)
+REGULARISERS = (Tikhonov, L1, GroupL1, TotalVariation, Entropy, Robust, Prior)
 
 __all__ = [
     "L1",
@@ -16,6 +17,7 @@ __all__ = [
     "RULES",
     "Entropy",
     "GroupL1",
+    "Prior",
     "Regulariser",
     "Robust",
     "Tikhonov",

@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cvxupdate.correlate import pair_modes
-from cvxupdate.diagnose.nominal.refined import refined
 from cvxupdate.diagnose.settings import ANOTHER_MODE, SLENDER
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes
+from cvxupdate.fe.refinement import refined
 from cvxupdate.fe.sections import section_constants
 from cvxupdate.fe.select import has_property
 from cvxupdate.spec import Spec
@@ -88,7 +88,7 @@ def mesh_error(spec: Spec, model: Model, top: float, sheared: bool = False) -> M
         return NONE
     order = min(ORDER[k] for k in kinds)
     try:
-        fine = build_model(replace(spec, model=refined(spec.model), update=None))
+        fine = build_model(replace(spec, model=refined(spec.model).model, update=None))
         if sheared:
             model, fine = shearing(model), shearing(fine)
         order = min(order, 2) if stocky(model) else order

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from cvxupdate.diagnose.nominal.refined import refined
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes
+from cvxupdate.fe.refinement import refined
 from cvxupdate.spec import Spec
 from cvxupdate.spec.elements import text_of
 from cvxupdate.spec.write import Written, compacted, tables_of
@@ -37,11 +37,13 @@ def finer(spec: Spec) -> Spec | None:
         return None
 
     def parts(block: Any, row: Any) -> int:
+        if block.type not in LINES:
+            return 1
         section = spec.model.sections.get(row.section or block.section)
         sheared = getattr(section, "kappa", None) is not None
         return SECOND_ORDER if sheared else LINES[block.type]
 
-    return replace(spec, model=refined(spec.model, parts, renumber=True), update=None)
+    return replace(spec, model=refined(spec.model, parts, renumber=True).model, update=None)
 
 
 def finer_file(fine: Spec) -> Written:

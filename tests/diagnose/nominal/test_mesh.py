@@ -11,13 +11,13 @@ import pytest
 from cvxupdate.diagnose.nominal.mesh import (
     NONE,
     mesh_error,
-    refined,
     shearing,
     stocky,
 )
 from cvxupdate.diagnose.settings import ANOTHER_MODE
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
+from cvxupdate.fe.refinement import refined
 
 STOCKY = """
 title = "Stocky bar"
@@ -48,7 +48,7 @@ dofs = ["z", "ry"]
 def finest(spec, times):
     """The model on a mesh 2^times as fine."""
     for _ in range(times):
-        spec = replace(spec, model=refined(spec.model), update=None)
+        spec = replace(spec, model=refined(spec.model).model, update=None)
     return build_model(spec)
 
 
