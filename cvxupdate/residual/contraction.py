@@ -179,8 +179,9 @@ def _times(matrices: Real, fields: Field) -> Field:
 
 def constant(model: Model) -> bool:
     """Whether the derivatives are the same at every p: nothing but p-values, each a factor on one
-    matrix of its elements."""
-    return not model.exact and all(q.of in P_VALUES for q in model.parameters)
+    matrix of its elements, and entries of element matrices."""
+    linear = all(q.of in P_VALUES or q.of == "generic" for q in model.parameters)
+    return linear and not model.exact
 
 
 def derivatives(model: Model, p: Real) -> Derivatives:
