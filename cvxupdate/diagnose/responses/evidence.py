@@ -24,6 +24,7 @@ from cvxupdate.diagnose.responses.finite_size import few_directions, whole_membe
 from cvxupdate.diagnose.responses.first_order import first_order, linearised
 from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
+from cvxupdate.diagnose.responses.remains import remains
 from cvxupdate.diagnose.responses.resampling import halves
 from cvxupdate.diagnose.responses.sets import sets_of_elements
 from cvxupdate.diagnose.responses.setting import EFFORTS, around, followed, let_go, setting_for
@@ -153,11 +154,9 @@ class ResponseEvidence:
             return regrown(self._freed(node, kind), model)
 
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
-        d, zeta = self.data, self._zeta
-        measured = d.accelerometers, d.driven, d.forces
-        return SearchContext(
-            model, m.K, m.M, d.top, d.bottom, d.sensors, held, released, zeta, *measured
-        )
+        d = self.data
+        rig = (self._zeta, d.accelerometers, d.driven, d.forces)
+        return SearchContext(model, m.K, m.M, d.top, d.bottom, d.sensors, held, released, *rig)
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""
@@ -262,6 +261,10 @@ class ResponseEvidence:
         """In words."""
         held = f" and {errors.hold_out:.3g} (held out)" if np.isfinite(errors.hold_out) else ""
         return f"{errors.fit:.3g} of the response (fitted){held}"
+
+    def remains(self, found: Fit) -> str:
+        """Where in frequency, and at which sensors."""
+        return remains(found.point, (*self.data.sharp, *self.data.sharp_hold_out))
 
     def lines(self) -> list[str]:
         """What the mesh of the file is worth."""
