@@ -9,6 +9,7 @@ import pytest
 from scipy.linalg import eigh
 
 from cvxupdate.diagnose.nominal.mesh import NONE
+from cvxupdate.diagnose.nominal.refinement import PLAIN
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.responses.common import Common, Missed, common_of
 from cvxupdate.diagnose.responses.data import prepare
@@ -21,7 +22,7 @@ from tests.cases.signals import signal_of
 def evidence_of(model, *recordings):
     start = with_nuisance(model, scatter=0.1)
     return ResponseEvidence(
-        model, start, prepare(recordings), (), (), lambda n, k: start, lambda text: None
+        model, start, prepare(recordings), PLAIN, (), (), lambda n, k: start, lambda text: None
     )
 
 
