@@ -14,8 +14,8 @@ from cvxupdate.diagnose.nominal.refinement import (
     Mesh,
     Wanted,
     fine_enough,
-    has_sheets,
     shift_between,
+    wants_finer,
 )
 from cvxupdate.diagnose.settings import FREQUENCY_DISCREPANCY, MESH_NOISE
 from cvxupdate.fe.model import Model
@@ -29,7 +29,7 @@ LITTLE = 0.03  # of the discrepancy of a sound model: coordinates that matter le
 def mesh_of_tables(spec: Spec, file: Model, tables: Sequence[ModeTable], sheared: bool) -> Mesh:
     """Fine enough for the frequencies of the tables."""
     bare = undamped(file.with_parameters(()))
-    if not has_sheets(file):
+    if not wants_finer(file):
         return PLAIN
     measured = prepared(bare, tables, NONE).measured
     top = max(float(t.frequency.max()) for t in tables)

@@ -16,7 +16,7 @@ import scipy.sparse as sp
 
 from cvxupdate.correlate import pair_modes
 from cvxupdate.diagnose.nominal.mesh import shearing
-from cvxupdate.diagnose.settings import ANOTHER_MODE, MESH_PARTS, MESH_TOLD
+from cvxupdate.diagnose.settings import ANOTHER_MODE, MESH_PARTS, MESH_TOLD, REFINED
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.analysis import Analysis, analysis_of
@@ -99,10 +99,9 @@ def fine_enough(spec: Spec, file: Model, wanted: Wanted) -> Mesh:
     return Mesh(needed, shift, error, left, _advised(shift, rest, MESH_PARTS[0]))
 
 
-def has_sheets(model: Model) -> bool:
-    """Whether rectangles of a sheet are among the elements: their frequencies and shapes converge
-    with the square of their size, and extrapolated frequencies do not bring the shapes."""
-    return any(b.kind.name == "plate" for b in model.blocks)
+def wants_finer(model: Model) -> bool:
+    """Whether any of its elements is of a type that does (`REFINED`)."""
+    return any(b.kind.name in REFINED for b in model.blocks)
 
 
 def _advised(shift: float, rest: float, parts: int) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cvxupdate.diagnose.nominal.damping import undamped
-from cvxupdate.diagnose.nominal.refinement import PLAIN, Mesh, Wanted, fine_enough, has_sheets
+from cvxupdate.diagnose.nominal.refinement import PLAIN, Mesh, Wanted, fine_enough, wants_finer
 from cvxupdate.diagnose.responses.data import Data
 from cvxupdate.diagnose.responses.errors import averaged, noise_errors, norms
 from cvxupdate.diagnose.responses.setting import setting_for
@@ -20,7 +20,7 @@ LEAST = 1e-5  # relative: finer than this no frequency is asked for
 def mesh_for(spec: Spec, file: Model, data: Data, sheared: bool) -> Mesh:
     """Fine enough for the responses in the band, damped as the file says."""
     bare = undamped(file.with_parameters(()))
-    if not has_sheets(bare):
+    if not wants_finer(bare):
         return PLAIN
 
     def modelled(model: Model) -> tuple[Complex, ...]:

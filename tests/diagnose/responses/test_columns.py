@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from cvxupdate.diagnose.responses import columns
 from cvxupdate.diagnose.responses.columns import Columns, columns_of, delay_unit
 from cvxupdate.diagnose.responses.setting import setting_for
 from cvxupdate.physics.effect import HiddenOscillator
@@ -68,7 +69,7 @@ def test_pieces_make_no_difference(scene, monkeypatch):
         for numbers, own in Columns(point).batches(dict(enumerate(candidates)))
         for k, J in zip(numbers, own.T, strict=True)
     }
-    monkeypatch.setattr("cvxupdate.diagnose.responses.columns.ROOM", 1)
+    monkeypatch.setattr(columns, "ROOM", 1)
     for numbers, own in Columns(point).batches(dict(enumerate(candidates))):
         for k, J in zip(numbers, own.T, strict=True):
             np.testing.assert_allclose(J, whole[k], rtol=1e-10, atol=1e-12 * np.abs(J).max())
