@@ -233,9 +233,9 @@ class MatrixRow(Row):
     """One element or group matrix from another finite-element program.
 
     A value with the ending of a matrix file is itself a file: ``.mtx`` (Matrix Market, Abaqus),
-    ``.npz`` (``scipy.sparse.save_npz``), ``.sti`` and ``.mas`` (CalculiX, with ``.dof`` beside),
-    ``.pch`` or ``.dmig`` and ``.op4`` (Nastran), ``.hb``, ``.rsa`` or ``.rua`` (Harwell–Boeing:
-    Ansys, with ``.mapping`` beside). Anything else is the name of a variable in ``file``.
+    ``.npz`` (``scipy.sparse.save_npz``), ``.sti``, ``.mas`` (CalculiX, ``.dof`` beside), ``.pch``,
+    ``.dmig``, ``.op4`` (Nastran), ``.hb``, ``.rsa``, ``.rua`` (Harwell–Boeing: Ansys, ``.mapping``
+    beside). Anything else is the name of a variable in ``file``.
     """
 
     stiffness: Text | None = Field(
@@ -246,9 +246,7 @@ class MatrixRow(Row):
     structural: Text | None = Field(
         default=None, description="structural (hysteretic) damping matrix, likewise"
     )
-    file: Path | None = Field(
-        default=None, description=".mat, .npz, .op4, .pch or .dmig file with the variables"
-    )
+    file: Path | None = Field(default=None, description=".mat, .npz, .op4, .pch file of variables")
     dataset: Text | None = Field(
         default=None, description="data set under CVXUPDATE_DATA that holds the file"
     )
