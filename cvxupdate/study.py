@@ -110,6 +110,10 @@ def run(
     spec, table = _to_update(problem, "run")
     spec, model, recordings = _one_state(spec, reading)
     warnings = examine(spec, model, recordings, warn)
+    if table.method == "direct":
+        from cvxupdate.update.direct import update_direct
+
+        return replace(update_direct(spec, model, recordings), warnings=warnings)
     model = refined_for(spec, model)
     if table.method in ("ceam", "rfm"):
         from cvxupdate.update.ceam import update_ceam

@@ -51,6 +51,24 @@ PHYSICS = (
 """The effects that the contract names, those that are not implemented included."""
 
 
+DIRECT = (
+    "baruch",
+    "berman-nagy",
+    "caesar",
+    "wei",
+    "fuh-chen",
+    "caesar-link",
+    "ross",
+    "luk",
+    "sidhu-ewins",
+    "second-order",
+    "gysin",
+    "lieven-ewins",
+    "minas-inman",
+)
+"""The direct methods; a test compares them with `cvxupdate.direct.methods`."""
+
+
 class ParameterRow(Part):
     """One parameter, or one for each element or group: what it acts on, and the property it
     changes.
@@ -112,7 +130,14 @@ class Whole(Part):
 class Update(Part):
     """What ``run`` does."""
 
-    method: Literal["frequencies", "sensitivity", "rfm", "ceam"] = Field(description="the method")
+    method: Literal["frequencies", "sensitivity", "rfm", "ceam", "direct"] = Field(
+        description="the method"
+    )
+    direct: Literal[DIRECT] = Field(  # type: ignore[valid-type]
+        default="baruch",
+        description="direct: the closed-form method (thesis 2.7) whose matrices are the result; "
+        "all the others are shown beside it. No parameters, bounds or clauses",
+    )
     parameters: Annotated[tuple[ParameterRow, ...], Table()] = Field(
         default=(), description="the parameters; none are needed beside `whole`"
     )
