@@ -21,6 +21,7 @@ from cvxupdate.keys import (
 )
 from cvxupdate.registry import REGULARISERS
 from cvxupdate.spec.generic import FamilyTable
+from cvxupdate.spec.whole import DIRECT, Whole
 
 NonNegativeCount = Annotated[int, Field(ge=0)]
 SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "QUADPROG", "HIGHS")
@@ -49,24 +50,6 @@ PHYSICS = (
     "sensor_fault",
 )
 """The effects that the contract names, those that are not implemented included."""
-
-
-DIRECT = (
-    "baruch",
-    "berman-nagy",
-    "caesar",
-    "wei",
-    "fuh-chen",
-    "caesar-link",
-    "ross",
-    "luk",
-    "sidhu-ewins",
-    "second-order",
-    "gysin",
-    "lieven-ewins",
-    "minas-inman",
-)
-"""The direct methods; a test compares them with `cvxupdate.direct.methods`."""
 
 
 class ParameterRow(Part):
@@ -104,27 +87,6 @@ class ParameterRow(Part):
     family: FamilyTable | None = Field(
         default=None, description="generic: which family; absent: K and M by symmetry"
     )
-
-
-class Whole(Part):
-    """Whole symmetric matrices: every entry on a pattern is a parameter. Entry (i, j) of A moves by
-    p √(A_ii A_jj)."""
-
-    matrices: Annotated[tuple[Literal["K", "M", "C", "D"], ...], Field(min_length=1)] = Field(
-        description="the matrices"
-    )
-    pattern: Literal["model", "nodes", "all"] = Field(
-        default="model",
-        description="entries that may change: those that are not 0 in the model, those "
-        "between DOFs of nodes that share an element, or every one",
-    )
-    symmetric: bool = Field(
-        default=True,
-        description="false: (i, j) and (j, i) are two parameters, "
-        "held equal by the clause `symmetry`",
-    )
-    lower: float | None = Field(default=None, description="lower bound of every p")
-    upper: float | None = Field(default=None, description="upper bound of every p")
 
 
 class Update(Part):

@@ -8,7 +8,8 @@ import scipy.linalg as la
 
 from cvxupdate.direct.methods import METHODS, NAMES, Request
 from cvxupdate.direct.result import faults
-from cvxupdate.spec.update import DIRECT, Update
+from cvxupdate.spec.update import Update
+from cvxupdate.spec.whole import DIRECT
 
 K = 1e5 * (np.diag([15.0, 14.0, 13.0, 9.0, 4.0]) - np.diag([6.0, 8.0, 5.0, 4.0], 1))
 K = np.triu(K) + np.triu(K, 1).T
