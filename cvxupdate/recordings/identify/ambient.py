@@ -14,22 +14,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.signal
 
-from cvxupdate.errors import RecordingError
+from cvxupdate.recordings.identify.ambient_record import (
+    block_hankel,
+    block_rows,
+    correlations,
+    decimated,
+    motion_columns,
+    must_stand_out,
+    scaled,
+)
 from cvxupdate.recordings.identify.plscf import PoleSet
 from cvxupdate.recordings.identify.selection import clusters
 from cvxupdate.recordings.identify.stabilisation import Criteria, Stabilisation, stabilisation
 from cvxupdate.recordings.realise.indicators import mean_phase_deviation, phase_collinearity
 from cvxupdate.recordings.types import Channel, Complex, Real, TimeHistory
 
-MOTIONS = ("displacement", "velocity", "acceleration")
-OVERSAMPLED = 1.3
-"""Nyquist frequency over the band's upper end after decimation: the filter's own slope."""
-LARGEST = 600
-"""Rows of the Hankel matrix at most."""
-PIECES = (4, 30)
-"""Pieces of the record: fewer give no scatter, more are too short for the slowest mode."""
 LEAST_MPC, MOST_MPD = 0.5, 35.0
 """Clusters less collinear than this are no modes of a structure whose damping is moderate; both
 must be exceeded, because either alone also falls for modes that are hardly seen."""
@@ -40,11 +40,6 @@ CLUSTER = Criteria(fraction=0.5)
 DOUBTFUL = 0.5
 """Deviation of the damping over the damping above which a cluster is no mode: poles of noise have
 no width of their own, and the pieces of the record disagree on it."""
-
-
-ABOVE = 2.0
-"""Largest singular value of the Hankel matrix over the norm that scatter alone gives it: that of
-white noise is 1 within some tens of per cent."""
 
 
 @dataclass(frozen=True)
@@ -107,17 +102,17 @@ def identify_ambient(
         When there is no motion, the band is beyond the rate, or the record is too short or noise.
     """
     c = criteria if criteria is not None else CLUSTER
-    columns = _columns(history, quantity)
+    columns = motion_columns(history, quantity)
     samples = len(history.data)
     low, high = band if band is not None else (8.0 * history.rate / samples, 0.4 * history.rate)
-    y, rate = _decimated(history, columns, high)
-    y, scale = _scaled(y, history, columns)
-    rows = _rows(rate, max(low, 0.02 * high), len(columns), max_order, len(y))
-    R = _correlations(y, 2 * rows)
+    y, rate = decimated(history, columns, high)
+    y, scale = scaled(y, history, columns)
+    rows = block_rows(rate, max(low, 0.02 * high), len(columns), max_order, len(y))
+    R = correlations(y, 2 * rows)
     mean = R.mean(axis=0)
-    hankel = _hankel(mean, rows)
+    hankel = block_hankel(mean, rows)
     U, s, Vt = np.linalg.svd(hankel)
-    _must_stand_out(float(s[0]), R - mean, rows, history.origin.name)
+    must_stand_out(float(s[0]), R - mean, rows, history.origin.name)
     top = min(max_order, (rows - 1) * len(columns), int(np.count_nonzero(s > 1e-12 * s[0])))
     states = [_state(U[:, :n], n, len(columns)) for n in range(2, top + 1, 2)]
     sets = [_poles(state, rate, scale) for state in states]
@@ -126,9 +121,26 @@ def identify_ambient(
     moved = _Moved(R, mean, rows, U, s, Vt)
     found = [_mode(states, diagram, group, rate, scale, moved) for group in chosen]
     found.sort(key=lambda item: abs(item[0]))
-    doubtful = [f for f in found if f[2][1] > DOUBTFUL * -f[0].real / abs(f[0])]
-    dropped += [abs(f[0]) / (2.0 * np.pi) for f in doubtful]
-    found = [f for f in found if not any(f is d for d in doubtful)]
+    doubtful = [f[2][1] > DOUBTFUL * -f[0].real / abs(f[0]) for f in found]
+    dropped += [abs(f[0]) / (2.0 * np.pi) for f, bad in zip(found, doubtful, strict=True) if bad]
+    return _result(
+        [f for f, bad in zip(found, doubtful, strict=True) if not bad],
+        tuple(history.channels[k] for k in columns),
+        diagram,
+        (low, high),
+        (rate, 2 * rows, len(R)),
+        tuple(sorted(dropped)),
+    )
+
+
+def _result(
+    found: list[Found],
+    channels: tuple[Channel, ...],
+    diagram: Stabilisation,
+    band: tuple[float, float],
+    sizes: tuple[float, int, int],
+    dropped: tuple[float, ...],
+) -> AmbientModes:
     poles = np.array([item[0] for item in found], dtype=np.complex128)
     size = np.abs(poles)
     std = np.array([item[2] for item in found]).reshape(-1, 2)
@@ -138,100 +150,16 @@ def identify_ambient(
         damping=np.asarray(-poles.real / size),
         damping_std=std[:, 1],
         poles=poles,
-        shapes=np.array([item[1] for item in found]).reshape(-1, len(columns)),
-        shape_std=np.array([item[3] for item in found]).reshape(-1, len(columns)),
-        channels=tuple(history.channels[k] for k in columns),
+        shapes=np.array([item[1] for item in found]).reshape(-1, len(channels)),
+        shape_std=np.array([item[3] for item in found]).reshape(-1, len(channels)),
+        channels=channels,
         stabilisation=diagram,
-        band=(low, high),
-        rate=rate,
-        lags=2 * rows,
-        pieces=len(R),
-        dropped=tuple(sorted(dropped)),
+        band=band,
+        rate=sizes[0],
+        lags=sizes[1],
+        pieces=sizes[2],
+        dropped=dropped,
     )
-
-
-def _columns(history: TimeHistory, quantity: str | None) -> list[int]:
-    kinds = [c.quantity for c in history.channels if c.quantity in MOTIONS]
-    if not kinds:
-        raise RecordingError(f"{history.origin.name}: no channel reads a motion")
-    wanted = quantity if quantity is not None else max(dict.fromkeys(kinds), key=kinds.count)
-    return [k for k, c in enumerate(history.channels) if c.quantity == wanted]
-
-
-def _scaled(y: Real, history: TimeHistory, columns: list[int]) -> tuple[Real, Real]:
-    """Channels of unit power, and what they were divided by."""
-    scale = np.std(y, axis=0)
-    if not np.all(scale > 0.0):
-        dead = [history.channels[k].label for k, s in zip(columns, scale, strict=True) if s == 0.0]
-        raise RecordingError(
-            f"{history.origin.name}: {', '.join(dead)} does not move; leave it out"
-        )
-    return y / scale, np.asarray(scale)
-
-
-def _must_stand_out(largest: float, beside: Real, rows: int, name: str) -> None:
-    """Raise where the Hankel matrix is no larger than its own scatter makes it."""
-    scatter = [np.linalg.norm(_hankel(piece, rows), 2) for piece in beside]
-    if largest < ABOVE * float(np.mean(scatter)) / np.sqrt(len(beside)):
-        raise RecordingError(
-            f"{name}: the responses' correlations do not stand above their scatter from piece to "
-            "piece: noise, or far too short a record"
-        )
-
-
-def _decimated(history: TimeHistory, columns: list[int], high: float) -> tuple[Real, float]:
-    """The channels without trend, filtered and thinned to what the band needs (zero phase)."""
-    if high >= 0.5 * history.rate:
-        raise RecordingError(
-            f"{history.origin.name}: the band ends at {high:g} Hz, but {history.rate:g} samples a "
-            f"second show nothing above {0.5 * history.rate:g} Hz"
-        )
-    data = np.asarray(history.data[:, columns], dtype=np.float64)
-    if not np.all(np.isfinite(data)):
-        raise RecordingError(
-            f"{history.origin.name}: holds samples that are no numbers; cut the record "
-            "(start, stop)"
-        )
-    y = scipy.signal.detrend(data, axis=0)
-    rate, factor = history.rate, int(history.rate / (2.0 * OVERSAMPLED * high))
-    while factor > 1:  # in stages: a filter of a large factor is ill-conditioned
-        now = min(factor, 8)
-        y = scipy.signal.decimate(y, now, ftype="fir", axis=0, zero_phase=True)
-        rate, factor = rate / now, factor // now
-    return np.asarray(y), rate
-
-
-def _rows(rate: float, low: float, channels: int, order: int, samples: int) -> int:
-    """Block rows: two periods of the lowest frequency, enough for the order, not too many."""
-    wanted = max(int(np.ceil(2.0 * rate / low)), -(-2 * order // channels), 4)
-    rows = min(wanted, max(LARGEST // channels, -(-order // channels) + 2))
-    if 8 * rows * PIECES[0] > samples:
-        rows = max(samples // (8 * PIECES[0]), 4)
-    if (rows - 1) * channels < 4 or samples < 8 * PIECES[0] * rows:
-        raise RecordingError(
-            f"{samples} samples (after decimation) are too few for a subspace identification; "
-            "record longer, or raise the band's upper end"
-        )
-    return rows
-
-
-def _correlations(y: Real, lags: int) -> Real:
-    """Correlations (pieces, lags + 1, channels, channels) of equal pieces of the record."""
-    pieces = int(np.clip(len(y) // (4 * lags), *PIECES))
-    length = len(y) // pieces
-    n = int(2 ** np.ceil(np.log2(length + lags)))
-    out = []
-    for k in range(pieces):
-        Y = np.fft.rfft(y[k * length : (k + 1) * length], n, axis=0)
-        r = np.fft.irfft(Y[:, :, None] * np.conj(Y[:, None, :]), n, axis=0)[: lags + 1]
-        out.append(r / (length - np.arange(lags + 1))[:, None, None])
-    return np.array(out)
-
-
-def _hankel(R: Real, rows: int) -> Real:
-    index = np.arange(rows)[:, None] + np.arange(rows)[None, :] + 1
-    channels = R.shape[1]
-    return np.asarray(R[index].transpose(0, 2, 1, 3).reshape(rows * channels, rows * channels))
 
 
 def _state(U: Real, order: int, channels: int) -> _State:
@@ -324,7 +252,7 @@ def _deviations(
     others = np.arange(n) != k
     rates, shapes = [], []
     for piece in moved.R:
-        dH = _hankel(piece - moved.mean, moved.rows)
+        dH = block_hankel(piece - moved.mean, moved.rows)
         dU = (dH @ moved.Vt[:n].T) / moved.s[:n]
         dU = dU - U @ (U.T @ dU)  # what turns U in its own space changes no pole
         dA = up @ (dU[channels:] - dU[:-channels] @ A) + gram @ (dU[:-channels].T @ rest)
