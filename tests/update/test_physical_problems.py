@@ -1,4 +1,4 @@
-"""The problem files of chapter 8 through `run`: Tables 8.1 and 8.2, and what cannot be determined."""
+"""The problem files of chapter 8 through `run`: Tables 8.1 and 8.2, and what stays open."""
 
 from __future__ import annotations
 
@@ -49,9 +49,7 @@ def test_single_elements_and_the_one_that_cannot_be_told() -> None:
     }
     assert str(silent["says"]).startswith("e1.thickness × t, e1.E ÷ t³ and e1.rho ÷ t change no")
     assert silent["standard_deviation"] is None
-    truth = {
-        f"e{e}.{of}": 1 / f - 1 for of, (f, some) in made.PLATE_ERRORS.items() for e in some
-    }
+    truth = {f"e{e}.{of}": 1 / f - 1 for of, (f, some) in made.PLATE_ERRORS.items() for e in some}
     for q, value in zip(updated.parameters, p.tolist(), strict=True):
         if q.name not in ("e1.thickness", "e1.E", "e1.rho"):
             assert value == pytest.approx(truth[q.name], abs=1e-6), q.name
@@ -61,8 +59,6 @@ def test_single_elements_and_the_one_that_cannot_be_told() -> None:
 def test_table_8_2() -> None:
     """8.7: exact elements, all coordinates, the eight printed frequencies (230.5 Hz)."""
     updated, p = run("exact/problem")
-    truth = np.concatenate(
-        [made.truth(made.EXACT_ERRORS, of, 20) for of in made.EXACT_ERRORS]
-    )
+    truth = np.concatenate([made.truth(made.EXACT_ERRORS, of, 20) for of in made.EXACT_ERRORS])
     assert updated.status == "converged" and updated.iterations <= 6
     assert np.abs(p - truth).max() < 1e-8
