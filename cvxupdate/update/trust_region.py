@@ -87,7 +87,8 @@ class Iteration:
 @dataclass(frozen=True)
 class LoopResult(Generic[P]):
     """Where the loop ended: ``status`` converged, stopped or infeasible; ``reason`` in words; the
-    last ``step`` with its certificate."""
+    last ``step`` with its certificate; ``covariance`` (n, n) of the end, of methods that carry
+    one."""
 
     start: P
     point: P
@@ -97,6 +98,7 @@ class LoopResult(Generic[P]):
     history: tuple[Iteration, ...]
     problem: StepProblem
     weight: WeightChoice | None
+    covariance: Array | None = None
 
 
 def iterate(
@@ -106,13 +108,15 @@ def iterate(
     options: Options,
     p0: Array,
     progress: Callable[[Iteration], None] | None = None,
+    renew: Callable[[P, StepProblem, P], StepProblem] | None = None,
 ) -> LoopResult[P]:
     """Sequential convex programming with a box trust region (Conn, Gould and Toint 2000, ch. 6).
 
     The start is the point nearest to ``p0`` that satisfies the constraints. A step is accepted when
     the objective really falls (ratio of actual to predicted decrease above 1e-4); the box grows
     after a ratio above 0.75 and shrinks below 0.25. A weight that is still a rule is chosen on the
-    first linear system.
+    first linear system. ``renew`` (here, problem, moved) gives the problem of the step from
+    ``moved``, after that of ``problem`` from ``here`` led there; None: the same throughout.
 
     Raises
     ------
@@ -146,6 +150,9 @@ def iterate(
         taken, accepted = size, False
         if ratio > ENOUGH and trial.point is not None:
             taken, accepted = _largest(trial.point.p - here.point.p, unit), True
+            if renew is not None:
+                problem = renew(here.point, problem, trial.point)
+                compiled = CompiledStep(problem, compiled.rows, choice)
             value = objective_at(problem, trial.point)  # a new step begins here
             here = Here(trial.point, trial.point.system(), value)
         p = tuple(here.point.p.tolist())

@@ -1,0 +1,64 @@
+"""What [update] frees: parameters, or whole matrices."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from cvxupdate.keys import Id, Names, Of, Part, Positive, Text, one_of
+
+
+class ParameterRow(Part):
+    """One parameter, or one for each element or group: what it acts on, and the property it
+    changes.
+
+    Exactly one of ``elements``, ``group``, ``groups``, ``material`` (none for the damping of the
+    whole model).
+    """
+
+    of: Of = Field(description="the property it changes")
+    elements: (
+        Annotated[
+            Literal["all"] | Annotated[tuple[Id, ...], Field(min_length=1)],
+            one_of('"all", or a list of element numbers'),
+        ]
+        | None
+    ) = Field(default=None, description='element numbers, or "all" that have the property')
+    group: Text | None = Field(default=None, description="a group")
+    groups: Names | None = Field(default=None, description="several groups")
+    material: Text | None = Field(default=None, description="all elements of a material")
+    each: Literal["element", "group"] | None = Field(
+        default=None,
+        description="a parameter for each element or each group; "
+        "absent: one for all (a macro element)",
+    )
+    name: Text | None = Field(default=None, description="name in results and constraints")
+    lower: float | None = Field(default=None, description="lower bound of the relative change p")
+    upper: float | None = Field(default=None, description="upper bound of the relative change p")
+    scale: Positive | None = Field(
+        default=None,
+        description="size of one unit of p in the unit of the "
+        "property, where the nominal value is 0",
+    )
+
+
+class Whole(Part):
+    """Whole symmetric matrices: every entry on a pattern is a parameter. Entry (i, j) of A moves by
+    p √(A_ii A_jj)."""
+
+    matrices: Annotated[tuple[Literal["K", "M", "C", "D"], ...], Field(min_length=1)] = Field(
+        description="the matrices"
+    )
+    pattern: Literal["model", "nodes", "all"] = Field(
+        default="model",
+        description="entries that may change: those that are not 0 in the model, those "
+        "between DOFs of nodes that share an element, or every one",
+    )
+    symmetric: bool = Field(
+        default=True,
+        description="false: (i, j) and (j, i) are two parameters, "
+        "held equal by the clause `symmetry`",
+    )
+    lower: float | None = Field(default=None, description="lower bound of every p")
+    upper: float | None = Field(default=None, description="upper bound of every p")
