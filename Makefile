@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 
-.PHONY: demo test lint bench proof calibrate rigs clean
+.PHONY: demo test lint bench proof calibrate rigs motions clean
 
 demo: $(VENV)/.base
 	$(BIN)/cvxupdate run problems/structure_a/problem.toml
@@ -30,6 +30,10 @@ calibrate: $(VENV)/.test
 # Likewise, with a laboratory of its own. ARGS="--laboratory rigs --cases" develops; --evaluation evaluates.
 rigs: $(VENV)/.test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.rigs $(ARGS)
+
+# Time histories of structures that touch, rub, harden or drift. ARGS="--seed 0 --count 24 --cases" develops.
+motions: $(VENV)/.test
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.motions $(ARGS)
 
 $(VENV)/bin/python:
 	$(PYTHON) -c "import sys; sys.exit('cvxupdate needs Python 3.11 or newer; run make PYTHON=python3.11') if sys.version_info < (3, 11) else None"

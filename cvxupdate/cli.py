@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from cvxupdate.commands.line import add
 from cvxupdate.commands.shared import Jobs, Json, Out, Problem, Recorded, display, say, warn
 from cvxupdate.errors import CvxupdateError, InfeasibleError, InputError
 from cvxupdate.report.files import folder_for, must_be_writable, write_files
@@ -157,6 +158,9 @@ def schema() -> None:
     from cvxupdate.spec import schema as do
 
     print(json.dumps(do(), indent=2, ensure_ascii=False))
+
+
+add(app)
 
 
 def _iteration(h: Iteration) -> str:

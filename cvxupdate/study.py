@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from cvxupdate.recordings.inspect import Inspection
     from cvxupdate.recordings.read.contents import Progress
     from cvxupdate.recordings.types import Recording
+    from cvxupdate.spec.update import Update
     from cvxupdate.update.result import Updated
     from cvxupdate.update.starts import Solve
     from cvxupdate.update.trust_region import Iteration
@@ -40,11 +41,38 @@ def open_problem(
     InputError
         For any fault of the file, the model or a recording.
     """
+    spec = load_problem(Path(path))
+    return spec, *_parts(spec, progress)
+
+
+def _parts(spec: Spec, progress: Progress | None = None) -> tuple[Model, tuple[Recording, ...]]:
     from cvxupdate.fe.build import build_model
     from cvxupdate.recordings.load import load_recordings
 
+    return build_model(spec), load_recordings(spec, progress)
+
+
+def _to_update(path: str | os.PathLike[str], command: str) -> tuple[Spec, Update]:
+    """A problem file with the [update] table that a command needs: said before recordings are
+    read."""
     spec = load_problem(Path(path))
-    return spec, build_model(spec), load_recordings(spec, progress)
+    if spec.update is None:
+        raise InputError(
+            f"{path}: {command} needs an [update] table. Add one with a method and parameters."
+        )
+    return spec, spec.update
+
+
+def _one_state(
+    spec: Spec, progress: Progress | None = None
+) -> tuple[Spec, Model, tuple[Recording, ...]]:
+    """A problem without the recordings of the reference state, where there are others: a model has
+    one state."""
+    from cvxupdate.recordings.states import looked_into
+
+    model, recordings = _parts(spec, progress)
+    now, kept = looked_into(spec, recordings)
+    return now, model, kept
 
 
 def run(
@@ -72,16 +100,15 @@ def run(
     from cvxupdate.update.starts import Many
     from cvxupdate.written import updated_file
 
-    spec, model, recordings = open_problem(path, reading)
+    spec, table = _to_update(path, "run")
+    spec, model, recordings = _one_state(spec, reading)
     warnings = examine(spec, model, recordings, warn)
-    if spec.update is None:
-        raise InputError(f"{path}: no [update] table to run. Add one with a method and parameters.")
     model = refined_for(spec, model)
-    if spec.update.method in ("ceam", "rfm"):
+    if table.method in ("ceam", "rfm"):
         from cvxupdate.update.ceam import update_ceam
         from cvxupdate.update.rfm import update_rfm
 
-        update = update_ceam if spec.update.method == "ceam" else update_rfm
+        update = update_ceam if table.method == "ceam" else update_rfm
         updated = update(spec, model, recordings, progress)
     else:
         done = None if reading is None else partial(reading, "starts")
@@ -95,7 +122,7 @@ def run(
         recordings=own_errors(model, recordings, p, updated.modes),
         warnings=warnings,
         written=updated_file(spec, model, p) if updated.status != "infeasible" else None,
-        caveats=caveats(updated, spec.update.frequency_points != "all"),
+        caveats=caveats(updated, table.frequency_points != "all"),
     )
 
 
@@ -103,7 +130,7 @@ def open_start(path: str) -> Solve:
     """What solves one of many starts of a problem file, for a process of its own."""
     from cvxupdate.update.modal_fit import modal_fit
 
-    return modal_fit(*open_problem(path)).solve
+    return modal_fit(*_one_state(load_problem(Path(path)))).solve
 
 
 def correlate(
@@ -191,18 +218,17 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
     from cvxupdate.update.modal_fit import residual_of
     from cvxupdate.update.parts import solver_choice, step_problem
 
-    spec, model, recordings = open_problem(path)
-    if spec.update is None:
-        raise InputError(f"{path}: solvers needs an [update] table with a method and parameters.")
-    if spec.update.method == "ceam":
+    spec, table = _to_update(path, "solvers")
+    spec, model, recordings = _one_state(spec)
+    if table.method == "ceam":
         from cvxupdate.update.ceam import residual_of as ceam_residual
 
         system = ceam_residual(spec, model, recordings).evaluate(model.zero()).system()
-    elif spec.update.method == "rfm":
+    elif table.method == "rfm":
         from cvxupdate.residual.frf import FrfResidual
         from cvxupdate.update.rfm import prepare
 
-        kind = "flexibility" if spec.update.residual == "auto" else spec.update.residual
+        kind = "flexibility" if table.residual == "auto" else table.residual
         chosen = prepare(spec, model, recordings).chosen
         system = FrfResidual(model, chosen, kind).evaluate(model.zero()).system()
     else:

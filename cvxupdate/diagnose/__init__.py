@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -21,7 +22,8 @@ def diagnose_problem(
 ) -> Diagnosis:
     """Diagnose responses where there are any, else tables of modes; time histories that no linear
     model explains once more, with laws that depend on the level; the
-    force of a part on a rig, whose model has no mass, by its law.
+    force of a part on a rig, whose model has no mass, by its law. Where there are recordings of a
+    reference state the model is brought to it before.
 
     Raises
     ------
@@ -32,22 +34,26 @@ def diagnose_problem(
     from cvxupdate.diagnose.gather import gathered, in_simulation
     from cvxupdate.diagnose.motion.component import rigs_of
     from cvxupdate.diagnose.pipeline import diagnosed
+    from cvxupdate.diagnose.reference import brought, changed, not_unchanged
 
     begin = time.perf_counter()
     tell = progress or (lambda text: None)
     rigs = rigs_of(model, recordings)
     if any(r.use == "fit" for r in rigs):
         return component_diagnosis(spec, rigs, begin)
-    evidence = gathered(spec, model, recordings, tell)
-    found = diagnosed(spec, recordings, evidence, tell, begin)
-    if found.verdict != "undetermined":
+    now = brought(spec, model, recordings, tell)
+    evidence = gathered(now.spec, now.model, now.recordings, tell, now.reference)
+    found = diagnosed(now.spec, now.recordings, evidence, tell, begin)
+    if found.verdict == "undetermined":
+        simulated = in_simulation(now.spec, now.recordings, evidence, tell)
+        if simulated is not None:
+            tell("no linear model explains the recordings: simulating")
+            again = diagnosed(now.spec, now.recordings, simulated, tell, begin)
+            found = again if again.findings or simulated.drift else found
+    if now.reference is None:
         return found
-    simulated = in_simulation(spec, recordings, evidence, tell)
-    if simulated is None:
-        return found
-    tell("no linear model explains the recordings: simulating")
-    again = diagnosed(spec, recordings, simulated, tell, begin)
-    return again if again.findings or simulated.drift else found
+    said = not_unchanged(found, changed(now.reference, now.recordings))
+    return replace(said, evidence=(*now.lines, *said.evidence))
 
 
 __all__ = ["diagnose_problem"]

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.elements.base import Real, Values
+from cvxupdate.fe.generic.use import FamilyUse
 from cvxupdate.fe.labels import KINDS as KINDS
 from cvxupdate.fe.parameters import Parameter
 
@@ -49,7 +50,7 @@ class Model:
     ``labels`` N names of the free DOFs ("n6.y"); ``node_ids``, ``xyz`` (nodes, 3) and ``dof_node``,
     ``dof_kind`` (N,) place them; ``modal_damping`` fractions of critical per mode (empty: none),
     used beside C where given; ``ties`` further names of free DOFs: ("n9.z", "n6.z") says that node
-    9 moves along z as node 6 does.
+    9 moves along z as node 6 does; ``families`` are the generic elements among the parameters.
     """
 
     labels: tuple[str, ...]
@@ -61,6 +62,7 @@ class Model:
     parameters: tuple[Parameter, ...] = ()
     modal_damping: tuple[float, ...] = ()
     ties: tuple[tuple[str, str], ...] = ()
+    families: tuple[FamilyUse, ...] = ()
 
     @property
     def size(self) -> int:

@@ -22,6 +22,7 @@ DENSE = (
 
 # of the stiffest motion's eigenvalue: no eigenvalue solver tells a slower motion (1e-10 of its
 # frequency) from rest
+FREE = ("entry", "generic")  # blocks whose factors may be of any sign
 STILL = 1e-20
 
 
@@ -168,7 +169,7 @@ def _negative_mass(model: Model, p: Real | None) -> bool:
     return any(
         matrix == "M"
         and bool(
-            np.any(np.real(factor) != 0.0 if block.kind.name == "entry" else np.real(factor) < 0.0)
+            np.any(np.real(factor) != 0.0 if block.kind.name in FREE else np.real(factor) < 0.0)
         )
         for block, values in zip(model.blocks, model.properties(p), strict=True)
         for matrix, _, factor in block.scalars(values)

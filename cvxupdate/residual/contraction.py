@@ -141,8 +141,8 @@ def _times(matrices: Real, fields: Field) -> Field:
 
 def constant(model: Model) -> bool:
     """Whether the derivatives are the same at every p: nothing but p-values, each a factor on one
-    matrix of its elements."""
-    return all(q.of in P_VALUES for q in model.parameters)
+    matrix of its elements, and entries of element matrices."""
+    return all(q.of in P_VALUES or q.of == "generic" for q in model.parameters)
 
 
 def derivatives(model: Model, p: Real) -> Derivatives:

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from cvxupdate.keys import Id, Names, Of, Part, Positive, Text, one_of
+from cvxupdate.spec.generic import FamilyTable
 
 
 class ParameterRow(Part):
@@ -40,6 +41,9 @@ class ParameterRow(Part):
         default=None,
         description="size of one unit of p in the unit of the "
         "property, where the nominal value is 0",
+    )
+    family: FamilyTable | None = Field(
+        default=None, description="generic: which family; absent: K and M by symmetry"
     )
 
 

@@ -14,14 +14,14 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from validation import calibrate
 from validation.rigs import generate
 from validation.rigs.cases import COUNT, FIRST, LABORATORIES, labels, secret
-from validation.rigs.judge import judged
+from validation.rigs.judge import Grade, judged
 from validation.rigs.totals import say, summary, told
 
 HERE = Path(__file__).resolve().parent
@@ -36,14 +36,19 @@ def procedure() -> list[Path]:
 
 
 def attempt(
-    seed: int, folder: Path, state: str, limit: float, problem: str = "problem.toml"
+    seed: int,
+    folder: Path,
+    state: str,
+    limit: float,
+    problem: str = "problem.toml",
+    make: Callable[[int, Path], object] = generate.make,
 ) -> dict[str, Any]:
     """Generate and diagnose one case and write its file: what was said, beside the truth. A case
     that fails or takes more than ``limit`` seconds of the processor has said nothing."""
     said: dict[str, Any] = {}
     why = ""
     with tempfile.TemporaryDirectory() as name:
-        generate.make(seed, Path(name))
+        make(seed, Path(name))
         truth = tomllib.loads((Path(name) / "truth.toml").read_text(encoding="utf-8"))
         begin, cpu = time.perf_counter(), time.process_time()
         try:
@@ -87,15 +92,15 @@ def _short(said: Mapping[str, Any]) -> dict[str, Any]:
     return out
 
 
-def rows_of(raw: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Finished cases, judged."""
+def rows_of(raw: Sequence[Mapping[str, Any]], grade: Grade | None = None) -> list[dict[str, Any]]:
+    """Finished cases, judged; ``grade`` as in `judged`."""
     return [
         {
             "seed": r["seed"],
             "seconds": r["seconds"],
             "cpu": r["cpu"],
             "why": r["why"],
-            **judged(r["said"], r["truth"]),
+            **judged(r["said"], r["truth"], grade),
         }
         for r in raw
     ]

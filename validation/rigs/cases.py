@@ -126,7 +126,7 @@ def draw(seed: int) -> Case:
         seed,
         d,
         kind,
-        _scatter(rng, d),
+        scattered(rng, d),
         zeta,
         shear,
         rotary,
@@ -196,7 +196,9 @@ def sound(d: Drawing) -> tuple[float, int]:
     return float(fine[skip]), int(np.argmax(off)) if off.any() else n - skip
 
 
-def _scatter(rng: Generator, d: Drawing) -> dict[str, tuple[float, float]]:
+def scattered(rng: Generator, d: Drawing) -> dict[str, tuple[float, float]]:
+    """Usual factors on stiffness and mass of each group."""
+
     def one(spread: float) -> float:
         return 1.0 + spread * float(np.clip(rng.standard_normal(), -2.5, 2.5))
 

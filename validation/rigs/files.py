@@ -44,7 +44,7 @@ def write(case: Case, folder: Path) -> None:
     """The whole folder."""
     folder.mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng([20261123, case.seed])
-    model = model_text(case, folder)
+    model = model_text(case.drawing, case.seed, folder)
     today = recordings_text(rng, case, folder, None)
     (folder / "problem.toml").write_text("\n".join([*model, *today]) + "\n", encoding="utf-8")
     if laboratory_of(case.seed) == "rigs":
@@ -58,17 +58,16 @@ def write(case: Case, folder: Path) -> None:
 # -------------------------------------------------------------------------------------------- model
 
 
-def model_text(case: Case, folder: Path) -> list[str]:
+def model_text(d: Drawing, seed: int, folder: Path) -> list[str]:
     """The [model] table, as a stranger writes it from docs/problem-files.md."""
-    d = case.drawing
     out = [
-        f'title = "{d.family.capitalize()}, test {case.seed}"',
+        f'title = "{d.family.capitalize()}, test {seed}"',
         'source = "drawing values"',
         "",
         "[model]",
         f"dofs = {toml(d.dofs)}",
     ]
-    if case.seed % 4 < 2:
+    if seed % 4 < 2:
         rows = [f"{n},{x:.6g},{y:.6g},{z:.6g}" for n, (x, y, z) in d.nodes.items()]
         (folder / "nodes.csv").write_text("\n".join(["id,x,y,z", *rows]) + "\n", encoding="utf-8")
         out += ['nodes = { file = "nodes.csv" }', ""]
@@ -214,11 +213,11 @@ def truth_text(case: Case) -> list[str]:
     for i, t in enumerate(case.concealed):
         size = margin(case, i)
         more = {"margin": float(f"{size:.3g}"), "visible": size >= 1.0}
-        out += _truth("findings", t, more)
+        out += truth_table("findings", t, more)
     for t in case.rig:
-        out += _truth("rig", t, {})
+        out += truth_table("rig", t, {})
     for t in case.hidden:
-        out += _truth("besides", t, {})
+        out += truth_table("besides", t, {})
     for name, (k, m) in case.scatter.items():
         values = {"group": name, "stiffness": round(k, 5), "mass": round(m, 5)}
         out += table_text("[scatter]", values)
@@ -243,7 +242,8 @@ def truth_text(case: Case) -> list[str]:
     ]
 
 
-def _truth(name: str, t: Truth, more: Mapping[str, Any]) -> list[str]:
+def truth_table(name: str, t: Truth, more: Mapping[str, Any]) -> list[str]:
+    """An effect as a table of truth.toml."""
     parameters = [{"name": n, "value": v, "within": float(f"{w:.4g}")} for n, v, w in t.parameters]
     values: dict[str, Any] = {"physics": t.physics, "location": t.location}
     values |= {"parameters": parameters, "near": t.near, "also": list(t.also), **more}

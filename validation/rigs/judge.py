@@ -3,10 +3,11 @@ specimen; whether it is wrong."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 Row = Mapping[str, Any]
+Grade = Callable[[Row, Row, Mapping[str, Sequence[int]]], str | None]
 RIGHT, PART = "right", "part"
 GOOD = (RIGHT, PART)
 STATED = 0.5  # a wrong finding with at least this confidence is what must not be said
@@ -15,15 +16,17 @@ SCATTER = 0.015  # a group's factor that agrees this well with its material is t
 MOST = 0.08  # usual scatter goes no further
 
 
-def judged(said: Row, truth: Row) -> dict[str, Any]:
+def judged(said: Row, truth: Row, grade: Grade | None = None) -> dict[str, Any]:
     """Each finding with its ``status`` (concealed, rig, besides, scatter, wrong), ``grade`` (right,
     part) and whether its size is right; each concealed effect with how it was named.
 
     A finding is graded by the best that it can be: the word of a truth, or other words for it, at
     its place (right) or beside it (part). The same effect named again in other words is not wrong.
+    ``grade`` is how a laboratory compares a finding with a truth (`graded`).
     """
+    compare = grade or graded
     claimed = list(said.get("findings", ())) if said.get("verdict") in CLAIMS else []
-    findings = [_finding(f, truth) for f in claimed]
+    findings = [_finding(f, truth, compare) for f in claimed]
     effects = []
     for i, effect in enumerate(truth.get("findings", ())):
         mine = [f for f in findings if f["status"] == "concealed" and f["effect"] == i]
@@ -54,11 +57,11 @@ def judged(said: Row, truth: Row) -> dict[str, Any]:
     }
 
 
-def _finding(f: Row, truth: Row) -> dict[str, Any]:
+def _finding(f: Row, truth: Row, compare: Grade) -> dict[str, Any]:
     groups = truth.get("groups", {})
     status, index, grade = "wrong", None, None
     for kind, name in (("findings", "concealed"), ("rig", "rig"), ("besides", "besides")):
-        grades = [graded(f, t, groups) for t in truth.get(kind, ())]
+        grades = [compare(f, t, groups) for t in truth.get(kind, ())]
         best = next((g for g in GOOD if g in grades), None)
         if best is not None and (grade is None or (best == RIGHT and grade == PART)):
             status, index, grade = name, grades.index(best), best
@@ -80,7 +83,7 @@ def _finding(f: Row, truth: Row) -> dict[str, Any]:
         "grade": grade,
         "size": sized(f, exact) if f["physics"] == exact["physics"] else None,
         "among": any(
-            graded({**f, **q}, t, groups)
+            compare({**f, **q}, t, groups)
             for q in f.get("equivalent", ())
             for t in (*truth.get("findings", ()), *truth.get("rig", ()))
         ),

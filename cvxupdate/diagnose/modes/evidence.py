@@ -57,7 +57,8 @@ class ModesEvidence:
     """What stays fixed while hypotheses come and go: the file's model (``original``), the one with
     nuisance parameters, tables, supports, effects to try (``damping``: on the ratios).
 
-    ``order`` is the place in the file of each table, those to fit first.
+    ``order`` is the place in the file of each table, those to fit first; ``file`` the model as it
+    came, where a reference state was there to bring it to.
     """
 
     original: Model
@@ -70,6 +71,7 @@ class ModesEvidence:
     release: Callable[[int, str], Model]
     order: tuple[int, ...]
     progress: Progress
+    file: Model | None = None
 
     told_by = MODES
     hurried = False
@@ -125,7 +127,7 @@ class ModesEvidence:
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""
         wanted = self.names if names is None else names
-        return on_the_file(candidates_of(self.context(model), wanted, MODES), self.model)
+        return on_the_file(candidates_of(self.context(model), wanted, MODES), self.model, self.file)
 
     def setting(
         self, model: Model, faults: Sequence[Fault], like: ModesSetting | None = None

@@ -61,7 +61,8 @@ class ResponseEvidence:
     """What stays fixed while hypotheses come and go: the file's model (``original``, for its
     damping), the one with nuisance parameters, recordings, supports, effects to try.
 
-    ``release(node, kind)`` is the nuisance model without one support.
+    ``release(node, kind)`` is the nuisance model without one support; ``file`` the model as it
+    came, where a reference state was there to bring it to.
     """
 
     original: Model
@@ -71,6 +72,7 @@ class ResponseEvidence:
     supports: tuple[tuple[int, str], ...]
     release: Callable[[int, str], Model]
     progress: Progress
+    file: Model | None = None
 
     told_by, hurried, drift = "responses", False, None  # neither hurried nor looked for
 
@@ -115,8 +117,9 @@ class ResponseEvidence:
 
     @cached_property
     def noise(self) -> Errors:
-        """Of noise alone."""
-        return Errors(noise_errors(self.data.sharp), noise_errors(self.data.sharp_hold_out))
+        """Of noise alone; or what the model leaves of the reference state, and so of any other."""
+        alone = Errors(noise_errors(self.data.sharp), noise_errors(self.data.sharp_hold_out))
+        return alone if self.data.common is None else self.data.common.least(alone)
 
     def level_change(self) -> LevelChange | None:
         """Between runs at different drive levels."""
@@ -157,7 +160,9 @@ class ResponseEvidence:
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""
         wanted = self.names if names is None else names
-        return on_the_file(candidates_of(self.context(model), wanted, self.told_by), self.model)
+        return on_the_file(
+            candidates_of(self.context(model), wanted, self.told_by), self.model, self.file
+        )
 
     def setting(
         self, model: Model, faults: Sequence[Fault], like: ResponseSetting | None = None
@@ -165,7 +170,7 @@ class ResponseEvidence:
         """A model against the recordings at the level of another setting (None: the first)."""
         data, level = self.data, 0 if like is None else like.level
         setting = setting_for(
-            model, self.original, data.levels[level], data.top, faults, data.mesh_of(model)
+            model, self.original, data.levels[level], data.top, faults, data.shift_of(model)
         )
         return replace(setting, level=level)
 

@@ -23,14 +23,28 @@ def level_change(signals: Sequence[Signal]) -> LevelChange | None:
         for b in single[i + 1 :]:
             if a.level == b.level or a.inputs != b.inputs or a.sensors != b.sensors:
                 continue
-            n = min(len(a.s), len(b.s))
-            (x, dx), (y, dy) = _transfer(a, n), _transfer(b, n)
-            size = np.sqrt(np.mean(np.abs(x) ** 2))
-            change = np.sqrt(np.mean(np.abs(x - y) ** 2)) / size
-            changes.append(
-                LevelChange(float(change), float(np.sqrt(np.mean(dx**2 + dy**2)) / size))
-            )
+            changes.append(_between(a, b))
     return max(changes, key=lambda c: c.change, default=None)
+
+
+def state_change(before: Sequence[Signal], after: Sequence[Signal]) -> LevelChange | None:
+    """The largest change of the transfer function from one state of a structure to another, of
+    signals with the same channels; None where there are none."""
+    alike = [
+        (a, b)
+        for a in before
+        for b in after
+        if (a.single and b.single) and (a.inputs, a.sensors) == (b.inputs, b.sensors)
+    ]
+    return max((_between(a, b) for a, b in alike), key=lambda c: c.change, default=None)
+
+
+def _between(a: Signal, b: Signal) -> LevelChange:
+    n = min(len(a.s), len(b.s))
+    (x, dx), (y, dy) = _transfer(a, n), _transfer(b, n)
+    size = np.sqrt(np.mean(np.abs(x) ** 2))
+    change = np.sqrt(np.mean(np.abs(x - y) ** 2)) / size
+    return LevelChange(float(change), float(np.sqrt(np.mean(dx**2 + dy**2)) / size))
 
 
 def _transfer(signal: Signal, n: int) -> tuple[Complex, Real]:

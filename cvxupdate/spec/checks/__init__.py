@@ -21,6 +21,7 @@ from cvxupdate.spec.checks.constraints import (
 )
 from cvxupdate.spec.checks.dofs import ActiveDofs, Directions, TypeDofs
 from cvxupdate.spec.checks.files import Datasets, MatrixSources, MissingFiles
+from cvxupdate.spec.checks.generic import GenericFamily
 from cvxupdate.spec.checks.geometry import (
     Orientation,
     Outlines,
@@ -105,6 +106,7 @@ CHECKS: tuple[Check, ...] = (
     SomethingFree(),
     ParameterSelection(),
     ParameterElements(),
+    GenericFamily(),
     NominalZero(),
     ParameterBounds(),
     NamesUnique(),
