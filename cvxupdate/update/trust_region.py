@@ -115,8 +115,7 @@ def iterate(
     The start is the point nearest to ``p0`` that satisfies the constraints. A step is accepted when
     the objective really falls (ratio of actual to predicted decrease above 1e-4); the box grows
     after a ratio above 0.75 and shrinks below 0.25. A weight that is still a rule is chosen on the
-    first linear system. ``renew`` (here, problem, moved) gives the problem of the step from
-    ``moved``, after that of ``problem`` from ``here`` led there; None: the same throughout.
+    first linear system. ``renew`` (here, problem, moved) makes the problem of the next step.
 
     Raises
     ------
@@ -129,14 +128,13 @@ def iterate(
         return LoopResult(initial, initial, step, step.status, step.says, (), problem, None)
     system = point.system()
     problem, weight = with_chosen_weight(problem, system, choice)
-    compiled = CompiledStep(problem, len(system.rows), choice)
+    compiled: CompiledStep | None = None
     here = Here(point, system, objective_at(problem, point))
     exact = EXACT**2 * len(system.rows)
     radius, history = options.radius, []
     status, reason = "stopped", f"the limit of {options.max_iterations} iterations was reached"
     for number in range(1, options.max_iterations + 1):
-        if len(here.system.rows) > compiled.rows:
-            compiled = CompiledStep(problem, len(here.system.rows), choice)
+        compiled = _compiled(compiled, problem, here.system, choice)
         radius = min(radius, WIDEST) if options.relative else radius
         unit = options.unit(here.point.p)
         step = compiled.solve(here.system, centre=here.point.p, radius=radius * unit)
@@ -152,7 +150,6 @@ def iterate(
             taken, accepted = _largest(trial.point.p - here.point.p, unit), True
             if renew is not None:
                 problem = renew(here.point, problem, trial.point)
-                compiled = CompiledStep(problem, compiled.rows, choice)
             value = objective_at(problem, trial.point)  # a new step begins here
             here = Here(trial.point, trial.point.system(), value)
         p = tuple(here.point.p.tolist())
@@ -163,9 +160,7 @@ def iterate(
         if radius < SHORTEST * max(1.0, _largest(np.array(p), unit)):
             status, reason = "converged", FLAT
             break
-    if step is None:
-        raise InputError("the loop was given no iteration. Set max_iterations to 1 or more.")
-    return LoopResult(initial, here.point, step, status, reason, tuple(history), problem, weight)
+    return LoopResult(initial, here.point, _taken(step), status, reason, tuple(history), problem, weight)
 
 
 @dataclass(frozen=True)
@@ -175,6 +170,23 @@ class Here(Generic[P]):
     point: P
     system: LinearSystem
     value: float
+
+
+def _compiled(
+    before: CompiledStep | None, problem: StepProblem, system: LinearSystem, choice: SolverChoice
+) -> CompiledStep:
+    """The step compiled before, where it is of this problem and holds as many rows."""
+    rows = len(system.rows)
+    if before is not None and before.problem is problem and rows <= before.rows:
+        return before
+    return CompiledStep(problem, rows, choice)
+
+
+def _taken(step: Step | None) -> Step:
+    """The last step; InputError where there was none."""
+    if step is None:
+        raise InputError("the loop was given no iteration. Set max_iterations to 1 or more.")
+    return step
 
 
 def _largest(move: Array, unit: Array) -> float:
