@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cvxupdate.errors import InputError
-from cvxupdate.spec import Spec, load_problem
+from cvxupdate.spec import Given, Spec, spec_of
 
 if TYPE_CHECKING:
     from cvxupdate.convex import SolverRow
@@ -31,7 +31,7 @@ MODES_IN_BAND = 30  # computed for the sensors of frequency responses
 
 
 def open_problem(
-    path: str | os.PathLike[str], progress: Progress | None = None
+    problem: Given, progress: Progress | None = None
 ) -> tuple[Spec, Model, tuple[Recording, ...]]:
     """A problem file with its model and recordings; ``progress`` hears (what, done, total) of
     large files that are read.
@@ -41,7 +41,7 @@ def open_problem(
     InputError
         For any fault of the file, the model or a recording.
     """
-    spec = load_problem(Path(path))
+    spec = spec_of(problem)
     return spec, *_parts(spec, progress)
 
 
@@ -52,13 +52,13 @@ def _parts(spec: Spec, progress: Progress | None = None) -> tuple[Model, tuple[R
     return build_model(spec), load_recordings(spec, progress)
 
 
-def _to_update(path: str | os.PathLike[str], command: str) -> tuple[Spec, Update]:
+def _to_update(problem: Given, command: str) -> tuple[Spec, Update]:
     """A problem file with the [update] table that a command needs: said before recordings are
     read."""
-    spec = load_problem(Path(path))
+    spec = spec_of(problem)
     if spec.update is None:
         raise InputError(
-            f"{path}: {command} needs an [update] table. Add one with a method and parameters."
+            f"{spec.path}: {command} needs an [update] table. Add one with a method and parameters."
         )
     return spec, spec.update
 
@@ -75,8 +75,15 @@ def _one_state(
     return now, model, kept
 
 
+def read_recordings(problem: Given) -> tuple[Recording, ...]:
+    """The recordings of a problem whose model is not asked for; raises `InputError`."""
+    from cvxupdate.recordings.load import load_recordings
+
+    return load_recordings(spec_of(problem))
+
+
 def run(
-    path: str | os.PathLike[str],
+    problem: Given,
     progress: Callable[[Iteration], None] | None = None,
     reading: Progress | None = None,
     warn: Warn | None = None,
@@ -100,7 +107,7 @@ def run(
     from cvxupdate.update.starts import Many
     from cvxupdate.written import updated_file
 
-    spec, table = _to_update(path, "run")
+    spec, table = _to_update(problem, "run")
     spec, model, recordings = _one_state(spec, reading)
     warnings = examine(spec, model, recordings, warn)
     model = refined_for(spec, model)
@@ -126,15 +133,15 @@ def run(
     )
 
 
-def open_start(path: str) -> Solve:
+def open_start(problem: str) -> Solve:
     """What solves one of many starts of a problem file, for a process of its own."""
     from cvxupdate.update.modal_fit import modal_fit
 
-    return modal_fit(*_one_state(load_problem(Path(path)))).solve
+    return modal_fit(*_one_state(spec_of(problem))).solve
 
 
 def correlate(
-    path: str | os.PathLike[str], progress: Progress | None = None, warn: Warn | None = None
+    problem: Given, progress: Progress | None = None, warn: Warn | None = None
 ) -> Compared:
     """Compare the model of a problem file with its recordings: modes, shapes, frequency responses,
     sensors. Nothing is changed.
@@ -147,7 +154,7 @@ def correlate(
     from cvxupdate.correlate.plausible import examine
 
     begin = time.perf_counter()
-    opened = open_problem(path, progress)
+    opened = open_problem(problem, progress)
     compared = _compared(*opened, examine(*opened, warn))
     return replace(compared, time=time.perf_counter() - begin)
 
@@ -206,7 +213,7 @@ def inspect(path: str | os.PathLike[str], progress: Progress | None = None) -> I
     return inspect_file(Path(path), progress=progress)
 
 
-def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], float]:
+def solvers(problem: Given) -> tuple[Spec, tuple[SolverRow, ...], float]:
     """The first convex step by every installed solver: (problem, rows, spread of objectives).
 
     Raises
@@ -218,7 +225,7 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
     from cvxupdate.update.modal_fit import residual_of
     from cvxupdate.update.parts import solver_choice, step_problem
 
-    spec, table = _to_update(path, "solvers")
+    spec, table = _to_update(problem, "solvers")
     spec, model, recordings = _one_state(spec)
     if table.method == "ceam":
         from cvxupdate.update.ceam import residual_of as ceam_residual
@@ -237,7 +244,7 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
     return spec, rows, spread(rows) if any(r.status == "optimal" for r in rows) else float("nan")
 
 
-def check(path: str | os.PathLike[str]) -> dict[str, object]:
+def check(problem: Given) -> dict[str, object]:
     """Validate a problem file, build its model and read its recordings: counts of what was found,
     its mass, extent and first natural frequencies, and ``warnings`` of what is probably a mistake.
 
@@ -246,7 +253,7 @@ def check(path: str | os.PathLike[str]) -> dict[str, object]:
     from cvxupdate.correlate.plausible import examine, facts
     from cvxupdate.physics.known import refuse_unknown
 
-    spec, model, recordings = open_problem(path)
+    spec, model, recordings = open_problem(problem)
     refuse_unknown(spec)
     return {
         "nodes": len(model.node_ids),
@@ -260,7 +267,7 @@ def check(path: str | os.PathLike[str]) -> dict[str, object]:
 
 
 def diagnose(
-    path: str | os.PathLike[str],
+    problem: Given,
     progress: Callable[[str], None] | None = None,
     reading: Progress | None = None,
     warn: Warn | None = None,
@@ -279,7 +286,7 @@ def diagnose(
     from cvxupdate.recordings.load import load_recordings
     from cvxupdate.written import with_refined
 
-    spec, model, recordings = open_problem(path, reading)
+    spec, model, recordings = open_problem(problem, reading)
     refuse_unknown(spec)
     warnings = examine(spec, model, recordings, warn)
     found = diagnose_problem(spec, model, recordings, progress)

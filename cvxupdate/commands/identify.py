@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cvxupdate.commands.identified import Identified, ModeSetResult
+from cvxupdate.commands.identify_ambient import of_responses
 from cvxupdate.commands.identify_frf import of_frf, routes_of
 from cvxupdate.commands.identify_options import LONGEST, METHODS, Options
 from cvxupdate.commands.sources import Source, open_source
@@ -97,8 +98,9 @@ def _of_time(history: TimeHistory, o: Options) -> ModeSetResult:
             "no channel reads a motion (displacement, velocity, acceleration): give quantity and "
             "unit of its channels in a [[recordings]] table; 'cvxupdate inspect' prints one"
         )
-    if not any(c.quantity == "force" for c in history.channels):
-        raise RecordingError("no force was recorded: give the channel of the force")
+    o = o if o.band is not None else replace(o, band=history.band)
+    if o.method == "ssi" or not any(c.quantity == "force" for c in history.channels):
+        return of_responses(history, o)
     kinds = [c.quantity for c in motions]
     quantity = max(dict.fromkeys(kinds), key=kinds.count)
     way = o.estimator or ("lpm" if len(history.data) <= LONGEST else "h1")
@@ -106,7 +108,6 @@ def _of_time(history: TimeHistory, o: Options) -> ModeSetResult:
     notes = [f"frequency responses estimated by {'local polynomials' if way == 'lpm' else way}"]
     if len(set(kinds)) > 1:
         notes.append(f"only its channels of {quantity} are used")
-    o = o if o.band is not None else replace(o, band=history.band)
     return of_frf(frf, "time", o, notes)
 
 

@@ -15,7 +15,7 @@ from cvxupdate.errors import RecordingError
 if TYPE_CHECKING:
     from cvxupdate.recordings.identify import DecayRates, IdentifiedModes
     from cvxupdate.recordings.realise.routes import ModeSet, NormalModes, Route
-    from cvxupdate.recordings.types import Channel, Complex, FrequencyResponse, Real
+    from cvxupdate.recordings.types import Channel, Complex, FrequencyResponse, ModeTable, Real
 
 
 def of_frf(frf: FrequencyResponse, kind: str, o: Options, notes: Sequence[str]) -> ModeSetResult:
@@ -26,6 +26,10 @@ def of_frf(frf: FrequencyResponse, kind: str, o: Options, notes: Sequence[str]) 
     RecordingError
         Where nothing can be identified from them.
     """
+    if o.method == "ssi":
+        raise RecordingError(
+            "ssi takes time histories of the responses; these are frequency responses. Take plscf"
+        )
     frf = _usable(frf)
     if o.method == "appropriation":
         return _appropriated(frf, kind, o, notes)
@@ -62,8 +66,8 @@ def of_frf(frf: FrequencyResponse, kind: str, o: Options, notes: Sequence[str]) 
         _mode_set(frf, kind, o, _modes_of(found), found.shapes, found.shape_std, found.band),
         diagram=found.stabilisation,
         fit=fit,
-        normal=_normal(ModeSet(found.poles, found.shapes, found), o.normal),
-        laws=_laws(found),
+        normal=normal_of(ModeSet(found.poles, found.shapes, found), o.normal),
+        laws=laws_of(found.to_table()),
         notes=(*notes, *_said(found, o)),
     )
 
@@ -157,11 +161,12 @@ def labels_of(channels: Sequence[Channel]) -> tuple[str, ...]:
     return tuple(out)
 
 
-def _laws(found: IdentifiedModes) -> DecayRates | None:
+def laws_of(table: ModeTable) -> DecayRates | None:
+    """The law of the damping; None with too few modes."""
     from cvxupdate.recordings.identify import decay_rates
 
     try:
-        return decay_rates(found.to_table())
+        return decay_rates(table)
     except RecordingError:
         return None
 
@@ -194,7 +199,8 @@ def routes_of(name: str) -> tuple[Route, ...]:
     return ROUTES if name == "all" else (route_named(name),)
 
 
-def _normal(modes: ModeSet, name: str | None) -> tuple[NormalModes, ...]:
+def normal_of(modes: ModeSet, name: str | None) -> tuple[NormalModes, ...]:
+    """Normal modes by the route of that name, by every one for "all", none for None."""
     if name is None:
         return ()
     from cvxupdate.recordings.realise.routes import realised

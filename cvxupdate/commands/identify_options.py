@@ -9,7 +9,7 @@ import numpy as np
 from cvxupdate.errors import InputError
 
 MOTIONS = ("displacement", "velocity", "acceleration")
-METHODS = ("plscf", "realisation", "ibrahim", "appropriation")
+METHODS = ("plscf", "realisation", "ibrahim", "appropriation", "ssi")
 DAMPING = ("viscous", "hysteretic")
 LONGEST = 2**18
 """Samples of a time history up to which its FRFs are estimated without leakage (lpm); longer ones

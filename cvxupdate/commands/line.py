@@ -19,7 +19,10 @@ Recorded = Annotated[
     ),
 ]
 Method = Annotated[
-    str, typer.Option("--method", help="plscf, realisation, ibrahim or appropriation")
+    str,
+    typer.Option(
+        "--method", help="plscf, realisation, ibrahim, appropriation; ssi: responses alone"
+    ),
 ]
 Normal = Annotated[
     str | None,

@@ -73,6 +73,8 @@ def model_modes(
     motions = free_motions(model, m.K) if drawn else None
     sound = drawn and (p is not None or matrices is None) and not _negative_mass(model, p)
     modes = _solve(m.K, m.M, count, motions, (model.dof_kind >= 3).astype(float), not sound)
+    if m.beyond is not None:
+        return _exact(modes, m, count)
     flexible = modes.shapes[:, modes.rigid :]
     noise = np.maximum(rounding(m.K, flexible), STILL * _stiffest(m))
     for wrong, what in (
@@ -91,6 +93,23 @@ def model_modes(
                 "support there, or correct the property."
             )
     return modes
+
+
+def _exact(series: Modes, m: Matrices, count: int) -> Modes:
+    """The modes of a model with exact members; ``series`` those of its Taylor series, whose
+    rigid-body modes are exact and whose first frequency is where the search begins."""
+    from cvxupdate.fe.exact.modes import exact_modes
+
+    rigid = series.shapes[:, : series.rigid]
+    first = (
+        float(np.sqrt(series.eigenvalues[series.rigid]))
+        if len(series.eigenvalues) > (series.rigid)
+        else 2.0 * np.pi
+    )
+    values, shapes = exact_modes(m, rigid, count, first)
+    return Modes(
+        np.concatenate([np.zeros(series.rigid), values]), np.hstack([rigid, shapes]), series.rigid
+    )
 
 
 def natural_modes(K: sp.csc_array, M: sp.csc_array, count: int, rigid: Real | None = None) -> Modes:

@@ -37,6 +37,14 @@ ROW = "model.elements[0].rows[1]"
 
 SPOILT = [
     one(
+        "exact elements and modes",
+        'type = "beam3d"',
+        'type = "exact_beam"',
+        "update.method",
+        "needs matrices that do not depend on the frequency",
+        'Take method = "rfm"',
+    ),
+    one(
         "a G that follows E",
         '{ material = "steel", of = "rho" }',
         '{ elements = [1], of = "G" }',
