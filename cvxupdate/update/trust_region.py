@@ -160,7 +160,9 @@ def iterate(
         if radius < SHORTEST * max(1.0, _largest(np.array(p), unit)):
             status, reason = "converged", FLAT
             break
-    return LoopResult(initial, here.point, _taken(step), status, reason, tuple(history), problem, weight)
+    return LoopResult(
+        initial, here.point, _taken(step), status, reason, tuple(history), problem, weight
+    )
 
 
 @dataclass(frozen=True)
