@@ -130,7 +130,6 @@ def iterate(
     problem, weight = with_chosen_weight(problem, system, choice)
     compiled: CompiledStep | None = None
     here = Here(point, system, objective_at(problem, point))
-    exact = EXACT**2 * len(system.rows)
     radius, history = options.radius, []
     status, reason = "stopped", f"the limit of {options.max_iterations} iterations was reached"
     for number in range(1, options.max_iterations + 1):
@@ -138,7 +137,7 @@ def iterate(
         radius = min(radius, WIDEST) if options.relative else radius
         unit = options.unit(here.point.p)
         step = compiled.solve(here.system, centre=here.point.p, radius=radius * unit)
-        ended = _ended(step, here.value, exact, options.tolerance)
+        ended = _ended(step, here.value, len(system.rows), options.tolerance)
         if ended is not None:
             status, reason = ended
             break
@@ -160,9 +159,8 @@ def iterate(
         if radius < SHORTEST * max(1.0, _largest(np.array(p), unit)):
             status, reason = "converged", FLAT
             break
-    return LoopResult(
-        initial, here.point, _taken(step), status, reason, tuple(history), problem, weight
-    )
+    last = _taken(step)
+    return LoopResult(initial, here.point, last, status, reason, tuple(history), problem, weight)
 
 
 @dataclass(frozen=True)
@@ -207,11 +205,11 @@ def _admissible_start(
     return (residual.evaluate(step.p, initial) if step.status == "optimal" else initial), step
 
 
-def _ended(step: Step, value: float, exact: float, tolerance: float) -> tuple[str, str] | None:
+def _ended(step: Step, value: float, rows: int, tolerance: float) -> tuple[str, str] | None:
     """Status and reason where the loop ends at this step, before it is tried."""
     if step.status != "optimal":
         return step.status, step.says
-    if value <= exact:
+    if value <= EXACT**2 * rows:
         return "converged", f"the model meets the recordings to {EXACT:.0e} of their deviations"
     predicted = value - step.objective
     if predicted <= tolerance * value:
