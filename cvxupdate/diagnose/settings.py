@@ -138,6 +138,12 @@ LARGE = 4.0
 FAINT, SURE = 0.15, 0.4
 # Most that is stated: one time in a hundred what is missing is nothing that was tried.
 MOST_SURE = 0.99
+# Probability from which on it is said what all likely hypotheses have in common; part of the
+# structure's extent up to which they are at one place: an engineer looks there, and not everywhere.
+GRADED, REGION = 0.8, 0.25
+# Part of what is left that "mostly" means; part of the band, or of its logarithm, from which on it
+# is spread over it.
+MOSTLY, SPREAD = 0.7, 0.5
 
 # --------------------------------------------------------------------------- pattern of damping
 # Fall of the squares of log damping ratios that chance gives one parameter once in two thousand

@@ -53,6 +53,8 @@ def _of(
     keep = [(r.origin.state == REFERENCE) == reference for r in recordings]
     if all(keep):
         return spec, tuple(recordings)
+    if not any(keep):
+        return replace(spec, recordings=()), ()
     declared = tuple(d for d, k in zip(spec.recordings, keep, strict=True) if k)
     mine = tuple(r for r, k in zip(recordings, keep, strict=True) if k)
     return replace(spec, recordings=declared), mine

@@ -17,6 +17,7 @@ from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
 from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
 from cvxupdate.diagnose.modes.levels import level_change
 from cvxupdate.diagnose.modes.members import whole_members
+from cvxupdate.diagnose.modes.remains import remains
 from cvxupdate.diagnose.modes.scene import scene
 from cvxupdate.diagnose.modes.setting import ModesSetting, setting_of
 from cvxupdate.diagnose.modes.tables import Tables, chi_square, errors_of, rms
@@ -232,6 +233,10 @@ class ModesEvidence:
         if np.isfinite(errors.hold_out):
             held = f" and {100 * errors.hold_out:.3g} % (held out)"
         return f"{100 * errors.fit:.3g} % of the frequencies, r.m.s. (fitted){held}"
+
+    def remains(self, found: Fit) -> str:
+        """At which modes."""
+        return remains(found.point, self.tables)
 
     def lines(self) -> list[str]:
         """What the mesh of the file is worth."""

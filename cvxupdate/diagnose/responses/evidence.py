@@ -23,6 +23,7 @@ from cvxupdate.diagnose.responses.finite_size import few_directions, whole_membe
 from cvxupdate.diagnose.responses.first_order import first_order, linearised
 from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
+from cvxupdate.diagnose.responses.remains import remains
 from cvxupdate.diagnose.responses.resampling import halves
 from cvxupdate.diagnose.responses.sets import sets_of_elements
 from cvxupdate.diagnose.responses.setting import EFFORTS, let_go, setting_for
@@ -142,20 +143,9 @@ class ResponseEvidence:
             return regrown(self._freed(node, kind), model)
 
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
-        return SearchContext(
-            model,
-            m.K,
-            m.M,
-            self.data.top,
-            self.data.bottom,
-            self.data.sensors,
-            held,
-            released,
-            self._zeta,
-            self.data.accelerometers,
-            self.data.driven,
-            self.data.forces,
-        )
+        d = self.data
+        rig = (self._zeta, d.accelerometers, d.driven, d.forces)
+        return SearchContext(model, m.K, m.M, d.top, d.bottom, d.sensors, held, released, *rig)
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""
@@ -259,6 +249,10 @@ class ResponseEvidence:
         """In words."""
         held = f" and {errors.hold_out:.3g} (held out)" if np.isfinite(errors.hold_out) else ""
         return f"{errors.fit:.3g} of the response (fitted){held}"
+
+    def remains(self, found: Fit) -> str:
+        """Where in frequency, and at which sensors."""
+        return remains(found.point, (*self.data.sharp, *self.data.sharp_hold_out))
 
     def lines(self) -> list[str]:
         """What the mesh of the file is worth."""
