@@ -82,10 +82,10 @@ class Update(Part):
     shape_weight: Positive = Field(
         default=1.0, description="sensitivity: factor on the weights of the shapes"
     )
-    begin_with: Literal["all", "shapes"] = Field(
+    begin_with: Literal["all", "shapes", "low"] = Field(
         default="all",
-        description="sensitivity: shapes fits the shapes alone at first, which finds the way from "
-        "far-off starts",
+        description="finds the way from far-off starts: shapes fits the shapes alone at first "
+        "(sensitivity), low the lowest lines, then two more at a time (rfm)",
     )
     release_bounds: bool = Field(
         default=False,

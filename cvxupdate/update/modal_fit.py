@@ -137,6 +137,11 @@ def modal_fit(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Moda
         )
     fit, _ = modal_tables(recordings)
     residual = replace(comparison(spec, model, fit, ()), continued=True)
+    if u.begin_with == "low":
+        raise InputError(
+            f'{spec.path}: update.begin_with = "low" grows the band of frequency responses, but '
+            f'method is "{u.method}". Take method "rfm", or leave it out.'
+        )
     first = u.begin_with == "shapes"
     if first and not (residual.shapes and any(t.shapes is not None for t in fit)):
         raise InputError(
