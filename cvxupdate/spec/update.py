@@ -16,7 +16,8 @@ from cvxupdate.keys import (
     one_of,
 )
 from cvxupdate.registry import REGULARISERS
-from cvxupdate.spec.update_parameters import ParameterRow, Whole
+from cvxupdate.spec.update_parameters import ParameterRow
+from cvxupdate.spec.whole import DIRECT, Whole
 
 NonNegativeCount = Annotated[int, Field(ge=0)]
 SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "QUADPROG", "HIGHS")
@@ -50,8 +51,13 @@ PHYSICS = (
 class Update(Part):
     """What ``run`` does."""
 
-    method: Literal["frequencies", "sensitivity", "minimum-variance", "rfm", "ceam"] = Field(
-        description="the method"
+    method: Literal["frequencies", "sensitivity", "minimum-variance", "rfm", "ceam", "direct"] = (
+        Field(description="the method")
+    )
+    direct: Literal[DIRECT] = Field(  # type: ignore[valid-type]
+        default="baruch",
+        description="direct: the closed-form method (thesis 2.7) whose matrices are the result; "
+        "all the others are shown beside it. No parameters, bounds or clauses",
     )
     parameters: Annotated[tuple[ParameterRow, ...], Table()] = Field(
         default=(), description="the parameters; none are needed beside `whole`"

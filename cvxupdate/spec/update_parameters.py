@@ -1,4 +1,4 @@
-"""What [update] frees: parameters, or whole matrices."""
+"""The rows of [update] parameters."""
 
 from __future__ import annotations
 
@@ -45,24 +45,3 @@ class ParameterRow(Part):
     family: FamilyTable | None = Field(
         default=None, description="generic: which family; absent: K and M by symmetry"
     )
-
-
-class Whole(Part):
-    """Whole symmetric matrices: every entry on a pattern is a parameter. Entry (i, j) of A moves by
-    p √(A_ii A_jj)."""
-
-    matrices: Annotated[tuple[Literal["K", "M", "C", "D"], ...], Field(min_length=1)] = Field(
-        description="the matrices"
-    )
-    pattern: Literal["model", "nodes", "all"] = Field(
-        default="model",
-        description="entries that may change: those that are not 0 in the model, those "
-        "between DOFs of nodes that share an element, or every one",
-    )
-    symmetric: bool = Field(
-        default=True,
-        description="false: (i, j) and (j, i) are two parameters, "
-        "held equal by the clause `symmetry`",
-    )
-    lower: float | None = Field(default=None, description="lower bound of every p")
-    upper: float | None = Field(default=None, description="upper bound of every p")
