@@ -18,7 +18,7 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from validation.generated.cases import Case, instruments
 from validation.generated.drawings import Generator, between, design_of, figures, frequencies
 from validation.generated.effects import MAKERS, Finding, Scene
 from validation.generated.files import model_text, recordings_text, truth_text
-from validation.generated.laboratory import Design, Element
+from validation.generated.laboratory import Design, Element, Modal
 from validation.generated.solids import solid_modes
 
 CONCEALED = (
@@ -95,7 +95,8 @@ def make(seed: int, folder: Path) -> Case:
     case = draw(seed)
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as name:
-        m = solid_modes(case.design, case.scatter, case.effects, case.zeta, Path(name))
+        body = solid_modes(case.design, case.scatter, case.effects, case.zeta, Path(name))
+    m = cast(Modal, body)  # which has all that frequency responses ask of one
     rng = np.random.default_rng([20261124, seed])
     out = [f'title = "Plate {seed}"', 'source = "CalculiX, C3D20R"', "", *model_text(case.design)]
     out += recordings_text(rng, m, case, folder)

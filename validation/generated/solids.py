@@ -122,8 +122,7 @@ def _written(
 ) -> tuple[list[str], dict[int, int]]:
     xs = sorted({x[0] for x in design.nodes.values()})
     ys = sorted({x[1] for x in design.nodes.values()})
-    deck = _Deck(*(np.interp(np.arange(2 * PARTS * (len(v) - 1) + 1) / (2.0 * PARTS),
-                             np.arange(len(v)), v) for v in (xs, ys)))  # fmt: skip
+    deck = _Deck(_halves(xs), _halves(ys))
     layers, outer = _levels(design, effects)
     blocks: list[str] = []
     for e in design.elements:
@@ -149,6 +148,12 @@ def _written(
     return text, at
 
 
+def _halves(lines: Sequence[float]) -> Real:
+    """The nodes' places along an edge: every element in `PARTS` bricks of two halves."""
+    count = 2 * PARTS * (len(lines) - 1) + 1
+    return np.interp(np.arange(count) / (2.0 * PARTS), np.arange(len(lines)), lines)
+
+
 def _element(
     deck: _Deck,
     design: Design,
@@ -163,8 +168,8 @@ def _element(
         if e.id in x.get("elements", ()):
             E *= x["factor"] if x["physics"] == "stiffness_change" else 1.0
             rho *= x["factor"] if x["physics"] == "mass_change" else 1.0
-    x, y = (min(design.nodes[n][k] for n in e.nodes) for k in (0, 1))
-    i, j = int(np.argmin(np.abs(deck.xs - x))), int(np.argmin(np.abs(deck.ys - y)))
+    left, near = (min(design.nodes[n][k] for n in e.nodes) for k in (0, 1))
+    i, j = int(np.argmin(np.abs(deck.xs - left))), int(np.argmin(np.abs(deck.ys - near)))
     bricks = [
         deck.brick(i + 2 * p, j + 2 * q, low, high)
         for low, high in (layers if e.id in outer else layers[-1:])
