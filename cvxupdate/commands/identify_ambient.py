@@ -108,8 +108,8 @@ def _said(found: AmbientModes, history: TimeHistory) -> tuple[str, ...]:
     ]
     if found.channels[0].quantity not in ("displacement", "velocity", "acceleration"):
         said.append(
-            f"its channels read {found.channels[0].quantity}, no calibrated motion: frequencies and "
-            "damping hold, shapes only as far as the channels are alike"
+            f"its channels read {found.channels[0].quantity}, no calibrated motion: frequencies "
+            "and damping hold, shapes only as far as the channels are alike"
         )
     if any(c.quantity == "force" for c in history.channels):
         said.append("the recorded force was left aside")
