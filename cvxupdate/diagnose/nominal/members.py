@@ -24,7 +24,7 @@ from cvxupdate.recordings.types import FrequencyResponse, ModeTable, Recording, 
 from cvxupdate.spec import Spec
 from cvxupdate.spec.elements import LineBlock, text_of
 
-DIVISIONS = (2, 4, 8, 16, 32)
+TRIED = (2, 4, 8, 16, 32)
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def divided(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Divide
     blocks = tuple(_beams(block) for block in spec.model.elements)
     plain = spec.model.model_copy(update={"elements": blocks})
     kinds = {id(block) for block in blocks if _was_exact(spec, block)}
-    for parts in DIVISIONS:
+    for parts in TRIED:
         text = refined(plain, partial(_parts, kinds, parts), renumber=True).model
         now = replace(spec, model=text, update=None)
         mesh = build_model(now)
@@ -77,7 +77,7 @@ def divided(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Divide
         if off <= EXACT_MESH:
             return Divided(now, mesh, parts, off)
     raise InputError(
-        f"{spec.path}: the band to {top:.5g} Hz asks for more than {DIVISIONS[-1]} parts of each exact "
+        f"{spec.path}: the band to {top:.5g} Hz asks for more than {TRIED[-1]} parts of each exact "
         "member. Give the recordings a `band` that ends lower, or put nodes inside the members."
     )
 
