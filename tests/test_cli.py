@@ -108,7 +108,7 @@ def test_an_error_of_its_own_is_one_line_without_a_traceback(call, here, monkeyp
     def stumble(*args, **keywords):
         return [][3]
 
-    monkeypatch.setattr(cvxupdate.study, "load_problem", stumble)
+    monkeypatch.setattr(cvxupdate.study, "spec_of", stumble)
     code, out, err = call(verb, "chain/problem.toml")
     assert code == 1 and out == "" and files(here / "out") == []
     said = one_line(err)

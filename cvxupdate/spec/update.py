@@ -21,6 +21,7 @@ from cvxupdate.keys import (
 )
 from cvxupdate.registry import REGULARISERS
 from cvxupdate.spec.generic import FamilyTable
+from cvxupdate.spec.whole import DIRECT, Whole
 
 NonNegativeCount = Annotated[int, Field(ge=0)]
 SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "QUADPROG", "HIGHS")
@@ -88,31 +89,17 @@ class ParameterRow(Part):
     )
 
 
-class Whole(Part):
-    """Whole symmetric matrices: every entry on a pattern is a parameter. Entry (i, j) of A moves by
-    p √(A_ii A_jj)."""
-
-    matrices: Annotated[tuple[Literal["K", "M", "C", "D"], ...], Field(min_length=1)] = Field(
-        description="the matrices"
-    )
-    pattern: Literal["model", "nodes", "all"] = Field(
-        default="model",
-        description="entries that may change: those that are not 0 in the model, those "
-        "between DOFs of nodes that share an element, or every one",
-    )
-    symmetric: bool = Field(
-        default=True,
-        description="false: (i, j) and (j, i) are two parameters, "
-        "held equal by the clause `symmetry`",
-    )
-    lower: float | None = Field(default=None, description="lower bound of every p")
-    upper: float | None = Field(default=None, description="upper bound of every p")
-
-
 class Update(Part):
     """What ``run`` does."""
 
-    method: Literal["frequencies", "sensitivity", "rfm", "ceam"] = Field(description="the method")
+    method: Literal["frequencies", "sensitivity", "rfm", "ceam", "direct"] = Field(
+        description="the method"
+    )
+    direct: Literal[DIRECT] = Field(  # type: ignore[valid-type]
+        default="baruch",
+        description="direct: the closed-form method (thesis 2.7) whose matrices are the result; "
+        "all the others are shown beside it. No parameters, bounds or clauses",
+    )
     parameters: Annotated[tuple[ParameterRow, ...], Table()] = Field(
         default=(), description="the parameters; none are needed beside `whole`"
     )

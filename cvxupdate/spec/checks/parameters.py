@@ -53,7 +53,7 @@ class SomethingFree:
     def __call__(self, case: Case) -> Iterator[Complaint]:
         """An [update] without parameters, and what is wrong with `whole`."""
         update = case.spec.update
-        if update is None:
+        if update is None or update.method == "direct":  # which knows no parameters
             return
         if not update.parameters and update.whole is None:
             yield Complaint(
