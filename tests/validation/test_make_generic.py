@@ -36,7 +36,7 @@ def test_the_beam_is_that_of_ever_finer_elements() -> None:
     assert low == pytest.approx(-4 / mass / (2 * np.pi * 0.5) ** 2, rel=1e-3)
 
 
-@pytest.mark.parametrize("text", [mg.line_text("rod", 7850.0, 0.0), mg.plate_text(3, True)])
+@pytest.mark.parametrize("text", [mg.line_text("rod", 7850.0, 0.0), mg.plate_text(3)])
 def test_a_model_of_the_text(text: str) -> None:
     model = mg.build(text)
     assert model.size == (10 if "rod" in text else 48)
@@ -47,7 +47,6 @@ def test_the_shared_models_are_those_of_the_script() -> None:
         "beam_a": mg.line_text("beam", mg.BEAM["rho"], 0.9 * mg.BEAM["height"]),
         "beam_b": mg.line_text("beam", mg.BEAM["rho"], mg.BEAM["height"]),
         "plate": mg.plate_text(3),
-        "plate_a": mg.plate_text(3, True),
     }
     for name, text in written.items():
         assert (mg.PROBLEMS / f"{name}.toml").read_text(encoding="utf-8") == text
