@@ -280,6 +280,14 @@ def test_usage_errors_are_one_line(call, here, arguments, words):
     assert files(here) == ["chain/problem.toml"]
 
 
+def test_version_and_completion(call):
+    assert call("--version") == (0, f"cvxupdate {cvxupdate.__version__}\n", "")
+    code, out, _ = call("--help")
+    assert code == 0 and "--install-completion" in out
+    code, out, _ = call("inspect", "--help")
+    assert code == 0 and "[[recordings]]" in out  # brackets are no markup
+
+
 def test_no_command_shows_the_help(call):
     code, out, err = call()
     assert code == 2 and "Usage" in out + err and "Traceback" not in err

@@ -11,7 +11,7 @@ from cvxupdate.spec.checks.case import Case
 from cvxupdate.spec.elements import text_of
 from cvxupdate.spec.parameters import DAMPING_WORDS, carriers_of, has_property
 from cvxupdate.spec.prepare import Complaint
-from cvxupdate.spec.update import ParameterRow
+from cvxupdate.spec.update_parameters import ParameterRow
 from cvxupdate.spec.words import nearest
 
 PLACES = ("elements", "group", "groups", "material")

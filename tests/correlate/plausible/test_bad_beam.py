@@ -130,7 +130,7 @@ def test_a_direction_that_the_file_has_wrong(tmp_path: Path) -> None:
 UPDATE = """
 [update]
 method = "rfm"
-parameters = [{ elements = "all", of = "stiffness", each = "group", lower = -0.2, upper = 0.2 }]
+parameters = [{ elements = "all", of = "stiffness", lower = -0.2, upper = 0.2 }]
 """
 
 
