@@ -26,7 +26,7 @@ from cvxupdate.fe.select import has_property
 from cvxupdate.spec import Spec
 
 LARGEST = 5000  # DOFs of a file's model that is refined: a larger one is fine enough
-SPREAD = 20.0  # times the precision: what families may hold of an eigenvalue before modes are asked
+ROUGHLY = 20.0  # times the precision: what families may hold of an eigenvalue before modes are asked
 SURELY = 0.6  # MAC of two modes that are one and the same
 MISSED = 0.25  # of what extrapolation takes out: errors of the next order, halved once more
 ORDERS = (1.0, 6.0)  # of convergence that a mesh may show
@@ -129,7 +129,7 @@ def _needed(analysis: Analysis, file: Model, wanted: Wanted) -> Analysis:
     held = np.hstack([_held(change(model), whole, families, m) for change, m in pairs])
     order = np.argsort(held.max(axis=1, initial=0.0))
     for k in range(len(order), 0, -1):
-        if held[order[:k]].sum(axis=0).max(initial=0.0) > SPREAD * wanted.precision:
+        if held[order[:k]].sum(axis=0).max(initial=0.0) > ROUGHLY * wanted.precision:
             continue
         less = whole.only(frozenset(families[i] for i in order[k:]))
         shifts = [
