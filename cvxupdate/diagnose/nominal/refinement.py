@@ -26,7 +26,9 @@ from cvxupdate.fe.select import has_property
 from cvxupdate.spec import Spec
 
 LARGEST = 5000  # DOFs of a file's model that is refined: a larger one is fine enough
-ROUGHLY = 20.0  # times the precision: what families may hold of an eigenvalue before modes are asked
+ROUGHLY = (
+    20.0  # times the precision: what families may hold of an eigenvalue before modes are asked
+)
 SURELY = 0.6  # MAC of two modes that are one and the same
 MISSED = 0.25  # of what extrapolation takes out: errors of the next order, halved once more
 ORDERS = (1.0, 6.0)  # of convergence that a mesh may show
