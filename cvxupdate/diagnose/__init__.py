@@ -18,18 +18,21 @@ def diagnose_problem(
     model: Model,
     recordings: Sequence[Recording],
     progress: Callable[[str], None] | None = None,
+    thorough: bool = False,
 ) -> Diagnosis:
     """Diagnose responses where there are any, else tables of modes; time histories that no linear
-    model explains once more, with laws that depend on the level; the
-    force of a part on a rig, whose model has no mass, by its law.
+    model explains, or that differ at one level, once more, with laws that depend on the level; the
+    force of a part on a rig, whose model has no mass, by its law. ``thorough``: however long a
+    search in simulation takes.
 
     Raises
     ------
     InputError
         When there is no recording to fit.
     """
+    from cvxupdate.diagnose.budget import Budget
     from cvxupdate.diagnose.component import component_diagnosis
-    from cvxupdate.diagnose.gather import gathered, in_simulation
+    from cvxupdate.diagnose.gather import gathered, in_simulation, may_drift
     from cvxupdate.diagnose.motion.component import rigs_of
     from cvxupdate.diagnose.pipeline import diagnosed
 
@@ -38,14 +41,17 @@ def diagnose_problem(
     rigs = rigs_of(model, recordings)
     if any(r.use == "fit" for r in rigs):
         return component_diagnosis(spec, rigs, begin)
-    evidence = gathered(spec, model, recordings, tell)
+    budget = Budget.of(thorough)
+    evidence = gathered(spec, model, recordings, tell, budget)
     found = diagnosed(spec, recordings, evidence, tell, begin)
-    if found.verdict != "undetermined":
+    open_question = found.verdict == "undetermined"
+    if not open_question and not may_drift(evidence):
         return found
-    simulated = in_simulation(spec, recordings, evidence, tell)
+    simulated = in_simulation(spec, recordings, evidence, tell, budget)
     if simulated is None:
         return found
-    tell("no linear model explains the recordings: simulating")
+    if not open_question and simulated.drift is None:
+        return found
     again = diagnosed(spec, recordings, simulated, tell, begin)
     return again if again.findings or simulated.drift else found
 

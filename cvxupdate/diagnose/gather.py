@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.tables import prepared
 from cvxupdate.diagnose.nominal.damping import undamped
@@ -15,6 +16,7 @@ from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
 from cvxupdate.diagnose.output.wording import nonlinear
 from cvxupdate.diagnose.responses.data import prepare
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
+from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
 from cvxupdate.fe.internal import is_nonlinear
@@ -31,7 +33,11 @@ SHEAR = "shear_deformation"  # an effect that changes what the mesh is worth
 
 
 def gathered(
-    spec: Spec, model: Model, recordings: Sequence[Recording], progress: Progress
+    spec: Spec,
+    model: Model,
+    recordings: Sequence[Recording],
+    progress: Progress,
+    budget: Budget | None = None,
 ) -> Evidence:
     """What the recordings of a problem say of its model.
 
@@ -44,7 +50,7 @@ def gathered(
         raise InputError(f'{spec.path}: diagnose needs a recording with use = "fit". Add one.')
     usable = [r for r in recordings if isinstance(r, FrequencyResponse | TimeHistory)]
     if any(r.origin.use == "fit" for r in usable):
-        return _responses(spec, model, usable, progress)
+        return _responses(spec, model, usable, progress, budget or Budget())
     return _modes(spec, model, [r for r in recordings if isinstance(r, ModeTable)], progress)
 
 
@@ -58,6 +64,7 @@ def _responses(
     model: Model,
     recordings: Sequence[FrequencyResponse | TimeHistory],
     progress: Progress,
+    budget: Budget,
 ) -> Evidence:
     data, names = prepare(recordings), _names(spec, RESPONSES)
     data = replace(data, mesh=mesh_error(spec, model, data.top))
@@ -67,12 +74,24 @@ def _responses(
     held, release = held_dofs(spec, model), release_from(spec)
     linear = ResponseEvidence(model, start, data, names, held, release, progress)
     if nonlinear(linear.level_change()) or is_nonlinear(model):
-        return in_simulation(spec, recordings, linear, progress) or linear
+        return in_simulation(spec, recordings, linear, progress, budget) or linear
     return linear
 
 
+def may_drift(evidence: Evidence) -> bool:
+    """Whether runs at one level differ by more than noise and reason: the structure may have
+    changed in between, whatever a linear model makes of them."""
+    if not isinstance(evidence, ResponseEvidence):
+        return False
+    return nonlinear(level_change(evidence.data.sharp, one=True))
+
+
 def in_simulation(
-    spec: Spec, recordings: Sequence[Recording], linear: Evidence, progress: Progress
+    spec: Spec,
+    recordings: Sequence[Recording],
+    linear: Evidence,
+    progress: Progress,
+    budget: Budget,
 ) -> MotionEvidence | None:
     """The same recordings with laws that depend on the level beside all else; None where they are
     not time histories."""
@@ -86,6 +105,7 @@ def in_simulation(
     histories = [from_rest(r) for r in recordings if isinstance(r, TimeHistory)]
     if any(not isinstance(r, TimeHistory) for r in fitted):
         return None
+    progress(f"simulating: {budget.says}")
     runs = {h.origin.name: run for h in histories if (run := run_of(h)) is not None}
     fit = [h for h in histories if h.origin.name in runs and h.origin.use == "fit"]
     if not fit:
@@ -99,6 +119,7 @@ def in_simulation(
         stages_of(fit, runs, data.sharp),
         _names(spec, MOTION),
         progress,
+        budget=budget,
     )
 
 
