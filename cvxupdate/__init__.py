@@ -2,6 +2,10 @@
 out.
 
 >>> import cvxupdate
+>>> model = cvxupdate.Model.from_matrices([[3.0e5, -1.0e5], [-1.0e5, 1.0e5]], [[2.0, 0], [0, 1.0]])
+>>> model
+Model(2 nodes, 2 free DOFs, 1 elements, 0 groups, 3 kg)
+
 >>> updated = cvxupdate.run("problems/structure_a/problem.toml")
 >>> updated.status
 'converged'
@@ -12,9 +16,29 @@ Everything below loads on first use.
 from __future__ import annotations
 
 import importlib
+import sys
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from cvxupdate.api import (
+        CorrelateResult,
+        DiagnoseResult,
+        Frf,
+        Model,
+        Modes,
+        Problem,
+        TimeHistory,
+        UpdateResult,
+        check,
+        correlate,
+        diagnose,
+        inspect,
+        run,
+        run_files,
+        solvers,
+        update,
+    )
     from cvxupdate.errors import (
         ConvergenceError,
         CvxupdateError,
@@ -23,31 +47,44 @@ if TYPE_CHECKING:
         InputError,
         ModelError,
         ProblemFileError,
+        ProblemWarning,
         RecordingError,
     )
-    from cvxupdate.report import run_files, solvers_files
+    from cvxupdate.report import solvers_files
     from cvxupdate.spec import Spec, check_problem, load_problem, schema
-    from cvxupdate.study import check, open_problem, run, solvers
+    from cvxupdate.study import open_problem
     from cvxupdate.update.result import ModeResult, ParameterResult, Updated
 
 __version__ = "0.1.0"
 
 __all__ = [
     "ConvergenceError",
+    "CorrelateResult",
     "CvxupdateError",
+    "DiagnoseResult",
     "Fault",
+    "Frf",
     "InfeasibleError",
     "InputError",
     "ModeResult",
+    "Model",
     "ModelError",
+    "Modes",
     "ParameterResult",
+    "Problem",
     "ProblemFileError",
+    "ProblemWarning",
     "RecordingError",
     "Spec",
+    "TimeHistory",
+    "UpdateResult",
     "Updated",
     "__version__",
     "check",
     "check_problem",
+    "correlate",
+    "diagnose",
+    "inspect",
     "load_problem",
     "open_problem",
     "run",
@@ -55,9 +92,28 @@ __all__ = [
     "schema",
     "solvers",
     "solvers_files",
+    "update",
 ]
 
 _HOME = {
+    "cvxupdate.api": (
+        "CorrelateResult",
+        "DiagnoseResult",
+        "Frf",
+        "Model",
+        "Modes",
+        "Problem",
+        "TimeHistory",
+        "UpdateResult",
+        "check",
+        "correlate",
+        "diagnose",
+        "inspect",
+        "run",
+        "run_files",
+        "solvers",
+        "update",
+    ),
     "cvxupdate.errors": (
         "ConvergenceError",
         "CvxupdateError",
@@ -66,12 +122,25 @@ _HOME = {
         "InputError",
         "ModelError",
         "ProblemFileError",
+        "ProblemWarning",
         "RecordingError",
     ),
-    "cvxupdate.report": ("run_files", "solvers_files"),
-    "cvxupdate.spec": ("Spec", "check_problem", "load_problem", "schema"),
-    "cvxupdate.study": ("check", "open_problem", "run", "solvers"),
-    "cvxupdate.update.result": ("ModeResult", "ParameterResult", "Updated"),
+    "cvxupdate.report": (
+        "run_files",
+        "solvers_files",
+    ),
+    "cvxupdate.spec": (
+        "Spec",
+        "check_problem",
+        "load_problem",
+        "schema",
+    ),
+    "cvxupdate.study": ("open_problem",),
+    "cvxupdate.update.result": (
+        "ModeResult",
+        "ParameterResult",
+        "Updated",
+    ),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 
@@ -86,3 +155,18 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted(__all__)
+
+
+class _Package(ModuleType):
+    """The package as a module. Three functions are called as rooms of the package are (correlate,
+    diagnose, update): the import system would bind the room to the name, whichever is loaded first.
+    Here the name stays the function's; ``from cvxupdate.diagnose import …`` finds the room as
+    ever."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if isinstance(value, ModuleType) and name in _MODULE_OF:
+            return
+        super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from cvxupdate.commands.line import add
 from cvxupdate.commands.shared import (
     Jobs,
     Json,
@@ -169,6 +170,9 @@ def schema() -> None:
     from cvxupdate.spec import schema as do
 
     print(json.dumps(do(), indent=2, ensure_ascii=False))
+
+
+add(app)
 
 
 def _iteration(h: Iteration) -> str:

@@ -57,6 +57,10 @@ class ModelError(InputError):
     """The model is not a structure: a mechanism, a negative mass, a missing property."""
 
 
+class ProblemWarning(UserWarning):
+    """Something in a problem that is probably a mistake; the work goes on."""
+
+
 class InfeasibleError(CvxupdateError):
     """The clauses of a convex step cannot hold together; ``conflict`` names them."""
 

@@ -127,7 +127,7 @@ PROPERTIES = (
 def property_words() -> tuple[str, ...]:
     """Every property that a parameter may change."""
     known = dict.fromkeys(of for kind in ELEMENTS.members() for of in kind.text.changes)
-    return tuple(dict.fromkeys((*(of for of in PROPERTIES if of in known), *known)))
+    return tuple(dict.fromkeys((*(of for of in PROPERTIES if of in known), *known, "generic")))
 
 
 Of = Annotated[str, OneOf(property_words)]

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cvxupdate.errors import InputError
-from cvxupdate.spec import Spec, load_problem
+from cvxupdate.spec import Given, Spec, spec_of
 
 if TYPE_CHECKING:
     from cvxupdate.convex import SolverRow
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from cvxupdate.recordings.inspect import Inspection
     from cvxupdate.recordings.read.contents import Progress
     from cvxupdate.recordings.types import Recording
+    from cvxupdate.spec.update import Update
     from cvxupdate.update.result import Updated
     from cvxupdate.update.starts import Solve
     from cvxupdate.update.trust_region import Iteration
@@ -30,7 +31,7 @@ MODES_IN_BAND = 30  # computed for the sensors of frequency responses
 
 
 def open_problem(
-    path: str | os.PathLike[str], progress: Progress | None = None
+    problem: Given, progress: Progress | None = None
 ) -> tuple[Spec, Model, tuple[Recording, ...]]:
     """A problem file with its model and recordings; ``progress`` hears (what, done, total) of
     large files that are read.
@@ -40,15 +41,49 @@ def open_problem(
     InputError
         For any fault of the file, the model or a recording.
     """
+    spec = spec_of(problem)
+    return spec, *_parts(spec, progress)
+
+
+def _parts(spec: Spec, progress: Progress | None = None) -> tuple[Model, tuple[Recording, ...]]:
     from cvxupdate.fe.build import build_model
     from cvxupdate.recordings.load import load_recordings
 
-    spec = load_problem(Path(path))
-    return spec, build_model(spec), load_recordings(spec, progress)
+    return build_model(spec), load_recordings(spec, progress)
+
+
+def _to_update(problem: Given, command: str) -> tuple[Spec, Update]:
+    """A problem file with the [update] table that a command needs: said before recordings are
+    read."""
+    spec = spec_of(problem)
+    if spec.update is None:
+        raise InputError(
+            f"{spec.path}: {command} needs an [update] table. Add one with a method and parameters."
+        )
+    return spec, spec.update
+
+
+def _one_state(
+    spec: Spec, progress: Progress | None = None
+) -> tuple[Spec, Model, tuple[Recording, ...]]:
+    """A problem without the recordings of the reference state, where there are others: a model has
+    one state."""
+    from cvxupdate.recordings.states import looked_into
+
+    model, recordings = _parts(spec, progress)
+    now, kept = looked_into(spec, recordings)
+    return now, model, kept
+
+
+def read_recordings(problem: Given) -> tuple[Recording, ...]:
+    """The recordings of a problem whose model is not asked for; raises `InputError`."""
+    from cvxupdate.recordings.load import load_recordings
+
+    return load_recordings(spec_of(problem))
 
 
 def run(
-    path: str | os.PathLike[str],
+    problem: Given,
     progress: Callable[[Iteration], None] | None = None,
     reading: Progress | None = None,
     warn: Warn | None = None,
@@ -72,16 +107,15 @@ def run(
     from cvxupdate.update.starts import Many
     from cvxupdate.written import updated_file
 
-    spec, model, recordings = open_problem(path, reading)
+    spec, table = _to_update(problem, "run")
+    spec, model, recordings = _one_state(spec, reading)
     warnings = examine(spec, model, recordings, warn)
-    if spec.update is None:
-        raise InputError(f"{path}: no [update] table to run. Add one with a method and parameters.")
     model = refined_for(spec, model)
-    if spec.update.method in ("ceam", "rfm"):
+    if table.method in ("ceam", "rfm"):
         from cvxupdate.update.ceam import update_ceam
         from cvxupdate.update.rfm import update_rfm
 
-        update = update_ceam if spec.update.method == "ceam" else update_rfm
+        update = update_ceam if table.method == "ceam" else update_rfm
         updated = update(spec, model, recordings, progress)
     else:
         done = None if reading is None else partial(reading, "starts")
@@ -95,19 +129,19 @@ def run(
         recordings=own_errors(model, recordings, p, updated.modes),
         warnings=warnings,
         written=updated_file(spec, model, p) if updated.status != "infeasible" else None,
-        caveats=caveats(updated, spec.update.frequency_points != "all"),
+        caveats=caveats(updated, table.frequency_points != "all"),
     )
 
 
-def open_start(path: str) -> Solve:
+def open_start(problem: str) -> Solve:
     """What solves one of many starts of a problem file, for a process of its own."""
     from cvxupdate.update.modal_fit import modal_fit
 
-    return modal_fit(*open_problem(path)).solve
+    return modal_fit(*_one_state(spec_of(problem))).solve
 
 
 def correlate(
-    path: str | os.PathLike[str], progress: Progress | None = None, warn: Warn | None = None
+    problem: Given, progress: Progress | None = None, warn: Warn | None = None
 ) -> Compared:
     """Compare the model of a problem file with its recordings: modes, shapes, frequency responses,
     sensors. Nothing is changed.
@@ -120,7 +154,7 @@ def correlate(
     from cvxupdate.correlate.plausible import examine
 
     begin = time.perf_counter()
-    opened = open_problem(path, progress)
+    opened = open_problem(problem, progress)
     compared = _compared(*opened, examine(*opened, warn))
     return replace(compared, time=time.perf_counter() - begin)
 
@@ -179,7 +213,7 @@ def inspect(path: str | os.PathLike[str], progress: Progress | None = None) -> I
     return inspect_file(Path(path), progress=progress)
 
 
-def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], float]:
+def solvers(problem: Given) -> tuple[Spec, tuple[SolverRow, ...], float]:
     """The first convex step by every installed solver: (problem, rows, spread of objectives).
 
     Raises
@@ -191,18 +225,17 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
     from cvxupdate.update.modal_fit import residual_of
     from cvxupdate.update.parts import solver_choice, step_problem
 
-    spec, model, recordings = open_problem(path)
-    if spec.update is None:
-        raise InputError(f"{path}: solvers needs an [update] table with a method and parameters.")
-    if spec.update.method == "ceam":
+    spec, table = _to_update(problem, "solvers")
+    spec, model, recordings = _one_state(spec)
+    if table.method == "ceam":
         from cvxupdate.update.ceam import residual_of as ceam_residual
 
         system = ceam_residual(spec, model, recordings).evaluate(model.zero()).system()
-    elif spec.update.method == "rfm":
+    elif table.method == "rfm":
         from cvxupdate.residual.frf import FrfResidual
         from cvxupdate.update.rfm import prepare
 
-        kind = "flexibility" if spec.update.residual == "auto" else spec.update.residual
+        kind = "flexibility" if table.residual == "auto" else table.residual
         chosen = prepare(spec, model, recordings).chosen
         system = FrfResidual(model, chosen, kind).evaluate(model.zero()).system()
     else:
@@ -211,7 +244,7 @@ def solvers(path: str | os.PathLike[str]) -> tuple[Spec, tuple[SolverRow, ...], 
     return spec, rows, spread(rows) if any(r.status == "optimal" for r in rows) else float("nan")
 
 
-def check(path: str | os.PathLike[str]) -> dict[str, object]:
+def check(problem: Given) -> dict[str, object]:
     """Validate a problem file, build its model and read its recordings: counts of what was found,
     its mass, extent and first natural frequencies, and ``warnings`` of what is probably a mistake.
 
@@ -220,7 +253,7 @@ def check(path: str | os.PathLike[str]) -> dict[str, object]:
     from cvxupdate.correlate.plausible import examine, facts
     from cvxupdate.physics.known import refuse_unknown
 
-    spec, model, recordings = open_problem(path)
+    spec, model, recordings = open_problem(problem)
     refuse_unknown(spec)
     return {
         "nodes": len(model.node_ids),
@@ -234,7 +267,7 @@ def check(path: str | os.PathLike[str]) -> dict[str, object]:
 
 
 def diagnose(
-    path: str | os.PathLike[str],
+    problem: Given,
     progress: Callable[[str], None] | None = None,
     reading: Progress | None = None,
     warn: Warn | None = None,
@@ -254,7 +287,7 @@ def diagnose(
     from cvxupdate.recordings.load import load_recordings
     from cvxupdate.written import with_refined
 
-    spec, model, recordings = open_problem(path, reading)
+    spec, model, recordings = open_problem(problem, reading)
     refuse_unknown(spec)
     warnings = examine(spec, model, recordings, warn)
     found = diagnose_problem(spec, model, recordings, progress, thorough)

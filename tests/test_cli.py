@@ -108,7 +108,7 @@ def test_an_error_of_its_own_is_one_line_without_a_traceback(call, here, monkeyp
     def stumble(*args, **keywords):
         return [][3]
 
-    monkeypatch.setattr(cvxupdate.study, "open_problem", stumble)
+    monkeypatch.setattr(cvxupdate.study, "load_problem", stumble)
     code, out, err = call(verb, "chain/problem.toml")
     assert code == 1 and out == "" and files(here / "out") == []
     said = one_line(err)
@@ -485,20 +485,32 @@ def test_progress_on_a_terminal_only_and_never_with_json(here):
 def test_public_names_are_these():
     assert set(cvxupdate.__all__) == {
         "ConvergenceError",
+        "CorrelateResult",
         "CvxupdateError",
+        "DiagnoseResult",
         "Fault",
+        "Frf",
         "InfeasibleError",
         "InputError",
         "ModeResult",
+        "Model",
         "ModelError",
+        "Modes",
         "ParameterResult",
+        "Problem",
         "ProblemFileError",
+        "ProblemWarning",
         "RecordingError",
         "Spec",
+        "TimeHistory",
+        "UpdateResult",
         "Updated",
         "__version__",
         "check",
         "check_problem",
+        "correlate",
+        "diagnose",
+        "inspect",
         "load_problem",
         "open_problem",
         "run",
@@ -506,6 +518,7 @@ def test_public_names_are_these():
         "schema",
         "solvers",
         "solvers_files",
+        "update",
     }
     assert sorted(cvxupdate.__all__, key=str) == list(cvxupdate.__all__) == dir(cvxupdate)
     for name in cvxupdate.__all__:

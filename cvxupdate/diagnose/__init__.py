@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -22,8 +23,9 @@ def diagnose_problem(
 ) -> Diagnosis:
     """Diagnose responses where there are any, else tables of modes; time histories that no linear
     model explains, or that differ at one level, once more, with laws that depend on the level; the
-    force of a part on a rig, whose model has no mass, by its law. ``thorough``: however long a
-    search in simulation takes.
+    force of a part on a rig, whose model has no mass, by its law. Where there are recordings of a
+    reference state the model is brought to it before. ``thorough``: however long a search in
+    simulation takes.
 
     Raises
     ------
@@ -35,6 +37,7 @@ def diagnose_problem(
     from cvxupdate.diagnose.gather import gathered, in_simulation, may_drift
     from cvxupdate.diagnose.motion.component import rigs_of
     from cvxupdate.diagnose.pipeline import diagnosed
+    from cvxupdate.diagnose.reference import brought, changed, not_unchanged
 
     begin = time.perf_counter()
     tell = progress or (lambda text: None)
@@ -42,18 +45,19 @@ def diagnose_problem(
     if any(r.use == "fit" for r in rigs):
         return component_diagnosis(spec, rigs, begin)
     budget = Budget.of(thorough)
-    evidence = gathered(spec, model, recordings, tell, budget)
-    found = diagnosed(spec, recordings, evidence, tell, begin)
-    open_question = found.verdict == "undetermined"
-    if not open_question and not may_drift(evidence):
+    now = brought(spec, model, recordings, tell)
+    evidence = gathered(now.spec, now.model, now.recordings, tell, now.reference, budget)
+    found = diagnosed(now.spec, now.recordings, evidence, tell, begin)
+    unexplained = found.verdict == "undetermined"
+    if unexplained or may_drift(evidence):
+        simulated = in_simulation(now.spec, now.recordings, evidence, tell, budget)
+        if simulated is not None and (unexplained or simulated.drift):
+            again = diagnosed(now.spec, now.recordings, simulated, tell, begin)
+            found = again if again.findings or simulated.drift else found
+    if now.reference is None:
         return found
-    simulated = in_simulation(spec, recordings, evidence, tell, budget)
-    if simulated is None:
-        return found
-    if not open_question and simulated.drift is None:
-        return found
-    again = diagnosed(spec, recordings, simulated, tell, begin)
-    return again if again.findings or simulated.drift else found
+    said = not_unchanged(found, changed(now.reference, now.recordings))
+    return replace(said, evidence=(*now.lines, *said.evidence))
 
 
 __all__ = ["diagnose_problem"]

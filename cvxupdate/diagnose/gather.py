@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from cvxupdate.diagnose.budget import Budget
+from cvxupdate.diagnose.modes.common import common_of as common_of_tables
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
-from cvxupdate.diagnose.modes.tables import prepared
+from cvxupdate.diagnose.modes.tables import prepared, stated_tables
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.mesh import mesh_error
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
 from cvxupdate.diagnose.output.wording import nonlinear
-from cvxupdate.diagnose.responses.data import prepare
+from cvxupdate.diagnose.responses.common import common_of
+from cvxupdate.diagnose.responses.data import Data, prepare
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.types import Evidence, Progress
@@ -32,14 +34,24 @@ if TYPE_CHECKING:
 SHEAR = "shear_deformation"  # an effect that changes what the mesh is worth
 
 
+@dataclass(frozen=True)
+class Reference:
+    """The recordings of the reference state, to which a model was brought; ``file`` is the model as
+    it came."""
+
+    file: Model
+    recordings: tuple[Recording, ...]
+
+
 def gathered(
     spec: Spec,
     model: Model,
     recordings: Sequence[Recording],
     progress: Progress,
+    reference: Reference | None = None,
     budget: Budget | None = None,
 ) -> Evidence:
-    """What the recordings of a problem say of its model.
+    """What the recordings of a problem say of its model, beside a reference where there is one.
 
     Raises
     ------
@@ -48,10 +60,25 @@ def gathered(
     """
     if not any(r.origin.use == "fit" for r in recordings):
         raise InputError(f'{spec.path}: diagnose needs a recording with use = "fit". Add one.')
-    usable = [r for r in recordings if isinstance(r, FrequencyResponse | TimeHistory)]
+    if model.exact:
+        raise InputError(
+            f"{spec.path}: diagnose needs K and M; exact_beam elements have none at all "
+            "frequencies. Mesh them with beam3d, or use `run` or `correlate`."
+        )
+    usable = responses_of(recordings)
     if any(r.origin.use == "fit" for r in usable):
-        return _responses(spec, model, usable, progress, budget or Budget())
-    return _modes(spec, model, [r for r in recordings if isinstance(r, ModeTable)], progress)
+        return _responses(spec, model, usable, progress, reference, budget or Budget())
+    return _modes(spec, model, tables_of(recordings), progress, reference)
+
+
+def responses_of(recordings: Sequence[Recording]) -> list[FrequencyResponse | TimeHistory]:
+    """Those that are responses."""
+    return [r for r in recordings if isinstance(r, FrequencyResponse | TimeHistory)]
+
+
+def tables_of(recordings: Sequence[Recording]) -> list[ModeTable]:
+    """Those that are tables of modes."""
+    return [r for r in recordings if isinstance(r, ModeTable)]
 
 
 def _names(spec: Spec, told_by: str) -> tuple[str, ...]:
@@ -64,15 +91,26 @@ def _responses(
     model: Model,
     recordings: Sequence[FrequencyResponse | TimeHistory],
     progress: Progress,
+    reference: Reference | None,
     budget: Budget,
 ) -> Evidence:
-    data, names = prepare(recordings), _names(spec, RESPONSES)
-    data = replace(data, mesh=mesh_error(spec, model, data.top))
-    if SHEAR in names:
-        data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))
+    names = _names(spec, RESPONSES)
     start = with_nuisance(undamped(model), scatter=spec.diagnose.scatter)
     held, release = held_dofs(spec, model), release_from(spec)
-    linear = ResponseEvidence(model, start, data, names, held, release, progress)
+    file = None if reference is None else reference.file
+
+    def evidence(data: Data) -> ResponseEvidence:
+        data = replace(data, mesh=mesh_error(spec, model, data.top))
+        if SHEAR in names:
+            data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))
+        return ResponseEvidence(model, start, data, names, held, release, progress, file)
+
+    common = None
+    if reference is not None:
+        of_reference = evidence(prepare(responses_of(reference.recordings)))
+        data = of_reference.data
+        common = common_of(of_reference, data.sharp, data.sharp_hold_out)
+    linear = evidence(prepare(recordings, common))
     if nonlinear(linear.level_change()) or is_nonlinear(model):
         return in_simulation(spec, recordings, linear, progress, budget) or linear
     return linear
@@ -124,10 +162,18 @@ def in_simulation(
 
 
 def _modes(
-    spec: Spec, model: Model, tables: Sequence[ModeTable], progress: Progress
+    spec: Spec,
+    model: Model,
+    tables: Sequence[ModeTable],
+    progress: Progress,
+    reference: Reference | None = None,
 ) -> ModesEvidence:
     start = with_nuisance(undamped(model), scatter=spec.diagnose.scatter)
     mesh = mesh_error(spec, model, max(float(t.frequency.max()) for t in tables))
+    common = None
+    if reference is not None:
+        fitted = [t for t in tables_of(reference.recordings) if t.origin.use == "fit"]
+        common = common_of_tables(start, stated_tables(start, fitted, mesh))
     order = [
         k
         for fitted in (True, False)
@@ -137,7 +183,7 @@ def _modes(
     return ModesEvidence(
         model,
         start,
-        prepared(start, tables, mesh),
+        prepared(start, tables, mesh, common),
         mesh,
         _names(spec, MODES),
         _names(spec, RATIOS),
@@ -145,4 +191,5 @@ def _modes(
         release_from(spec),
         tuple(order),
         progress,
+        None if reference is None else reference.file,
     )

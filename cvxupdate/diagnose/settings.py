@@ -56,6 +56,18 @@ UNEVEN = 0.3
 RESPONSE_DISCREPANCY = 0.01
 # The same of a natural frequency (relative) and of a mode shape's entry (largest entry 1).
 FREQUENCY_DISCREPANCY, SHAPE_DISCREPANCY = 0.003, 0.02
+# Beside a reference state, what both have in common being taken out: relative change of a
+# frequency from day to day (ten kelvin), of a shape's entry by mounting sensors again; the part of
+# what the model misses, and of what changed, that may differ between the states; the part of the
+# usual scatter of groups.
+REPEATED, SHAPE_REPEATED, COMMON, CALIBRATED = 0.001, 0.005, 0.1, 0.1
+# Relative error of what a change does to a frequency, for each unit of r.m.s. relative error of the
+# frequencies: energies go with the square of shapes, and neighbouring shapes mix by somewhat more
+# than frequencies are off.
+SHAPES_OFF = 4.0
+# Relative deviation of the frequency of a mode by itself, by which responses of a model that was
+# brought to its reference may still be off.
+TUNED_STD = 0.03
 # Relative standard deviations where a file states none: of an FRF, a natural frequency, a shape's
 # entry, a damping ratio.
 UNSTATED_FRF, UNSTATED_FREQUENCY, UNSTATED_SHAPE, UNSTATED_DAMPING = 0.01, 0.005, 0.05, 0.1
@@ -144,6 +156,12 @@ LARGE = 4.0
 FAINT, SURE = 0.15, 0.4
 # Most that is stated: one time in a hundred what is missing is nothing that was tried.
 MOST_SURE = 0.99
+# Probability from which on it is said what all likely hypotheses have in common; part of the
+# structure's extent up to which they are at one place: an engineer looks there, and not everywhere.
+GRADED, REGION = 0.8, 0.25
+# Part of what is left that "mostly" means; part of the band, or of its logarithm, from which on it
+# is spread over it.
+MOSTLY, SPREAD = 0.7, 0.5
 
 # --------------------------------------------------------------------------- pattern of damping
 # Fall of the squares of log damping ratios that chance gives one parameter once in two thousand

@@ -207,6 +207,9 @@ class Evidence(Protocol):
     def left(self, errors: Errors) -> str:
         """Errors in words, with what they are a fraction of."""
 
+    def remains(self, found: Fit) -> str:
+        """Where a fit leaves what it leaves, in words; empty where noise is all."""
+
     def lines(self) -> list[str]:
         """Evidence on the recordings and the nominal model, one line each."""
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.block import COMMON, Block, Index
+from cvxupdate.fe.block import COMMON, Block, Dynamic, Index
 from cvxupdate.fe.elements import Entries
 from cvxupdate.fe.elements.base import ElementType, Given, Placed, Real, Surroundings, Term
 from cvxupdate.fe.elements.matrix import split
@@ -109,16 +109,14 @@ def block_of(
     )
     orientation = np.array(batch.orientation)
     unique, geometry = _distinct(points, orientation)
+    law = kind.text.exact(kind) if kind.text.exact is not None else None
     try:
         terms = kind.terms(points[unique], orientation[unique])
+        dynamic = () if law is None else law.terms(points[unique], orientation[unique])
     except ModelError as error:
         raise ModelError(f"elements {_span(batch.ids)}: {error}") from error
     columns = [n * len(kind.dofs) + i for n in range(kind.nodes) for i in keep]
-    kept = tuple(
-        Term(t.matrix, t.coefficient, np.ascontiguousarray(t.values[:, columns][:, :, columns]))
-        for t in terms
-    )
-    kept = tuple(t for t in kept if np.any(t.values != 0.0))
+    kept, dynamic = _cut(terms, columns), _cut(dynamic, columns)
     properties = {k: np.array(v, dtype=float) for k, v in batch.properties.items()}
     if kind.nodes == 2:
         properties["length"] = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
@@ -134,7 +132,17 @@ def block_of(
         geometry,
         properties,
         nodes,
+        exact=None if law is None else Dynamic(law, dynamic),
     )
+
+
+def _cut(terms: Sequence[Term], columns: list[int]) -> tuple[Term, ...]:
+    """The terms on some of their DOFs; those that vanish there are left out."""
+    kept = [
+        Term(t.matrix, t.coefficient, np.ascontiguousarray(t.values[:, columns][:, :, columns]))
+        for t in terms
+    ]
+    return tuple(t for t in kept if np.any(t.values != 0.0))
 
 
 def _distinct(points: Real, orientation: Real) -> tuple[Index, Index]:

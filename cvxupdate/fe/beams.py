@@ -15,7 +15,7 @@ from cvxupdate.spec.elements import Lacking, LineBlock
 
 # Places of (w₁, ψ₁, w₂, ψ₂) among the twelve local DOFs, and the sign of the rotation: θz = dv/dx,
 # θy = −dw/dx.
-_PLANES = {"z": ((1, 5, 7, 11), 1.0), "y": ((2, 4, 8, 10), -1.0)}
+PLANES = {"z": ((1, 5, 7, 11), 1.0), "y": ((2, 4, 8, 10), -1.0)}
 
 
 def beam_terms(
@@ -51,7 +51,7 @@ def beam_terms(
             add("M", "rhoIp", (3, 9), (half if lumped else linear) * L[:, None, None])
     unit = unit_matrices()
     for axis in planes:
-        places, sign = _PLANES[axis]
+        places, sign = PLANES[axis]
         S = np.ones((e, 4))
         S[:, 1::2] = sign * L[:, None]
         SS = S[:, :, None] * S[:, None, :]

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.fe.elements.base import Element, Real, Term, Values
+from cvxupdate.errors import ModelError
+from cvxupdate.fe.elements.base import Element, Exact, Real, Term, Values
 
 Index = NDArray[np.int64]
 
@@ -18,6 +19,32 @@ Index = NDArray[np.int64]
 COMMON = {"stiffness": 1.0, "mass": 1.0, "damping": 1.0, "eta": 0.0, "alpha": 0.0, "beta": 0.0}
 LINEAR = {("stiffness",): "K", ("mass",): "M"}  # factors that move one matrix each, in proportion
 STEP = 1e-30  # of complex-step differentiation: exact to rounding, no subtraction takes place
+
+
+@dataclass(frozen=True)
+class Dynamic:
+    """The dynamic stiffness of exact elements: how its scalars follow from the frequency, and the
+    patterns ``terms`` that they multiply, (g, d, d)."""
+
+    law: Exact
+    terms: tuple[Term, ...]
+
+    def spread(self, scalars: Mapping[str, Values], geometry: Index) -> NDArray[np.complex128]:
+        """Σ scalar (e,) · pattern, (e, d, d); ``geometry`` (e,) says which pattern."""
+        d = self.terms[0].values.shape[1]
+        out = np.zeros((len(geometry), d, d), dtype=complex)
+        for t in self.terms:
+            values = t.values if len(t.values) == 1 else t.values[geometry]
+            out += scalars[t.coefficient][:, None, None] * values
+        return out
+
+    def moving(self, what: str) -> NDArray[np.bool_]:
+        """Where (g,) any pattern of ``what`` is left on the free DOF kinds."""
+        some = [t.values for t in self.terms if t.coefficient.split(".")[0] == what]
+        return np.any([np.any(v != 0.0, axis=(1, 2)) for v in some], axis=0) if some else _NEVER
+
+
+_NEVER = np.zeros(1, dtype=bool)
 
 
 @dataclass(frozen=True)
@@ -30,7 +57,8 @@ class Block:
     element uses, ``properties`` one value per element, ``nodes`` (n, k) places among the model's
     nodes (None: not from drawn nodes), ``own`` how many columns, the first, are DOFs of these
     (None: all; `cvxupdate.fe.analysis` has others), ``parts`` in how many parts an edge is divided
-    (a line's ``length`` is that of a part).
+    (a line's ``length`` is that of a part), ``exact`` its dynamic stiffness, where that is more
+    than its matrices.
     """
 
     kind: Element
@@ -44,6 +72,7 @@ class Block:
     nodes: Index | None = None
     own: int | None = None
     parts: int = 1
+    exact: Dynamic | None = None
 
     @property
     def nodal(self) -> Index:
@@ -123,3 +152,40 @@ class Block:
             local[name] = local[name] + 1j * STEP * scale
         parts = [(m, i, np.imag(f) / STEP) for m, i, f in self.scalars(local)]
         return self.combine([(m, i, f) for m, i, f in parts if np.any(f != 0.0)], rows)
+
+    def dynamic_stiffness(
+        self, omega: complex, properties: Mapping[str, Values]
+    ) -> NDArray[np.complex128]:
+        """Z(ω) of exact elements, (n, d, d); ω in rad/s."""
+        exact = self._exact()
+        scalars = exact.law.dynamic_stiffness(omega, properties)
+        return exact.spread({k: np.asarray(v) for k, v in scalars.items()}, self.geometry)
+
+    def dynamic_change(
+        self,
+        omega: complex,
+        properties: Mapping[str, Values],
+        rows: Index,
+        moves: Mapping[str, Real],
+    ) -> NDArray[np.complex128]:
+        """∂Z(ω)/∂p of ``rows`` (r,; an element may come again), (r, d, d), where property ``name``
+        of row i moves by moves[name][i] · p."""
+        exact = self._exact()
+        local = {k: v[rows] for k, v in properties.items()}
+        found = exact.law.change(omega, local, moves)
+        return exact.spread({k: np.asarray(d) for k, (_, d) in found.items()}, self.geometry[rows])
+
+    def clamped_below(self, omega: float, properties: Mapping[str, Values]) -> int:
+        """How many natural frequencies of the elements with their nodes held lie below ω."""
+        exact = self._exact()
+        total = 0
+        for what, counts in exact.law.clamped_below(omega, properties).items():
+            moving = exact.moving(what)
+            live = moving if len(moving) > 1 else np.broadcast_to(moving, len(self.terms[0].values))
+            total += int(np.sum(counts[live[self.geometry]]))
+        return total
+
+    def _exact(self) -> Dynamic:
+        if self.exact is None:
+            raise ModelError(f"{self.kind.name} elements have no dynamic stiffness of their own.")
+        return self.exact

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from cvxupdate.fe.batches import block_of, gather, given_blocks
+from cvxupdate.fe.batches import GivenMatrix, block_of, gather, given_blocks
 from cvxupdate.fe.elements.base import Surroundings
+from cvxupdate.fe.generic.change import with_families
 from cvxupdate.fe.labels import KINDS
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.numbering import first_of_ties, number_dofs
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.fe.select import select_parameters
 from cvxupdate.fe.whole import with_entries
-from cvxupdate.spec import Spec, expand_parameters
+from cvxupdate.spec import Spec, Target, expand_parameters
 from cvxupdate.spec import model as sm
 
 
@@ -47,7 +50,8 @@ def build_model(spec: Spec) -> Model:
         if to in free
     )
     model = Model(names, node_ids, xyz, dof_node, dof_kind, tuple(blocks), (), zeta, ties)
-    return _with_whole(spec, model.with_parameters(parameters_of(spec, model)))
+    model = model.with_parameters(parameters_of(spec, model))
+    return _with_whole(spec, _with_generic(spec, model, given))
 
 
 def _with_whole(spec: Spec, model: Model) -> Model:
@@ -55,31 +59,33 @@ def _with_whole(spec: Spec, model: Model) -> Model:
     whole = spec.update.whole if spec.update is not None else None
     if whole is None:
         return model
-    bounds = spec.constraints.bounds
-    lower = (
-        whole.lower
-        if whole.lower is not None
-        else bounds.lower
-        if bounds is not None and bounds.lower is not None
-        else -np.inf
-    )
-    upper = (
-        whole.upper
-        if whole.upper is not None
-        else bounds.upper
-        if bounds is not None and bounds.upper is not None
-        else np.inf
+    lower, upper = (
+        own if own is not None else common
+        for own, common in zip((whole.lower, whole.upper), _limits(spec), strict=True)
     )
     return with_entries(model, whole.matrices, whole.pattern, whole.symmetric, lower, upper)
 
 
 def parameters_of(spec: Spec, model: Model) -> tuple[Parameter, ...]:
     """The parameters that the [update] table of ``spec`` asks for, on the elements of ``model``."""
-    if spec.update is None:
-        return ()
+    plain = [t for t in _targets(spec) if t.family is None]
+    return select_parameters(plain, model, *_limits(spec))
+
+
+def _with_generic(spec: Spec, model: Model, given: Sequence[GivenMatrix]) -> Model:
+    """The families of element matrices as further parameters."""
+    generic = [t for t in _targets(spec) if t.family is not None]
+    return with_families(model, generic, given, *_limits(spec)) if generic else model
+
+
+def _targets(spec: Spec) -> tuple[Target, ...]:
+    rows = spec.update.parameters if spec.update is not None else ()
+    return expand_parameters(spec.model, rows)
+
+
+def _limits(spec: Spec) -> tuple[float, float]:
+    """The bounds of [constraints]."""
     bounds = spec.constraints.bounds
     lower = bounds.lower if bounds is not None and bounds.lower is not None else -np.inf
     upper = bounds.upper if bounds is not None and bounds.upper is not None else np.inf
-    return select_parameters(
-        expand_parameters(spec.model, spec.update.parameters), model, lower, upper
-    )
+    return lower, upper

@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.elements.base import Real, Values
+from cvxupdate.fe.exact.correction import Beyond, Member
+from cvxupdate.fe.generic.use import FamilyUse
 from cvxupdate.fe.labels import KINDS as KINDS
 from cvxupdate.fe.parameters import Parameter
 
@@ -22,12 +24,17 @@ from cvxupdate.fe.parameters import Parameter
 @dataclass(frozen=True)
 class Matrices:
     """Global matrices over the free DOFs, sparse (CSC), sharing one pattern: M q'' + C q' + (K + i
-    D) q = f."""
+    D) q = f.
+
+    ``beyond`` is what exact members add to Z(s) = K + iD + sC + s²M, which then is their Taylor
+    series; None where there are none.
+    """
 
     K: sp.csc_array
     M: sp.csc_array
     C: sp.csc_array
     D: sp.csc_array
+    beyond: Beyond | None = None
 
 
 @dataclass(frozen=True)
@@ -49,7 +56,7 @@ class Model:
     ``labels`` N names of the free DOFs ("n6.y"); ``node_ids``, ``xyz`` (nodes, 3) and ``dof_node``,
     ``dof_kind`` (N,) place them; ``modal_damping`` fractions of critical per mode (empty: none),
     used beside C where given; ``ties`` further names of free DOFs: ("n9.z", "n6.z") says that node
-    9 moves along z as node 6 does.
+    9 moves along z as node 6 does; ``families`` are the generic elements among the parameters.
     """
 
     labels: tuple[str, ...]
@@ -61,6 +68,7 @@ class Model:
     parameters: tuple[Parameter, ...] = ()
     modal_damping: tuple[float, ...] = ()
     ties: tuple[tuple[str, str], ...] = ()
+    families: tuple[FamilyUse, ...] = ()
 
     @property
     def size(self) -> int:
@@ -98,11 +106,24 @@ class Model:
         props = self.properties(p)
         dtype = complex if any(np.iscomplexobj(v) for d in props for v in d.values()) else float
         data = {m: np.zeros(len(self._pattern.indices), dtype=dtype) for m in "KMCD"}
+        members = []
         for block, values, inverse in zip(self.blocks, props, self._pattern.inverse, strict=True):
-            for matrix, batch in block.combine(block.scalars(values)).items():
+            batches = block.combine(block.scalars(values))
+            for matrix, batch in batches.items():
                 flat = batch.reshape(-1)[inverse.keep]
                 data[matrix] += _count(inverse.places, flat, len(data[matrix]))
-        return Matrices(**{m: self._pattern.fill(d, self.size) for m, d in data.items()})
+            if block.exact is not None:
+                members.append(Member(block, values, batches, inverse.keep, inverse.places))
+        filled = {m: self._pattern.fill(d, self.size) for m, d in data.items()}
+        if not members:
+            return Matrices(**filled)
+        beyond = Beyond(tuple(members), self._pattern.indices, self._pattern.indptr)
+        return Matrices(**filled, beyond=beyond)
+
+    @property
+    def exact(self) -> bool:
+        """Whether any element has a dynamic stiffness beyond its matrices."""
+        return any(b.exact is not None for b in self.blocks)
 
     def derivative(self, j: int, p: ArrayLike | None = None) -> tuple[DerivativeBlock, ...]:
         """Element blocks of ∂K, ∂M, ∂C, ∂D with respect to parameter ``j`` at ``p``."""

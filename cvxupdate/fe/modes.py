@@ -22,6 +22,7 @@ DENSE = (
 
 # of the stiffest motion's eigenvalue: no eigenvalue solver tells a slower motion (1e-10 of its
 # frequency) from rest
+FREE = ("entry", "generic")  # blocks whose factors may be of any sign
 STILL = 1e-20
 
 
@@ -72,6 +73,8 @@ def model_modes(
     motions = free_motions(model, m.K) if drawn else None
     sound = drawn and (p is not None or matrices is None) and not _negative_mass(model, p)
     modes = _solve(m.K, m.M, count, motions, (model.dof_kind >= 3).astype(float), not sound)
+    if m.beyond is not None:
+        return _exact(modes, m, count)
     flexible = modes.shapes[:, modes.rigid :]
     noise = np.maximum(rounding(m.K, flexible), STILL * _stiffest(m))
     for wrong, what in (
@@ -90,6 +93,23 @@ def model_modes(
                 "support there, or correct the property."
             )
     return modes
+
+
+def _exact(series: Modes, m: Matrices, count: int) -> Modes:
+    """The modes of a model with exact members; ``series`` those of its Taylor series, whose
+    rigid-body modes are exact and whose first frequency is where the search begins."""
+    from cvxupdate.fe.exact.modes import exact_modes
+
+    rigid = series.shapes[:, : series.rigid]
+    first = (
+        float(np.sqrt(series.eigenvalues[series.rigid]))
+        if len(series.eigenvalues) > (series.rigid)
+        else 2.0 * np.pi
+    )
+    values, shapes = exact_modes(m, rigid, count, first)
+    return Modes(
+        np.concatenate([np.zeros(series.rigid), values]), np.hstack([rigid, shapes]), series.rigid
+    )
 
 
 def natural_modes(K: sp.csc_array, M: sp.csc_array, count: int, rigid: Real | None = None) -> Modes:
@@ -168,7 +188,7 @@ def _negative_mass(model: Model, p: Real | None) -> bool:
     return any(
         matrix == "M"
         and bool(
-            np.any(np.real(factor) != 0.0 if block.kind.name == "entry" else np.real(factor) < 0.0)
+            np.any(np.real(factor) != 0.0 if block.kind.name in FREE else np.real(factor) < 0.0)
         )
         for block, values in zip(model.blocks, model.properties(p), strict=True)
         for matrix, _, factor in block.scalars(values)

@@ -8,7 +8,7 @@ Undamped models stay real. Modal damping (Model.modal_damping) is carried by the
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -182,7 +182,8 @@ def condenser(m: Matrices, measured: Index, references: Index) -> Condenser:
     rest = np.setdiff1d(np.arange(m.K.shape[0]), measured)
 
     def cut(rows: Index, columns: Index) -> Matrices:
-        return Matrices(*(sp.csc_array(getattr(m, name)[:, columns][rows]) for name in "KMCD"))
+        K, M, C, D = (sp.csc_array(getattr(m, name)[:, columns][rows]) for name in "KMCD")
+        return Matrices(K, M, C, D, m.beyond.cut(rows, columns) if m.beyond is not None else None)
 
     blocks = {"ss": cut(rest, rest), "sn": cut(rest, measured), "nn": cut(measured, measured)}
     return Condenser(
@@ -204,7 +205,11 @@ def alike(m: Matrices) -> bool:
 
 
 def combined(m: Matrices, s: complex, as_complex: bool) -> sp.csc_array:
-    """K + s²M, + sC + iD where ``as_complex``; the entries alone where all share one pattern."""
+    """K + s²M, + sC + iD where ``as_complex``, and what exact members have beyond; the entries
+    alone where all share one pattern."""
+    if m.beyond is not None:
+        Z = combined(replace(m, beyond=None), s, as_complex) + _part(m.beyond.at(s), as_complex)
+        return sp.csc_array(Z)
     K, M = m.K, m.M
     square = s * s if as_complex else (s * s).real
     if not alike(m):
@@ -214,6 +219,10 @@ def combined(m: Matrices, s: complex, as_complex: bool) -> sp.csc_array:
     if as_complex:
         data = data + (1j * m.D.data + s * m.C.data)
     return sp.csc_array((data, K.indices, K.indptr), shape=K.shape)
+
+
+def _part(Z: sp.csc_array, as_complex: bool) -> sp.csc_array:
+    return Z if as_complex else sp.csc_array(Z.real)
 
 
 def _ordered(order: Index, size: int) -> Real | None:

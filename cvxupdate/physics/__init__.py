@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from cvxupdate import registry
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.added_mass import AddedMass
@@ -70,9 +71,14 @@ EFFECTS: tuple[EffectType, ...] = (
 )
 
 
+def effect_types() -> tuple[EffectType, ...]:
+    """The effects of this folder, then those that were registered from outside."""
+    return registry.EFFECTS.members()
+
+
 def effect_names(told_by: str = RESPONSES) -> tuple[str, ...]:
     """The contract's names of the effects that recordings of a kind can tell, each once."""
-    return tuple(dict.fromkeys(t.name for t in EFFECTS if told_by in t.told_by))
+    return tuple(dict.fromkeys(t.name for t in effect_types() if told_by in t.told_by))
 
 
 def candidates_of(
@@ -82,7 +88,7 @@ def candidates_of(
     can tell."""
     return [
         effect
-        for t in EFFECTS
+        for t in effect_types()
         if told_by in t.told_by and (names is None or t.name in names)
         for effect in t.candidates(context)
     ]
@@ -96,7 +102,7 @@ def told(name: str, place: Place) -> Effect:
     ModelError
         For a name that no effect has.
     """
-    for t in EFFECTS:
+    for t in effect_types():
         if t.name == name:
             return Effect(t, place, ModelChange(_nothing, ()), ())
     raise ModelError(f"no effect is called {name!r}. Known: {', '.join(effect_names())}.")
@@ -108,7 +114,7 @@ def _nothing() -> Model:
 
 def writers() -> dict[str, Writer]:
     """How every element that an effect may add is written, by its kind."""
-    return {kind: write for t in EFFECTS for kind, write in t.writers}
+    return {kind: write for t in effect_types() for kind, write in t.writers}
 
 
 __all__ = [
@@ -118,6 +124,7 @@ __all__ = [
     "EffectType",
     "candidates_of",
     "effect_names",
+    "effect_types",
     "told",
     "writers",
 ]

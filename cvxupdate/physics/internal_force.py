@@ -37,7 +37,7 @@ def element_of(law: str, dof: str, nodes: int, sides: str) -> Element:
         case "cubic":
             return CubicSpring(dof, nodes)
         case "clearance":
-            return Clearance(dof, nodes, "two" if sides == "two" else "one")
+            return Clearance(dof, nodes, sides="two" if sides == "two" else "one")
         case "friction":
             return Friction(dof, nodes)
         case "jenkins":

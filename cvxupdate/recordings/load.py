@@ -65,7 +65,7 @@ def _origin(declared: Declared, number: int, contents: Contents | None = None) -
     name = declared.name or file or f"recording {number + 1}"
     source = str(declared.file) if declared.file is not None else (declared.source or name)
     damage = () if contents is None else said_of(contents)
-    return Origin(name, source, declared.use, declared.level, damage)
+    return Origin(name, source, declared.use, declared.level, damage, declared.state)
 
 
 Known = Sequence[tuple[Declared, Recording]]

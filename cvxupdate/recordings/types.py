@@ -40,7 +40,8 @@ class Origin:
     """Where a recording comes from and what it may be used for.
 
     ``use`` is ``"fit"`` or ``"hold-out"`` (never fitted, only scored); ``level`` the drive level
-    (dimensionless, None if unknown); ``damage`` what was left out of the file when it was read.
+    (dimensionless, None if unknown); ``damage`` what was left out of the file when it was read;
+    ``state`` that of the structure (`cvxupdate.recordings.states`).
     """
 
     name: str
@@ -48,6 +49,7 @@ class Origin:
     use: str = "fit"
     level: float | None = None
     damage: tuple[str, ...] = ()
+    state: str | None = None
 
 
 @dataclass(frozen=True)

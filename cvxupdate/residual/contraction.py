@@ -3,15 +3,15 @@ rows, never a full matrix."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.fe.block import Index
-from cvxupdate.fe.elements.base import Real
+from cvxupdate.fe.block import Block, Index
+from cvxupdate.fe.elements.base import Real, Values
 from cvxupdate.fe.model import DerivativeBlock, Model
 from cvxupdate.fe.parameters import P_VALUES
 
@@ -19,6 +19,28 @@ Field = NDArray[Any]
 CHUNK = 4096  # elements at a time: the gathered rows stay in the cache
 MANY = 4  # elements of a parameter from which it is worth a product of its own
 ENTRIES = 400_000  # gathered entries of several lines at a time, for the same reason
+
+
+@dataclass(frozen=True)
+class ExactChange:
+    """∂Z of exact elements of one block: ``rows`` (e,) whose ``properties`` move by ``moves``."""
+
+    block: Block
+    properties: Mapping[str, Values]
+    rows: Index
+    moves: Mapping[str, Real]
+
+    @property
+    def damped(self) -> bool:
+        """Whether anything of theirs takes out energy."""
+        lossy = ("eta", "alpha", "beta")
+        return any(np.any(self.properties[k] != 0.0) or k in self.moves for k in lossy)
+
+    def at(self, omega: float, some: slice) -> Field:
+        """∂Z (e, d, d) at ω (rad/s), real where nothing is damped."""
+        moves = {k: v[some] for k, v in self.moves.items()}
+        out = self.block.dynamic_change(omega, self.properties, self.rows[some], moves)
+        return out if self.damped else out.real
 
 
 @dataclass(frozen=True)
@@ -32,11 +54,13 @@ class Part:
     M: Real | None
     C: Real | None
     D: Real | None
+    exact: ExactChange | None = None
 
     @property
     def damped(self) -> bool:
         """Whether its derivative is complex."""
-        return self.C is not None or self.D is not None
+        lossy = self.exact is not None and self.exact.damped
+        return lossy or self.C is not None or self.D is not None
 
     def stiffness(self, omega: float, some: slice) -> Field:
         """∂Z (e, d, d) of ``some`` elements at ω (rad/s)."""
@@ -49,7 +73,7 @@ class Part:
             out = out + 1j * omega * self.C[some]
         if self.D is not None:
             out = out + 1j * self.D[some]
-        return out
+        return out if self.exact is None else self.exact.at(omega, some)
 
 
 @dataclass(frozen=True)
@@ -98,6 +122,14 @@ class Derivatives:
                 some = slice(first, first + step)
                 local = X[part.dofs[some]]  # (e, d, f, k)
                 driven = local[..., right]
+                if part.exact is not None:
+                    _add(
+                        out,
+                        part.column[some],
+                        local[..., left],
+                        _each_line(part, omega, some, driven),
+                    )
+                    continue
                 flat = driven.reshape(*driven.shape[:2], lines * r)
                 push: Field = np.zeros((1, 1, 1, 1))
                 if part.K is not None:
@@ -112,6 +144,12 @@ class Derivatives:
                     push = push + 1j * _times(part.D[some], flat).reshape(driven.shape)
                 _add(out, part.column[some], local[..., left], push)
         return np.moveaxis(out, 0, 3)
+
+
+def _each_line(part: Part, omega: Real, some: slice, driven: Field) -> Field:
+    """∂Z times the fields of every line, (e, d, f, r): matrices that differ from line to line."""
+    each = [part.stiffness(w, some) @ driven[:, :, k] for k, w in enumerate(omega.tolist())]
+    return np.stack(each, axis=2)
 
 
 def _add(out: Field, column: Index, left: Field, push: Field) -> None:
@@ -141,17 +179,25 @@ def _times(matrices: Real, fields: Field) -> Field:
 
 def constant(model: Model) -> bool:
     """Whether the derivatives are the same at every p: nothing but p-values, each a factor on one
-    matrix of its elements."""
-    return all(q.of in P_VALUES for q in model.parameters)
+    matrix of its elements, and entries of element matrices."""
+    linear = all(q.of in P_VALUES or q.of == "generic" for q in model.parameters)
+    return linear and not model.exact
 
 
 def derivatives(model: Model, p: Real) -> Derivatives:
     """The derivatives of ``model`` at ``p``, gathered by element size."""
     properties = model.properties(p)
+    exact = [
+        _exact(model, number, properties[number])
+        for number, block in enumerate(model.blocks)
+        if block.exact is not None
+    ]
     found: dict[tuple[Any, ...], list[tuple[int, DerivativeBlock]]] = {}
     for j, parameter in enumerate(model.parameters):
         for t in parameter.targets:
             block = model.blocks[t.block]
+            if block.exact is not None:
+                continue
             d = block.derivative(properties[t.block], t.rows, t.properties, t.scales)
             if d:
                 b = DerivativeBlock(
@@ -160,7 +206,8 @@ def derivatives(model: Model, p: Real) -> Derivatives:
                 key = (b.dofs.shape[1], *(getattr(b, m) is not None for m in "KMCD"))
                 found.setdefault(key, []).append((j, b))
     return Derivatives(
-        tuple(_part(members, model.size) for members in found.values()), len(model.parameters)
+        (*(_part(m, model.size) for m in found.values()), *(e for e in exact if len(e.column))),
+        len(model.parameters),
     )
 
 
@@ -178,3 +225,24 @@ def _part(members: Sequence[tuple[int, DerivativeBlock]], size: int) -> Part:
     return Part(
         np.where(dofs < 0, size, dofs), column, joined("K"), joined("M"), joined("C"), joined("D")
     )
+
+
+def _exact(model: Model, number: int, properties: Mapping[str, Values]) -> Part:
+    """The exact elements of a block under every parameter that moves them: one part, so that a line
+    takes one evaluation."""
+    block = model.blocks[number]
+    targets = [
+        (j, t) for j, q in enumerate(model.parameters) for t in q.targets if t.block == number
+    ]
+    none = np.zeros(0, dtype=np.int64)
+    rows = np.concatenate([none, *(t.rows for _, t in targets)])
+    column = np.concatenate([none, *(np.full(len(t.rows), j) for j, t in targets)])
+    moves: dict[str, Real] = {}
+    first = 0
+    for _, t in targets:
+        for name, scale in zip(t.properties, t.scales, strict=True):
+            moves.setdefault(name, np.zeros(len(rows)))[first : first + len(t.rows)] += scale
+        first += len(t.rows)
+    dofs = block.dofs[rows]
+    change = ExactChange(block, properties, rows, moves)
+    return Part(np.where(dofs < 0, model.size, dofs), column, None, None, None, None, change)

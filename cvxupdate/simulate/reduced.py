@@ -56,6 +56,11 @@ def reduced_system(
     """
     if not top > 0.0:
         raise ModelError(f"the band of a simulation must end above 0 Hz; got {top:g}.")
+    if model.exact:
+        raise ModelError(
+            "a simulation in time needs K and M; exact_beam elements have none at all "
+            "frequencies. Mesh them with beam3d."
+        )
     m = model.matrices(p)
     B = sp.csc_array(directions).toarray()
     P, Y = (_units(model.size, np.asarray(a, dtype=np.int64)) for a in (inputs, outputs))

@@ -1,5 +1,6 @@
 """Text in: a problem file becomes a typed, validated `Spec`, or a list of faults."""
 
+from cvxupdate.spec.given import Given, spec_of
 from cvxupdate.spec.grammar import ProblemFile, Spec
 from cvxupdate.spec.parameters import Target, expand_parameters
 from cvxupdate.spec.problem import (
@@ -12,6 +13,7 @@ from cvxupdate.spec.problem import (
 )
 
 __all__ = [
+    "Given",
     "ProblemFile",
     "Spec",
     "Target",
@@ -22,4 +24,5 @@ __all__ = [
     "name_of",
     "read_text",
     "schema",
+    "spec_of",
 ]

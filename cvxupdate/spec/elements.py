@@ -124,7 +124,9 @@ class ElementText:
     what keeps the elements from moving as they must. ``divide`` gives their natural subdivision,
     ``flaw(points of the nodes)`` what is wrong with an outline, ``faces`` the corners of each face
     of a solid. ``law(kind, properties)`` gives the `Laws` of a nonlinear
-    element, which has no part in the matrices; None: it is linear.
+    element, which has no part in the matrices; None: it is linear. ``exact(kind)`` gives the
+    `cvxupdate.fe.elements.base.Exact` of an element whose dynamic stiffness is no polynomial of the
+    frequency; None: its matrices are all that it has.
     """
 
     block: type[Block]
@@ -138,6 +140,7 @@ class ElementText:
     flaw: Inspect = sound
     faces: tuple[tuple[int, ...], ...] = ()
     law: Callable[[Any, Mapping[str, Any]], Any] | None = None
+    exact: Callable[[Any], Any] | None = None
 
 
 def text_of(block: Block) -> ElementText:

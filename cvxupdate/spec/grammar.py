@@ -112,12 +112,23 @@ def _merged(kind: str, members: list[Any]) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
+class Own:
+    """What a program brings to the convex step as objects, which no file can hold: constraints,
+    regularisers, a loss instead of the one that [update] names."""
+
+    constraints: tuple[Any, ...] = ()
+    regularisers: tuple[Any, ...] = ()
+    loss: Any = None
+
+
+@dataclass(frozen=True)
 class Spec:
     """A problem file that holds: typed, complete, every path absolute or relative to the working
     directory.
 
     ``name`` is the folder of a ``problem.toml``, else the stem of the file; ``update`` is None when
-    the file has no [update]; ``diagnose.physics`` is None for "everything".
+    the file has no [update]; ``diagnose.physics`` is None for "everything"; ``own`` is empty for
+    what comes from a file.
     """
 
     path: Path
@@ -131,6 +142,7 @@ class Spec:
     regularisation: tuple[Regulariser, ...]
     solver: Solver
     diagnose: Diagnose
+    own: Own = Own()
 
     @property
     def shown(self) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from cvxupdate.spec.elements import MATRICES, Block, Row, text_of
+from cvxupdate.spec.generic import GENERIC, FamilyTable
 from cvxupdate.spec.model import Model
 from cvxupdate.spec.update import ParameterRow
 
@@ -27,7 +28,8 @@ class Target:
     every one that has it).
 
     ``group`` is the group where the elements are one group; ``lower``, ``upper`` and ``scale`` as
-    in the file; ``row`` is the index of the row of ``parameters`` it comes from.
+    in the file; ``row`` is the index of the row of ``parameters`` it comes from; ``family`` is that
+    of ``of = "generic"``, None for any other.
     """
 
     name: str
@@ -38,6 +40,7 @@ class Target:
     upper: float | None
     scale: float | None
     row: int
+    family: FamilyTable | None = None
 
 
 def expand_parameters(model: Model, rows: Iterable[ParameterRow]) -> tuple[Target, ...]:
@@ -82,6 +85,11 @@ def groups_of(model: Model) -> dict[str, list[int]]:
 
 def has_property(model: Model, block: Block, row: Row, of: str) -> bool:
     """Whether an element has what a parameter ``of`` changes."""
+    if of == GENERIC:  # what is drawn between nodes, or came as matrices
+        whole = set(text_of(block).changes) & {"stiffness", "mass"}
+        given = set(MATRICES) <= set(type(row).model_fields)
+        named = given and bool(row.get("stiffness") or row.get("mass"))
+        return named or bool(whole and text_of(block).outline)
     if of not in text_of(block).changes:
         return False
     if set(MATRICES) <= set(type(row).model_fields):  # given matrices: what each of them is for
@@ -130,7 +138,9 @@ def _expand(
     def target(stem: str, elements: Iterable[int], group: str | None = None) -> Target:
         name = row.name if row.each is None else f"{row.name}.{stem}"
         name = name if row.name is not None and name is not None else f"{stem}.{row.of}"
-        return Target(name, row.of, tuple(elements), group, row.lower, row.upper, row.scale, index)
+        family = (row.family or FamilyTable()) if row.of == GENERIC else None
+        limits = (row.lower, row.upper, row.scale)
+        return Target(name, row.of, tuple(elements), group, *limits, index, family)
 
     stem, members = _selection(row, carriers, groups, made_of)
     mine = [e for e in dict.fromkeys(members) if e in carriers]

@@ -50,7 +50,18 @@ def read_text(text: str, path: str | os.PathLike[str]) -> Spec:
     ProblemFileError
         With every fault at once.
     """
-    faults, spec = _parsed(tomllib.loads(text), Path(path))
+    return load_tables(tomllib.loads(text), path)
+
+
+def load_tables(tables: dict[str, Any], path: str | os.PathLike[str]) -> Spec:
+    """A problem whose tables are at hand; relative paths in them are relative to ``path``'s folder.
+
+    Raises
+    ------
+    ProblemFileError
+        With every fault at once.
+    """
+    faults, spec = _parsed(tables, Path(path))
     if faults or spec is None:
         raise ProblemFileError(faults)
     return spec

@@ -150,6 +150,11 @@ class Reading(Part):
     level: NonNegative | None = Field(
         default=None, description="drive level, for one structure at several amplitudes"
     )
+    state: Text | None = Field(
+        default=None,
+        description='state of the structure: "reference" is the one that the model describes '
+        "(healthy, as delivered); any other name, or none, the one that is diagnosed",
+    )
     name: Text | None = Field(default=None, description="name for messages and figures")
     source: Text | None = Field(default=None, description="where it comes from")
     file: Path | None = Field(

@@ -20,6 +20,7 @@ from cvxupdate.keys import (
     one_of,
 )
 from cvxupdate.registry import REGULARISERS
+from cvxupdate.spec.generic import FamilyTable
 
 NonNegativeCount = Annotated[int, Field(ge=0)]
 SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "QUADPROG", "HIGHS")
@@ -81,6 +82,9 @@ class ParameterRow(Part):
         default=None,
         description="size of one unit of p in the unit of the "
         "property, where the nominal value is 0",
+    )
+    family: FamilyTable | None = Field(
+        default=None, description="generic: which family; absent: K and M by symmetry"
     )
 
 

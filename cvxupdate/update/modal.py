@@ -13,6 +13,8 @@ from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import Recording
 from cvxupdate.residual.modal import ModalPoint, ModalResidual
 from cvxupdate.spec import Spec
+from cvxupdate.spec.given import again
+from cvxupdate.spec.grammar import Own
 from cvxupdate.system import Array
 from cvxupdate.update.covariance import Uncertainty, uncertainty
 from cvxupdate.update.invisible import invisible
@@ -103,15 +105,14 @@ def _all_starts(
     if u is None or not u.starts:
         return ()
     tasks = [(0, model.zero()), *enumerate(random_starts(model, u.starts, u.seed), 1)]
-    text = spec.path.read_bytes() if spec.path.is_file() else b""
+    text = spec.path.read_bytes() if spec.path.is_file() else again(spec).encode()
     m = model.matrices()
     data = [t.frequency.tobytes() for t in fit.residual.fit]
     data += [np.asarray(t.shapes).tobytes() for t in fit.residual.fit if t.shapes is not None]
     kept = Kept(many.keep, mark_of(text, m.K.data.tobytes(), m.M.data.tobytes(), *data))
-    if many.open_ is None:
+    if many.open_ is None or spec.own != Own():  # objects stay in this process
         return run_starts(tasks, lambda: fit.solve, {}, kept, 1, many.progress)
-    path = {"path": str(spec.path)}
-    return run_starts(tasks, many.open_, path, kept, many.jobs, many.progress)
+    return run_starts(tasks, many.open_, {"problem": again(spec)}, kept, many.jobs, many.progress)
 
 
 def scored_ends(

@@ -36,11 +36,11 @@ def step_problem(spec: Spec, model: Model, recordings: Sequence[Recording]) -> S
         unknown name.
     """
     context = ModelContext(spec, model, recordings)
-    loss = loss_named(spec.update.loss if spec.update is not None else "least-squares")
+    named = spec.update.loss if spec.update is not None else "least-squares"
     return StepProblem(
-        loss,
-        tuple(_regularisers(spec, context)),
-        tuple(_constraints(spec, context)),
+        loss_named(named) if spec.own.loss is None else spec.own.loss,
+        (*_regularisers(spec, context), *spec.own.regularisers),
+        (*_constraints(spec, context), *spec.own.constraints),
         context.columns,
     )
 

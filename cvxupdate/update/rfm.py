@@ -17,7 +17,12 @@ from cvxupdate.residual.frf_points import Points, choose_points
 from cvxupdate.spec import Spec
 from cvxupdate.update.covariance import Uncertainty, uncertainty
 from cvxupdate.update.invisible import invisible
-from cvxupdate.update.outcome import certificate_of, parameter_results, regularisation_of
+from cvxupdate.update.outcome import (
+    certificate_of,
+    model_facts,
+    parameter_results,
+    regularisation_of,
+)
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
 from cvxupdate.update.result import AccuracyResult, Metrics, Updated, clause_names
 from cvxupdate.update.rfm_accuracy import accuracy_results, says
@@ -113,11 +118,7 @@ def update_rfm(
         regularisation=regularisation_of(loop),
         model={
             "clauses": clause_names(loop.problem),
-            "dofs": model.size,
-            "elements": int(sum(len(set(b.ids.tolist())) for b in model.blocks)),
-            "nodes": len(model.node_ids),
-            "mass_before": model.total_mass(),
-            "mass_after": model.total_mass(end.p),
+            **model_facts(model, end.p),
         },
         notes=_notes(spec, prepared, accurate, relative, known),
         accuracy=accurate,

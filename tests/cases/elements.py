@@ -477,6 +477,14 @@ CASES: tuple[Case, ...] = (
         6,
         {"shear": 0.5, "kappa": 0.8},
     ),
+    Case("exact_beam", lines("exact_beam", POINTS, [*chain(3), (1, 3)], SPACE, "bar"), 6, 12),
+    Case(
+        "exact_beam Timoshenko",
+        lines("exact_beam", POINTS, chain(3), SPACE, "upright", {**ALLOY, "G": 31e9}),
+        6,
+        12,
+        {"shear": 1.0},
+    ),
     Case("plate", grid([0.0, 0.11, 0.3, 0.42], [0.0, 0.17, 0.26]), 3, 12),
     Case(
         "plate orthotropic", grid([0.0, 0.11, 0.3, 0.42], [0.1, 0.27, 0.36], "rolled", ALLOY), 3, 12

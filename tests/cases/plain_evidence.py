@@ -164,6 +164,9 @@ class PlainEvidence:
         held = "" if np.isnan(errors.hold_out) else f" and {errors.hold_out:.3g} (held out)"
         return f"{errors.fit:.3g} of the response{held}"
 
+    def remains(self, fit: PlainFit) -> str:
+        return "" if fit.misfit <= 1.0 else f"What is left is {fit.misfit:.3g}."
+
     def lines(self) -> list[str]:
         return ["A line of the evidence."]
 

@@ -32,9 +32,18 @@ TIP = '{ id = 2, nodes = [2, 3], group = "tip" }'
 SHAPE = "shape = [0.4, 1.0], shape_std = 0.01, mode = 1"
 TIED = 'tied = [{ parameters = ["e1.stiffness", "e2.stiffness"] }]'
 LINEAR = 'linear = [{ coefficients = { "e11.stiffness" = 1.0, skin = -3.0 }, equals = 0.0 }]'
+FIRST = '{ elements = "all", of = "stiffness", each = "element", lower = -0.4, upper = 0.4 }'
 ROW = "model.elements[0].rows[1]"
 
 SPOILT = [
+    one(
+        "exact elements and modes",
+        'type = "beam3d"',
+        'type = "exact_beam"',
+        "update.method",
+        "needs matrices that do not depend on the frequency",
+        'Take method = "rfm"',
+    ),
     one(
         "a G that follows E",
         '{ material = "steel", of = "rho" }',
@@ -740,6 +749,23 @@ SPOILT = [
         "centre_of_gravity = { x = 0.1 }\ntotal_mass = ",
         "constraints.centre_of_gravity",
         "unknown key",
+    ),
+    one(
+        "a family of one number",
+        FIRST,
+        FIRST[:-2] + ", family = {} }",
+        "update.parameters[0].family",
+        "does not apply to 'stiffness'",
+        'of = "generic"',
+    ),
+    one(
+        "modes of two matrices",
+        '{ material = "steel", of = "rho" },',
+        '{ material = "steel", of = "rho" },\n'
+        '{ elements = [1], of = "generic", family = { classes = [[1, 2]] } },',
+        "update.parameters[3].family.classes",
+        "number their modes each by itself",
+        'matrices = ["K"]',
     ),
 ]
 

@@ -35,9 +35,9 @@ def quality_doubts(recordings: Sequence[Recording]) -> tuple[Doubt, ...]:
         if UNUSED not in f.channel
     ]
     between = [f for f in compare(recordings) if f.check != LEVEL]
-    levels = dict.fromkeys(r.origin.level for r in recordings)
-    for level in levels:  # what changes with the level is no contradiction
-        alike = [r for r in recordings if r.origin.level == level]
+    # what changes with the level or from one state to another contradicts nothing
+    for level, state in dict.fromkeys((r.origin.level, r.origin.state) for r in recordings):
+        alike = [r for r in recordings if (r.origin.level, r.origin.state) == (level, state)]
         between += [f for f in compare(alike) if f.check == LEVEL]
     out = [
         Doubt(f.check, f"The recordings contradict one another: {f.says}", "", f.channel, f.value)

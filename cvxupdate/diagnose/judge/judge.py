@@ -18,6 +18,7 @@ from cvxupdate.diagnose.judge.acceptance import (
 )
 from cvxupdate.diagnose.judge.alternatives import equivalents
 from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, standing
+from cvxupdate.diagnose.judge.graded import Graded, graded
 from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.judge.soundness import sound
@@ -31,7 +32,8 @@ from cvxupdate.errors import CvxupdateError
 @dataclass(frozen=True)
 class Judgement:
     """What was decided: the hypothesis that convinces (``final``, None where none does), whom it
-    was judged against (``field``), what is claimed of it, and how each of its effects stands."""
+    was judged against (``field``), what is claimed of it, how each of its effects stands; what
+    can be said though nothing is (``graded``)."""
 
     case: Case
     singles: tuple[Weighed, ...]
@@ -41,6 +43,7 @@ class Judgement:
     field: tuple[Weighed, ...] = ()
     findings: tuple[Finding, ...] = ()
     standings: tuple[Standing, ...] = ()
+    graded: Graded | None = None
 
     @property
     def last(self) -> Weighed:
@@ -65,7 +68,16 @@ class Judgement:
 
 
 def judge(evidence: Evidence, found: Found) -> Judgement:
-    """Accept one effect, several, the nuisance parameters far off, or nothing."""
+    """Accept one effect, several, the nuisance parameters far off, or nothing; where nothing can be
+    claimed, what all that is likely has in common."""
+    decided = _decided(evidence, found)
+    if decided.findings or explained(decided.case.base, decided.case):
+        return decided
+    tried = (*decided.several, *decided.singles)
+    return replace(decided, graded=graded(tried, decided.case))
+
+
+def _decided(evidence: Evidence, found: Found) -> Judgement:
     base = Hypothesis((), evidence.bases[-1])
     case = Case(evidence, Weighed(base, evidence.errors(base.fit)), damping_only(evidence))
     singles = tuple(case.weighed(h) for h in found.singles)

@@ -17,6 +17,7 @@ from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
 from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
 from cvxupdate.diagnose.modes.levels import level_change
 from cvxupdate.diagnose.modes.members import whole_members
+from cvxupdate.diagnose.modes.remains import remains
 from cvxupdate.diagnose.modes.scene import scene
 from cvxupdate.diagnose.modes.setting import ModesSetting, setting_of
 from cvxupdate.diagnose.modes.tables import Tables, chi_square, errors_of, rms
@@ -57,7 +58,8 @@ class ModesEvidence:
     """What stays fixed while hypotheses come and go: the file's model (``original``), the one with
     nuisance parameters, tables, supports, effects to try (``damping``: on the ratios).
 
-    ``order`` is the place in the file of each table, those to fit first.
+    ``order`` is the place in the file of each table, those to fit first; ``file`` the model as it
+    came, where a reference state was there to bring it to.
     """
 
     original: Model
@@ -70,6 +72,7 @@ class ModesEvidence:
     release: Callable[[int, str], Model]
     order: tuple[int, ...]
     progress: Progress
+    file: Model | None = None
 
     told_by = MODES
     hurried = False
@@ -125,7 +128,7 @@ class ModesEvidence:
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""
         wanted = self.names if names is None else names
-        return on_the_file(candidates_of(self.context(model), wanted, MODES), self.model)
+        return on_the_file(candidates_of(self.context(model), wanted, MODES), self.model, self.file)
 
     def setting(
         self, model: Model, faults: Sequence[Fault], like: ModesSetting | None = None
@@ -230,6 +233,10 @@ class ModesEvidence:
         if np.isfinite(errors.hold_out):
             held = f" and {100 * errors.hold_out:.3g} % (held out)"
         return f"{100 * errors.fit:.3g} % of the frequencies, r.m.s. (fitted){held}"
+
+    def remains(self, found: Fit) -> str:
+        """At which modes."""
+        return remains(found.point, self.tables)
 
     def lines(self) -> list[str]:
         """What the mesh of the file is worth."""

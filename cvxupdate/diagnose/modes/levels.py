@@ -8,7 +8,8 @@ from itertools import combinations
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from cvxupdate.diagnose.settings import ANOTHER_MODE, UNSTATED_DAMPING
+from cvxupdate.diagnose.modes.tables import chi_square
+from cvxupdate.diagnose.settings import ANOTHER_MODE, CHANCE, REPEATED, UNSTATED_DAMPING
 from cvxupdate.diagnose.types import LevelChange, Real
 from cvxupdate.recordings.types import ModeTable
 
@@ -29,11 +30,31 @@ def level_change(tables: Sequence[ModeTable]) -> LevelChange | None:
     return max((c for c in changes if c is not None), key=lambda c: c.change, default=None)
 
 
-def _between(a: ModeTable, b: ModeTable) -> LevelChange | None:
+def state_change(before: Sequence[ModeTable], after: Sequence[ModeTable]) -> float:
+    """The largest relative change of a frequency from one state of a structure to another; 0 where
+    deviations, and what a frequency changes by from day to day, explain all."""
+    shifts, squares = [0.0], 0.0
+    for a in before:
+        for b in after:
+            i, j = _alike(a, b)
+            moved = np.log(b.frequency[j] / a.frequency[i])
+            std = [t.frequency_std[k] / t.frequency[k] for t, k in ((a, i), (b, j))]
+            squares += float(np.sum(moved**2 / (std[0] ** 2 + std[1] ** 2 + 2.0 * REPEATED**2)))
+            shifts += np.abs(moved).tolist()
+    count = len(shifts) - 1
+    return max(shifts) if count and squares > chi_square(CHANCE, count) else 0.0
+
+
+def _alike(a: ModeTable, b: ModeTable) -> tuple[np.ndarray, np.ndarray]:
+    """The modes of two tables that are one another, by frequency."""
     apart = np.abs(np.log(a.frequency[:, None] / b.frequency[None, :]))
     i, j = linear_sum_assignment(apart)
     same = apart[i, j] < ANOTHER_MODE
-    i, j = i[same], j[same]
+    return i[same], j[same]
+
+
+def _between(a: ModeTable, b: ModeTable) -> LevelChange | None:
+    i, j = _alike(a, b)
     if not len(i):
         return None
     zeta, ratio, spread = _damping(a, b, i, j)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.special import gammaincinv
 
+from cvxupdate.diagnose.modes.common import Common
 from cvxupdate.diagnose.nominal.mesh import MeshError
 from cvxupdate.diagnose.settings import (
     FREQUENCY_DISCREPANCY,
@@ -76,24 +78,27 @@ class Tables:
         return np.concatenate([np.zeros(0), *parts])
 
 
-def prepared(model: Model, tables: Sequence[ModeTable], mesh: MeshError) -> Tables:
-    """The mesh's own error is no physics (`cvxupdate.diagnose.nominal.mesh`); the modes of
-    ``model`` say which shift is whose."""
+def prepared(
+    model: Model, tables: Sequence[ModeTable], mesh: MeshError, common: Common | None = None
+) -> Tables:
+    """The mesh's own error is no physics (`cvxupdate.diagnose.nominal.mesh`), nor is what model and
+    reference state disagree on (``common``); the modes of ``model`` say which shift is whose."""
     fit, hold = (
         tuple(t for t in tables if (t.origin.use == "fit") == use) for use in (True, False)
     )
     start = modal_residual(model, fit, hold, False).evaluate(model.zero())
     moved, measured = [], []
     for k, t in enumerate((*fit, *hold)):
-        own = start.frequencies(k)
-        shift = np.where(np.isfinite(own), mesh.at(np.nan_to_num(own)), 0.0)
+        shift = _shift(start, k, mesh)
         plain = _stated(t)
         measured.append(plain)
-        to = 1.0 + shift
-        there = replace(
-            plain, frequency=plain.frequency / to, frequency_std=plain.frequency_std / to
-        )
-        moved.append(_widened(there, shift * 2.0**-mesh.order))
+        there = _off_mesh(plain, shift)
+        missed = FREQUENCY_DISCREPANCY * np.ones(len(shift)), SHAPE_DISCREPANCY
+        if common is not None:
+            there, missed = _beside(
+                there, common.without(there, start.places[k].tolist(), start), missed
+            )
+        moved.append(_widened(there, missed, shift * 2.0**-mesh.order))
     return Tables(tuple(moved[: len(fit)]), tuple(moved[len(fit) :]), tuple(measured))
 
 
@@ -108,14 +113,52 @@ def _stated(table: ModeTable) -> ModeTable:
     return replace(table, frequency_std=std, shape_std=shape, relative_only=False)
 
 
-def _widened(table: ModeTable, missed: Real) -> ModeTable:
-    discrepancy = (FREQUENCY_DISCREPANCY**2 + missed**2) * table.frequency**2
+def _beside(
+    table: ModeTable, moved: ModeTable, missed: tuple[Real, Any]
+) -> tuple[ModeTable, tuple[Real, Any]]:
+    """A table without what is common to the reference (``moved``), deviations its own; and what a
+    sound model may still miss of frequencies (relative) and shapes: what the reference leaves open
+    where it has the mode, else as of any model."""
+    frequency, shape = missed
+    own = moved.frequency_std / moved.frequency
+    of_shapes: Any = shape
+    if moved.shape_std is not None:
+        of_shapes = np.where(np.isfinite(moved.shape_std), moved.shape_std, shape)
+    there = replace(moved, frequency_std=table.frequency_std, shape_std=table.shape_std)
+    return there, (np.where(np.isfinite(own), own, frequency), of_shapes)
+
+
+def _widened(table: ModeTable, missed: tuple[Real, Any], mesh: Real) -> ModeTable:
+    discrepancy = (missed[0] ** 2 + mesh**2) * table.frequency**2
     shape = table.shape_std
     return replace(
         table,
         frequency_std=np.sqrt(table.frequency_std**2 + discrepancy),
-        shape_std=None if shape is None else np.sqrt(shape**2 + SHAPE_DISCREPANCY**2),
+        shape_std=None if shape is None else np.sqrt(shape**2 + missed[1] ** 2),
     )
+
+
+def stated_of(tables: Sequence[ModeTable]) -> list[ModeTable]:
+    """Tables with a deviation in every entry, of noise alone."""
+    return [_stated(t) for t in tables]
+
+
+def stated_tables(
+    model: Model, tables: Sequence[ModeTable], mesh: MeshError
+) -> tuple[ModeTable, ...]:
+    """Tables with a deviation in every entry, of noise alone, the mesh's error taken out."""
+    start = modal_residual(model, tables, (), False).evaluate(model.zero())
+    return tuple(_off_mesh(t, _shift(start, k, mesh)) for k, t in enumerate(stated_of(tables)))
+
+
+def _shift(start: ModalPoint, k: int, mesh: MeshError) -> Real:
+    own = start.frequencies(k)
+    return np.asarray(np.where(np.isfinite(own), mesh.at(np.nan_to_num(own)), 0.0))
+
+
+def _off_mesh(table: ModeTable, shift: Real) -> ModeTable:
+    to = 1.0 + shift
+    return replace(table, frequency=table.frequency / to, frequency_std=table.frequency_std / to)
 
 
 def errors_of(point: ModalPoint, tables: Sequence[ModeTable], fitted: bool) -> Real:

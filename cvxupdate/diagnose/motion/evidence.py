@@ -259,6 +259,10 @@ class MotionEvidence:
         """In words."""
         return self.linear.left(errors)
 
+    def remains(self, found: Fit) -> str:
+        """Not said: a simulation's differences are everywhere."""
+        return ""
+
     def lines(self) -> list[str]:
         """What the mesh of the file is worth, and what time did not allow."""
         return [*self.linear.lines(), *self.budget.lines]

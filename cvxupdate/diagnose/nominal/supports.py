@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -67,7 +67,36 @@ def regrown(released: Model, grown: Model) -> Model:
     )
 
 
-def on_the_file(effects: Sequence[Effect], nominal: Model) -> list[Effect]:
-    """Those that stand on elements of the nominal model: none changes what another effect added."""
-    known = {int(i) for b in nominal.blocks for i in b.ids}
-    return [e for e in effects if known.issuperset(e.place.elements)]
+def on_the_file(
+    effects: Sequence[Effect], nominal: Model, file: Model | None = None
+) -> list[Effect]:
+    """Those that stand on elements of the nominal model: none changes what another effect added.
+    ``file``: the model as it came, where the nominal one was brought to a reference state; then
+    they stand on its nodes too, ends that were opened under the numbers that they had."""
+    known = {int(i) for b in (file or nominal).blocks for i in b.ids}
+    mine = [e for e in effects if known.issuperset(e.place.elements)]
+    if file is None:
+        return mine
+    old = _numbers(file, nominal)
+    placed = [(e, tuple(old.get(n, -1) for n in e.place.nodes)) for e in mine]
+    return [
+        e if nodes == e.place.nodes else replace(e, place=replace(e.place, nodes=nodes))
+        for e, nodes in placed
+        if -1 not in nodes and (nodes == e.place.nodes or e.place.elements)
+    ]
+
+
+def _numbers(file: Model, brought: Model) -> dict[int, int]:
+    """The number in the file of each node of a model that was brought to a reference; further
+    nodes have that of the node where they are."""
+
+    def placed(model: Model) -> Iterator[tuple[int, tuple[float, ...]]]:
+        for n, xyz in zip(model.node_ids.tolist(), model.xyz.tolist(), strict=True):
+            yield n, tuple(xyz)
+
+    out = {n: n for n, _ in placed(file)}
+    where = {xyz: n for n, xyz in placed(file)}
+    for n, xyz in placed(brought):
+        if n not in out and xyz in where:
+            out[n] = where[xyz]
+    return out

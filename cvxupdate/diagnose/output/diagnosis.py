@@ -88,6 +88,8 @@ def details_of(judgement: Judgement) -> dict[str, Any]:
         "method": f"output error of {judgement.case.evidence.told_by}, trust-region convex steps",
         "misfit": {"nuisance": judgement.case.base.fit.misfit, "after": last.fit.misfit},
     }
+    if judgement.graded is not None:
+        out["graded"] = judgement.graded.to_json()
     if last.hypothesis.effects:
         out["standing"] = [
             {"name": e.name, **asdict(s)}

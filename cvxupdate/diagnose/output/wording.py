@@ -48,7 +48,7 @@ def verdict_of(
         )
         says = " ".join(f.says for f in findings)
         return "parameter_error" if groups else "missing_physics", says
-    evidence, base = judgement.case.evidence, judgement.case.base
+    base = judgement.case.base
     if explained(base, judgement.case):
         if level:
             return "undetermined", f"{LEVEL} It is too small for a law to be told by it."
@@ -56,21 +56,27 @@ def verdict_of(
             "Nothing is missing: the model explains the recordings within noise and the usual "
             "scatter of its parameters."
         )
-    nearest = judgement.nearest
+    graded = "" if judgement.graded is None else f" {judgement.graded.says}"
+    return "undetermined", _undetermined(judgement) + graded
+
+
+def _undetermined(judgement: Judgement) -> str:
+    evidence, nearest = judgement.case.evidence, judgement.nearest
     if judgement.tied:
         names = [w.hypothesis.title for w in judgement.tied]
         more = len(names) - RIVALS
         rest = [f"{more} other{'s' if more > 1 else ''}"] if more > 0 else []
-        return "undetermined", (
+        return (
             "Something differs, but these recordings cannot tell what: "
             f"{listed([*names[:RIVALS], *rest])} explain them about equally well."
         )
     if judgement.final is not None and nearest is not None:
-        return "undetermined", (
+        return (
             f"No one or two effects explain the recordings: {nearest.hypothesis.title} comes "
             f"nearest, but leaves {evidence.left(_worst(nearest.errors))}."
         )
-    return "undetermined", (
+    base = judgement.case.base
+    return (
         "Something differs that none of the known effects explains at any one or two places; "
         f"what remains is {evidence.left(Errors(base.errors.fit, float('nan')))}."
     )
@@ -100,6 +106,7 @@ def evidence_lines(
         out.append(
             f"{capital(nearest.hypothesis.title)} comes nearest: {left}, not enough to claim it."
         )
+        out += _remains(judgement, nearest)
     return out
 
 
@@ -131,6 +138,14 @@ def _base_lines(evidence: Evidence, base: Weighed) -> list[str]:
     ]
 
 
+def _remains(judgement: Judgement, w: Weighed) -> list[str]:
+    """Where the rest is, where there is one."""
+    if explained(w, judgement.case):
+        return []
+    says = judgement.case.evidence.remains(w.fit)
+    return [says] if says else []
+
+
 def _finding_lines(judgement: Judgement, final: Weighed) -> list[str]:
     evidence, single = judgement.case.evidence, judgement.single
     out = []
@@ -142,6 +157,7 @@ def _finding_lines(judgement: Judgement, final: Weighed) -> list[str]:
     out.append(
         f"{capital(final.hypothesis.title)} brings the error to {evidence.left(final.errors)}."
     )
+    out += _remains(judgement, final)
     told = {(f.physics, f.place) for f in judgement.findings}
     out += [
         f"{capital(e.title)} is needed for the last of it, but others elsewhere would do as well: "

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
+from cvxupdate.diagnose.responses.common import Common
 from cvxupdate.diagnose.responses.signals import Real, Signal, smoothed
 from cvxupdate.diagnose.settings import LEVELS, UNSTATED_FRF
 from cvxupdate.errors import RecordingError
@@ -33,6 +34,7 @@ class Data:
     bottom: float
     mesh: MeshError = NONE
     sheared: MeshError = NONE
+    common: Common | None = None
 
     @cached_property
     def sensors(self) -> tuple[str, ...]:
@@ -65,9 +67,17 @@ class Data:
             else self.mesh
         )
 
+    def shift_of(self, model: Model) -> MeshError:
+        """By which frequencies of a hypothesis are moved: the mesh's error, and what a reference
+        state says of each mode."""
+        mesh = self.mesh_of(model)
+        return mesh if self.common is None or mesh is self.sheared else self.common.shift
 
-def prepare(recordings: Sequence[FrequencyResponse | TimeHistory]) -> Data:
-    """Transform every recording once.
+
+def prepare(
+    recordings: Sequence[FrequencyResponse | TimeHistory], common: Common | None = None
+) -> Data:
+    """Transform every recording once; ``common``: what a reference state says of the model.
 
     Raises
     ------
@@ -83,10 +93,12 @@ def prepare(recordings: Sequence[FrequencyResponse | TimeHistory]) -> Data:
             f"{names}: no recording to fit has a force and a motion at DOFs of the model. Declare "
             "their channels."
         )
+    if common is not None:
+        sharp, held = (tuple(common.weighed(s) for s in part) for part in (sharp, held))
     levels = tuple(tuple(smoothed(x, e) for x in sharp) for e in LEVELS)
     bands = [band_of(r) for r in fit_]
     top, bottom = max(b[1] for b in bands), min(b[0] for b in bands)
-    return Data(fit_, hold, levels, sharp, held, top, bottom)
+    return Data(fit_, hold, levels, sharp, held, top, bottom, common=common)
 
 
 def signals_of(recording: FrequencyResponse | TimeHistory) -> list[Signal]:

@@ -23,6 +23,7 @@ from cvxupdate.diagnose.responses.finite_size import few_directions, whole_membe
 from cvxupdate.diagnose.responses.first_order import first_order, linearised
 from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
+from cvxupdate.diagnose.responses.remains import remains
 from cvxupdate.diagnose.responses.resampling import halves
 from cvxupdate.diagnose.responses.sets import sets_of_elements
 from cvxupdate.diagnose.responses.setting import EFFORTS, let_go, setting_for
@@ -61,7 +62,8 @@ class ResponseEvidence:
     """What stays fixed while hypotheses come and go: the file's model (``original``, for its
     damping), the one with nuisance parameters, recordings, supports, effects to try.
 
-    ``release(node, kind)`` is the nuisance model without one support.
+    ``release(node, kind)`` is the nuisance model without one support; ``file`` the model as it
+    came, where a reference state was there to bring it to.
     """
 
     original: Model
@@ -71,6 +73,7 @@ class ResponseEvidence:
     supports: tuple[tuple[int, str], ...]
     release: Callable[[int, str], Model]
     progress: Progress
+    file: Model | None = None
 
     told_by, hurried, drift = "responses", False, None  # neither hurried nor looked for
 
@@ -115,8 +118,9 @@ class ResponseEvidence:
 
     @cached_property
     def noise(self) -> Errors:
-        """Of noise alone."""
-        return Errors(noise_errors(self.data.sharp), noise_errors(self.data.sharp_hold_out))
+        """Of noise alone; or what the model leaves of the reference state, and so of any other."""
+        alone = Errors(noise_errors(self.data.sharp), noise_errors(self.data.sharp_hold_out))
+        return alone if self.data.common is None else self.data.common.least(alone)
 
     def level_change(self) -> LevelChange | None:
         """Between runs at different drive levels."""
@@ -139,25 +143,16 @@ class ResponseEvidence:
             return regrown(self._freed(node, kind), model)
 
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
-        return SearchContext(
-            model,
-            m.K,
-            m.M,
-            self.data.top,
-            self.data.bottom,
-            self.data.sensors,
-            held,
-            released,
-            self._zeta,
-            self.data.accelerometers,
-            self.data.driven,
-            self.data.forces,
-        )
+        d = self.data
+        rig = (self._zeta, d.accelerometers, d.driven, d.forces)
+        return SearchContext(model, m.K, m.M, d.top, d.bottom, d.sensors, held, released, *rig)
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""
         wanted = self.names if names is None else names
-        return on_the_file(candidates_of(self.context(model), wanted, self.told_by), self.model)
+        return on_the_file(
+            candidates_of(self.context(model), wanted, self.told_by), self.model, self.file
+        )
 
     def setting(
         self, model: Model, faults: Sequence[Fault], like: ResponseSetting | None = None
@@ -165,7 +160,7 @@ class ResponseEvidence:
         """A model against the recordings at the level of another setting (None: the first)."""
         data, level = self.data, 0 if like is None else like.level
         setting = setting_for(
-            model, self.original, data.levels[level], data.top, faults, data.mesh_of(model)
+            model, self.original, data.levels[level], data.top, faults, data.shift_of(model)
         )
         return replace(setting, level=level)
 
@@ -254,6 +249,10 @@ class ResponseEvidence:
         """In words."""
         held = f" and {errors.hold_out:.3g} (held out)" if np.isfinite(errors.hold_out) else ""
         return f"{errors.fit:.3g} of the response (fitted){held}"
+
+    def remains(self, found: Fit) -> str:
+        """Where in frequency, and at which sensors."""
+        return remains(found.point, (*self.data.sharp, *self.data.sharp_hold_out))
 
     def lines(self) -> list[str]:
         """What the mesh of the file is worth."""

@@ -35,6 +35,19 @@ def level_change(signals: Sequence[Signal], one: bool = False) -> LevelChange | 
     return max((c for c in changes if c), key=lambda c: c.change, default=None)
 
 
+def state_change(before: Sequence[Signal], after: Sequence[Signal]) -> LevelChange | None:
+    """The largest change of the transfer function from one state of a structure to another, of
+    signals with the same channels; None where there are none."""
+    alike = [
+        (a, b)
+        for a in before
+        for b in after
+        if (a.single and b.single) and (a.inputs, a.sensors) == (b.inputs, b.sensors)
+    ]
+    changes = (_smoothed(a, b) for a, b in alike)
+    return max((c for c in changes if c), key=lambda c: c.change, default=None)
+
+
 def _on_lines(a: Signal, b: Signal) -> LevelChange | None:
     """On common lines: two records of one linear structure have Y₁ U₂ = Y₂ U₁ on each, however
     narrow its resonances and whatever the forces. What is more than noise, whose squares are an

@@ -12,7 +12,7 @@ from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.diagnose.nominal.scatter import prior_scales
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
-from cvxupdate.diagnose.settings import COMMON_DAMPING_STD, FREE, MODE_DAMPING_STD
+from cvxupdate.diagnose.settings import COMMON_DAMPING_STD, FREE, MODE_DAMPING_STD, TUNED_STD
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.fe.rigid import rigid_body_modes
@@ -34,10 +34,12 @@ from cvxupdate.system import LinearSystem
 class ResponseSetting:
     """What is fitted: model (undamped, its parameters: nuisance ones, then the effects'), signals,
     file damping by mode, faults, band top (Hz), ``mesh`` the relative mesh error of each damped
-    mode's frequency, ``level`` that of the signals.
+    mode's frequency, ``level`` that of the signals; ``tuned``: damped modes have frequencies by
+    themselves, too.
 
     The unknowns are, in order: the model's parameters; z₀, by which the logarithm of every damping
-    ratio moves together; z_r, each mode's own; the faults.
+    ratio moves together; z_r, each mode's own; where modes are tuned t_r, by which the logarithm of
+    each frequency moves; the faults.
     """
 
     model: Model
@@ -47,6 +49,7 @@ class ResponseSetting:
     faults: tuple[Fault, ...] = ()
     mesh: Real | None = None
     level: int = 0
+    tuned: bool = False
 
     @property
     def damped(self) -> int:
@@ -60,6 +63,7 @@ class ResponseSetting:
             *(q.name for q in self.model.parameters),
             "damping",
             *(f"damping of mode {r + 1}" for r in range(self.damped)),
+            *(f"frequency of mode {r + 1}" for r in range(self.damped if self.tuned else 0)),
             *(f.label for f in self.faults),
         )
 
@@ -68,7 +72,15 @@ class ResponseSetting:
         """Prior standard deviations of the unknowns: group p-values scatter as usual; effects and
         faults are free."""
         common, own = COMMON_DAMPING_STD, [MODE_DAMPING_STD] * self.damped
+        own += [TUNED_STD] * (self.damped if self.tuned else 0)
         return np.array([*prior_scales(self.model), common, *own, *[FREE] * len(self.faults)])
+
+    def detuned(self, p: Real) -> Real:
+        """Measured over modelled frequency of each damped mode, less 1, the mesh's error in it."""
+        n = len(self.model.parameters) + 1 + self.damped
+        mesh = np.zeros(self.damped) if self.mesh is None else self.mesh
+        own = p[n : n + self.damped] if self.tuned else np.zeros(self.damped)
+        return np.asarray((1.0 + mesh) * np.exp(own) - 1.0)
 
     def noise_parts(self, point: ResponsePoint) -> Real:
         """The part of each row's weighted square that noise alone makes, real and imaginary
@@ -108,9 +120,9 @@ class ResponseSetting:
             likeness = (before.modes.shapes[:, before.owner].T @ (m.M @ modes.shapes)) ** 2
             rows, columns = linear_sum_assignment(likeness, maximize=True)
             owner = columns[np.argsort(rows)]
-        if self.mesh is not None:
+        if self.mesh is not None or self.tuned:
             moved = modes.eigenvalues.copy()
-            moved[owner] *= (1.0 + self.mesh) ** 2
+            moved[owner] *= (1.0 + self.detuned(p)) ** 2
             modes = Modes(moved, modes.shapes, modes.rigid)
         return ResponsePoint(
             self, np.asarray(p, dtype=float), m, modes, np.asarray(owner, dtype=np.int64)
@@ -230,19 +242,22 @@ class ResponsePoint:
             rows = rows.reshape(-1, rows.shape[-1])
             at = len(model.parameters) + 1
             stacked = np.hstack(
-                [rows[:, :at], damped.reshape(len(rows), len(self.owner)), rows[:, at:]]
+                [rows[:, :at], damped.reshape(len(rows), damped.shape[-1]), rows[:, at:]]
             )
             parts += [stacked.real, stacked.imag]
         return np.vstack(parts)
 
+    @property
+    def _shear(self) -> Real:
+        """2 ζ ω of every mode."""
+        return 2.0 * np.sqrt(np.maximum(self.modes.eigenvalues, 0.0)) * self.damping
+
     def _damping_columns(self, r: Response) -> tuple[Complex, Complex]:
-        """Derivatives with respect to each log ζ, as rows (rows, sensors, cases, damped), and to z₀
-        (points, sensors, cases): they all move together."""
+        """Derivatives with respect to each log ζ (and log ω where modes are tuned), as rows (rows,
+        sensors, cases, unknowns), and to z₀ (points, sensors, cases): they all move together."""
         # ∂(2 ζ ω s)/∂ log ζ
-        shear = 2.0 * np.sqrt(np.maximum(self.modes.eigenvalues, 0.0)) * self.damping
+        shear = self._shear
         factor = -(r.drive * r.signal.s)[:, None]
-        own = self.owner
-        moved = factor * (shear[own, None, None] * r.q[own])  # (damped, points, cases)
         common = factor[:, :, None] * np.matmul(
             np.swapaxes(by_point(r.a), 1, 2), by_point(shear[: r.near, None, None] * r.q)
         )
@@ -250,12 +265,17 @@ class ResponsePoint:
             common = common + factor[:, :, None] * r.high.between(
                 r.at[r.near :], shear[r.near :], 2
             )
+        rates = shear[self.owner, None] * r.signal.s
+        if self.setting.tuned:  # ∂(ω² + 2 ζ ω s)/∂ log ω
+            rates = np.vstack([rates, rates + 2.0 * self.modes.eigenvalues[self.owner, None]])
+        own = np.resize(self.owner, len(rates))
+        moved = -r.drive[:, None] * (rates[:, :, None] * r.q[own])  # (unknowns, points, cases)
         if not len(own):
             return np.zeros((*r.rows(r.raw).shape, 0), dtype=np.complex128), common
         if r.coupled or self.setting.faults:
             each = r.a[own][:, :, :, None] * moved[:, :, None, :]
             return r.rows(np.stack([self.faulty(r.signal, e) for e in each], axis=-1)), common
-        # (rows, cases, damped): every sensor sees it by its shape
+        # (rows, cases, unknowns): every sensor sees it by its shape
         slim = r.rows(np.moveaxis(moved * r.inverse[own][:, :, None], 0, -1))
         return slim[:, None] * r.at[own].T[None, :, None, :], common
 

@@ -33,7 +33,8 @@ class Signal:
     ``s`` (points,) where the model is evaluated; ``mix`` (rows, points) carries model values to
     rows (None: rows are the points); ``Y`` (rows, responses, cases) measured; ``U`` (points,
     references, cases) what drove it; ``std`` like ``Y``: noise; ``order`` of differentiation;
-    ``sensors`` and ``inputs`` DOF labels.
+    ``sensors`` and ``inputs`` DOF labels; ``missed`` like ``Y``: what a model that was brought to
+    a reference state left of it there, as a fraction of the response around (None: no reference).
     """
 
     name: str
@@ -47,16 +48,18 @@ class Signal:
     order: int
     sensors: tuple[str, ...]
     inputs: tuple[str, ...]
+    missed: Real | None = None
 
     def scale(self) -> Real:
         """Standard deviation of each row for weighting: noise, and `RESPONSE_DISCREPANCY` of the
-        response around it."""
+        response around it, or what a reference says that the model misses of it."""
         size = np.abs(self.Y)
         around = np.sqrt(np.mean(size**2, axis=0, keepdims=True))
         # a channel that hardly moves says nothing finer than this
         silent = SILENT * np.sqrt(np.mean(size**2))
         local, overall = RESPONSE_DISCREPANCY * size, 0.1 * RESPONSE_DISCREPANCY * around
-        return np.sqrt(self.std**2 + local**2 + overall**2 + silent**2)
+        usual: Real = self.std**2 + local**2 + overall**2 + silent**2
+        return np.sqrt(usual if self.missed is None else usual + (self.missed * size) ** 2)
 
     @cached_property
     def single(self) -> bool:
@@ -113,7 +116,11 @@ def smoothed(sharp: Signal, epsilon: float) -> Signal:
         ]
     whole = np.vstack(mix)
     noise = np.sqrt(_mixed(np.abs(whole) ** 2, std**2))
-    return replace(sharp, s=s, mix=whole, Y=_mixed(whole, Y), U=U, std=noise)
+    missed = None
+    if sharp.missed is not None:
+        even = np.abs(whole) / np.abs(whole).sum(axis=1, keepdims=True)
+        missed = np.sqrt(_mixed(even, sharp.missed[keep] ** 2))
+    return replace(sharp, s=s, mix=whole, Y=_mixed(whole, Y), U=U, std=noise, missed=missed)
 
 
 def _mixed(mix: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:

@@ -10,19 +10,22 @@ from cvxupdate.diagnose.types import Key, Score
 
 def shortlist(scores: Sequence[Score], most: int = SHORT, each: int = EACH) -> list[Score]:
     """The best of every effect type that come near the best of all, at most ``each`` of a type and
-    ``most`` in all; derivatives that are not to be trusted are left out."""
+    ``most`` in all; derivatives that are not to be trusted are left out. Mirror images, whose
+    fractions are equal, count as one, so that they do not keep out what is different."""
     order = sorted(
         (s for s in scores if s.fraction > 0.0 and s.trusted), key=lambda s: -rounded(s.fraction)
     )
     out: list[Score] = []
-    count: dict[str, int] = {}
+    kept: dict[str, set[float]] = {}
     seen: set[Key] = set()
     for s in order:
-        name, key = s.effect.physics, s.effect.key
-        if s.fraction < NEAR * order[0].fraction or len(out) >= most:
-            break
-        if count.get(name, 0) < each and key not in seen:
-            count[name] = count.get(name, 0) + 1
+        fraction, key = rounded(s.fraction), s.effect.key
+        if s.fraction < NEAR * order[0].fraction or key in seen:
+            continue
+        own = kept.setdefault(s.effect.physics, set())
+        room = len(own) < each and sum(map(len, kept.values())) < most
+        if room or fraction in own:
+            own.add(fraction)
             seen.add(key)
             out.append(s)
     return out

@@ -26,7 +26,7 @@ from cvxupdate.diagnose.settings import (
     STABLE,
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Score
-from cvxupdate.physics import EFFECTS
+from cvxupdate.physics import effect_types
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def names_tried(evidence: Evidence) -> tuple[str, ...]:
         return evidence.names
     if evidence.bases[-1].damping_strain <= DAMPING_GAIN:
         return ()
-    damping = {e.name for e in EFFECTS if e.damping}
+    damping = {e.name for e in effect_types() if e.damping}
     return tuple(n for n in evidence.names if n in damping)
 
 

@@ -8,6 +8,7 @@ from cvxupdate.fe.elements.bouc_wen import BoucWen
 from cvxupdate.fe.elements.clearance import Clearance
 from cvxupdate.fe.elements.cubic_spring import CubicSpring
 from cvxupdate.fe.elements.dashpot import Dashpot
+from cvxupdate.fe.elements.exact_beam import ExactBeam3D
 from cvxupdate.fe.elements.friction import Friction
 from cvxupdate.fe.elements.gyroscopic import Gyroscopic
 from cvxupdate.fe.elements.hex8 import Hex8
@@ -31,6 +32,7 @@ LINEAR = (
     Rod,
     Beam2D,
     Beam3D,
+    ExactBeam3D,
     Plate,
     Shell,
     Hex8,

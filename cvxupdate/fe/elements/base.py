@@ -13,7 +13,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
+import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from cvxupdate.fe.surroundings import Surroundings
 from cvxupdate.fe.terms import Real, Term, Values, rotate
@@ -22,6 +24,7 @@ from cvxupdate.spec.elements import ElementText
 __all__ = [
     "Element",
     "ElementType",
+    "Exact",
     "Given",
     "Placed",
     "Real",
@@ -50,6 +53,32 @@ class Given:
     matrix: str
     labels: tuple[tuple[int, int], ...]
     values: sp.csr_array
+
+
+class Exact(Protocol):
+    """The dynamic stiffness of an element that depends on the frequency as it likes: Z(ω) = Σ z(ω,
+    properties) · T(geometry), beside the K and M that are its Taylor series to ω²."""
+
+    def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
+        """Geometric factors, matrix "Z", as `Element.terms`."""
+
+    def dynamic_stiffness(
+        self, omega: complex, properties: Mapping[str, Values]
+    ) -> dict[str, Values]:
+        """The scalar of every term at ``omega`` in rad/s, (elements,), complex; complex properties
+        pass through. A complex ω = −is is Laplace's s."""
+
+    def change(
+        self, omega: complex, properties: Mapping[str, Values], moves: Mapping[str, Real]
+    ) -> dict[str, tuple[Values, Values]]:
+        """The scalars and their derivatives where each property moves by ``moves`` (elements,) per
+        unit."""
+
+    def clamped_below(
+        self, omega: float, properties: Mapping[str, Values]
+    ) -> dict[str, NDArray[np.int64]]:
+        """How many natural frequencies of each element, undamped and with all of its nodes held,
+        lie below ``omega`` (rad/s), by what moves: the part of the terms' names before the dot."""
 
 
 class Element(Protocol):

@@ -9,37 +9,29 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from cvxupdate.errors import ModelError
+from cvxupdate.fe.elements.along import AlongBlock, AlongRow
 from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
 from cvxupdate.fe.elements.jenkins import Jenkins
-from cvxupdate.keys import DofKind, Dofs, NonNegative, Positive, Table
-from cvxupdate.spec.elements import Block, ElementText, Group, OneOrTwoNodes, Row
+from cvxupdate.keys import NonNegative, Positive, Table
+from cvxupdate.spec.elements import ElementText
 
 
-class IwanRow(Row):
+class IwanRow(AlongRow):
     """Springs and sliders in parallel: to ground (one node) or between two."""
 
-    nodes: OneOrTwoNodes = Field(description="[i] is to ground, [i, j] between")
     stiffnesses: tuple[Positive, ...] = Field(
         min_length=1, description="of each while it sticks [N/m]"
     )
     forces: tuple[NonNegative, ...] = Field(
         min_length=1, description="at which each of them slips [N]"
     )
-    dof: DofKind | None = Field(default=None, description="DOF along which it acts")
-    dofs: Dofs | None = Field(
-        default=None, description="several DOFs instead of `dof`, each with the same values"
-    )
-    group: Group = None
 
 
-class IwanBlock(Block):
+class IwanBlock(AlongBlock):
     """A distribution of stick and slip. No part in K: linear commands leave it out."""
 
     type: Literal["iwan"]
     rows: Annotated[tuple[IwanRow, ...], Table()] = Field(min_length=1, description="the elements")
-    dof: DofKind | None = Field(default=None, description="for every row without its own")
-    dofs: Dofs | None = Field(default=None, description="for every row without its own")
-    group: Group = None
 
 
 @dataclass(frozen=True)

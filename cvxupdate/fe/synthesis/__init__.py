@@ -132,6 +132,8 @@ def _receptances(
     m = model.matrices(p)
     if not len(s) or not len(outputs) or not len(inputs):
         return np.zeros((len(s), len(outputs), len(inputs)), dtype=complex)
+    if model.exact:
+        return _direct(model, m, s, outputs, inputs)  # no basis of modes is exact for them
     sparse = not _modal(model) or model.size <= WHOLE  # modal damping fills C
     if way == "direct" or (way is None and sparse and len(s) <= FEW_POINTS):
         return _direct(model, m, s, outputs, inputs)

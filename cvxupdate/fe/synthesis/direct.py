@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from cvxupdate.fe.block import Index
+from cvxupdate.fe.exact.correction import Beyond
 from cvxupdate.fe.model import Matrices
 from cvxupdate.fe.responses import alike, combined, damped, factorise_at
 
@@ -32,6 +33,8 @@ class Ordered:
     entries: tuple[Field, ...]
     indices: Index
     indptr: Index
+    moved: Index
+    beyond: Beyond | None
 
     def at(self, s: complex, lossy: bool) -> sp.csc_array:
         """Z(s), ordered."""
@@ -40,6 +43,9 @@ class Ordered:
         data: Field = K + (square if lossy else square.real) * M
         if lossy:
             data = data + 1j * D + s * C
+        if self.beyond is not None:
+            more = self.beyond.data(s)[self.moved]
+            data = data + (more if lossy else more.real)
         return sp.csc_array((data, self.indices, self.indptr), shape=(len(self.order),) * 2)
 
 
@@ -56,7 +62,12 @@ def ordered(m: Matrices, perm_c: Index) -> Ordered | None:
     place.sort_indices()
     moved = place.data - 1
     return Ordered(
-        order, tuple(x.data[moved] for x in (m.K, m.M, m.C, m.D)), place.indices, place.indptr
+        order,
+        tuple(x.data[moved] for x in (m.K, m.M, m.C, m.D)),
+        place.indices,
+        place.indptr,
+        moved,
+        m.beyond,
     )
 
 

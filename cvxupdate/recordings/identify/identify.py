@@ -22,6 +22,7 @@ from cvxupdate.recordings.identify.model import (
 )
 from cvxupdate.recordings.identify.plscf import plscf
 from cvxupdate.recordings.identify.pursuit import with_missed_modes
+from cvxupdate.recordings.identify.realisation import TIME_DOMAIN, time_domain_poles
 from cvxupdate.recordings.identify.refine import refine
 from cvxupdate.recordings.identify.result import IdentifiedModes
 from cvxupdate.recordings.identify.selection import select
@@ -112,6 +113,7 @@ def identify_modes(
     criteria: Criteria | None = None,
     iterations: int = 20,
     added_decay: float = 0.0,
+    poles: str = "plscf",
 ) -> IdentifiedModes:
     """Modes of a set of FRFs, all references at once, with their standard deviations.
 
@@ -128,6 +130,7 @@ def identify_modes(
     damping : ``"viscous"`` or ``"hysteretic"``. residuals : of (lower, upper) residual terms.
     criteria : see `stabilisation.Criteria`. iterations : of the refinement; 0: the pLSCF poles.
     added_decay : 1/s of the exponential window on all channels; removed from the poles alone.
+    poles : where those of the diagram come from: "plscf", "realisation" (ERA) or "ibrahim".
 
     The deviations count correlated lines once (`line_correlation`) and grow with the root of
     chi-square where the model misfits.
@@ -142,7 +145,12 @@ def identify_modes(
     c = criteria if criteria is not None else Criteria()
     s, known, top = _setting(frf, band, max_order, residuals)
     f = s.frequency
-    sets = plscf(f, s.H, orders=np.arange(2, top + 1), weights=_output_weights(s.weights))
+    orders = np.arange(2, top + 1)
+    sets = (
+        time_domain_poles(f, s.H, orders=orders, method=poles)
+        if poles in TIME_DOMAIN
+        else plscf(f, s.H, orders=orders, weights=_output_weights(s.weights))
+    )
     edge = 0.1 * (f[-1] - f[0])
     diagram = stabilisation(sets, (max(f[0] - edge, 1e-6), f[-1] + edge), c)
     chosen = select(diagram, c)

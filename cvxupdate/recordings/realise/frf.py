@@ -1,4 +1,5 @@
-"""Real modes straight from FRFs: the route of Chen, Hsu and Tsuei (2.24 to 2.32)."""
+"""Real modes straight from FRFs: the route of Chen, Hsu and Tsuei. `normal_frf` is (2.24 to
+2.29), `resonance_shapes` (2.30 to 2.32), `chen_hsu_tsuei` the crossings of the whole band."""
 
 from __future__ import annotations
 
@@ -67,3 +68,31 @@ def chen_hsu_tsuei(frequency: Real, H: Complex) -> tuple[Real, Real]:
             found.append((float(np.sqrt(at)) / (2.0 * np.pi), shape / np.linalg.norm(shape)))
     found.sort(key=lambda item: item[0])
     return np.array([f for f, _ in found]), np.array([s for _, s in found]).reshape(-1, H.shape[1])
+
+
+def resonance_shapes(H: Complex, responses: Complex) -> Real:
+    """Real shapes (modes, n) from responses at resonance, ``(I + G²) Re x`` with ``G = -Im H (Re
+    H)^+`` (2.30 to 2.32).
+
+    ``H`` (modes, n, p) holds the receptances at each natural frequency, ``responses`` (modes, n)
+    the response there, ``x = H f`` to any real force f. As ``x_R = (I + i G) x`` is real, ``Im x =
+    -G Re x``. The print writes (I + Im H)² Re H^2+, which has no dimension (errata). Only the FRFs
+    at resonance are needed. Exact when all degrees of freedom that move are in the matrix; with
+    fewer forces than responses G is the smallest that fits, and with fewer coordinates the damping
+    must be light.
+
+    Raises
+    ------
+    RecordingError
+        When H and the responses do not belong together.
+    """
+    if H.ndim != 3 or responses.shape != H.shape[:2]:
+        raise RecordingError(
+            f"FRFs of shape {H.shape} at resonance need responses of shape {H.shape[:2]}, got "
+            f"{responses.shape}"
+        )
+    out = np.empty(responses.shape)
+    for k, (h, x) in enumerate(zip(H, responses, strict=True)):
+        G = -h.imag @ np.linalg.pinv(h.real, rcond=1e-10)
+        out[k] = x.real + G @ (G @ x.real)
+    return out

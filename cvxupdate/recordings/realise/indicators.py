@@ -20,6 +20,20 @@ def phase_collinearity(shapes: Complex) -> Real:
     )
 
 
+def mean_phase_deviation(shapes: Complex) -> Real:
+    """Mean phase deviation (MPD), (modes,) in degrees: how far the entries lie off the line of best
+    fit through the origin, weighted by their size; 0 for a real shape, 45 for phases spread evenly.
+
+    After E. Reynders, J. Houbrechts, G. De Roeck, Mech. Syst. Signal Process. 29 (2012) 228.
+    """
+    turn = np.exp(-0.5j * np.angle(np.sum(shapes**2, axis=1)))[:, None]
+    z = shapes * turn
+    size = np.abs(z)
+    total = np.sum(size, axis=1)
+    angle = np.arctan2(np.abs(z.imag), np.abs(z.real))
+    return np.degrees(np.sum(size * angle, axis=1) / np.where(total > 0.0, total, np.inf))
+
+
 def complexity_phase(shapes: Complex) -> Real:
     """MCF1, (modes,): scatter of phase, 0 for a real shape, 1 when all phases differ as much as
     they can.

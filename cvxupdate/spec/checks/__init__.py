@@ -20,7 +20,9 @@ from cvxupdate.spec.checks.constraints import (
     RegulariserKeys,
 )
 from cvxupdate.spec.checks.dofs import ActiveDofs, Directions, TypeDofs
+from cvxupdate.spec.checks.exact import ExactElements
 from cvxupdate.spec.checks.files import Datasets, MatrixSources, MissingFiles
+from cvxupdate.spec.checks.generic import GenericFamily
 from cvxupdate.spec.checks.geometry import (
     Orientation,
     Outlines,
@@ -87,6 +89,7 @@ CHECKS: tuple[Check, ...] = (
     StiffInShear(),
     LooseNodes(),
     UnheldMasses(),
+    ExactElements(),
     Ties(),
     Preloads(),
     SupportNodes(),
@@ -105,6 +108,7 @@ CHECKS: tuple[Check, ...] = (
     SomethingFree(),
     ParameterSelection(),
     ParameterElements(),
+    GenericFamily(),
     NominalZero(),
     ParameterBounds(),
     NamesUnique(),

@@ -83,10 +83,11 @@ def test_what_comes_nearest_is_named_where_it_is_not_claimed() -> None:
         "No one or two effects explain the recordings: some added mass at node 2 comes nearest, "
         "but leaves 0.12 of the response.",
     )
-    assert evidence_lines(found, None)[-1] == (
+    assert evidence_lines(found, None)[-2:] == [
         "Some added mass at node 2 comes nearest: 0.1 of the response and 0.12 (held out), not "
-        "enough to claim it."
-    )
+        "enough to claim it.",
+        "What is left is 9.",
+    ]
 
 
 def test_where_too_many_explain_them_the_recordings_cannot_tell() -> None:
@@ -149,6 +150,7 @@ def test_equivalents_and_other_hypotheses_are_counted() -> None:
         EMPTY, single=ONE, final=ONE, field=field, findings=(told(A, equivalent=others),)
     )
     lines = evidence_lines(found, None)[3:]
-    assert lines[1].startswith("These recordings do not tell some added mass at node 2 from some ")
-    assert lines[1].count("at node") == MOST + 1 and lines[1].endswith(" and 2 more.")
+    assert lines[1] == "What is left is 9."
+    assert lines[2].startswith("These recordings do not tell some added mass at node 2 from some ")
+    assert lines[2].count("at node") == MOST + 1 and lines[2].endswith(" and 2 more.")
     assert sum(line.startswith("The same procedure with") for line in lines) == RIVALS

@@ -64,6 +64,26 @@ def test_derivatives_with_dashpot_damping_and_faults(chain, lab, measure, zeta):
         ), setting.columns[j]
 
 
+def test_derivatives_with_respect_to_frequencies_by_themselves(chain, lab, measure):
+    """Modes that are tuned one by one: exact, with sensor faults too."""
+    _, model = chain
+    signals = (signal_of(measure(lab(), 4), 0.03), signal_of(measure(lab(), 1, seed=2), 0.1))
+    for faults in ((), FAULTS):
+        setting = setting_for(undamped(model), model, signals, 75.0, faults)
+        setting = replace(setting, tuned=True)
+        p = 0.03 * np.random.default_rng(6).normal(size=len(setting.columns))
+        point = setting.evaluate(p)
+        A = point.jacobian()
+        assert A.shape[1] == len(setting.columns) == len(setting.scales)
+        first = 1 + setting.damped
+        for j in range(first, first + setting.damped):
+            step = np.zeros(len(p))
+            step[j] = 1e-6
+            plus, minus = (setting.evaluate(p + s * step, point).differences[0] for s in (1, -1))
+            wanted = (plus - minus) / 2e-6
+            assert np.linalg.norm(A[:, j] - wanted) < 1e-5 * np.linalg.norm(wanted)
+
+
 @pytest.mark.parametrize("exchanged", [True, False])
 def test_exchanged_channels_are_told_by_the_share_that_fits(chain, lab, measure, exchanged):
     """An exchange is whole (p = 0, no error left) or none (p = −1): a fit on sound channels takes

@@ -46,12 +46,15 @@ def test_a_hypothesis_stands_there_once() -> None:
     assert shortlist(twice) == [twice[1]]
 
 
-def test_mirror_images_are_a_tie_and_the_first_counts() -> None:
+def test_mirror_images_take_one_place_together() -> None:
+    """Three images of one hypothesis do not keep out what is different; in order of the file."""
     left, right = score(effect("a", nodes=(1,)), 0.5), score(effect("a", nodes=(9,)), 0.5 + 1e-9)
-    assert shortlist([left, right], each=1) == [left] and shortlist([right, left], each=1) == [
-        right
-    ]
     assert rounded(0.5) == rounded(0.5 + 1e-9) != rounded(0.50001)
+    other, third = (score(effect("a", nodes=(n,)), x) for n, x in ((2, 0.4), (3, 0.3)))
+    assert shortlist([left, right, other], each=1) == [left, right]
+    assert shortlist([right, left, other], each=1) == [right, left]
+    assert shortlist([left, right, other, third], each=2) == [left, right, other]
+    assert shortlist([left, right, other], most=1) == [left, right]
 
 
 def test_members_are_effects_of_stiffness_and_mass_on_whole_groups() -> None:

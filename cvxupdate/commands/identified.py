@@ -1,0 +1,102 @@
+"""What `identify` finds: modes of every recording, with all that its page shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from cvxupdate.correlate.result import Geometry
+    from cvxupdate.recordings.identify.decay import DecayRates
+    from cvxupdate.recordings.identify.stabilisation import Stabilisation
+    from cvxupdate.recordings.realise.routes import NormalModes
+    from cvxupdate.recordings.types import Complex, Real
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Synthesised over measured FRFs: ``frequency`` (lines,) Hz; ``measured``, ``fitted`` (lines,
+    responses, references) in the recorded ``quantity``; ``rest`` ‖H − fit‖ / ‖H‖."""
+
+    frequency: Real
+    measured: Complex
+    fitted: Complex
+    quantity: str
+    responses: tuple[str, ...]
+    references: tuple[str, ...]
+    rest: float
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One mode: ``frequency`` (Hz) and ``damping`` (fraction of critical) with their deviations,
+    NaN where unknown; ``mpc`` 1 and ``mpd`` 0° for a real shape, NaN with fewer than two channels;
+    ``purity`` of an appropriated one, else NaN."""
+
+    frequency: float
+    frequency_std: float
+    damping: float
+    damping_std: float
+    mpc: float
+    mpd: float
+    purity: float = float("nan")
+
+
+@dataclass(frozen=True)
+class ModeSetResult:
+    """The modes of one recording.
+
+    ``kind`` is "frf", "time" (FRFs estimated from it) or "ambient"; ``shapes`` (modes, channels)
+    complex, largest entry 1, with ``shape_std``; ``labels`` (channels,) as n6.y, ``nodes`` and
+    ``dofs`` likewise; ``auto_mac`` (modes, modes). ``spectrum`` is (curves, lines) over
+    ``spectrum_lines`` Hz, what stands behind the diagram; ``file`` the name of its table.
+    """
+
+    recording: str
+    kind: str
+    method: str
+    band: tuple[float, float]
+    modes: tuple[Mode, ...]
+    shapes: Complex
+    shape_std: Real
+    labels: tuple[str, ...]
+    nodes: tuple[int, ...]
+    dofs: tuple[str, ...]
+    quantity: str
+    auto_mac: Real
+    diagram: Stabilisation | None
+    spectrum_lines: Real
+    spectrum: Real
+    spectrum_says: str
+    fit: Fitted | None
+    normal: tuple[NormalModes, ...]
+    laws: DecayRates | None
+    notes: tuple[str, ...]
+    file: str = "modes.csv"
+
+    @property
+    def frequency(self) -> Real:
+        """Hz, (modes,)."""
+        return np.array([m.frequency for m in self.modes])
+
+
+@dataclass(frozen=True)
+class Identified:
+    """All of it: ``sets`` one for each recording; ``geometry`` where there is a model; ``path`` and
+    ``options`` make the command again."""
+
+    problem: str
+    title: str
+    path: str
+    time: float
+    sets: tuple[ModeSetResult, ...]
+    geometry: Geometry | None = None
+    options: str = ""
+    notes: tuple[str, ...] = ()
+    skipped: tuple[str, ...] = field(default=())
+
+
+Index = NDArray[np.int64]

@@ -1,0 +1,114 @@
+"""`identify`: recordings in, modes with deviations out."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cvxupdate.commands.identified import Identified, ModeSetResult
+from cvxupdate.commands.identify_ambient import of_responses
+from cvxupdate.commands.identify_frf import of_frf, routes_of
+from cvxupdate.commands.identify_options import LONGEST, METHODS, Options
+from cvxupdate.commands.sources import Source, open_source
+from cvxupdate.errors import InputError, RecordingError
+
+if TYPE_CHECKING:
+    from cvxupdate.recordings.read.contents import Progress
+    from cvxupdate.recordings.types import Recording, TimeHistory
+
+
+def identify(
+    path: str | os.PathLike[str],
+    options: Options | None = None,
+    progress: Progress | None = None,
+) -> Identified:
+    """Modes of every recording of a problem file, of a TOML file of [[recordings]] alone, or of a
+    raw file.
+
+    Raises
+    ------
+    InputError
+        For a fault of the input, or where no recording holds what modes can be identified from.
+    """
+    begin = time.perf_counter()
+    chosen = Options() if options is None else options
+    if chosen.normal is not None:
+        routes_of(chosen.normal)
+    source = open_source(Path(path), chosen.rate, progress)
+    sets: list[ModeSetResult] = []
+    skipped: list[str] = []
+    for recording in _wanted(source, chosen.recording):
+        try:
+            sets.append(_one(recording, chosen))
+        except RecordingError as error:
+            skipped.append(f"{recording.origin.name}: {error}")
+    if not sets:
+        raise InputError("; ".join(skipped) or f"{source.path}: no recording to identify.")
+    if len(sets) > 1:
+        sets = [replace(s, file=f"modes_{k}.csv") for k, s in enumerate(sets, start=1)]
+    return Identified(
+        source.name,
+        source.title,
+        source.path,
+        time.perf_counter() - begin,
+        tuple(sets),
+        source.geometry,
+        chosen.line(),
+        source.notes,
+        tuple(skipped),
+    )
+
+
+def _wanted(source: Source, which: str | None) -> Sequence[Recording]:
+    if not source.recordings:
+        raise InputError(f"{source.path}: no recording. Add a [[recordings]] table.")
+    if which is None:
+        return source.recordings
+    names = [r.origin.name for r in source.recordings]
+    if which in names:
+        return (source.recordings[names.index(which)],)
+    if which.isdecimal() and 1 <= int(which) <= len(names):
+        return (source.recordings[int(which) - 1],)
+    listed = ", ".join(f"{k} {name}" for k, name in enumerate(names, start=1))
+    raise InputError(f"{source.path}: no recording {which!r}. There are: {listed}.")
+
+
+def _one(recording: Recording, o: Options) -> ModeSetResult:
+    from cvxupdate.recordings.types import FrequencyResponse, ModeTable
+
+    if isinstance(recording, ModeTable):
+        raise RecordingError("a table of modes; there is nothing to identify")
+    if isinstance(recording, FrequencyResponse):
+        return of_frf(recording, "frf", o, ())
+    return _of_time(recording, o)
+
+
+def _of_time(history: TimeHistory, o: Options) -> ModeSetResult:
+    from cvxupdate.recordings.spectral import frf_from_time
+
+    motions = [
+        c for c in history.channels if c.quantity in ("displacement", "velocity", "acceleration")
+    ]
+    if not motions:
+        raise RecordingError(
+            "no channel reads a motion (displacement, velocity, acceleration): give quantity and "
+            "unit of its channels in a [[recordings]] table; 'cvxupdate inspect' prints one"
+        )
+    o = o if o.band is not None else replace(o, band=history.band)
+    if o.method == "ssi" or not any(c.quantity == "force" for c in history.channels):
+        return of_responses(history, o)
+    kinds = [c.quantity for c in motions]
+    quantity = max(dict.fromkeys(kinds), key=kinds.count)
+    way = o.estimator or ("lpm" if len(history.data) <= LONGEST else "h1")
+    frf = frf_from_time(history, method=way, quantity=quantity)
+    notes = [f"frequency responses estimated by {'local polynomials' if way == 'lpm' else way}"]
+    if len(set(kinds)) > 1:
+        notes.append(f"only its channels of {quantity} are used")
+    return of_frf(frf, "time", o, notes)
+
+
+__all__ = ["METHODS", "Options", "identify"]

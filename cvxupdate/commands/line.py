@@ -1,0 +1,109 @@
+"""The command line of the commands in this room."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cvxupdate.commands.shared import Json, Out, display, say
+from cvxupdate.report.files import folder_for, must_be_writable, write_files
+
+Recorded = Annotated[
+    Path,
+    typer.Argument(
+        metavar="PROBLEM|FILE",
+        help="a problem file, a TOML file of recordings alone, or a file of recordings",
+        show_default=False,
+    ),
+]
+Method = Annotated[
+    str,
+    typer.Option(
+        "--method", help="plscf, realisation, ibrahim, appropriation; ssi: responses alone"
+    ),
+]
+Normal = Annotated[
+    str | None,
+    typer.Option(
+        "--normal",
+        help="realise complex modes to normal ones: simple, rotation, mac, niedbal, ibrahim, "
+        "zhang-lallement, wei-zhang, ibrahim-fullekrug, resonance, crossings, or all",
+        show_default=False,
+    ),
+]
+Band = Annotated[
+    tuple[float, float] | None,
+    typer.Option("--band", help="lowest and highest frequency, Hz", show_default=False),
+]
+Order = Annotated[int, typer.Option("--order", help="largest order of the diagram")]
+Which = Annotated[
+    str | None,
+    typer.Option("--recording", help="one of several, by number or name", show_default=False),
+]
+Rate = Annotated[
+    float | None,
+    typer.Option(
+        "--rate", help="sampling rate, Hz, of a file that states none", show_default=False
+    ),
+]
+Damping = Annotated[str, typer.Option("--damping", help="viscous or hysteretic")]
+Estimator = Annotated[
+    str | None,
+    typer.Option(
+        "--estimator",
+        help="of frequency responses from time histories: lpm, h1, h2 or hv",
+        show_default=False,
+    ),
+]
+Decay = Annotated[
+    float, typer.Option("--decay", help="1/s, exponential window to take out of the damping")
+]
+Indicator = Annotated[
+    str,
+    typer.Option(
+        "--indicator",
+        help="of force appropriation: asher, modified-asher, traill-nash, extended-asher, mmif, "
+        "nash",
+    ),
+]
+
+
+def identify(
+    source: Recorded,
+    out: Out = None,
+    as_json: Json = False,
+    method: Method = "plscf",
+    normal: Normal = None,
+    band: Band = None,
+    order: Order = 60,
+    recording: Which = None,
+    rate: Rate = None,
+    damping: Damping = "viscous",
+    estimator: Estimator = None,
+    decay: Decay = 0.0,
+    indicator: Indicator = "mmif",
+) -> None:
+    """Identify modes from recordings: frequencies, damping, shapes, with their deviations."""
+    from cvxupdate.commands.identify import Options
+    from cvxupdate.commands.identify import identify as do
+    from cvxupdate.report.identify_files import identify_files
+    from cvxupdate.report.identify_page import identify_text
+    from cvxupdate.spec.problem import name_of
+
+    must_be_writable(out)
+    options = Options(
+        method, normal, band, order, recording, rate, damping, estimator, decay, indicator
+    )
+    with display(as_json) as show:
+        found = do(source, options, None if show is None else show.read)
+    folder = folder_for(out, name_of(source), "identify")
+    files, payload = identify_files(found)
+    write_files(folder, files)
+    say(payload, as_json, lambda: identify_text(found, folder))
+
+
+def add(app: typer.Typer) -> None:
+    """Makes the commands of this room known."""
+    app.command()(identify)
