@@ -8,10 +8,11 @@ import json
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cvxupdate import __version__
 from cvxupdate.commands.line import add
 from cvxupdate.commands.shared import (
     Jobs,
@@ -37,9 +38,9 @@ os.environ.setdefault(
     # cost more
 )
 app = typer.Typer(
-    add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # brackets in the help are those of TOML
     help="Update structural dynamics models by convex programs, and say what physics they leave "
     "out.",
 )
@@ -47,6 +48,22 @@ OWN_FAULT, BAD_INPUT, NOT_DONE, INTERRUPTED = 1, 2, 3, 130
 DEBUG = "CVXUPDATE_DEBUG"
 """Environment variable that lets the traceback of an error inside cvxupdate through."""
 STOPPED = "interrupted; what was finished is kept."
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        print(f"cvxupdate {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, help="print the version"),
+    ] = False,
+) -> None:
+    pass
 
 
 @app.command()

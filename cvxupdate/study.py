@@ -100,9 +100,12 @@ def run(
     """
     from cvxupdate.correlate.own_errors import own_errors
     from cvxupdate.correlate.plausible import examine
+    from cvxupdate.update.ceam import update_ceam
     from cvxupdate.update.definite import definiteness
+    from cvxupdate.update.direct import update_direct
     from cvxupdate.update.modal import update_modal
     from cvxupdate.update.refine import refined_for
+    from cvxupdate.update.rfm import update_rfm
     from cvxupdate.update.score import caveats
     from cvxupdate.update.starts import Many
     from cvxupdate.written import updated_file
@@ -110,13 +113,12 @@ def run(
     spec, table = _to_update(problem, "run")
     spec, model, recordings = _one_state(spec, reading)
     warnings = examine(spec, model, recordings, warn)
+    if table.method == "direct":
+        return replace(update_direct(spec, model, recordings), warnings=warnings)
     model = refined_for(spec, model)
     if table.method in ("ceam", "rfm"):
-        from cvxupdate.update.ceam import update_ceam
-        from cvxupdate.update.rfm import update_rfm
-
-        update = update_ceam if table.method == "ceam" else update_rfm
-        updated = update(spec, model, recordings, progress)
+        way = update_ceam if table.method == "ceam" else update_rfm
+        updated = way(spec, model, recordings, progress)
     else:
         done = None if reading is None else partial(reading, "starts")
         updated = update_modal(

@@ -108,7 +108,7 @@ def test_an_error_of_its_own_is_one_line_without_a_traceback(call, here, monkeyp
     def stumble(*args, **keywords):
         return [][3]
 
-    monkeypatch.setattr(cvxupdate.study, "load_problem", stumble)
+    monkeypatch.setattr(cvxupdate.study, "spec_of", stumble)
     code, out, err = call(verb, "chain/problem.toml")
     assert code == 1 and out == "" and files(here / "out") == []
     said = one_line(err)
@@ -292,6 +292,14 @@ def test_usage_errors_are_one_line(call, here, arguments, words):
     code, out, err = call(*arguments)
     assert (code, out) == (2, "") and words in one_line(err) and "cvxupdate --help" in err
     assert files(here) == ["chain/problem.toml"]
+
+
+def test_version_and_completion(call):
+    assert call("--version") == (0, f"cvxupdate {cvxupdate.__version__}\n", "")
+    code, out, _ = call("--help")
+    assert code == 0 and "--install-completion" in out
+    code, out, _ = call("inspect", "--help")
+    assert code == 0 and "[[recordings]]" in out  # brackets are no markup
 
 
 def test_no_command_shows_the_help(call):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from cvxupdate.api.arrays import numbers, optional
+from cvxupdate.api.arrays import numbers
 from cvxupdate.api.blocks import (
     EVERY,
     dofs_needed,
@@ -19,15 +19,15 @@ from cvxupdate.api.blocks import (
 )
 from cvxupdate.api.frf import Frf
 from cvxupdate.api.matrices import groups_of, matrix_block
+from cvxupdate.api.mesh import mesh_tables
 from cvxupdate.api.modes import Modes
 from cvxupdate.api.places import places_of
 from cvxupdate.api.shared import motion_of
 from cvxupdate.api.shown import card
-from cvxupdate.api.views import damping_ratios, row_of
+from cvxupdate.api.views import damping_ratios, elements_frame, row_of
 from cvxupdate.errors import InputError
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.damping import with_modal_damping
-from cvxupdate.fe.model import Model as Structure
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.fe.synthesis import frequency_responses
 from cvxupdate.spec import Given, Spec, spec_of
@@ -126,6 +126,25 @@ class Model:
         return cls.of_tables(tables | {k: v for k, v in more.items() if v is not None}, held)
 
     @classmethod
+    def from_mesh(
+        cls,
+        mesh: Any,
+        elements: Mapping[str, Any],
+        *,
+        supports: Mapping[Any, Any] | None = None,
+        scale: float = 1.0,
+        **further: Any,
+    ) -> Model:
+        """A structure on a mesh that meshio reads (Gmsh, Abaqus and CalculiX, Nastran …), or has.
+
+        ``elements``: for each named set, "all" for the rest, the keys of its block ({"material":
+        "steel", "section": "sheet"}, also ``type``); the set is its group. ``supports``: what a
+        named set is held in, "all" or directions. ``scale``: metres to a unit of the mesh.
+        ``further``: materials, sections … as for `Model`. Raises `InputError`.
+        """
+        return cls(**mesh_tables(mesh, elements, supports, scale), **further)
+
+    @classmethod
     def from_problem(cls, problem: Given) -> Model:
         """The model of a problem file, of its text, or of its tables."""
         return cls.of_tables(tables_of(spec_of(problem))["model"])
@@ -171,8 +190,8 @@ class Model:
     @property
     def nodes(self) -> dict[int, tuple[float, ...]]:
         """Coordinates in m of every node."""
-        at = zip(self._structure.node_ids.tolist(), self._structure.xyz.tolist(), strict=True)
-        return {int(number): tuple(xyz) for number, xyz in at}
+        ids, xyz = self._structure.node_ids.tolist(), self._structure.xyz.tolist()
+        return {int(number): tuple(at) for number, at in zip(ids, xyz, strict=True)}
 
     @property
     def groups(self) -> dict[str, list[int]]:
@@ -198,8 +217,7 @@ class Model:
         InputError
             When the model is a mechanism, or has no such mode.
         """
-        wanted = int(numbers(count, "count", 0))
-        if wanted < 1:
+        if (wanted := int(numbers(count, "count", 0))) < 1:
             raise InputError(f"count: {count} modes cannot be found. Give at least 1.")
         found = model_modes(self._structure, wanted).flexible()
         if not len(found.eigenvalues):
@@ -224,7 +242,7 @@ class Model:
         Raises
         ------
         InputError
-            For a place that the model does not have, or a line on a resonance without damping.
+            For a place that is not in the model, or a line on a resonance without damping.
         """
         f = numbers(frequencies, "frequencies", 1)
         every = self.labels if responses is None else responses
@@ -243,38 +261,20 @@ class Model:
         """The model as the rest of the package has it: a problem without recordings."""
         return self._spec
 
-    @property
-    def structure(self) -> Structure:
-        """The model as the rest of the package has it: blocks of elements, DOFs, matrices."""
-        return self._structure
-
     def table(self) -> dict[str, Any]:
         """The [model] table of a problem file."""
         return dict(tables_of(self._spec)["model"])
 
     def to_toml(self) -> str:
-        """The [model] of a problem file as text. Matrices stay in their files: save a `Problem`
-        to have them beside it."""
+        """The [model] of a problem file as text; `Problem.save` puts matrices beside it."""
         return to_toml({"model": self.table()})
 
     def to_dataframe(self) -> Any:
         """A pandas DataFrame of the elements: a row for each, with its type and properties."""
-        pandas = optional("pandas", "to_dataframe")
-        rows = [
-            {"type": block["type"], **row}
-            for block in self.table()["elements"]
-            for row in block["rows"]
-        ]
-        return pandas.DataFrame(rows).set_index("id")
+        return elements_frame(self.table()["elements"])
 
     def plot(self) -> Any:
-        """Nodes, elements and supports, as a matplotlib figure.
-
-        Raises
-        ------
-        InputError
-            When the model has no coordinates to draw.
-        """
+        """Nodes, elements and supports, as a matplotlib figure; needs coordinates."""
         from cvxupdate.correlate.compare import geometry_of
         from cvxupdate.report.plots import structure_figure
 

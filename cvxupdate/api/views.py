@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cvxupdate.api.arrays import Numbers
+from cvxupdate.api.arrays import Numbers, optional
 from cvxupdate.api.places import Place
 from cvxupdate.errors import InputError
 from cvxupdate.fe.labels import KINDS
@@ -44,3 +44,10 @@ def damping_ratios(structure: Structure, f: Numbers, shapes: Numbers, m: Any) ->
     if own:
         zeta = zeta + np.array([own[min(k, len(own) - 1)] for k in range(len(f))])
     return zeta if np.any(zeta > 0.0) else None
+
+
+def elements_frame(blocks: list[dict[str, Any]]) -> Any:
+    """A pandas DataFrame with a row for each element of a [model] table."""
+    pandas = optional("pandas", "to_dataframe")
+    rows = [{"type": block["type"], **row} for block in blocks for row in block["rows"]]
+    return pandas.DataFrame(rows).set_index("id")

@@ -16,6 +16,7 @@ from .constraints import (
     Constraint,
     ElementMass,
     Equations,
+    Generic,
     Inertia,
     LinearClause,
     LinearEquality,
@@ -33,7 +34,7 @@ from .constraints import (
     TotalMass,
     entry_name,
 )
-from .context import Context, Key, MassLaw, ModeRows, RigidBody
+from .context import Context, FamilyBlocks, Key, MassLaw, ModeRows, RigidBody
 from .losses import LOSSES, AbsoluteLoss, Huber, LeastSquares, Loss, Norm, loss_named
 from .matrix_form import ConeProgram, Cones
 from .problem import StepProblem
@@ -79,7 +80,9 @@ __all__ = [
     "ElementMass",
     "Entropy",
     "Equations",
+    "FamilyBlocks",
     "Farkas",
+    "Generic",
     "GroupL1",
     "Huber",
     "Inertia",

@@ -60,6 +60,24 @@ class ModeRows:
     name: str
 
 
+@dataclass(frozen=True, eq=False)
+class FamilyBlocks:
+    """A family of element matrices: N + P relative to the nominal one, block diagonal.
+
+    ``columns`` are the parameters of ``entries`` (i ≤ j), those beside the diagonal divided by √2;
+    ``classes`` the rows of each block, ``nominal`` the diagonal of N. ``bodies`` are, of families
+    of mass, (today (6, 6), derivatives (entries, 6, 6)) of the rigid-body mass matrix of every
+    different element, lengths in its own.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    entries: tuple[tuple[int, int], ...]
+    classes: tuple[tuple[int, ...], ...]
+    nominal: Array
+    bodies: tuple[tuple[Array, Array], ...] = ()
+
+
 class Context(Protocol):
     """What may be asked of the model; each answer is computed on request.
 
@@ -117,6 +135,9 @@ class Context(Protocol):
 
     def body(self) -> RigidBody:
         """The structure without its supports as a rigid body."""
+
+    def families(self) -> tuple[FamilyBlocks, ...]:
+        """Families of element matrices among the parameters."""
 
     def mode(self, number: int, exactly: bool) -> ModeRows:
         """The equation of motion of the measured mode ``number`` (1 = first)."""

@@ -117,6 +117,8 @@ CLOSE = 4.0
 # Seconds refitted that are carried on; best singles in whose place others are sought; exchanges
 # of one effect of the best set; alternatives that may take an effect's place.
 PARTNERS, MOVES, ROUNDS, ALTERNATIVES = 6, 2, 6, 6
+# Effects in one hypothesis, at most: a rig of four things and one that is sought.
+MOST_EFFECTS = 5
 # Times the best single effect's misfit: an effect that alone leaves more is nothing by itself.
 ALONE = 100.0
 # Measured figures beyond the nuisance parameters from which on a second effect is sought: with

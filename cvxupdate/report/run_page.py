@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from cvxupdate.report import figures, parameter_figures
 from cvxupdate.report.accuracy import accuracy_sections
+from cvxupdate.report.direct_rows import direct_rows
 from cvxupdate.report.numbers import (
     NOTHING,
     count,
@@ -91,6 +92,7 @@ def run_page(updated: Updated) -> str:
         {
             "u": updated,
             "own": own_rows(updated.recordings),
+            "direct": direct_rows(updated),
             "moved": moved,
             "verdict": verdict(updated),
             "status": updated.status,

@@ -146,6 +146,8 @@ def _minds(updated: Updated) -> list[str]:
 def certificate_sentence(updated: Updated) -> str:
     """What the certificate proves, in one or two sentences."""
     c: dict[str, Any] = updated.certificate
+    if c.get("none"):
+        return str(c["says"])
     if updated.status == "infeasible":
         proof = c.get("infeasibility")
         text = "No values of the parameters satisfy all clauses. "

@@ -232,24 +232,28 @@ class PlateBlock(Block):
 class MatrixRow(Row):
     """One element or group matrix from another finite-element program.
 
-    A value that ends in ``.mtx`` or ``.npz`` is itself a file (Matrix Market, or
-    ``scipy.sparse.save_npz``), anything else the name of a variable in ``file``.
+    A value with the ending of a matrix file is itself a file: ``.mtx`` (Matrix Market, Abaqus),
+    ``.npz`` (``scipy.sparse.save_npz``), ``.sti``, ``.mas`` (CalculiX, ``.dof`` beside), ``.pch``,
+    ``.dmig``, ``.op4`` (Nastran), ``.hb``, ``.rsa``, ``.rua`` (Harwell–Boeing: Ansys, ``.mapping``
+    beside). Anything else is the name of a variable in ``file``.
     """
 
     stiffness: Text | None = Field(
-        default=None, description="stiffness matrix: variable in the file, or a .mtx/.npz file"
+        default=None, description="stiffness matrix: variable in the file, or a matrix file"
     )
     mass: Text | None = Field(default=None, description="mass matrix, likewise")
     damping: Text | None = Field(default=None, description="viscous damping matrix, likewise")
     structural: Text | None = Field(
         default=None, description="structural (hysteretic) damping matrix, likewise"
     )
-    file: Path | None = Field(default=None, description=".mat or .npz file with the variables")
+    file: Path | None = Field(default=None, description=".mat, .npz, .op4, .pch file of variables")
     dataset: Text | None = Field(
         default=None, description="data set under CVXUPDATE_DATA that holds the file"
     )
     labels: Labels = Field(
-        default="auto", description='DOF labels of the rows of the matrix; "auto": row i is n<i>.x'
+        default="auto",
+        description='DOF labels of the rows of the matrix; "auto": those of the file where it has '
+        "any, else row i is n<i>.x",
     )
     stiffness_factor: StiffnessFactor = 1.0
     mass_factor: MassFactor = 1.0
@@ -285,7 +289,9 @@ EXCLUSIVE = {"dof": "dofs", "dofs": "dof", "dataset": "file", "file": "dataset"}
 
 MATRICES = ("stiffness", "mass", "damping", "structural")
 """Keys of a matrix row that name matrices."""
-MATRIX_FILES = (".mtx", ".npz")
+OWN_LABELS = (".mtx", ".sti", ".mas", ".pch", ".dmig", ".hb", ".rsa", ".rua")
+"""Endings of files that may know the DOFs of their rows."""
+MATRIX_FILES = (".npz", ".op4", *OWN_LABELS)
 """Endings that make such a name a file of its own."""
 
 ELASTIC = ("stiffness", "damping", "eta", "beta", "E")

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from cvxupdate.spec.elements import MATRICES, Block, Row, text_of
 from cvxupdate.spec.generic import GENERIC, FamilyTable
 from cvxupdate.spec.model import Model
-from cvxupdate.spec.update import ParameterRow
+from cvxupdate.spec.update_parameters import ParameterRow
 
 DAMPING_WORDS = ("alpha", "beta", "eta")
 """What may be changed without naming elements: the constants of [model.damping]."""

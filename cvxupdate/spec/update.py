@@ -8,19 +8,16 @@ from pydantic import BeforeValidator, Field
 
 from cvxupdate.keys import (
     Count,
-    Id,
-    Names,
     NonNegative,
-    Of,
     OneOf,
     Part,
     Positive,
     Table,
-    Text,
     one_of,
 )
 from cvxupdate.registry import REGULARISERS
-from cvxupdate.spec.generic import FamilyTable
+from cvxupdate.spec.update_parameters import ParameterRow
+from cvxupdate.spec.whole import DIRECT, Whole
 
 NonNegativeCount = Annotated[int, Field(ge=0)]
 SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "QUADPROG", "HIGHS")
@@ -51,68 +48,17 @@ PHYSICS = (
 """The effects that the contract names, those that are not implemented included."""
 
 
-class ParameterRow(Part):
-    """One parameter, or one for each element or group: what it acts on, and the property it
-    changes.
-
-    Exactly one of ``elements``, ``group``, ``groups``, ``material`` (none for the damping of the
-    whole model).
-    """
-
-    of: Of = Field(description="the property it changes")
-    elements: (
-        Annotated[
-            Literal["all"] | Annotated[tuple[Id, ...], Field(min_length=1)],
-            one_of('"all", or a list of element numbers'),
-        ]
-        | None
-    ) = Field(default=None, description='element numbers, or "all" that have the property')
-    group: Text | None = Field(default=None, description="a group")
-    groups: Names | None = Field(default=None, description="several groups")
-    material: Text | None = Field(default=None, description="all elements of a material")
-    each: Literal["element", "group"] | None = Field(
-        default=None,
-        description="a parameter for each element or each group; "
-        "absent: one for all (a macro element)",
-    )
-    name: Text | None = Field(default=None, description="name in results and constraints")
-    lower: float | None = Field(default=None, description="lower bound of the relative change p")
-    upper: float | None = Field(default=None, description="upper bound of the relative change p")
-    scale: Positive | None = Field(
-        default=None,
-        description="size of one unit of p in the unit of the "
-        "property, where the nominal value is 0",
-    )
-    family: FamilyTable | None = Field(
-        default=None, description="generic: which family; absent: K and M by symmetry"
-    )
-
-
-class Whole(Part):
-    """Whole symmetric matrices: every entry on a pattern is a parameter. Entry (i, j) of A moves by
-    p √(A_ii A_jj)."""
-
-    matrices: Annotated[tuple[Literal["K", "M", "C", "D"], ...], Field(min_length=1)] = Field(
-        description="the matrices"
-    )
-    pattern: Literal["model", "nodes", "all"] = Field(
-        default="model",
-        description="entries that may change: those that are not 0 in the model, those "
-        "between DOFs of nodes that share an element, or every one",
-    )
-    symmetric: bool = Field(
-        default=True,
-        description="false: (i, j) and (j, i) are two parameters, "
-        "held equal by the clause `symmetry`",
-    )
-    lower: float | None = Field(default=None, description="lower bound of every p")
-    upper: float | None = Field(default=None, description="upper bound of every p")
-
-
 class Update(Part):
     """What ``run`` does."""
 
-    method: Literal["frequencies", "sensitivity", "rfm", "ceam"] = Field(description="the method")
+    method: Literal["frequencies", "sensitivity", "minimum-variance", "rfm", "ceam", "direct"] = (
+        Field(description="the method")
+    )
+    direct: Literal[DIRECT] = Field(  # type: ignore[valid-type]
+        default="baruch",
+        description="direct: the closed-form method (thesis 2.7) whose matrices are the result; "
+        "all the others are shown beside it. No parameters, bounds or clauses",
+    )
     parameters: Annotated[tuple[ParameterRow, ...], Table()] = Field(
         default=(), description="the parameters; none are needed beside `whole`"
     )
@@ -142,10 +88,10 @@ class Update(Part):
     shape_weight: Positive = Field(
         default=1.0, description="sensitivity: factor on the weights of the shapes"
     )
-    begin_with: Literal["all", "shapes"] = Field(
+    begin_with: Literal["all", "shapes", "low"] = Field(
         default="all",
-        description="sensitivity: shapes fits the shapes alone at first, which finds the way from "
-        "far-off starts",
+        description="finds the way from far-off starts: shapes fits the shapes alone at first "
+        "(sensitivity), low the lowest lines, then two more at a time (rfm)",
     )
     release_bounds: bool = Field(
         default=False,
@@ -163,6 +109,12 @@ class Update(Part):
         description="parts of each edge of a rod, beam or plate whose matrices, reduced to the "
         "DOFs of its nodes and a few inner ones, take the place of its own; 8 is fine for most; "
         "absent: the mesh of the file. Not with ceam, which updates the file's own matrices",
+    )
+    estimates: Literal["correlated", "independent"] = Field(
+        default="correlated",
+        description="minimum-variance: whether an iteration knows that the parameters came from "
+        "the same measurements (Friswell), or takes both for independent (Collins), which counts "
+        "the measurements once more at every iteration",
     )
     trust_radius: Positive | None = Field(
         default=None, description="first trust-region radius; absent: chosen"

@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from cvxupdate.convex import MassLaw, ModeRows, RigidBody
+from cvxupdate.convex import FamilyBlocks, MassLaw, ModeRows, RigidBody
 from cvxupdate.errors import InputError
 from cvxupdate.fe.block import Index
+from cvxupdate.fe.generic.use import FamilyUse
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import P_VALUES
 from cvxupdate.fe.rigid import free_motions, pins
@@ -194,10 +195,34 @@ class ModelContext:
         """The structure without its supports."""
         return rigid_body(self.spec, self.model)
 
+    def families(self) -> tuple[FamilyBlocks, ...]:
+        """Generic elements; elements whose places are not known have no inertia to keep."""
+        return tuple(family_blocks(use) for use in self.model.families)
+
     def mode(self, number: int, exactly: bool) -> ModeRows:
         """A measured mode of the recordings that are fitted."""
         tables = [r for r in self.recordings if isinstance(r, ModeTable) and r.origin.use == "fit"]
         return mode_rows(self.model, tables, number, exactly)
+
+
+def family_blocks(use: FamilyUse) -> FamilyBlocks:
+    """One family for the convex step."""
+    family = use.families[0]
+    bodies = []
+    for own, shape in zip(use.families, use.shapes, strict=True):
+        if use.matrix == "M" and shape is not None:
+            R = shape.rigid
+            today = R.T @ own.member(np.diag(own.values)) @ R
+            change = np.array([R.T @ own.unit(i, j) @ R for i, j in own.entries])
+            bodies.append((today, change))
+    return FamilyBlocks(
+        use.name,
+        use.columns,
+        family.entries,
+        family.classes,
+        np.diag(family.nominal),
+        tuple(bodies),
+    )
 
 
 def _points(places: dict[int, Array], elements: Sequence[int]) -> Array:

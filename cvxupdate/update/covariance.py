@@ -127,7 +127,10 @@ def _widths(parameters: Sequence[Parameter]) -> Array:
 def _inverse_singular(J: Array) -> tuple[Array, Array]:
     """Inverse singular values of J (rows, k), inf where J says nothing, and all k right singular
     vectors as rows."""
-    _, s, Vt = np.linalg.svd(J, full_matrices=False)
+    try:
+        _, s, Vt = np.linalg.svd(J, full_matrices=False)
+    except np.linalg.LinAlgError:  # divide and conquer fails now and then where QR does not
+        _, s, Vt = la.svd(J, full_matrices=False, lapack_driver="gesvd")
     directions = np.vstack([Vt, la.null_space(Vt).T]) if Vt.shape[0] < Vt.shape[1] else Vt
     inverse = np.full(len(directions), np.inf)
     known = np.flatnonzero(s > 1e-10 * s.max(initial=0.0))

@@ -70,12 +70,12 @@ def modal_metrics(start: ModalPoint, end: ModalPoint) -> dict[str, Metrics]:
     """The contract's metrics for the fitted and the held-out modes."""
     modes = mode_results(start, end)
     return {
-        key: _metrics_of([m for m in modes if m.use == use])
+        key: metrics_of([m for m in modes if m.use == use])
         for key, use in (("fit", "fit"), ("hold_out", "hold-out"))
     }
 
 
-def _metrics_of(modes: Sequence[ModeResult]) -> Metrics:
+def metrics_of(modes: Sequence[ModeResult]) -> Metrics:
     """Frequency errors in per cent, and MAC where shapes are known; nothing without modes."""
     if not modes:
         return {}

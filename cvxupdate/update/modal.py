@@ -1,5 +1,5 @@
-"""Methods ``frequencies`` and ``sensitivity``: penalty-function updating on modal data (thesis
-2.8.1) as convex steps."""
+"""Methods ``frequencies``, ``sensitivity`` and ``minimum-variance``: updating on modal data by
+penalty functions (thesis 2.8.1, 2.8.2) as convex steps."""
 
 from __future__ import annotations
 
@@ -74,6 +74,9 @@ def update_modal(
         relative,
         invisible(model, end.p),
     )
+    if loop.covariance is not None:  # the method's own, which includes what was known before
+        V = loop.covariance
+        known = replace(known, covariance=V, std=np.sqrt(np.diag(V)))
     metrics = modal_metrics(start, end)
     metrics["fit"] |= objective_metric(loop, start, end)
     report = starts_report(ends, basins(ends, fit.objective)) if ends else {}

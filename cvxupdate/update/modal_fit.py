@@ -16,6 +16,7 @@ from cvxupdate.residual.shape_rows import Index
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
 from cvxupdate.update.measured_modes import modal_tables
+from cvxupdate.update.minimum_variance import minimum_variance
 from cvxupdate.update.modal_loop import released, shapes_first, with_pairing
 from cvxupdate.update.parts import loop_options, solver_choice, step_problem
 from cvxupdate.update.starts import StartEnd, timed
@@ -42,7 +43,7 @@ def comparison(
     u = spec.update
     if u is None:
         return modal_residual(model, fit, hold_out, False, "auto", given)
-    shapes = u.method == "sensitivity"
+    shapes = u.method in ("sensitivity", "minimum-variance")
     rule = "auto" if u.pairing == "misfit" else u.pairing
     return replace(
         modal_residual(model, fit, hold_out, shapes, rule, given),
@@ -54,7 +55,8 @@ def comparison(
 
 @dataclass(frozen=True)
 class ModalFit:
-    """Everything that one fit from a start needs, what is only scored left out."""
+    """Everything that one fit from a start needs, what is only scored left out; ``estimates`` of
+    method minimum-variance alone."""
 
     residual: ModalResidual
     problem: StepProblem
@@ -62,11 +64,22 @@ class ModalFit:
     options: Options
     shapes_first: bool
     release: bool = False
+    estimates: str | None = None
 
     def run(
         self, p0: Array, progress: Callable[[Iteration], None] | None = None
     ) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
         """The loop from ``p0`` (n,), with notes."""
+        if self.estimates is not None:
+            return minimum_variance(
+                self.residual,
+                self.problem,
+                self.choice,
+                self.options,
+                p0,
+                self.estimates == "correlated",
+                progress,
+            )
         first = shapes_first if self.shapes_first else with_pairing
         loop, notes = first(self.residual, self.problem, self.choice, self.options, p0, progress)
         if not self.release:
@@ -124,11 +137,29 @@ def modal_fit(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Moda
         )
     fit, _ = modal_tables(recordings)
     residual = replace(comparison(spec, model, fit, ()), continued=True)
+    if u.begin_with == "low":
+        raise InputError(
+            f'{spec.path}: update.begin_with = "low" grows the band of frequency responses, but '
+            f'method is "{u.method}". Take method "rfm", or leave it out.'
+        )
     first = u.begin_with == "shapes"
     if first and not (residual.shapes and any(t.shapes is not None for t in fit)):
         raise InputError(
             f'{spec.path}: update.begin_with = "shapes", but no shape is fitted. Use method '
             '"sensitivity" with a table of shapes, or leave it out.'
+        )
+    varied = u.method == "minimum-variance"
+    unfit = {
+        "begin_with": first,
+        "release_bounds": u.release_bounds,
+        "starts": bool(u.starts),
+        'pairing = "misfit"': u.pairing == "misfit",
+    }
+    if varied and any(unfit.values()):
+        named = ", ".join(name for name, asked in unfit.items() if asked)
+        raise InputError(
+            f"{spec.path}: update.{named} does not go with minimum-variance, whose covariances are "
+            "those of one way from the nominal model. Leave it out."
         )
     return ModalFit(
         residual,
@@ -137,4 +168,5 @@ def modal_fit(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Moda
         loop_options(spec, model),
         first,
         u.release_bounds,
+        u.estimates if varied else None,
     )

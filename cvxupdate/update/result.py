@@ -90,6 +90,30 @@ class AccuracyResult:
     borne: float | None
 
 
+@dataclass(frozen=True)
+class DirectResult:
+    """One direct method on the problem's modes: what it ``changes``, relative changes of the
+    matrices (Frobenius), mean errors of fitted and held-out frequencies in per cent, and the faults
+    that `cvxupdate.direct.faults` measures; ``why`` says why it could not be done (then the rest is
+    None)."""
+
+    name: str
+    title: str
+    equations: str
+    changes: str
+    stiffness_change: float | None = None
+    mass_change: float | None = None
+    fit_error: float | None = None
+    hold_out_error: float | None = None
+    reproduction: float | None = None
+    mass_min: float | None = None
+    stiffness_min: float | None = None
+    new_entries: int | None = None
+    spurious: int | None = None
+    says: tuple[str, ...] = ()
+    why: str = ""
+
+
 def clause_names(problem: StepProblem) -> tuple[str, ...]:
     """The clauses that a step had to keep, bounds on parameters left out: those stand beside the
     parameters."""
@@ -107,7 +131,7 @@ class Updated:
     of method rfm alone; ``recordings`` holds the error of each by itself, ``warnings`` what is
     probably a mistake in the problem; ``starts`` what many starts found, where they were asked for;
     ``written`` is the updated model as a problem file, where it can be one; ``caveats`` say
-    what keeps a converged update from being an improvement.
+    what keeps a converged update from being an improvement; ``direct`` is of method direct alone.
     """
 
     problem: str
@@ -139,3 +163,4 @@ class Updated:
     starts: dict[str, Any] = field(default_factory=dict)
     written: Written | None = None
     caveats: tuple[str, ...] = ()
+    direct: tuple[DirectResult, ...] = ()

@@ -26,6 +26,7 @@ from cvxupdate.update.outcome import (
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
 from cvxupdate.update.result import AccuracyResult, Metrics, Updated, clause_names
 from cvxupdate.update.rfm_accuracy import accuracy_results, says
+from cvxupdate.update.rfm_band import fit_growing
 from cvxupdate.update.rfm_loop import fit_reduced, fit_responses
 from cvxupdate.update.score import scored
 from cvxupdate.update.trust_region import Iteration, LoopResult, objective_at
@@ -148,6 +149,8 @@ def _loop(
     if spec.update is not None and spec.update.basis == "reduced":
         return fit_reduced(model, prepared.chosen, problem, choice, options, None, progress)
     kind = spec.update.residual if spec.update is not None else "auto"
+    if spec.update is not None and spec.update.begin_with == "low":
+        return fit_growing(model, prepared.chosen, problem, choice, options, kind, progress)
     return fit_responses(model, prepared.chosen, problem, choice, options, kind, None, progress)
 
 

@@ -87,7 +87,8 @@ class Iteration:
 @dataclass(frozen=True)
 class LoopResult(Generic[P]):
     """Where the loop ended: ``status`` converged, stopped or infeasible; ``reason`` in words; the
-    last ``step`` with its certificate."""
+    last ``step`` with its certificate; ``covariance`` (n, n) of the end, of methods that carry
+    one."""
 
     start: P
     point: P
@@ -97,6 +98,7 @@ class LoopResult(Generic[P]):
     history: tuple[Iteration, ...]
     problem: StepProblem
     weight: WeightChoice | None
+    covariance: Array | None = None
 
 
 def iterate(
@@ -106,13 +108,14 @@ def iterate(
     options: Options,
     p0: Array,
     progress: Callable[[Iteration], None] | None = None,
+    renew: Callable[[P, StepProblem, P], StepProblem] | None = None,
 ) -> LoopResult[P]:
     """Sequential convex programming with a box trust region (Conn, Gould and Toint 2000, ch. 6).
 
     The start is the point nearest to ``p0`` that satisfies the constraints. A step is accepted when
     the objective really falls (ratio of actual to predicted decrease above 1e-4); the box grows
     after a ratio above 0.75 and shrinks below 0.25. A weight that is still a rule is chosen on the
-    first linear system.
+    first linear system. ``renew`` (here, problem, moved) makes the problem of the next step.
 
     Raises
     ------
@@ -125,18 +128,16 @@ def iterate(
         return LoopResult(initial, initial, step, step.status, step.says, (), problem, None)
     system = point.system()
     problem, weight = with_chosen_weight(problem, system, choice)
-    compiled = CompiledStep(problem, len(system.rows), choice)
+    compiled: CompiledStep | None = None
     here = Here(point, system, objective_at(problem, point))
-    exact = EXACT**2 * len(system.rows)
     radius, history = options.radius, []
     status, reason = "stopped", f"the limit of {options.max_iterations} iterations was reached"
     for number in range(1, options.max_iterations + 1):
-        if len(here.system.rows) > compiled.rows:
-            compiled = CompiledStep(problem, len(here.system.rows), choice)
+        compiled = _compiled(compiled, problem, here.system, choice)
         radius = min(radius, WIDEST) if options.relative else radius
         unit = options.unit(here.point.p)
         step = compiled.solve(here.system, centre=here.point.p, radius=radius * unit)
-        ended = _ended(step, here.value, exact, options.tolerance)
+        ended = _ended(step, here.value, len(system.rows), options.tolerance)
         if ended is not None:
             status, reason = ended
             break
@@ -146,6 +147,8 @@ def iterate(
         taken, accepted = size, False
         if ratio > ENOUGH and trial.point is not None:
             taken, accepted = _largest(trial.point.p - here.point.p, unit), True
+            if renew is not None:
+                problem = renew(here.point, problem, trial.point)
             value = objective_at(problem, trial.point)  # a new step begins here
             here = Here(trial.point, trial.point.system(), value)
         p = tuple(here.point.p.tolist())
@@ -156,9 +159,8 @@ def iterate(
         if radius < SHORTEST * max(1.0, _largest(np.array(p), unit)):
             status, reason = "converged", FLAT
             break
-    if step is None:
-        raise InputError("the loop was given no iteration. Set max_iterations to 1 or more.")
-    return LoopResult(initial, here.point, step, status, reason, tuple(history), problem, weight)
+    last = _taken(step)
+    return LoopResult(initial, here.point, last, status, reason, tuple(history), problem, weight)
 
 
 @dataclass(frozen=True)
@@ -168,6 +170,23 @@ class Here(Generic[P]):
     point: P
     system: LinearSystem
     value: float
+
+
+def _compiled(
+    before: CompiledStep | None, problem: StepProblem, system: LinearSystem, choice: SolverChoice
+) -> CompiledStep:
+    """The step compiled before, where it is of this problem and holds as many rows."""
+    rows = len(system.rows)
+    if before is not None and before.problem is problem and rows <= before.rows:
+        return before
+    return CompiledStep(problem, rows, choice)
+
+
+def _taken(step: Step | None) -> Step:
+    """The last step; InputError where there was none."""
+    if step is None:
+        raise InputError("the loop was given no iteration. Set max_iterations to 1 or more.")
+    return step
 
 
 def _largest(move: Array, unit: Array) -> float:
@@ -186,11 +205,11 @@ def _admissible_start(
     return (residual.evaluate(step.p, initial) if step.status == "optimal" else initial), step
 
 
-def _ended(step: Step, value: float, exact: float, tolerance: float) -> tuple[str, str] | None:
+def _ended(step: Step, value: float, rows: int, tolerance: float) -> tuple[str, str] | None:
     """Status and reason where the loop ends at this step, before it is tried."""
     if step.status != "optimal":
         return step.status, step.says
-    if value <= exact:
+    if value <= EXACT**2 * rows:
         return "converged", f"the model meets the recordings to {EXACT:.0e} of their deviations"
     predicted = value - step.objective
     if predicted <= tolerance * value:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -79,6 +79,21 @@ POSITIVE = cv.MatrixInequality(
 SUM = cv.Equations(np.array([[1.0, 1.0, 0.0, 2.0, 0.0, 0.0]]), np.array([0.1]), "a and b")
 NEAR = cv.Equations(np.eye(6)[:4] + 0.1, np.full(4, 0.05), "mode 1 within 0.2", within=0.2)
 
+_PARTS = np.array([0.5, 0.1, 0.2, 0.3])
+FAMILY = cv.FamilyBlocks(
+    "e1.M",
+    COLUMNS[:4],
+    ((0, 0), (0, 2), (2, 2), (1, 1)),
+    ((0, 2), (1,)),
+    np.ones(3),
+    (
+        (
+            np.diag([2.0, 2.0, 2.0, 0.1, 0.2, 0.3]),
+            np.array([m * np.diag([2.0, 2.0, 2.0, 0.1 * m, 0.2, 0.3]) for m in _PARTS]),
+        ),
+    ),
+)
+
 CONSTRAINTS: dict[str, tuple[cv.Constraint, ...]] = {
     "none": (),
     "bounds": (cv.Bounds(np.full(6, -0.1), np.array([0.1, 0.2, 0.1, 0.3, np.inf, 0.15])),),
@@ -97,6 +112,7 @@ CONSTRAINTS: dict[str, tuple[cv.Constraint, ...]] = {
     "budget": (cv.Budget(0.2),),
     "budget of the sum": (cv.Budget(0.3, "l1"),),
     "smooth": (cv.Smooth((("a.E", "b.E"), ("b.rho", "d.m")), 0.05),),
+    "generic": (cv.Generic((FAMILY,), 0.9, 1.5, mass=True),),
     "element mass": (cv.ElementMass(("a.rho", "b.rho", "d.m"), 0.98),),
     "norm": (
         cv.NormAtMost(np.eye(6), np.full(6, 0.01), 0.2, "the change stays within 0.2 of 0.01"),
@@ -137,6 +153,7 @@ CONES = {
     "mass positive": "semidefinite cone",
     "stiffness positive": "semidefinite cone",
     "matrix inequality": "semidefinite cone",
+    "generic": "semidefinite cone",
 }
 """What a loss, a regulariser or a constraint asks of a solver beyond linear rows."""
 
@@ -148,6 +165,7 @@ TABLES: dict[str, dict[str, Any]] = {
     "mass_positive": {"matrix": True},
     "stiffness_positive": {},
     "inertia": {},
+    "generic": {"ceiling": 3.0, "inertia": True},
     "modes": {"mode": 1, "within": 2.0},
     "mirror": {"plane": "x"},
     "tied_groups": {"groups": ("left", "right"), "of": "E"},
@@ -212,6 +230,9 @@ class Bench:
     def body(self) -> cv.RigidBody:
         J = np.diag([3.0, 3.0, 3.0, 0.1, 0.2, 0.3])
         return cv.RigidBody(lambda centre: (J, np.array([m * J for m in MASS])), False)
+
+    def families(self) -> tuple[cv.FamilyBlocks, ...]:
+        return (replace(FAMILY, columns=self.columns[:4]),)
 
     def mode(self, number: int, exactly: bool) -> cv.ModeRows:
         return cv.ModeRows(NEAR.A, NEAR.b, f"mode {number}")

@@ -182,3 +182,18 @@ def test_a_calibrated_model_scatters_less(chain):
     )
     scales = [setting_for(m, model, (), 75.0).scales[: len(m.parameters)] for m in (usual, known)]
     assert scales[1] == pytest.approx(0.1 * scales[0])
+
+
+def test_three_things_at_once_are_told_apart(chain, lab, measure):
+    """A lump, a softer spring and a sensor that reads too much: no one or two of them explain."""
+    gain = (1.0, 1.0, 1.0, 1.2)
+    real = lab(m=(0.4, 0, 0, 0), k=(1, 1, 0.75, 1))
+    found = diagnose(chain, *measured(measure, real, gain=gain))
+    said = {(f.physics, f.place.nodes or f.place.elements): f for f in found.findings}
+    assert set(said) == {
+        ("added_mass", (1,)),
+        ("stiffness_change", (103,)),
+        ("sensor_fault", (4,)),
+    }
+    sizes = [next(iter(f.parameters.values())) for f in said.values()]
+    assert sorted(sizes) == pytest.approx([0.4, 0.75, 1.2], rel=0.1)

@@ -5,6 +5,7 @@ from .budget import Budget
 from .clauses import Clause, ConicClause, Constraint, LinearClause
 from .element_mass import ElementMass
 from .equations import Equations
+from .generic import Generic
 from .inertia import Inertia
 from .linear import LinearEquality, LinearInequality
 from .mass_positive import MassPositive
@@ -35,6 +36,7 @@ CONSTRAINTS = (
     Connectivity,
     Budget,
     Smooth,
+    Generic,
     ElementMass,
     NormAtMost,
     Equations,
@@ -53,6 +55,7 @@ __all__ = [
     "Constraint",
     "ElementMass",
     "Equations",
+    "Generic",
     "Inertia",
     "LinearClause",
     "LinearEquality",

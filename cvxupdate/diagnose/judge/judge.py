@@ -82,12 +82,14 @@ def _decided(evidence: Evidence, found: Found) -> Judgement:
     case = Case(evidence, Weighed(base, evidence.errors(base.fit)), damping_only(evidence))
     singles = tuple(case.weighed(h) for h in found.singles)
     several = tuple(case.weighed(h) for h in found.several)
-    one, more = (_likeliest(ws, case) for ws in (singles, several))
+    one = _likeliest(singles, case)
     single = one if one is not None and better(one, case.base, case) else None
     final, field = single, (*several, *singles)
-    open_ = single is None or not evidence.clear(single.fit)
-    if more is not None and open_ and needs_several(more, single, case):
-        final = more
+    for count in sorted({len(w.hypothesis.effects) for w in several}):
+        more = _likeliest([w for w in several if len(w.hypothesis.effects) == count], case)
+        open_ = final is None or not evidence.clear(final.fit)
+        if more is not None and open_ and needs_several(more, final, case):
+            final = more
     bare = Judgement(case, singles, several, single)
     if not explained(case.base, case):
         wide = _wide(case)

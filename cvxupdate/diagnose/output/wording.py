@@ -71,8 +71,10 @@ def _undetermined(judgement: Judgement) -> str:
             f"{listed([*names[:RIVALS], *rest])} explain them about equally well."
         )
     if judgement.final is not None and nearest is not None:
+        most = max((len(w.hypothesis.effects) for w in judgement.several), default=2)
+        few = "one or two effects explain" if most <= 2 else f"{most} effects or fewer explain"
         return (
-            f"No one or two effects explain the recordings: {nearest.hypothesis.title} comes "
+            f"No {few} the recordings: {nearest.hypothesis.title} comes "
             f"nearest, but leaves {evidence.left(_worst(nearest.errors))}."
         )
     base = judgement.case.base

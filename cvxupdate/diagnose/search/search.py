@@ -13,7 +13,7 @@ from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
 from cvxupdate.diagnose.screen.stability import stability
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import entered, merged, raced
-from cvxupdate.diagnose.search.several import in_their_place, pairs, simpler
+from cvxupdate.diagnose.search.several import further, in_their_place, pairs, simpler
 from cvxupdate.diagnose.settings import (
     COARSE,
     DAMPING_GAIN,
@@ -93,6 +93,7 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         several = pairs(evidence, coarse, FEW_PARENTS if few else PARENTS, progress)
     if several:
         singles = merged(singles, simpler(evidence, several[0], progress))
+        several = merged(several, further(evidence, several, progress))
     return Found(
         tuple(best_of(*rankings)),
         tuple(singles),

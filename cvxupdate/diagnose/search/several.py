@@ -19,10 +19,13 @@ from cvxupdate.diagnose.settings import (
     CLOSE,
     FINE,
     FINE_SEVERAL,
+    HALVED,
+    MOST_EFFECTS,
     MOVES,
     PARTNERS,
     ROUNDS,
     SEVERAL_LEVEL,
+    SPARE,
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Score, Seed
 
@@ -113,6 +116,50 @@ def _to_exchange(
             if left is not None and left.penalised <= most:
                 return best, left
     return None
+
+
+def further(
+    evidence: Evidence, pairs: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """Sets of three effects and more, sharpened, as long as each further one halves what is left
+    beyond noise: forward beside the best set, then the one that does least sought again beside the
+    rest (backward). Rigs bring several things at once, and what is sought stands beside them."""
+    out: list[Hypothesis] = []
+    best = pairs[0]
+    while _goes_on(evidence, best):
+        progress(f"seeking beside {best.name}")
+        pool = Pool(evidence, progress)
+        pool.refit(beside(evidence, _at(evidence, best, SEVERAL_LEVEL)))
+        if pool.best is not None:
+            _weakest_again(pool, pool.best)
+        found = raced(evidence, list(pool.found.values()), FINE_SEVERAL, progress)
+        if not found or found[0].fit.excess > HALVED * best.fit.excess:
+            break
+        out += found
+        best = found[0]
+    return out
+
+
+def _goes_on(evidence: Evidence, h: Hypothesis) -> bool:
+    spare = h.fit.rows - len(evidence.model.parameters) - h.unknowns
+    few = len(h.effects) < MOST_EFFECTS and spare >= SPARE
+    return few and not evidence.hurried and not evidence.clear(h.fit)
+
+
+def _at(evidence: Evidence, h: Hypothesis, level: int) -> Hypothesis:
+    """As it is, beside the recordings of another level."""
+    setting = evidence.at_level(h.fit.setting, level)
+    return Hypothesis(h.effects, evidence.evaluated(setting, h.fit.p))
+
+
+def _weakest_again(pool: Pool, whole: Hypothesis) -> None:
+    """The effect without which a set leaves least, sought again with the others in place."""
+    rests = [without(pool.evidence, whole, k) for k in range(len(whole.effects))]
+    known = [r for r in rests if r is not None]
+    if known:
+        rest = min(known, key=lambda r: r.penalised)
+        pool.progress(f"seeking beside {rest.name} again")
+        pool.refit(beside(pool.evidence, rest, alternatives_to(pool.evidence, whole)))
 
 
 def simpler(evidence: Evidence, pair: Hypothesis, progress: Progress) -> list[Hypothesis]:

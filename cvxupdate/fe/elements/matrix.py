@@ -18,7 +18,9 @@ import scipy.sparse as sp
 
 from cvxupdate.errors import ModelError, RecordingError
 from cvxupdate.fe.elements.base import Given, Real, Surroundings, Term, Values
-from cvxupdate.fe.labels import parse_label
+from cvxupdate.fe.files import READERS, read_matrices
+from cvxupdate.fe.files.found import Label
+from cvxupdate.fe.labels import KINDS, parse_label
 from cvxupdate.matfile import read_variables
 from cvxupdate.spec.elements import MATRIX_FILES, ElementText, MatrixBlock, MatrixRow
 
@@ -48,6 +50,8 @@ class Entries:
             When one cannot be read, or its labels do not fit it.
         """
         named = {"K": row.stiffness, "M": row.mass, "C": row.damping, "D": row.structural}
+        found: list[tuple[str, list[Label], sp.csr_array]] = []
+        held: set[Label] = set()
         for matrix, name in named.items():
             if name is None:
                 continue
@@ -58,8 +62,21 @@ class Entries:
                     f"matrix row {row.id}: {name!r} names a variable, but no file is given. Add "
                     "`file`."
                 )
-            values = read_matrix(path, None if own else name)
-            yield Given(matrix, _labels(row, path, values.shape[0]), values)
+            values, known, stuck = labelled_matrix(path, None if own else name)
+            held |= stuck
+            found.append((matrix, _labels(row, path, values.shape[0], known), values))
+        kinds = {KINDS[kind] for _, labels, _ in found for _, kind in labels}
+        missing = sorted(kinds - set(around.active), key=KINDS.index)
+        if missing:
+            raise ModelError(
+                f"matrix row {row.id}: it has DOFs along {', '.join(missing)}, which model.dofs "
+                "does not have. Add them there."
+            )
+        for matrix, labels, values in found:
+            keep = [i for i, label in enumerate(labels) if label not in held]
+            if len(keep) < len(labels):  # a huge number on the diagonal of K holds it
+                values = values[keep][:, keep]
+            yield Given(matrix, tuple(labels[i] for i in keep), values)
 
     def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
         """None: the terms of given matrices come from their file."""
@@ -70,10 +87,11 @@ class Entries:
         return {"one": np.ones_like(properties["stiffness"])}
 
 
-def _labels(row: MatrixRow, path: Path, size: int) -> tuple[tuple[int, int], ...]:
-    """(node id, kind) of every row of a given matrix; "auto": row i is n<i>.x."""
+def _labels(row: MatrixRow, path: Path, size: int, known: Sequence[Label] | None) -> list[Label]:
+    """(node id, kind) of every row of a given matrix; "auto": as its file says, else row i is
+    n<i>.x."""
     if row.labels == "auto":
-        return tuple((i + 1, 0) for i in range(size))
+        return [(i + 1, 0) for i in range(size)] if known is None else list(known)
     names: Sequence[str]
     if isinstance(row.labels, str):
         if path.suffix.lower() == ".npz":
@@ -90,7 +108,7 @@ def _labels(row: MatrixRow, path: Path, size: int) -> tuple[tuple[int, int], ...
             f"matrix row {row.id}: {len(names)} labels for a matrix of {size} rows. Give one "
             'label like "n6.y" for each.'
         )
-    return tuple(parse_label(n) for n in names)
+    return [parse_label(n) for n in names]
 
 
 def split(matrix: sp.spmatrix | Real, where: str) -> dict[int, tuple[NDIndex, Real]]:
@@ -146,9 +164,31 @@ def _of_mat_file(path: Path, changed: int, size: int) -> dict[str, Any]:
     return out
 
 
+def labelled_matrix(
+    path: Path, variable: str | None
+) -> tuple[sp.csr_array, tuple[Label, ...] | None, frozenset[Label]]:
+    """One matrix, the DOFs of its rows where the file knows them, and those that the file holds.
+
+    Raises
+    ------
+    ModelError
+        As `read_matrix` does.
+    """
+    if path.suffix.lower() not in READERS:
+        return read_matrix(path, variable), None, frozenset()
+    found = read_matrices(path)
+    wanted = variable
+    if variable is not None and variable.upper() in found.matrices:  # Nastran has capitals only
+        wanted = variable.upper()
+    if variable is None and len(found.matrices) == 1:
+        wanted = next(iter(found.matrices))
+    values = _pick(found.matrices, wanted, path)
+    return values, found.labels.get(wanted or ""), found.held
+
+
 def read_matrix(path: Path, variable: str | None) -> sp.csr_array:
-    """One matrix from .npz (dense array, or scipy.sparse.save_npz), .mat (version 5) or Matrix
-    Market (.mtx).
+    """One matrix from .npz (dense array, or scipy.sparse.save_npz), .mat (version 5), or a file
+    of another program (see `cvxupdate.fe.files`).
 
     Raises
     ------
@@ -158,10 +198,8 @@ def read_matrix(path: Path, variable: str | None) -> sp.csr_array:
     """
     suffix = path.suffix.lower()
     try:
-        if suffix == ".mtx":
-            from scipy.io import mmread
-
-            return sp.csr_array(mmread(path))
+        if suffix in READERS:
+            return labelled_matrix(path, variable)[0]
         if suffix == ".npz":
             with np.load(path, allow_pickle=False) as data:
                 if variable is None and {"data", "indices", "indptr", "shape"} <= set(data.files):
@@ -181,8 +219,8 @@ def read_matrix(path: Path, variable: str | None) -> sp.csr_array:
             ".npz, .mat (version 5) or .mtx."
         ) from error
     raise ModelError(
-        f"{path}: the ending {suffix or '(none)'} is not known. Give .npz, .mat (version 5) "
-        "or .mtx."
+        f"{path}: the ending {suffix or '(none)'} is not known. Give .npz, .mat (version 5), "
+        f"{', '.join(READERS)}."
     )
 
 

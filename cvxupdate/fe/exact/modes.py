@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
+import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
 from cvxupdate.errors import ModelError
@@ -28,6 +29,8 @@ CLOSE = 1e-11
 """Relative accuracy of a frequency: rounding of Z, not of ω, decides it."""
 ALIKE = 1e-9
 """Relative distance at which frequencies are taken together, with shapes that span theirs."""
+SMALL = 40
+"""DOFs up to which the pivots of Z are its eigenvalues."""
 DENSE = 400
 """DOFs up to which the linear eigenproblem is solved whole."""
 NEAR = 0.02
@@ -74,7 +77,7 @@ class Counter:
 
 
 def _negatives(Z: sp.csc_array) -> int:
-    if Z.shape[0] > DENSE:
+    if Z.shape[0] > SMALL:
         try:
             found = factored(Z, "the dynamic stiffness").negatives()
         except ModelError:
@@ -172,10 +175,13 @@ def _refined(
 def _newton(counter: Counter, omega: float, together: int) -> tuple[float, Real] | None:
     """The mean of the ``together`` nearest roots of the eigenproblem linear at ω, and their
     vectors; None where it has none."""
-    Z, S = counter.stiffness(omega).toarray(), counter.slope(omega).toarray()
+    Z, S = counter.stiffness(omega), counter.slope(omega)
     try:
-        values, x = la.eigh(Z, S)
-    except np.linalg.LinAlgError:
+        if Z.shape[0] > DENSE:
+            values, x = spla.eigsh(Z, together, S, sigma=0.0)
+        else:
+            values, x = la.eigh(Z.toarray(), S.toarray())
+    except (np.linalg.LinAlgError, spla.ArpackError, RuntimeError):
         return None
     nearest = np.argsort(np.abs(values))[:together]
     square = omega**2 + float(np.mean(values[nearest]))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from cvxupdate.spec.checks.case import Case
-from cvxupdate.spec.elements import text_of
+from cvxupdate.spec.elements import MATRICES, OWN_LABELS, Row, text_of
 from cvxupdate.spec.prepare import Complaint
 
 
@@ -36,7 +36,7 @@ class ActiveDofs:
                 "there are no nodes.",
                 'Add the nodes, or { file = "nodes.csv" }.',
             )
-        auto = any(row.get("labels") == "auto" for _, _, row in case.rows())
+        auto = any(row.get("labels") == "auto" and not _may_know(row) for _, _, row in case.rows())
         if auto and "x" not in model.dofs:
             yield Complaint(
                 ("model", "dofs"),
@@ -87,3 +87,9 @@ class TypeDofs:
             lacking = text_of(block).lacking(block, tuple(case.spec.model.dofs))
             if lacking is not None:
                 yield Complaint(("model", "elements", i, "type"), *lacking)
+
+
+def _may_know(row: Row) -> bool:
+    """Whether a file of a matrix row may name the DOFs of its rows itself."""
+    names = [str(row.get(key)) for key in (*MATRICES, "file")]
+    return any(name.lower().endswith(OWN_LABELS) for name in names)

@@ -11,7 +11,7 @@ from cvxupdate.spec.checks.case import Case
 from cvxupdate.spec.elements import text_of
 from cvxupdate.spec.parameters import DAMPING_WORDS, carriers_of, has_property
 from cvxupdate.spec.prepare import Complaint
-from cvxupdate.spec.update import ParameterRow
+from cvxupdate.spec.update_parameters import ParameterRow
 from cvxupdate.spec.words import nearest
 
 PLACES = ("elements", "group", "groups", "material")
@@ -53,7 +53,7 @@ class SomethingFree:
     def __call__(self, case: Case) -> Iterator[Complaint]:
         """An [update] without parameters, and what is wrong with `whole`."""
         update = case.spec.update
-        if update is None:
+        if update is None or update.method == "direct":  # which knows no parameters
             return
         if not update.parameters and update.whole is None:
             yield Complaint(

@@ -217,7 +217,11 @@ class MethodRecording:
         kinds = {r.kind for r in case.spec.recordings if r.use == "fit"}
         if update is None or not kinds:
             return
-        wanted = {"frequencies": {"modes"}, "rfm": {"frf", "time"}}.get(update.method)
+        wanted = {
+            "frequencies": {"modes"},
+            "minimum-variance": {"modes"},
+            "rfm": {"frf", "time"},
+        }.get(update.method)
         if wanted is not None and not kinds & wanted:
             words = " or ".join(sorted(wanted))
             yield Complaint(

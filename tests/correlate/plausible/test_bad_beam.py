@@ -127,11 +127,21 @@ def test_a_direction_that_the_file_has_wrong(tmp_path: Path) -> None:
     assert "channel n13.y reads the wrong way round" in warning
 
 
+UPDATE = """
+[update]
+method = "rfm"
+parameters = [{ elements = "all", of = "stiffness", lower = -0.2, upper = 0.2 }]
+"""
+
+
 @pytest.mark.parametrize("command", ["check", "correlate", "run", "diagnose"])
 def test_a_dead_channel_is_refused_by_every_command(tmp_path: Path, command: str) -> None:
     text = scaled(0.0, slice(5, 7))
+    path = write(tmp_path, channels(), text)
+    with path.open("a", encoding="utf-8") as file:
+        file.write(UPDATE)
     with pytest.raises(RecordingError, match=r"channel n13\.y .* reads 0 throughout: it is dead"):
-        getattr(study, command)(write(tmp_path, channels(), text))
+        getattr(study, command)(path)
     if command == "check":
         (line,) = said(write(tmp_path, 'damaged = "leave-out"\n' + channels(), text))
         assert "channel n13.y does not move: it was left out" in line

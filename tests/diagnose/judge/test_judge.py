@@ -135,6 +135,19 @@ def test_one_clear_effect_needs_no_second() -> None:
     assert found.final is not None and found.final.hypothesis is pair
 
 
+@pytest.mark.parametrize(("misfit", "effects"), [(4.9, 3), (5.1, 2)])
+def test_a_third_effect_must_halve_what_two_leave(misfit: float, effects: int) -> None:
+    channels = ("n1.x", "n2.x", "n3.x")
+    left = replace(GOOD, misfit=30.0, errors=Errors(0.1, 0.1))
+    sets = [(c,) for c in channels] + [(c, d) for c in channels for d in channels if c < d]
+    evidence = PlainEvidence((BASE,), alone={s: left for s in sets})
+    two = replace(GOOD, misfit=10.0, errors=Errors(0.08, 0.04))
+    pair = supposed(two, *map(fault, channels[:2]))
+    three = supposed(replace(GOOD, misfit=misfit), *map(fault, channels))
+    found = judged(evidence, [supposed(left, fault("n1.x"))], [three, pair])
+    assert found.final is not None and len(found.final.hypothesis.effects) == effects
+
+
 def test_the_nearest_is_that_with_the_least_penalised_misfit() -> None:
     far, near = supposed(POOR, A), supposed(replace(POOR, misfit=30.0), B, C)
     assert judged(EVIDENCE, [far], [near]).nearest.hypothesis is near  # type: ignore[union-attr]

@@ -1,0 +1,98 @@
+"""`run` with method direct: matrices of one formula beside the others, no certificate, and the
+reasons where it cannot be done."""
+
+import json
+
+import numpy as np
+import pytest
+
+from cvxupdate.errors import InputError
+from cvxupdate.report import run_files
+from cvxupdate.report.words import certificate_sentence
+from cvxupdate.study import run
+
+MODEL = """
+[model]
+dofs = ["x"]
+nodes = [{ id = 1, x = 0.0 }, { id = 2, x = 1.0 }, { id = 3, x = 2.0 }, { id = 4, x = 3.0 }]
+
+[[model.elements]]
+type = "spring"
+dof = "x"
+rows = [{ id = 1, nodes = [1], k = 9.0e5 }, { id = 2, nodes = [1, 2], k = 6.0e5 },
+        { id = 3, nodes = [2, 3], k = 8.0e5 }, { id = 4, nodes = [3, 4], k = 5.0e5 }]
+
+[[model.elements]]
+type = "mass"
+rows = [{ id = 11, nodes = [1], m = 2.0 }, { id = 12, nodes = [2], m = 1.5 },
+        { id = 13, nodes = [3], m = 1.0 }, { id = 14, nodes = [4], m = 1.7 }]
+"""
+UPDATE = '\n[update]\nmethod = "direct"\ndirect = "{}"\n'
+
+
+def recording(use, modes, channels):
+    """Modes of the chain whose second spring is a fifth stiffer."""
+    k = np.array([9.0, 7.2, 8.0, 5.0]) * 1e5
+    K = np.diag(np.append(k[:-1] + k[1:], k[-1])) - np.diag(k[1:], 1) - np.diag(k[1:], -1)
+    m = np.array([2.0, 1.5, 1.0, 1.7])
+    values, vectors = np.linalg.eigh(K / np.sqrt(np.outer(m, m)))
+    vectors = vectors / np.sqrt(m)[:, None]
+    rows = ", ".join(
+        f"{{ frequency = {float(np.sqrt(values[i])) / (2 * np.pi)!r}, "
+        f"shape = {[float(vectors[c, i]) for c in channels]} }}"
+        for i in modes
+    )
+    names = ", ".join(
+        f'{{ column = {i}, quantity = "displacement", node = {c + 1}, dof = "x" }}'
+        for i, c in enumerate(channels)
+    )
+    return (
+        f'\n[[recordings]]\nkind = "modes"\nuse = "{use}"\nchannels = [{names}]\nrows = [{rows}]\n'
+    )
+
+
+@pytest.fixture
+def problem(tmp_path):
+    def write(method, channels=(0, 1, 2, 3), fit=(0, 1), held=(2,)):
+        text = MODEL + recording("fit", fit, channels) + recording("hold-out", held, channels)
+        path = tmp_path / "problem.toml"
+        path.write_text(text + UPDATE.format(method), encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_fitted_modes_are_reproduced_and_the_faults_are_said(problem):
+    found = run(problem("berman-nagy"))
+    fit = found.fit["fit"]["frequency_error_percent_mean"]
+    assert fit["before"] > 1.0 and fit["after"] < 1e-6
+    assert found.method == "direct: berman-nagy" and found.parameters == ()
+    assert "nothing to certify" in certificate_sentence(found)
+    assert any("connectivity is lost" in line for line in found.caveats)
+    assert len(found.direct) == 13 and all(d.why or d.new_entries is not None for d in found.direct)
+    held = found.fit["hold_out"]["frequency_error_percent_mean"]
+    # a formula knows nothing of the spring: what was not fitted stays as wrong as it was
+    assert held["after"] > 0.2 * held["before"]
+
+
+def test_incomplete_shapes_are_expanded(problem):
+    found = run(problem("baruch", channels=(0, 2, 3)))
+    assert found.fit["fit"]["frequency_error_percent_mean"]["after"] < 1e-6
+    assert "expanded to all 4 DOFs by null-space" in found.notes[0]
+
+
+def test_the_page_and_the_data(problem, tmp_path):
+    files, text = run_files(run(problem("wei")), tmp_path)
+    page = files["report.html"]
+    assert "Direct methods on the same modes" in page and "Minas and Inman" in page
+    assert "nothing to certify" in page and "updated/problem.toml" not in files
+    data = json.loads(text)
+    assert data["certificate"]["none"] is True and len(data["direct"]) == 13
+
+
+def test_frequencies_alone_are_not_enough(tmp_path):
+    path = tmp_path / "problem.toml"
+    text = '\n[[recordings]]\nkind = "modes"\nrows = [{ frequency = 40.0 }]\n'
+    path.write_text(MODEL + text + UPDATE.format("baruch"), encoding="utf-8")
+    with pytest.raises(InputError, match="needs measured mode shapes"):
+        run(path)
