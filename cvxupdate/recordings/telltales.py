@@ -84,11 +84,13 @@ def stretch(history: TimeHistory, start: float = 0.0, end: float = 1.0) -> Stret
     if size < 64:
         return None
     f = np.fft.rfftfreq(size, 1.0 / history.rate)
-    window = np.hanning(size)
+    window: Real = np.hanning(size)
     begins = [k * (size // 2) for k in range(BLOCKS)]
     F = np.array([np.fft.rfft(window * force[b : b + size]) for b in begins])
     X = np.array([np.fft.rfft(window[:, None] * motion[b : b + size], axis=0) for b in begins])
-    return Stretch(f, F, X, excited_band(history), float(np.sqrt(np.mean(force**2))))
+    return Stretch(
+        np.asarray(f, dtype=float), F, X, excited_band(history), float(np.sqrt(np.mean(force**2)))
+    )
 
 
 def change(a: Stretch, b: Stretch) -> Change | None:

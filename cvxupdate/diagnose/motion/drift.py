@@ -101,7 +101,7 @@ def _least(A: Real, b: Real) -> tuple[float, Real]:
     """(squares that remain, coefficients)."""
     found, *_ = np.linalg.lstsq(A, b, rcond=1e-8)
     rest = b - A @ found
-    return float(rest @ rest), found
+    return float(rest @ rest), np.asarray(found, dtype=float)
 
 
 def clock_not_level(drift: Drift, law: float, law_left: float) -> bool:
