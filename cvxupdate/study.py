@@ -275,8 +275,7 @@ def diagnose(
     warn: Warn | None = None,
     thorough: bool = False,
 ) -> Diagnosis:
-    """Locate the mismatch of a problem, name the missing physics, model it, and show how the fit
-    to held-out recordings improves. ``thorough``: however long it takes.
+    """Locate the mismatch, name the missing physics, model it. ``thorough``: however long it takes.
 
     Raises
     ------

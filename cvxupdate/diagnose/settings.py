@@ -36,7 +36,6 @@ LEVEL_CHANGE, LEVEL_NOISE = 0.05, 5.0
 # Relative change of frequency or width of resonances, and standard deviations, from which a
 # tell-tale is told: less is what temperature does to any structure between two runs.
 TELLTALE = (0.005, 4.0)
-TELLING = 4.0
 # Standardised third moment of a motion, and part of it on lines without force, that are told:
 # what finite records and leakage of a linear structure do not reach.
 LOPSIDED, UNFORCED_PART = 0.15, 0.02

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cvxupdate.diagnose.settings import LOPSIDED, TELLING, TELLTALE, UNEVEN, UNFORCED_PART
+from cvxupdate.diagnose.settings import LOPSIDED, TELLTALE, UNEVEN, UNFORCED_PART
 from cvxupdate.recordings.telltales import (
     Change,
     asymmetry,
@@ -103,7 +103,7 @@ def _way(found: Change) -> str:
 
 def _asymmetry(loudest: TimeHistory) -> list[str]:
     found = asymmetry(loudest)
-    if found is None or abs(found[0]) < max(LOPSIDED, TELLING * found[1]):
+    if found is None or abs(found[0]) < max(LOPSIDED, TELLTALE[1] * found[1]):
         return []
     return [
         f"The motion is lopsided (third moment {found[0]:.2g} ± {found[1]:.1g}), the force is not: "
