@@ -122,8 +122,8 @@ class Update(Part):
     form: Literal["additive", "multiplicative", "bounded"] = Field(
         default="additive",
         description="multiplicative: the trust region is a share of each parameter's "
-        "present factor 1 + p (3.50), so that none changes its sign; bounded: of the distance "
-        "between its bounds",
+        "present factor 1 + p, so that none changes its sign (the scaling of 3.50, whose own "
+        "iteration has no trust region); bounded: of the distance between its bounds",
     )
     line_search: bool = Field(
         default=False,
