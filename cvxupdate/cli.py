@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cvxupdate import __version__
+import cvxupdate
 from cvxupdate.commands.line import add
 from cvxupdate.commands.shared import (
     Jobs,
@@ -52,7 +52,7 @@ STOPPED = "interrupted; what was finished is kept."
 
 def _version(asked: bool) -> None:
     if asked:
-        print(f"cvxupdate {__version__}")
+        print(f"cvxupdate {cvxupdate.__version__}")
         raise typer.Exit
 
 

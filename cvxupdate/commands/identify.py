@@ -93,13 +93,14 @@ def _of_time(history: TimeHistory, o: Options) -> ModeSetResult:
     motions = [
         c for c in history.channels if c.quantity in ("displacement", "velocity", "acceleration")
     ]
-    if not motions:
+    forced = any(c.quantity == "force" for c in history.channels)
+    if not motions and (forced or not history.channels):
         raise RecordingError(
             "no channel reads a motion (displacement, velocity, acceleration): give quantity and "
             "unit of its channels in a [[recordings]] table; 'cvxupdate inspect' prints one"
         )
     o = o if o.band is not None else replace(o, band=history.band)
-    if o.method == "ssi" or not any(c.quantity == "force" for c in history.channels):
+    if o.method == "ssi" or not forced:
         return of_responses(history, o)
     kinds = [c.quantity for c in motions]
     quantity = max(dict.fromkeys(kinds), key=kinds.count)

@@ -106,6 +106,11 @@ def _said(found: AmbientModes, history: TimeHistory) -> tuple[str, ...]:
         f"deviations from the scatter of {found.pieces} pieces of the record",
         "shapes have no scale",
     ]
+    if found.channels[0].quantity not in ("displacement", "velocity", "acceleration"):
+        said.append(
+            f"its channels read {found.channels[0].quantity}, no calibrated motion: frequencies "
+            "and damping hold, shapes only as far as the channels are alike"
+        )
     if any(c.quantity == "force" for c in history.channels):
         said.append("the recorded force was left aside")
     if _dropped(found):

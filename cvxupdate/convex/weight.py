@@ -84,7 +84,7 @@ def choose_weight(
     the first).
 
     The compiled step is swept over a logarithmic grid; "l-curve" takes the point of largest
-    curvature of log penalty against log loss (Hansen & O'Leary 1993; thesis 4.2), "gcv" the least
+    curvature of log penalty against log loss (Hansen & O'Leary 1993; thesis 4.3), "gcv" the least
     m·loss/(m − dof)² (Golub, Heath & Wahba 1979), "discrepancy" the largest weight whose weighted
     squared residual is at most the number of rows (Morozov 1966).
 

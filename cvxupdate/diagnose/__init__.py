@@ -36,11 +36,17 @@ def diagnose_problem(
     from cvxupdate.diagnose.component import component_diagnosis
     from cvxupdate.diagnose.gather import gathered, in_simulation, may_drift
     from cvxupdate.diagnose.motion.component import rigs_of
+    from cvxupdate.diagnose.nominal.members import divided
     from cvxupdate.diagnose.pipeline import diagnosed
     from cvxupdate.diagnose.reference import brought, changed, not_unchanged
 
     begin = time.perf_counter()
     tell = progress or (lambda text: None)
+    members = divided(spec, model, recordings)
+    if members is not None:
+        tell(members.says)
+        found = diagnose_problem(members.spec, members.model, recordings, progress)
+        return replace(found, evidence=(members.says, *found.evidence))
     rigs = rigs_of(model, recordings)
     if any(r.use == "fit" for r in rigs):
         return component_diagnosis(spec, rigs, begin)

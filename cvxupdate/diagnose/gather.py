@@ -60,11 +60,6 @@ def gathered(
     """
     if not any(r.origin.use == "fit" for r in recordings):
         raise InputError(f'{spec.path}: diagnose needs a recording with use = "fit". Add one.')
-    if model.exact:
-        raise InputError(
-            f"{spec.path}: diagnose needs K and M; exact_beam elements have none at all "
-            "frequencies. Mesh them with beam3d, or use `run` or `correlate`."
-        )
     usable = responses_of(recordings)
     if any(r.origin.use == "fit" for r in usable):
         return _responses(spec, model, usable, progress, reference, budget or Budget())

@@ -122,8 +122,8 @@ class Update(Part):
     form: Literal["additive", "multiplicative", "bounded"] = Field(
         default="additive",
         description="multiplicative: the trust region is a share of each parameter's "
-        "present factor 1 + p (3.50), so that none changes its sign; bounded: of the distance "
-        "between its bounds",
+        "present factor 1 + p, so that none changes its sign (the scaling of 3.50, whose own "
+        "iteration has no trust region); bounded: of the distance between its bounds",
     )
     line_search: bool = Field(
         default=False,
@@ -134,11 +134,12 @@ class Update(Part):
         description="second-order terms along each step: fewer iterations, each with a "
         "second convex step and evaluation",
     )
-    residual: Literal["auto", "force-balance", "flexibility", "receptance"] = Field(
+    residual: Literal["auto", "force-balance", "flexibility", "receptance", "instrumental"] = Field(
         default="auto",
         description="rfm: force balance (3.9, 3.16), weighted by the dynamic "
         "flexibility (3.37), both with weights taken anew at the solution, "
-        "or output error (3.30); auto: flexibility, then output error",
+        "or output error (3.30); instrumental: the balance against the model's own responses, "
+        "unbiased by noise in them (2.8.4); auto: flexibility, then output error",
     )
     frequency_points: Annotated[
         Literal["between", "best", "log-function", "all"]

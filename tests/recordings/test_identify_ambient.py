@@ -68,6 +68,15 @@ def test_a_few_channels_and_no_band():
     assert found.shapes.shape == (found.frequency.size, 2)
 
 
+def test_uncalibrated_channels_tell_the_poles():
+    h = record(600.0, 0)
+    volts = tuple(Channel(0, "", "voltage") for _ in h.channels)
+    found = identify_ambient(
+        TimeHistory(h.origin, h.rate, volts, 0.1 * h.data), (1.0, 30.0), max_order=40
+    )
+    assert np.allclose(found.frequency, np.abs(truth()[1]) / (2 * np.pi), rtol=0.01)
+
+
 def test_white_noise_has_no_modes():
     rng = np.random.default_rng(0)
     places = tuple(Channel(k, "x", "acceleration") for k in (1, 2, 3))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from cvxupdate.convex import Bounds, LeastSquares, SolverChoice, StepProblem
-from cvxupdate.errors import InputError, ProblemFileError
+from cvxupdate.errors import ProblemFileError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.responses import condense, matrices_with_damping
 from cvxupdate.fe.select import select_parameters
@@ -113,8 +113,6 @@ def test_the_frame_is_found_again(measured: str, words: tuple[str, ...]) -> None
 
 
 def test_what_needs_k_and_m_is_refused_in_words() -> None:
-    from cvxupdate.diagnose.gather import gathered
-
     wanted = [{"elements": "all", "of": "E"}]
     with pytest.raises(ProblemFileError, match='Take method = "rfm"'):
         structure(text(), wanted)
@@ -123,8 +121,3 @@ def test_what_needs_k_and_m_is_refused_in_words() -> None:
     modes = {"damping": {"kind": "modal", "zeta": [0.01]}}
     with pytest.raises(ProblemFileError, match='Take kind = "structural" or "rayleigh"'):
         structure({**text(), **modes}, wanted, update={"method": "rfm"})
-    model = frame(("E",))
-    spec, _ = structure(text("beam3d"), wanted)
-    data = FrequencyResponse(Origin("r", "r"), LINES, np.ones((6, 1, 1)), "displacement", (), ())
-    with pytest.raises(InputError, match="Mesh them with beam3d"):
-        gathered(spec, model, (data,), lambda *_: None)

@@ -63,7 +63,7 @@ def draw(seed: int) -> Case:
         kind = "frf"
     if not null and word == "structural_damping":
         kind = "frf"  # hysteretic losses are not causal: no exact run from rest exists
-    sensors, drives = _instruments(rng, design)
+    sensors, drives = instruments(rng, design)
     scene = Scene(design, f, top, kind, sensors)
     findings: list[Finding] = [] if null else [MAKERS[word](rng, scene, word)]
     if findings and rng.random() < 0.15:
@@ -115,7 +115,7 @@ def draw(seed: int) -> Case:
     )
 
 
-def _instruments(
+def instruments(
     rng: Generator, design: Design
 ) -> tuple[tuple[tuple[int, str], ...], tuple[tuple[int, str], ...]]:
     """Sensors on a random part of the free translations; one drive for what is fitted, mostly

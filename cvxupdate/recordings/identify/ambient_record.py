@@ -23,8 +23,10 @@ white noise is 1 within some tens of per cent."""
 def motion_columns(history: TimeHistory, quantity: str | None) -> list[int]:
     """The channels of one quantity of motion: the given one, or the one that most of them have."""
     kinds = [c.quantity for c in history.channels if c.quantity in MOTIONS]
+    # poles ask for no unit: strain gauges and uncalibrated sensors tell them as well
+    kinds = kinds or [c.quantity for c in history.channels if c.quantity != "force"]
     if not kinds:
-        raise RecordingError(f"{history.origin.name}: no channel reads a motion")
+        raise RecordingError(f"{history.origin.name}: no channel but forces")
     wanted = quantity if quantity is not None else max(dict.fromkeys(kinds), key=kinds.count)
     return [k for k, c in enumerate(history.channels) if c.quantity == wanted]
 
