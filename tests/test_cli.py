@@ -206,7 +206,8 @@ def test_thorough_reaches_the_diagnosis(call, here, monkeypatch, thorough):
     def noted(spec, model, recordings, progress, without_limit):
         raise InputError(f"without limit: {without_limit}")
 
-    monkeypatch.setattr("cvxupdate.diagnose.diagnose_problem", noted)
+    package = importlib.import_module("cvxupdate.diagnose")  # the name is also a function's
+    monkeypatch.setattr(package, "diagnose_problem", noted)
     option = ["--thorough"] if thorough else []
     status, _, err = call("diagnose", "chain/problem.toml", *option)
     assert status == 2 and f"without limit: {thorough}" in err
