@@ -12,9 +12,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cvxupdate import __version__
+import cvxupdate
 from cvxupdate.commands.line import add
-from cvxupdate.commands.shared import Jobs, Json, Out, Problem, Recorded, display, say, warn
+from cvxupdate.commands.shared import (
+    Jobs,
+    Json,
+    Out,
+    Problem,
+    Recorded,
+    Thorough,
+    display,
+    say,
+    warn,
+)
 from cvxupdate.errors import CvxupdateError, InfeasibleError, InputError
 from cvxupdate.report.files import folder_for, must_be_writable, write_files
 
@@ -42,7 +52,7 @@ STOPPED = "interrupted; what was finished is kept."
 
 def _version(asked: bool) -> None:
     if asked:
-        print(f"cvxupdate {__version__}")
+        print(f"cvxupdate {cvxupdate.__version__}")
         raise typer.Exit
 
 
@@ -92,7 +102,9 @@ def correlate(problem: Problem, out: Out = None, as_json: Json = False) -> None:
 
 
 @app.command()
-def diagnose(problem: Problem, out: Out = None, as_json: Json = False) -> None:
+def diagnose(
+    problem: Problem, out: Out = None, as_json: Json = False, thorough: Thorough = False
+) -> None:
     """Locate the mismatch, name the physics left out, model it, and show the fit improve."""
     from cvxupdate.report.diagnosis import diagnosis_files, diagnosis_summary
     from cvxupdate.spec import load_problem
@@ -101,7 +113,7 @@ def diagnose(problem: Problem, out: Out = None, as_json: Json = False) -> None:
     must_be_writable(out)
     with display(as_json) as show:
         said, reading = (None, None) if show is None else (show.say, show.read)
-        found = do(problem, said, reading, warn)
+        found = do(problem, said, reading, warn, thorough)
     folder = folder_for(out, found.problem, "diagnose")
     files, payload = diagnosis_files(found, load_problem(problem), folder)
     write_files(folder, files, ("updated/problem.toml", "updated/refined.toml"))

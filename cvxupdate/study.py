@@ -273,9 +273,9 @@ def diagnose(
     progress: Callable[[str], None] | None = None,
     reading: Progress | None = None,
     warn: Warn | None = None,
+    thorough: bool = False,
 ) -> Diagnosis:
-    """Locate the mismatch of a problem, name the missing physics, model it, and show how the fit
-    to held-out recordings improves.
+    """Locate the mismatch, name the missing physics, model it. ``thorough``: however long it takes.
 
     Raises
     ------
@@ -291,7 +291,7 @@ def diagnose(
     spec, model, recordings = open_problem(problem, reading)
     refuse_unknown(spec)
     warnings = examine(spec, model, recordings, warn)
-    found = diagnose_problem(spec, model, recordings, progress)
+    found = diagnose_problem(spec, model, recordings, progress, thorough)
     known = tuple(zip(spec.recordings, recordings, strict=True))
 
     def again(other: Spec, changed: Model) -> Compared:  # nothing is read a second time

@@ -78,7 +78,7 @@ WIRING = {"written", "study", "api", "commands", "cli", "__init__", "__main__"}
 # from the floors below its own, never from its own or from above, wherever the statement stands.
 DIAGNOSE: tuple[tuple[str, ...], ...] = (
     ("settings", "shown"),
-    ("fit", "results"),
+    ("fit", "results", "budget"),
     ("types",),
     ("hypothesis",),
     ("screen", "nominal"),

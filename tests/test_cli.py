@@ -198,6 +198,21 @@ def test_an_effect_that_is_not_implemented_is_refused(call, here, verb):
     assert files(here) == ["chain/problem.toml"], "nothing is written"
 
 
+@pytest.mark.parametrize("thorough", [False, True])
+def test_thorough_reaches_the_diagnosis(call, here, monkeypatch, thorough):
+    """Its time is not limited then; what a diagnosis says otherwise is not at stake here."""
+    from cvxupdate.errors import InputError
+
+    def noted(spec, model, recordings, progress, without_limit):
+        raise InputError(f"without limit: {without_limit}")
+
+    package = importlib.import_module("cvxupdate.diagnose")  # the name is also a function's
+    monkeypatch.setattr(package, "diagnose_problem", noted)
+    option = ["--thorough"] if thorough else []
+    status, _, err = call("diagnose", "chain/problem.toml", *option)
+    assert status == 2 and f"without limit: {thorough}" in err
+
+
 def test_run_does_not_ask_what_diagnose_may_consider(call, here):
     (here / "chain/problem.toml").write_text(CHAIN + '[diagnose]\nphysics = ["clearance"]\n')
     assert call("run", "chain/problem.toml")[0] == 0

@@ -233,6 +233,7 @@ def exacts() -> None:
         exact_toml(wide()),
         "frf",
         wanted,
+        "second_order = true\n",
     )
 
 

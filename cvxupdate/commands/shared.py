@@ -44,6 +44,10 @@ Jobs = Annotated[
 Json = Annotated[
     bool, typer.Option("--json", help="print the JSON on standard output and nothing else there")
 ]
+Thorough = Annotated[
+    bool,
+    typer.Option("--thorough", help="search to the end, however long a simulation takes"),
+]
 
 
 def warn(says: str) -> None:

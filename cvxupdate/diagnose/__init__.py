@@ -19,19 +19,22 @@ def diagnose_problem(
     model: Model,
     recordings: Sequence[Recording],
     progress: Callable[[str], None] | None = None,
+    thorough: bool = False,
 ) -> Diagnosis:
     """Diagnose responses where there are any, else tables of modes; time histories that no linear
-    model explains once more, with laws that depend on the level; the
+    model explains, or that differ at one level, once more, with laws that depend on the level; the
     force of a part on a rig, whose model has no mass, by its law. Where there are recordings of a
-    reference state the model is brought to it before.
+    reference state the model is brought to it before. ``thorough``: however long a search in
+    simulation takes.
 
     Raises
     ------
     InputError
         When there is no recording to fit.
     """
+    from cvxupdate.diagnose.budget import Budget
     from cvxupdate.diagnose.component import component_diagnosis
-    from cvxupdate.diagnose.gather import gathered, in_simulation
+    from cvxupdate.diagnose.gather import gathered, in_simulation, may_drift
     from cvxupdate.diagnose.motion.component import rigs_of
     from cvxupdate.diagnose.nominal.members import divided
     from cvxupdate.diagnose.pipeline import diagnosed
@@ -47,13 +50,14 @@ def diagnose_problem(
     rigs = rigs_of(model, recordings)
     if any(r.use == "fit" for r in rigs):
         return component_diagnosis(spec, rigs, begin)
+    budget = Budget.of(thorough)
     now = brought(spec, model, recordings, tell)
-    evidence = gathered(now.spec, now.model, now.recordings, tell, now.reference)
+    evidence = gathered(now.spec, now.model, now.recordings, tell, now.reference, budget)
     found = diagnosed(now.spec, now.recordings, evidence, tell, begin)
-    if found.verdict == "undetermined":
-        simulated = in_simulation(now.spec, now.recordings, evidence, tell)
-        if simulated is not None:
-            tell("no linear model explains the recordings: simulating")
+    unexplained = found.verdict == "undetermined"
+    if unexplained or may_drift(evidence):
+        simulated = in_simulation(now.spec, now.recordings, evidence, tell, budget)
+        if simulated is not None and (unexplained or simulated.drift):
             again = diagnosed(now.spec, now.recordings, simulated, tell, begin)
             found = again if again.findings or simulated.drift else found
     if now.reference is None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.modes.common import common_of as common_of_tables
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.tables import prepared, stated_tables
@@ -19,6 +20,7 @@ from cvxupdate.diagnose.output.wording import nonlinear
 from cvxupdate.diagnose.responses.common import common_of
 from cvxupdate.diagnose.responses.data import Data, prepare
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
+from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.worth import mesh_for
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
@@ -50,6 +52,7 @@ def gathered(
     recordings: Sequence[Recording],
     progress: Progress,
     reference: Reference | None = None,
+    budget: Budget | None = None,
 ) -> Evidence:
     """What the recordings of a problem say of its model, beside a reference where there is one.
 
@@ -62,7 +65,7 @@ def gathered(
         raise InputError(f'{spec.path}: diagnose needs a recording with use = "fit". Add one.')
     usable = responses_of(recordings)
     if any(r.origin.use == "fit" for r in usable):
-        return _responses(spec, model, usable, progress, reference)
+        return _responses(spec, model, usable, progress, reference, budget or Budget())
     return _modes(spec, model, tables_of(recordings), progress, reference)
 
 
@@ -86,7 +89,8 @@ def _responses(
     model: Model,
     recordings: Sequence[FrequencyResponse | TimeHistory],
     progress: Progress,
-    reference: Reference | None = None,
+    reference: Reference | None,
+    budget: Budget,
 ) -> Evidence:
     names = _names(spec, RESPONSES)
     file = None if reference is None else reference.file
@@ -109,12 +113,24 @@ def _responses(
         common = common_of(of_reference, data.sharp, data.sharp_hold_out)
     linear = evidence(prepare(recordings, common))
     if nonlinear(linear.level_change()) or is_nonlinear(model):
-        return in_simulation(spec, recordings, linear, progress) or linear
+        return in_simulation(spec, recordings, linear, progress, budget) or linear
     return linear
 
 
+def may_drift(evidence: Evidence) -> bool:
+    """Whether runs at one level differ by more than noise and reason: the structure may have
+    changed in between, whatever a linear model makes of them."""
+    if not isinstance(evidence, ResponseEvidence):
+        return False
+    return nonlinear(level_change(evidence.data.sharp, one=True))
+
+
 def in_simulation(
-    spec: Spec, recordings: Sequence[Recording], linear: Evidence, progress: Progress
+    spec: Spec,
+    recordings: Sequence[Recording],
+    linear: Evidence,
+    progress: Progress,
+    budget: Budget,
 ) -> MotionEvidence | None:
     """The same recordings with laws that depend on the level beside all else; None where they are
     not time histories."""
@@ -128,6 +144,7 @@ def in_simulation(
     histories = [from_rest(r) for r in recordings if isinstance(r, TimeHistory)]
     if any(not isinstance(r, TimeHistory) for r in fitted):
         return None
+    progress(f"simulating: {budget.says}")
     runs = {h.origin.name: run for h in histories if (run := run_of(h)) is not None}
     fit = [h for h in histories if h.origin.name in runs and h.origin.use == "fit"]
     if not fit:
@@ -141,6 +158,7 @@ def in_simulation(
         stages_of(fit, runs, data.sharp),
         _names(spec, MOTION),
         progress,
+        budget=budget,
     )
 
 

@@ -15,6 +15,7 @@ from cvxupdate.diagnose.output.diagnosis import (
     fit_table,
 )
 from cvxupdate.diagnose.output.export import updated_problem, with_damping
+from cvxupdate.diagnose.output.telltale_words import telltale_lines
 from cvxupdate.diagnose.output.wording import evidence_lines, nonlinear, verdict_of
 from cvxupdate.diagnose.results import Further
 from cvxupdate.diagnose.search.search import Found, search
@@ -41,8 +42,9 @@ def diagnosed(
     further = Further() if level or drift else evidence.further(last.fit)
     pattern = pattern_of(further)
     findings = (*judgement.findings, *pattern.findings)
-    verdict, says = verdict_of(judgement, pattern.findings, level, drift)
-    lines = [*evidence_lines(judgement, change, drift), *pattern.lines]
+    verdict, says = verdict_of(judgement, pattern.findings, nonlinear(change), drift)
+    lines = [*evidence_lines(judgement, change, drift), *telltale_lines(recordings)]
+    lines += pattern.lines
     if judgement.findings and judgement.final is not None:
         sham = placebo(judgement.final, found, judgement.case)
         lines += [] if sham is None else [sham.says]

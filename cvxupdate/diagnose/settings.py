@@ -47,6 +47,23 @@ MOST_ALLOWANCE = 0.3
 # that change, that make a structure nonlinear.
 LEVEL_CHANGE, LEVEL_NOISE = 0.05, 5.0
 
+# Relative change of frequency or width of resonances, and standard deviations, from which a
+# tell-tale is told: less is what temperature does to any structure between two runs.
+TELLTALE = (0.005, 4.0)
+# Standardised third moment of a motion, and part of it on lines without force, that are told:
+# what finite records and leakage of a linear structure do not reach.
+LOPSIDED, UNFORCED_PART = 0.15, 0.02
+# Fall of weighted squares for each unknown of a stiffness that goes with time: what chance, at
+# chi-square with one degree of freedom, gives once in two thousand times, with room for rows that
+# say the same.
+CLOCK_GAIN = 36.0
+# Part of what changes with the level leave beyond noise that it takes at least: laws that follow
+# the motion leave it a hundredth; of a true drift the smoothed motion, and a fit that is bent by
+# it, may hide two thirds.
+CLOCK_PART = 0.15
+# Relative change of a ring-down's damping that is told: neighbouring modes beat by less.
+UNEVEN = 0.3
+
 # ---------------------------------------------------------- weights: noise and model discrepancy
 # Fraction of the local response: what the discretisation of a sound model may miss besides noise.
 RESPONSE_DISCREPANCY = 0.01
@@ -182,8 +199,11 @@ LOCATED, MOST_PLACES = 5.0, 8
 # the smallest differences grow, so that the true law with scatter in all else leaves one to three
 # per cent.
 SIMULATED = 0.03
-# Seconds of computing after which a search in simulation begins nothing new.
-BUDGET = 80.0
+# Seconds of computing, and by the clock, after which a search in simulation begins nothing new:
+# what has begun, the judgement and the page take some ten more, so that two minutes are kept.
+BUDGET, WALL = 80.0, 105.0
+# Explanations that are refitted to the end even then: the best and what it is weighed against.
+STAYING = 3
 # Of a part on a rig: fraction of the error without free play that one must leave at most to be
 # told; relative error of the force that spring and dashpot may leave where nothing else is sought
 # (what load cells and their mountings scatter by).

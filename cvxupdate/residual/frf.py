@@ -16,6 +16,12 @@ the solution: with the weights of the start, p is badly biased. What bias is lef
 itself is noisy, the output error does not have, and it ends the work: with errors in the variables
 x̂ = H(p) f is the likeliest x that balances, so the output error is the maximum likelihood of the
 force balance (`examples/rfm_noise_in_a.py` measures all of them).
+
+"instrumental" is the other way out of the bias (Fritzen 1986): the balance of "flexibility" is
+asked for on average only, against instruments that the noise of x cannot be correlated with, the
+derivatives of the model's own responses at ``at``: Gᵀ W² (A p − b) = 0. As many equations as
+parameters, linear in p like the balance; `update.rfm_loop` takes the instruments anew at each
+solution, which makes it the batch form of Mottershead's instrumental-variable filter (1988).
 """
 
 from __future__ import annotations
@@ -25,6 +31,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy.linalg as la
 from numpy.typing import NDArray
 
 from cvxupdate.fe.elements.base import Real
@@ -36,7 +43,8 @@ from cvxupdate.residual.frf_output import output_rows
 from cvxupdate.system import LinearSystem
 
 Field = NDArray[Any]
-KINDS = ("force-balance", "flexibility", "receptance")
+KINDS = ("force-balance", "flexibility", "receptance", "instrumental")
+INDEPENDENT = 1e-10  # of the largest singular value of the instruments: what is less is rounding
 
 
 @dataclass(frozen=True)
@@ -73,7 +81,22 @@ class FrfResidual:
                 values.append(v[data.used])
                 rows.append(A[data.used])
         v, A = parts(np.concatenate(values), self.real), parts(np.concatenate(rows), self.real)
+        if self.kind == "instrumental":
+            Q, w = self._instruments, self._row_weights
+            v, A = Q.T @ (w * v), Q.T @ (w[:, None] * A)
         return FrfPoint(self, np.asarray(p, dtype=float), v, A)
+
+    @cached_property
+    def _instruments(self) -> Real:
+        """An orthonormal basis (rows, r) of the weighted derivatives of the model's own responses
+        at ``at``."""
+        at = self.model.zero() if self.at is None else self.at
+        J = FrfResidual(self.model, self.data, "receptance").evaluate(at).jacobian
+        size = np.linalg.norm(J, axis=0)
+        U, s, _ = la.svd(
+            self._row_weights[:, None] * J / np.where(size > 0.0, size, 1.0), full_matrices=False
+        )
+        return np.asarray(U[:, s > INDEPENDENT * s.max(initial=0.0)])
 
     def _line(
         self, c: Condensed, d: Derivatives, omega: float, x: Field, flexibility: Field | None
@@ -115,9 +138,16 @@ class FrfResidual:
             out.append([Z if self.kind == "force-balance" else np.linalg.inv(Z) for Z in reduced])
         return tuple(out)
 
-    @cached_property
+    @property
     def weights(self) -> Real:
-        """One over the deviation of every real row."""
+        """One over the deviation of every row."""
+        if self.kind == "instrumental":
+            return np.ones(self._instruments.shape[1])
+        return self._row_weights
+
+    @cached_property
+    def _row_weights(self) -> Real:
+        """One over the deviation of every real row of the balance."""
         found = []
         for data, weights in zip(self.data, self._weights, strict=True):
             for std, Z in zip(data.std, weights, strict=True):
@@ -133,6 +163,8 @@ class FrfResidual:
     @cached_property
     def labels(self) -> tuple[str, ...]:
         """What each real row is."""
+        if self.kind == "instrumental":
+            return tuple(f"instrument {i + 1}" for i in range(self._instruments.shape[1]))
         names = self.model.labels
         some = [
             f"{data.name}: {names[i]}/{names[j]} at {f:.6g} Hz"

@@ -134,11 +134,12 @@ class Update(Part):
         description="second-order terms along each step: fewer iterations, each with a "
         "second convex step and evaluation",
     )
-    residual: Literal["auto", "force-balance", "flexibility", "receptance"] = Field(
+    residual: Literal["auto", "force-balance", "flexibility", "receptance", "instrumental"] = Field(
         default="auto",
         description="rfm: force balance (3.9, 3.16), weighted by the dynamic "
         "flexibility (3.37), both with weights taken anew at the solution, "
-        "or output error (3.30); auto: flexibility, then output error",
+        "or output error (3.30); instrumental: the balance against the model's own responses, "
+        "unbiased by noise in them (2.8.4); auto: flexibility, then output error",
     )
     frequency_points: Annotated[
         Literal["between", "best", "log-function", "all"]

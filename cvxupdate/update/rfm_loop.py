@@ -107,8 +107,8 @@ def _reweighted(
     start: Array,
     progress: Callable[[Iteration], None] | None,
 ) -> LoopResult[FrfPoint]:
-    """One loop after another, each with the covariance of the rows at the last one's end; start and
-    end are compared in the last weights."""
+    """One loop after another, each with the covariance of the rows (or the instruments) at the last
+    one's end; start and end are compared in the last weights."""
     history: list[Iteration] = []
     p = start
     for _ in range(REWEIGHTED):
@@ -117,7 +117,9 @@ def _reweighted(
         history += _renumbered(loop.history, len(history))
         moved = float(np.max(np.abs(loop.point.p - p), initial=0.0))
         p = loop.point.p
-        if loop.status != "converged" or _holds(loop.point) or moved <= SETTLED:
+        # as many instruments as parameters: their equations hold whatever the instruments are
+        exact = kind != "instrumental" and _holds(loop.point)
+        if loop.status != "converged" or exact or moved <= SETTLED:
             break
     else:
         loop = replace(
@@ -125,6 +127,8 @@ def _reweighted(
             status="stopped",
             reason=f"the weights still changed after they were taken anew {REWEIGHTED} times",
         )
+    if kind == "instrumental" and loop.status == "converged":
+        loop = replace(loop, reason="the instruments changed no more with the parameters")
     return replace(loop, start=residual.evaluate(start), history=tuple(history))
 
 

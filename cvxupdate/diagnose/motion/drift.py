@@ -4,7 +4,8 @@ level.
 In the same form as the laws: what a model leaves is the answer to the force −ΔK(t) x along the
 smoothed motion, so a change of stiffness that ramps within each run and steps from run to run is a
 few columns more. A law at one place moves all runs of a level alike and follows the motion; drift
-follows the clock.
+follows the clock. So a step that all runs of one level have in common says nothing of drift: it is
+fitted beside, and only ramps and steps between runs of one level count.
 """
 
 from __future__ import annotations
@@ -17,22 +18,28 @@ import numpy as np
 from cvxupdate.diagnose.motion.scene import Scene
 from cvxupdate.diagnose.motion.smoother import Beyond
 from cvxupdate.diagnose.responses.signals import Complex, Real
-from cvxupdate.diagnose.settings import HALVED
+from cvxupdate.diagnose.settings import CLOCK_GAIN, CLOCK_PART, HALVED
 from cvxupdate.fe.synthesis.derivatives import modal_blocks
 
 GROUPS = 8  # whose stiffness is looked at one by one
+ONE_LEVEL = 0.02  # relative difference of levels that are one
+SMALL = 1e-12  # of the squares: as good as nothing
 
 
 @dataclass(frozen=True)
 class Drift:
-    """What a change of stiffness with time explains of the projected residual (``fraction``, 0 to
-    1), of which group (None: of all), and the relative change ``steps`` of each run by name, with
-    ``ramps`` within it."""
+    """What a change of stiffness with time explains of what changes with the level leave beyond
+    noise (``fraction``, 0 to 1), of which group (None: of all), and the relative change ``steps``
+    of each run by name, with ``ramps`` within it; ``taken`` weighted squares in all, ``gain`` for
+    each unknown, ``left`` beyond noise."""
 
     fraction: float
     group: str | None
     steps: Mapping[str, float]
     ramps: Mapping[str, float]
+    taken: float = 0.0
+    gain: float = 0.0
+    left: float = np.inf
 
     @property
     def says(self) -> str:
@@ -40,12 +47,13 @@ class Drift:
         where = "of the whole structure" if self.group is None else f"of group '{self.group}'"
         within = max((abs(r) for r in self.ramps.values()), default=0.0)
         between = np.ptp(list(self.steps.values())) if len(self.steps) > 1 else 0.0
-        runs = ", ".join(f"{100 * s:+.2g} % in {name}" for name, s in self.steps.items())
+        first = next(iter(self.steps.values()), 0.0)
+        runs = ", ".join(f"{100 * (s - first):+.2g} % in {name}" for name, s in self.steps.items())
         return (
             f"The stiffness {where} follows the clock, not the level: it changes by up to "
             f"{100 * within:.2g} % within a run and by {100 * between:.2g} % between runs "
-            f"({runs}); that explains {100 * self.fraction:.3g} % of what a model that stays the "
-            "same leaves."
+            f"({runs}, against the first); that explains {100 * self.fraction:.3g} % of what a "
+            "model that stays the same leaves beyond noise."
         )
 
 
@@ -53,24 +61,55 @@ def drift_of(scene: Scene) -> Drift:
     """The best explanation by a stiffness that goes with time."""
     motions = {b.run.name: smoothed_modes(b, scene) for b in scene.beyond}
     best = Drift(0.0, None, {}, {})
+    noise = noise_of(scene)
+    common = _of_levels([b.run.level for b in scene.beyond])
+    names, n = list(motions), len(motions)
     for group, K in _stiffness(scene).items():
-        columns = _columns(scene, motions, K)
-        freed = scene.left.freed(columns)
-        found, *_ = np.linalg.lstsq(freed, scene.left.residual, rcond=1e-8)
-        rest = scene.left.residual - freed @ found
-        fraction = 1.0 - float(rest @ rest) / max(scene.left.total, 1e-300)
-        n = len(motions)
-        if fraction > best.fraction:
-            names = list(motions)
+        freed = scene.left.freed(_columns(scene, motions, K))
+        level, _ = _least(freed[:, :n] @ common, scene.left.residual)
+        rest, found = _least(freed, scene.left.residual)
+        beyond = max(level - noise, 0.0)
+        fraction = min(1.0, (level - rest) / max(beyond, SMALL * scene.left.total + 1e-300))
+        if beyond > 0.0 and fraction > best.fraction:
+            taken = level - rest
+            gain = taken / (2 * n - common.shape[1])
+            ramps = dict(zip(names, found[n:].tolist(), strict=True))
             steps = dict(zip(names, found[:n].tolist(), strict=True))
-            best = Drift(fraction, group, steps, dict(zip(names, found[n:].tolist(), strict=True)))
+            best = Drift(fraction, group, steps, ramps, taken, gain, max(rest - noise, 0.0))
     return best
 
 
-def clock_not_level(drift: Drift, best_law: float) -> bool:
-    """Whether drift is the better explanation: it halves what the model leaves, and leaves less
-    than half of what the best law does."""
-    return drift.fraction > HALVED and 1.0 - drift.fraction < HALVED * (1.0 - best_law)
+def noise_of(scene: Scene) -> float:
+    """Weighted squares of the projected residual that noise alone makes."""
+    rows = scene.left.rows
+    spare = max(0, rows - scene.left.basis.shape[1]) / max(1, rows)
+    return float(np.sum(scene.point.setting.noise_parts(scene.point))) * spare
+
+
+def _of_levels(levels: Sequence[float]) -> Real:
+    """(runs, levels): which runs have a level in common."""
+    firsts: list[float] = []
+    for level in levels:
+        if not any(abs(level - x) <= ONE_LEVEL * abs(x) for x in firsts):
+            firsts.append(level)
+    return np.array(
+        [[float(abs(level - x) <= ONE_LEVEL * abs(x)) for x in firsts] for level in levels]
+    )
+
+
+def _least(A: Real, b: Real) -> tuple[float, Real]:
+    """(squares that remain, coefficients)."""
+    found, *_ = np.linalg.lstsq(A, b, rcond=1e-8)
+    rest = b - A @ found
+    return float(rest @ rest), np.asarray(found, dtype=float)
+
+
+def clock_not_level(drift: Drift, law: float, law_left: float) -> bool:
+    """Whether drift is the better explanation: it takes a fair part of what changes with the level
+    leave beyond noise, by more than chance; and it takes more than twice what the best law takes
+    (``law``, weighted squares), or leaves less than half of what that leaves beyond noise."""
+    better = HALVED * drift.taken > law or drift.left < HALVED * law_left
+    return drift.fraction > CLOCK_PART and drift.gain > CLOCK_GAIN and better
 
 
 def smoothed_modes(b: Beyond, scene: Scene) -> Real:

@@ -3,7 +3,6 @@ internal forces beside all that a linear model may lack."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,9 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.motion.columns import LawScores, is_law
-from cvxupdate.diagnose.motion.drift import clock_not_level, drift_of
+from cvxupdate.diagnose.motion.drift import clock_not_level, drift_of, noise_of
 from cvxupdate.diagnose.motion.point import MotionSetting
 from cvxupdate.diagnose.motion.runs import Run
 from cvxupdate.diagnose.motion.scene import Scene
@@ -32,7 +32,7 @@ from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.screen.shortlist import best_of
-from cvxupdate.diagnose.settings import BUDGET, SIMULATED
+from cvxupdate.diagnose.settings import SIMULATED
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import (
     Errors,
@@ -63,7 +63,7 @@ class MotionEvidence:
     laws: tuple[str, ...]
     progress: Progress
     scores: LawScores = field(default_factory=LawScores)
-    begin: float = field(default_factory=time.process_time)
+    budget: Budget = field(default_factory=Budget)
 
     told_by = MOTION
 
@@ -126,8 +126,10 @@ class MotionEvidence:
             best = max(
                 (s.fraction for s in self.scores.of(self.sharp(fit), laws).values()), default=0.0
             )
-            found = drift_of(Scene.of(self.sharp(fit).point))
-            if clock_not_level(found, best):
+            scene = Scene.of(self.sharp(fit).point)
+            found = drift_of(scene)
+            law = best * scene.left.total
+            if clock_not_level(found, law, max(0.0, scene.left.total - law - noise_of(scene))):
                 return found.says
         return None
 
@@ -243,7 +245,7 @@ class MotionEvidence:
     @property
     def hurried(self) -> bool:
         """Whether the time for one diagnosis is over."""
-        return time.process_time() - self.begin > BUDGET
+        return self.budget.over()
 
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
@@ -262,8 +264,8 @@ class MotionEvidence:
         return ""
 
     def lines(self) -> list[str]:
-        """What the mesh of the file is worth."""
-        return self.linear.lines()
+        """What the mesh of the file is worth, and what time did not allow."""
+        return [*self.linear.lines(), *self.budget.lines]
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With a damping ratio of its own for every mode."""

@@ -21,7 +21,7 @@ from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.fe.synthesis.pieces import sensor_rows
 
 HEARD = 4.0  # times the noise: what sensors say beyond the model is no chance
-SPREAD = 100  # of all lines: over how many a spectrum is averaged
+KERNEL_SPREAD = 100  # of all lines: over how many a spectrum is averaged
 TAPER = 25  # part of the samples over which the end is let down
 
 
@@ -68,7 +68,7 @@ class Beyond:
         reach = self.drive * ((self.inverse * shape) @ self.at.T)
         power = np.abs(reach) ** 2 / self.noise  # of a unit force, in units of the noise
         said = np.abs(self.residual) ** 2 / self.noise
-        width = max(5, len(said) // SPREAD)
+        width = max(5, len(said) // KERNEL_SPREAD)
         total, strength = _averaged(said.sum(axis=1), width), _averaged(power.sum(axis=1), width)
         sensors = self.at.shape[0]
         variance = np.maximum(total - sensors, 0.0) / np.maximum(strength, 1e-300)

@@ -16,6 +16,10 @@ from cvxupdate.physics.place import capital, listed
 
 MOST = 6  # equivalents that are named
 RIVALS = 3  # other hypotheses whose errors are stated
+LEVEL = (
+    "Something in the structure depends on the vibration level (contact, friction, a stiffening "
+    "spring): no linear change of the model can explain these recordings."
+)
 
 
 def nonlinear(change: LevelChange | None) -> bool:
@@ -34,11 +38,9 @@ def verdict_of(
             "The structure changed while it was measured (temperature, creep, loosening): nothing "
             f"that stays the same explains these recordings, so nothing is claimed. {drift}"
         )
-    if level:
-        return "undetermined", (
-            "Something in the structure depends on the vibration level (contact, friction, a "
-            "stiffening spring): no linear change of the model can explain these recordings."
-        )
+    laws = judgement.case.evidence.told_by == MOTION  # that depend on the level are tried
+    if level and not laws:
+        return "undetermined", LEVEL
     findings = (*judgement.findings, *further)
     if findings:
         groups = all(
@@ -48,6 +50,8 @@ def verdict_of(
         return "parameter_error" if groups else "missing_physics", says
     base = judgement.case.base
     if explained(base, judgement.case):
+        if level:
+            return "undetermined", f"{LEVEL} It is too small for a law to be told by it."
         return "consistent", (
             "Nothing is missing: the model explains the recordings within noise and the usual "
             "scatter of its parameters."
@@ -118,6 +122,8 @@ def _level_line(change: LevelChange | None, level: bool) -> list[str]:
             "the response depends on the level, so the structure is not linear."
             if level
             else "the structure is linear to that accuracy."
+            if change.noise <= LEVEL_CHANGE
+            else "too noisy to tell."
         )
     ]
 

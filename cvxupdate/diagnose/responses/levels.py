@@ -9,22 +9,30 @@ import numpy as np
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
 from cvxupdate.diagnose.types import LevelChange
 
+LEAST_LINES = 20  # that two records have in common
+NARROW = 1.5  # highest over lowest frequency: in narrower bands nothing is compared
 
-def level_change(signals: Sequence[Signal]) -> LevelChange | None:
-    """The largest change of the transfer function between runs at two drive levels; None where no
-    two levels compare.
+
+def level_change(signals: Sequence[Signal], one: bool = False) -> LevelChange | None:
+    """The largest change of the transfer function between runs at two drive levels (at ``one``
+    level, which only time tells apart); None where no two runs compare.
 
     A record that starts from rest gives H(s) = Y(s) / U(s) at every s without averaging, so two
     runs of one linear structure agree to noise.
     """
-    changes: list[LevelChange] = []
+    changes: list[LevelChange | None] = []
     single = [s for s in signals if s.single and s.level is not None]
     for i, a in enumerate(single):
         for b in single[i + 1 :]:
-            if a.level == b.level or a.inputs != b.inputs or a.sensors != b.sensors:
+            if (
+                (a.level == b.level) != one
+                or a.name == b.name
+                or a.inputs != b.inputs
+                or a.sensors != b.sensors
+            ):
                 continue
-            changes.append(_between(a, b))
-    return max(changes, key=lambda c: c.change, default=None)
+            changes.append(_on_lines(a, b) or _smoothed(a, b))
+    return max((c for c in changes if c), key=lambda c: c.change, default=None)
 
 
 def state_change(before: Sequence[Signal], after: Sequence[Signal]) -> LevelChange | None:
@@ -36,24 +44,55 @@ def state_change(before: Sequence[Signal], after: Sequence[Signal]) -> LevelChan
         for b in after
         if (a.single and b.single) and (a.inputs, a.sensors) == (b.inputs, b.sensors)
     ]
-    return max((_between(a, b) for a, b in alike), key=lambda c: c.change, default=None)
+    changes = (_smoothed(a, b) for a, b in alike)
+    return max((c for c in changes if c), key=lambda c: c.change, default=None)
 
 
-def _between(a: Signal, b: Signal) -> LevelChange:
-    n = min(len(a.s), len(b.s))
-    (x, dx), (y, dy) = _transfer(a, n), _transfer(b, n)
+def _on_lines(a: Signal, b: Signal) -> LevelChange | None:
+    """On common lines: two records of one linear structure have Y₁ U₂ = Y₂ U₁ on each, however
+    narrow its resonances and whatever the forces. What is more than noise, whose squares are an
+    upper bound. None where few lines are common."""
+    _, i, j = np.intersect1d(np.round(a.s, 9), np.round(b.s, 9), return_indices=True)
+    if len(i) < LEAST_LINES:
+        return None
+    (y, u, dy), (z, w, dz) = (
+        (s.Y[k, :, 0], s.U[k, 0, 0][:, None], s.std[k, :, 0]) for s, k in ((a, i), (b, j))
+    )
+    size = np.sqrt(0.5 * np.sum(np.abs(y * w) ** 2 + np.abs(z * u) ** 2))
+    noise = np.sqrt(np.sum((dy * np.abs(w)) ** 2 + (dz * np.abs(u)) ** 2))
+    apart = np.sqrt(np.sum(np.abs(y * w - z * u) ** 2))
+    # squares beyond those of noise, and what chance makes of these (chi-square, two a line)
+    beyond = np.sqrt(max(apart**2 - noise**2, 0.0))
+    chance = noise * (1.0 / y.size) ** 0.25
+    return LevelChange(float(beyond / size), float(chance / size))
+
+
+def _smoothed(a: Signal, b: Signal) -> LevelChange | None:
+    """Of records of different lengths, whose lines differ: smoothed, where both were forced."""
+    low, high = (pick(f(a), f(b)) for pick, f in ((max, _lowest), (min, _highest)))
+    if high <= NARROW * low:
+        return None
+    centres = np.geomspace(low * 1.1, high / 1.1, 60)
+    (x, dx), (y, dy) = _transfer(a, centres), _transfer(b, centres)
     size = np.sqrt(np.mean(np.abs(x) ** 2))
-    change = np.sqrt(np.mean(np.abs(x - y) ** 2)) / size
-    return LevelChange(float(change), float(np.sqrt(np.mean(dx**2 + dy**2)) / size))
+    apart = np.sqrt(np.mean(np.abs(x - y) ** 2)) / size
+    return LevelChange(float(apart), float(np.sqrt(np.mean(dx**2 + dy**2)) / size))
 
 
-def _transfer(signal: Signal, n: int) -> tuple[Complex, Real]:
+def _lowest(signal: Signal) -> float:
+    return float(signal.s.imag[0] / (2 * np.pi))
+
+
+def _highest(signal: Signal) -> float:
+    return float(signal.s.imag[-1] / (2 * np.pi))
+
+
+def _transfer(signal: Signal, centres: Real) -> tuple[Complex, Real]:
     """H1 under a kernel of a twentieth of the frequency, and its noise: (points, sensors) each."""
-    f = signal.s.imag[:n] / (2 * np.pi)
-    centres = np.geomspace(f[0] * 1.1, f[-1] / 1.1, 60)
+    f = signal.s.imag / (2 * np.pi)
     kernel = (0.05 * centres[:, None]) / (
         (centres[:, None] - f) ** 2 + (0.05 * centres[:, None]) ** 2
     )
-    drive = signal.U[:n, 0, 0]
+    drive = signal.U[:, 0, 0]
     mix = kernel * np.conj(drive) / (kernel @ np.abs(drive) ** 2)[:, None]
-    return mix @ signal.Y[:n, :, 0], np.sqrt(np.abs(mix) ** 2 @ signal.std[:n, :, 0] ** 2)
+    return mix @ signal.Y[:, :, 0], np.sqrt(np.abs(mix) ** 2 @ signal.std[:, :, 0] ** 2)

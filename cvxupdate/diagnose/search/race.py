@@ -7,7 +7,7 @@ from itertools import chain
 
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis, nominal_unknowns
-from cvxupdate.diagnose.settings import ABREAST, AGAIN, BEHIND, CLEAR, TRIAGED
+from cvxupdate.diagnose.settings import ABREAST, AGAIN, BEHIND, CLEAR, STAYING, TRIAGED
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
 
@@ -42,10 +42,13 @@ def raced(
     for level, most in legs:
         if level >= evidence.levels or not runners:
             break
-        arrived = []
+        arrived: list[Hypothesis] = []
         refitted = level > 0 or evidence.levels == 1  # the only level: fitted to the end already
         field = _field(runners, most, BEHIND if refitted else TRIAGED)
         for number, h in enumerate(field):
+            if len(arrived) >= STAYING and evidence.hurried:
+                progress("the time is over: what stands further back is not sharpened")
+                break
             progress(f"sharpening {number + 1} of {len(field)}: {h.name}")
             try:
                 carried = Hypothesis(h.effects, _sharper(evidence, h, level))

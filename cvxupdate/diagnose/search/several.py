@@ -61,6 +61,8 @@ def in_their_place(
     known = {h.keys: h for h in singles}
     pool = Pool(evidence, progress, known, set(known))
     for parent in _close(singles)[:MOVES]:
+        if evidence.hurried:
+            break
         rest = without(evidence, parent, 0)
         if rest is not None:
             progress(f"seeking in place of {parent.name}")
@@ -82,10 +84,12 @@ def pairs(
     for parent in _close(singles)[:parents]:
         progress(f"seeking beside {parent.name}")
         pool.refit(beside(evidence, parent))
-        if any(evidence.clear(h.fit) for h in pool.found.values()):
+        if any(evidence.clear(h.fit) for h in pool.found.values()) or evidence.hurried:
             break  # others that would do as well are found by the exchange
     exchanged: set[frozenset[Key]] = set()
     for _ in range(ROUNDS):
+        if pool.found and evidence.hurried:
+            break
         found = _to_exchange(pool, exchanged, ALONE * singles[0].penalised)
         if found is None:
             break

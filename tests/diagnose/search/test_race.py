@@ -134,6 +134,16 @@ def test_what_leads_to_no_structure_is_left_out() -> None:
     assert nodes(found) == [1] and said[0].startswith("refitting 1 of 2: ")
 
 
+def test_when_time_is_over_the_best_three_go_on() -> None:
+    """They are refitted to the end, so that the best has rivals to be weighed against."""
+    times = {(k, 2): float(k) for k in range(1, 7)}
+    track = Track(times=times, hurried=True)
+    said: list[str] = []
+    field = [runner(k, 1.0 + 0.1 * k) for k in range(1, 7)]
+    assert nodes(raced(track, field, ((2, 6),), said.append)) == [1, 2, 3]  # type: ignore[arg-type]
+    assert "time is over" in said[-1]
+
+
 def test_what_is_not_tenable_neither_enters_nor_goes_on() -> None:
     """A fit took the exchange back: the channels are sound."""
     swap = fault("n1.x")

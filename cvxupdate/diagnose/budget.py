@@ -1,0 +1,51 @@
+"""The time that a diagnosis may take: by the clock and of the processor, from its beginning."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field
+
+from cvxupdate.diagnose.settings import BUDGET, WALL
+
+
+@dataclass
+class Budget:
+    """``computing`` and ``clock`` in seconds; infinite: nothing is left undone. ``stopped`` says
+    whether the search was ended by it."""
+
+    computing: float = BUDGET
+    clock: float = WALL
+    stopped: bool = False
+    _processor: float = field(default_factory=time.process_time)
+    _began: float = field(default_factory=time.perf_counter)
+
+    @staticmethod
+    def of(thorough: bool) -> Budget:
+        """The usual one, or none."""
+        return Budget(math.inf, math.inf) if thorough else Budget()
+
+    def over(self) -> bool:
+        """Whether nothing new may begin; asked where something would."""
+        used = time.process_time() - self._processor
+        passed = time.perf_counter() - self._began
+        self.stopped |= used > self.computing or passed > self.clock
+        return self.stopped
+
+    @property
+    def says(self) -> str:
+        """How long it may take."""
+        if math.isinf(self.clock):
+            return "as long as it needs (--thorough)"
+        return f"at most about {math.ceil((self.clock + 5.0) / 60.0)} minutes"
+
+    @property
+    def lines(self) -> list[str]:
+        """What a reader of the diagnosis has to know."""
+        if not self.stopped:
+            return []
+        return [
+            f"The time for one diagnosis ({self.computing:.0f} s of computing, {self.clock:.0f} s "
+            "by the clock) ended the search: explanations that stood further back were not "
+            "refitted to the end, so confidence is not what it could be. --thorough goes on."
+        ]

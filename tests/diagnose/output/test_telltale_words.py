@@ -1,0 +1,48 @@
+"""Tell-tales in words: one line each, none where nothing shows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from cvxupdate.diagnose.output.telltale_words import telltale_lines
+from tests.cases.shaken import shaken
+from tests.recordings.test_telltales import HARDENING, RUBBING, STOP, decaying
+
+
+def said(*runs):
+    return " ".join(telltale_lines(runs))
+
+
+def test_a_linear_structure_gives_no_line():
+    assert telltale_lines([shaken(seed=1), shaken(level=4.0, seed=2)]) == []
+    assert telltale_lines([]) == []
+
+
+def test_what_the_level_does_is_said_with_what_it_may_be():
+    hard = said(shaken(HARDENING, seed=3), shaken(HARDENING, 5.0, seed=4))
+    assert "From level 1 to level 5 resonances move by" in hard and "up: it stiffens" in hard
+    rubs = said(shaken(RUBBING, seed=5), shaken(RUBBING, 6.0, seed=6))
+    assert "damping falls with the level, as with dry friction" in rubs
+    stop = said(shaken(STOP, 3.0, seed=7))
+    assert "lopsided" in stop and "where nothing was forced" in stop
+
+
+def test_what_goes_with_time_is_not_said_of_the_level():
+    first = shaken(seed=8, name="morning")
+    later = shaken(seed=9, start=-0.3, end=-0.3, name="evening")
+    text = said(first, later)
+    assert "From morning to evening, at one level, resonances move down by" in text
+    assert "From level" not in text
+    within = said(shaken(seed=10, start=0.0, end=-0.3))
+    assert "goes with time, not with the level" in within
+
+
+def test_what_is_held_out_is_not_looked_at():
+    later = shaken(seed=9, start=-0.3, end=-0.3)
+    kept = replace(later, origin=replace(later.origin, use="hold-out"))
+    assert telltale_lines([shaken(seed=8), kept]) == []
+
+
+def test_a_ring_down_says_how_damping_goes():
+    assert "its damping rises from" in said(decaying(0.4, 0.25))
+    assert telltale_lines([decaying(1.5, 0.0)]) == []
