@@ -125,10 +125,7 @@ _HOME = {
         "ProblemWarning",
         "RecordingError",
     ),
-    "cvxupdate.report": (
-        "run_files",
-        "solvers_files",
-    ),
+    "cvxupdate.report": ("solvers_files",),
     "cvxupdate.spec": (
         "Spec",
         "check_problem",
