@@ -10,9 +10,8 @@ from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.modes.common import common_of as common_of_tables
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.tables import prepared, stated_tables
-from cvxupdate.diagnose.modes.worth import mesh_of_tables
 from cvxupdate.diagnose.nominal.damping import undamped
-from cvxupdate.diagnose.nominal.mesh import NONE, mesh_error
+from cvxupdate.diagnose.nominal.mesh import mesh_error
 from cvxupdate.diagnose.nominal.refinement import PLAIN
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
@@ -169,11 +168,10 @@ def _modes(
     progress: Progress,
     reference: Reference | None = None,
 ) -> ModesEvidence:
-    told = SHEAR in _names(spec, MODES)
-    fine = PLAIN if reference is not None else mesh_of_tables(spec, model, tables, told)
-    start = with_nuisance(undamped(fine.on(model)), scatter=spec.diagnose.scatter)
-    top = max(float(t.frequency.max()) for t in tables)
-    mesh = mesh_error(spec, model, top) if fine is PLAIN else NONE
+    # the mesh of the file: what it does to frequencies extrapolation takes out, at a tenth of the
+    # cost of the responses' analysis model
+    start = with_nuisance(undamped(model), scatter=spec.diagnose.scatter)
+    mesh = mesh_error(spec, model, max(float(t.frequency.max()) for t in tables))
     common = None
     if reference is not None:
         fitted = [t for t in tables_of(reference.recordings) if t.origin.use == "fit"]
@@ -189,11 +187,10 @@ def _modes(
         start,
         prepared(start, tables, mesh, common),
         mesh,
-        fine,
         _names(spec, MODES),
         _names(spec, RATIOS),
         held_dofs(spec, model),
-        release_from(spec, fine),
+        release_from(spec),
         tuple(order),
         progress,
         None if reference is None else reference.file,

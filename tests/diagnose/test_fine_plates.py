@@ -10,7 +10,7 @@ from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
 from cvxupdate.diagnose.types import Score, Seed
 from cvxupdate.study import open_problem
-from tests.cases.fine_plate import Plate, drawn, frf, real, table
+from tests.cases.fine_plate import Plate, drawn, frf, real
 
 # so thin that Kirchhoff's theory, which the laboratory rests on, is that of a solid
 PLATE, TIMES = Plate(h=4e-4, nx=4, ny=3), (6, 8)
@@ -50,12 +50,10 @@ def test_what_the_right_effect_leaves_is_not_the_mesh(tmp_path, case):
     assert value == pytest.approx(size, rel=0.05)
 
 
-@pytest.mark.parametrize("kind", ["frf", "table"])
-def test_where_nothing_is_concealed_nuisance_parameters_explain(tmp_path, kind):
+def test_where_nothing_is_concealed_nuisance_parameters_explain(tmp_path):
     plate = Plate(h=4e-4, nx=4, ny=3, held=False)
     model = real(tmp_path, plate, TIMES)
-    recordings = table(model) if kind == "table" else frf(tmp_path, plate, model, TIMES)
-    evidence = evidence_of(tmp_path, plate, recordings, model)
+    evidence = evidence_of(tmp_path, plate, frf(tmp_path, plate, model, TIMES), model)
     base = evidence.bases[-1]
     assert evidence.explained(base, evidence.errors(base))
     assert evidence.fine.shift > 3e-3  # which the mesh of the file alone would have had to explain

@@ -22,7 +22,6 @@ from cvxupdate.diagnose.modes.scene import scene
 from cvxupdate.diagnose.modes.setting import ModesSetting, setting_of
 from cvxupdate.diagnose.modes.tables import Tables, chi_square, errors_of, rms
 from cvxupdate.diagnose.nominal.mesh import MeshError, mesh_line
-from cvxupdate.diagnose.nominal.refinement import Mesh, mesh_lines, mesh_notes
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import on_the_file, regrown
 from cvxupdate.diagnose.results import Further, Updated
@@ -67,7 +66,6 @@ class ModesEvidence:
     model: Model
     tables: Tables
     mesh: MeshError
-    fine: Mesh
     names: tuple[str, ...]
     damping: tuple[str, ...]
     supports: tuple[tuple[int, str], ...]
@@ -202,9 +200,8 @@ class ModesEvidence:
         return 2.0 * errors.worst
 
     def allowance(self, model: Model) -> float:
-        """Of the frequencies of a finer mesh; what the file's may leave is in the tables'
-        deviations."""
-        return self.fine.left
+        """None: what the mesh may leave is in the tables' deviations."""
+        return 0.0
 
     def explained(self, found: Fit, errors: Errors) -> bool:
         """Whether noise, the model's discrepancy and the priors alone would leave as much once in
@@ -243,7 +240,7 @@ class ModesEvidence:
 
     def lines(self) -> list[str]:
         """What the mesh of the file is worth."""
-        return [*mesh_line(self.mesh.worst(self.tables.top)), *mesh_lines(self.fine)]
+        return mesh_line(self.mesh.worst(self.tables.top))
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With the pairing of each table."""
@@ -253,8 +250,7 @@ class ModesEvidence:
             for k, places in zip(self.order, point.places, strict=False)
         }
         alpha = None if further.alpha is None else further.alpha[0]
-        notes = mesh_notes(self.fine)
-        return Updated(point.residual.model, point.p, alpha=alpha, pairs=pairs, notes=notes)
+        return Updated(point.residual.model, point.p, alpha=alpha, pairs=pairs)
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Errors of every mode before and after."""
