@@ -171,6 +171,9 @@ LARGE = 4.0
 FAINT, SURE = 0.15, 0.4
 # Most that is stated: one time in a hundred what is missing is nothing that was tried.
 MOST_SURE = 0.99
+# Most that is stated where time ended the search: what was not refitted to the end may be as likely
+# as all that was.
+CUT_SHORT = 0.5
 # Probability from which on it is said what all likely hypotheses have in common; part of the
 # structure's extent up to which they are at one place: an engineer looks there, and not everywhere.
 GRADED, REGION = 0.8, 0.25

@@ -198,6 +198,10 @@ class Evidence(Protocol):
     def hurried(self) -> bool:
         """Whether the time for one diagnosis is over: nothing new is begun."""
 
+    @property
+    def unfinished(self) -> bool:
+        """Whether that ended the search before all was refitted."""
+
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
 

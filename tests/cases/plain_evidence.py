@@ -138,6 +138,7 @@ class PlainEvidence:
     delay_unit: float = 1.0
     band: tuple[float, float] = (5.0, 75.0)
     hurried: bool = False
+    unfinished: bool = False
     drift: str | None = None
 
     def errors(self, fit: PlainFit) -> Errors:

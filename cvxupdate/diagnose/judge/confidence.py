@@ -10,7 +10,7 @@ import numpy as np
 from cvxupdate.diagnose.hypothesis import Figures
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
 from cvxupdate.diagnose.judge.posterior import field_of, rivals, support, weights
-from cvxupdate.diagnose.settings import MOST_SURE
+from cvxupdate.diagnose.settings import CUT_SHORT, MOST_SURE
 from cvxupdate.physics.effect import Effect
 
 
@@ -21,7 +21,7 @@ class Standing:
     ``support``: posterior probability of the hypotheses that have it; ``gain``: misfit of the
     nuisance parameters alone over the best (log); ``left``: the best misfit (log); ``weight``: its
     size in its own deviations (log); ``rivals``: how many hypotheses are no less likely than strong
-    evidence would tell.
+    evidence would tell; ``most`` that may be stated.
     """
 
     support: float
@@ -29,11 +29,12 @@ class Standing:
     left: float
     weight: float
     rivals: int
+    most: float = MOST_SURE
 
     @property
     def confidence(self) -> float:
         """Never certain: what nobody thought of was not tried."""
-        return min(self.support, MOST_SURE)
+        return min(self.support, self.most)
 
 
 def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case) -> Standing:
@@ -46,6 +47,7 @@ def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case)
         _log(mine),
         _log(size_of(effect, final.hypothesis.figures[number])),
         len(rivals(final, others, case)),
+        CUT_SHORT if case.evidence.unfinished else MOST_SURE,
     )
 
 

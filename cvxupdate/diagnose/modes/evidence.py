@@ -75,7 +75,7 @@ class ModesEvidence:
     file: Model | None = None
 
     told_by = MODES
-    hurried = False
+    hurried = unfinished = False
     drift = None
     levels = 1
     delay_unit = 1.0

@@ -247,6 +247,11 @@ class MotionEvidence:
         """Whether the time for one diagnosis is over."""
         return self.budget.over()
 
+    @property
+    def unfinished(self) -> bool:
+        """Whether that ended the search."""
+        return self.budget.stopped
+
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
         return let_go(self)

@@ -80,6 +80,7 @@ class ResponseEvidence:
     file: Model | None = None
 
     told_by, hurried, drift = "responses", False, None  # neither hurried nor looked for
+    unfinished = False
 
     @property
     def levels(self) -> int:

@@ -9,7 +9,7 @@ import pytest
 
 from cvxupdate.diagnose.hypothesis import Figures
 from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, size_of, standing
-from cvxupdate.diagnose.settings import MOST_SURE
+from cvxupdate.diagnose.settings import CUT_SHORT, MOST_SURE
 from cvxupdate.diagnose.types import Errors
 from cvxupdate.physics.quantity import stiffness
 from tests.cases.plain_evidence import PlainEvidence, PlainFit, case_of, effect, weighed
@@ -21,6 +21,14 @@ GOOD = PlainFit(1.0, errors=Errors(0.02, 0.02))
 def test_confidence_is_the_probability_but_never_certainty() -> None:
     assert Standing(0.6, 2.0, 0.0, 1.0, 1).confidence == 0.6
     assert Standing(1.0, 2.0, 0.0, 1.0, 0).confidence == MOST_SURE
+
+
+def test_a_search_that_time_ended_is_at_most_half_sure() -> None:
+    whole = case_of(PlainEvidence((BASE,)))
+    cut = case_of(PlainEvidence((BASE,), unfinished=True))
+    final = weighed(GOOD, effect())
+    assert standing(0, final, [], whole).confidence > CUT_SHORT
+    assert standing(0, final, [], cut).confidence == CUT_SHORT
 
 
 def test_a_size_counts_in_its_own_deviations_from_nothing() -> None:
