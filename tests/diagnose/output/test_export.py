@@ -151,9 +151,9 @@ def test_every_effect_at_every_place_is_written(tmp_path: Path, structure: str, 
         assert np.all(np.abs(got - wanted) <= 1e-8 * scale(wanted)), candidate.name
         if set(model.labels) <= set(rebuilt.labels):  # no DOF of its own: matrix by matrix
             order = [rebuilt.place[label] for label in model.labels]
-            for one, other in zip(
-                vars(model.matrices(p)).values(), vars(rebuilt.matrices()).values(), strict=True
-            ):
+            ours, theirs = model.matrices(p), rebuilt.matrices()
+            for which in "KMCD":
+                one, other = getattr(ours, which), getattr(theirs, which)
                 assert abs(one - other[order][:, order]).max() <= 1e-12 * abs(one).max(), (
                     candidate.name
                 )
