@@ -72,7 +72,7 @@ def test_a_line() -> None:
 @pytest.mark.parametrize("kind", ELEMENTS.members(), ids=lambda k: k.name)
 def test_what_has_an_outline_can_be_divided(kind: type) -> None:
     counts = {"line": (2,), "rectangle": (4,), "surface": (3, 4)}.get(kind.text.outline, ())
-    if kind.name == "gyroscopic":
+    if kind.name in ("gyroscopic", "exact_beam"):  # nothing is gained: a disc, and no mesh error
         counts = ()
     for count in counts:
         assert len(kind.text.divide(count, 2).children) == 2 ** (1 if count == 2 else 2)
