@@ -92,6 +92,15 @@ def null_space(C: Array, n: int) -> Array:
     return np.asarray(Vt[rank:].T)
 
 
+def influence_trace(WA: Array, root: Array, weight: float, active: Array) -> float:
+    """Trace of the influence matrix within the active constraints, of a penalty ‖root p‖²."""
+    Z = null_space(active, WA.shape[1])
+    if Z.shape[1] == 0:
+        return 0.0
+    J, bend = WA @ Z, root @ Z
+    return float(np.trace(np.linalg.solve(J.T @ J + weight * bend.T @ bend, J.T @ J)))
+
+
 def free_count(moved: Any, active: Array) -> float:
     """Number of moved parameters (a mask) less the independent active constraints among them."""
     count = int(np.sum(moved))

@@ -11,7 +11,7 @@ import numpy as np
 from ...errors import InputError
 from ...system import Array
 from ..context import Context
-from .common import check_weight, null_space, reference_and_scale
+from .common import check_weight, influence_trace, reference_and_scale
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,9 +70,5 @@ class Entropy:
         self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]
     ) -> float:
         """Trace of the influence matrix with the penalty's curvature 1/2q at p."""
-        Z = null_space(active, WA.shape[1])
-        if Z.shape[1] == 0:
-            return 0.0
-        J = WA @ Z
-        bend = Z.T @ (Z / (2.0 * np.maximum(1.0 + p, 1e-9))[:, None])
-        return float(np.trace(np.linalg.solve(J.T @ J + weight * bend, J.T @ J)))
+        root = np.diag(1.0 / np.sqrt(2.0 * np.maximum(1.0 + p, 1e-9)))
+        return influence_trace(WA, root, weight, active)

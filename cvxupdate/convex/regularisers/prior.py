@@ -16,7 +16,7 @@ from cvxupdate.keys import Positive
 from ...errors import InputError
 from ...system import Array
 from ..context import Context
-from .common import check_weight, null_space
+from .common import check_weight, influence_trace
 
 Rows = Annotated[tuple[Annotated[tuple[float, ...], Field(min_length=1)], ...], Field(min_length=1)]
 SYMMETRIC = 1e-9  # of the largest entry: digits that a file may have dropped
@@ -125,11 +125,7 @@ class Prior:
         self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]
     ) -> float:
         """Trace of the influence matrix within the active constraints."""
-        Z = null_space(active, WA.shape[1])
-        if Z.shape[1] == 0:
-            return 0.0
-        J, bend = WA @ Z, self._root(len(columns)) @ Z
-        return float(np.trace(np.linalg.solve(J.T @ J + weight * bend.T @ bend, J.T @ J)))
+        return influence_trace(WA, self._root(len(columns)), weight, active)
 
     def _whitened(self, WA: Array, n: int) -> Array:
         return np.asarray(la.solve_triangular(self._root(n).T, WA.T, lower=False).T)
