@@ -11,7 +11,7 @@ import numpy as np
 from cvxupdate.api.arrays import Numbers, numbers, optional
 from cvxupdate.api.held import Held
 from cvxupdate.api.places import places_of
-from cvxupdate.api.shared import RATIOS, counted, motion_of, settings_of
+from cvxupdate.api.shared import RATIOS, counted, motion_of, origin_keys, settings_of
 from cvxupdate.errors import InputError, RecordingError
 from cvxupdate.recordings.types import DOF_KINDS, FrequencyResponse
 from cvxupdate.recordings.units import scale_to_si
@@ -107,9 +107,7 @@ class Frf:
             coherence=None
             if frf.coherence is None or np.isnan(frf.coherence).any()
             else frf.coherence,
-            use=frf.origin.use,
-            name=frf.origin.name,
-            level=frf.origin.level,
+            **origin_keys(frf.origin),
         )
 
     @classmethod

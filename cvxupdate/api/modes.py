@@ -9,7 +9,7 @@ import numpy as np
 
 from cvxupdate.api.arrays import Numbers, numbers, optional
 from cvxupdate.api.places import Place, place_of, places_of
-from cvxupdate.api.shared import counted, settings_of
+from cvxupdate.api.shared import counted, origin_keys, settings_of
 from cvxupdate.errors import InputError
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.spec.given import plain
@@ -106,9 +106,7 @@ class Modes:
             frequency_std=None if table.relative_only else known(table.frequency_std),
             damping_std=known(table.damping_std),
             shape_std=deviations,
-            use=table.origin.use,
-            name=table.origin.name,
-            level=table.origin.level,
+            **origin_keys(table.origin),
         )
 
     @classmethod

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from cvxupdate.errors import InputError
+from cvxupdate.recordings.types import Origin
 
 MOTIONS = {
     "displacement": "displacement",
@@ -41,6 +42,11 @@ def settings_of(settings: Mapping[str, Any]) -> dict[str, Any]:
     if own:
         raise InputError(f"{', '.join(own)}: follows from the arrays. Leave it out.")
     return {k: v for k, v in settings.items() if v is not None}
+
+
+def origin_keys(origin: Origin) -> dict[str, Any]:
+    """What a recording that was read keeps of [[recordings]]."""
+    return {"use": origin.use, "name": origin.name, "level": origin.level}
 
 
 def counted(n: int, what: str) -> str:

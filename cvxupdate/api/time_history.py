@@ -12,7 +12,7 @@ import numpy as np
 from cvxupdate.api.arrays import numbers, optional
 from cvxupdate.api.held import Held
 from cvxupdate.api.places import Place, places_of
-from cvxupdate.api.shared import counted, settings_of
+from cvxupdate.api.shared import counted, origin_keys, settings_of
 from cvxupdate.errors import InputError, RecordingError
 from cvxupdate.recordings.types import QUANTITIES
 from cvxupdate.recordings.types import TimeHistory as Sampled
@@ -83,9 +83,7 @@ class TimeHistory:
             history.data,
             history.rate,
             at,
-            use=history.origin.use,
-            name=history.origin.name,
-            level=history.origin.level,
+            **origin_keys(history.origin),
         )
 
     @classmethod
