@@ -48,7 +48,9 @@ class Ended:
         """One row of the table."""
         state = "FAILED" if self.failed else "stopped" if self.status == STOPPED else "ended"
         said = " ".join(self.says.split())[:160]
-        return f"{state:8}{self.status:3} {self.seconds:6.1f} s  {self.command:10}{self.file}  {said}"
+        return (
+            f"{state:8}{self.status:3} {self.seconds:6.1f} s  {self.command:10}{self.file}  {said}"
+        )
 
 
 def problem_files(places: Sequence[Path]) -> Iterator[Path]:
