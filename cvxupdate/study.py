@@ -10,7 +10,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cvxupdate.errors import InputError
 from cvxupdate.spec import Given, Spec, spec_of
 from cvxupdate.spec.given import to_update
 
