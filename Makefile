@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 
-.PHONY: demo test lint bench proof calibrate rigs motions clean
+.PHONY: demo test lint bench proof calibrate rigs motions plates clean
 
 demo: $(VENV)/.base
 	$(BIN)/cvxupdate run problems/structure_a/problem.toml
@@ -34,6 +34,10 @@ rigs: $(VENV)/.test
 # Time histories of structures that touch, rub, harden or drift. ARGS="--seed 0 --count 24 --cases" develops.
 motions: $(VENV)/.test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.motions $(ARGS)
+
+# Plates and frames computed by CalculiX beforehand. ARGS="--cases" develops; --evaluation evaluates.
+plates: $(VENV)/.test
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.plates $(ARGS)
 
 $(VENV)/bin/python:
 	$(PYTHON) -c "import sys; sys.exit('cvxupdate needs Python 3.11 or newer; run make PYTHON=python3.11') if sys.version_info < (3, 11) else None"
