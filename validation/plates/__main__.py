@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shutil
 import sys
 import tempfile
 import time
@@ -22,7 +23,7 @@ from typing import Any
 from validation import calibrate
 from validation.parallel import workers
 from validation.plates.cases import COUNT, EVALUATION
-from validation.plates.files import KEPT, make, remember
+from validation.plates.files import KEPT, kept, make, remember
 
 HERE = Path(__file__).resolve().parent
 OUT = HERE.parents[1] / "out" / "plates"
@@ -120,7 +121,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             make(seed, folder)
             print(folder)
         return 0
-    rows, complete = calibrate.run(seeds, o.out, o.jobs, o.limit, o.keep, tried, files())
+    there = [s for s in seeds if kept(s).exists() or shutil.which("ccx")]
+    if len(there) < len(seeds):
+        print(f"{len(seeds) - len(there)} cases are not kept, and CalculiX (ccx) is not here.")
+    rows, complete = calibrate.run(there, o.out, o.jobs, o.limit, o.keep, tried, files())
     totals = calibrate.summary(rows)
     text = [*calibrate.say(totals), *lines(rows)]
     print("\n".join([*(told(r) for r in rows if o.cases), *text]))
