@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +11,8 @@ from typing import Any
 from cvxupdate.errors import Fault, InputError, ProblemFileError
 from cvxupdate.spec.grammar import Spec
 from cvxupdate.spec.problem import load_problem, load_tables
+from cvxupdate.spec.toml import toml_tables
+from cvxupdate.spec.update import Update
 from cvxupdate.spec.write import tables_of, to_toml
 
 Given = str | os.PathLike[str] | Mapping[str, Any] | Spec
@@ -51,6 +52,27 @@ def spec_of(problem: Given) -> Spec:
     )
 
 
+def to_update(spec: Spec, command: str) -> tuple[Spec, Update]:
+    """A problem with the [update] table and the recordings that a command needs, said before the
+    recordings are read.
+
+    Raises
+    ------
+    InputError
+        Where it has none of them.
+    """
+    if spec.update is None:
+        raise InputError(
+            f"{spec.path}: {command} needs an [update] table. Add one with a method and parameters."
+        )
+    if not spec.recordings:
+        raise InputError(
+            f"{spec.path}: there are no recordings, so [update] has nothing to fit. Add "
+            "[[recordings]]; 'cvxupdate plan' says what to measure."
+        )
+    return spec, spec.update
+
+
 def is_text(problem: str) -> bool:
     """Whether a string is the text of a problem file, not its path."""
     return "\n" in problem or ("=" in problem and not os.path.exists(problem))
@@ -71,7 +93,7 @@ def _parsed(text: str) -> dict[str, Any]:
         return ProblemFileError([Fault(str(UNNAMED), "", problem, remedy)])
 
     try:
-        return tomllib.loads(text)
+        return toml_tables(text)
     except RecursionError:
         raise fault("is nested too deeply.", "A problem needs four levels at most.") from None
     except ValueError as error:
