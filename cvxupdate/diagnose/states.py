@@ -181,9 +181,11 @@ def _findings(
             if there is not None:
                 at, off = there
                 off *= np.sqrt(max(1.0, shared.fit.cost / (shared.fit.rows - shared.unknowns)))
-                figures |= dict(zip("xyz", at.tolist(), strict=True))
-                deviations |= dict.fromkeys("xyz", float(off))
-                where = ", ".join(f"{c} {quantity(v, 'm')}" for c, v in zip("xyz", at, strict=True))
+                runs = np.ptp(kind.xyz, axis=0) > 0.0  # coordinates in which the line runs
+                place = {c: float(v) for c, v, r in zip("xyz", at, runs, strict=True) if r}
+                figures |= place
+                deviations |= dict.fromkeys(place, float(off))
+                where = ", ".join(f"{c} {quantity(v, 'm')}" for c, v in place.items())
                 says += f" Between the nodes it is at {where} (± {quantity(off, 'm')})."
         out.append(
             Finding(
@@ -227,7 +229,7 @@ def _title(ranked: Ranked) -> str:
         return "the usual scatter of the groups"
     noun = shared.effects[0].type.noun
     if shared.moved:
-        return f"{noun} of one size that moves"
+        return f"{noun} ({shared.effects[0].place.dof}) of one size that moves"
     return f"{shared.effects[0].title}, {'own sizes' if shared.own else 'one size'}"
 
 
