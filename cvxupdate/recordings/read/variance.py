@@ -80,9 +80,9 @@ def variance_of_frf(
     smooth = np.empty((lines, flat.shape[1]))
     smooth[4:-4] = _running_median(rough) / _MEDIAN
     smooth[:4], smooth[-4:] = smooth[4], smooth[-5]
-    floor = 1e-14 * np.maximum(
-        np.mean(np.abs(flat) ** 2, axis=0), np.finfo(float).tiny
-    )  # rounding of single precision
+    with np.errstate(over="ignore"):
+        power = np.mean(np.abs(flat) ** 2, axis=0)
+    floor = 1e-14 * np.maximum(power, np.finfo(float).tiny)  # rounding of single precision
     if coherence is None or np.all(np.isnan(coherence)):
         return np.maximum(smooth, floor).reshape(H.shape), float("nan")
     gamma = np.clip(coherence.reshape(lines, -1), 1e-6, 1.0)
