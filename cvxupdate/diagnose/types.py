@@ -182,6 +182,10 @@ class Evidence(Protocol):
     def errors(self, fit: Fit) -> Errors:
         """On what was fitted and on what was held out."""
 
+    def held_out(self, fit: Fit) -> float:
+        """Logarithm of the likelihood of what was held out, at a fit; 0 where that says nothing
+        that was not fitted: of a linear structure another record is one more of the same."""
+
     def relative(self, errors: Errors) -> float:
         """The worse one as a fraction of the responses or of the eigenvalues."""
 

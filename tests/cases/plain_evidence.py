@@ -144,6 +144,9 @@ class PlainEvidence:
     def errors(self, fit: PlainFit) -> Errors:
         return fit.errors
 
+    def held_out(self, fit: PlainFit) -> float:
+        return 0.0
+
     def relative(self, errors: Errors) -> float:
         return errors.worst
 

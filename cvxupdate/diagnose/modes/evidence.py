@@ -195,6 +195,10 @@ class ModesEvidence:
         moved = (*self.tables.fit, *self.tables.hold)
         return Errors(*(rms(errors_of(point, moved, use)) for use in (True, False)))
 
+    def held_out(self, found: Fit) -> float:
+        """Nothing: it is one more recording of the same."""
+        return 0.0
+
     def relative(self, errors: Errors) -> float:
         """Of the eigenvalues, which go with stiffness as responses do: twice the frequencies'."""
         return 2.0 * errors.worst

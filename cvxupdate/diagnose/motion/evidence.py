@@ -53,13 +53,14 @@ from cvxupdate.physics.fault import Fault
 @dataclass(frozen=True)
 class MotionEvidence:
     """Beside the ``linear`` evidence of the same recordings, offsets taken out of those that
-    ``came``: the ``runs`` by name, ``stages`` of signals from smooth to sharp, the ``laws`` that
-    are tried."""
+    ``came``: the ``runs`` by name, ``stages`` of signals from smooth to sharp and those ``held``
+    out, the ``laws`` that are tried."""
 
     came: ResponseEvidence
     linear: ResponseEvidence
     runs: Mapping[str, Run]
     stages: tuple[tuple[Signal, ...], ...]
+    held: tuple[Signal, ...]
     laws: tuple[str, ...]
     progress: Progress
     scores: LawScores = field(default_factory=LawScores)
@@ -220,11 +221,14 @@ class MotionEvidence:
 
     def errors(self, found: Fit) -> Errors:
         """Channel by channel, in free simulation."""
-        data = self.linear.data
-        return Errors(
-            channel_errors(found.point, data.sharp),
-            channel_errors(found.point, data.sharp_hold_out),
-        )
+        sharp, held = self.linear.data.sharp, self.linear.data.sharp_hold_out
+        return Errors(channel_errors(found.point, sharp), channel_errors(found.point, held))
+
+    def held_out(self, found: Fit) -> float:
+        """In free simulation: two laws that do alike at the levels fitted part there."""
+        if not self.held:
+            return 0.0
+        return fitted_at(found.setting.on(self.held), found.p, found.point).log_likelihood
 
     def relative(self, errors: Errors) -> float:
         """A fraction of the responses as it is."""
@@ -278,13 +282,9 @@ class MotionEvidence:
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Responses before and after, what remains, and the map of explained fractions."""
-        return responses_shown(
-            self.linear.nominal_point,
-            last.point,
-            self.linear.data.sharp,
-            self.linear.data.sharp_hold_out,
-            [(s.effect, s.fraction) for s in scores],
-        )
+        sharp, held = self.linear.data.sharp, self.linear.data.sharp_hold_out
+        scored = [(s.effect, s.fraction) for s in scores]
+        return responses_shown(self.linear.nominal_point, last.point, sharp, held, scored)
 
     def _contract(self, last: Fit) -> ContractErrors:
         data = self.linear.data
