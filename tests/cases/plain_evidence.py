@@ -147,6 +147,9 @@ class PlainEvidence:
     def held_out(self, fit: PlainFit) -> float:
         return 0.0
 
+    def alike(self, fit: PlainFit, effect: Effect) -> Sequence[Effect]:
+        return ()
+
     def relative(self, errors: Errors) -> float:
         return errors.worst
 

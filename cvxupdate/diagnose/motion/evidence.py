@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
+from cvxupdate.diagnose.motion.alike import alike
 from cvxupdate.diagnose.motion.columns import LawScores, is_law
 from cvxupdate.diagnose.motion.drift import clock_not_level, drift_of, noise_of
 from cvxupdate.diagnose.motion.point import MotionSetting
@@ -34,15 +35,7 @@ from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.screen.shortlist import best_of
 from cvxupdate.diagnose.settings import SIMULATED
 from cvxupdate.diagnose.shown import Shown
-from cvxupdate.diagnose.types import (
-    Errors,
-    FiniteSize,
-    LevelChange,
-    Progress,
-    Real,
-    Score,
-    Seed,
-)
+from cvxupdate.diagnose.types import Errors, FiniteSize, LevelChange, Progress, Real, Score, Seed
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
@@ -229,6 +222,11 @@ class MotionEvidence:
         if not self.held:
             return 0.0
         return fitted_at(found.setting.on(self.held), found.p, found.point).log_likelihood
+
+    def alike(self, found: Fit, effect: Effect) -> Sequence[Effect]:
+        """Of laws: they are screened by rank, which takes few of many neighbours."""
+        laws = self.candidates(self.model, (effect.physics,)) if is_law(effect) else ()
+        return alike(found.point, effect, laws)
 
     def relative(self, errors: Errors) -> float:
         """A fraction of the responses as it is."""

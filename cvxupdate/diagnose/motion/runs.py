@@ -12,6 +12,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from cvxupdate.diagnose.responses.data import DIFFERENCED, signals_of
+from cvxupdate.diagnose.responses.rest import QUIET, STILL, rest_noise
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal, smoothed
 from cvxupdate.recordings.measured import DECAY, MOTION, band_of
 from cvxupdate.recordings.types import TimeHistory
@@ -23,9 +24,7 @@ COLUMNS = 4  # steps of the columns of a regression in a sample
 # of the sampling rate: up to here recorders pass what they hear (the usual rate is 2.56 times the
 # band, ISO 18431-1); above, their anti-alias filters roll off, and a simulation has no such filter
 EDGE = 1.0 / 2.56
-QUIET, STILL = 16, 0.03  # samples, and what of the r.m.s. they may scatter by at rest
 STRETCH = 25  # lines whose mean power is one estimate of the noise
-FINEST = 1e-6  # of the r.m.s.: what scatters less at rest is a simulation, not an instrument
 QUIETEST = 1.8  # their mean over the least of a hundred such estimates, of white noise
 
 
@@ -148,20 +147,7 @@ def noise_of(motion: Real, force: Real) -> Real:
     least = np.array([power[a:b].mean(axis=0) for a, b in pairwise(edges)]).min(axis=0)
     sizes = np.std(motion, axis=0)
     bound = np.minimum(np.sqrt(least * QUIETEST), DIFFERENCED * sizes)
-    still = motion[: _rest(force)]
-    if len(still) < QUIET:
-        return np.asarray(bound)
-    rest = np.std(still, axis=0, ddof=1)
-    return np.asarray(np.where(rest > FINEST * sizes, np.minimum(bound, rest), bound))
-
-
-def _rest(force: Real) -> int:
-    """Samples of the beginning that are surely at rest: half of those until a force first moves; 0
-    where it moves from the beginning."""
-    sizes = np.std(force, axis=0)
-    moves = np.any(np.abs(force - force[:QUIET].mean(axis=0)) > STILL * sizes, axis=1)
-    until = int(np.argmax(moves)) if np.any(moves) else 0
-    return max(QUIET, until // 2) if until >= QUIET else 0
+    return np.asarray(np.minimum(bound, rest_noise(motion, force)))
 
 
 def wide(history: TimeHistory) -> TimeHistory:

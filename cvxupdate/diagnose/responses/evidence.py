@@ -47,6 +47,7 @@ from cvxupdate.diagnose.types import (
     Errors,
     FiniteSize,
     LevelChange,
+    Linear,
     Progress,
     Real,
     Score,
@@ -61,7 +62,7 @@ from cvxupdate.physics.fault import Fault
 
 
 @dataclass(frozen=True)
-class ResponseEvidence:
+class ResponseEvidence(Linear):
     """What stays fixed while hypotheses come and go: the file's model (``original``, for its
     damping), the one with nuisance parameters, recordings, supports, effects to try.
 
@@ -79,7 +80,7 @@ class ResponseEvidence:
     progress: Progress
     file: Model | None = None
 
-    told_by, drift, hurried, unfinished = "responses", None, False, False  # not looked for here
+    told_by = "responses"
 
     @property
     def levels(self) -> int:
@@ -224,10 +225,6 @@ class ResponseEvidence:
     def _errors_at(self, point: ResponsePoint) -> Errors:
         sharp, held = self.data.sharp, self.data.sharp_hold_out
         return Errors(channel_errors(point, sharp), channel_errors(point, held))
-
-    def held_out(self, found: Fit) -> float:
-        """Nothing: one more of the same."""
-        return 0.0
 
     def relative(self, errors: Errors) -> float:
         """A fraction of the responses as it is."""

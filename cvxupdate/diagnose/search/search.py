@@ -11,6 +11,7 @@ import numpy as np
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
 from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
 from cvxupdate.diagnose.screen.stability import stability
+from cvxupdate.diagnose.search.alike import elsewhere
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.several import further, in_their_place, pairs, simpler
@@ -87,13 +88,16 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     singles = raced(evidence, coarse, FINE, progress)
     if pattern:
         singles.sort(key=lambda h: h.fit.damping_strain)
+    singles = elsewhere(evidence, singles, progress)
     several: list[Hypothesis] = []
     if not pattern and not _enough(evidence, singles):
         few = bool(singles) and _mesh_may(evidence, singles[0])
         several = pairs(evidence, coarse, FEW_PARENTS if few else PARENTS, progress)
     if several:
         singles = merged(singles, simpler(evidence, several[0], progress))
-        several = merged(several, further(evidence, several, progress))
+        several = elsewhere(
+            evidence, merged(several, further(evidence, several, progress)), progress
+        )
     return Found(
         tuple(best_of(*rankings)),
         tuple(singles),
