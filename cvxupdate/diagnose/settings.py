@@ -200,7 +200,7 @@ LAW = 0.9
 LOCATED, MOST_PLACES = 5.0, 8
 # Squared cosine of two places' deflections above which a law is tried at both (strain energy alike
 # to a tenth, as what screening by rank tells apart); how many such neighbours are refitted.
-ALIKE, ALIKE_PLACES = 0.9, 6
+NEIGHBOURING, NEIGHBOURS = 0.9, 6
 # Relative error of a free simulation that leaves nothing to look for: where parts touch or slip,
 # the smallest differences grow, so that the true law with scatter in all else leaves one to three
 # per cent.

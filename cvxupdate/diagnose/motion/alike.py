@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cvxupdate.diagnose.motion.point import MotionPoint
-from cvxupdate.diagnose.settings import ALIKE, ALIKE_PLACES
+from cvxupdate.diagnose.settings import NEIGHBOURING, NEIGHBOURS
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.internal_force import NonlinearForce, direction
 
@@ -15,7 +15,7 @@ from cvxupdate.physics.internal_force import NonlinearForce, direction
 def alike(point: MotionPoint, effect: Effect, candidates: Sequence[Effect]) -> list[Effect]:
     """Of ``candidates`` those with the law of ``effect`` elsewhere, where a force bends the modes
     that are marched as it does there: the squared cosine of the two static deflections, in the
-    scalar product of the strain energy, is at least `ALIKE`. Nearest first."""
+    scalar product of the strain energy, is at least `NEIGHBOURING`. Nearest first."""
     own = effect.action
     if not isinstance(own, NonlinearForce):
         return []
@@ -38,7 +38,7 @@ def alike(point: MotionPoint, effect: Effect, candidates: Sequence[Effect]) -> l
         one_sided = own.law == "clearance" and own.sides == "one"
         if one_sided and (cosine < 0.0 or other.side != own.side):
             continue  # a stop on the other side is another stop
-        if cosine**2 >= ALIKE:
+        if cosine**2 >= NEIGHBOURING:
             near.append((cosine**2, e))
     ranked = sorted(near, key=lambda pair: -pair[0])
-    return [e for _, e in ranked[:ALIKE_PLACES]]
+    return [e for _, e in ranked[:NEIGHBOURS]]
