@@ -210,6 +210,8 @@ SIMULATED = 0.03
 BUDGET, WALL = 80.0, 105.0
 # Explanations that are refitted to the end even then: the best and what it is weighed against.
 STAYING = 3
+# Reversals of a part on a rig from which on their median says more than the law through them.
+FEWEST_REVERSALS = 3
 # Of a part on a rig: fraction of the error without free play that one must leave at most to be
 # told; relative error of the force that spring and dashpot may leave where nothing else is sought
 # (what load cells and their mountings scatter by).
