@@ -201,6 +201,9 @@ LOCATED, MOST_PLACES = 5.0, 8
 # Squared cosine of two places' deflections above which a law is tried at both (strain energy alike
 # to a tenth, as what screening by rank tells apart); how many such neighbours are refitted.
 NEIGHBOURING, NEIGHBOURS = 0.9, 6
+# Relative difference of two predictions below which no measurement is advised: a sound model with
+# its scatter leaves as much in simulation.
+TELLING = 0.03
 # Relative error of a free simulation that leaves nothing to look for: where parts touch or slip,
 # the smallest differences grow, so that the true law with scatter in all else leaves one to three
 # per cent.

@@ -190,6 +190,10 @@ class Evidence(Protocol):
         """The same effect at places that these recordings hardly tell from its own, nearest first;
         none where the search compares all places anyway."""
 
+    def apart(self, one: Fit, other: Fit, titles: tuple[str, str]) -> str:
+        """Which measurement would tell two explanations apart that do alike, in words; empty where
+        none is known."""
+
     def relative(self, errors: Errors) -> float:
         """The worse one as a fraction of the responses or of the eigenvalues."""
 
@@ -251,3 +255,7 @@ class Linear:
     def alike(self, fit: Fit, effect: Effect) -> Sequence[Effect]:
         """None: all places are compared."""
         return ()
+
+    def apart(self, one: Fit, other: Fit, titles: tuple[str, str]) -> str:
+        """Not said."""
+        return ""

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.motion.alike import alike
-from cvxupdate.diagnose.motion.columns import LawScores, is_law
+from cvxupdate.diagnose.motion.apart import next_measurement
+from cvxupdate.diagnose.motion.columns import LawScores, is_law, nothing
 from cvxupdate.diagnose.motion.drift import clock_not_level, drift_of, noise_of
 from cvxupdate.diagnose.motion.point import MotionSetting
 from cvxupdate.diagnose.motion.runs import Run
@@ -180,11 +181,7 @@ class MotionEvidence:
         laws = {}
         if not found.point.forces[0].size:
             laws = self.scores.first(self.sharp(found), [e for e in effects if is_law(e)])
-        nothing = (Score(e, 0.0, np.zeros(e.count), trusted=False) for e in effects)
-        return [
-            laws.get(e.key, none) if is_law(e) else next(given)
-            for e, none in zip(effects, nothing, strict=True)
-        ]
+        return [laws.get(e.key, nothing(e)) if is_law(e) else next(given) for e in effects]
 
     def sharp(self, found: Fit) -> Fit:
         """A fit's point against sharp signals."""
@@ -227,6 +224,10 @@ class MotionEvidence:
         """Of laws: they are screened by rank, which takes few of many neighbours."""
         laws = self.candidates(self.model, (effect.physics,)) if is_law(effect) else ()
         return alike(found.point, effect, laws)
+
+    def apart(self, one: Fit, other: Fit, titles: tuple[str, str]) -> str:
+        """The level of the loudest run, or a multiple, and the frequency."""
+        return next_measurement(self.runs, self.stages[-1], (one, other), titles)
 
     def relative(self, errors: Errors) -> float:
         """A fraction of the responses as it is."""
