@@ -10,7 +10,7 @@ demo: $(VENV)/.base
 	@echo "Open out/structure_a/run/report.html"
 
 test: $(VENV)/.test
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
 lint: $(VENV)/.test
 	$(BIN)/ruff check .
