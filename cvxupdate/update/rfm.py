@@ -19,6 +19,7 @@ from cvxupdate.update.covariance import Uncertainty, uncertainty
 from cvxupdate.update.invisible import invisible
 from cvxupdate.update.outcome import (
     certificate_of,
+    family_results,
     model_facts,
     parameter_results,
     regularisation_of,
@@ -123,6 +124,7 @@ def update_rfm(
         },
         notes=_notes(spec, prepared, accurate, relative, known),
         accuracy=accurate,
+        families=family_results(model, end.p),
     )
 
 
