@@ -3,14 +3,14 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 
-.PHONY: demo test lint bench proof calibrate rigs motions clean
+.PHONY: demo test lint bench proof calibrate rigs motions fuzz clean
 
 demo: $(VENV)/.base
 	$(BIN)/cvxupdate run problems/structure_a/problem.toml
 	@echo "Open out/structure_a/run/report.html"
 
 test: $(VENV)/.test
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
 lint: $(VENV)/.test
 	$(BIN)/ruff check .
@@ -34,6 +34,10 @@ rigs: $(VENV)/.test
 # Time histories of structures that touch, rub, harden or drift. ARGS="--seed 0 --count 24 --cases" develops.
 motions: $(VENV)/.test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.motions $(ARGS)
+
+# Random input by the hundred thousand; goes on where it stopped. ARGS="--kind readers --seconds 600"
+fuzz: $(VENV)/.test
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.fuzz $(ARGS)
 
 $(VENV)/bin/python:
 	$(PYTHON) -c "import sys; sys.exit('cvxupdate needs Python 3.11 or newer; run make PYTHON=python3.11') if sys.version_info < (3, 11) else None"

@@ -18,7 +18,8 @@ BASE = {"errors"}
 TEXT = BASE | {"registry", "keys"}  # what a problem file is made of
 MODEL = TEXT | {"spec", "fe", "forces"}
 DATA = TEXT | {"spec", "recordings"}
-SHARED = {"matfile"}  # a format that brings models and recordings alike
+# a format that brings models and recordings alike, and what any packed file may unpack to
+SHARED = {"matfile", "unpacking"}
 
 # Room or single module → rooms it may import. `errors` and `system` are shared parts: errors for
 # all, LinearSystem for those that make, solve or loop over it. What a room may use it may also see
@@ -29,7 +30,8 @@ ROOMS: dict[str, set[str]] = {
     "registry": BASE,
     "keys": BASE | {"registry"},
     "spec": TEXT,
-    "matfile": BASE,
+    "unpacking": BASE,
+    "matfile": BASE | {"unpacking"},
     "forces": BASE,
     "fe": TEXT | SHARED | {"spec", "forces"},
     "reduction": MODEL,

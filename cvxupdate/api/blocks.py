@@ -137,11 +137,23 @@ def support_rows(supports: Any) -> list[dict[str, Any]]:
         return [
             {
                 "nodes": [int(node) if isinstance(node, np.integer) else node],
-                "dofs": list(EVERY) if dofs == "all" else plain(dofs, f"supports.{node}"),
+                "dofs": list(EVERY)
+                if isinstance(dofs, str) and dofs == "all"
+                else plain(dofs, f"supports.{node}"),
             }
             for node, dofs in supports.items()
         ]
-    return list(plain(supports, "supports"))
+    rows = plain(supports, "supports")
+    if not isinstance(rows, list):
+        raise InputError(
+            f'supports: a {type(supports).__name__} is none. Give {{node: "all"}}, '
+            '{node: ["x", "y"]}, or rows with nodes and dofs.'
+        )
+    return rows
+
+
+def _all(dofs: Any) -> bool:
+    return isinstance(dofs, str) and dofs == "all"  # an array has no truth of its own
 
 
 def dofs_needed(blocks: list[dict[str, Any]]) -> list[str]:
@@ -159,6 +171,6 @@ def dofs_needed(blocks: list[dict[str, Any]]) -> list[str]:
             dof, more = part.get("dof"), part.get("dofs")
             used |= {dof} if isinstance(dof, str) else set()
             used |= {d for d in more if isinstance(d, str)} if isinstance(more, list) else set()
-        if kind in FAMILIES:
+        if isinstance(kind, str) and kind in FAMILIES:
             used |= set(FAMILIES[kind])
     return [k for k in EVERY if k in used] or list(EVERY)

@@ -88,6 +88,7 @@ def _one(recording: Recording, o: Options) -> ModeSetResult:
 
 
 def _of_time(history: TimeHistory, o: Options) -> ModeSetResult:
+    from cvxupdate.recordings.impacts import struck
     from cvxupdate.recordings.spectral import frf_from_time
 
     motions = [
@@ -104,11 +105,45 @@ def _of_time(history: TimeHistory, o: Options) -> ModeSetResult:
         return of_responses(history, o)
     kinds = [c.quantity for c in motions]
     quantity = max(dict.fromkeys(kinds), key=kinds.count)
+    if o.estimator is None and struck(history):
+        return _of_blows(history, o, quantity, len(set(kinds)) > 1)
     way = o.estimator or ("lpm" if len(history.data) <= LONGEST else "h1")
     frf = frf_from_time(history, method=way, quantity=quantity)
     notes = [f"frequency responses estimated by {'local polynomials' if way == 'lpm' else way}"]
     if len(set(kinds)) > 1:
-        notes.append(f"only its channels of {quantity} are used")
+        notes.append(_only(quantity))
+    return of_frf(frf, "time", o, notes)
+
+
+def _only(quantity: str) -> str:
+    return f"only its channels of {quantity} are used"
+
+
+def _of_blows(history: TimeHistory, o: Options, quantity: str, several: bool) -> ModeSetResult:
+    """Of a hammer's record; the window that its blocks need comes on top of one that was applied
+    when it was recorded."""
+    from cvxupdate.recordings.impacts import frf_from_blows
+
+    frf, blows, top = frf_from_blows(history, quantity)
+    o = replace(
+        o,
+        band=o.band if o.band is not None else (4.0 * history.rate / blows.block, top),
+        decay=o.decay + blows.decay,
+    )
+    hits = len(blows.starts)
+    notes = [
+        f"a record of {hits} blow{'s' if hits > 1 else ''}: frequency responses of whole blocks "
+        f"of {blows.block / history.rate:.3g} s, no Hann window; the force reaches {top:.4g} Hz"
+    ]
+    if blows.rebounds:
+        notes.append(
+            "the hammer hit again within a block: where the two pulses cancel each other, modes "
+            "may be found that the structure does not have. Compare with a single hit"
+        )
+    if hits == 1:
+        notes.append("one blow alone: nothing tells its noise from the structure's own response")
+    if several:
+        notes.append(_only(quantity))
     return of_frf(frf, "time", o, notes)
 
 

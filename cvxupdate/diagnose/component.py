@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cvxupdate.diagnose.motion.component import Law, Rig, laws_of
+from cvxupdate.diagnose.motion.component import Law, Rig, of_levels
 from cvxupdate.diagnose.output.diagnosis import Diagnosis, finite
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import HALVED, LOWER, PLAY_GAIN, RIG_SURE
@@ -28,7 +28,7 @@ WORDS = {
 
 def component_diagnosis(spec: Spec, rigs: Sequence[Rig], begin: float) -> Diagnosis:
     """What the force of a part on a rig follows; ``begin``: when it began (`perf_counter`)."""
-    linear, *laws = laws_of(rigs)
+    (linear, *laws), own = of_levels(rigs)
     best = min(laws, key=lambda law: law.errors[0])
     plain = next(law for law in laws if law.name == "jenkins")
     if best.name == "jenkins with play" and best.errors[0] > PLAY_GAIN * plain.errors[0]:
@@ -50,6 +50,11 @@ def component_diagnosis(spec: Spec, rigs: Sequence[Rig], begin: float) -> Diagno
         f"(k {quantity(linear.k, 'N/m')}, c {quantity(linear.c, 'N·s/m')}) leave {_left(linear)}.",
         *(f"With {WORDS[law.name]}: {_left(law)}." for law in laws),
     ]
+    if own:
+        lines.append(
+            "The force depends on the level: each has coefficients of its own; the law's shape is "
+            "that of all, and what was held out at a level between is interpolated."
+        )
     return Diagnosis(
         problem=spec.name,
         title=spec.title,
@@ -96,22 +101,24 @@ def _findings(law: Law, linear: Law, place: Place) -> tuple[Finding, ...]:
     worst = float(np.nanmax(law.errors))
     sure = float(np.clip(1.0 - (worst / float(np.nanmax(linear.errors))) ** 2, 0.0, 0.99))
     part = 1.0 - (law.errors[0] / linear.errors[0]) ** 2
-    force, spread = quantity(law.size, "N"), worst * law.size
+    forces = {"force": law.size, **_of_each_level(law)}
+    spread = {name: worst * law.size for name in forces}
     out = [
         Finding(
             "dry_friction",
             place,
             told("dry_friction", place).title,
-            {"force": law.size},
-            {"force": spread},
-            {"force": spread},
+            forces,
+            spread,
+            spread,
             sure,
             part,
             (),
-            f"The part rubs: a friction of {force} opposes its motion, however slow it is.",
+            f"The part rubs: {_friction(law)}, however slow it is.",
         )
     ]
     if law.name == "jenkins with play":
+        per_level = " at the highest level" if len(law.own) > 1 else ""
         k, gap = float(law.size / law.shape[0]), float(law.travel)
         out.append(
             Finding(
@@ -126,10 +133,26 @@ def _findings(law: Law, linear: Law, place: Place) -> tuple[Finding, ...]:
                 (),
                 f"After every reversal it moves {quantity(gap, 'm')} until half of the friction "
                 f"acts the other way: {quantity(law.shape[1], 'm')} of free play, the rest a "
-                f"spring of {quantity(k, 'N/m')} in series.",
+                f"spring of {quantity(k, 'N/m')} in series{per_level}.",
             )
         )
     return tuple(out)
+
+
+def _of_each_level(law: Law) -> dict[str, float]:
+    """The friction of each level that has its own, N."""
+    return (
+        {f"force at level {level:g}": size for level, _, _, size in law.own}
+        if len(law.own) > 1
+        else {}
+    )
+
+
+def _friction(law: Law) -> str:
+    if len(law.own) == 1:
+        return f"a friction of {quantity(law.size, 'N')} opposes its motion"
+    each = ", ".join(f"{quantity(size, 'N')} at level {level:g}" for level, _, _, size in law.own)
+    return f"a friction that depends on the level ({each}) opposes its motion"
 
 
 def _candidate(law: Law, place: Place) -> dict[str, object]:

@@ -211,3 +211,6 @@ STAYING = 3
 # told; relative error of the force that spring and dashpot may leave where nothing else is sought
 # (what load cells and their mountings scatter by).
 PLAY_GAIN, RIG_SURE = 0.9, 0.05
+# Likewise, of the error of one law for runs at several levels: coefficients of each level's own
+# must leave half of its power at most, or the law is that of all levels.
+OWN_GAIN = 0.7

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.matfile.elements import COMPRESSED, AnyArray, Element, elements, numbers
+from cvxupdate.unpacking import PLENTY, RATIO, must_be_believable
 
 _CLASSES = {
     6: "f8",
@@ -90,12 +91,8 @@ def _matrix(
                 _matrix(part.body, order, where, f"{name}.{key}", into, depth + 1)
     elif kind == _TEXT:
         into.texts[name] = _text(next(parts, None), dims, order, where)
-    elif (
-        kind == _CELL
-        and depth < _NESTED
-        and (entries := _cell(parts, order, where, depth)) is not None
-    ):
-        into.texts[name] = entries
+    elif kind == _CELL and depth < _NESTED:
+        _cell(list(parts), order, where, name, into, depth)
     else:
         into.notes.append(f"variable {name!r} is not a numeric array; it was left out")
 
@@ -155,17 +152,23 @@ def _text(part: Element | None, dims: list[int], order: str, where: str) -> tupl
     return tuple("".join(letters[row :: dims[0]]).rstrip("\0 ") for row in range(dims[0]))
 
 
-def _cell(parts: Iterator[Element], order: str, where: str, depth: int) -> tuple[str, ...] | None:
-    """The entries of a cell array of texts; None for any other cell."""
-    texts: list[str] = []
-    for part in parts:
-        inner = Variables()
+def _cell(
+    parts: list[Element], order: str, where: str, name: str, into: Variables, depth: int
+) -> None:
+    """A cell array: one list of texts where it holds nothing else, else every entry under its name
+    in MATLAB, ``K{1}``, ``K{2}`` … (counted down the columns)."""
+    inner = Variables()
+    for k, part in enumerate(parts):
         if part.kind == _MATRIX:
-            _matrix(part.body, order, where, "entry", inner, depth + 1)
-        if len(inner.texts.get("entry", ())) != 1:
-            return None
-        texts += inner.texts["entry"]
-    return tuple(texts)
+            _matrix(part.body, order, where, f"{name}{{{k + 1}}}", inner, depth + 1)
+    lines = list(inner.texts.values())
+    if len(lines) == len(parts) and all(len(line) == 1 for line in lines):
+        into.texts[name] = tuple(line[0] for line in lines)
+        return
+    into.arrays.update(inner.arrays)
+    into.sparse.update(inner.sparse)
+    into.texts.update(inner.texts)
+    into.notes.extend(inner.notes)
 
 
 def _sparse(
@@ -206,7 +209,16 @@ def _name_of(body: memoryview, order: str, where: str) -> str:
 def plainly(body: memoryview, where: str) -> memoryview:
     """A compressed element in memory; `zlib.error` where its checksum, or anything else, is
     wrong."""
-    return memoryview(zlib.decompress(body))
+    unpacker = zlib.decompressobj()
+    first = unpacker.decompress(body, PLENTY)
+    if unpacker.eof:
+        return memoryview(first)
+    most = max(PLENTY, RATIO * len(body)) + 1
+    whole = first + unpacker.decompress(unpacker.unconsumed_tail, most - len(first))
+    must_be_believable(len(body), len(whole), where)
+    if not unpacker.eof:
+        raise zlib.error("the element ends too early")
+    return memoryview(whole)
 
 
 def read_variables(
@@ -264,7 +276,7 @@ def _read(
                 "The file is damaged: save it again."
             )
         if only is None or _name_of(body, order, str(path)) in {
-            name.split(".")[0] for name in only
+            name.split(".")[0].split("{")[0] for name in only
         }:
             _matrix(body, order, str(path), "", found)
     if not (found.arrays or found.sparse or found.texts or found.notes):

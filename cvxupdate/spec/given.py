@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 from cvxupdate.errors import Fault, InputError, ProblemFileError
 from cvxupdate.spec.grammar import Spec
 from cvxupdate.spec.problem import load_problem, load_tables
+from cvxupdate.spec.toml import toml_tables
 from cvxupdate.spec.write import tables_of, to_toml
 
 Given = str | os.PathLike[str] | Mapping[str, Any] | Spec
@@ -71,7 +71,7 @@ def _parsed(text: str) -> dict[str, Any]:
         return ProblemFileError([Fault(str(UNNAMED), "", problem, remedy)])
 
     try:
-        return tomllib.loads(text)
+        return toml_tables(text)
     except RecursionError:
         raise fault("is nested too deeply.", "A problem needs four levels at most.") from None
     except ValueError as error:

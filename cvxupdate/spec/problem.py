@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ from cvxupdate.spec.places import Places, gather
 from cvxupdate.spec.prepare import Complaint, Prepared, prepare
 from cvxupdate.spec.prune import prune
 from cvxupdate.spec.read import read_toml
+from cvxupdate.spec.toml import toml_tables
 from cvxupdate.spec.words import findings, translate
 
 
@@ -50,7 +50,7 @@ def read_text(text: str, path: str | os.PathLike[str]) -> Spec:
     ProblemFileError
         With every fault at once.
     """
-    return load_tables(tomllib.loads(text), path)
+    return load_tables(toml_tables(text), path)
 
 
 def load_tables(tables: dict[str, Any], path: str | os.PathLike[str]) -> Spec:
@@ -69,7 +69,7 @@ def load_tables(tables: dict[str, Any], path: str | os.PathLike[str]) -> Spec:
 
 def check_text(text: str, path: str | os.PathLike[str]) -> tuple[Fault, ...]:
     """Every fault of a problem file that is at hand as text."""
-    return _parsed(tomllib.loads(text), Path(path))[0]
+    return _parsed(toml_tables(text), Path(path))[0]
 
 
 def schema() -> dict[str, Any]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from pathlib import Path
 from typing import Any
 
 from cvxupdate.errors import Fault
+from cvxupdate.spec.toml import toml_tables
 
 LARGEST = 500_000_000
 """Bytes above which a file is surely not a problem file."""
@@ -55,7 +55,7 @@ def read_toml(path: Path) -> dict[str, Any] | Fault:
     if not text.strip():
         return fault("is empty.", "Write a problem file; docs/problem-files.md shows one.")
     try:
-        return tomllib.loads(text)
+        return toml_tables(text)
     except RecursionError:
         return fault("is nested too deeply.", "A problem file needs four levels at most.")
     except ValueError as error:  # TOMLDecodeError, or an integer of thousands of digits

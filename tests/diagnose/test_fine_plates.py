@@ -32,7 +32,7 @@ def test_what_the_right_effect_leaves_is_not_the_mesh(tmp_path, case):
     concealed, physics, place, guess, name, size = CASES[case]
     model = real(tmp_path, PLATE, TIMES, **concealed)
     evidence = evidence_of(tmp_path, PLATE, frf(tmp_path, PLATE, model, TIMES), model)
-    assert evidence.fine.error > 10.0 * evidence.mesh.left
+    assert evidence.fine.error > 10.0 * evidence.fine.left
     (effect,) = (
         c for c in evidence.candidates(evidence.model, (physics,)) if c.place.short == place
     )

@@ -1,17 +1,21 @@
 """A part on a test rig: its motion is imposed and its force measured, with no structure around. Its
-law is a regression of the force on columns along the recorded motion (Masri and Caughey 1979)."""
+law is a regression of the force on columns along the recorded motion (Masri and Caughey 1979).
+
+Runs at several levels (band tension, amplitude) share the shape of a law; its coefficients are
+shared too, or each level has its own, and what was held out at a level between is interpolated."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.optimize import nnls
 from scipy.signal import savgol_filter
 
 from cvxupdate.diagnose.responses.signals import Real
+from cvxupdate.diagnose.settings import OWN_GAIN
 from cvxupdate.fe.model import Model
 from cvxupdate.forces import (
     contact_columns,
@@ -30,10 +34,13 @@ PLAYS = np.linspace(0.0, 0.8, 9)  # of the largest motion: free play
 SLIDERS = ("jenkins", "jenkins with play")
 FINER = (0.5, 0.25, 0.12)  # steps of the search beyond the grids, in parts of a slip and of a play
 
+Shape = tuple[float, ...]
+
 
 @dataclass(frozen=True)
 class Rig:
-    """One run: motion ``x`` (m), velocity ``v`` and measured ``force`` (N), (samples,) each."""
+    """One run: motion ``x`` (m), velocity ``v`` and measured ``force`` (N), (samples,) each, at a
+    drive ``level`` (0: none is stated)."""
 
     name: str
     use: str
@@ -41,6 +48,7 @@ class Rig:
     x: Real
     v: Real
     force: Real
+    level: float = 0.0
 
     @cached_property
     def chosen(self) -> slice:
@@ -52,16 +60,36 @@ class Rig:
 class Law:
     """A law with its figures.
 
-    ``name`` of a family, its ``shape`` (slip distance and play in m, or a gap), coefficients
-    ``size`` of its column and ``k``, ``c`` of spring and dashpot beside it; relative ``errors`` on
-    what was fitted and held out (NaN: nothing was)."""
+    ``name`` of a family, its ``shape`` (slip distance and play in m, or a gap); ``own``: for each
+    level that has coefficients of its own (one where they are shared) the level, those of spring
+    and dashpot beside it, and that of its column; relative ``errors`` on what was fitted and held
+    out (NaN: nothing was)."""
 
     name: str
-    shape: tuple[float, ...]
-    size: float
-    k: float
-    c: float
+    shape: Shape
+    own: tuple[tuple[float, float, float, float], ...]
     errors: tuple[float, float]
+
+    def at(self, level: float) -> tuple[float, float, float]:
+        """(k, c, size) at a level, between those that were fitted by interpolation."""
+        levels, *values = np.array(self.own).T
+        k, c, size = (float(np.interp(level, levels, v)) for v in values)
+        return k, c, size
+
+    @property
+    def size(self) -> float:
+        """Coefficient of its column, at the highest level."""
+        return self.own[-1][3]
+
+    @property
+    def k(self) -> float:
+        """Of the spring beside it, N/m, at the highest level."""
+        return self.own[-1][1]
+
+    @property
+    def c(self) -> float:
+        """Of the dashpot beside it, N·s/m, at the highest level."""
+        return self.own[-1][2]
 
     @property
     def travel(self) -> float:
@@ -71,11 +99,9 @@ class Law:
 
 
 def rigs_of(model: Model, recordings: Sequence[Recording]) -> list[Rig]:
-    """The runs of a part, all in one state: of a model without mass or without stiffness, with a
-    displacement and a force at one DOF."""
+    """The runs of a part: of a model without mass or without stiffness, with a displacement and a
+    force at one DOF."""
     if model.total_mass() > 0.0 and np.any(model.matrices().K.data != 0.0):
-        return []
-    if len({r.origin.level for r in recordings}) > 1:
         return []
     out = []
     for r in recordings:
@@ -92,30 +118,44 @@ def rigs_of(model: Model, recordings: Sequence[Recording]) -> list[Rig]:
         label, at = moved[0]
         x, force = r.data[:, at], r.data[:, forces[label]]
         v = savgol_filter(x, SMOOTHED, 2, deriv=1, delta=1.0 / r.rate)
-        out.append(Rig(r.origin.name, r.origin.use, label, x, v, force))
+        level = r.origin.level or 0.0
+        out.append(Rig(r.origin.name, r.origin.use, label, x, v, force, level))
     return out
 
 
-def laws_of(rigs: Sequence[Rig]) -> list[Law]:
-    """Every family, fitted; the best linear one first."""
+def laws_of(rigs: Sequence[Rig], own: bool = False) -> list[Law]:
+    """Every family, fitted; the best linear one first. ``own``: each level has its own
+    coefficients."""
     fit = [r for r in rigs if r.use == "fit"]
     far = max(float(np.percentile(np.abs(r.x), 99.9)) for r in fit)
-    out = [fitted(rigs, "linear", ())]
-    out += [fitted(rigs, name, ()) for name in ("cubic", "quadratic", "friction")]
-    gaps = [fitted(rigs, "clearance", (g,)) for g in far * PLAYS[1:]]
+    make = partial(fitted, rigs, own=own)
+    out = [make("linear", ())]
+    out += [make(name, ()) for name in ("cubic", "quadratic", "friction")]
+    gaps = [make("clearance", (g,)) for g in far * PLAYS[1:]]
     out.append(min(gaps, key=lambda w: w.errors[0]))
     for name, plays in (("jenkins", PLAYS[:1]), ("jenkins with play", PLAYS)):
-        tried = [fitted(rigs, name, (s, p)) for s in far * SLIPS for p in far * plays]
-        out.append(_refined(rigs, min(tried, key=lambda w: w.errors[0]), far, len(plays) > 1))
+        tried = [make(name, (s, p)) for s in far * SLIPS for p in far * plays]
+        out.append(_refined(make, min(tried, key=lambda w: w.errors[0]), far, len(plays) > 1))
     return out
 
 
-def _refined(rigs: Sequence[Rig], law: Law, far: float, play: bool) -> Law:
+def of_levels(rigs: Sequence[Rig]) -> tuple[list[Law], bool]:
+    """`laws_of`, and whether each level has coefficients of its own: where the best law is by so
+    much better with them that noise does not do it."""
+    shared = laws_of(rigs)
+    if len({r.level for r in rigs if r.use == "fit"}) < 2:
+        return shared, False
+    each = laws_of(rigs, own=True)
+    best, free = (min(law.errors[0] for law in laws) for laws in (shared, each))
+    return (each, True) if free < OWN_GAIN * best else (shared, False)
+
+
+def _refined(make: Callable[[str, Shape], Law], law: Law, far: float, play: bool) -> Law:
     for step in FINER:
         slip, free = law.shape
         width = far * (PLAYS[1] - PLAYS[0]) * step if play else 0.0
         tried = [
-            fitted(rigs, law.name, (slip * a, max(free + b, 0.0)))
+            make(law.name, (slip * a, max(free + b, 0.0)))
             for a in (1.0 / (1.0 + step), 1.0, 1.0 + step)
             for b in ((-width, 0.0, width) if play else (0.0,))
         ]
@@ -123,30 +163,37 @@ def _refined(rigs: Sequence[Rig], law: Law, far: float, play: bool) -> Law:
     return law
 
 
-def fitted(rigs: Sequence[Rig], name: str, shape: tuple[float, ...]) -> Law:
+def fitted(rigs: Sequence[Rig], name: str, shape: Shape, own: bool = False) -> Law:
     """Coefficients that are not negative, an offset of each run beside them; sliders alone, for a
     dashpot beside would take part of their force."""
-    law = Law(name, shape, 0.0, 0.0, 0.0, (np.nan, np.nan))
-    rows, right = [], []
-    for r in rigs:
-        if r.use == "fit":
-            own = _columns(r, law)[r.chosen]
-            rows.append(own - own.mean(axis=0))
-            right.append(r.force[r.chosen] - r.force[r.chosen].mean())
-    A, b = np.vstack(rows), np.concatenate(right)
+    fit = [r for r in rigs if r.use == "fit"]
+    levels = sorted({r.level for r in fit}) if own else [fit[0].level]
+    rows = [
+        (level, *_coefficients([r for r in fit if not own or r.level == level], name, shape))
+        for level in levels
+    ]
+    law = Law(name, shape, tuple(rows), (np.nan, np.nan))
+    return replace(law, errors=(error(rigs, law, "fit"), error(rigs, law, "hold-out")))
+
+
+def _coefficients(rigs: Sequence[Rig], name: str, shape: Shape) -> tuple[float, float, float]:
+    """(k, c, size) of all runs given, by least squares."""
+    columns = [_columns(r, name, shape)[r.chosen] for r in rigs]
+    A = np.vstack([own - own.mean(axis=0) for own in columns])
+    b = np.concatenate([f - f.mean() for f in (r.force[r.chosen] for r in rigs)])
     scale = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
     found = nnls(A / scale, b)[0] / scale
     if name in SLIDERS:
         found = np.array([0.0, 0.0, found[0]])
     k, c, size = (float(x) for x in np.append(found, 0.0)[:3])
-    law = replace(law, k=k, c=c, size=size)
-    return replace(law, errors=(error(rigs, law, "fit"), error(rigs, law, "hold-out")))
+    return k, c, size
 
 
 def force_of(r: Rig, law: Law) -> Real:
     """The law's force along a run, its mean that of the measured one."""
-    sizes = [law.size] if law.name in SLIDERS else [law.k, law.c, law.size]
-    columns = _columns(r, law)
+    k, c, size = law.at(r.level)
+    sizes = [size] if law.name in SLIDERS else [k, c, size]
+    columns = _columns(r, law.name, law.shape)
     own = columns @ np.array(sizes[: columns.shape[1]])
     return np.asarray(own - own.mean() + r.force.mean())
 
@@ -160,10 +207,10 @@ def error(rigs: Sequence[Rig], law: Law, use: str) -> float:
     return float(np.sqrt(gap / sum(float(np.sum((r.force - r.force.mean()) ** 2)) for r in own)))
 
 
-def _columns(r: Rig, law: Law) -> Real:
+def _columns(r: Rig, name: str, shape: Shape) -> Real:
     x, v = r.x[:, None], r.v[:, None]
     both = [x, v]
-    match law.name:
+    match name:
         case "cubic":
             both.append(cubic_column(x)[..., 0])
         case "quadratic":
@@ -171,7 +218,7 @@ def _columns(r: Rig, law: Law) -> Real:
         case "friction":
             both.append(friction_column(v, SLOW * float(np.abs(v).max()))[..., 0])
         case "clearance":
-            both.append(contact_columns(x, law.shape[0], True)[..., 0])
+            both.append(contact_columns(x, shape[0], True)[..., 0])
         case "jenkins" | "jenkins with play":
-            both.append(jenkins_columns(x, law.shape[0], law.shape[1])[..., 0])
-    return np.hstack(both[2:] if law.name in SLIDERS else both)
+            both.append(jenkins_columns(x, shape[0], shape[1])[..., 0])
+    return np.hstack(both[2:] if name in SLIDERS else both)

@@ -7,6 +7,7 @@ is formed.
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -23,6 +24,7 @@ from cvxupdate.fe.files.found import Label
 from cvxupdate.fe.labels import KINDS, parse_label
 from cvxupdate.matfile import read_variables
 from cvxupdate.spec.elements import MATRIX_FILES, ElementText, MatrixBlock, MatrixRow
+from cvxupdate.unpacking import must_be_believable
 
 
 @dataclass(frozen=True)
@@ -201,6 +203,9 @@ def read_matrix(path: Path, variable: str | None) -> sp.csr_array:
         if suffix in READERS:
             return labelled_matrix(path, variable)[0]
         if suffix == ".npz":
+            with zipfile.ZipFile(path) as archive:
+                for member in archive.infolist():
+                    must_be_believable(member.compress_size, member.file_size, str(path))
             with np.load(path, allow_pickle=False) as data:
                 if variable is None and {"data", "indices", "indptr", "shape"} <= set(data.files):
                     return sp.csr_array(sp.load_npz(path))

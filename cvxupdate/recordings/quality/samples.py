@@ -118,7 +118,9 @@ def dropouts(x: Real, alpha: float = ALPHA) -> Test:
     same = np.concatenate([[0], (np.diff(x) == 0.0).astype(np.int8), [0]])
     edges = np.flatnonzero(np.diff(same)).reshape(-1, 2)
     longest, total, where = 0.0, 0, -1
-    floor = max(5.0 * quantum, 1e-3 * float(np.std(x)))
+    with np.errstate(over="ignore"):  # a flipped bit may read 1e300
+        spread = float(np.std(x))
+    floor = max(5.0 * quantum, 1e-3 * spread)
     for a, b in edges[(edges[:, 1] - edges[:, 0] + 1) > threshold]:
         length = int(b - a + 1)
         # the jumps into and out of the run belong to the fault, not to the signal beside it

@@ -11,6 +11,7 @@ import numpy as np
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.read.contents import AnyArray, Contents, Format, Options, Progress
 from cvxupdate.recordings.read.disk_buffer import PIECE, DiskBuffer
+from cvxupdate.unpacking import must_be_believable
 
 
 def _complex(value: AnyArray) -> AnyArray:
@@ -81,13 +82,15 @@ def read_hdf5(path: Path, options: Options) -> Contents:
                 )
                 continue
             # a damaged header may promise more than any compression could have stored
-            if math.prod(item.shape) * item.dtype.itemsize > 2000 * size:
+            bytes_ = math.prod(item.shape) * item.dtype.itemsize
+            if bytes_ > 2000 * size:
                 raise RecordingError(
                     f"{path}: data set {name!r} declares {item.shape} values, more than the "
                     "file can hold. The file is damaged: copy or export it again."
                 )
             if "MATLAB_empty" in item.attrs:
                 continue
+            must_be_believable(item.id.get_storage_size(), bytes_, f"{path}: data set {name!r}")
             value = _complex(_values(item, f"{path}: data set {name!r}", options.progress))
             if value.dtype.kind not in "biufc":
                 notes.append(f"data set {name!r} does not hold plain numbers; it was left out")

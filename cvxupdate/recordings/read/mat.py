@@ -12,6 +12,7 @@ from cvxupdate.errors import RecordingError
 from cvxupdate.matfile import Sparse, read_variables
 from cvxupdate.recordings.read.contents import AnyArray, Contents, Format, Options, Progress
 from cvxupdate.recordings.read.disk_buffer import PIECE, DiskBuffer, release
+from cvxupdate.unpacking import must_be_believable
 
 _MARKS = (b"\x00\x01IM", b"\x01\x00MI")
 _DENSE = 10**8  # entries of a sparse matrix that is made dense
@@ -32,7 +33,7 @@ def _dense(sparse: Sparse, where: str) -> AnyArray:
 def _unpacked(body: memoryview, where: str, progress: Progress | None) -> memoryview:
     """A compressed element; what is large goes to disk. `zlib.error` where the checksum, or
     anything else, is wrong."""
-    if len(body) < PIECE // 16:
+    if len(body) < PIECE // 1040:  # deflate packs by 1032 at most: it fits into memory
         return memoryview(zlib.decompress(body))
     unpacker, buffer, at = zlib.decompressobj(), DiskBuffer(where), 0
     while at < len(body) or unpacker.unconsumed_tail:
@@ -40,6 +41,7 @@ def _unpacked(body: memoryview, where: str, progress: Progress | None) -> memory
         at += 0 if unpacker.unconsumed_tail else len(packed)
         piece = unpacker.decompress(packed, PIECE)
         buffer.add(piece)
+        must_be_believable(len(body), buffer.size, where)
         release(body)
         if not piece and unpacker.eof:
             break

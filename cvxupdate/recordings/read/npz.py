@@ -16,6 +16,7 @@ import numpy as np
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.read.contents import AnyArray, Contents, Format, Options, Progress
 from cvxupdate.recordings.read.disk_buffer import PIECE, DiskBuffer
+from cvxupdate.unpacking import must_be_believable
 
 _LIMIT = 2**34  # bytes of one array that are believed without a second thought: 16 GB
 _HEADER = (
@@ -63,6 +64,7 @@ def _unpacked(
 ) -> AnyArray | None:
     """A compressed member; a large one is unpacked to disk. The archive checks its own sum when the
     end is reached."""
+    must_be_believable(member.compress_size, member.file_size, where)
     if member.file_size <= PIECE:
         array = _array(stream, member.file_size, where, None, 0)
         stream.read()

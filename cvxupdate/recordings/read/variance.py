@@ -33,8 +33,9 @@ _WINDOW = 65  # lines of the running median
 def scatter(H: Complex) -> Real:
     """|d|² / 68.5 of each line, (lines - 8, …): its mean is the variance where the FRF is smooth;
     its law is exponential."""
-    d = H[:-8] - 4.0 * H[2:-6] + 6.0 * H[4:-4] - 4.0 * H[6:-2] + H[8:]
-    return np.asarray(np.abs(d) ** 2 / _GAIN)
+    with np.errstate(over="ignore", invalid="ignore"):  # a flipped bit may read 1e300: infinite
+        d = H[:-8] - 4.0 * H[2:-6] + 6.0 * H[4:-4] - 4.0 * H[6:-2] + H[8:]
+        return np.asarray(np.abs(d) ** 2 / _GAIN)
 
 
 def _running_median(x: Real) -> Real:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.motion.component import Rig, laws_of
+from cvxupdate.diagnose.motion.component import Rig, laws_of, of_levels
 
 K, FORCE, PLAY = 4e6, 5000.0, 0.003
 
@@ -39,3 +41,25 @@ def test_without_free_play_a_slider_alone_does_as_well() -> None:
     laws = {law.name: law for law in laws_of([rig("fit", 0.5, play=0.0)])}
     assert laws["jenkins"].errors[0] < 1.1 * laws["jenkins with play"].errors[0]
     assert laws["jenkins"].errors[0] < 0.3 * laws["linear"].errors[0]
+
+
+def test_a_friction_of_each_level_and_one_play_for_all() -> None:
+    """The motion of all levels is the same, the friction grows with it; a level between, of which
+    nothing was fitted, is foretold."""
+    runs = [
+        replace(rig(use, 0.5, seed=s), level=level)
+        for s, (use, level) in enumerate((("fit", 1.0), ("hold-out", 1.5), ("fit", 2.0)))
+    ]
+    runs = [replace(r, x=r.level * r.x, force=r.level * r.force) for r in runs]
+    same, own = of_levels([replace(r, x=r.x / r.level) for r in runs])
+    assert own and min(law.errors[1] for law in same) < 0.1 * same[0].errors[1]
+    best = min(same, key=lambda law: law.errors[0])
+    assert [row[0] for row in best.own] == [1.0, 2.0]
+    assert [row[3] for row in best.own] == pytest.approx([FORCE, 2.0 * FORCE], rel=0.03)
+    assert best.at(1.5)[2] == pytest.approx(1.5 * FORCE, rel=0.03)
+
+
+def test_levels_of_one_law_share_its_coefficients() -> None:
+    runs = [replace(rig("fit", 0.5, seed=s), level=float(s)) for s in (1, 2)]
+    laws, own = of_levels(runs)
+    assert not own and all(len(law.own) == 1 for law in laws)
