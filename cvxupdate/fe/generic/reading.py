@@ -214,8 +214,8 @@ def _quantities(
             yield Quantity(_shown(name, one), old[name] * L, new[name] * L, unit)
     for axis, bend in (("y", "EIz"), ("z", "EIy")):
         if f"shear {axis}" in old and bend in old:
-            values = [_shear(v[f"shear {axis}"], v[bend], L) for v in (old, new)]
-            yield Quantity(_shown(f"κGA {axis}", one), *values, "N")
+            was, now = (_shear(v[f"shear {axis}"], v[bend], L) for v in (old, new))
+            yield Quantity(_shown(f"κGA {axis}", one), was, now, "N")
     if "factor" in old:
         yield Quantity("factor", old["factor"], new["factor"], "1")
     for name, unit in (("lump", "kg"), ("rotary lump", "kg m²")):
@@ -253,7 +253,7 @@ def _rigid(
         return
     axis = there[0]
     mass = [float(B[axis, axis]) for B in bodies]
-    yield Quantity("mass", *mass, "kg")
+    yield Quantity("mass", mass[0], mass[1], "kg")
     # m x × t: the moment of inertia forces of a translation about the centre of the nodes
     offsets = [
         float(np.linalg.norm(B[3:, axis])) * shape.length / m
