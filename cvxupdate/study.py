@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from cvxupdate.errors import InputError
 from cvxupdate.spec import Given, Spec, spec_of
+from cvxupdate.spec.given import to_update
 
 if TYPE_CHECKING:
     from cvxupdate.convex import SolverRow
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from cvxupdate.recordings.inspect import Inspection
     from cvxupdate.recordings.read.contents import Progress
     from cvxupdate.recordings.types import Recording
-    from cvxupdate.spec.update import Update
     from cvxupdate.update.result import Updated
     from cvxupdate.update.starts import Solve
     from cvxupdate.update.trust_region import Iteration
@@ -50,17 +50,6 @@ def _parts(spec: Spec, progress: Progress | None = None) -> tuple[Model, tuple[R
     from cvxupdate.recordings.load import load_recordings
 
     return build_model(spec), load_recordings(spec, progress)
-
-
-def _to_update(problem: Given, command: str) -> tuple[Spec, Update]:
-    """A problem file with the [update] table that a command needs: said before recordings are
-    read."""
-    spec = spec_of(problem)
-    if spec.update is None:
-        raise InputError(
-            f"{spec.path}: {command} needs an [update] table. Add one with a method and parameters."
-        )
-    return spec, spec.update
 
 
 def _one_state(
@@ -110,7 +99,7 @@ def run(
     from cvxupdate.update.starts import Many
     from cvxupdate.written import updated_file
 
-    spec, table = _to_update(problem, "run")
+    spec, table = to_update(spec_of(problem), "run")
     spec, model, recordings = _one_state(spec, reading)
     warnings = examine(spec, model, recordings, warn)
     if table.method == "direct":
@@ -227,7 +216,7 @@ def solvers(problem: Given) -> tuple[Spec, tuple[SolverRow, ...], float]:
     from cvxupdate.update.modal_fit import residual_of
     from cvxupdate.update.parts import solver_choice, step_problem
 
-    spec, table = _to_update(problem, "solvers")
+    spec, table = to_update(spec_of(problem), "solvers")
     spec, model, recordings = _one_state(spec)
     if table.method == "ceam":
         from cvxupdate.update.ceam import residual_of as ceam_residual

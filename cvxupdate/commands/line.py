@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from cvxupdate.commands.shared import Json, Out, display, say
+from cvxupdate.commands.shared import Json, Out, Problem, display, say
 from cvxupdate.report.files import folder_for, must_be_writable, write_files
 
 Recorded = Annotated[
@@ -69,6 +69,18 @@ Indicator = Annotated[
     ),
 ]
 
+Sensors = Annotated[
+    int | None,
+    typer.Option("--sensors", help="how many; default half as many again as modes"),
+]
+Exciters = Annotated[
+    int | None,
+    typer.Option("--exciters", help="how many; default the fewest that drive and separate"),
+]
+Modes = Annotated[int, typer.Option("--modes", help="how many modes, from the lowest")]
+Noise = Annotated[float, typer.Option("--noise", help="of the responses to come, a fraction")]
+Accuracy = Annotated[float, typer.Option("--accuracy", help="wanted of parameters, a fraction")]
+
 
 def identify(
     source: Recorded,
@@ -104,6 +116,32 @@ def identify(
     say(payload, as_json, lambda: identify_text(found, folder))
 
 
+def plan(
+    problem: Problem,
+    out: Out = None,
+    as_json: Json = False,
+    sensors: Sensors = None,
+    exciters: Exciters = None,
+    modes: Modes = 6,
+    band: Band = None,
+    noise: Noise = 0.01,
+    accuracy: Accuracy = 0.05,
+) -> None:
+    """Plan a measurement from the model alone: sensors, exciters, lines, accuracy."""
+    from cvxupdate.commands.plan import plan as do
+    from cvxupdate.commands.planned import Options
+    from cvxupdate.report.plan_page import plan_files, plan_text
+    from cvxupdate.spec import name_of
+
+    must_be_writable(out)
+    found = do(problem, Options(sensors, exciters, modes, band, noise, accuracy))
+    folder = folder_for(out, name_of(problem), "plan")
+    files, payload = plan_files(found)
+    write_files(folder, files)
+    say(payload, as_json, lambda: plan_text(found, folder))
+
+
 def add(app: typer.Typer) -> None:
     """Makes the commands of this room known."""
     app.command()(identify)
+    app.command()(plan)

@@ -12,6 +12,7 @@ from cvxupdate.errors import Fault, InputError, ProblemFileError
 from cvxupdate.spec.grammar import Spec
 from cvxupdate.spec.problem import load_problem, load_tables
 from cvxupdate.spec.toml import toml_tables
+from cvxupdate.spec.update import Update
 from cvxupdate.spec.write import tables_of, to_toml
 
 Given = str | os.PathLike[str] | Mapping[str, Any] | Spec
@@ -49,6 +50,27 @@ def spec_of(problem: Given) -> Spec:
         f"a {type(problem).__name__} is no problem. Give the path of a problem file, its text, its "
         "tables as a dictionary, or a Model with recordings."
     )
+
+
+def to_update(spec: Spec, command: str) -> tuple[Spec, Update]:
+    """A problem with the [update] table and the recordings that a command needs, said before the
+    recordings are read.
+
+    Raises
+    ------
+    InputError
+        Where it has none of them.
+    """
+    if spec.update is None:
+        raise InputError(
+            f"{spec.path}: {command} needs an [update] table. Add one with a method and parameters."
+        )
+    if not spec.recordings:
+        raise InputError(
+            f"{spec.path}: there are no recordings, so [update] has nothing to fit. Add "
+            "[[recordings]]; 'cvxupdate plan' says what to measure."
+        )
+    return spec, spec.update
 
 
 def is_text(problem: str) -> bool:

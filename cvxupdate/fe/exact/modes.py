@@ -118,13 +118,12 @@ def exact_modes(m: Matrices, rigid: Real, count: int, first: float) -> tuple[Rea
     shapes: list[Real] = []
     while len(values) < count:
         number = r + len(values) + 1
+        floor = low  # the mode before lies just below, and is not to be found again
         low, high, top = _bracket(counter.below, number, low, max(first, 2.0 * low))
-        omega, x = _refined(counter, number, low, high, top - number + 1)
+        omega, x = _refined(counter, number, (floor, low, high), top - number + 1)
         values += [omega**2] * x.shape[1]
         shapes.append(x)
-        low = omega * (1.0 + CLOSE)
-        while counter.below(low) < r + len(values):
-            low *= 1.0 + CLOSE
+        low = _above(counter.below, r + len(values), omega)
     return np.array(values[:count]), np.hstack([np.zeros((m.K.shape[0], 0)), *shapes])[:, :count]
 
 
@@ -147,27 +146,43 @@ def _bracket(
     return low, high, below(high)
 
 
+def _above(below: Callable[[float], int], number: int, omega: float) -> float:
+    """The first ω tried at which a mode found at ``omega``, the ``number``-th, is counted."""
+    step = CLOSE
+    while below(omega * (1.0 + step)) < number:
+        step *= 2.0
+        if step > NEAR:
+            raise ModelError(
+                f"the count of natural frequencies does not rise at {omega:.6g} rad/s, where one "
+                "was found: the dynamic stiffness is too badly scaled. Check units and sections."
+            )
+    return omega * (1.0 + step)
+
+
 def _refined(
-    counter: Counter, number: int, low: float, high: float, together: int
+    counter: Counter, number: int, within: tuple[float, float, float], together: int
 ) -> tuple[float, Real]:
-    """ω of the mode(s) in a bracket and their shapes (N, k): Newton's steps inside it, bisection
-    where one leaves it."""
+    """ω of the mode(s) between (floor, low, high) and their shapes (N, k): Newton's steps inside
+    the bracket and its rounding but never below the floor, bisection where one leaves it."""
+    floor, low, high = within
     omega, margin = (low + high) / 2.0, ALIKE * high
     for _ in range(STEPS):
         step = _newton(counter, omega, together)
         if step is not None:
             new, x = step
-            if abs(new - omega) <= CLOSE * omega and low - margin <= new <= high + margin:
+            inside = max(floor, low - margin) <= new <= high + margin
+            if inside and abs(new - omega) <= CLOSE * omega:
                 return new, _normal(counter, new, x)
-            if low - margin < new < high + margin:
+            if inside:
                 omega = new
                 continue
         if high - low <= CLOSE * high:
             break
-        if counter.below(omega) >= number:
-            high = omega
+        middle = (low + high) / 2.0
+        if counter.below(middle) >= number:
+            high = middle
         else:
-            low = omega
+            low = middle
         omega = (low + high) / 2.0
     return omega, np.zeros((counter.m.K.shape[0], together))
 

@@ -88,9 +88,10 @@ def reading(use: FamilyUse, p: Real) -> Reading:
     parts = list(_parts(family, shape, before))
     columns = np.array([_measured(family, part) for part, _ in parts]).T
     names = [name for _, name in parts]
-    both = [_physical(names, columns, _vector(R)) for R in (family.nominal, relative)]
-    left = relative - (columns @ both[1]).reshape(relative.shape)
-    both = [np.where(np.abs(v) * np.linalg.norm(columns, axis=0) > NOTHING, v, 0.0) for v in both]
+    was, now = (_physical(names, columns, _vector(R)) for R in (family.nominal, relative))
+    left = relative - (columns @ now).reshape(relative.shape)
+    heard = np.linalg.norm(columns, axis=0)
+    was, now = (np.where(np.abs(v) * heard > NOTHING, v, 0.0) for v in (was, now))
     change = float(np.linalg.norm(relative - family.nominal))
     values = [np.linalg.eigvalsh(relative[np.ix_(c, c)]) for c in family.classes]
     size = np.sqrt(np.maximum(np.diag(before), NOTHING * np.diag(before).max()))
@@ -107,7 +108,7 @@ def reading(use: FamilyUse, p: Real) -> Reading:
         change / float(np.linalg.norm(family.nominal)),
         (
             *_rigid(family, shape, before, after),
-            *_quantities(names, *both, shape),
+            *_quantities(names, was, now, shape),
         ),
         float(np.linalg.norm(left) / np.linalg.norm(relative)),
         min(1.0, float(np.linalg.norm(left)) / change) if change > NOTHING else 0.0,

@@ -190,18 +190,12 @@ class FitRecording:
     needs: ClassVar[tuple[str, ...]] = ("recordings",)
 
     def __call__(self, case: Case) -> Iterator[Complaint]:
-        """A file of nothing but hold-outs, or an [update] without recordings."""
+        """A file of nothing but hold-outs. One without any may be made to plan a measurement."""
         if case.spec.recordings and all(r.use == "hold-out" for r in case.spec.recordings):
             yield Complaint(
                 ("recordings",),
                 "every recording is a hold-out: there is nothing to fit.",
                 'Give at least one recording use = "fit".',
-            )
-        elif not case.spec.recordings and case.spec.update is not None:
-            yield Complaint(
-                ("recordings",),
-                "there are no recordings, so [update] has nothing to fit.",
-                "Add [[recordings]].",
             )
 
 
