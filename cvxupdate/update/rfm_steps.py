@@ -91,11 +91,9 @@ def fit_stepwise(
             p = loop.point.p
             now, before = _at(model, data, problem, p), best
             best = min((best, now), key=lambda b: b.value)
-            if best.value <= EXACT**2 * len(best.point.values):
-                status, reason = "converged", "the model meets the recordings"
-                break
-            if whole and before.value - now.value <= options.tolerance * before.value:
-                status, reason = "converged", _flat(options.tolerance)
+            ended = _ended(before, now, options.tolerance if whole else None)
+            if ended:
+                status, reason = "converged", ended
                 break
         elif whole and (not loop.history or radius < TINY):
             status, reason = "converged", loop.reason
@@ -103,20 +101,18 @@ def fit_stepwise(
         if len(history) >= options.max_iterations:
             break
         counts = _counts(model, data, order, counts, p) if low else counts
-    return LoopResult(
-        start.point,
-        best.point,
-        loop.step,
-        status,
-        reason,
-        tuple(history),
-        problem,
-        loop.weight,
-    )
+    end = (start.point, best.point, loop.step, status, reason, tuple(history))
+    return LoopResult(*end, problem, loop.weight)
 
 
-def _flat(tolerance: float) -> str:
-    return f"the last step lowered the output error by less than {tolerance:.1g} of it"
+def _ended(before: _Best, now: _Best, tolerance: float | None) -> str:
+    """Why the loop ends with an accepted step; empty where it goes on. No ``tolerance``: not all
+    lines are fitted yet."""
+    if now.value <= EXACT**2 * len(now.point.values):
+        return "the model meets the recordings"
+    if tolerance is not None and before.value - now.value <= tolerance * before.value:
+        return f"the last step lowered the output error by less than {tolerance:.1g} of it"
+    return ""
 
 
 def _at(model: Model, data: Sequence[FrfData], problem: StepProblem, p: Array) -> _Best:
