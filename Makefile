@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 
-.PHONY: demo test lint bench proof calibrate rigs motions fuzz clean
+.PHONY: demo test lint bench proof calibrate rigs motions plates fuzz clean
 
 demo: $(VENV)/.base
 	$(BIN)/cvxupdate run problems/structure_a/problem.toml
@@ -34,6 +34,10 @@ rigs: $(VENV)/.test
 # Time histories of structures that touch, rub, harden or drift. ARGS="--seed 0 --count 24 --cases" develops.
 motions: $(VENV)/.test
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.motions $(ARGS)
+
+# Plates and frames computed by CalculiX beforehand. ARGS="--cases" develops; --evaluation evaluates.
+plates: $(VENV)/.test
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m validation.plates $(ARGS)
 
 # Random input by the hundred thousand; goes on where it stopped. ARGS="--kind readers --seconds 600"
 fuzz: $(VENV)/.test

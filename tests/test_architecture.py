@@ -90,7 +90,7 @@ DIAGNOSE: tuple[tuple[str, ...], ...] = (
     ("judge",),
     ("output",),
     ("pipeline", "gather", "component"),
-    ("reference",),
+    ("reference", "states"),
     ("__init__",),
 )
 MOST_ROOMS = 9

@@ -189,9 +189,9 @@ def recordings_text(rng: Generator, m: Modal, case: Case, folder: Path) -> list[
     return out
 
 
-def truth_text(case: Case, m: Modal) -> list[str]:
-    """``truth.toml`` in the form of problems/concealed, with how strongly the effect can be
-    seen."""
+def truth_text(case: Case, m: Modal, here: Modal | None = None) -> list[str]:
+    """``truth.toml`` in the form of problems/concealed, with how strongly the effect can be seen;
+    ``here``: the structure in this laboratory, where ``m`` is of another."""
     verdicts: list[str] = ["consistent"]
     if case.findings:
         both = [set(f.verdicts) for f in case.findings]
@@ -226,7 +226,7 @@ def truth_text(case: Case, m: Modal) -> list[str]:
                 "required = true",
             ]
         out.append("")
-    seen = [visibility(case, i, m) for i in range(len(case.findings))]
+    seen = [visibility(case, i, here or m) for i in range(len(case.findings))]
     return [
         *out,
         "[laboratory]",

@@ -132,8 +132,9 @@ def build(
                 row = bench.row(e["node"], dof)
                 bench.add("M", [row], e["m"])
         elif kind == "grounding_spring":
-            held.discard((e["node"], e["dof"]))
-            bench.spring("K", [bench.row(e["node"], e["dof"])], e["k"])
+            for node in e["nodes"] if "nodes" in e else (e["node"],):
+                held.discard((node, e["dof"]))
+                bench.spring("K", [bench.row(node, e["dof"])], e["k"])
         elif kind == "attached_resonator":
             rows = [bench.row(e["node"], e["dof"]), bench.row("hidden", e["dof"])]
             bench.add("M", [rows[1]], e["m"])
@@ -160,9 +161,15 @@ def _edges(
     finer nodes on it."""
     if design.family != "plate":
         return set()
-    fixed = {design.nodes[n][0] for n, dof in held if dof == "ry"}  # clamped edges run along y
+    # clamped edges run along y; one that may turn keeps its slope across and its twist
+    fixed, carried = ({design.nodes[n][0] for n, dof in held if dof == d} for d in ("ry", "z"))
     xs = {n: x[0] for n, x in design.nodes.items()}
-    return {key for key in place if (xs[key[0]] if isinstance(key[0], int) else key[0][0]) in fixed}
+    out = set()
+    for key in place:
+        x = xs[key[0]] if isinstance(key[0], int) else key[0][0]
+        if x in fixed or (x in carried and key[1] in ("z", "rx")):
+            out.add(key)
+    return out
 
 
 def _element(

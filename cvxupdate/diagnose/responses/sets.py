@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg
 
 from cvxupdate.diagnose.responses.finite_size import SIZES
 from cvxupdate.diagnose.responses.point import ResponsePoint
@@ -15,6 +14,7 @@ from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.screen.sizes import best_size
 from cvxupdate.diagnose.types import Score
 from cvxupdate.fe.synthesis.derivatives import modal_blocks
+from cvxupdate.fe.synthesis.pieces import Response
 from cvxupdate.fe.synthesis.products import times
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.low_rank import low_rank
@@ -42,6 +42,22 @@ class Reduced:
         return cls(effect, rates[0], rates[1])
 
 
+@dataclass(frozen=True)
+class Today:
+    """A response as it is, from its lowest modes: modal ``force`` (modes, points, cases), shapes
+    ``at`` (modes, sensors), displacement ``y`` (sensors, points, cases)."""
+
+    force: Complex
+    at: Real
+    y: Complex
+
+    @classmethod
+    def of(cls, r: Response, low: int) -> Today:
+        """Of so many modes."""
+        y = times(r.at[:low].T, r.q[:low])
+        return cls(r.q[:low] / r.inverse[:low, :, None], r.at[:low], y)
+
+
 def sets_of_elements(
     point: ResponsePoint, scores: Sequence[Score], left: Projection
 ) -> list[Score]:
@@ -52,15 +68,18 @@ def sets_of_elements(
     if total <= 0.0 or any(r.coupled for r in point.responses):
         return []
     weights = [1.0 / s.scale() for s in point.setting.signals]
-    shapes = point.modes.shapes[:, : min(point.low, *(len(r.q) for r in point.responses))]
+    few = min(point.low, *(len(r.q) for r in point.responses))
+    shapes = point.modes.shapes[:, :few]
+    today = [Today.of(r, few) for r in point.responses]
     able = [s for s in scores if _is_factor(s.effect)]
 
     def tried(reduced: Reduced, score: Score, sizes: Real, rounds: int) -> Score | None:
         def squares(p: Real) -> Real:
             change = reduced.effect.change
             stiff = p if change is None else change.stiffness_of(p)
-            changes = (_changed(point, reduced, a, b) for a, b in zip(stiff, p, strict=True))
-            return left.remaining(np.stack([_weighted(point, weights, c) for c in changes], axis=1))
+            return left.remaining(
+                _weighted(point, weights, _changed(point, today, reduced, stiff, p))
+            )
 
         best = best_size(squares, sizes, total, rounds)
         if best is None:
@@ -87,31 +106,44 @@ def _is_factor(effect: Effect) -> bool:
     return one and low_rank(effect) is None
 
 
-def _changed(point: ResponsePoint, reduced: Reduced, a: float, b: float) -> list[Complex]:
-    """The responses' change (points, sensors, cases) when K and M in the basis of the lowest modes
-    change by ``a``, ``b`` times the rates; modes keep their damping in their order."""
+def _changed(
+    point: ResponsePoint, today: Sequence[Today], reduced: Reduced, stiff: Real, heavy: Real
+) -> list[Complex]:
+    """The responses' change (points, sensors, cases, sizes) when K and M in the basis of the lowest
+    modes change by each of ``stiff``, ``heavy`` (sizes,) times the rates; modes keep their damping
+    in their order. None where mass is no longer positive."""
     low = len(reduced.K)
     lam = np.maximum(point.modes.eigenvalues[:low], 0.0)
-    try:
-        new, V = scipy.linalg.eigh(np.diag(lam) + a * reduced.K, np.eye(low) + b * reduced.M)
-    except np.linalg.LinAlgError:
-        return [np.zeros(r.raw.shape, dtype=complex) for r in point.responses]
-    new = np.maximum(new, 0.0)
+    K = np.diag(lam) + stiff[:, None, None] * reduced.K
+    M = np.eye(low) + heavy[:, None, None] * reduced.M
+    massive = np.linalg.eigvalsh(M)[:, 0] > 0.0
+    M[~massive], K[~massive] = np.eye(low), np.diag(lam)
+    half = np.linalg.inv(np.linalg.cholesky(M))
+    other = np.swapaxes(half, 1, 2)
+    new, X = np.linalg.eigh(half @ K @ other)
+    V, new = np.swapaxes(other @ X, 1, 2), np.maximum(new, 0.0)  # (sizes, modes, modes before)
     slow = 2.0 * point.damping[:low] * np.sqrt(new)
     out = []
-    for r in point.responses:
+    for r, now in zip(point.responses, today, strict=True):
         s = r.signal.s
-        force = r.q[:low] / r.inverse[:low, :, None]
-        moved = times(V.T, force) / (s**2 + slow[:, None] * s + new[:, None])[:, :, None]
-        change = times((V.T @ r.at[:low]).T, moved) - times(r.at[:low].T, r.q[:low])
-        out.append(r.drive[:, None, None] * np.moveaxis(change, 0, 1))
+        force = times(V.reshape(-1, low), now.force).reshape(*V.shape[:2], len(s), -1)
+        force /= (s**2 + slow[:, :, None] * s + new[:, :, None])[..., None]
+        read = np.swapaxes(V @ now.at, 1, 2)  # (sizes, sensors, modes)
+        flat = np.ascontiguousarray(force.reshape(*V.shape[:2], -1)).view(float)
+        moved = np.matmul(read, flat).view(complex).reshape(len(V), -1, *force.shape[2:])
+        change = np.moveaxis(moved - now.y, (0, 2), (3, 0))
+        change[..., ~massive] = 0.0
+        out.append(r.drive[:, None, None, None] * change)
     return out
 
 
 def _weighted(point: ResponsePoint, weights: Sequence[Real], changes: Sequence[Complex]) -> Real:
-    """Changes of the responses as weighted rows."""
+    """Changes of the responses as weighted rows (rows, sizes)."""
     parts = []
     for r, w, change in zip(point.responses, weights, changes, strict=True):
-        flat = (w * r.rows(point.faulty(r.signal, change))).reshape(-1)
-        parts += [flat.real, flat.imag]
-    return np.concatenate(parts)
+        points, sensors, cases, count = change.shape
+        flat = point.faulty(r.signal, change.reshape(points, sensors, cases * count))
+        rows = r.rows(flat).reshape(-1, sensors, cases, count)
+        weighted = (w[..., None] * rows).reshape(-1, count)
+        parts += [weighted.real, weighted.imag]
+    return np.vstack(parts)

@@ -70,7 +70,7 @@ def recentred(setting: ResponseSetting, p: Real, far: float) -> ResponseSetting:
     own, space = p[: len(setting.model.parameters)], setting.shapes
     if not isinstance(space, Space) or not space.far(own, far):
         return setting
-    return replace(setting, shapes=around(setting.model, own, setting.top))
+    return replace(setting, shapes=space.recentred(own))
 
 
 def followed(setting: ResponseSetting, start: Real, effort: str) -> Fit:

@@ -20,10 +20,12 @@ from cvxupdate.diagnose.settings import (
     EXPLAINED,
     FEW_PARENTS,
     FINE,
+    HALVED,
     OPEN,
     PARENTS,
     SPARE,
     STABLE,
+    TWICE,
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Score
 from cvxupdate.physics import effect_types
@@ -93,7 +95,8 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         several = pairs(evidence, coarse, FEW_PARENTS if few else PARENTS, progress)
     if several:
         singles = merged(singles, simpler(evidence, several[0], progress))
-        several = merged(several, further(evidence, several, progress))
+        if not _told_alone(evidence, singles[0]):
+            several = merged(several, further(evidence, several, progress))
     return Found(
         tuple(best_of(*rankings)),
         tuple(singles),
@@ -111,6 +114,17 @@ def _enough(evidence: Evidence, singles: Sequence[Hypothesis]) -> bool:
     return base.misfit <= OPEN * EXPLAINED or clear or spare < SPARE
 
 
-def _mesh_may(evidence: Evidence, h: Hypothesis) -> bool:
-    """Whether what is left may be the mesh's."""
-    return evidence.errors(h.fit).fit <= evidence.allowance(h.fit.setting.model)
+def _mesh_may(evidence: Evidence, h: Hypothesis, times: float = 1.0) -> bool:
+    """Whether what is left may be the mesh's, or so many times that."""
+    return evidence.errors(h.fit).fit <= times * evidence.allowance(h.fit.setting.model)
+
+
+def _told_alone(evidence: Evidence, h: Hypothesis) -> bool:
+    """Whether a single effect will be told beside which the judgement accepts no set, for what is
+    left may be the mesh's: larger sets would be sought for nothing. Pairs stay rivals of it."""
+    base, errors = evidence.bases[-1], evidence.errors(h.fit)
+    halves = h.fit.excess <= HALVED * base.excess
+    heard = not np.isfinite(errors.hold_out) or (
+        errors.hold_out <= HALVED * evidence.nominal.hold_out
+    )
+    return halves and heard and _mesh_may(evidence, h, TWICE)

@@ -7,7 +7,13 @@ import pytest
 
 from cvxupdate.diagnose.responses.finite_size import few_directions
 from cvxupdate.diagnose.responses.first_order import first_order, linearised
-from cvxupdate.diagnose.responses.sets import Reduced, _changed, _weighted, sets_of_elements
+from cvxupdate.diagnose.responses.sets import (
+    Reduced,
+    Today,
+    _changed,
+    _weighted,
+    sets_of_elements,
+)
 from cvxupdate.diagnose.responses.setting import setting_for
 from cvxupdate.diagnose.screen.projection import Projection
 from tests.diagnose.responses.undamped import UNDAMPED, candidates, without_damping
@@ -29,8 +35,27 @@ def test_a_set_of_elements_in_the_modes_is_that_of_the_model_that_grows(make_sce
     q = np.zeros(len(grown.columns))
     q[n], q[n + 1] = 0.6, UNDAMPED
     wanted = point.differences[1] * (grown.evaluate(q).differences[0] - point.differences[0])
-    J = _weighted(point, [1.0 / s.scale() for s in signals], _changed(point, reduced, 0.6, 0.6))
-    np.testing.assert_allclose(J, wanted, rtol=1e-6, atol=1e-8 * np.abs(wanted).max())
+    sizes, weights = np.array([-0.3, 0.6]), [1.0 / s.scale() for s in signals]
+    today = [Today.of(r, start.size) for r in point.responses]
+    J = _weighted(point, weights, _changed(point, today, reduced, sizes, sizes))
+    np.testing.assert_allclose(J[:, 1], wanted, rtol=1e-6, atol=1e-8 * np.abs(wanted).max())
+
+
+def test_mass_in_the_modes_too_and_none_where_it_would_not_be_positive(make_scene):
+    """With all of the mass of the modes times 1.5 and of the stiffness, frequencies stay and
+    responses are divided; at mass times −1 nothing is said."""
+    model, start, signals, context = make_scene()
+    point = without_damping(start, model, signals)
+    c = next(c for c in candidates(context, "stiffness_change"))
+    lam = np.diag(np.maximum(point.modes.eigenvalues, 0.0))
+    reduced = Reduced(c, lam, np.eye(len(lam)))
+    today = [Today.of(r, start.size) for r in point.responses]
+    sizes = np.array([0.5, -2.0])
+    for r, change in zip(
+        point.responses, _changed(point, today, reduced, sizes, sizes), strict=True
+    ):
+        np.testing.assert_allclose(change[..., 0], r.raw * (1.0 / 1.5 - 1.0), rtol=1e-8)
+        assert not np.any(change[..., 1])
 
 
 def test_a_set_s_size_is_found_too(make_scene):

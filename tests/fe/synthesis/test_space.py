@@ -43,6 +43,21 @@ def test_where_it_was_made_it_has_the_model_s_modes(plate):
     )
 
 
+@pytest.mark.parametrize("to", [[0.4, 0.2], [-0.3, -0.4]])
+def test_recentred_it_is_as_one_made_there(plate, to):
+    """One inverse iteration from the modes of the old space: frequencies of the band to 1e-8."""
+    to = np.array(to)
+    moved = around(plate, [0.0, 0.0]).recentred(to)
+    true = model_modes(plate, 6, to).eigenvalues
+    own = moved.modes(to).modes.eigenvalues[:6]
+    np.testing.assert_allclose(own, true[:6], rtol=1e-8)
+    fresh = around(plate, to)
+    assert moved.near == fresh.near and moved.wide == fresh.wide
+    beside = to + np.array([0.05, 0.05])
+    true = model_modes(plate, 6, beside).eigenvalues[:6]
+    np.testing.assert_allclose(moved.modes(beside).modes.eigenvalues[:6], true, rtol=1e-5)
+
+
 def test_beside_it_errors_are_of_high_order(plate):
     """With the answers to what the patch makes of the modes, four times the change makes an error
     at least sixteen times as large, and a small one."""

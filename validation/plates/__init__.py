@@ -1,0 +1,1 @@
+"""Plates and frames whose truth CalculiX computes: a laboratory that is nobody's relative."""
