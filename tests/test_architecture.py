@@ -52,6 +52,7 @@ ROOMS: dict[str, set[str]] = {
     "report": BASE,
 }
 ROOMS["written"] = set(ROOMS)
+ROOMS["beside"] = set(ROOMS)
 ROOMS["study"] = set(ROOMS)
 ROOMS["api"] = set(ROOMS)
 ROOMS["commands"] = set(ROOMS)
