@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cvxupdate.errors import InputError
 from cvxupdate.spec import Given, Spec, spec_of
 from cvxupdate.spec.given import to_update
 
 if TYPE_CHECKING:
     from cvxupdate.convex import SolverRow
-    from cvxupdate.correlate.plausible import Doubt, Warn
+    from cvxupdate.correlate.plausible import Warn
     from cvxupdate.correlate.result import Compared
     from cvxupdate.diagnose.output.diagnosis import Diagnosis
     from cvxupdate.fe.model import Model
@@ -26,8 +25,6 @@ if TYPE_CHECKING:
     from cvxupdate.update.result import Updated
     from cvxupdate.update.starts import Solve
     from cvxupdate.update.trust_region import Iteration
-
-MODES_IN_BAND = 30  # computed for the sensors of frequency responses
 
 
 def open_problem(
@@ -142,53 +139,13 @@ def correlate(
     InputError
         For a fault of the input, or where there is no recording to compare with.
     """
+    from cvxupdate.beside import compared
     from cvxupdate.correlate.plausible import examine
 
     begin = time.perf_counter()
     opened = open_problem(problem, progress)
-    compared = _compared(*opened, examine(*opened, warn))
-    return replace(compared, time=time.perf_counter() - begin)
-
-
-def _compared(
-    spec: Spec, model: Model, recordings: Sequence[Recording], warnings: Sequence[Doubt] = ()
-) -> Compared:
-    """`correlate`, of a problem that was opened."""
-    from cvxupdate.correlate.compare import compare
-    from cvxupdate.fe.modes import model_modes
-    from cvxupdate.recordings.types import ModeTable
-    from cvxupdate.residual.pairing import needed_modes, start_pairing
-    from cvxupdate.residual.shape_rows import real_shapes
-
-    if not recordings:
-        raise InputError(
-            f"{spec.path}: no recording to compare the model with. Add a [[recordings]] table."
-        )
-    found = sorted(
-        ((k, r) for k, r in enumerate(recordings) if isinstance(r, ModeTable)),
-        key=lambda item: item[1].origin.use != "fit",
-    )
-    which, tables = [k for k, _ in found], [r for _, r in found]
-    modes = model_modes(
-        model, max(needed_modes(tables), 0 if len(tables) == len(recordings) else MODES_IN_BAND)
-    )
-    fitted = sum(t.origin.use == "fit" for t in tables)
-    start = start_pairing(
-        model, modes, tables, spec.update.pairing if spec.update is not None else "auto", fitted
-    )
-    shapes = {
-        k: None if t.shapes is None else real_shapes(t.shapes)
-        for k, t in zip(which, tables, strict=True)
-    }
-    return compare(
-        spec,
-        model,
-        recordings,
-        modes,
-        dict(zip(which, start.places, strict=True)),
-        shapes,
-        warnings,
-    )
+    found = compared(*opened, examine(*opened, warn))
+    return replace(found, time=time.perf_counter() - begin)
 
 
 def inspect(path: str | os.PathLike[str], progress: Progress | None = None) -> Inspection:
@@ -271,6 +228,7 @@ def diagnose(
     InputError
         For a fault of the input, or when there is no recording to fit.
     """
+    from cvxupdate.beside import beside, compared
     from cvxupdate.correlate.plausible import examine
     from cvxupdate.diagnose import diagnose_problem
     from cvxupdate.physics.known import refuse_unknown
@@ -284,6 +242,10 @@ def diagnose(
     known = tuple(zip(spec.recordings, recordings, strict=True))
 
     def again(other: Spec, changed: Model) -> Compared:  # nothing is read a second time
-        return _compared(other, changed, load_recordings(other, known=known))
+        return compared(other, changed, load_recordings(other, known=known))
 
-    return replace(with_refined(found, spec, again), warnings=warnings)
+    return replace(
+        with_refined(found, spec, again),
+        warnings=warnings,
+        beside=beside(spec, model, recordings, found),
+    )

@@ -52,6 +52,7 @@ ROOMS: dict[str, set[str]] = {
     "report": BASE,
 }
 ROOMS["written"] = set(ROOMS)
+ROOMS["beside"] = set(ROOMS)
 ROOMS["study"] = set(ROOMS)
 ROOMS["api"] = set(ROOMS)
 ROOMS["commands"] = set(ROOMS)
@@ -90,7 +91,7 @@ DIAGNOSE: tuple[tuple[str, ...], ...] = (
     ("judge",),
     ("output",),
     ("pipeline", "gather", "component"),
-    ("reference",),
+    ("reference", "states"),
     ("__init__",),
 )
 MOST_ROOMS = 9

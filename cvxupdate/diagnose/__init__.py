@@ -24,7 +24,8 @@ def diagnose_problem(
     """Diagnose responses where there are any, else tables of modes; time histories that no linear
     model explains, or that differ at one level, once more, with laws that depend on the level; the
     force of a part on a rig, whose model has no mass, by its law. Where there are recordings of a
-    reference state the model is brought to it before. ``thorough``: however long a search in
+    reference state the model is brought to it before; several states that all have a name are one
+    fit. ``thorough``: however long a search in
     simulation takes.
 
     Raises
@@ -39,6 +40,8 @@ def diagnose_problem(
     from cvxupdate.diagnose.nominal.members import divided
     from cvxupdate.diagnose.pipeline import diagnosed
     from cvxupdate.diagnose.reference import brought, changed, not_unchanged
+    from cvxupdate.diagnose.states import states_diagnosis
+    from cvxupdate.recordings.states import states_of
 
     begin = time.perf_counter()
     tell = progress or (lambda text: None)
@@ -50,6 +53,9 @@ def diagnose_problem(
     rigs = rigs_of(model, recordings)
     if any(r.use == "fit" for r in rigs):
         return component_diagnosis(spec, rigs, begin)
+    states = states_of(spec, recordings)
+    if states:
+        return states_diagnosis(spec, model, states, tell, begin)
     budget = Budget.of(thorough)
     now = brought(spec, model, recordings, tell)
     evidence = gathered(now.spec, now.model, now.recordings, tell, now.reference, budget)

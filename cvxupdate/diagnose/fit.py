@@ -171,9 +171,9 @@ def bounds_of(setting: Any) -> Bounds:
     return Bounds(np.array(lower), np.array([*(q.upper for q in parameters), *others]))
 
 
-def fitted(setting: Any, start: Real, options: Options) -> Fit:
+def fitted(setting: Any, start: Real, options: Options, bounds: Bounds | None = None) -> Fit:
     """Weighted differences plus Gaussian priors, minimised from ``start`` by trust-region convex
-    steps.
+    steps; ``bounds``: of the unknowns, where they are not the parameters of one model.
 
     Raises
     ------
@@ -182,7 +182,7 @@ def fitted(setting: Any, start: Real, options: Options) -> Fit:
     """
     problem = StepProblem(
         regularisers=(Tikhonov(1.0, 0.0, setting.scales),),
-        constraints=(bounds_of(setting),),
+        constraints=(bounds_of(setting) if bounds is None else bounds,),
         columns=setting.columns,
     )
     return _taken(setting, iterate(setting, problem, SolverChoice(), options, start).point)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from cvxupdate.correlate.result import Geometry
 from cvxupdate.physics.effect import Effect
 
 Real = NDArray[np.float64]
@@ -18,7 +19,7 @@ Real = NDArray[np.float64]
 @dataclass(frozen=True)
 class Curve:
     """One channel: magnitudes (n,) at ``frequency`` (Hz) as measured, modelled before and after,
-    and its noise (one standard deviation).
+    and its noise (one standard deviation); ``phases`` likewise, in degrees, of the three.
 
     ``driven`` are the DOFs of the force (one for an FRF); ``per_force`` says that it is an FRF (SI
     per N), else the spectrum of the response (SI s).
@@ -35,6 +36,7 @@ class Curve:
     before: Real
     after: Real
     noise: Real
+    phases: tuple[Real, Real, Real] | None = None
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,37 @@ class Shown:
     modes: tuple[ModeError, ...] = ()
     nodes: dict[int, float] = field(default_factory=dict)
     elements: dict[int, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class ModeBeside:
+    """A mode: ``measured`` (Hz, None beside responses, which state none), the model's ``before``
+    and ``after`` (None where it has no partner), their MAC with the measured shape, their shapes
+    (nodes, 3); ``motion`` is what was measured: (row of the geometry, 0..2 for x..z, value), on
+    the scale of the last shape."""
+
+    recording: str
+    use: str
+    measured: float | None
+    before: float | None
+    after: float | None = None
+    mac_before: float | None = None
+    mac_after: float | None = None
+    shape_before: Real | None = None
+    shape_after: Real | None = None
+    motion: tuple[tuple[int, int, complex], ...] = ()
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Both models beside the recordings: the structure to draw on, where sensors and forces sit
+    (labels), modes; (effect, why) of what was not tried."""
+
+    geometry: Geometry | None
+    sensors: tuple[str, ...] = ()
+    forces: tuple[str, ...] = ()
+    modes: tuple[ModeBeside, ...] = ()
+    untried: tuple[tuple[str, str], ...] = ()
 
 
 def places(scores: Sequence[tuple[Effect, float]]) -> tuple[dict[int, float], dict[int, float]]:

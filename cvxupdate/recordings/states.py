@@ -34,6 +34,20 @@ def parted(
     return _of(spec, recordings, True), _of(spec, recordings, False)
 
 
+def states_of(
+    spec: Spec, recordings: Sequence[Recording]
+) -> dict[str, tuple[Spec, tuple[Recording, ...]]]:
+    """(problem, recordings) of every state, where recordings to fit are of several that all have a
+    name and none is the reference; empty else."""
+    names = dict.fromkeys(r.origin.state for r in recordings if r.origin.use == "fit")
+    if len(names) < 2 or None in names or REFERENCE in names:
+        return {}
+    return {
+        str(name): _kept(spec, recordings, [r.origin.state == name for r in recordings])
+        for name in names
+    }
+
+
 def looked_into(spec: Spec, recordings: Sequence[Recording]) -> tuple[Spec, tuple[Recording, ...]]:
     """The problem with the recordings of the state that is looked into: all but those of the
     reference; these where there are no others.
@@ -51,6 +65,12 @@ def _of(
     spec: Spec, recordings: Sequence[Recording], reference: bool
 ) -> tuple[Spec, tuple[Recording, ...]]:
     keep = [(r.origin.state == REFERENCE) == reference for r in recordings]
+    return _kept(spec, recordings, keep)
+
+
+def _kept(
+    spec: Spec, recordings: Sequence[Recording], keep: Sequence[bool]
+) -> tuple[Spec, tuple[Recording, ...]]:
     if all(keep):
         return spec, tuple(recordings)
     if not any(keep):

@@ -75,7 +75,8 @@ def sentences(a: AccuracyResult) -> list[str]:
         fine = sum(r < 1.0 for r in radii)
         out.append(
             f"The series by which noise enters the correction converges (5.6) at {fine} of "
-            f"{count(len(radii), 'line')}."
+            f"{count(len(radii), 'line')}. That must hold and is not enough: what noise brings in "
+            "must be small beside the modelling error as well (5.9)."
         )
     if a.best:
         shown = ", ".join(short(f) for f in a.best[:LISTED])

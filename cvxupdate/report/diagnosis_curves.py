@@ -35,18 +35,51 @@ def caption(c: Curve) -> str:
     )
 
 
-def overlay(shown: Shown | None) -> tuple[str, str] | None:
-    """(figure, caption) of the curve for the first screen: held out where there is one."""
+def overlay(shown: Shown | None, after: str = "model after") -> tuple[str, str] | None:
+    """(figure, caption) of the curve for the first screen: held out where there is one; modulus,
+    and the phase below it. ``after`` names the second model."""
     if shown is None or not shown.curves:
         return None
     first, says = shown.curves[0], caption(shown.curves[0])
-    return draw(
+
+    def paint(axes: list[Any]) -> None:
+        _curve(axes[0], first, True, after)
+        if len(axes) > 1:
+            axes[0].set_xlabel("")
+            axes[0].tick_params(labelbottom=False)
+            _phase(axes[1], first)
+
+    rows = 1 if first.phases is None else 2
+    return draw_panels(
         "overlay",
         f"Measured response with the model before and after. {says}",
         WIDTH,
-        3.3,
-        lambda ax: _curve(ax, first, True),
+        3.3 if rows == 1 else 4.4,
+        rows,
+        1,
+        paint,
+        None if rows == 1 else (3.0, 1.1),
     ), says
+
+
+def _phase(ax: Any, c: Curve) -> None:
+    """The phase of the three, broken where it turns over the edge of ± 180°."""
+    if c.phases is None:
+        return
+    styles = ((BEFORE, 1.2, 1.0, 2), (INK, 3.0, 0.3, 3), (AFTER, 1.1, 1.0, 4))
+    for values, (colour, width, alpha, above) in zip(
+        (c.phases[1], c.phases[0], c.phases[2]), styles, strict=True
+    ):
+        turned = np.flatnonzero(np.abs(np.diff(values)) > 180.0) + 1
+        x, y = np.insert(c.frequency, turned, np.nan), np.insert(values, turned, np.nan)
+        ax.plot(x, y, color=colour, lw=width, alpha=alpha, zorder=above)
+    ax.set(
+        xlim=(float(c.frequency[0]), float(c.frequency[-1])),
+        ylim=(-190.0, 190.0),
+        yticks=(-180, 0, 180),
+        xlabel="frequency (Hz)",
+        ylabel="phase (°)",
+    )
 
 
 def other_curves(shown: Shown | None) -> tuple[str, list[str]] | None:
@@ -82,7 +115,7 @@ def other_curves(shown: Shown | None) -> tuple[str, list[str]] | None:
     )
 
 
-def _curve(ax: Any, c: Curve, legend: bool) -> None:
+def _curve(ax: Any, c: Curve, legend: bool, after: str = "model after") -> None:
     floor = 0.2 * float(np.min(c.measured[c.measured > 0], initial=np.inf))
     if np.any(c.noise > 0):
         ax.fill_between(
@@ -96,7 +129,7 @@ def _curve(ax: Any, c: Curve, legend: bool) -> None:
         )
     ax.plot(c.frequency, c.before, color=BEFORE, lw=1.4, label="model before", zorder=2)
     ax.plot(c.frequency, c.measured, color=INK, lw=3.4, alpha=0.3, label="measured", zorder=3)
-    ax.plot(c.frequency, c.after, color=AFTER, lw=1.2, label="model after", zorder=4)
+    ax.plot(c.frequency, c.after, color=AFTER, lw=1.2, label=after, zorder=4)
     everything = np.concatenate([c.measured, c.before, c.after])
     top = float(everything.max())
     ax.set(
@@ -107,7 +140,7 @@ def _curve(ax: Any, c: Curve, legend: bool) -> None:
         ylabel=f"{UNITS[c.quantity]}{' per N' if c.per_force else '·s'}",
     )
     if legend:
-        _legend(ax, ("measured", "model before", "model after", "noise"))
+        _legend(ax, ("measured", "model before", after, "noise"))
 
 
 def _legend(ax: Any, order: Sequence[str]) -> None:

@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
+from cvxupdate.report.diagnosis_client import GLOSSARY, not_tried, untested
 from cvxupdate.report.diagnosis_curves import mode_bars, other_curves, overlay, remains
 from cvxupdate.report.diagnosis_figures import fit_bars
-from cvxupdate.report.diagnosis_places import map_picture, place_picture
+from cvxupdate.report.diagnosis_modes import mode_rows, moving_modes
+from cvxupdate.report.diagnosis_place import place_picture, size_words
+from cvxupdate.report.diagnosis_places import map_picture
 from cvxupdate.report.diagnosis_words import (
     VERDICTS,
     capital,
@@ -38,7 +41,8 @@ MOST_ROWS = 40
 def diagnosis_page(found: Diagnosis, spec: Spec) -> str:
     """The HTML text of a report on ``diagnose``."""
     tone, meaning = VERDICTS[found.verdict]
-    first, others = overlay(found.shown), other_curves(found.shown)
+    second = "model after" if found.updated is not None else "usual scatter allowed"
+    first, others = overlay(found.shown, second), other_curves(found.shown)
     modes = None if first else mode_bars(found.shown)
     return render(
         "diagnosis.html",
@@ -56,6 +60,14 @@ def diagnosis_page(found: Diagnosis, spec: Spec) -> str:
             "remains": _svg(remains(found.shown)),
             "map": _svg(map_picture(found.shown, spec)),
             "updated": found.updated is not None,
+            "untested": untested(found),
+            "size": size_words(spec),
+            "natural": mode_rows(found.beside),
+            "measured_modes": found.beside is not None
+            and any(m.measured is not None for m in found.beside.modes),
+            "moving": moving_modes(found.beside),
+            "not_tried": not_tried(found),
+            "glossary": GLOSSARY,
             "findings": [finding_part(f) for f in found.findings],
             "candidates": candidate_rows(found),
             "more": max(0, len(found.candidates) - MOST_ROWS),

@@ -1,5 +1,4 @@
-"""The pictures of a structure in a diagnosis: the findings marked on it, and the map of where a
-cause may sit."""
+"""The structure as a diagnosis draws it, and the map of where a cause may sit."""
 
 from __future__ import annotations
 
@@ -10,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.report.structure import LARGEST, _bare, _height, skeleton
-from cvxupdate.report.svg import HELD, INK, PAPER, QUIET, draw
+from cvxupdate.report.svg import HELD, INK, QUIET, draw
 from cvxupdate.report.views import View, view_of
 
 if TYPE_CHECKING:
     from cvxupdate.correlate.result import Geometry
-    from cvxupdate.diagnose.output.diagnosis import Diagnosis
     from cvxupdate.diagnose.shown import Shown
     from cvxupdate.spec import Spec
 
@@ -77,60 +75,7 @@ def sketch_of(spec: Spec) -> Sketch | None:
     return Sketch(ids, xyz, parts, moves, tuple(sorted(held)) if len(held) < len(ids) else ())
 
 
-def place_picture(found: Diagnosis, spec: Spec) -> str | None:
-    """The structure with every finding marked: elements thick and coloured, nodes ringed and named;
-    supports as triangles."""
-    sketch = sketch_of(spec)
-    if sketch is None or np.ptp(sketch.xyz, axis=0).max(initial=0.0) == 0.0:
-        return None  # one point is no picture
-    drawing = cast("Geometry", sketch)  # the same fields, made from the problem file alone
-    marked, rings = _marks(found, sketch)
-    view = _view(sketch)
-    flat = view.project(sketch.xyz)
-
-    def paint(ax: Any) -> None:
-        skeleton(ax, drawing, view, marked or None)
-        _supports(ax, sketch, flat)
-        _numbers(ax, sketch, flat)
-        for k, (rows, text) in enumerate(rings):
-            if found.findings[k].place.nodes:
-                _ring(ax, flat[rows])
-            _named(ax, flat, rows, text, k)
-        _bare(ax, view)
-        ax.margins(0.12)
-
-    says = "The structure; " + (
-        ", ".join(f.says for f in found.findings) if found.findings else "no place is marked"
-    )
-    return draw("place", says, WIDTH, max(1.7, _height(view, drawing)), paint)
-
-
-def _marks(
-    found: Diagnosis, sketch: Sketch
-) -> tuple[dict[int, float], list[tuple[list[int], str]]]:
-    """Elements to be drawn thick, and the rows of nodes to be ringed, each with its name."""
-    at_node = {int(n): k for k, n in enumerate(sketch.node_ids)}
-    marked: dict[int, float] = {}
-    rings: list[tuple[list[int], str]] = []
-    for f in found.findings:
-        marked |= {int(e): 1.0 for e in f.place.elements}
-        rows = [at_node[n] for n in f.place.nodes if n in at_node]
-        if not rows and f.place.elements:
-            corners = [
-                k
-                for part in sketch.parts
-                if part.id == f.place.elements[len(f.place.elements) // 2]
-                for k in part.nodes
-            ]
-            rings.append((corners, f.title))
-        elif rows:
-            rings.append((rows, f.title))
-            if len(rows) == 2:
-                marked |= {p.id: 1.0 for p in sketch.parts if set(p.nodes) == set(rows)}
-    return marked, rings
-
-
-def _view(sketch: Sketch) -> View:
+def sketch_view(sketch: Sketch) -> View:
     """That of the structure; the ways it moves count only where it is not flat."""
     return view_of(
         sketch.xyz,
@@ -140,7 +85,8 @@ def _view(sketch: Sketch) -> View:
     )
 
 
-def _supports(ax: Any, sketch: Sketch, flat: Real) -> None:
+def draw_supports(ax: Any, sketch: Sketch, flat: Real) -> None:
+    """A triangle at every supported node."""
     ax.plot(
         flat[list(sketch.held), 0],
         flat[list(sketch.held), 1],
@@ -153,7 +99,7 @@ def _supports(ax: Any, sketch: Sketch, flat: Real) -> None:
     )
 
 
-def _numbers(ax: Any, sketch: Sketch, flat: Real) -> None:
+def draw_numbers(ax: Any, sketch: Sketch, flat: Real) -> None:
     """Those of the nodes, where there are few."""
     if len(flat) <= CROWD:
         for n, point in zip(sketch.node_ids.tolist(), flat, strict=True):
@@ -169,38 +115,6 @@ def _numbers(ax: Any, sketch: Sketch, flat: Real) -> None:
             )
 
 
-def _ring(ax: Any, at: Real) -> None:
-    ax.plot(
-        at[:, 0],
-        at[:, 1],
-        "o",
-        mfc=PAPER,
-        mec=HELD,
-        mew=2.6,
-        ms=13,
-        ls="",
-        zorder=6,
-    )
-    ax.plot(at[:, 0], at[:, 1], "o", color=HELD, mew=0, ms=5, ls="", zorder=7)
-
-
-def _named(ax: Any, flat: Real, rows: list[int], text: str, k: int) -> None:
-    """The name of finding ``k`` above its mark, not across it."""
-    middle = np.array([flat[rows, 0].mean(), flat[rows, 1].max()])
-    left = middle[0] > flat[:, 0].mean()
-    ax.annotate(
-        text,
-        (middle[0], middle[1]),
-        (0, 14 + 13 * k),
-        textcoords="offset points",
-        ha="right" if left else "left",
-        fontsize=10,
-        color=INK,
-        fontweight="bold",
-        zorder=8,
-    )
-
-
 def map_picture(shown: Shown | None, spec: Spec) -> str | None:
     """The structure with the fraction of the mismatch that the best effect at each place could
     explain: nodes as circles, elements thick."""
@@ -210,7 +124,7 @@ def map_picture(shown: Shown | None, spec: Spec) -> str | None:
     drawing = cast("Geometry", sketch)
     at_node = {int(n): k for k, n in enumerate(sketch.node_ids)}
     top = max([*shown.nodes.values(), *shown.elements.values()])
-    view = _view(sketch)
+    view = sketch_view(sketch)
     flat = view.project(sketch.xyz)
     lively = sorted(
         ((at_node[n], s) for n, s in shown.nodes.items() if n in at_node and s > FAINT * top),
@@ -234,7 +148,7 @@ def map_picture(shown: Shown | None, spec: Spec) -> str | None:
             linewidths=0,
             zorder=5,
         )
-        _supports(ax, sketch, flat)
+        draw_supports(ax, sketch, flat)
         if best is not None and len(flat) > CROWD:
             ax.annotate(
                 best[1],
@@ -245,7 +159,7 @@ def map_picture(shown: Shown | None, spec: Spec) -> str | None:
                 color=INK,
                 zorder=8,
             )
-        _numbers(ax, sketch, flat)
+        draw_numbers(ax, sketch, flat)
         _bare(ax, view)
         ax.margins(0.12)
 

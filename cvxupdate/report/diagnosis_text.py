@@ -10,6 +10,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from cvxupdate.report.diagnosis_client import untested
 from cvxupdate.report.diagnosis_words import (
     VERDICTS,
     capital,
@@ -49,6 +50,8 @@ def diagnosis_text(found: Diagnosis, folder: Path) -> RenderableType:
         for row in rows:
             table.add_row(*row)
         parts.append(table)
+    if untested(found):
+        parts.append(Text(untested(found), style="yellow"))
     parts.append(Text(f"{meaning} ({found.verdict}), {seconds(found.time)}", style="dim"))
     where = f"Report: {folder / 'report.html'}\nData:   {folder / 'diagnosis.json'}"
     if found.updated is not None:

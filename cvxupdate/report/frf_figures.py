@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.report.numbers import fixed
-from cvxupdate.report.svg import AFTER, BAND, BEFORE, HELD, draw, draw_panels
+from cvxupdate.report.svg import AFTER, BAND, HELD, INK, draw, draw_panels
 
 if TYPE_CHECKING:
     from cvxupdate.correlate.result import FrfComparison
@@ -72,7 +72,7 @@ def _overlay(ax: Any, found: FrfComparison, f: Real, lines: slice, i: int, j: in
         low = np.maximum(x - sd, 1e-3 * np.maximum(x, 1e-300))
         label = "measured ± 2 standard deviations"
         ax.fill_between(f, low, x + sd, color=BAND, lw=0, label=label, zorder=1)
-    ax.plot(f, x, color=BEFORE, lw=1.1, label="measured", zorder=2)
+    ax.plot(f, x, color=INK, lw=3.0, alpha=0.3, label="measured", zorder=2)
     ax.plot(f, a, color=AFTER, lw=1.1, label="model", zorder=3)
     ax.set_yscale("log")
     if positive.size:

@@ -118,7 +118,7 @@ def synthesised(name: str, fit: Fitted) -> str | None:
     def paint(axes: list[Any]) -> None:
         for ax, (i, j) in zip(axes, chosen, strict=True):
             x = np.abs(fit.measured[::step, i, j])
-            ax.plot(f, x, color=BEFORE, lw=1.2, label="measured")
+            ax.plot(f, x, color=INK, lw=3.0, alpha=0.3, label="measured")
             ax.plot(
                 f, np.abs(fit.fitted[::step, i, j]), color=AFTER, lw=1.0, label="from the modes"
             )

@@ -23,6 +23,12 @@ PHASES = 12
 """Pictures of one period; between them places move along straight lines."""
 SECONDS = 2.4
 HEIGHTS = (70.0, 300.0)
+MOST_NODES = 3000
+MEASURED = 'stroke="var(--ink)" stroke-width="1.4"'
+BEFORE = 'stroke="var(--before)" stroke-width="1.4" stroke-dasharray="5 3"'
+AFTER = 'stroke="var(--after)" stroke-width="1.6"'
+DOTS, DIAMOND = 'fill="var(--ink)"', "m-3 0l3-3 3 3-3 3z"
+"""Measured is always the ink of the page, the model before grey, after blue."""
 
 
 @dataclass(frozen=True)
@@ -81,36 +87,70 @@ def _laplacian(geometry: Geometry) -> Real:
 
 
 def moving_shape(geometry: Geometry, motion: Motion, says: str) -> str | None:
-    """One mode as an SVG element; None where there is nothing to draw, or too much."""
-    if not drawable(geometry) or not motion.rows or len(geometry.node_ids) > 3000:
+    """One measured mode as an SVG element; None where there is nothing to draw, or too much."""
+    if not drawable(geometry) or not motion.rows or len(geometry.node_ids) > MOST_NODES:
         return None
     whole = filled(geometry, motion)
-    top = float(np.abs(whole).max())
+    return _moving(geometry, [(whole, MEASURED)], (sorted(set(motion.rows)), whole), says)
+
+
+def moving_pair(
+    geometry: Geometry,
+    before: Real | None,
+    after: Real | None,
+    motion: tuple[tuple[int, int, complex], ...],
+    says: str,
+) -> str | None:
+    """The model's shape before and after, each (nodes, 3), and on them what was measured: (row of
+    the geometry, 0..2 for x..z, value). None where there is nothing to draw, or too much."""
+    if not drawable(geometry) or len(geometry.node_ids) > MOST_NODES:
+        return None
+    shapes = [(s, style) for s, style in ((before, BEFORE), (after, AFTER)) if s is not None]
+    tops = [float(np.abs(s).max()) for s, _ in shapes]
+    if not shapes or min(tops) == 0.0:
+        return None
+    dots = np.zeros((len(geometry.node_ids), 3), dtype=np.complex128)
+    for row, kind, value in motion:
+        dots[row, kind] = value / tops[-1]  # on the scale of the last
+    rows = sorted({row for row, _, _ in motion})
+    layers = [(s / top, style) for (s, style), top in zip(shapes, tops, strict=True)]
+    return _moving(geometry, layers, (rows, dots), says)
+
+
+def _moving(
+    geometry: Geometry,
+    layers: Sequence[tuple[Real, str]],
+    marked: tuple[list[int], Real],
+    says: str,
+) -> str | None:
+    """Shapes (nodes, 3) with the style of their lines, and dots at some nodes with their own."""
+    top = max(float(np.abs(shape).max()) for shape, _ in layers)
     if top == 0.0:
         return None
-    whole = whole * (REACH * extent(geometry) / top)
-    moves = np.array([bool(np.any(np.abs(whole[:, k]) > 0.0)) for k in range(3)])
+    scale = REACH * extent(geometry) / top
+    rows, dots = marked
+    every = [*(shape for shape, _ in layers), dots]
+    moves = np.array([any(bool(np.any(np.abs(s[:, k]) > 0.0)) for s in every) for k in range(3)])
     view = view_of(geometry.xyz, moves)
     phases = np.exp(2j * np.pi * np.arange(PHASES + 1) / PHASES)
-    frames = [displaced(view, geometry.xyz, np.real(whole * p)) for p in phases]
+    forms = [
+        [displaced(view, geometry.xyz, np.real(shape * (scale * p))) for p in phases]
+        for shape in every
+    ]
     rest = view.project(geometry.xyz)
     if view.aside:
         rest = np.column_stack([rest[:, 0], np.zeros(len(rest))])
-        frames = [np.column_stack([f[:, 0], f[:, 1]]) for f in frames]
-    place = _Place(np.concatenate([rest, *frames]))
+    place = _Place(np.concatenate([rest, *(f for form in forms for f in form)]))
     lines = [p.nodes for p in geometry.parts if len(p.nodes) > 1]
-    marks = sorted(set(motion.rows))
     body = [
-        f'<path d="{place.path(rest, lines)}" fill="none" stroke="var(--line)" stroke-width="1"/>',
-        _animated(
-            [place.path(f, lines) for f in frames],
-            'fill="none" stroke="var(--after)" stroke-width="1.4"',
-        ),
-        _animated(
-            [place.dots(f, marks) for f in frames],
-            'fill="none" stroke="var(--held)" stroke-width="4.5" stroke-linecap="round"',
-        ),
+        f'<path d="{place.path(rest, lines)}" fill="none" stroke="var(--line)" stroke-width="1"/>'
     ]
+    body += [
+        _animated([place.path(f, lines) for f in form], f'fill="none" {style}')
+        for form, (_, style) in zip(forms, layers, strict=False)
+    ]
+    if rows:
+        body.append(_animated([place.dots(f, rows) for f in forms[-1]], DOTS))
     return (
         f'<svg viewBox="0 0 {WIDTH:g} {place.height:.0f}" role="img" '
         f'aria-label="{html.escape(says, quote=True)}">{"".join(body)}</svg>'
@@ -147,7 +187,7 @@ class _Place:
         )
 
     def dots(self, points: Real, rows: Sequence[int]) -> str:
-        return "".join(f"M{self.at(points[n])}h.01" for n in rows)
+        return "".join(f"M{self.at(points[n])}{DIAMOND}" for n in rows)
 
 
-__all__ = ["Motion", "View", "filled", "moving_shape"]
+__all__ = ["Motion", "View", "filled", "moving_pair", "moving_shape"]

@@ -6,7 +6,7 @@ from __future__ import annotations
 import html
 import io
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 # Matplotlib wants colours; these stand for the page's own and are replaced by CSS variables below.
@@ -83,15 +83,16 @@ def draw_panels(
     rows: int,
     columns: int,
     paint: Callable[[list[Any]], None],
+    heights: Sequence[float] | None = None,
 ) -> str:
     """As `draw`, with ``rows`` × ``columns`` panels: ``paint(axes)`` gets their list, row by
-    row."""
+    row; ``heights`` are those of the rows, relative to one another."""
     import matplotlib
     from matplotlib.figure import Figure
 
     with matplotlib.rc_context(RC):
         figure = Figure(figsize=(width, height), layout="constrained")
-        paint(list(figure.subplots(rows, columns, squeeze=False).flat))
+        paint(list(figure.subplots(rows, columns, squeeze=False, height_ratios=heights).flat))
         buffer = io.StringIO()
         figure.savefig(
             buffer,

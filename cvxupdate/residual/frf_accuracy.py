@@ -21,7 +21,8 @@ class Accuracy:
 
     ``error`` log₁₀‖ε‖ and ``system`` log₁₀(‖ΔZ‖/‖Z + ΔZ‖²) of (5.12); ``log_function`` their
     difference (5.32), below 0 where the noise is borne; ``bearable`` the relative noise at which it
-    is 0; ``radius`` an estimate of the spectral radius (5.6), the series converges below 1;
+    is 0; ``radius`` an estimate of the spectral radius (5.6): the series converges below 1,
+    which is necessary and not sufficient, for what it converges to must be small beside ‖ΔZ‖ (5.9);
     ``relative_error`` ‖ε‖/‖H_X − ε‖ and ``relative_model`` ‖ΔZ‖/‖Z + ΔZ‖ of (5.15).
     """
 

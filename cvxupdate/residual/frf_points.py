@@ -30,7 +30,8 @@ MODES = 60
 @dataclass(frozen=True)
 class Points:
     """Chosen ``lines`` of one recording, the frequencies that were avoided, and the check (3.48):
-    ``rank`` of the FRFs at the lines against the ``modes`` in their band, ``ratio`` σ₁/σ_modes (inf
+    ``rank`` of the FRFs at the lines against the ``modes`` in the whole range of the recording
+    (measured ones; the model's where it shows no resonance), ``ratio`` σ₁/σ_modes (inf
     where the rank is too low); ``warnings`` in words."""
 
     lines: Index
@@ -100,13 +101,13 @@ def choose_points(
             )
         else:
             lines = _spread(data.frequency, allowed, np.concatenate([measured, own]), number)
-    band = (data.frequency[lines].min(), data.frequency[lines].max())
-    modes = int(np.sum((own >= band[0]) & (own <= band[1])))
+    band = (data.frequency.min(), data.frequency.max())
+    modes = len(measured) or int(np.sum((own >= band[0]) & (own <= band[1])))
     rank, ratio = selection_rank(data, lines, modes)
     if rank < modes:
         warnings.append(
             f"{data.name}: the FRFs at the {len(lines)} chosen lines have rank {rank}, but "
-            f"the model has {modes} modes between {band[0]:.5g} and {band[1]:.5g} Hz: the "
+            f"{modes} modes are to be seen between {band[0]:.5g} and {band[1]:.5g} Hz: the "
             "lines do not carry all that the recording knows (3.48). Choose more points."
         )
     close = [f for f in held if np.any(np.abs(data.frequency[lines] - f) < 0.01 * f)]

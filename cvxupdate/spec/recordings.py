@@ -153,7 +153,8 @@ class Reading(Part):
     state: Text | None = Field(
         default=None,
         description='state of the structure: "reference" is the one that the model describes '
-        "(healthy, as delivered); any other name, or none, the one that is diagnosed",
+        "(healthy, as delivered); any other name, or none, the one that is diagnosed; several "
+        "names on tables of modes: states that are diagnosed in one fit",
     )
     name: Text | None = Field(default=None, description="name for messages and figures")
     source: Text | None = Field(default=None, description="where it comes from")

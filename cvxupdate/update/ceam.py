@@ -263,4 +263,6 @@ def _first_stage(
             f"{spec.path}: update.stages = 2 needs a shape for every measured mode. Leave out "
             "the modes without one."
         )
-    return with_own_shapes(model, start.modes, measured, places, damping_kind(model))
+    own = [m for m in assigned if ": own mode " in m.label]
+    kind = damping_kind(model)
+    return (*with_own_shapes(model, start.modes, measured, places, kind), *own)

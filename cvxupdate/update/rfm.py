@@ -200,6 +200,6 @@ def _chosen(data: FrfData, points: Points) -> str:
     first = f"{points.held[0]:.5g} Hz" if len(points.held) else "none below the last line"
     return (
         f"{data.name}: {len(f)} lines from {f.min():.5g} to {f.max():.5g} Hz, {points.modes} "
-        "modes of the model among them; first frequency of the structure held at its "
+        "modes in the range of the recording; first frequency of the structure held at its "
         f"sensors: {first}."
     )

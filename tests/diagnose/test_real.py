@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from validation.real import diagnoses
@@ -94,3 +96,19 @@ def test_the_mass_that_went_is_the_one_next_to_the_clamp(tmp_path):
         _, at = diagnoses.make.beam_mesh(positions[k])
         assert first["location"]["nodes"] == [at[0]] and first["parameters"]["m"] < 0
         assert said["fit"]["fit"]["after"] < 0.5 * said["fit"]["fit"]["before"]
+
+
+@pytest.mark.slow
+@needs("dropbear-moving-support")
+def test_six_rests_of_the_roller_are_one_stiffness_on_a_straight_line():
+    """The line of the position sensor, whose volts no problem file has."""
+    from cvxupdate.study import diagnose
+
+    folder = PROBLEMS / "real" / "dropbear-moving-support"
+    said = diagnose(folder / "problem_diagnose_rests.toml")
+    assert {f.physics for f in said.findings} == {"grounding_spring"}
+    volts = tomllib.loads((PROBLEMS / "real" / "truth.toml").read_text(encoding="utf-8"))
+    volts = volts["roller"]["volts"]
+    x = np.array([f.parameters["x"] for f in said.findings])
+    off = x - np.polyval(np.polyfit(volts, x, 1), volts)
+    assert np.sqrt(np.mean(off**2)) < 0.002

@@ -354,7 +354,10 @@ def test_points_stay_away_from_resonances_and_gaps(fine, rule):
     model, data = fine
     points = choose_points(model, data, rule, 20)
     f = data.frequency[points.lines]
-    assert len(f) == 20 and points.rank >= min(points.modes, 10) > 0 and np.isfinite(points.ratio)
+    warned = any("Choose more points" in w for w in points.warnings)
+    assert len(f) == 20 and np.isfinite(points.ratio)
+    # the log function does not care for what a line adds, and is warned of one mode too few
+    assert warned == (points.rank < points.modes) == (rule == "log-function")
     for real, own in ((133.4, 136.1), (217.98, 223.1), (265.8, 269.9)):
         assert not np.any((f > real - 1) & (f < own + 1)), rule
     for bad in np.concatenate([points.model, points.held]):
@@ -380,6 +383,14 @@ def test_few_points_are_reported(fine):
     model, data = fine
     few = choose_points(model, data, (60.0, 350.0), None)
     assert any("rank" in w and "Choose more points" in w for w in few.warnings)
+
+
+def test_the_rank_is_compared_with_the_modes_of_the_whole_recording(fine):
+    """Not with those between the chosen lines (3.48): few lines side by side know little."""
+    model, data = fine
+    near = choose_points(model, data, (60.0, 61.0, 62.0), None)
+    assert near.modes == len(near.measured) > 3
+    assert near.rank < near.modes and any("Choose more points" in w for w in near.warnings)
 
 
 def test_informative_lines_beat_every_exchange_of_one(fine):

@@ -17,6 +17,7 @@ from cvxupdate.recordings.load import load_recordings
 from cvxupdate.residual.ceam import CeamResidual
 from cvxupdate.residual.ceam_modes import assigned_modes
 from cvxupdate.spec import load_problem
+from cvxupdate.update import ceam
 from cvxupdate.update.admissible import admissible
 from cvxupdate.update.definite import definiteness
 from cvxupdate.update.parts import step_problem
@@ -541,3 +542,19 @@ def test_conserved_inertia_is_that_of_the_model(tmp_path):
     before, after = (rigid_inertia(model, x, np.zeros(3)) for x in (0 * p, p))
     assert after == pytest.approx(before, abs=1e-7 * np.abs(before).max())
     assert np.abs(p).max() > 0.01
+
+
+def test_the_first_stage_keeps_the_self_assigned_modes(tmp_path, monkeypatch):
+    """Its equations are of the measured eigenvalues and of every own mode, as the second one's."""
+    seen = []
+
+    def noted(residual, *rest, **keywords):
+        seen.append([m.label for m in residual.assigned])
+        return assign(residual, *rest, **keywords)
+
+    assign = ceam.assign
+    monkeypatch.setattr(ceam, "assign", noted)
+    study.run(problem(tmp_path, modes=3, update="stages = 2\nself_assign = 2\n"))
+    first, second = seen[0], seen[-1]
+    assert sum("own mode" in label for label in first) == 2 and len(first) == len(second) == 5
+    assert sum("the model's shape" in label for label in first) == 3

@@ -32,12 +32,13 @@ def block(name: str, rows: Sequence[str]) -> str:
     return f"{name} = [\n" + "".join(f"  {{ {row} }},\n" for row in rows) + "]\n"
 
 
-def mode_rows(rows: Sequence[Row], use: str, name: str) -> str:
-    """A table of modes paired with the model's."""
+def mode_rows(rows: Sequence[Row], use: str, name: str, state: str = "") -> str:
+    """A table of modes paired with the model's; ``state`` of the structure, where it has one."""
+    stated = f'state = "{state}"\n' if state else ""
     listed = [
         f"frequency = {f:.6g}, frequency_std = {std:.3g}, mode = {mode}" for mode, f, std in rows
     ]
-    return f'[[recordings]]\nkind = "modes"\nuse = "{use}"\nname = "{name}"\n' + block(
+    return f'[[recordings]]\nkind = "modes"\nuse = "{use}"\n{stated}name = "{name}"\n' + block(
         "rows", listed
     )
 
@@ -127,6 +128,8 @@ def roller() -> dict[str, str]:
     mesh = np.linspace(0.0, 0.501, 168).tolist()
     steel, strip = "E = 200e9\nnu = 0.3\nrho = 7850.0", "width = 0.051\nheight = 0.00666"
     files = {"bar.toml": bar(mesh, steel, strip) + CLAMP}
+    title = "Cantilever, six rests of the roller in one fit: a model without the roller"
+    together = head(title, ROLLER) + including("bar.toml").rstrip("\n") + "\n"
     for place in sorted(tests[0]):
         found: list[tuple[float, str, list[Row]]] = []
         for name, rests in zip(("test 0", "test 1"), (t[place] for t in tests), strict=True):
@@ -144,7 +147,13 @@ def roller() -> dict[str, str]:
             + "\n"
             + mode_rows(again if clear > CLEAR else again[:1], "hold-out", other)
         )
-    return files
+        for use, its, test in (
+            ("fit", rows, fitted),
+            ("hold-out", again if clear > CLEAR else again[:1], other),
+        ):
+            name = f"rest {place + 1}, {test}"
+            together += "\n" + mode_rows(its, use, name, f"rest {place + 1}")
+    return files | {"problem_diagnose_rests.toml": together}
 
 
 # the beam with six masses

@@ -148,6 +148,16 @@ def best_sizes(
     return out
 
 
+def traced(where: Scene, candidates: Sequence[Effect], sizes: Real, modes: int) -> Real:
+    """(n, s) squared residuals that n local effects, all of which change the mass or none, leave at
+    ``sizes`` (n, s) that grow from zero, in a basis of so many ``modes``."""
+    enough = max(where.many.rigid + modes, int(where.used.max(initial=0)) + 7)
+    changes = _change(where, min(enough, where.many.shapes.shape[1]), candidates)
+    n, q = changes.K.shape[:2]
+    V = np.broadcast_to(np.eye(q), (n, q, q))
+    return _trace(where, changes, sizes, V, np.broadcast_to(where.used, (n, len(where.used)))).left
+
+
 def _best(where: Scene, candidates: Sequence[Effect], effort: Effort) -> list[tuple[float, float]]:
     """`best_sizes` of effects that all change the mass or all leave it."""
     enough = max(

@@ -13,7 +13,7 @@ from cvxupdate.diagnose.judge.acceptance import Weighed
 from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.search import Found
-from cvxupdate.diagnose.shown import Shown
+from cvxupdate.diagnose.shown import Beside, Shown
 from cvxupdate.diagnose.types import Errors
 from cvxupdate.spec.write import Written
 
@@ -40,6 +40,7 @@ class Diagnosis:
     shown: Shown | None = None  # what the page draws
     refined: Written | None = None  # the updated model on a finer mesh, where that matters
     warnings: tuple[Doubt, ...] = ()  # what is probably a mistake in the problem
+    beside: Beside | None = None  # the model before and after, beside the recordings
 
     def to_json(self) -> dict[str, Any]:
         """The whole of ``diagnosis.json``."""

@@ -73,9 +73,14 @@ def _curves(signal: Signal, before: Complex, after: Complex) -> list[tuple[float
                 np.abs(a)[keep],
                 np.abs(b)[keep],
                 signal.std[keep, i, case],
+                (_degrees(y[keep]), _degrees(a[keep]), _degrees(b[keep])),
             )
             out.append((float(np.linalg.norm(a - y) - np.linalg.norm(b - y)) / size, curve))
     return out
+
+
+def _degrees(values: Complex) -> Real:
+    return np.asarray(np.degrees(np.angle(values)))
 
 
 def extremes(values: Real, most: int) -> np.ndarray:

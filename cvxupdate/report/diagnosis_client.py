@@ -1,0 +1,68 @@
+"""What a reader who is no analyst needs beside a diagnosis: what was not tried and why, what the
+words mean."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cvxupdate.diagnose.output.diagnosis import Diagnosis
+
+GLOSSARY = (
+    (
+        "Error",
+        "how far the model's answer lies from the measurement: 0 is perfect, 1 is an error as "
+        "large as the signal itself; of natural frequencies the usual relative error",
+    ),
+    (
+        "Held out",
+        "measured, but kept away from the fit: it tests the finding, as a new measurement would",
+    ),
+    (
+        "Usual scatter",
+        "the few per cent by which stiffness, mass and damping of any structure differ from the "
+        "drawing; allowed before anything is called a finding",
+    ),
+    (
+        "Standard deviation",
+        "the true value lies within one of them in two cases of three, within two in nineteen of "
+        "twenty",
+    ),
+    (
+        "Confidence",
+        "the probability that the finding is of the right kind and at the right place, among "
+        "everything that was tried and “nothing of these”",
+    ),
+    (
+        "Cannot be told from",
+        "another cause that would have left the same recordings; a sensor elsewhere could decide",
+    ),
+    (
+        "Explained fraction",
+        "the part of the mismatch that an effect could explain at best, looked at by itself",
+    ),
+    ("MAC", "likeness of two mode shapes: 1 the same shape, 0 nothing in common"),
+    (
+        "Phase",
+        "how far the motion lags behind the force; it turns by 180° at a resonance",
+    ),
+)
+"""(word, what it means)."""
+
+
+def untested(found: Diagnosis) -> str:
+    """A sentence where findings were not tested on anything; empty where they were, or where
+    there are none."""
+    if not found.findings or found.fit.get("hold_out", {}).get("before") is not None:
+        return ""
+    return (
+        "Nothing was held out, so what was found is untested on recordings that were not fitted. "
+        'A further recording with use = "hold-out" would test it.'
+    )
+
+
+def not_tried(found: Diagnosis) -> Sequence[tuple[str, str]]:
+    """(effect, reason) of every effect of the catalogue of which no place was tried."""
+    beside = found.beside
+    return () if beside is None else [(n.replace("_", " "), why) for n, why in beside.untried]

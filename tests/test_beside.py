@@ -1,0 +1,81 @@
+"""Both models beside the recordings, as the page of a diagnosis shows them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cvxupdate.beside import beside, measured_at, untried
+from cvxupdate.diagnose.output.diagnosis import Diagnosis
+from cvxupdate.fe.modes import model_modes
+from cvxupdate.report.diagnosis_client import not_tried, untested
+from cvxupdate.report.diagnosis_modes import mode_rows, moving_modes
+from cvxupdate.spec.write import Written
+from cvxupdate.study import open_problem
+from tests.report.test_diagnosis import FINDING, FOUND
+
+ROOT = Path(__file__).parents[1]
+PORTAL = ROOT / "tests" / "strangers" / "portal_exact" / "problem.toml"
+BAR = ROOT / "problems" / "concealed" / "o05" / "problem.toml"
+
+
+def found(path: Path, factor: float | None) -> Diagnosis:
+    """A diagnosis that wrote the problem file itself, all its stiffnesses times ``factor``; none
+    where that is None."""
+    import re
+    import tomllib
+
+    if factor is None:
+        return replace(FOUND, updated=None, findings=())
+    text = re.sub(
+        r"^(E *= *)([0-9.e+]+)",
+        lambda m: f"{m[1]}{factor * float(m[2]):.6e}",
+        path.read_text(),
+        flags=re.M,
+    )
+    return replace(FOUND, updated=Written(tomllib.loads(text), ()))
+
+
+def test_a_table_of_modes_before_and_after() -> None:
+    opened = open_problem(PORTAL)
+    shown = beside(*opened, found(PORTAL, 1.21))
+    assert shown is not None and shown.geometry is not None and len(shown.modes) > 2
+    modes = model_modes(opened[1], 12).flexible().frequencies
+    for m in shown.modes:
+        assert m.before is not None and m.after is not None and m.measured is not None
+        assert np.min(np.abs(modes / m.before - 1.0)) < 1e-9
+    same = [m for m in shown.modes if abs(m.after / m.before - 1.1) < 1e-6]
+    assert len(same) >= len(shown.modes) - 2, "frequencies go with the root of the stiffness"
+    rows = mode_rows(shown)
+    assert rows[0]["measured"] != "–" and rows[0]["after_error"].endswith("%")
+    assert len(moving_modes(shown)) == min(6, len(shown.modes))
+    assert all("<animate" in picture for _, picture in moving_modes(shown))
+
+
+def test_responses_show_the_modes_of_the_models() -> None:
+    opened = open_problem(BAR)
+    shown = beside(*opened, found(BAR, None))
+    assert shown is not None and shown.sensors and shown.forces
+    assert all(m.measured is None and m.after is None for m in shown.modes)
+    assert shown.sensors == measured_at(opened[2])[0]
+
+
+def test_what_was_not_tried_has_a_reason() -> None:
+    spec = open_problem(PORTAL)[0]
+    reasons = dict(untried(spec, FOUND))
+    assert "grounding_spring" not in reasons  # it was found
+    assert "it takes time histories" in reasons["clearance"]
+    asked = replace(FOUND, candidates=(), findings=())
+    assert "grounding_spring" in dict(untried(spec, asked))
+    assert not_tried(FOUND) == ()
+
+
+@pytest.mark.parametrize(("hold_out", "said"), [({}, True), ({"before": 0.4}, False)])
+def test_a_finding_that_nothing_tested_says_so(hold_out: dict[str, float], said: bool) -> None:
+    fit = {"fit": {"before": 1.0}, "hold_out": hold_out}
+    assert bool(untested(replace(FOUND, fit=fit))) == said
+    assert untested(replace(FOUND, fit=fit, findings=())) == ""
+    assert FINDING in FOUND.findings
