@@ -8,9 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from cvxupdate.diagnose.motion.component import Law, Rig, of_levels
+from cvxupdate.diagnose.motion.loops import travels
 from cvxupdate.diagnose.output.diagnosis import Diagnosis, finite
 from cvxupdate.diagnose.results import Finding
-from cvxupdate.diagnose.settings import HALVED, LOWER, PLAY_GAIN, RIG_SURE
+from cvxupdate.diagnose.settings import FEWEST_REVERSALS, HALVED, LOWER, PLAY_GAIN, RIG_SURE
 from cvxupdate.physics import told
 from cvxupdate.physics.place import Place, channel_place
 from cvxupdate.physics.units import quantity
@@ -35,7 +36,7 @@ def component_diagnosis(spec: Spec, rigs: Sequence[Rig], begin: float) -> Diagno
         best = plain
     good = _better(best, linear) and best.name in ("jenkins", "jenkins with play", "friction")
     place = channel_place(rigs[0].label)
-    findings = _findings(best, linear, place) if good else ()
+    findings = _findings(best, linear, place, rigs) if good else ()
     says = " ".join(f.says for f in findings)
     enough = _enough(linear)
     if not findings:
@@ -97,7 +98,7 @@ def _left(law: Law) -> str:
     )
 
 
-def _findings(law: Law, linear: Law, place: Place) -> tuple[Finding, ...]:
+def _findings(law: Law, linear: Law, place: Place, rigs: Sequence[Rig]) -> tuple[Finding, ...]:
     worst = float(np.nanmax(law.errors))
     sure = float(np.clip(1.0 - (worst / float(np.nanmax(linear.errors))) ** 2, 0.0, 0.99))
     part = 1.0 - (law.errors[0] / linear.errors[0]) ** 2
@@ -119,24 +120,37 @@ def _findings(law: Law, linear: Law, place: Place) -> tuple[Finding, ...]:
     ]
     if law.name == "jenkins with play":
         per_level = " at the highest level" if len(law.own) > 1 else ""
-        k, gap = float(law.size / law.shape[0]), float(law.travel)
+        k = float(law.size / law.shape[0])
+        gap, scatter, reversals = _travel(law, worst, rigs)
         out.append(
             Finding(
                 "clearance",
                 place,
                 told("clearance", place).title,
                 {"gap": gap, "k": k},
-                {"gap": worst * gap, "k": worst * k},
-                {"gap": worst * gap, "k": worst * k},
+                {"gap": scatter, "k": worst * k},
+                {"gap": scatter / np.sqrt(reversals), "k": worst * k},
                 sure,
                 part,
                 (),
                 f"After every reversal it moves {quantity(gap, 'm')} until half of the friction "
-                f"acts the other way: {quantity(law.shape[1], 'm')} of free play, the rest a "
-                f"spring of {quantity(k, 'N/m')} in series{per_level}.",
+                f"acts the other way (as {reversals} reversals show it); the law that fits best "
+                f"has {quantity(law.shape[1], 'm')} of free play, and a spring of "
+                f"{quantity(k, 'N/m')} in series{per_level}.",
             )
         )
     return tuple(out)
+
+
+def _travel(law: Law, worst: float, rigs: Sequence[Rig]) -> tuple[float, float, int]:
+    """How far the part moves after a reversal until half of the friction acts the other way, its
+    scatter, and how many reversals say so: median of the loops that were fitted, or what the law
+    has where these say nothing. A law of springs and sliders has corners that a part has not, so
+    its own travel is somewhat off."""
+    found = np.concatenate([travels(r, law) for r in rigs if r.use == "fit"])
+    if len(found) < FEWEST_REVERSALS:
+        return law.travel, worst * law.travel, max(1, len(found))
+    return float(np.median(found)), float(np.std(found, ddof=1)), len(found)
 
 
 def _of_each_level(law: Law) -> dict[str, float]:

@@ -94,22 +94,31 @@ class Fit:
         """That of the setting."""
         return float(self.setting.independent(self.point))
 
-    @cached_property
+    @property
     def log_evidence(self) -> float:
-        """Logarithm of the Gaussian likelihood at the fitted unknowns, their priors included,
-        averaged over the level of the model's discrepancy (a factor on what the weights allow for,
-        log-uniform): a model that leaves only noise gains by needing no discrepancy, one that
-        leaves much is not ruled out by a level that nobody knew. Rows count as so many as are
-        independent, and the priors as little beside them as they did in the fit."""
+        """The likelihood with the priors of the unknowns, which count as little beside the rows as
+        they did in the fit."""
+        prior = float(np.sum((self.p / self.setting.scales) ** 2))
+        return self.log_likelihood - 0.5 * self._share * prior
+
+    @property
+    def _share(self) -> float:
+        return self.independent / max(1, self.rows)
+
+    @cached_property
+    def log_likelihood(self) -> float:
+        """Logarithm of the Gaussian likelihood at the unknowns, averaged over the level of the
+        model's discrepancy (a factor on what the weights allow for, log-uniform): a model that
+        leaves only noise gains by needing no discrepancy, one that leaves much is not ruled out by
+        a level that nobody knew. Rows count as so many as are independent."""
         values, weights, _ = self.point.differences
         squares, noise = np.abs(weights * values) ** 2, self.setting.noise_parts(self.point)
-        share = self.independent / max(1, self.rows)
-        prior = float(np.sum((self.p / self.setting.scales) ** 2))
+        share = self._share
         levels = np.geomspace(LEAST_LEVEL, LARGEST_LEVEL, GRID)
         variances = (noise + level**2 * (1.0 - noise) + SMALL for level in levels)
         logs = np.array([-0.5 * share * np.sum(squares / v + np.log(v)) for v in variances])
         best = float(logs.max())
-        return best + float(np.log(np.mean(np.exp(logs - best)))) - 0.5 * share * prior
+        return best + float(np.log(np.mean(np.exp(logs - best))))
 
     @property
     def excess(self) -> float:

@@ -137,7 +137,7 @@ def in_simulation(
         return None
     # the compiler of the loops over time loads with the first simulation
     from cvxupdate.diagnose.motion.evidence import MotionEvidence
-    from cvxupdate.diagnose.motion.runs import from_rest, run_of, stages_of
+    from cvxupdate.diagnose.motion.runs import from_rest, run_of, stages_of, thinned_signals
 
     fitted = [r for r in recordings if r.origin.use == "fit" and not isinstance(r, ModeTable)]
     histories = [from_rest(r) for r in recordings if isinstance(r, TimeHistory)]
@@ -148,6 +148,7 @@ def in_simulation(
     fit = [h for h in histories if h.origin.name in runs and h.origin.use == "fit"]
     if not fit:
         return None
+    held = [h for h in histories if h.origin.name in runs and h.origin.use != "fit"]
     data = prepare([h for h in histories if h.origin.name in runs])
     data = replace(data, mesh=linear.data.mesh, sheared=linear.data.sheared)
     return MotionEvidence(
@@ -155,6 +156,7 @@ def in_simulation(
         replace(linear, data=data),
         runs,
         stages_of(fit, runs, data.sharp),
+        thinned_signals(held, runs),
         _names(spec, MOTION),
         progress,
         budget=budget,

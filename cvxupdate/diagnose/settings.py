@@ -198,6 +198,12 @@ LAW = 0.9
 # Times what the best place leaves when any force may act there: places further off are not tried;
 # places tried at most.
 LOCATED, MOST_PLACES = 5.0, 8
+# Squared cosine of two places' deflections above which a law is tried at both (strain energy alike
+# to a tenth, as what screening by rank tells apart); how many such neighbours are refitted.
+NEIGHBOURING, NEIGHBOURS = 0.9, 6
+# Relative difference of two predictions below which no measurement is advised: a sound model with
+# its scatter leaves as much in simulation.
+TELLING = 0.03
 # Relative error of a free simulation that leaves nothing to look for: where parts touch or slip,
 # the smallest differences grow, so that the true law with scatter in all else leaves one to three
 # per cent.
@@ -207,6 +213,8 @@ SIMULATED = 0.03
 BUDGET, WALL = 80.0, 105.0
 # Explanations that are refitted to the end even then: the best and what it is weighed against.
 STAYING = 3
+# Reversals of a part on a rig from which on their median says more than the law through them.
+FEWEST_REVERSALS = 3
 # Of a part on a rig: fraction of the error without free play that one must leave at most to be
 # told; relative error of the force that spring and dashpot may leave where nothing else is sought
 # (what load cells and their mountings scatter by).

@@ -182,6 +182,18 @@ class Evidence(Protocol):
     def errors(self, fit: Fit) -> Errors:
         """On what was fitted and on what was held out."""
 
+    def held_out(self, fit: Fit) -> float:
+        """Logarithm of the likelihood of what was held out, at a fit; 0 where that says nothing
+        that was not fitted: of a linear structure another record is one more of the same."""
+
+    def alike(self, fit: Fit, effect: Effect) -> Sequence[Effect]:
+        """The same effect at places that these recordings hardly tell from its own, nearest first;
+        none where the search compares all places anyway."""
+
+    def apart(self, one: Fit, other: Fit, titles: tuple[str, str]) -> str:
+        """Which measurement would tell two explanations apart that do alike, in words; empty where
+        none is known."""
+
     def relative(self, errors: Errors) -> float:
         """The worse one as a fraction of the responses or of the eigenvalues."""
 
@@ -228,3 +240,22 @@ class Evidence(Protocol):
 
     def metrics(self, last: Fit) -> dict[str, Any]:
         """The contract's metrics before and after, of fitted and of held-out recordings."""
+
+
+class Linear:
+    """What evidence of structures that are linear and stay as they are has no need to say."""
+
+    hurried = unfinished = False
+    drift: str | None = None
+
+    def held_out(self, fit: Fit) -> float:
+        """Nothing: another record is one more of the same."""
+        return 0.0
+
+    def alike(self, fit: Fit, effect: Effect) -> Sequence[Effect]:
+        """None: all places are compared."""
+        return ()
+
+    def apart(self, one: Fit, other: Fit, titles: tuple[str, str]) -> str:
+        """Not said."""
+        return ""

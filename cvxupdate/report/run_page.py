@@ -11,6 +11,7 @@ from markupsafe import Markup
 from cvxupdate.report import figures, parameter_figures
 from cvxupdate.report.accuracy import accuracy_sections
 from cvxupdate.report.direct_rows import direct_rows
+from cvxupdate.report.family_parts import MOST_FAMILIES, family_parts
 from cvxupdate.report.numbers import (
     NOTHING,
     count,
@@ -129,6 +130,8 @@ def run_page(updated: Updated) -> str:
                 }
                 for c in updated.undetermined[:MOST_OPEN]
             ],
+            "families": family_parts(updated) if moved else [],
+            "more_families": max(0, len(updated.families) - MOST_FAMILIES),
             "accuracy": accuracy_sections(updated),
             "command": command("run", updated.path),
             "time": seconds(updated.time),

@@ -141,6 +141,12 @@ class Update(Part):
         "or output error (3.30); instrumental: the balance against the model's own responses, "
         "unbiased by noise in them (2.8.4); auto: flexibility, then output error",
     )
+    reweight: Literal["converged", "step"] = Field(
+        default="converged",
+        description="rfm, flexibility: whether the weights are taken anew where a loop on the last "
+        "has converged, or at every step, until one lowers the output error by less than "
+        "`tolerance` of it: fewer steps where the model keeps an error of its own",
+    )
     frequency_points: Annotated[
         Literal["between", "best", "log-function", "all"]
         | Annotated[tuple[Positive, ...], Field(min_length=1)],

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from cvxupdate.fe.generic.reading import reading
 from cvxupdate.fe.model import Model
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
@@ -88,7 +89,15 @@ def updated(
         notes=tuple(notes),
         accuracy=accuracy,
         starts=starts or {},
+        families=family_results(model, p),
     )
+
+
+def family_results(model: Model, p: Array) -> tuple[dict[str, Any], ...]:
+    """Every family of element matrices at ``p``, and what it means (`fe.generic.reading`)."""
+    number = {q.name: i for i, q in enumerate(model.parameters)}
+    found = [reading(use, p[[number[c] for c in use.columns]]) for use in model.families]
+    return tuple({**asdict(r), "says": r.says} for r in found)
 
 
 def objective_metric(

@@ -131,7 +131,8 @@ class Updated:
     of method rfm alone; ``recordings`` holds the error of each by itself, ``warnings`` what is
     probably a mistake in the problem; ``starts`` what many starts found, where they were asked for;
     ``written`` is the updated model as a problem file, where it can be one; ``caveats`` say
-    what keeps a converged update from being an improvement; ``direct`` is of method direct alone.
+    what keeps a converged update from being an improvement; ``direct`` is of method direct alone;
+    ``families`` are the element matrices that were found, X and S, and what they mean.
     """
 
     problem: str
@@ -164,3 +165,4 @@ class Updated:
     written: Written | None = None
     caveats: tuple[str, ...] = ()
     direct: tuple[DirectResult, ...] = ()
+    families: tuple[dict[str, Any], ...] = ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from math import isfinite
 
 from cvxupdate.errors import InputError
@@ -19,6 +19,7 @@ from cvxupdate.update.covariance import Uncertainty, uncertainty
 from cvxupdate.update.invisible import invisible
 from cvxupdate.update.outcome import (
     certificate_of,
+    family_results,
     model_facts,
     parameter_results,
     regularisation_of,
@@ -28,6 +29,7 @@ from cvxupdate.update.result import AccuracyResult, Metrics, Updated, clause_nam
 from cvxupdate.update.rfm_accuracy import accuracy_results, says
 from cvxupdate.update.rfm_band import fit_growing
 from cvxupdate.update.rfm_loop import fit_reduced, fit_responses
+from cvxupdate.update.rfm_steps import FIRST_RADIUS, fit_stepwise
 from cvxupdate.update.score import scored
 from cvxupdate.update.trust_region import Iteration, LoopResult, objective_at
 
@@ -123,6 +125,7 @@ def update_rfm(
         },
         notes=_notes(spec, prepared, accurate, relative, known),
         accuracy=accurate,
+        families=family_results(model, end.p),
     )
 
 
@@ -149,6 +152,18 @@ def _loop(
     if spec.update is not None and spec.update.basis == "reduced":
         return fit_reduced(model, prepared.chosen, problem, choice, options, None, progress)
     kind = spec.update.residual if spec.update is not None else "auto"
+    if spec.update is not None and spec.update.reweight == "step":
+        if kind != "flexibility":
+            raise InputError(
+                f'{spec.path}: update.reweight = "step" is of residual = "flexibility" only. Set '
+                "that residual, or leave reweight out."
+            )
+        if spec.update.trust_radius is None:
+            options = replace(options, radius=FIRST_RADIUS)
+        low = spec.update.begin_with == "low"
+        return fit_stepwise(
+            model, prepared.chosen, problem, choice, options, low, progress=progress
+        )
     if spec.update is not None and spec.update.begin_with == "low":
         return fit_growing(model, prepared.chosen, problem, choice, options, kind, progress)
     return fit_responses(model, prepared.chosen, problem, choice, options, kind, None, progress)

@@ -140,9 +140,19 @@ class PlainEvidence:
     hurried: bool = False
     unfinished: bool = False
     drift: str | None = None
+    next: bool = False
 
     def errors(self, fit: PlainFit) -> Errors:
         return fit.errors
+
+    def held_out(self, fit: PlainFit) -> float:
+        return 0.0
+
+    def apart(self, one: PlainFit, other: PlainFit, titles: tuple[str, str]) -> str:
+        return f"Between {titles[0]} and {titles[1]}, measure." if self.next else ""
+
+    def alike(self, fit: PlainFit, effect: Effect) -> Sequence[Effect]:
+        return ()
 
     def relative(self, errors: Errors) -> float:
         return errors.worst

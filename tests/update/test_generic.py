@@ -49,6 +49,14 @@ def test_run_finds_a_member_that_has_the_measured_modes(kept: bool) -> None:
     if kept:
         assert found.model["mass_after"] == pytest.approx(found.model["mass_before"], rel=1e-7)
     assert found.certificate["optimal"]
+    assert [f["name"] for f in found.families] == ["all.K", "all.M"]
+    use = next(u for u in model.families if u.name == "all.M").families[0]
+    np.testing.assert_allclose(
+        found.families[1]["X"],
+        member(model, "all.M", p) * np.outer(use.sizes, use.sizes),
+        rtol=1e-12,
+    )
+    assert "nearest physical element" in found.families[0]["says"]
 
 
 def test_the_cone_is_there_without_a_table() -> None:

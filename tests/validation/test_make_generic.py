@@ -47,6 +47,8 @@ def test_the_shared_models_are_those_of_the_script() -> None:
         "beam_a": mg.line_text("beam", mg.BEAM["rho"], 0.9 * mg.BEAM["height"]),
         "beam_b": mg.line_text("beam", mg.BEAM["rho"], mg.BEAM["height"]),
         "plate": mg.plate_text(3),
+        "plate_a": mg.plate_text(3, wrong=True),
+        "rod": mg.line_text("rod", 0.9 * mg.ROD["rho"], 0.0),
     }
     for name, text in written.items():
         assert (mg.PROBLEMS / f"{name}.toml").read_text(encoding="utf-8") == text

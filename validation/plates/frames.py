@@ -1,6 +1,7 @@
-"""Plane frames as chains of beams that CalculiX expands into bricks (B32R): decks. Parts are about
-as long as the section is high, for an expanded beam is stiff over one part at a support or corner,
-as a real corner is over its own size. SI units."""
+"""Plane frames as chains of beams that CalculiX expands into bricks (B32R): decks. Parts are
+shorter than the section is high, for an expanded beam is stiff over one part at a support or
+corner, where its section may not change its shape: a cantilever 100 heights long in parts of 1.5
+heights is 0.18 % of a frequency stiff, and that falls with their length. SI units."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ from validation.generated.cases import Case
 from validation.generated.laboratory import Design, Effect, Element
 from validation.plates.bodies import AXES, ZONE, Body, asked, read, run
 
-PART = 1.2  # length of a part in heights of the section
+PART = 0.4  # length of a part in heights of the section
 LOCAL = ("added_mass", "grounding_spring", "attached_resonator")
 
 

@@ -27,11 +27,12 @@ from cvxupdate.diagnose.types import Errors, Evidence
 @dataclass(frozen=True)
 class Weighed:
     """A hypothesis with its errors; ``freed``: nuisance parameters that it lets go beyond their
-    scatter, which count as unknowns."""
+    scatter, which count as unknowns; ``held_out``: log-likelihood of what was held out."""
 
     hypothesis: Hypothesis
     errors: Errors
     freed: int = 0
+    held_out: float = 0.0
 
     @property
     def fit(self) -> Fit:
@@ -42,6 +43,11 @@ class Weighed:
     def unknowns(self) -> int:
         """Beyond the nuisance parameters within their scatter."""
         return self.hypothesis.unknowns + self.freed
+
+
+def weighed(evidence: Evidence, h: Hypothesis, freed: int = 0) -> Weighed:
+    """A hypothesis with its errors."""
+    return Weighed(h, evidence.errors(h.fit), freed, evidence.held_out(h.fit))
 
 
 @dataclass(frozen=True)
@@ -55,7 +61,7 @@ class Case:
 
     def weighed(self, h: Hypothesis, freed: int = 0) -> Weighed:
         """A hypothesis with its errors."""
-        return Weighed(h, self.evidence.errors(h.fit), freed)
+        return weighed(self.evidence, h, freed)
 
     def scale(self, w: Weighed) -> float:
         """What is compared: misfit beyond noise, or the strain on damping ratios."""

@@ -15,6 +15,7 @@ from cvxupdate.diagnose.judge.acceptance import (
     credible,
     explained,
     needs_several,
+    weighed,
 )
 from cvxupdate.diagnose.judge.alternatives import equivalents
 from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, standing
@@ -79,7 +80,7 @@ def judge(evidence: Evidence, found: Found) -> Judgement:
 
 def _decided(evidence: Evidence, found: Found) -> Judgement:
     base = Hypothesis((), evidence.bases[-1])
-    case = Case(evidence, Weighed(base, evidence.errors(base.fit)), damping_only(evidence))
+    case = Case(evidence, weighed(evidence, base), damping_only(evidence))
     singles = tuple(case.weighed(h) for h in found.singles)
     several = tuple(case.weighed(h) for h in found.several)
     one = _likeliest(singles, case)

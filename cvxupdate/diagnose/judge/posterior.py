@@ -18,12 +18,13 @@ from cvxupdate.physics.effect import Effect
 def log_odds(w: Weighed, case: Case) -> float:
     """Logarithm of the evidence for a hypothesis, up to what all have in common: the likelihood at
     its fit, less half the logarithm of the figures for each unknown (Bayes' information criterion;
-    Kass and Raftery 1995). Where only the pattern of damping is at stake its strain is the
+    Kass and Raftery 1995), and the likelihood of what was held out, for which nothing was fitted.
+    Where only the pattern of damping is at stake its strain is the
     likelihood, one figure a mode."""
     if case.damping_only:
         figures, fits = float(len(w.fit.p)), -0.5 * w.fit.damping_strain
     else:
-        figures, fits = w.fit.independent, w.fit.log_evidence
+        figures, fits = w.fit.independent, w.fit.log_evidence + w.held_out
     return fits - 0.5 * w.unknowns * float(np.log(max(2.0, figures)))
 
 

@@ -32,6 +32,7 @@ from cvxupdate.diagnose.types import (
     Errors,
     FiniteSize,
     LevelChange,
+    Linear,
     Progress,
     Real,
     Score,
@@ -54,7 +55,7 @@ OPTIONS = Options(1e-4, 25, 0.3)
 
 
 @dataclass(frozen=True)
-class ModesEvidence:
+class ModesEvidence(Linear):
     """What stays fixed while hypotheses come and go: the file's model (``original``), the one with
     nuisance parameters, tables, supports, effects to try (``damping``: on the ratios).
 
@@ -75,8 +76,6 @@ class ModesEvidence:
     file: Model | None = None
 
     told_by = MODES
-    hurried = unfinished = False
-    drift = None
     levels = 1
     delay_unit = 1.0
 

@@ -52,12 +52,12 @@ def law_scores(point: MotionPoint, effects: Sequence[Effect]) -> tuple[list[Scor
     rows = [a.rows if isinstance(a, NonlinearForce) else () for a in actions]
     places = list(dict.fromkeys(r for r in rows if r))
     if not places:
-        return [Score(e, 0.0, np.zeros(e.count), trusted=False) for e in effects], np.zeros(0)
+        return [nothing(e) for e in effects], np.zeros(0)
     B = np.stack([direction(model, r) for r in places], axis=1)
     shapes = point.modes.shapes.T @ B
     left = scene.left_by_force(shapes)
     tried = _promising(left)
-    out = [Score(e, 0.0, np.zeros(e.count), trusted=False) for e in effects]
+    out = [nothing(e) for e in effects]
     found: dict[int, tuple[Spot, Fitted]] = {}
     for k in tried:
         reach = [H[:, :, 0] for H in scene.reaches(shapes[:, k : k + 1])]
@@ -74,6 +74,11 @@ def law_scores(point: MotionPoint, effects: Sequence[Effect]) -> tuple[list[Scor
         out[i] = spot.score(effects[i], fit, fit.fraction >= KEPT * most)
     whole = np.array([left[places.index(r)] if r else np.nan for r in rows])
     return out, whole
+
+
+def nothing(effect: Effect) -> Score:
+    """Of a law that was not tried there."""
+    return Score(effect, 0.0, np.zeros(effect.count), trusted=False)
 
 
 def _promising(left: Real) -> list[int]:

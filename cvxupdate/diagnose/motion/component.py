@@ -191,11 +191,20 @@ def _coefficients(rigs: Sequence[Rig], name: str, shape: Shape) -> tuple[float, 
 
 def force_of(r: Rig, law: Law) -> Real:
     """The law's force along a run, its mean that of the measured one."""
+    own = _own_force(r, law)
+    return np.asarray(own - own.mean() + r.force.mean())
+
+
+def centre(r: Rig, law: Law) -> float:
+    """Of the loops of a run: what the load cell reads where the law's force is zero, N."""
+    return float(np.mean(r.force - _own_force(r, law)))
+
+
+def _own_force(r: Rig, law: Law) -> Real:
     k, c, size = law.at(r.level)
     sizes = [size] if law.name in SLIDERS else [k, c, size]
     columns = _columns(r, law.name, law.shape)
-    own = columns @ np.array(sizes[: columns.shape[1]])
-    return np.asarray(own - own.mean() + r.force.mean())
+    return np.asarray(columns @ np.array(sizes[: columns.shape[1]]))
 
 
 def error(rigs: Sequence[Rig], law: Law, use: str) -> float:

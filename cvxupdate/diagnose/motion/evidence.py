@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
-from cvxupdate.diagnose.motion.columns import LawScores, is_law
+from cvxupdate.diagnose.motion.alike import alike
+from cvxupdate.diagnose.motion.apart import next_measurement
+from cvxupdate.diagnose.motion.columns import LawScores, is_law, nothing
 from cvxupdate.diagnose.motion.drift import clock_not_level, drift_of, noise_of
 from cvxupdate.diagnose.motion.point import MotionSetting
 from cvxupdate.diagnose.motion.runs import Run
@@ -34,15 +36,7 @@ from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.screen.shortlist import best_of
 from cvxupdate.diagnose.settings import SIMULATED
 from cvxupdate.diagnose.shown import Shown
-from cvxupdate.diagnose.types import (
-    Errors,
-    FiniteSize,
-    LevelChange,
-    Progress,
-    Real,
-    Score,
-    Seed,
-)
+from cvxupdate.diagnose.types import Errors, FiniteSize, LevelChange, Progress, Real, Score, Seed
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
@@ -53,13 +47,14 @@ from cvxupdate.physics.fault import Fault
 @dataclass(frozen=True)
 class MotionEvidence:
     """Beside the ``linear`` evidence of the same recordings, offsets taken out of those that
-    ``came``: the ``runs`` by name, ``stages`` of signals from smooth to sharp, the ``laws`` that
-    are tried."""
+    ``came``: the ``runs`` by name, ``stages`` of signals from smooth to sharp and those ``held``
+    out, the ``laws`` that are tried."""
 
     came: ResponseEvidence
     linear: ResponseEvidence
     runs: Mapping[str, Run]
     stages: tuple[tuple[Signal, ...], ...]
+    held: tuple[Signal, ...]
     laws: tuple[str, ...]
     progress: Progress
     scores: LawScores = field(default_factory=LawScores)
@@ -186,11 +181,7 @@ class MotionEvidence:
         laws = {}
         if not found.point.forces[0].size:
             laws = self.scores.first(self.sharp(found), [e for e in effects if is_law(e)])
-        nothing = (Score(e, 0.0, np.zeros(e.count), trusted=False) for e in effects)
-        return [
-            laws.get(e.key, none) if is_law(e) else next(given)
-            for e, none in zip(effects, nothing, strict=True)
-        ]
+        return [laws.get(e.key, nothing(e)) if is_law(e) else next(given) for e in effects]
 
     def sharp(self, found: Fit) -> Fit:
         """A fit's point against sharp signals."""
@@ -220,11 +211,23 @@ class MotionEvidence:
 
     def errors(self, found: Fit) -> Errors:
         """Channel by channel, in free simulation."""
-        data = self.linear.data
-        return Errors(
-            channel_errors(found.point, data.sharp),
-            channel_errors(found.point, data.sharp_hold_out),
-        )
+        sharp, held = self.linear.data.sharp, self.linear.data.sharp_hold_out
+        return Errors(channel_errors(found.point, sharp), channel_errors(found.point, held))
+
+    def held_out(self, found: Fit) -> float:
+        """In free simulation: two laws that do alike at the levels fitted part there."""
+        if not self.held:
+            return 0.0
+        return fitted_at(found.setting.on(self.held), found.p, found.point).log_likelihood
+
+    def alike(self, found: Fit, effect: Effect) -> Sequence[Effect]:
+        """Of laws: they are screened by rank, which takes few of many neighbours."""
+        laws = self.candidates(self.model, (effect.physics,)) if is_law(effect) else ()
+        return alike(found.point, effect, laws)
+
+    def apart(self, one: Fit, other: Fit, titles: tuple[str, str]) -> str:
+        """The level of the loudest run, or a multiple, and the frequency."""
+        return next_measurement(self.runs, self.stages[-1], (one, other), titles)
 
     def relative(self, errors: Errors) -> float:
         """A fraction of the responses as it is."""
@@ -278,13 +281,9 @@ class MotionEvidence:
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Responses before and after, what remains, and the map of explained fractions."""
-        return responses_shown(
-            self.linear.nominal_point,
-            last.point,
-            self.linear.data.sharp,
-            self.linear.data.sharp_hold_out,
-            [(s.effect, s.fraction) for s in scores],
-        )
+        sharp, held = self.linear.data.sharp, self.linear.data.sharp_hold_out
+        scored = [(s.effect, s.fraction) for s in scores]
+        return responses_shown(self.linear.nominal_point, last.point, sharp, held, scored)
 
     def _contract(self, last: Fit) -> ContractErrors:
         data = self.linear.data

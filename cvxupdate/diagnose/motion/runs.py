@@ -12,6 +12,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from cvxupdate.diagnose.responses.data import DIFFERENCED, signals_of
+from cvxupdate.diagnose.responses.rest import QUIET, STILL, rest_noise
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal, smoothed
 from cvxupdate.recordings.measured import DECAY, MOTION, band_of
 from cvxupdate.recordings.types import TimeHistory
@@ -20,8 +21,9 @@ FINER = 8  # steps of the march in a sample
 SMOOTHING = 0.05  # half-width of the kernel of the first fits, in parts of the frequency
 LINES = 700  # of a run at most
 COLUMNS = 4  # steps of the columns of a regression in a sample
-EDGE = 0.45  # of the sampling rate: lines above are left to the anti-alias filter
-QUIET, STILL = 16, 0.03  # samples, and what of the r.m.s. they may scatter by at rest
+# of the sampling rate: up to here recorders pass what they hear (the usual rate is 2.56 times the
+# band, ISO 18431-1); above, their anti-alias filters roll off, and a simulation has no such filter
+EDGE = 1.0 / 2.56
 STRETCH = 25  # lines whose mean power is one estimate of the noise
 QUIETEST = 1.8  # their mean over the least of a hundred such estimates, of white noise
 
@@ -117,7 +119,7 @@ def run_of(history: TimeHistory) -> Run | None:
         force,
         motion,
         tuple(MOTION.index(channels[i].quantity) for i in senses),
-        noise_of(motion),
+        noise_of(motion, force),
         tuple(channels[i].label for i in drives),
         tuple(channels[i].label for i in senses),
     )
@@ -134,15 +136,18 @@ def from_rest(history: TimeHistory) -> TimeHistory:
     return replace(history, data=history.data - start.mean(axis=0))
 
 
-def noise_of(motion: Real) -> Real:
+def noise_of(motion: Real, force: Real) -> Real:
     """Standard deviation per sample (sensors,) of white noise: the quietest stretch of each
     spectrum. Distortion may fill all of it, so that it is an upper bound: no more is taken than
-    where nothing is known."""
+    where nothing is known, or than the samples scatter by at rest, before the ``force`` (samples,
+    inputs) begins."""
     n = len(motion)
     power = np.abs(rfft(motion, axis=0)[1:]) ** 2 / n
     edges = np.arange(0, len(power) + 1, STRETCH)
     least = np.array([power[a:b].mean(axis=0) for a, b in pairwise(edges)]).min(axis=0)
-    return np.asarray(np.minimum(np.sqrt(least * QUIETEST), DIFFERENCED * np.std(motion, axis=0)))
+    sizes = np.std(motion, axis=0)
+    bound = np.minimum(np.sqrt(least * QUIETEST), DIFFERENCED * sizes)
+    return np.asarray(np.minimum(bound, rest_noise(motion, force)))
 
 
 def wide(history: TimeHistory) -> TimeHistory:
@@ -157,12 +162,18 @@ def stages_of(
 ) -> tuple[tuple[Signal, ...], ...]:
     """What is fitted: first the ``sharp`` signals smoothed, so that resonances find their places,
     then lines of the whole band, some hundreds of each run."""
-    lines = wide_signals(histories, [runs[h.origin.name] for h in histories])
+    return tuple(smoothed(s, SMOOTHING) for s in sharp), thinned_signals(histories, runs)
+
+
+def thinned_signals(
+    histories: Sequence[TimeHistory], runs: Mapping[str, Run]
+) -> tuple[Signal, ...]:
+    """Of the whole band, some hundreds of lines of each run."""
     thinned = []
-    for s in lines:
+    for s in wide_signals(histories, [runs[h.origin.name] for h in histories]):
         keep = slice(None, None, max(1, int(np.ceil(len(s.s) / LINES))))
         thinned.append(replace(s, s=s.s[keep], Y=s.Y[keep], U=s.U[keep], std=s.std[keep]))
-    return tuple(smoothed(s, SMOOTHING) for s in sharp), tuple(thinned)
+    return tuple(thinned)
 
 
 def wide_signals(histories: Sequence[TimeHistory], runs: Sequence[Run]) -> tuple[Signal, ...]:

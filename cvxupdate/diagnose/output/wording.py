@@ -8,6 +8,7 @@ import numpy as np
 
 from cvxupdate.diagnose.judge.acceptance import Weighed, explained
 from cvxupdate.diagnose.judge.judge import Judgement
+from cvxupdate.diagnose.judge.posterior import rivals
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import LEVEL_CHANGE, LEVEL_NOISE
 from cvxupdate.diagnose.types import Errors, Evidence, LevelChange
@@ -168,12 +169,24 @@ def _finding_lines(judgement: Judgement, final: Weighed) -> list[str]:
         if (e.physics, e.place) not in told
     ]
     out += [_equivalents(f) for f in judgement.findings if f.equivalent]
+    out += _next(judgement, final)
     others = [w for w in judgement.field if w is not final]
     out += [
         f"The same procedure with {w.hypothesis.title} leaves {evidence.left(w.errors)}."
         for w in others[:RIVALS]
     ]
     return out
+
+
+def _next(judgement: Judgement, final: Weighed) -> list[str]:
+    """Which measurement would tell the final hypothesis from the likeliest rival."""
+    evidence = judgement.case.evidence
+    near = rivals(final, judgement.field, judgement.case)
+    if not near or evidence.hurried:
+        return []
+    titles = (final.hypothesis.title, near[0].hypothesis.title)
+    says = evidence.apart(final.fit, near[0].fit, titles)
+    return [says] if says else []
 
 
 def _equivalents(f: Finding) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
 from cvxupdate.diagnose.responses.common import Common
+from cvxupdate.diagnose.responses.rest import rest_noise
 from cvxupdate.diagnose.responses.signals import Real, Signal, smoothed
 from cvxupdate.diagnose.settings import LEVELS, UNSTATED_FRF
 from cvxupdate.errors import RecordingError
@@ -142,7 +143,8 @@ def _frf_noise(m: Measured) -> Real:
 
 def _noise(history: TimeHistory, m: Measured) -> Real:
     """Standard deviations of spectra of e^{−δt} y: the noise of each channel per sample is its
-    spectrum above the band that the force reached, else what differencing leaves."""
+    spectrum above the band that the force reached, else what differencing leaves; no more than
+    what it says at rest."""
     labels = [(c.label, c.quantity) for c in history.channels]
     own = history.data[:, [labels.index((c.label, c.quantity)) for c in m.responses]]
     n, rate = len(own), history.rate
@@ -153,5 +155,7 @@ def _noise(history: TimeHistory, m: Measured) -> Real:
         noise = np.sqrt(np.median(spectra[quiet], axis=0) / np.log(2.0))
     else:
         noise = DIFFERENCED * np.std(own, axis=0)
+    forces = history.data[:, [k for k, c in enumerate(history.channels) if c.quantity == "force"]]
+    noise = np.minimum(noise, rest_noise(own, forces))
     decay = np.linalg.norm(np.exp(-DECAY * np.arange(n) / n)) / rate
     return np.broadcast_to((noise * decay)[None, :, None], m.Y.shape).copy()

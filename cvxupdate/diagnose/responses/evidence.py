@@ -47,6 +47,7 @@ from cvxupdate.diagnose.types import (
     Errors,
     FiniteSize,
     LevelChange,
+    Linear,
     Progress,
     Real,
     Score,
@@ -61,7 +62,7 @@ from cvxupdate.physics.fault import Fault
 
 
 @dataclass(frozen=True)
-class ResponseEvidence:
+class ResponseEvidence(Linear):
     """What stays fixed while hypotheses come and go: the file's model (``original``, for its
     damping), the one with nuisance parameters, recordings, supports, effects to try.
 
@@ -79,8 +80,7 @@ class ResponseEvidence:
     progress: Progress
     file: Model | None = None
 
-    told_by, hurried, drift = "responses", False, None  # neither hurried nor looked for
-    unfinished = False
+    told_by = "responses"
 
     @property
     def levels(self) -> int:
@@ -223,17 +223,16 @@ class ResponseEvidence:
         return self._errors_at(found.point)
 
     def _errors_at(self, point: ResponsePoint) -> Errors:
-        return Errors(
-            channel_errors(point, self.data.sharp), channel_errors(point, self.data.sharp_hold_out)
-        )
+        sharp, held = self.data.sharp, self.data.sharp_hold_out
+        return Errors(channel_errors(point, sharp), channel_errors(point, held))
 
     def relative(self, errors: Errors) -> float:
         """A fraction of the responses as it is."""
         return errors.worst
 
     def allowance(self, model: Model) -> float:
-        """What extrapolation to a fine mesh may miss, or on a finer one that mesh and, of sheets,
-        what their theory misses of a solid body; frequencies in half-power bandwidths (2 ζ f)."""
+        """What extrapolation to a fine mesh may miss, or on a finer one that mesh and the theory of
+        sheets; frequencies in half-power bandwidths (2 ζ f)."""
         base, finer = self.bases[-1], self.fine is not PLAIN
         if not base.setting.damped:
             return self.fine.left
@@ -243,15 +242,15 @@ class ResponseEvidence:
 
     def explained(self, found: Fit, errors: Errors) -> bool:
         """Within noise and the discrepancy of a sound model, or what the mesh may leave."""
-        within = found.misfit <= OPEN * EXPLAINED
-        return bool(within or errors.worst <= self.allowance(found.setting.model))
+        model = found.setting.model
+        return bool(found.misfit <= OPEN * EXPLAINED or errors.worst <= self.allowance(model))
 
     def clear(self, found: Fit) -> bool:
         """Half a per cent of the responses beyond noise: thousands of rows tell that much."""
         return found.excess <= CLEAR
 
     def wide(self) -> Fit:
-        """The nuisance parameters let go far beyond their scatter."""
+        """The nuisance parameters far beyond their scatter."""
         return let_go(self)
 
     def further(self, last: Fit) -> Further:
@@ -290,8 +289,7 @@ class ResponseEvidence:
         return ContractErrors(self.before, stated(last.point, signals))
 
     def stated(self, last: Fit) -> tuple[Errors, Errors]:
-        """The contract's error: of the file as it came, mesh included, and of the diagnosed model,
-        the mesh's error taken out."""
+        """The contract's error: of the file as it came, and of the diagnosed model without mesh."""
         return self._contract(last).together()
 
     def metrics(self, last: Fit) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import numpy as np
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
 from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
 from cvxupdate.diagnose.screen.stability import stability
+from cvxupdate.diagnose.search.alike import elsewhere
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.several import further, in_their_place, pairs, simpler
@@ -89,6 +90,7 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     singles = raced(evidence, coarse, FINE, progress)
     if pattern:
         singles.sort(key=lambda h: h.fit.damping_strain)
+    singles = elsewhere(evidence, singles, progress)
     several: list[Hypothesis] = []
     if not pattern and not _enough(evidence, singles):
         few = bool(singles) and _mesh_may(evidence, singles[0])
@@ -97,6 +99,7 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         singles = merged(singles, simpler(evidence, several[0], progress))
         if not _told_alone(evidence, singles[0]):
             several = merged(several, further(evidence, several, progress))
+        several = elsewhere(evidence, several, progress)
     return Found(
         tuple(best_of(*rankings)),
         tuple(singles),

@@ -37,6 +37,13 @@ def test_each_unknown_costs_half_the_logarithm_of_the_figures() -> None:
     assert log_odds(one, CASE) - log_odds(freed, CASE) == pytest.approx(math.log(20.0))
 
 
+def test_what_was_held_out_decides_between_near_ties() -> None:
+    one, two = weighed(behind(0.2), A), replace(weighed(BEST, B), held_out=-3.0)
+    assert log_odds(one, CASE) > log_odds(two, CASE)
+    likely = weights([one, two], CASE)
+    assert np.log(likely[0] / likely[1]) == pytest.approx(2.8)
+
+
 def test_probabilities_sum_to_one_and_go_with_the_evidence() -> None:
     field = [weighed(BEST, A), weighed(behind(1.0), B), weighed(behind(3.0), C)]
     likely = weights(field, CASE)

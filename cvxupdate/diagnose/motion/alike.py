@@ -1,0 +1,44 @@
+"""Places that are hardly told apart: what a force does to the structure is nearly the same."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cvxupdate.diagnose.motion.point import MotionPoint
+from cvxupdate.diagnose.settings import NEIGHBOURING, NEIGHBOURS
+from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.internal_force import NonlinearForce, direction
+
+
+def alike(point: MotionPoint, effect: Effect, candidates: Sequence[Effect]) -> list[Effect]:
+    """Of ``candidates`` those with the law of ``effect`` elsewhere, where a force bends the modes
+    that are marched as it does there: the squared cosine of the two static deflections, in the
+    scalar product of the strain energy, is at least `NEIGHBOURING`. Nearest first."""
+    own = effect.action
+    if not isinstance(own, NonlinearForce):
+        return []
+    model = point.setting.model
+    n = point.carried
+    soft = 1.0 / np.maximum(point.modes.frequencies[:n], 1e-3 * point.modes.frequencies[n - 1])
+
+    def bent(action: NonlinearForce) -> np.ndarray:
+        values = soft * (direction(model, action.rows) @ point.modes.shapes[:, :n])
+        return np.asarray(values / max(float(np.linalg.norm(values)), 1e-300))
+
+    here, near = bent(own), []
+    for e in candidates:
+        other = e.action
+        if e.physics != effect.physics or not isinstance(other, NonlinearForce):
+            continue
+        if (other.law, other.sides) != (own.law, own.sides) or set(other.rows) == set(own.rows):
+            continue
+        cosine = float(here @ bent(other))
+        one_sided = own.law == "clearance" and own.sides == "one"
+        if one_sided and (cosine < 0.0 or other.side != own.side):
+            continue  # a stop on the other side is another stop
+        if cosine**2 >= NEIGHBOURING:
+            near.append((cosine**2, e))
+    ranked = sorted(near, key=lambda pair: -pair[0])
+    return [e for _, e in ranked[:NEIGHBOURS]]

@@ -1,0 +1,44 @@
+"""An explanation carried to the places that are hardly told from its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, without
+from cvxupdate.diagnose.search.race import entered, merged, raced
+from cvxupdate.diagnose.types import Evidence, Progress, Score, Seed
+
+
+def elsewhere(
+    evidence: Evidence, known: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """The best of ``known`` (sharpened, best first) with each effect at places alike in turn, begun
+    where it ended: screening takes few of many neighbours, and what is equivalent must be known.
+    All, best first."""
+    if not known or evidence.hurried:
+        return list(known)
+    tried = {h.keys for h in known}
+    seeds = [s for s in _seeds(evidence, known[0]) if s.keys not in tried]
+    if not seeds:
+        return list(known)
+    level = evidence.levels - 1
+    found = entered(evidence, seeds, progress)
+    return merged(known, raced(evidence, found, ((level, len(seeds)),), progress))
+
+
+def _seeds(evidence: Evidence, best: Hypothesis) -> list[Seed]:
+    out: list[Seed | None] = []
+    for k, effect in enumerate(best.effects):
+        places = evidence.alike(best.fit, effect)
+        rest = without(evidence, best, k) if places else None
+        if rest is None:
+            continue
+        size = np.array([best.figures[k].values[q.name] for q in effect.figures])
+        for other in places:
+            there = other.on(evidence.context(rest.fit.setting.model))
+            if there is not None:
+                score = Score(there, 1.0, size, exact=True)
+                out.append(seed_from(evidence, rest, score, evidence.levels - 1))
+    return [s for s in out if s is not None]
