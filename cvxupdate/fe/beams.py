@@ -4,18 +4,40 @@ here from shape functions)."""
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from cvxupdate.fe.hermite import unit_matrices
-from cvxupdate.fe.sections import Section, section_constants, shear_modulus
+from cvxupdate.fe.sections import FACTORS, Section, section_constants, shear_modulus
 from cvxupdate.fe.terms import Real, Term, Values, rotate
 from cvxupdate.fe.triads import line_triads
-from cvxupdate.spec.elements import Lacking, LineBlock
+from cvxupdate.spec.elements import BENDING, ElementText, Lacking, LineKeys
 
 # Places of (w₁, ψ₁, w₂, ψ₂) among the twelve local DOFs, and the sign of the rotation: θz = dv/dx,
 # θy = −dw/dx.
 PLANES = {"z": ((1, 5, 7, 11), 1.0), "y": ((2, 4, 8, 10), -1.0)}
+
+IN_SPACE = ("x", "y", "z", "rx", "ry", "rz")
+"""DOFs of each node of a beam in space."""
+
+
+def text_in_space(block: type[LineKeys], **own: Any) -> ElementText:
+    """What the text knows of beams in space with blocks of that model, and what is ``own`` to
+    one."""
+    return ElementText(
+        block,
+        changes=BENDING,
+        outline="line",
+        sections={"rectangle": (), "circle": (), "general": (("A",), ("Iy",), ("Iz",), ("J",))},
+        lacking=beam_lacking,
+        **own,
+    )
+
+
+def beam_properties(section: Section) -> tuple[str, ...]:
+    """Material, dimensions, section factors, and the physics that is zero unless asked for."""
+    return ("E", "nu", "G", "rho", *section.properties, *FACTORS, "N", "shear", "kappa")
 
 
 def beam_terms(
@@ -108,7 +130,7 @@ def beam_coefficients(
     return out
 
 
-def beam_lacking(block: LineBlock, active: tuple[str, ...]) -> Lacking:
+def beam_lacking(block: LineKeys, active: tuple[str, ...]) -> Lacking:
     """Translations and rotations, or the rotation about x alone: a beam along x of which only the
     torsion is wanted."""
     turns, moves = {"rx", "ry", "rz"}.intersection(active), {"x", "y", "z"}.intersection(active)

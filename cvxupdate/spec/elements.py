@@ -183,24 +183,31 @@ class LineRow(Row):
     eta: Loss = None
 
 
-class LineBlock(Block):
-    """Rods and beams: ``rod`` axial only, ``beam2d`` in a plane, ``beam3d`` in space
-    (Euler–Bernoulli; Timoshenko where the section has `kappa`)."""
+class LineKeys(Block):
+    """What blocks of elements between two nodes have in common."""
 
-    type: Literal["rod", "beam2d", "beam3d"]
+    type: str
     rows: Annotated[tuple[LineRow, ...], Table()] = Field(min_length=1, description="the elements")
-    mass: MassKind = "consistent"
     rotary_inertia: bool = Field(
-        default=True, description="rotary-inertia terms in the mass matrix of a beam"
+        default=True, description="whether the sections of a beam resist turning"
     )
     polar_inertia: Literal["Iy+Iz", "J"] = Field(
         default="Iy+Iz",
-        description="what turns about the axis of a beam3d: rho (Iy + Iz), or rho J as in (8.14)",
+        description="what turns about the axis of a beam in space: rho (Iy + Iz), or rho J as in "
+        "(8.14)",
     )
     material: Text | None = Field(default=None, description="for every row without its own")
     section: Text | None = Field(default=None, description="for every row without its own")
     orientation: Vector | None = Field(default=None, description="for every row without its own")
     group: Group = None
+
+
+class LineBlock(LineKeys):
+    """Rods and beams: ``rod`` axial only, ``beam2d`` in a plane, ``beam3d`` in space
+    (Euler–Bernoulli; Timoshenko where the section has `kappa`)."""
+
+    type: Literal["rod", "beam2d", "beam3d"]
+    mass: MassKind = "consistent"
 
 
 class PlateRow(Row):

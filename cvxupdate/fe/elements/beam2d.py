@@ -9,9 +9,9 @@ from typing import ClassVar
 import numpy as np
 
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.beams import beam_coefficients, beam_lacking, beam_terms
+from cvxupdate.fe.beams import beam_coefficients, beam_lacking, beam_properties, beam_terms
 from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
-from cvxupdate.fe.sections import FACTORS, Section, line_properties, shape_of
+from cvxupdate.fe.sections import Section, line_properties, shape_of
 from cvxupdate.spec import division
 from cvxupdate.spec.elements import BENDING, ElementText, LineBlock, LineRow
 
@@ -55,7 +55,7 @@ class Beam2D:
     @property
     def properties(self) -> tuple[str, ...]:
         """Material, dimensions, section factors, and the physics that is zero unless asked for."""
-        return ("E", "nu", "G", "rho", *self.section.properties, *FACTORS, "N", "shear", "kappa")
+        return beam_properties(self.section)
 
     def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
         """Geometric factors in global axes, (e, 6, 6).

@@ -6,11 +6,17 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from cvxupdate.fe.beams import beam_coefficients, beam_lacking, beam_terms
+from cvxupdate.fe.beams import (
+    IN_SPACE,
+    beam_coefficients,
+    beam_properties,
+    beam_terms,
+    text_in_space,
+)
 from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
-from cvxupdate.fe.sections import FACTORS, Section, line_properties, shape_of
+from cvxupdate.fe.sections import Section, line_properties, shape_of
 from cvxupdate.spec import division
-from cvxupdate.spec.elements import BENDING, ElementText, LineBlock, LineRow
+from cvxupdate.spec.elements import ElementText, LineBlock, LineRow
 
 
 @dataclass(frozen=True)
@@ -24,15 +30,8 @@ class Beam3D:
     polar_inertia: str = "Iy+Iz"
     name: str = "beam3d"
     nodes: int = 2
-    dofs: tuple[str, ...] = ("x", "y", "z", "rx", "ry", "rz")
-    text: ClassVar[ElementText] = ElementText(
-        LineBlock,
-        changes=BENDING,
-        outline="line",
-        divide=division.line,
-        sections={"rectangle": (), "circle": (), "general": (("A",), ("Iy",), ("Iz",), ("J",))},
-        lacking=beam_lacking,
-    )
+    dofs: tuple[str, ...] = IN_SPACE
+    text: ClassVar[ElementText] = text_in_space(LineBlock, divide=division.line)
     brings: ClassVar[Mapping[str, str] | None] = None
 
     @classmethod
@@ -45,7 +44,7 @@ class Beam3D:
     @property
     def properties(self) -> tuple[str, ...]:
         """Material, dimensions, section factors, and the physics that is zero unless asked for."""
-        return ("E", "nu", "G", "rho", *self.section.properties, *FACTORS, "N", "shear", "kappa")
+        return beam_properties(self.section)
 
     def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
         """Geometric factors in global axes."""

@@ -4,34 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
-from pydantic import Field
-
-from cvxupdate.fe.beams import beam_coefficients, beam_lacking, beam_terms
+from cvxupdate.fe.beams import (
+    IN_SPACE,
+    beam_coefficients,
+    beam_properties,
+    beam_terms,
+    text_in_space,
+)
 from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
 from cvxupdate.fe.exact.beam import ExactBeam
-from cvxupdate.fe.sections import FACTORS, Section, line_properties, shape_of
-from cvxupdate.keys import Table, Text, Vector
-from cvxupdate.spec.elements import BENDING, Block, ElementText, Group, LineRow
+from cvxupdate.fe.sections import Section, line_properties, shape_of
+from cvxupdate.spec.elements import ElementText, LineKeys, LineRow
 
 
-class ExactBlock(Block):
+class ExactBlock(LineKeys):
     """Beams in space by their differential equation: one element for a whole prismatic member,
     whatever the frequency (Timoshenko where the section has `kappa`, else Rayleigh, or
     Euler–Bernoulli without `rotary_inertia`)."""
 
     type: Literal["exact_beam"]
-    rows: Annotated[tuple[LineRow, ...], Table()] = Field(min_length=1, description="the elements")
-    rotary_inertia: bool = Field(default=True, description="whether sections resist turning")
-    polar_inertia: Literal["Iy+Iz", "J"] = Field(
-        default="Iy+Iz",
-        description="what turns about the axis: rho (Iy + Iz), or rho J as in (8.14)",
-    )
-    material: Text | None = Field(default=None, description="for every row without its own")
-    section: Text | None = Field(default=None, description="for every row without its own")
-    orientation: Vector | None = Field(default=None, description="for every row without its own")
-    group: Group = None
 
 
 def _exact(kind: Any) -> ExactBeam:
@@ -48,15 +41,8 @@ class ExactBeam3D:
     polar_inertia: str = "Iy+Iz"
     name: str = "exact_beam"
     nodes: int = 2
-    dofs: tuple[str, ...] = ("x", "y", "z", "rx", "ry", "rz")
-    text: ClassVar[ElementText] = ElementText(
-        ExactBlock,
-        changes=BENDING,
-        outline="line",
-        sections={"rectangle": (), "circle": (), "general": (("A",), ("Iy",), ("Iz",), ("J",))},
-        lacking=beam_lacking,
-        exact=_exact,
-    )
+    dofs: tuple[str, ...] = IN_SPACE
+    text: ClassVar[ElementText] = text_in_space(ExactBlock, exact=_exact)
     brings: ClassVar[Mapping[str, str] | None] = None
 
     @classmethod
@@ -69,7 +55,7 @@ class ExactBeam3D:
     @property
     def properties(self) -> tuple[str, ...]:
         """Material, dimensions, section factors, and the physics that is zero unless asked for."""
-        return ("E", "nu", "G", "rho", *self.section.properties, *FACTORS, "N", "shear", "kappa")
+        return beam_properties(self.section)
 
     def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
         """Geometric factors of K and M in global axes."""
