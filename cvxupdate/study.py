@@ -84,11 +84,13 @@ def run(
     InputError
         For a fault of the input; an infeasible step is a result, ``status`` "infeasible".
     """
+    from cvxupdate.correlate.compare import geometry_of
     from cvxupdate.correlate.own_errors import own_errors
     from cvxupdate.correlate.plausible import examine
     from cvxupdate.update.ceam import update_ceam
     from cvxupdate.update.definite import definiteness
     from cvxupdate.update.direct import update_direct
+    from cvxupdate.update.grouping import grouped
     from cvxupdate.update.modal import update_modal
     from cvxupdate.update.refine import refined_for
     from cvxupdate.update.rfm import update_rfm
@@ -101,6 +103,7 @@ def run(
     warnings = examine(spec, model, recordings, warn)
     if table.method == "direct":
         return replace(update_direct(spec, model, recordings), warnings=warnings)
+    spec, model, groupings = grouped(spec, model, recordings)
     model = refined_for(spec, model)
     if table.method in ("ceam", "rfm"):
         way = update_ceam if table.method == "ceam" else update_rfm
@@ -118,14 +121,19 @@ def run(
         warnings=warnings,
         written=updated_file(spec, model, p) if updated.status != "infeasible" else None,
         caveats=caveats(updated, table.frequency_points != "all"),
+        groupings=groupings,
+        geometry=geometry_of(spec, model) if groupings else None,
     )
 
 
 def open_start(problem: str) -> Solve:
     """What solves one of many starts of a problem file, for a process of its own."""
+    from cvxupdate.update.grouping import grouped
     from cvxupdate.update.modal_fit import modal_fit
 
-    return modal_fit(*_one_state(spec_of(problem))).solve
+    spec, model, recordings = _one_state(spec_of(problem))
+    spec, model, _ = grouped(spec, model, recordings)
+    return modal_fit(spec, model, recordings).solve
 
 
 def correlate(
@@ -170,24 +178,13 @@ def solvers(problem: Given) -> tuple[Spec, tuple[SolverRow, ...], float]:
         For a fault of the input.
     """
     from cvxupdate.convex import compare_solvers, spread
-    from cvxupdate.update.modal_fit import residual_of
+    from cvxupdate.update.first import first_system
+    from cvxupdate.update.grouping import grouped
     from cvxupdate.update.parts import solver_choice, step_problem
 
-    spec, table = to_update(spec_of(problem), "solvers")
-    spec, model, recordings = _one_state(spec)
-    if table.method == "ceam":
-        from cvxupdate.update.ceam import residual_of as ceam_residual
-
-        system = ceam_residual(spec, model, recordings).evaluate(model.zero()).system()
-    elif table.method == "rfm":
-        from cvxupdate.residual.frf import FrfResidual
-        from cvxupdate.update.rfm import prepare
-
-        kind = "flexibility" if table.residual == "auto" else table.residual
-        chosen = prepare(spec, model, recordings).chosen
-        system = FrfResidual(model, chosen, kind).evaluate(model.zero()).system()
-    else:
-        system = residual_of(spec, model, recordings).evaluate(model.zero()).system()
+    spec, model, recordings = _one_state(to_update(spec_of(problem), "solvers")[0])
+    spec, model, _ = grouped(spec, model, recordings)
+    system, _ = first_system(spec, model, recordings)
     rows = compare_solvers(step_problem(spec, model, recordings), system, None, solver_choice(spec))
     return spec, rows, spread(rows) if any(r.status == "optimal" for r in rows) else float("nan")
 

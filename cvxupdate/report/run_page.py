@@ -12,6 +12,7 @@ from cvxupdate.report import figures, parameter_figures
 from cvxupdate.report.accuracy import accuracy_sections
 from cvxupdate.report.direct_rows import direct_rows
 from cvxupdate.report.family_parts import MOST_FAMILIES, family_parts
+from cvxupdate.report.grouping_parts import grouping_parts
 from cvxupdate.report.numbers import (
     NOTHING,
     count,
@@ -130,6 +131,7 @@ def run_page(updated: Updated) -> str:
                 }
                 for c in updated.undetermined[:MOST_OPEN]
             ],
+            "groupings": grouping_parts(updated),
             "families": family_parts(updated) if moved else [],
             "more_families": max(0, len(updated.families) - MOST_FAMILIES),
             "accuracy": accuracy_sections(updated),

@@ -34,6 +34,17 @@ class ParameterRow(Part):
         description="a parameter for each element or each group; "
         "absent: one for all (a macro element)",
     )
+    grouping: Literal["clusters", "subset", "total-variation"] | None = Field(
+        default=None,
+        description="beside `each`: the recordings join those single parameters to macro elements, "
+        "by clusters of sensitivities that they hardly tell apart, by stable selection of the few "
+        "that differ from all the others, or by total variation between neighbours",
+    )
+    resolution: Positive | None = Field(
+        default=None,
+        description="grouping: the standard deviation of p to which the recordings must know a "
+        "group; absent: 0.1",
+    )
     name: Text | None = Field(default=None, description="name in results and constraints")
     lower: float | None = Field(default=None, description="lower bound of the relative change p")
     upper: float | None = Field(default=None, description="upper bound of the relative change p")

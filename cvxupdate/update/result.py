@@ -11,6 +11,8 @@ from cvxupdate.spec.write import Written
 
 if TYPE_CHECKING:
     from cvxupdate.convex import StepProblem
+    from cvxupdate.correlate.result import Geometry
+    from cvxupdate.update.grouping.choose import Grouping
 
 Metrics = dict[str, dict[str, float]]
 
@@ -132,7 +134,9 @@ class Updated:
     probably a mistake in the problem; ``starts`` what many starts found, where they were asked for;
     ``written`` is the updated model as a problem file, where it can be one; ``caveats`` say
     what keeps a converged update from being an improvement; ``direct`` is of method direct alone;
-    ``families`` are the element matrices that were found, X and S, and what they mean.
+    ``families`` are the element matrices that were found, X and S, and what they mean;
+    ``groupings`` the macro elements that the recordings chose, and ``geometry`` what to draw them
+    on.
     """
 
     problem: str
@@ -166,3 +170,5 @@ class Updated:
     caveats: tuple[str, ...] = ()
     direct: tuple[DirectResult, ...] = ()
     families: tuple[dict[str, Any], ...] = ()
+    groupings: tuple[Grouping, ...] = ()
+    geometry: Geometry | None = None

@@ -31,6 +31,7 @@ from cvxupdate.spec.checks.geometry import (
     StiffInShear,
     ZeroLength,
 )
+from cvxupdate.spec.checks.grouping import ParameterGrouping
 from cvxupdate.spec.checks.names import (
     DuplicateIds,
     ElementNodes,
@@ -107,6 +108,7 @@ CHECKS: tuple[Check, ...] = (
     MethodRecording(),
     SomethingFree(),
     ParameterSelection(),
+    ParameterGrouping(),
     ParameterElements(),
     GenericFamily(),
     NominalZero(),
