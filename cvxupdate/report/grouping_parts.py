@@ -14,8 +14,7 @@ from cvxupdate.report.views import view_of
 
 if TYPE_CHECKING:
     from cvxupdate.correlate.result import Geometry
-    from cvxupdate.update.grouping.choose import Grouping
-    from cvxupdate.update.result import Updated
+    from cvxupdate.update.result import Grouping, Updated
 
 COLOURS = (AFTER, HELD, BEFORE, INK)
 """One after another; the number tells groups of one colour apart."""

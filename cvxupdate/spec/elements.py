@@ -123,10 +123,9 @@ class ElementText:
     the keys that the section needs (one of each tuple). ``lacking(block, active DOF kinds)`` says
     what keeps the elements from moving as they must. ``divide`` gives their natural subdivision,
     ``flaw(points of the nodes)`` what is wrong with an outline, ``faces`` the corners of each face
-    of a solid. ``law(kind, properties)`` gives the `Laws` of a nonlinear
-    element, which has no part in the matrices; None: it is linear. ``exact(kind)`` gives the
-    `cvxupdate.fe.elements.base.Exact` of an element whose dynamic stiffness is no polynomial of the
-    frequency; None: its matrices are all that it has.
+    of a solid. ``law(kind, properties)`` gives the `Laws` of a nonlinear element, which has no part
+    in the matrices; None: it is linear. ``exact(kind)`` gives the `fe.elements.base.Exact` of one
+    whose dynamic stiffness is no polynomial of the frequency; None: its matrices are all it has.
     """
 
     block: type[Block]
@@ -188,13 +187,9 @@ class LineKeys(Block):
 
     type: str
     rows: Annotated[tuple[LineRow, ...], Table()] = Field(min_length=1, description="the elements")
-    rotary_inertia: bool = Field(
-        default=True, description="whether the sections of a beam resist turning"
-    )
+    rotary_inertia: bool = Field(default=True, description="whether sections resist turning")
     polar_inertia: Literal["Iy+Iz", "J"] = Field(
-        default="Iy+Iz",
-        description="what turns about the axis of a beam in space: rho (Iy + Iz), or rho J as in "
-        "(8.14)",
+        default="Iy+Iz", description="what turns about the axis: rho (Iy + Iz), or rho J (8.14)"
     )
     material: Text | None = Field(default=None, description="for every row without its own")
     section: Text | None = Field(default=None, description="for every row without its own")
@@ -285,10 +280,8 @@ def translation_lacking(block: Block, active: tuple[str, ...]) -> Lacking:
     """What keeps an element that needs a translation from moving."""
     if {"x", "y", "z"}.intersection(active):
         return None
-    return (
-        f"{block.type} elements need a translation, and none is active.",
-        "Add x, y or z to model.dofs.",
-    )
+    says = f"{block.type} elements need a translation, and none is active."
+    return says, "Add x, y or z to model.dofs."
 
 
 EXCLUSIVE = {"dof": "dofs", "dofs": "dof", "dataset": "file", "file": "dataset"}

@@ -12,7 +12,6 @@ from cvxupdate.spec.write import Written
 if TYPE_CHECKING:
     from cvxupdate.convex import StepProblem
     from cvxupdate.correlate.result import Geometry
-    from cvxupdate.update.grouping.choose import Grouping
 
 Metrics = dict[str, dict[str, float]]
 
@@ -114,6 +113,21 @@ class DirectResult:
     spurious: int | None = None
     says: tuple[str, ...] = ()
     why: str = ""
+
+
+@dataclass(frozen=True)
+class Grouping:
+    """The macro elements of one row: its property ``of``, how they were chosen (``kind``), how many
+    ``single`` parameters there were, ``names`` and ``elements`` of each group, the standard
+    ``deviation`` of p of each as foreseen before the update, ``says`` in words."""
+
+    of: str
+    kind: str
+    single: int
+    names: tuple[str, ...]
+    elements: tuple[tuple[int, ...], ...]
+    deviation: tuple[float, ...]
+    says: str
 
 
 def clause_names(problem: StepProblem) -> tuple[str, ...]:

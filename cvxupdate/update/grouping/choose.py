@@ -4,7 +4,7 @@ recordings choose."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
@@ -18,6 +18,7 @@ from cvxupdate.update.grouping.patches import patches
 from cvxupdate.update.grouping.seen import Groups, seen
 from cvxupdate.update.grouping.subset import subset
 from cvxupdate.update.parts import solver_choice, step_problem
+from cvxupdate.update.result import Grouping
 
 RESOLUTION = 0.1
 """Deviation of p at which a group counts as told apart, where the file says nothing: errors that
@@ -27,21 +28,6 @@ WORDS = {
     "subset": "by stable subset selection",
     "total-variation": "by total variation between neighbours",
 }
-
-
-@dataclass(frozen=True)
-class Grouping:
-    """The macro elements of one row: its property ``of``, how they were chosen (``kind``), how many
-    ``single`` parameters there were, ``names`` and ``elements`` of each group, the standard
-    ``deviation`` of p of each as foreseen before the update, ``says`` in words."""
-
-    of: str
-    kind: str
-    single: int
-    names: tuple[str, ...]
-    elements: tuple[tuple[int, ...], ...]
-    deviation: tuple[float, ...]
-    says: str
 
 
 def grouped(
