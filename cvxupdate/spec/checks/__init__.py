@@ -46,6 +46,7 @@ from cvxupdate.spec.checks.parameters import (
     ParameterBounds,
     ParameterElements,
     ParameterSelection,
+    SolutionApplies,
     SomethingFree,
 )
 from cvxupdate.spec.checks.recordings import (
@@ -106,6 +107,7 @@ CHECKS: tuple[Check, ...] = (
     FitRecording(),
     MethodRecording(),
     SomethingFree(),
+    SolutionApplies(),
     ParameterSelection(),
     ParameterElements(),
     GenericFamily(),
