@@ -22,7 +22,9 @@ SHORTEST = 1e-12
 NEWTON = 60
 """Steps of Newton's method at most; the penalty is self-concordant enough for a dozen."""
 INSIDE = 0.9
-"""Of the way to the first factor of zero: no step of Newton's method goes farther."""
+"""Of the way of a factor to zero: no step of Newton's method takes it farther."""
+LEAST = 1e-12
+"""A factor that small is zero to rounding, and stays there while it is drawn below."""
 
 
 @dataclass(frozen=True)
@@ -83,21 +85,25 @@ def entropy(A: Array, b: Array, alpha: float) -> Array:
     now = value(p)
     for _ in range(NEWTON):
         # As least squares of stacked rows: the normal equations would lose half the digits.
-        root = np.sqrt(alpha / (1.0 + p))
-        right = np.concatenate([b - A @ p, -alpha * np.log1p(p) / root])
-        stacked = np.vstack([A, np.diag(root)])
-        step = np.linalg.lstsq(stacked, right, rcond=None)[0]
-        falls = float(np.sum((stacked @ step) ** 2))
+        q = 1.0 + p
+        slope = A.T @ (A @ p - b) + alpha * np.log(q)
+        free = (q > 2.0 * LEAST) | (slope < 0.0)
+        root = np.sqrt(alpha / q)
+        right = np.concatenate([b - A @ p, -alpha * np.log(q) / root])
+        stacked = np.vstack([A, np.diag(root)])[:, free]
+        step = np.zeros(len(p))
+        step[free] = np.linalg.lstsq(stacked, right, rcond=None)[0]
+        falls = float(np.sum((stacked @ step[free]) ** 2))
         if falls <= EXACT * now:
             break
-        down = step < 0.0
-        length = min(1.0, INSIDE * float(np.min(-(1.0 + p[down]) / step[down], initial=np.inf)))
+        least = np.maximum((1.0 - INSIDE) * q, LEAST) - 1.0
+        length = 1.0
         while (
             falls > ROUNDING * now
-            and value(p + length * step) > now - 1e-4 * length * falls
+            and value(np.maximum(p + length * step, least)) >= now
             and length > SHORTEST
         ):
             length *= 0.5
-        p = p + length * step
+        p = np.maximum(p + length * step, least)
         now = value(p)
     return p
