@@ -211,30 +211,22 @@ def fit_classical(
         point = new
         size = float(np.max(np.abs(length * step), initial=0.0))
         value = objective_at(problem, point)
-        history.append(
-            Iteration(
-                number, value, float("nan"), float("nan"), size, True, tuple(point.p.tolist())
-            )
-        )
+        history.append(_line(number, value, size, point.p))
         if progress is not None:
             progress(history[-1])
         if size <= SETTLED:
             status, reason = "converged", "the solution of the next equations is the same"
             break
     last = solve_by_name(*point.system().weighted(), held) if solved is None else solved
-    last = replace(last, says=says or last.says)
+    made = _result(asked, replace(last, says=says or last.says))
     step_made = Step(point.p, "optimal", objective_at(problem, point), NO_CERTIFICATE, "none", 0.0)
-    return LoopResult(
-        start,
-        point,
-        step_made,
-        status,
-        reason,
-        tuple(history),
-        problem,
-        None,
-        classical=_result(asked, last),
-    )
+    ends = (start, point, step_made, status, reason, tuple(history))
+    return LoopResult(*ends, problem, None, classical=made)
+
+
+def _line(number: int, value: float, size: float, p: Array) -> Iteration:
+    nothing = float("nan")  # no decrease was predicted, and there is no trust region
+    return Iteration(number, value, nothing, nothing, size, True, tuple(p.tolist()))
 
 
 def _moved(

@@ -57,8 +57,7 @@ def updated(
     Parameters
     ----------
     known : the uncertainty at the loop's end; relative : whether the deviations were weights only.
-    begin : `time.perf_counter` when the method began.
-    facts : what else is to be said of the model; starts : of many starts.
+    begin : `time.perf_counter` at the start; facts : what else to say of the model, or of starts.
     """
     p, infeasible = loop.point.p, loop.status == "infeasible"
     return Updated(

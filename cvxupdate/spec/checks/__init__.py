@@ -46,7 +46,6 @@ from cvxupdate.spec.checks.parameters import (
     ParameterBounds,
     ParameterElements,
     ParameterSelection,
-    SolutionApplies,
     SomethingFree,
 )
 from cvxupdate.spec.checks.recordings import (
@@ -57,6 +56,7 @@ from cvxupdate.spec.checks.recordings import (
     References,
     Shapes,
 )
+from cvxupdate.spec.checks.solution import SolutionApplies
 from cvxupdate.spec.checks.structure import LooseNodes, Preloads, Ties, UnheldMasses
 from cvxupdate.spec.prepare import Complaint
 
