@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from cvxupdate.spec.checks.case import Case, Complaint
+from cvxupdate.spec.checks.case import Case
+from cvxupdate.spec.prepare import Complaint
 
 
 @dataclass(frozen=True)
