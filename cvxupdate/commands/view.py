@@ -95,10 +95,10 @@ def view(problem: Given, modes: int = MODES) -> Viewed:
 
 
 def _recordings(spec: Spec, faults: list[str]) -> tuple[Recording, ...]:
-    from cvxupdate.recordings.load import load_recordings
+    from cvxupdate.study import read_recordings
 
     try:
-        return load_recordings(spec)
+        return read_recordings(spec)
     except InputError as error:
         faults.append(f"The recordings are not shown: {error}")
         return ()

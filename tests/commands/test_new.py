@@ -40,8 +40,8 @@ def test_the_same_is_made_every_time(made, tmp_path):
 def test_the_soft_foot_that_is_made_is_found(made):
     found = diagnose(made / "frame/problem.toml")
     (finding,) = found.findings
-    assert finding.place.nodes == (25,) and "gives way" in found.says
-    assert finding.values["k"].value == pytest.approx(6.0e4, rel=0.1)
+    assert finding.place.nodes == (25,) and "gives way" in finding.says
+    assert finding.parameters["k"] == pytest.approx(6.0e4, rel=0.1)
 
 
 def test_matrices_are_those_of_the_chain(made):

@@ -64,10 +64,12 @@ def test_what_is_wrong_is_said_and_the_rest_is_shown(tmp_path):
 def test_a_mechanism_is_drawn_without_modes(tmp_path):
     path = tmp_path / "beam.toml"
     loose = BEAM.replace("{ id = 7, x = 1.15 }", "{ id = 7, x = 1.15 }, { id = 8, x = 1.3 }")
-    loose = loose.replace("m = 0.4, group", "m = 0.4 }, { id = 12, nodes = [8], m = 0.1, group")
+    loose += '[[model.elements]]\ntype = "spring"\ndof = "y"\n'
+    loose += "rows = [{ id = 12, nodes = [7, 8], k = 0.0 }]\n"
+    loose = loose.replace("m = 0.4, group", "m = 0.4 }, { id = 13, nodes = [8], m = 0.1, group")
     path.write_text(loose, encoding="utf-8")
     found = view(path)
-    assert "n8.rz has neither stiffness" in found.faults[0] and found.frequencies == ()
+    assert "modes are not shown" in found.faults[0] and found.frequencies == ()
     assert "<svg" in view_page(found)
 
 
