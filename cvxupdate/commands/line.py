@@ -81,6 +81,18 @@ Modes = Annotated[int, typer.Option("--modes", help="how many modes, from the lo
 Noise = Annotated[float, typer.Option("--noise", help="of the responses to come, a fraction")]
 Accuracy = Annotated[float, typer.Option("--accuracy", help="wanted of parameters, a fraction")]
 
+Shown = Annotated[int, typer.Option("--modes", help="how many modes, from the lowest")]
+Kind = Annotated[
+    str,
+    typer.Argument(
+        metavar="KIND", help="beam, frame, plate, matrices or chain", show_default=False
+    ),
+]
+Folder = Annotated[
+    Path,
+    typer.Argument(metavar="DIR", help="a folder that is empty or not there", show_default=False),
+]
+
 
 def identify(
     source: Recorded,
@@ -141,7 +153,31 @@ def plan(
     say(payload, as_json, lambda: plan_text(found, folder))
 
 
+def view(problem: Problem, out: Out = None, as_json: Json = False, modes: Shown = 6) -> None:
+    """Show a problem before anything is solved: structure, supports, sensors, first modes."""
+    from cvxupdate.commands.view import view as do
+    from cvxupdate.report.view_page import view_files, view_text
+    from cvxupdate.spec import name_of
+
+    must_be_writable(out)
+    found = do(problem, modes)
+    folder = folder_for(out, name_of(problem), "view")
+    files, payload = view_files(found)
+    write_files(folder, files)
+    say(payload, as_json, lambda: view_text(found, folder))
+
+
+def new(kind: Kind, folder: Folder) -> None:
+    """Make a folder with a problem that runs, to be changed into your own."""
+    from cvxupdate.commands.new import new as do
+
+    names = do(kind, folder)
+    print(f"{folder}: {', '.join(names)}.\nNext: cvxupdate view {folder / 'problem.toml'}")
+
+
 def add(app: typer.Typer) -> None:
     """Makes the commands of this room known."""
     app.command()(identify)
     app.command()(plan)
+    app.command()(view)
+    app.command()(new)

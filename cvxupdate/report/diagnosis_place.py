@@ -3,6 +3,7 @@ axes, sizes) and every finding marked."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -24,7 +25,6 @@ from cvxupdate.report.views import View
 if TYPE_CHECKING:
     from cvxupdate.correlate.result import Geometry
     from cvxupdate.diagnose.output.diagnosis import Diagnosis
-    from cvxupdate.diagnose.shown import Beside
     from cvxupdate.spec import Spec
 
 Real = NDArray[np.float64]
@@ -49,7 +49,7 @@ def place_picture(found: Diagnosis, spec: Spec) -> str | None:
         draw_supports(ax, sketch, flat)
         draw_numbers(ax, sketch, flat)
         if found.beside is not None:
-            _measured(ax, sketch, view, found.beside)
+            draw_measured(ax, sketch, view, found.beside.sensors, found.beside.forces)
         for k, (rows, text) in enumerate(rings):
             if found.findings[k].place.nodes:
                 _ring(ax, flat[rows])
@@ -97,14 +97,16 @@ def size_words(spec: Spec) -> str:
     return ", ".join(parts)
 
 
-def _measured(ax: Any, sketch: Sketch, view: View, beside: Beside) -> None:
+def draw_measured(
+    ax: Any, sketch: Sketch, view: View, sensors: Sequence[str], forces: Sequence[str]
+) -> None:
     """Sensors as dots, forces as arrows along their direction; about an axis, or towards the eye,
-    as a ring."""
+    as a ring. Both are labels, ``n4.z``."""
     flat = view.project(sketch.xyz)
     at = {int(n): k for k, n in enumerate(sketch.node_ids)}
-    rows = sorted({at[n] for n, _ in map(_split, beside.sensors) if n in at})
+    rows = sorted({at[n] for n, _ in map(_split, sensors) if n in at})
     ax.plot(flat[rows, 0], flat[rows, 1], "o", color=INK, ms=4.2, mew=0, ls="", zorder=4)
-    for node, dof in map(_split, beside.forces):
+    for node, dof in map(_split, forces):
         if node not in at:
             continue
         point = flat[at[node]]

@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from cvxupdate.report import figures, parameter_figures
 from cvxupdate.report.accuracy import accuracy_sections
+from cvxupdate.report.classical import classical_parts, method_words
 from cvxupdate.report.direct_rows import direct_rows
 from cvxupdate.report.family_parts import MOST_FAMILIES, family_parts
 from cvxupdate.report.grouping_parts import grouping_parts
@@ -95,6 +96,7 @@ def run_page(updated: Updated) -> str:
             "u": updated,
             "own": own_rows(updated.recordings),
             "direct": direct_rows(updated),
+            "classical": classical_parts(updated),
             "moved": moved,
             "verdict": verdict(updated),
             "status": updated.status,
@@ -178,7 +180,7 @@ def asked(updated: Updated) -> list[tuple[str, list[str]]]:
                 ],
             )
         )
-    out.append(("Method", [f"{updated.method}, convex steps solved by {updated.solver}"]))
+    out.append(("Method", [method_words(updated)]))
     out.append(("Parameters", [_parameter_words(updated)]))
     clauses = [str(c) for c in m.get("clauses", ())]
     out.append(

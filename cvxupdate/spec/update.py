@@ -21,6 +21,16 @@ from cvxupdate.spec.whole import DIRECT, Whole
 
 NonNegativeCount = Annotated[int, Field(ge=0)]
 SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "QUADPROG", "HIGHS")
+SOLUTIONS = (
+    "convex",
+    "truncated-svd",
+    "tikhonov",
+    "total-least-squares",
+    "entropy",
+    "landweber",
+    "conjugate-gradients",
+)
+"""How linearised equations may be solved."""
 PHYSICS = (
     "stiffness_change",
     "mass_change",
@@ -70,6 +80,21 @@ class Update(Part):
         default="least-squares",
         description="measure of the residual; norm (not squared) beside the penalty "
         "robust is worst-case least squares",
+    )
+    solution: Literal[SOLUTIONS] = Field(  # type: ignore[valid-type]
+        default="convex",
+        description="frequencies, sensitivity, rfm: how linearised equations are solved: convex, "
+        "or a classical solution (thesis 2.9, chapter 4), which keeps no bounds or clauses",
+    )
+    level: Count | None = Field(
+        default=None,
+        description="terms of truncated-svd, rank of total-least-squares, iterations of landweber "
+        "and conjugate-gradients; absent: by Picard's condition, or where the residual has come "
+        "down to the noise",
+    )
+    alpha: Positive | None = Field(
+        default=None,
+        description="weight of tikhonov and entropy; absent: the corner of the L-curve",
     )
     max_iterations: Count = Field(default=30, description="iterations of the loop at most")
     tolerance: Positive = Field(

@@ -15,11 +15,12 @@ from cvxupdate.system import Array
 @dataclass(frozen=True)
 class Picard:
     """``singular`` values σ_i, ``coefficients`` |u_iᵀ b|, and the ``level`` n_t: how many terms
-    rise above the noise floor."""
+    rise above the noise floor, which is twice the deviation ``noise`` of an entry of b."""
 
     singular: Array
     coefficients: Array
     level: int
+    noise: float = 0.0
 
 
 def svd_least_squares(A: Array, b: Array, level: int | None = None, rcond: float = 1e-12) -> Array:
@@ -61,7 +62,7 @@ def picard(A: Array, b: Array, noise: float | None = None) -> Picard:
     smooth = np.exp(np.array([np.mean(logs[max(0, i - 1) : i + 2]) for i in range(len(s))]))
     above = smooth > 2.0 * deviation
     level = int(np.flatnonzero(above)[-1]) + 1 if np.any(above) else 1
-    return Picard(s, coefficients, level)
+    return Picard(s, coefficients, level, deviation)
 
 
 def tikhonov(A: Array, b: Array, alpha: float, reference: Array | float = 0.0) -> Array:
@@ -92,12 +93,14 @@ def total_least_squares(
     T: Array | None = None,
     noise: float | None = None,
     epsilon: float = 1e-8,
+    rank: int | None = None,
 ) -> Total:
     """min ‖D [E r] T‖_F with b + r in the range of A + E (4.14–4.18; Golub & Van Loan 1980, Van
     Huffel & Vandewalle 1985).
 
     ``D`` (m,) row weights, ``T`` (n + 1,) column weights; ``noise`` the standard deviation of an
-    entry of D [A b] T, for the rank test σ_r² ≥ 2 max(m, n) σ_ν² (4.17), None: full rank n. Where
+    entry of D [A b] T, for the rank test σ_r² ≥ 2 max(m, n) σ_ν² (4.17), None: the ``rank`` given
+    (None: full, n). Where
     |α| < ``epsilon`` the rank is lowered by the multiplicity of σ_r (step 4). Minimum norm when the
     rank is below n.
 
@@ -113,7 +116,9 @@ def total_least_squares(
         raise InputError(f"total least squares: D needs {m} weights and T {n + 1}, all above 0.")
     _, s, Vt = np.linalg.svd(d[:, None] * np.column_stack([A, b]) * t, full_matrices=True)
     s = np.concatenate([s, np.zeros(n + 1 - len(s))])
-    rank = n if noise is None else min(n, int(np.sum(s**2 >= 2.0 * max(m, n) * noise**2)))
+    if noise is not None:
+        rank = int(np.sum(s**2 >= 2.0 * max(m, n) * noise**2))
+    rank = n if rank is None else min(n, rank)
     while rank > 0:
         V2 = Vt[rank:].T
         # The Householder matrix of (4.18) turns the last row of V2 to (0, …, 0, α); its last column

@@ -15,9 +15,11 @@ from cvxupdate.residual.modal import ModalPoint, ModalResidual, modal_residual
 from cvxupdate.residual.shape_rows import Index
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
+from cvxupdate.update.classical import Asked, asked_of, fit_classical
 from cvxupdate.update.measured_modes import modal_tables
 from cvxupdate.update.minimum_variance import minimum_variance
 from cvxupdate.update.modal_loop import released, shapes_first, with_pairing
+from cvxupdate.update.outcome import outside
 from cvxupdate.update.parts import loop_options, solver_choice, step_problem
 from cvxupdate.update.starts import StartEnd, timed
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options, objective_at
@@ -56,7 +58,7 @@ def comparison(
 @dataclass(frozen=True)
 class ModalFit:
     """Everything that one fit from a start needs, what is only scored left out; ``estimates`` of
-    method minimum-variance alone."""
+    method minimum-variance alone, ``asked`` of a classical solution."""
 
     residual: ModalResidual
     problem: StepProblem
@@ -65,11 +67,17 @@ class ModalFit:
     shapes_first: bool
     release: bool = False
     estimates: str | None = None
+    asked: Asked | None = None
 
     def run(
         self, p0: Array, progress: Callable[[Iteration], None] | None = None
     ) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
         """The loop from ``p0`` (n,), with notes."""
+        if self.asked is not None:
+            loop = fit_classical(
+                lambda _: self.residual, self.problem, self.asked, self.options, p0, progress
+            )
+            return loop, outside(self.residual.model, loop)
         if self.estimates is not None:
             return minimum_variance(
                 self.residual,
@@ -161,12 +169,15 @@ def modal_fit(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Moda
             f"{spec.path}: update.{named} does not go with minimum-variance, whose covariances are "
             "those of one way from the nominal model. Leave it out."
         )
+    problem = step_problem(spec, model, recordings)
+    asked = asked_of(spec, problem)
     return ModalFit(
         residual,
-        step_problem(spec, model, recordings),
+        problem,
         solver_choice(spec),
         loop_options(spec, model),
         first,
         u.release_bounds,
         u.estimates if varied else None,
+        asked,
     )

@@ -30,6 +30,11 @@ RELATIVE = (
     "deviations come from the scatter of the residual."
 )
 
+UNCERTIFIED = (
+    "There is nothing to certify: a classical solution minimises no objective under constraints. "
+    "Bounds were not kept."
+)
+
 
 def updated(
     spec: Spec,
@@ -52,8 +57,7 @@ def updated(
     Parameters
     ----------
     known : the uncertainty at the loop's end; relative : whether the deviations were weights only.
-    begin : `time.perf_counter` when the method began.
-    facts : what else is to be said of the model; starts : of many starts.
+    begin : `time.perf_counter` at the start; facts : what else to say of the model, or of starts.
     """
     p, infeasible = loop.point.p, loop.status == "infeasible"
     return Updated(
@@ -64,7 +68,7 @@ def updated(
         status=loop.status,
         reason=loop.reason,
         method=method,
-        solver=loop.step.solver,
+        solver=solver_of(loop),
         iterations=len(loop.history),
         parameters=parameter_results(model, p, known, relative, len(loop.history) > 0),
         fit=fit,
@@ -90,7 +94,27 @@ def updated(
         accuracy=accuracy,
         starts=starts or {},
         families=family_results(model, p),
+        classical=loop.classical,
     )
+
+
+def solver_of(loop: LoopResult[Any]) -> str:
+    """The solver of the convex steps, or the classical solution that took their place."""
+    return loop.step.solver if loop.classical is None else loop.classical.solution
+
+
+def outside(model: Model, loop: LoopResult[Any]) -> tuple[str, ...]:
+    """A note on the parameters that a classical solution left outside their bounds."""
+    if loop.classical is None:
+        return ()
+    p = loop.point.p
+    names = [
+        q.name
+        for q, value in zip(model.parameters, p.tolist(), strict=True)
+        if not q.lower <= value <= q.upper
+    ]
+    shown = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
+    return (f"Outside their bounds, which this solution does not know: {shown}.",) if names else ()
 
 
 def family_results(model: Model, p: Array) -> tuple[dict[str, Any], ...]:
@@ -164,6 +188,8 @@ def parameter_results(
 
 def certificate_of(loop: LoopResult[Any]) -> dict[str, object]:
     """The certificate of the last step, as the contract names its parts."""
+    if loop.classical is not None:
+        return {"none": True, "says": UNCERTIFIED}
     c = loop.step.certificate
     out: dict[str, object] = dict(c.as_dict())
     out |= {

@@ -130,6 +130,30 @@ class Grouping:
     says: str
 
 
+@dataclass(frozen=True)
+class ClassicalResult:
+    """A classical ``solution`` of chapter 4 on the last linearised equations: its ``level`` (terms,
+    rank or iterations) or ``alpha``, and how they were ``chosen``.
+
+    ``singular`` values σ and ``coefficients`` |uᵀ b| of the weighted equations with the deviation
+    ``noise`` of an entry of b and the ``picard_level``; the L-curve: weights, ‖A p − b‖ and ‖p‖
+    of Tikhonov's solutions, and the place of its ``corner``.
+    """
+
+    solution: str
+    level: int | None
+    alpha: float | None
+    chosen: str
+    singular: tuple[float, ...]
+    coefficients: tuple[float, ...]
+    noise: float
+    picard_level: int
+    curve_alpha: tuple[float, ...]
+    curve_residual: tuple[float, ...]
+    curve_size: tuple[float, ...]
+    corner: int
+
+
 def clause_names(problem: StepProblem) -> tuple[str, ...]:
     """The clauses that a step had to keep, bounds on parameters left out: those stand beside the
     parameters."""
@@ -150,7 +174,8 @@ class Updated:
     what keeps a converged update from being an improvement; ``direct`` is of method direct alone;
     ``families`` are the element matrices that were found, X and S, and what they mean;
     ``groupings`` the macro elements that the recordings chose, and ``geometry`` what to draw them
-    on.
+    on;
+    ``classical`` is of a classical solution of chapter 4 alone.
     """
 
     problem: str
@@ -186,3 +211,4 @@ class Updated:
     families: tuple[dict[str, Any], ...] = ()
     groupings: tuple[Grouping, ...] = ()
     geometry: Geometry | None = None
+    classical: ClassicalResult | None = None

@@ -11,18 +11,21 @@ from math import isfinite
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import FrequencyResponse, Recording
-from cvxupdate.residual.frf import FrfPoint
+from cvxupdate.residual.frf import FrfPoint, FrfResidual
 from cvxupdate.residual.frf_data import FrfData, frf_data
 from cvxupdate.residual.frf_points import Points, choose_points
 from cvxupdate.spec import Spec
+from cvxupdate.update.classical import asked_of, fit_classical
 from cvxupdate.update.covariance import Uncertainty, uncertainty
 from cvxupdate.update.invisible import invisible
 from cvxupdate.update.outcome import (
     certificate_of,
     family_results,
     model_facts,
+    outside,
     parameter_results,
     regularisation_of,
+    solver_of,
 )
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
 from cvxupdate.update.result import AccuracyResult, Metrics, Updated, clause_names
@@ -106,7 +109,7 @@ def update_rfm(
         status=loop.status,
         reason=loop.reason,
         method="rfm",
-        solver=loop.step.solver,
+        solver=solver_of(loop),
         iterations=len(loop.history),
         parameters=parameter_results(model, end.p, known, relative, len(loop.history) > 0),
         fit=metrics(model, recordings, loop),
@@ -123,9 +126,10 @@ def update_rfm(
             "clauses": clause_names(loop.problem),
             **model_facts(model, end.p),
         },
-        notes=_notes(spec, prepared, accurate, relative, known),
+        notes=(*_notes(spec, prepared, accurate, relative, known), *outside(model, loop)),
         accuracy=accurate,
         families=family_results(model, end.p),
+        classical=loop.classical,
     )
 
 
@@ -149,6 +153,18 @@ def _loop(
 ) -> LoopResult[FrfPoint]:
     problem, choice = step_problem(spec, model, recordings), solver_choice(spec)
     options = loop_options(spec, model)
+    asked = asked_of(spec, problem)
+    if asked is not None:
+        kind = spec.update.residual if spec.update is not None else "auto"
+        kind = "flexibility" if kind == "auto" else kind
+        return fit_classical(
+            lambda p: FrfResidual(model, prepared.chosen, kind, p),
+            problem,
+            asked,
+            options,
+            model.zero(),
+            progress,
+        )
     if spec.update is not None and spec.update.basis == "reduced":
         return fit_reduced(model, prepared.chosen, problem, choice, options, None, progress)
     kind = spec.update.residual if spec.update is not None else "auto"

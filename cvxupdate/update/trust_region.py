@@ -21,6 +21,7 @@ from cvxupdate.convex import (
 from cvxupdate.convex.constraints.clauses import violation
 from cvxupdate.errors import InputError
 from cvxupdate.system import Array, LinearSystem
+from cvxupdate.update.result import ClassicalResult
 from cvxupdate.update.trial import (
     ENOUGH,
     GOOD,
@@ -88,7 +89,7 @@ class Iteration:
 class LoopResult(Generic[P]):
     """Where the loop ended: ``status`` converged, stopped or infeasible; ``reason`` in words; the
     last ``step`` with its certificate; ``covariance`` (n, n) of the end, of methods that carry
-    one."""
+    one; ``classical``: what made it, where it was no convex step."""
 
     start: P
     point: P
@@ -99,6 +100,7 @@ class LoopResult(Generic[P]):
     problem: StepProblem
     weight: WeightChoice | None
     covariance: Array | None = None
+    classical: ClassicalResult | None = None
 
 
 def iterate(

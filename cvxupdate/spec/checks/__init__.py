@@ -57,6 +57,7 @@ from cvxupdate.spec.checks.recordings import (
     References,
     Shapes,
 )
+from cvxupdate.spec.checks.solution import SolutionApplies
 from cvxupdate.spec.checks.structure import LooseNodes, Preloads, Ties, UnheldMasses
 from cvxupdate.spec.prepare import Complaint
 
@@ -107,6 +108,7 @@ CHECKS: tuple[Check, ...] = (
     FitRecording(),
     MethodRecording(),
     SomethingFree(),
+    SolutionApplies(),
     ParameterSelection(),
     ParameterGrouping(),
     ParameterElements(),
