@@ -27,6 +27,7 @@ from cvxupdate.report.numbers import (
     signed,
     with_deviation,
 )
+from cvxupdate.report.open_rows import open_rows
 from cvxupdate.report.own_errors import own_rows
 from cvxupdate.report.page import command, render
 from cvxupdate.report.words import (
@@ -123,16 +124,7 @@ def run_page(updated: Updated) -> str:
             "certificate_says": certificate_sentence(updated),
             "definite_says": definite_sentence(updated),
             "conflict_says": conflict_sentence(updated),
-            "undetermined": [
-                {
-                    "says": c["says"],
-                    "deviation": number(c["standard_deviation"], 3),
-                    "combination": ", ".join(
-                        f"{signed(v)} {name}" for name, v in c["coefficients"].items()
-                    ),
-                }
-                for c in updated.undetermined[:MOST_OPEN]
-            ],
+            "undetermined": open_rows(updated, MOST_OPEN),
             "groupings": grouping_parts(updated),
             "families": family_parts(updated) if moved else [],
             "more_families": max(0, len(updated.families) - MOST_FAMILIES),
