@@ -21,6 +21,10 @@ LEVEL = (
     "Something in the structure depends on the vibration level (contact, friction, a stiffening "
     "spring): no linear change of the model can explain these recordings."
 )
+TELL = (
+    "Time histories from rest at two levels or more, with the force recorded, would tell which law "
+    "it is and where: these recordings cannot."
+)
 
 
 def nonlinear(change: LevelChange | None) -> bool:
@@ -44,7 +48,7 @@ def verdict_of(
         )
     laws = judgement.case.evidence.told_by == MOTION  # that depend on the level are tried
     if level and not laws:
-        return "undetermined", LEVEL
+        return "undetermined", f"{LEVEL} {TELL}"
     findings = (*judgement.findings, *further)
     if findings:
         groups = all(

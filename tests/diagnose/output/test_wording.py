@@ -64,6 +64,7 @@ def test_what_depends_on_the_level_is_never_consistent() -> None:
 def test_no_linear_sentence_of_what_is_not_linear() -> None:
     verdict, says = verdict_of(replace(EMPTY, findings=(told(A),)), (), True)
     assert verdict == "undetermined" and "depends on the vibration level" in says
+    assert says.endswith("would tell which law it is and where: these recordings cannot.")
     lines = evidence_lines(EMPTY, LevelChange(0.2, 0.01))
     assert lines[0] == (
         "Between drive levels the transfer functions change by 20 % (noise alone: 1 %): the "
