@@ -132,14 +132,13 @@ def change_of_frfs(a: FrequencyResponse, b: FrequencyResponse) -> Change | None:
         return None
     u = np.linspace(np.log(low), np.log(high), FINE)
 
-    def both(left_out: int) -> list[Real]:
-        return [_frf_curve(r, u, left_out) for r in (a, b)]
+    def between(left_out: int) -> tuple[float, float]:
+        x, y = (_frf_curve(r, u, left_out) for r in (a, b))
+        return _shift(x, y, u), _wider(x, y)
 
-    whole = both(-1)
-    sizes = np.array([_shift(*whole, u), _wider(*whole)])
-    pieces = np.array([[_shift(*c, u), _wider(*c)] for c in map(both, range(BLOCKS))])
+    sizes, pieces = between(-1), np.array([between(k) for k in range(BLOCKS)])
     spread = np.std(pieces, axis=0) * np.sqrt(BLOCKS - 1)
-    return Change(float(sizes[0]), float(spread[0]), float(sizes[1]), float(spread[1]))
+    return Change(sizes[0], float(spread[0]), sizes[1], float(spread[1]))
 
 
 def _frf_curve(frf: FrequencyResponse, u: Real, left_out: int) -> Real:
