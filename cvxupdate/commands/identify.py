@@ -15,9 +15,9 @@ from cvxupdate.commands.sources import Source, open_source
 from cvxupdate.errors import InputError, RecordingError
 
 if TYPE_CHECKING:
-    from cvxupdate.spec.given import Given
     from cvxupdate.recordings.read.contents import Progress
     from cvxupdate.recordings.types import Recording, TimeHistory
+    from cvxupdate.spec.given import Given
 
 
 def identify(
