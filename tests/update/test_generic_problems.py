@@ -45,7 +45,7 @@ def test_lines_all_over_the_band_with_one_deviation_need_few_steps(tmp_path: Pat
     """7.7.2B, whose last resonances are 33 % off."""
     beam = run(thinned("beam_b", "all_lines", 4, tmp_path))
     assert beam.status == "converged" and beam.iterations <= 5
-    assert beam.fit["hold_out"]["frf_error"]["after"] < 0.0257  # a tenth of the p-values'
+    assert beam.fit["hold_out"]["frf_error"]["after"] < 0.04  # 0.022 on all lines
 
 
 def test_the_rod_is_fitted_on_lines_all_over_the_band(tmp_path: Path) -> None:
