@@ -15,7 +15,7 @@ from cvxupdate.diagnose.nominal.mesh import mesh_error
 from cvxupdate.diagnose.nominal.refinement import PLAIN
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
-from cvxupdate.diagnose.output.wording import nonlinear
+from cvxupdate.diagnose.output.wording import nonlinear, slightly
 from cvxupdate.diagnose.responses.common import common_of
 from cvxupdate.diagnose.responses.data import Data, prepare
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
@@ -111,7 +111,7 @@ def _responses(
         data = of_reference.data
         common = common_of(of_reference, data.sharp, data.sharp_hold_out)
     linear = evidence(prepare(recordings, common))
-    if nonlinear(linear.level_change()) or is_nonlinear(model):
+    if slightly(linear.level_change()) or is_nonlinear(model):
         return in_simulation(spec, recordings, linear, progress, budget) or linear
     return linear
 
@@ -121,7 +121,7 @@ def may_drift(evidence: Evidence) -> bool:
     changed in between, whatever a linear model makes of them."""
     if not isinstance(evidence, ResponseEvidence):
         return False
-    return nonlinear(level_change(evidence.data.sharp, one=True))
+    return nonlinear(level_change(evidence.data.compared, one=True))
 
 
 def in_simulation(
