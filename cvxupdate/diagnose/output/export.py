@@ -80,8 +80,8 @@ def problem_file(
     draft, written = draft_of(spec, model), writers()
     values = model.properties(p)
     for block, now in zip(model.blocks, values, strict=True):
-        if isinstance(block.kind, GenericChange):
-            continue  # rows of [[model.families]]
+        if block.is_base or isinstance(block.kind, GenericChange):
+            continue  # rows of [[model.bases]] and [[model.families]]
         for e, number in enumerate(block.ids.tolist()):
             here = {k: float(np.real(v[e])) for k, v in now.items()}
             if number in draft.rows:
