@@ -15,7 +15,7 @@ from cvxupdate.diagnose.nominal.mesh import mesh_error
 from cvxupdate.diagnose.nominal.refinement import PLAIN
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
-from cvxupdate.diagnose.output.wording import nonlinear
+from cvxupdate.diagnose.output.wording import nonlinear, slightly
 from cvxupdate.diagnose.responses.common import common_of
 from cvxupdate.diagnose.responses.data import Data, prepare
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
@@ -58,8 +58,13 @@ def gathered(
     Raises
     ------
     InputError
-        When there is no recording to fit.
+        When there is no recording to fit, or elements are members of families.
     """
+    if spec.model.families:
+        raise InputError(
+            f"{spec.path}: model.families: diagnose works on elements whose matrices follow from "
+            "their properties. Take the families out; a mesh that is too coarse is told by itself."
+        )
     if not any(r.origin.use == "fit" for r in recordings):
         raise InputError(f'{spec.path}: diagnose needs a recording with use = "fit". Add one.')
     usable = responses_of(recordings)
@@ -94,7 +99,7 @@ def _responses(
     names = _names(spec, RESPONSES)
     file = None if reference is None else reference.file
     plain = prepare(recordings)
-    simulated = nonlinear(level_change(plain.sharp)) or is_nonlinear(model)
+    simulated = slightly(level_change(plain.sharp)) or is_nonlinear(model)
 
     def evidence(data: Data) -> ResponseEvidence:
         # what a model misses of its reference, mesh included, it misses of the other state too
@@ -126,7 +131,7 @@ def may_drift(evidence: Evidence) -> bool:
     changed in between, whatever a linear model makes of them."""
     if not isinstance(evidence, ResponseEvidence):
         return False
-    return nonlinear(level_change(evidence.data.sharp, one=True))
+    return nonlinear(level_change(evidence.data.compared, one=True))
 
 
 def in_simulation(

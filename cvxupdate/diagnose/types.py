@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.results import Further, Updated
+from cvxupdate.diagnose.settings import LEVEL_NOISE
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.context import SearchContext
@@ -93,6 +94,11 @@ class LevelChange:
     change: float
     noise: float
     what: str = "transfer functions"
+
+    def exceeds(self, least: float) -> bool:
+        """Whether it is larger than ``least``, and than noise by as much as a dependence on the
+        level must be."""
+        return self.change > least and self.change > LEVEL_NOISE * self.noise
 
 
 class Evidence(Protocol):

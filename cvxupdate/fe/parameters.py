@@ -47,7 +47,6 @@ UNITS = {
     "N": "N",
     "shear": "1",
     "kappa": "1",
-    "corner": "1",
     "Ip": "kg*m^2",
     "omega": "rad/s",
 }

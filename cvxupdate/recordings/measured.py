@@ -129,7 +129,8 @@ def decaying_spectra(history: TimeHistory, band: tuple[float, float]) -> tuple[C
     delta = DECAY * rate / n
     f = np.fft.rfftfreq(n, 1.0 / rate)
     lines = np.flatnonzero((f >= band[0]) & (f <= band[1]))
-    lines = lines[:: max(1, int(np.ceil(len(lines) / MOST_LINES)))]
+    # multiples of the stride, so that records of one length have their lines in common
+    lines = lines[lines % max(1, int(np.ceil(len(lines) / MOST_LINES))) == 0]
     decay = np.exp(-delta * np.arange(n) / rate)[:, None]
     return (
         np.asarray(delta + 2j * np.pi * f[lines]),

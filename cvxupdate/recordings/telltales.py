@@ -16,12 +16,13 @@ import numpy as np
 from scipy.signal import butter, hilbert, sosfiltfilt
 
 from cvxupdate.recordings.measured import MOTION, excited_band
-from cvxupdate.recordings.types import Real, TimeHistory
+from cvxupdate.recordings.types import FrequencyResponse, Real, TimeHistory
 
 BLOCKS = 8  # of half their length apart, in a stretch
 FORCED = 0.03  # of the strongest: lines whose force is less are not compared
 LEAST_LINES = 12  # compared at least
 GRID = 800  # points of the logarithmic scale
+FINE = 4000  # of FRFs, whose resonances have no window's width
 FARTHEST = 0.25  # shift of the logarithm of frequency that is looked for
 SILENT = 1e-3  # of the force's largest value: where it has ended
 CYCLES = 24.0  # of a ring-down at least
@@ -115,6 +116,39 @@ def change(a: Stretch, b: Stretch) -> Change | None:
         pieces.append([_shift(*curves, u), _wider(*curves)])
     spread = np.std(np.array(pieces), axis=0) * np.sqrt(BLOCKS - 1)
     return Change(float(sizes[0]), float(spread[0]), float(sizes[1]), float(spread[1]))
+
+
+def change_of_frfs(a: FrequencyResponse, b: FrequencyResponse) -> Change | None:
+    """From ``a`` to ``b``, FRFs of the same channels, over the band that both have; deviations are
+    a jackknife's over interleaved lines. None where they do not compare."""
+    channels = [([c.label for c in r.responses], [c.label for c in r.references]) for r in (a, b)]
+    if channels[0] != channels[1] or a.quantity != b.quantity:
+        return None
+    f = [r.frequency[r.frequency > 0.0] for r in (a, b)]
+    if min(map(len, f)) < 2 * BLOCKS:
+        return None
+    low, high = max(x[0] for x in f), min(x[-1] for x in f)
+    if high < 1.5 * low:
+        return None
+    u = np.linspace(np.log(low), np.log(high), FINE)
+
+    def between(left_out: int) -> tuple[float, float]:
+        x, y = (_frf_curve(r, u, left_out) for r in (a, b))
+        return _shift(x, y, u), _wider(x, y)
+
+    sizes, pieces = between(-1), np.array([between(k) for k in range(BLOCKS)])
+    spread = np.std(pieces, axis=0) * np.sqrt(BLOCKS - 1)
+    return Change(sizes[0], float(spread[0]), sizes[1], float(spread[1]))
+
+
+def _frf_curve(frf: FrequencyResponse, u: Real, left_out: int) -> Real:
+    """Size of the responses, every channel alike, on a logarithmic scale, without every eighth
+    line from ``left_out`` on (−1: with all)."""
+    keep = (frf.frequency > 0.0) & (np.arange(len(frf.frequency)) % BLOCKS != left_out)
+    H = np.abs(frf.H[keep]).reshape(int(keep.sum()), -1)
+    heard = np.all(np.isfinite(H), axis=1)
+    H = H[heard] / np.maximum(np.sqrt(np.mean(H[heard] ** 2, axis=0)), 1e-300)
+    return np.interp(u, np.log(frf.frequency[keep][heard]), np.sqrt(np.mean(H**2, axis=1)))
 
 
 def _curves(s: Stretch, u: Real, blocks: np.ndarray) -> Real:

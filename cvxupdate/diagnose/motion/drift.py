@@ -79,6 +79,14 @@ def drift_of(scene: Scene) -> Drift:
     return best
 
 
+def told(scene: Scene, law: float) -> str:
+    """Drift in words where it explains what a model leaves better than the best law does, which
+    takes the fraction ``law`` of its squares; else empty."""
+    found, taken = drift_of(scene), law * scene.left.total
+    left = max(0.0, scene.left.total - taken - noise_of(scene))
+    return found.says if clock_not_level(found, taken, left) else ""
+
+
 def noise_of(scene: Scene) -> float:
     """Weighted squares of the projected residual that noise alone makes."""
     rows = scene.left.rows

@@ -16,7 +16,7 @@ from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.motion.alike import alike
 from cvxupdate.diagnose.motion.apart import next_measurement
 from cvxupdate.diagnose.motion.columns import LawScores, is_law, nothing
-from cvxupdate.diagnose.motion.drift import clock_not_level, drift_of, noise_of
+from cvxupdate.diagnose.motion.drift import told
 from cvxupdate.diagnose.motion.point import MotionSetting
 from cvxupdate.diagnose.motion.runs import Run
 from cvxupdate.diagnose.motion.scene import Scene
@@ -34,7 +34,7 @@ from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.screen.shortlist import best_of
-from cvxupdate.diagnose.settings import SIMULATED
+from cvxupdate.diagnose.settings import LEVEL_CHANGE, SIMULATED
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import Errors, FiniteSize, LevelChange, Progress, Real, Score, Seed
 from cvxupdate.fe.model import Model
@@ -113,19 +113,21 @@ class MotionEvidence:
         return self.linear.level_change()
 
     @cached_property
+    def depends(self) -> bool:
+        """Whether the recordings depend on the level."""
+        return (change := self.level_change()) is not None and change.exceeds(LEVEL_CHANGE)
+
+    @cached_property
     def drift(self) -> str | None:
         """Stiffness that goes with time, where that explains more than any law."""
         laws = [e for e in self.candidates(self.model, self.laws) if is_law(e)]
         base = self.bases[-1]
         for fit in (base, fitted_at(base.setting, np.zeros(len(base.p)))):
-            best = max(
-                (s.fraction for s in self.scores.of(self.sharp(fit), laws).values()), default=0.0
-            )
-            scene = Scene.of(self.sharp(fit).point)
-            found = drift_of(scene)
-            law = best * scene.left.total
-            if clock_not_level(found, law, max(0.0, scene.left.total - law - noise_of(scene))):
-                return found.says
+            sharp = self.sharp(fit)
+            fractions = [s.fraction for s in self.scores.of(sharp, laws).values()]
+            says = told(Scene.of(sharp.point), max(fractions, default=0.0))
+            if says:
+                return says
         return None
 
     def context(self, model: Model) -> SearchContext:
@@ -166,8 +168,7 @@ class MotionEvidence:
         return linearised(found.point)
 
     def columns(self, found: Fit, effects: Sequence[Effect]) -> list[Real | None]:
-        """Weighted derivative columns of linear effects; a law's coefficient is no derivative of
-        the model."""
+        """Weighted derivative columns of linear effects; a law's coefficient is none."""
         linear = [e for e in effects if not is_law(e)]
         given = iter(columns_of(found.point.linear, linear))
         return [None if is_law(e) else next(given) for e in effects]
@@ -194,8 +195,7 @@ class MotionEvidence:
     def finite_size(
         self, nominal: Fit, parent: Fit, placed: tuple[Effect, ...], effects: Sequence[Effect]
     ) -> FiniteSize:
-        """Laws along the smoothed motion, linear effects in closed form at given internal
-        forces."""
+        """Laws along the smoothed motion, linear effects at given internal forces."""
         laws = [e for e in effects if is_law(e)]
         rest = [e for e in effects if not is_law(e)]
         scores = self.scores.of(self.sharp(nominal), laws)
@@ -238,8 +238,10 @@ class MotionEvidence:
         return self.linear.allowance(model)
 
     def explained(self, found: Fit, errors: Errors) -> bool:
-        """Within noise and the discrepancy of a sound model, or what the mesh may leave."""
-        return self.linear.explained(found, errors)
+        """Within noise and the discrepancy of a sound model, or what the mesh may leave; without
+        internal forces nothing explains what depends on the level."""
+        bare = not found.point.forces[0].size
+        return not (bare and self.depends) and self.linear.explained(found, errors)
 
     def clear(self, found: Fit) -> bool:
         """Half a per cent of the responses beyond noise, or what simulation is good for."""
@@ -286,8 +288,7 @@ class MotionEvidence:
         return responses_shown(self.linear.nominal_point, last.point, sharp, held, scored)
 
     def _contract(self, last: Fit) -> ContractErrors:
-        data = self.linear.data
-        after = stated(last.point, (*data.sharp, *data.sharp_hold_out))
+        after = stated(last.point, (*self.linear.data.sharp, *self.linear.data.sharp_hold_out))
         return ContractErrors(self.came.before, after)
 
     def stated(self, last: Fit) -> tuple[Errors, Errors]:

@@ -11,25 +11,27 @@ from cvxupdate.recordings.telltales import (
     Change,
     asymmetry,
     change,
+    change_of_frfs,
     channels_of,
     halves,
     ring_down,
     stretch,
     unforced,
 )
-from cvxupdate.recordings.types import Recording, TimeHistory
+from cvxupdate.recordings.types import FrequencyResponse, Recording, TimeHistory
 
 ALIKE = 0.02  # relative difference of levels that are one
 
 
 def telltale_lines(recordings: Sequence[Recording]) -> list[str]:
-    """Of the time histories that are fitted."""
+    """Of the time histories and FRFs that are fitted."""
+    lines = _of_frfs([r for r in recordings if isinstance(r, FrequencyResponse)])
     runs = [r for r in recordings if isinstance(r, TimeHistory) and r.origin.use == "fit"]
     runs = [r for r in runs if channels_of(r) is not None]
     if not runs:
-        return []
+        return lines
     loudest = max(runs, key=_level)
-    lines = [*_between_levels(runs), *_at_one_level(runs)]
+    lines += [*_between_levels(runs), *_at_one_level(runs)]
     lines += [*_asymmetry(loudest), *_unforced(loudest)]
     return lines + [line for r in runs for line in _ring_down(r)]
 
@@ -53,7 +55,20 @@ def _between_levels(runs: Sequence[TimeHistory]) -> list[str]:
     low, high = min(runs, key=_level), max(runs, key=_level)
     if _level(high) <= (1.0 + ALIKE) * _level(low):
         return []
-    found = _between(low, high)
+    return _how(_between(low, high), _level(low), _level(high))
+
+
+def _of_frfs(recordings: Sequence[FrequencyResponse]) -> list[str]:
+    """Of those at the lowest and the highest level."""
+    levels = [(r.origin.level, r) for r in recordings if r.origin.use == "fit" and r.origin.level]
+    if not levels:
+        return []
+    (a, low), (b, high) = (pick(levels, key=lambda pair: pair[0]) for pick in (min, max))
+    return _how(change_of_frfs(low, high), a, b) if b > (1.0 + ALIKE) * a else []
+
+
+def _how(found: Change | None, low: float, high: float) -> list[str]:
+    """What resonances do from a ``low`` to a ``high`` level."""
     if found is None:
         return []
     says = []
@@ -70,7 +85,7 @@ def _between_levels(runs: Sequence[TimeHistory]) -> list[str]:
         says.append(f"they {how}" if says else f"resonances {how}")
     if not says:
         return []
-    return [f"From level {_level(low):.3g} to level {_level(high):.3g} {'; '.join(says)}."]
+    return [f"From level {low:.3g} to level {high:.3g} {'; '.join(says)}."]
 
 
 def _at_one_level(runs: Sequence[TimeHistory]) -> list[str]:

@@ -10,7 +10,7 @@ from cvxupdate.diagnose.judge.acceptance import Weighed, explained
 from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.judge.posterior import rivals
 from cvxupdate.diagnose.results import Finding
-from cvxupdate.diagnose.settings import LEVEL_CHANGE, LEVEL_NOISE
+from cvxupdate.diagnose.settings import EXPLAINED, LEVEL_CHANGE, OPEN, SLIGHT_CHANGE
 from cvxupdate.diagnose.types import Errors, Evidence, LevelChange
 from cvxupdate.physics.effect import MOTION
 from cvxupdate.physics.place import capital, listed
@@ -21,13 +21,20 @@ LEVEL = (
     "Something in the structure depends on the vibration level (contact, friction, a stiffening "
     "spring): no linear change of the model can explain these recordings."
 )
+TELL = (
+    "Time histories from rest at two levels or more, with the force recorded, would tell which law "
+    "it is and where: these recordings cannot."
+)
 
 
 def nonlinear(change: LevelChange | None) -> bool:
     """Whether the recordings depend on the drive level by more than noise and reason."""
-    if change is None:
-        return False
-    return change.change > LEVEL_CHANGE and change.change > LEVEL_NOISE * change.noise
+    return change is not None and change.exceeds(LEVEL_CHANGE)
+
+
+def slightly(change: LevelChange | None) -> bool:
+    """Whether they depend on it by more than noise, be it little."""
+    return change is not None and change.exceeds(SLIGHT_CHANGE)
 
 
 def verdict_of(
@@ -41,7 +48,7 @@ def verdict_of(
         )
     laws = judgement.case.evidence.told_by == MOTION  # that depend on the level are tried
     if level and not laws:
-        return "undetermined", LEVEL
+        return "undetermined", f"{LEVEL} {TELL}"
     findings = (*judgement.findings, *further)
     if findings:
         groups = all(
@@ -50,15 +57,16 @@ def verdict_of(
         says = " ".join(f.says for f in findings)
         return "parameter_error" if groups else "missing_physics", says
     base = judgement.case.base
+    if level and base.fit.misfit <= OPEN * EXPLAINED:
+        return "undetermined", f"{LEVEL} It is too small for a law to be told by it."
     if explained(base, judgement.case):
-        if level:
-            return "undetermined", f"{LEVEL} It is too small for a law to be told by it."
         return "consistent", (
             "Nothing is missing: the model explains the recordings within noise and the usual "
             "scatter of its parameters."
         )
     graded = "" if judgement.graded is None else f" {judgement.graded.says}"
-    return "undetermined", _undetermined(judgement) + graded
+    before = f"{LEVEL} " if level else ""
+    return "undetermined", before + _undetermined(judgement) + graded
 
 
 def _undetermined(judgement: Judgement) -> str:
@@ -122,6 +130,8 @@ def _level_line(change: LevelChange | None, level: bool) -> list[str]:
         + (
             "the response depends on the level, so the structure is not linear."
             if level
+            else "the response depends on the level, though little."
+            if slightly(change)
             else "the structure is linear to that accuracy."
             if change.noise <= LEVEL_CHANGE
             else "too noisy to tell."

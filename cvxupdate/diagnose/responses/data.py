@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -36,6 +36,11 @@ class Data:
     mesh: MeshError = NONE
     sheared: MeshError = NONE
     common: Common | None = None
+
+    @cached_property
+    def compared(self) -> tuple[Signal, ...]:
+        """What is fitted, as it is compared from run to run: time histories of one length."""
+        return tuple(s for r in of_one_length(self.fit) for s in signals_of(r))
 
     @cached_property
     def sensors(self) -> tuple[str, ...]:
@@ -100,6 +105,21 @@ def prepare(
     bands = [band_of(r) for r in fit_]
     top, bottom = max(b[1] for b in bands), min(b[0] for b in bands)
     return Data(fit_, hold, levels, sharp, held, top, bottom, common=common)
+
+
+def of_one_length(
+    recordings: Sequence[FrequencyResponse | TimeHistory],
+) -> tuple[FrequencyResponse | TimeHistory, ...]:
+    """Time histories cut to the shortest of them, so that they lie on the same points s: a record
+    from rest is one from its beginning on, however early it ends."""
+    lengths = [len(r.data) / r.rate for r in recordings if isinstance(r, TimeHistory)]
+    least = min(lengths, default=0.0)
+    return tuple(
+        replace(r, data=r.data[: max(1, round(least * r.rate))])
+        if isinstance(r, TimeHistory)
+        else r
+        for r in recordings
+    )
 
 
 def signals_of(recording: FrequencyResponse | TimeHistory) -> list[Signal]:

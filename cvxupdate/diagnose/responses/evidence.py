@@ -130,7 +130,7 @@ class ResponseEvidence(Linear):
 
     def level_change(self) -> LevelChange | None:
         """Between runs at different drive levels."""
-        return level_change(self.data.sharp)
+        return level_change(self.data.compared)
 
     @cached_property
     def _space(self) -> Space | None:

@@ -31,7 +31,7 @@ def level_change(signals: Sequence[Signal], one: bool = False) -> LevelChange | 
                 or a.sensors != b.sensors
             ):
                 continue
-            changes.append(_on_lines(a, b) or _smoothed(a, b))
+            changes.append(_on_lines(a, b) or _of_frfs(a, b))
     return max((c for c in changes if c), key=lambda c: c.change, default=None)
 
 
@@ -67,8 +67,14 @@ def _on_lines(a: Signal, b: Signal) -> LevelChange | None:
     return LevelChange(float(beyond / size), float(chance / size))
 
 
+def _of_frfs(a: Signal, b: Signal) -> LevelChange | None:
+    """Of FRFs on different lines, smoothed; None of time histories, whose transforms depend on
+    their length and, smoothed, on the force of the day."""
+    return None if np.any(a.s.real) or np.any(b.s.real) else _smoothed(a, b)
+
+
 def _smoothed(a: Signal, b: Signal) -> LevelChange | None:
-    """Of records of different lengths, whose lines differ: smoothed, where both were forced."""
+    """Under a kernel, where both were forced."""
     low, high = (pick(f(a), f(b)) for pick, f in ((max, _lowest), (min, _highest)))
     if high <= NARROW * low:
         return None

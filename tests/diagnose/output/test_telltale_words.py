@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from cvxupdate.diagnose.output.telltale_words import telltale_lines
+from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
 from tests.cases.shaken import shaken
 from tests.recordings.test_telltales import HARDENING, RUBBING, STOP, decaying
 
@@ -46,3 +49,31 @@ def test_what_is_held_out_is_not_looked_at():
 def test_a_ring_down_says_how_damping_goes():
     assert "its damping rises from" in said(decaying(0.4, 0.25))
     assert telltale_lines([decaying(1.5, 0.0)]) == []
+
+
+def frf(level: float, seed: int, stiffer: float = 0.0, zeta: float = 0.01, step: float = 0.1):
+    """Two masses between walls in FRFs, 0.5 % noise; ``stiffer`` N/m at the second."""
+    f = np.arange(2.0, 60.0, step)
+    K, M = np.array([[9e4, -4e4], [-4e4, 7e4 + stiffer]]), np.diag([2.0, 1.4])
+    lam, phi = np.linalg.eig(np.linalg.solve(M, K))
+    phi = phi / np.sqrt(np.diag(phi.T @ M @ phi))
+    s = 2j * np.pi * f[:, None]
+    H = ((phi[0] / (s**2 + 2 * zeta * np.sqrt(lam) * s + lam)) @ phi.T)[:, :, None]
+    rng = np.random.default_rng(seed)
+    noise = rng.standard_normal((2, *H.shape)) * 0.0035 * np.std(H)
+    sensors = (Channel(1, "x", "displacement"), Channel(2, "x", "displacement"))
+    origin = Origin(f"frf at {level}", "test", "fit", level=level)
+    H = H + noise[0] + 1j * noise[1]
+    return FrequencyResponse(
+        origin, f, H, "displacement", sensors, (Channel(1, "x", "force"),), None, None
+    )
+
+
+def test_frequency_responses_at_two_levels_say_how_resonances_go():
+    assert said(frf(1.0, 1), frf(4.0, 2)) == ""
+    assert said(frf(1.0, 1), frf(4.0, 2, step=0.13)) == ""
+    hard = said(frf(1.0, 1), frf(4.0, 2, stiffer=6e3))
+    assert "From level 1 to level 4 resonances move by" in hard and "up: it stiffens" in hard
+    rubs = said(frf(4.0, 2, zeta=0.006), frf(1.0, 1, zeta=0.012))
+    assert "narrower: damping falls with the level" in rubs
+    assert said(frf(2.0, 1), frf(2.0, 2, stiffer=6e3)) == "", "one level says nothing of levels"

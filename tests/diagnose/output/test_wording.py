@@ -7,9 +7,16 @@ from dataclasses import replace
 import pytest
 
 from cvxupdate.diagnose.judge.judge import Judgement
-from cvxupdate.diagnose.output.wording import MOST, RIVALS, evidence_lines, nonlinear, verdict_of
+from cvxupdate.diagnose.output.wording import (
+    MOST,
+    RIVALS,
+    evidence_lines,
+    nonlinear,
+    slightly,
+    verdict_of,
+)
 from cvxupdate.diagnose.results import Finding
-from cvxupdate.diagnose.settings import LEVEL_CHANGE, LEVEL_NOISE
+from cvxupdate.diagnose.settings import LEVEL_CHANGE, LEVEL_NOISE, SLIGHT_CHANGE
 from cvxupdate.diagnose.types import Errors, LevelChange
 from cvxupdate.physics.effect import Effect
 from tests.cases.plain_evidence import NAN, PlainEvidence, PlainFit, case_of, effect, weighed
@@ -34,9 +41,30 @@ def test_recordings_that_depend_on_the_level_are_not_linear() -> None:
     assert not nonlinear(None)
 
 
+def test_laws_are_tried_of_a_slight_change_that_is_no_noise() -> None:
+    little = LevelChange(1.5 * SLIGHT_CHANGE, 0.2 * SLIGHT_CHANGE)
+    assert slightly(little) and not nonlinear(little)
+    assert not slightly(LevelChange(little.change, 0.5 * SLIGHT_CHANGE)), "noise may be all of it"
+    assert not slightly(LevelChange(0.9 * SLIGHT_CHANGE, 0.0)) and not slightly(None)
+    says = evidence_lines(EMPTY, little)[0]
+    assert says.endswith("the response depends on the level, though little.")
+
+
+def test_what_depends_on_the_level_is_never_consistent() -> None:
+    """Too little for a law, or with a law that does not convince: said either way."""
+    motion = PlainEvidence((replace(BASE, misfit=2.0),), told_by="motion")
+    verdict, says = verdict_of(replace(EMPTY, case=case_of(motion)), (), True)
+    assert verdict == "undetermined" and says.endswith("too small for a law to be told by it.")
+    rubs = PlainEvidence((BASE,), told_by="motion")
+    verdict, says = verdict_of(replace(EMPTY, case=case_of(rubs), singles=(ONE,)), (), True)
+    assert verdict == "undetermined" and "what remains is 0.5 of the response" in says
+    assert says.startswith("Something in the structure depends on the vibration level")
+
+
 def test_no_linear_sentence_of_what_is_not_linear() -> None:
     verdict, says = verdict_of(replace(EMPTY, findings=(told(A),)), (), True)
     assert verdict == "undetermined" and "depends on the vibration level" in says
+    assert says.endswith("would tell which law it is and where: these recordings cannot.")
     lines = evidence_lines(EMPTY, LevelChange(0.2, 0.01))
     assert lines[0] == (
         "Between drive levels the transfer functions change by 20 % (noise alone: 1 %): the "

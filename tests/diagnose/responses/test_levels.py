@@ -1,0 +1,73 @@
+"""Whether the response depends on the level: runs of a linear structure agree whatever their length
+and their force of the day; one that stiffens does not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.signal import StateSpace, lsim
+
+from cvxupdate.diagnose.responses.data import of_one_length, signals_of
+from cvxupdate.diagnose.responses.levels import level_change, state_change
+from cvxupdate.diagnose.settings import LEVEL_CHANGE, SLIGHT_CHANGE
+from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin, TimeHistory
+
+K = np.array([[9.0e4, -4.0e4, 0.0], [-4.0e4, 9.2e4, -5.2e4], [0.0, -5.2e4, 5.2e4]])
+M = np.diag([2.0, 1.4, 1.1])
+CHANNELS = (Channel(1, "x", "force"), *(Channel(k, "x", "velocity") for k in (1, 2, 3)))
+
+
+def run(level: float, seconds: float, seed: int, stiffer: float = 0.0, rate: float = 256.0):
+    """From rest under a random force, in time; ``stiffer`` N/m between the third mass and ground;
+    noise of 0.2 %."""
+    stiff = K + np.diag([0.0, 0.0, stiffer])
+    lam, phi = eigh(stiff, M)
+    damping = M @ phi @ np.diag(2 * 0.01 * np.sqrt(lam)) @ phi.T @ M
+    inverse = np.linalg.inv(M)
+    A = np.block([[np.zeros((3, 3)), np.eye(3)], [-inverse @ stiff, -inverse @ damping]])
+    B = np.vstack([np.zeros((3, 1)), inverse[:, :1]])
+    rng = np.random.default_rng(seed)
+    t = np.arange(round(seconds * rate)) / rate
+    force = level * rng.standard_normal(len(t)) * (t > 0.2)
+    _, y, _ = lsim(StateSpace(A, B, np.hstack([np.zeros((3, 3)), np.eye(3)]), 0 * B[:3]), force, t)
+    y += 0.002 * np.std(y, axis=0) * rng.standard_normal(y.shape)
+    origin = Origin(f"run at {level}", "test", "fit", level=level)
+    return TimeHistory(origin, rate, CHANNELS, np.column_stack([force, y]))
+
+
+def change(*runs):
+    return level_change([s for r in of_one_length(runs) for s in signals_of(r)])
+
+
+@pytest.mark.parametrize("seconds", [20.0, 31.3, 55.0])
+def test_a_linear_structure_does_not_depend_on_the_level_however_long_its_runs(seconds) -> None:
+    found = change(run(1.0, 20.0, 1), run(3.0, seconds, 2))
+    assert found.change < 0.1 * LEVEL_CHANGE and not found.exceeds(SLIGHT_CHANGE)
+
+
+def test_one_that_stiffens_does() -> None:
+    found = change(run(1.0, 20.0, 1), run(3.0, 31.3, 2, stiffer=1500.0))
+    assert found.exceeds(LEVEL_CHANGE)
+
+
+def test_a_time_history_is_not_compared_with_a_frequency_response() -> None:
+    f = np.arange(4.0, 60.0, 0.25)
+    s = 2j * np.pi * f[:, None, None]
+    H = (s * np.linalg.inv(s**2 * M + s * 2.0 * np.eye(3) + K))[:, :, :1]
+    origin = Origin("frf", "test", "fit", level=5.0)
+    frf = FrequencyResponse(origin, f, H, "velocity", CHANNELS[1:], CHANNELS[:1], None, None)
+    assert change(run(1.0, 20.0, 1), frf) is None
+    other = FrequencyResponse(
+        Origin("frf 2", "test", "fit", level=9.0),
+        f[::2] + 0.1,
+        1.3 * H[::2],
+        "velocity",
+        CHANNELS[1:],
+        CHANNELS[:1],
+        None,
+        None,
+    )
+    assert change(frf, other).change > 0.2
+    one, two = ([*signals_of(r)] for r in (frf, other))
+    assert state_change(one, two).change > 0.2
