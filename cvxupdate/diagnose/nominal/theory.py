@@ -10,12 +10,14 @@ is a finding (`shear_deformation`), and it is no nuisance parameter.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
+from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.nominal.mesh import shearing
+from cvxupdate.diagnose.settings import EXPLAINED, OPEN
 from cvxupdate.fe.block import Block
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import has_property
@@ -88,15 +90,18 @@ def theory_parameters(model: Model, words: tuple[str, ...]) -> list[Wanted]:
     return out
 
 
-def theory_lines(model: Model, p: Sequence[float]) -> list[str]:
-    """What the nuisance parameters ``p`` make of the theory, where they have any."""
-    found = {q.of: float(v) for q, v in zip(model.parameters, p, strict=False) if q.group == GROUP}
+def theory_lines(model: Model, base: Fit) -> list[str]:
+    """What the nuisance parameters have of the theory, with their sizes where they explain
+    (``base``: fitted alone)."""
+    p = base.p if base.misfit <= OPEN * EXPLAINED else None
+    own = {q.of: j for j, q in enumerate(model.parameters) if q.group == GROUP}
     words = []
-    if SHEAR in found:
-        words.append(f"deform in shear ({number(found[SHEAR], 2)} of what their sections say)")
-    if CORNER in found:
-        times = number(1.0 + found[CORNER], 2)
-        words.append(f"be stiffer within half a depth of corners (by a factor of {times})")
+    if SHEAR in own:
+        size = "" if p is None else f" ({number(float(p[own[SHEAR]]), 2)} of what sections say)"
+        words.append(f"deform in shear{size}")
+    if CORNER in own:
+        size = "" if p is None else f" (by a factor of {number(1.0 + float(p[own[CORNER]]), 2)})"
+        words.append(f"be stiffer within half a depth of corners{size}")
     if not words:
         return []
     return [

@@ -270,7 +270,7 @@ class ResponseEvidence(Linear):
     def lines(self) -> list[str]:
         """What the mesh of the file is worth."""
         mesh = [*mesh_line(self.data.mesh.worst(self.data.top)), *mesh_lines(self.fine)]
-        return [*mesh, *theory_lines(self.model, self.bases[-1].p.tolist())]
+        return [*mesh, *theory_lines(self.model, self.bases[-1])]
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With a damping ratio of its own for every mode, and the faults of the sensors."""

@@ -111,7 +111,10 @@ class Space:
         shift = SHIFT * lowest if old.rigid else 0.0
         factor = factorise(sp.csc_array(m.K + shift * m.M), "the stiffness")
         V = factor.solve(m.M @ old.shapes[:, :wanted])
-        V = _ritz(V / np.linalg.norm(V, axis=0), m.K, m.M)
+        try:
+            V = _ritz(V / np.linalg.norm(V, axis=0), m.K, m.M)
+        except la.LinAlgError:  # alike to rounding after the step: sought anew
+            return space_of(self.model, at, self.top, self.ports, self.moving)
         near = int(np.sum(values <= (2.0 * np.pi * 1.25 * self.top) ** 2)) + 1
         bare = replace(self, near=near, still=STILL * lowest)
         return _with_answers(bare, np.asarray(at, dtype=float), V, m.M, factor)
