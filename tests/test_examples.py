@@ -221,11 +221,11 @@ def test_problem_file_of_the_readme(tmp_path):
     assert not any(q.at_bound for q in updated.parameters)
 
 
-@pytest.mark.parametrize("document", ["README.md", "problems/structure_a/source.md"])
+@pytest.mark.parametrize("document", ["docs/evidence.md", "problems/structure_a/source.md"])
 def test_figures_of_the_plate_are_those_of_a_run(document, plate):
     text = (ROOT / document).read_text(encoding="utf-8")
     fit, held = (plate.fit[key]["frequency_error_percent_mean"] for key in ("fit", "hold_out"))
-    if document == "README.md":
+    if document == "docs/evidence.md":
         assert f"| 18 fitted modes | {fit['before']:.2f} % | {fit['after']:.2f} % |" in text
         assert f"| 2 held-out modes | {held['before']:.2f} % | {held['after']:.2f} % |" in text
         for q in plate.parameters[:4]:
