@@ -22,7 +22,7 @@ from cvxupdate.spec.checks.constraints import (
 from cvxupdate.spec.checks.dofs import ActiveDofs, Directions, TypeDofs
 from cvxupdate.spec.checks.exact import ExactElements
 from cvxupdate.spec.checks.files import Datasets, MatrixSources, MissingFiles
-from cvxupdate.spec.checks.generic import GenericFamily
+from cvxupdate.spec.checks.generic import GenericFamily, Members, MembersMoved
 from cvxupdate.spec.checks.geometry import (
     Orientation,
     Outlines,
@@ -32,6 +32,7 @@ from cvxupdate.spec.checks.geometry import (
     ZeroLength,
 )
 from cvxupdate.spec.checks.grouping import ParameterGrouping
+from cvxupdate.spec.checks.imposed import BasePlaces, ImposedMotion
 from cvxupdate.spec.checks.names import (
     DuplicateIds,
     ElementNodes,
@@ -103,6 +104,8 @@ CHECKS: tuple[Check, ...] = (
     ChannelPlaces(),
     Corrections(),
     References(),
+    BasePlaces(),
+    ImposedMotion(),
     Shapes(),
     Bands(),
     FitRecording(),
@@ -113,6 +116,8 @@ CHECKS: tuple[Check, ...] = (
     ParameterGrouping(),
     ParameterElements(),
     GenericFamily(),
+    Members(),
+    MembersMoved(),
     NominalZero(),
     ParameterBounds(),
     NamesUnique(),
