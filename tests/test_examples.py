@@ -126,7 +126,7 @@ def test_plate_answer_settles_with_the_mesh():
             abs(found[14, 10][q.name] - finest[q.name]),
             abs(found[20, 14][q.name] - finest[q.name]),
         )
-        assert middle < 0.5 * coarse, q.name  # second order: a third, for 20 of 28 elements beside 14
+        assert middle < 0.5 * coarse, q.name  # second order: a third of it
         assert middle < 0.5 * q.standard_deviation, q.name
     for size, (updated, _) in results.items():
         assert updated.status == "converged"
@@ -188,8 +188,8 @@ def test_tables_of_structure_a_are_the_printed_ones():
 # ─────────────────────────────────────────────────────────────────────────────────────
 
 
-def readme():
-    return (ROOT / "README.md").read_text(encoding="utf-8")
+def text_of(name):
+    return (ROOT / name).read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -197,20 +197,20 @@ def plate():
     return cvxupdate.run(ROOT / "problems" / "structure_a" / "problem.toml")
 
 
-def test_python_of_the_readme(monkeypatch):
+def test_python_of_the_first_page(monkeypatch):
     monkeypatch.chdir(ROOT)
-    blocks = re.findall(r"```python\n(.*?)```", readme(), flags=re.S)
+    blocks = re.findall(r"```python\n(.*?)```", text_of("docs/index.md"), flags=re.S)
     assert blocks
     for block in blocks:
-        found = doctest.DocTestParser().get_doctest(block, {}, "README.md", "README.md", 0)
+        found = doctest.DocTestParser().get_doctest(block, {}, "index.md", "index.md", 0)
         assert len(found.examples) > 3
         said = []
         doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(found, out=said.append)
         assert not said, "".join(said)
 
 
-def test_problem_file_of_the_readme(tmp_path):
-    (block,) = re.findall(r"```toml\n(.*?)```", readme(), flags=re.S)
+def test_problem_file_of_the_first_page(tmp_path):
+    (block,) = re.findall(r"```toml\n(.*?)```", text_of("docs/index.md"), flags=re.S)
     path = tmp_path / "problem.toml"
     path.write_text(block, encoding="utf-8")
     updated = cvxupdate.run(path)
@@ -259,4 +259,4 @@ def test_readme_names_every_command():
     from cvxupdate.cli import app
 
     for command in get_command(app).commands:
-        assert f"cvxupdate {command} " in readme(), command
+        assert f"cvxupdate {command} " in text_of("README.md"), command
