@@ -100,7 +100,7 @@ def beside(
             return replace(where, modes=_of_models(model, after and after[1], _top(recordings)))
         first = compared(spec, model, tables)
         second = None if after is None else compared(*after, tables)
-        return replace(where, modes=_of_tables(first, second))
+        return replace(where, modes=_of_tables(first, second, len(model.node_ids)))
     except CvxupdateError:
         return where
 
@@ -201,8 +201,9 @@ def _of_models(model: Model, other: Model | None, top: float) -> tuple[ModeBesid
     return tuple(out)
 
 
-def _of_tables(first: Compared, second: Compared | None) -> tuple[ModeBeside, ...]:
-    """Every measured mode that either model has a partner for."""
+def _of_tables(first: Compared, second: Compared | None, nodes: int) -> tuple[ModeBeside, ...]:
+    """Every measured mode that either model has a partner for, at the ``nodes`` of the first model:
+    effects may have added others behind those."""
     from cvxupdate.diagnose.shown import ModeBeside
 
     sides = [{(m.recording, m.number): m for m in c.modes} for c in (first, second) if c]
@@ -218,7 +219,9 @@ def _of_tables(first: Compared, second: Compared | None) -> tuple[ModeBeside, ..
         after, motion = _drawn(second, key, b.mode if b else None)
         if second is None:
             before, motion = _drawn(first, key, a.mode if a else None)
-        elif before is not None and after is not None and before.shape == after.shape:
+        after = None if after is None else after[:nodes]
+        motion = tuple(m for m in motion if m[0] < nodes)
+        if before is not None and after is not None:
             before = before if float(np.sum(before * after)) >= 0.0 else -before
         out.append(
             ModeBeside(

@@ -38,8 +38,16 @@ def open_problem(
     InputError
         For any fault of the file, the model or a recording.
     """
-    spec = spec_of(problem)
+    spec = _read(problem)
     return spec, *_parts(spec, progress)
+
+
+def _read(problem: Given) -> Spec:
+    """A problem file with what moves the structure in place, so that a motion that is imposed is an
+    input like a force to all that follows."""
+    from cvxupdate.fe.build import on_its_bases
+
+    return on_its_bases(spec_of(problem))
 
 
 def _parts(spec: Spec, progress: Progress | None = None) -> tuple[Model, tuple[Recording, ...]]:
@@ -65,7 +73,7 @@ def read_recordings(problem: Given) -> tuple[Recording, ...]:
     """The recordings of a problem whose model is not asked for; raises `InputError`."""
     from cvxupdate.recordings.load import load_recordings
 
-    return load_recordings(spec_of(problem))
+    return load_recordings(_read(problem))
 
 
 def run(
@@ -98,7 +106,7 @@ def run(
     from cvxupdate.update.starts import Many
     from cvxupdate.written import updated_file
 
-    spec, table = to_update(spec_of(problem), "run")
+    spec, table = to_update(_read(problem), "run")
     spec, model, recordings = _one_state(spec, reading)
     warnings = examine(spec, model, recordings, warn)
     if table.method == "direct":
@@ -131,7 +139,7 @@ def open_start(problem: str) -> Solve:
     from cvxupdate.update.grouping import grouped
     from cvxupdate.update.modal_fit import modal_fit
 
-    spec, model, recordings = _one_state(spec_of(problem))
+    spec, model, recordings = _one_state(_read(problem))
     spec, model, _ = grouped(spec, model, recordings)
     return modal_fit(spec, model, recordings).solve
 
@@ -182,7 +190,7 @@ def solvers(problem: Given) -> tuple[Spec, tuple[SolverRow, ...], float]:
     from cvxupdate.update.grouping import grouped
     from cvxupdate.update.parts import solver_choice, step_problem
 
-    spec, model, recordings = _one_state(to_update(spec_of(problem), "solvers")[0])
+    spec, model, recordings = _one_state(to_update(_read(problem), "solvers")[0])
     spec, model, _ = grouped(spec, model, recordings)
     system, _ = first_system(spec, model, recordings)
     rows = compare_solvers(step_problem(spec, model, recordings), system, None, solver_choice(spec))
@@ -202,7 +210,7 @@ def check(problem: Given) -> dict[str, object]:
     refuse_unknown(spec)
     return {
         "nodes": len(model.node_ids),
-        "elements": len({int(i) for b in model.blocks for i in b.ids}),
+        "elements": len({int(i) for b in model.blocks if not b.is_base for i in b.ids}),
         "free DOFs": model.size,
         "recordings": len(recordings),
         "parameters": len(model.parameters),

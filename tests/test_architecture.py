@@ -54,8 +54,8 @@ ROOMS: dict[str, set[str]] = {
 ROOMS["written"] = set(ROOMS)
 ROOMS["beside"] = set(ROOMS)
 ROOMS["study"] = set(ROOMS)
-ROOMS["api"] = set(ROOMS)
 ROOMS["commands"] = set(ROOMS)
+ROOMS["api"] = set(ROOMS)  # functions for programs, the commands among them
 ROOMS["cli"] = BASE | {
     "study",
     "commands",

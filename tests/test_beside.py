@@ -19,6 +19,7 @@ from tests.report.test_diagnosis import FINDING, FOUND
 
 ROOT = Path(__file__).parents[1]
 PORTAL = ROOT / "tests" / "strangers" / "portal_exact" / "problem.toml"
+TABLE = ROOT / "problems" / "concealed" / "o14" / "problem.toml"
 BAR = ROOT / "problems" / "concealed" / "o05" / "problem.toml"
 
 
@@ -53,6 +54,30 @@ def test_a_table_of_modes_before_and_after() -> None:
     assert rows[0]["measured"] != "–" and rows[0]["after_error"].endswith("%")
     assert len(moving_modes(shown)) == min(6, len(shown.modes))
     assert all("<animate" in picture for _, picture in moving_modes(shown))
+
+
+def test_a_node_that_an_effect_added_moves_nothing_on_the_page() -> None:
+    """A hidden oscillator has a node of its own behind those of the file."""
+    import tomllib
+
+    opened = open_problem(TABLE)
+    table = tomllib.loads(TABLE.read_text())
+    model = table["model"]
+    last = model["nodes"][-1]
+    free = last["id"] + 1
+    model["nodes"].append({**last, "id": free})
+    number = 1 + max(r["id"] for e in model["elements"] for r in e.get("rows", ()))
+    ends = {"nodes": [last["id"], free]}
+    model["elements"] += [
+        {"type": "spring", "dof": "z", "rows": [{"id": number, **ends, "k": 1e5}]},
+        {"type": "mass", "rows": [{"id": number + 1, "nodes": [free], "m": 0.1}]},
+    ]
+    shown = beside(*opened, replace(FOUND, updated=Written(table, ())))
+    assert shown is not None and any(m.shape_after is not None for m in shown.modes)
+    nodes = len(opened[1].node_ids)
+    assert {len(m.shape_after) for m in shown.modes if m.shape_after is not None} == {nodes}
+    assert all(row < nodes for m in shown.modes for row, _, _ in m.motion)
+    assert moving_modes(shown)
 
 
 def test_responses_show_the_modes_of_the_models() -> None:

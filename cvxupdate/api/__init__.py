@@ -12,6 +12,8 @@ from cvxupdate.api.commands import (
     update,
 )
 from cvxupdate.api.frf import Frf
+from cvxupdate.api.measured import IdentifyResult, PlanResult
+from cvxupdate.api.measuring import identify, plan
 from cvxupdate.api.model import Model
 from cvxupdate.api.modes import Modes
 from cvxupdate.api.problem import Problem
@@ -22,15 +24,19 @@ __all__ = [
     "CorrelateResult",
     "DiagnoseResult",
     "Frf",
+    "IdentifyResult",
     "Model",
     "Modes",
+    "PlanResult",
     "Problem",
     "TimeHistory",
     "UpdateResult",
     "check",
     "correlate",
     "diagnose",
+    "identify",
     "inspect",
+    "plan",
     "run",
     "run_files",
     "solvers",

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cvxupdate.commands.identified import Identified, ModeSetResult
@@ -19,15 +17,16 @@ from cvxupdate.errors import InputError, RecordingError
 if TYPE_CHECKING:
     from cvxupdate.recordings.read.contents import Progress
     from cvxupdate.recordings.types import Recording, TimeHistory
+    from cvxupdate.spec.given import Given
 
 
 def identify(
-    path: str | os.PathLike[str],
+    given: Given,
     options: Options | None = None,
     progress: Progress | None = None,
 ) -> Identified:
-    """Modes of every recording of a problem file, of a TOML file of [[recordings]] alone, or of a
-    raw file.
+    """Modes of every recording of a problem in any form, of [[recordings]] alone (a TOML file, its
+    text or its tables), or of a raw file.
 
     Raises
     ------
@@ -38,7 +37,7 @@ def identify(
     chosen = Options() if options is None else options
     if chosen.normal is not None:
         routes_of(chosen.normal)
-    source = open_source(Path(path), chosen.rate, progress)
+    source = open_source(given, chosen.rate, progress)
     sets: list[ModeSetResult] = []
     skipped: list[str] = []
     for recording in _wanted(source, chosen.recording):

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import time
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,15 +21,18 @@ from cvxupdate.commands.planned import Options, Planned
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 
+if TYPE_CHECKING:
+    from cvxupdate.spec.given import Given
+
 MORE = 1.5
 """Sensors for each mode where nothing is asked for: some to spare for a broken channel."""
 SHARP = 0.3
 """MMIF below which a mode is shown by its dip."""
 
 
-def plan(path: str | os.PathLike[str], options: Options | None = None) -> Planned:
-    """Sensors, exciters, frequency lines and the accuracy needed for a problem file's model and
-    parameters. Its recordings, if it has any, are not read.
+def plan(given: Given, options: Options | None = None) -> Planned:
+    """Sensors, exciters, frequency lines and the accuracy needed for the model and the parameters
+    of a problem, in any of its forms. Its recordings, if it has any, are not read.
 
     Raises
     ------
@@ -43,7 +45,7 @@ def plan(path: str | os.PathLike[str], options: Options | None = None) -> Planne
     from cvxupdate.spec import spec_of
 
     begin, o = time.perf_counter(), Options() if options is None else options
-    spec = spec_of(Path(path))
+    spec = spec_of(given)
     model = build_model(spec)
     modes = model_modes(model, o.modes).flexible()
     if not len(modes.eigenvalues):

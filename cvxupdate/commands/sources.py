@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cvxupdate.errors import Fault, InputError, ProblemFileError
-from cvxupdate.spec import Spec, read_text
+from cvxupdate.spec import Spec, read_text, spec_of
+from cvxupdate.spec.given import Given, is_text, plain, tables_in
 from cvxupdate.spec.read import read_toml
 
 if TYPE_CHECKING:
@@ -32,15 +33,24 @@ class Source:
     notes: tuple[str, ...] = ()
 
 
-def open_source(path: Path, rate: float | None = None, progress: Progress | None = None) -> Source:
-    """The recordings of a problem file (with its geometry), of a TOML file that holds
-    [[recordings]] and no [model], or of a raw file, as `inspect` suggests them.
+def open_source(
+    given: Given, rate: float | None = None, progress: Progress | None = None
+) -> Source:
+    """The recordings of a problem in any form (with its geometry), of [[recordings]] without a
+    [model] (a TOML file, its text or its tables), or of a raw file, as `inspect` suggests them.
 
     Raises
     ------
     InputError
         Where it cannot be read, or holds nothing to identify.
     """
+    if isinstance(given, Spec):
+        return _problem(given, progress)
+    if isinstance(given, Mapping):
+        return _tables(plain(given), progress)
+    if isinstance(given, str) and is_text(given):
+        return _tables(tables_in(given), progress)
+    path = Path(given)
     if path.suffix.lower() != ".toml":
         return _raw(path, rate, progress)
     raw = read_toml(path)
@@ -52,11 +62,18 @@ def open_source(path: Path, rate: float | None = None, progress: Progress | None
     return _alone(read_text(text, path), progress)
 
 
-def _problem(path: Path, progress: Progress | None) -> Source:
+def _tables(tables: Mapping[str, Any], progress: Progress | None) -> Source:
+    if "model" in tables:
+        return _problem(spec_of(tables), progress)
+    model = tomllib.loads(bare_model(tables.get("recordings", [])))
+    return _alone(spec_of({**tables, **model}), progress)
+
+
+def _problem(given: Path | Spec, progress: Progress | None) -> Source:
     from cvxupdate.correlate.compare import geometry_of
     from cvxupdate.study import open_problem
 
-    spec, model, recordings = open_problem(path, progress)
+    spec, model, recordings = open_problem(given, progress)
     return Source(spec.name, spec.title, spec.shown, recordings, geometry_of(spec, model))
 
 

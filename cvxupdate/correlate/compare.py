@@ -208,7 +208,7 @@ def _sizes(model: Model, rigid: int) -> dict[str, Any]:
     given = any(b.kind.name == "matrix" for b in model.blocks)
     return {
         "nodes": len(model.node_ids),
-        "elements": len({int(i) for b in model.blocks for i in b.ids}),
+        "elements": len({int(i) for b in model.blocks if not b.is_base for i in b.ids}),
         "dofs": model.size,
         "mass": None if given else model.total_mass(),
         "given": given,

@@ -168,10 +168,11 @@ UNEXPLAINED = 0.1
 CLEARLY = 0.1
 # Times what the mesh may leave: nothing below is taken for a second effect.
 TWICE = 2.0
-# Fall of a misfit that already counts as explained from which a finding is still told.
+# Fall of a misfit that already counts as explained from which an effect is still believed.
 LARGE = 4.0
-# Confidence below which none is stated; below which a further effect is not.
-FAINT, SURE = 0.15, 0.4
+# Probability from which on a finding is stated: its place is likelier than all others together.
+# Below, findings are more often wrong than right (docs/calibration.md).
+STATED = 0.5
 # Most that is stated: one time in a hundred what is missing is nothing that was tried.
 MOST_SURE = 0.99
 # Most that is stated where time ended the search: what was not refitted to the end may be as likely

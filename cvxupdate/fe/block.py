@@ -75,6 +75,12 @@ class Block:
     exact: Dynamic | None = None
 
     @property
+    def is_base(self) -> bool:
+        """Whether it stands for what moves the structure (`cvxupdate.fe.bases`) and is no part of
+        it."""
+        return self.kind.name == "base"
+
+    @property
     def nodal(self) -> Index:
         """``dofs`` of the elements' own nodes, node by node."""
         return self.dofs[:, : self.own]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cvxupdate.fe.bases import base_blocks, moving
 from cvxupdate.fe.batches import GivenMatrix, block_of, gather, given_blocks
 from cvxupdate.fe.elements.base import Surroundings
 from cvxupdate.fe.generic.change import with_families
@@ -28,6 +29,7 @@ def build_model(spec: Spec) -> Model:
         For anything that only geometry or matrices show: zero length, a plate that is no rectangle,
         an unreadable matrix.
     """
+    spec = on_its_bases(spec)
     text = spec.model
     position = {n.id: i for i, n in enumerate(text.nodes)}
     xyz = np.array([[n.x, n.y, n.z] for n in text.nodes], dtype=float).reshape(-1, 3)
@@ -35,7 +37,7 @@ def build_model(spec: Spec) -> Model:
     batches, given = gather(Surroundings(text, spec.path.parent))
     place, node_ids, xyz, labels = number_dofs(text, position, xyz, active, batches, given)
     blocks = [block_of(b, position, xyz, active, place) for b in batches]
-    blocks += given_blocks(given, position, place)
+    blocks += given_blocks(given, position, place) + base_blocks(text, position, place)
     dof_node = np.array([node for node, _ in labels], dtype=np.int64)
     dof_kind = np.array([kind for _, kind in labels], dtype=np.int64)
     names = tuple(f"n{node_ids[n]}.{KINDS[k]}" for n, k in labels)
@@ -52,6 +54,11 @@ def build_model(spec: Spec) -> Model:
     model = Model(names, node_ids, xyz, dof_node, dof_kind, tuple(blocks), (), zeta, ties)
     model = model.with_parameters(parameters_of(spec, model))
     return _with_whole(spec, _with_generic(spec, model, given))
+
+
+def on_its_bases(spec: Spec) -> Spec:
+    """The problem with everything that moves the structure in place (`cvxupdate.fe.bases`)."""
+    return moving(spec, lambda bare: build_model(bare).total_mass())
 
 
 def _with_whole(spec: Spec, model: Model) -> Model:

@@ -149,12 +149,12 @@ class Model:
 
     def total_mass(self, p: ArrayLike | None = None) -> float:
         """Mass in kg, supports included: what a translation carries, of each element along the
-        first axis in which it has mass."""
+        first axis in which it has mass. Bases that move the structure are no part of it."""
         return float(
             sum(
                 self._pushed(b, b.combine(b.scalars(v))["M"])
                 for b, v in zip(self.blocks, self.properties(p), strict=True)
-                if any(t.matrix == "M" for t in b.terms)
+                if any(t.matrix == "M" for t in b.terms) and not b.is_base
             )
         )
 

@@ -48,11 +48,12 @@ def number_dofs(
 def first_of_ties(
     text: sm.Model, position: dict[int, int]
 ) -> dict[tuple[int, int], tuple[int, int]]:
-    """DOF of a tied node → the DOF it is the same as."""
+    """DOF of a tied node, or of one on a base, → the DOF it is the same as."""
     first: dict[tuple[int, int], tuple[int, int]] = {}
-    for tie in text.ties:
-        for kind in (KINDS.index(d) for d in tie.dofs):
-            ends = [(position[n], kind) for n in tie.nodes]
+    shared = [(t.nodes, t.dofs) for t in text.ties] + [(b.nodes, (b.dof,)) for b in text.bases]
+    for nodes, dofs in shared:
+        for kind in (KINDS.index(d) for d in dofs):
+            ends = [(position[n], kind) for n in nodes]
             ends = [first.get(e, e) for e in ends]
             for e in ends[1:]:
                 if e != ends[0]:

@@ -89,7 +89,9 @@ def property_names(of: str) -> tuple[str, ...]:
 
 def has_property(block: Block, of: str) -> bool:
     """Whether the elements of ``block`` have the property ``of`` and it can move one of their
-    matrices (J of a plane beam cannot)."""
+    matrices (J of a plane beam cannot); a base has none."""
+    if block.is_base:
+        return False
     matrices = {t.matrix for t in block.terms}
     if of in _NEEDS:
         return _NEEDS[of] in matrices

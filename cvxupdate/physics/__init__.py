@@ -6,6 +6,7 @@ from collections.abc import Collection
 
 from cvxupdate import registry
 from cvxupdate.errors import ModelError
+from cvxupdate.fe.bases import base_labels
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.added_mass import AddedMass
 from cvxupdate.physics.attached_resonator import AttachedResonator
@@ -16,7 +17,14 @@ from cvxupdate.physics.cords import Cords
 from cvxupdate.physics.cubic_stiffness import CubicStiffness
 from cvxupdate.physics.draft import Writer
 from cvxupdate.physics.dry_friction import DryFriction
-from cvxupdate.physics.effect import MOTION, RESPONSES, Effect, EffectType, ModelChange
+from cvxupdate.physics.effect import (
+    MOTION,
+    RESPONSES,
+    ChannelFault,
+    Effect,
+    EffectType,
+    ModelChange,
+)
 from cvxupdate.physics.equal_joints import EqualJoints
 from cvxupdate.physics.equal_supports import EqualSupports
 from cvxupdate.physics.flexible_support import FlexibleSupport
@@ -85,13 +93,23 @@ def candidates_of(
     context: SearchContext, names: Collection[str] | None = None, told_by: str = RESPONSES
 ) -> list[Effect]:
     """Every effect (None: all; else those of these names) at every place, that recordings of a kind
-    can tell."""
-    return [
+    can tell; none between ground and a base, whose motion is given."""
+    found = [
         effect
         for t in effect_types()
         if told_by in t.told_by and (names is None or t.name in names)
         for effect in t.candidates(context)
     ]
+    moved = base_labels(context.model)
+    return [e for e in found if not _against(e, moved)] if moved else found
+
+
+def _against(effect: Effect, moved: frozenset[str]) -> bool:
+    """Whether an effect would hold or load a DOF whose motion is given."""
+    place = effect.place
+    if isinstance(effect.action, ChannelFault) or place.elements or len(place.nodes) != 1:
+        return False
+    return f"n{place.nodes[0]}.{place.dof}" in moved
 
 
 def told(name: str, place: Place) -> Effect:

@@ -11,6 +11,7 @@ import numpy as np
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.corrections import corrected
 from cvxupdate.recordings.fits import check_fit
+from cvxupdate.recordings.imposed import driven_by_motion
 from cvxupdate.recordings.opened import LEAVE_OUT, Opened, contents_of, key_of, said_of
 from cvxupdate.recordings.read.contents import Contents, Progress
 from cvxupdate.recordings.read.time_pieces import TimeBlocks
@@ -207,7 +208,8 @@ def load_recordings(
         recording = _again(declared, known)
         if recording is None:
             raw = load_recording(declared, number, opened, progress)
-            recording = corrected(raw, declared.corrections)
+            driven = driven_by_motion(raw, declared, spec.model.bases)
+            recording = corrected(driven, declared.corrections)
         for key in set(opened) - set(keys[number + 1 :]):
             del opened[key]  # files are large
         check_fit(recording, nodes, tuple(spec.model.dofs))

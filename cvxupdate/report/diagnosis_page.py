@@ -14,10 +14,10 @@ from cvxupdate.report.diagnosis_modes import mode_rows, moving_modes
 from cvxupdate.report.diagnosis_place import place_picture, size_words
 from cvxupdate.report.diagnosis_places import map_picture
 from cvxupdate.report.diagnosis_words import (
-    VERDICTS,
     capital,
     fit_rows,
     values_words,
+    verdict_words,
 )
 from cvxupdate.report.numbers import fixed, number, seconds
 from cvxupdate.report.page import command, render
@@ -40,7 +40,7 @@ MOST_ROWS = 40
 
 def diagnosis_page(found: Diagnosis, spec: Spec) -> str:
     """The HTML text of a report on ``diagnose``."""
-    tone, meaning = VERDICTS[found.verdict]
+    tone, meaning = verdict_words(found)
     second = "model after" if found.updated is not None else "usual scatter allowed"
     first, others = overlay(found.shown, second), other_curves(found.shown)
     modes = None if first else mode_bars(found.shown)

@@ -3,6 +3,7 @@ axes, sizes) and every finding marked."""
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, cast
 
@@ -31,6 +32,10 @@ Real = NDArray[np.float64]
 KINDS = ("x", "y", "z")
 ARROW, TRIAD = 24.0, 20.0
 """Lengths of the arrow of a force and of an axis, in points."""
+LETTER, LINE = 6.6, 13.0
+"""Width of a bold letter of 10 points and height of a line, in points."""
+CLEAR, EDGE = 12.0, 6.0
+"""Distances of a name from its mark and from the edge of the picture, in points."""
 
 
 def place_picture(found: Diagnosis, spec: Spec) -> str | None:
@@ -50,18 +55,20 @@ def place_picture(found: Diagnosis, spec: Spec) -> str | None:
         draw_numbers(ax, sketch, flat)
         if found.beside is not None:
             draw_measured(ax, sketch, view, found.beside.sensors, found.beside.forces)
+        up = CLEAR
         for k, (rows, text) in enumerate(rings):
             if found.findings[k].place.nodes:
                 _ring(ax, flat[rows])
-            _named(ax, flat, rows, text, k)
+            up += _named(ax, flat, rows, text, up, size)
         _bare(ax, view)
         ax.margins(0.12)
         _axes(ax, view)
 
+    size = (WIDTH, max(1.7, _height(view, drawing)))
     says = "The structure; " + (
         ", ".join(f.says for f in found.findings) if found.findings else "no place is marked"
     )
-    return draw("place", says, WIDTH, max(1.7, _height(view, drawing)), paint)
+    return draw("place", says, *size, paint)
 
 
 def _marks(
@@ -168,18 +175,36 @@ def _ring(ax: Any, at: Real) -> None:
     ax.plot(at[:, 0], at[:, 1], "o", color=HELD, mew=0, ms=5, ls="", zorder=7)
 
 
-def _named(ax: Any, flat: Real, rows: list[int], text: str, k: int) -> None:
-    """The name of finding ``k`` above its mark, not across it."""
-    middle = np.array([flat[rows, 0].mean(), flat[rows, 1].max()])
-    left = middle[0] > flat[:, 0].mean()
+def _named(
+    ax: Any, flat: Real, rows: list[int], text: str, up: float, size: tuple[float, float]
+) -> float:
+    """The name of a finding ``up`` points above its mark, not across it and not beyond the
+    picture of ``size`` inches; gives the height that it takes."""
+    at = float(flat[rows, 0].mean()), float(flat[rows, 1].max())
+    lines = textwrap.wrap(text, int((72.0 * size[0] - 2 * EDGE) / LETTER)) or [text]
     ax.annotate(
-        text,
-        (middle[0], middle[1]),
-        (0, 14 + 13 * k),
+        "\n".join(lines),
+        at,
+        (name_offset(flat, at[0], max(map(len, lines)), size), up),
         textcoords="offset points",
-        ha="right" if left else "left",
+        ha="left",
+        va="bottom",
         fontsize=10,
         color=INK,
         fontweight="bold",
         zorder=8,
     )
+    return LINE * len(lines)
+
+
+def name_offset(flat: Real, x: float, letters: int, size: tuple[float, float]) -> float:
+    """Where a name of so many ``letters`` begins, in points beside its mark at ``x``: at the mark
+    or, where it would leave the picture (``size`` inches), as far to the left as it needs. The page
+    sets it in its own font, so a letter counts as wide as fonts make it."""
+    width, height = 72.0 * size[0], 72.0 * size[1]
+    spread = np.maximum(np.ptp(flat, axis=0), 1e-300) * 1.24  # margins of 0.12 on both sides
+    scale = min(width / float(spread[0]), height / float(spread[1]))
+    mark = 0.5 * width + (x - 0.5 * float(flat[:, 0].min() + flat[:, 0].max())) * scale
+    long = LETTER * letters
+    start = mark - long if mark > 0.5 * width else mark
+    return float(np.clip(start, EDGE, max(EDGE, width - long - EDGE))) - mark

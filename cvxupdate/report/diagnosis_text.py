@@ -12,10 +12,10 @@ from rich.text import Text
 
 from cvxupdate.report.diagnosis_client import untested
 from cvxupdate.report.diagnosis_words import (
-    VERDICTS,
     capital,
     fit_rows,
     values_words,
+    verdict_words,
 )
 from cvxupdate.report.numbers import seconds
 
@@ -27,7 +27,7 @@ TONES = {"good": "bold green", "fair": "bold yellow", "bad": "bold red"}
 
 def diagnosis_text(found: Diagnosis, folder: Path) -> RenderableType:
     """Verdict sentence, findings with figures, fit before and after, files."""
-    tone, meaning = VERDICTS[found.verdict]
+    tone, meaning = verdict_words(found)
     parts: list[RenderableType] = [
         Text(found.title or found.problem, style="bold"),
         Text(found.says, style=TONES[tone]),

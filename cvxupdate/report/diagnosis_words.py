@@ -17,6 +17,9 @@ VERDICTS = {
     "undetermined": ("bad", "Model and recordings disagree, and the reason is not determined"),
 }
 """Verdict → (tone, what it means)."""
+AT_FAULT = "The measurement is at fault, not the model"
+ALSO_AT_FAULT = "The model leaves out a piece of physics, and the measurement has a fault"
+MEASUREMENT = "sensor_fault"
 
 UNITS = {
     "m": "kg",
@@ -31,6 +34,15 @@ UNITS = {
     "force": "N",
     "c2": "N·s²/m²",
 }
+
+
+def verdict_words(found: Diagnosis) -> tuple[str, str]:
+    """(tone, what the verdict means): a fault of the measurement is no physics of the model."""
+    tone, meaning = VERDICTS[found.verdict]
+    faults = [f.physics == MEASUREMENT for f in found.findings]
+    if found.verdict != "missing_physics" or not any(faults):
+        return tone, meaning
+    return tone, AT_FAULT if all(faults) else ALSO_AT_FAULT
 
 
 def capital(text: str) -> str:

@@ -24,7 +24,8 @@ MARKS = {"before": "o", "after": ".", "model": "o"}
 RATIO = {"displacement": "m/N", "velocity": "m/s/N", "acceleration": "m/s²/N"}
 
 
-def _figure(width: float, height: float, rows: int = 1, **keys: Any) -> tuple[Any, list[Any]]:
+def blank(width: float, height: float, rows: int = 1, **keys: Any) -> tuple[Any, list[Any]]:
+    """A figure in inches and its axes, one below the other; ``keys`` of `Figure.subplots`."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -35,7 +36,7 @@ def _figure(width: float, height: float, rows: int = 1, **keys: Any) -> tuple[An
 
 def frf_figure(f: Real, curves: Real, pairs: Sequence[tuple[str, str]], unit: str) -> Any:
     """Moduli and phases of frequency responses (lines, curves); the first eight."""
-    figure, (top, low) = _figure(7.0, 5.0, 2, sharex=True)
+    figure, (top, low) = blank(7.0, 5.0, 2, sharex=True)
     for k, (o, i) in enumerate(pairs[:CURVES]):
         top.semilogy(f, np.abs(curves[:, k]), lw=1.0, label=f"{o} / {i}")
         low.plot(f, np.degrees(np.angle(curves[:, k])), lw=1.0)
@@ -50,7 +51,7 @@ def frf_figure(f: Real, curves: Real, pairs: Sequence[tuple[str, str]], unit: st
 def time_figure(t: Real, data: Real, names: Sequence[str]) -> Any:
     """Channels over time, one below the other; the first eight."""
     shown = names[:CURVES]
-    figure, axes = _figure(7.0, 1.0 + 1.3 * len(shown), len(shown), sharex=True)
+    figure, axes = blank(7.0, 1.0 + 1.3 * len(shown), len(shown), sharex=True)
     for k, (ax, name) in enumerate(zip(axes, shown, strict=True)):
         ax.plot(t, data[:, k], lw=0.7, color=MEASURED)
         ax.set_title(name, fontsize="small", loc="left")
@@ -80,7 +81,7 @@ def overlay_figure(
             f"{', '.join(found.responses)}; references: {', '.join(found.references)}."
         )
     pairs = pairs[:PANELS]
-    figure, axes = _figure(7.0, 0.8 + 1.9 * len(pairs), len(pairs), sharex=True)
+    figure, axes = blank(7.0, 0.8 + 1.9 * len(pairs), len(pairs), sharex=True)
     for ax, (i, j) in zip(axes, pairs, strict=True):
         ax.semilogy(
             found.frequency,
@@ -102,7 +103,7 @@ def overlay_figure(
 
 def frequency_figure(measured: Sequence[float], models: Mapping[str, Sequence[float]]) -> Any:
     """Natural frequencies of models over the measured ones, with the line of equality."""
-    figure, (ax,) = _figure(4.8, 4.6)
+    figure, (ax,) = blank(4.8, 4.6)
     top = 1.05 * max(max(measured), *(max(values) for values in models.values()))
     ax.plot([0.0, top], [0.0, top], color="#999999", lw=0.8)
     for name, values in models.items():
@@ -128,7 +129,7 @@ def frequency_figure(measured: Sequence[float], models: Mapping[str, Sequence[fl
 def mac_figure(mac: Real, model: Real, measured: Real) -> Any:
     """MAC (model, measured), with the frequencies of both."""
     rows, columns = mac.shape
-    figure, (ax,) = _figure(1.6 + 0.45 * columns, 1.4 + 0.4 * rows)
+    figure, (ax,) = blank(1.6 + 0.45 * columns, 1.4 + 0.4 * rows)
     shown = ax.imshow(mac, vmin=0.0, vmax=1.0, cmap="Blues", origin="lower", aspect="auto")
     ax.set(xlabel="measured (Hz)", ylabel="model (Hz)")
     ax.set_xticks(range(columns), [f"{f:.4g}" for f in measured], rotation=60)
@@ -161,7 +162,7 @@ def parameter_figure(parameters: Sequence[tuple[str, float, float | None]]) -> A
     if not parameters:
         raise InputError("there are no parameters to draw.")
     shown = sorted(parameters, key=lambda q: -abs(q[1]))[:ROWS][::-1]
-    figure, (ax,) = _figure(6.0, 1.2 + 0.25 * len(shown))
+    figure, (ax,) = blank(6.0, 1.2 + 0.25 * len(shown))
     at = np.arange(len(shown))
     ax.axvline(0.0, color="#999999", lw=0.8)
     ax.barh(at, [100.0 * p for _, p, _ in shown], color=COLOURS["after"], height=0.6)
@@ -187,7 +188,7 @@ def structure_figure(shown: Geometry) -> Any:
     flat = [k for k in range(3) if np.ptp(xyz[:, k]) == 0.0]
     solid = not flat
     keep = [0, 1, 2] if solid else [k for k in range(3) if k != flat[0]]
-    figure, (ax,) = _figure(6.0, 4.6, subplot_kw={"projection": "3d"} if solid else {})
+    figure, (ax,) = blank(6.0, 4.6, subplot_kw={"projection": "3d"} if solid else {})
     for part in shown.parts:
         nodes = [*part.nodes, part.nodes[0]] if len(part.nodes) > 2 else list(part.nodes)
         ax.plot(*xyz[nodes][:, keep].T, "-", lw=0.9, color=COLOURS["after"])

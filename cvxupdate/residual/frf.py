@@ -15,7 +15,7 @@ and at ``at`` it equals the output error. `update.rfm_loop` takes ``at`` anew un
 the solution: with the weights of the start, p is badly biased. What bias is left, because A
 itself is noisy, the output error does not have, and it ends the work: with errors in the variables
 x̂ = H(p) f is the likeliest x that balances, so the output error is the maximum likelihood of the
-force balance (`examples/rfm_noise_in_a.py` measures all of them).
+force balance (`validation/studies/rfm_noise_in_a.py` measures all of them).
 
 "instrumental" is the other way out of the bias (Fritzen 1986): the balance of "flexibility" is
 asked for on average only, against instruments that the noise of x cannot be correlated with, the

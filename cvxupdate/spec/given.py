@@ -43,7 +43,7 @@ def spec_of(problem: Given) -> Spec:
     if isinstance(problem, Mapping):
         return load_tables(plain(problem), UNNAMED)
     if isinstance(problem, str) and is_text(problem):
-        return load_tables(_parsed(problem), UNNAMED)
+        return load_tables(tables_in(problem), UNNAMED)
     if isinstance(problem, str | os.PathLike):
         return load_problem(Path(problem))
     raise InputError(
@@ -88,7 +88,15 @@ def again(spec: Spec) -> str:
     return str(spec.path) if spec.path.is_file() else to_toml(tables_of(spec))
 
 
-def _parsed(text: str) -> dict[str, Any]:
+def tables_in(text: str) -> dict[str, Any]:
+    """The tables of a TOML text.
+
+    Raises
+    ------
+    ProblemFileError
+        When it is not TOML.
+    """
+
     def fault(problem: str, remedy: str) -> ProblemFileError:
         return ProblemFileError([Fault(str(UNNAMED), "", problem, remedy)])
 

@@ -113,6 +113,21 @@ class Tie(Part):
     dofs: Dofs = Field(description="DOF kinds shared")
 
 
+class Base(Part):
+    """Nodes that a table, a fixture or the ground moves along one direction as one: its motion is
+    the input."""
+
+    nodes: Annotated[tuple[Id, ...], Field(min_length=1)] = Field(
+        description="the nodes that stand on it; no support holds them along `dof`"
+    )
+    dof: Literal["x", "y", "z"] = Field(description="the direction in which it moves")
+    mass: Positive | None = Field(
+        default=None,
+        description="mass that stands for what moves it [kg]; absent: 1e7 times the structure's, "
+        "up to the next power of ten, so that the structure does not move its base",
+    )
+
+
 class StructuralDamping(Part):
     """Structural (hysteretic) damping, D = eta K."""
 
@@ -167,4 +182,8 @@ class Model(Part):
     elements: tuple[Block, ...] = Field(min_length=1, description="the blocks")
     supports: tuple[Support, ...] = Field(default=(), description="absent: free")
     ties: tuple[Tie, ...] = Field(default=(), description="nodes that share DOFs")
+    bases: tuple[Base, ...] = Field(
+        default=(),
+        description="what moves the structure; absent: the supports where a motion is imposed",
+    )
     damping: Damping | None = Field(default=None, description="absent: undamped")

@@ -60,6 +60,12 @@ class ChannelRow(Part):
         'such as "100 mV/g"',
     )
     sign: Sign = Field(default=1, description="-1 for a sensor mounted the other way round")
+    imposed: bool = Field(
+        default=False,
+        description="of a time history: this motion is the input (shaking table, earthquake, "
+        "driven rig). All nodes that a support holds along this DOF move with it, where it is held "
+        "here; else this node alone, or the [[model.bases]] to which it belongs",
+    )
     name: Text | None = Field(default=None, description="name for messages and figures")
     index: tuple[Annotated[int, Field(ge=0)], ...] = Field(
         default=(), description="row of an array with more axes: its leading indices"
@@ -86,7 +92,12 @@ class ReferenceRow(Part):
 
     node: Id = Field(description="node of the model")
     dof: DofKind = Field(description="DOF kind")
-    quantity: Quantity = Field(default="force", description="what it reads")
+    quantity: Quantity = Field(
+        default="force",
+        description="what it reads; with acceleration, velocity or displacement the FRFs are "
+        "transmissibilities: that motion is imposed, as by a shaking table (see `imposed` of a "
+        "channel)",
+    )
 
 
 class ChannelName(Part):

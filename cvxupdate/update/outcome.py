@@ -139,7 +139,7 @@ def objective_metric(
 def model_facts(model: Model, p: Array) -> dict[str, Any]:
     """Sizes of the model and its mass (kg) before and after. Entries of whole matrices are no
     elements."""
-    blocks = [b for b in model.blocks if b.kind.name not in ("entry", "generic")]
+    blocks = [b for b in model.blocks if b.kind.name not in ("entry", "generic", "base")]
     return {
         "dofs": model.size,
         "elements": int(sum(len(set(b.ids.tolist())) for b in blocks)),

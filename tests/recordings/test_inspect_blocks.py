@@ -34,6 +34,18 @@ FLAT = {"re": H.real, "im": H.imag, "mag": np.abs(H), "deg": np.degrees(np.angle
 FLAT |= {"rad": np.angle(H), "db": 20 * np.log10(np.abs(H))}
 
 
+def test_names_of_channels_with_units_are_places(tmp_path):
+    """A logger's CSV: time, ``4:-Z [m/s^2]``."""
+    t = np.arange(256) / 128.0
+    columns = np.c_[t, np.sin(t), np.cos(t), np.sin(3 * t)]
+    head = "time [s],4:-Z [m/s^2],n7.x (m/s^2),7:+X [N]"
+    path = tmp_path / "logger.csv"
+    np.savetxt(path, columns, delimiter=",", header=head, comments="")
+    (table,) = tomllib.loads(inspect_file(path).block)["recordings"]
+    said = [(row["node"], row["dof"], row.get("sign", 1)) for row in table["channels"]]
+    assert said == [(4, "z", -1), (7, "x", 1), (7, "x", 1)]
+
+
 def pasted(path: Path) -> Recording:
     """The recording that a problem with the block of ``path`` loads, on as many nodes as it
     names."""

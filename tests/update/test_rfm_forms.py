@@ -3,20 +3,15 @@ noise in A that is left shows as bias."""
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "examples")]
-from shared.bay_case import CORNER, TRUTH, bay, data_of, error, fe1, step  # noqa: E402
-
-from cvxupdate.convex import SolverChoice  # noqa: E402
-from cvxupdate.residual.frf import FrfResidual  # noqa: E402
-from cvxupdate.update.rfm_loop import fit_responses  # noqa: E402
-from cvxupdate.update.trust_region import Options, iterate, objective_at  # noqa: E402
+from cvxupdate.convex import SolverChoice
+from cvxupdate.residual.frf import FrfResidual
+from cvxupdate.update.rfm_loop import fit_responses
+from cvxupdate.update.trust_region import Options, iterate, objective_at
+from validation.studies.bay_case import CORNER, TRUTH, bay, data_of, error, fe1, step
+from validation.studies.rfm_noise_in_a import summary
 
 LINES = np.array(
     [20.0, 30, 46, 66, 75, 90, 117, 124, 145, 170, 190, 200, 240, 250, 281, 305, 330, 335, 370, 380]
@@ -63,7 +58,7 @@ def test_exact_data_need_no_second_weights(frame):
 @pytest.mark.slow
 def test_noise_in_a_with_the_covariance_of_the_solution(frame):
     """With the weights of the start 3 % of noise in A drown the answer; with those of the solution
-    they do not (`examples/rfm_noise_in_a.py` has the bias)."""
+    they do not (`validation/studies/rfm_noise_in_a.py` has the bias)."""
     model, exact = frame
     data = noisy(model, exact, 2, 0.03)
     held = iterate(
@@ -79,9 +74,7 @@ def test_noise_in_a_with_the_covariance_of_the_solution(frame):
 
 
 def test_bias_is_that_of_the_mean():
-    """The summary of the example: a constant shift is bias, scatter about the truth is none."""
-    from rfm_noise_in_a import summary
-
+    """The summary of the study: a constant shift is bias, scatter about the truth is none."""
     size = np.linalg.norm(TRUTH)
     shifted = TRUTH + 0.3 * size * np.ones((5, 40)) / np.sqrt(40)
     assert summary(shifted) == pytest.approx((0.3, 0.0, 0.3))

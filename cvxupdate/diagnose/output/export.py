@@ -78,6 +78,8 @@ def problem_file(
     draft, written = draft_of(spec, model), writers()
     values = model.properties(p)
     for block, now in zip(model.blocks, values, strict=True):
+        if block.is_base:  # in the file as [[model.bases]]
+            continue
         for e, number in enumerate(block.ids.tolist()):
             here = {k: float(np.real(v[e])) for k, v in now.items()}
             if number in draft.rows:

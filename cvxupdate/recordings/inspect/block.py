@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 
 from cvxupdate.recordings.inspect.result import ChannelView
+from cvxupdate.spec.mode_columns import dof_columns
+
+_UNIT = re.compile(r"\s*[\[(][^\])]*[\])]\s*$")
 
 
 def _quoted(text: str) -> str:
@@ -41,10 +45,16 @@ def rate_line(rate: float) -> str:
 def channel_row(
     column: int | str, view: ChannelView, node: int | None = None, dof: str = ""
 ) -> str:
-    """A row of ``channels``; node 1 and DOF z stand in where the file states none."""
+    """A row of ``channels``. Where the file states no place its name may (``4:-Z [m/s^2]``); else
+    node 1 and DOF z stand in."""
     key = column if isinstance(column, int) else _quoted(column)
     unit = f", unit = {_quoted(view.unit)}" if view.unit else ""
-    place = f', node = {node if node is not None else 1}, dof = "{dof or "z"}"'
+    sign = ""
+    named = dof_columns([_UNIT.sub("", view.name)]) if node is None else ()
+    if named and not named[0].part:
+        node, dof = named[0].node, named[0].dof
+        sign = ", sign = -1" if named[0].sign < 0 else ""
+    place = f', node = {node if node is not None else 1}, dof = "{dof or "z"}"{sign}'
     if view.quantity in ("voltage", "unknown"):
         place = ""
     return f'  {{ column = {key}, quantity = "{view.quantity}"{place}{unit} }},'

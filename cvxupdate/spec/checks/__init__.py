@@ -32,6 +32,7 @@ from cvxupdate.spec.checks.geometry import (
     ZeroLength,
 )
 from cvxupdate.spec.checks.grouping import ParameterGrouping
+from cvxupdate.spec.checks.imposed import BasePlaces, ImposedMotion
 from cvxupdate.spec.checks.names import (
     DuplicateIds,
     ElementNodes,
@@ -103,6 +104,8 @@ CHECKS: tuple[Check, ...] = (
     ChannelPlaces(),
     Corrections(),
     References(),
+    BasePlaces(),
+    ImposedMotion(),
     Shapes(),
     Bands(),
     FitRecording(),

@@ -7,12 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.judge.judge import _parts, _told, judge
-from cvxupdate.diagnose.results import Finding
+from cvxupdate.diagnose.judge.judge import _parts, judge
 from cvxupdate.diagnose.search.search import Found
-from cvxupdate.diagnose.settings import CLEAR, EXPLAINED, FAINT, LARGE, MOST_SURE, OPEN, SURE
+from cvxupdate.diagnose.settings import CLEAR, MOST_SURE, STATED
 from cvxupdate.diagnose.types import Errors
-from cvxupdate.physics.place import Place
 from tests.cases.plain_evidence import (
     PlainEvidence,
     PlainFit,
@@ -84,24 +82,33 @@ def test_rivals_are_equivalents_and_share_the_confidence() -> None:
 
 @pytest.mark.parametrize(("next_", "claimed"), [(1.01, False), (1.3, True)])
 def test_confidence_below_what_is_stated_is_not_claimed(next_: float, claimed: bool) -> None:
-    """An explained single effect is told down to `FAINT`: among eight others it depends on how
-    far they are behind."""
+    """An explained single effect is told where it is likelier than not: among eight others it
+    depends on how far they are behind."""
     others = [supposed(replace(GOOD, misfit=next_), effect(nodes=(n,))) for n in range(2, 10)]
     found = judged(EVIDENCE, [supposed(GOOD, A), *others])
-    assert (found.standings[0].confidence >= FAINT) == claimed == bool(found.findings)
+    assert (found.standings[0].confidence >= STATED) == claimed == bool(found.findings)
     assert bool(found.tied) != claimed
+
+
+def test_types_that_tie_at_one_place_are_told_with_their_equivalents() -> None:
+    """Three types at one place, none likelier than not: the place is."""
+    physics = ("stiffness_change", "mass_change", "thickness_change")
+    ties = [supposed(GOOD, effect(p, elements=(4,))) for p in physics]
+    found = judged(EVIDENCE, ties)
+    (finding,) = found.findings
+    assert finding.confidence == pytest.approx(1.0 / 3.0) and len(finding.equivalent) == 2
+    elsewhere = [supposed(GOOD, effect(elements=(n,))) for n in (4, 5, 6)]
+    assert judged(EVIDENCE, elsewhere).findings == ()
 
 
 def test_what_leaves_something_unexplained_has_the_same_limit() -> None:
     """Credible, not explained: a tenth of the misfit is left."""
     half = replace(GOOD, misfit=9.0, errors=Errors(0.08, 0.08))
     sure = judged(EVIDENCE, [supposed(half, A), supposed(replace(POOR, misfit=90.0), B)])
-    assert sure.findings and sure.standings[0].confidence >= SURE
+    assert sure.findings and sure.standings[0].confidence >= STATED
     near = [supposed(replace(half, misfit=9.1), effect(nodes=(n,))) for n in range(2, 10)]
     rival = judged(EVIDENCE, [supposed(half, A), *near[:2]])
-    assert FAINT <= rival.standings[0].confidence < SURE and len(rival.findings) == 1
-    many = judged(EVIDENCE, [supposed(half, A), *near])
-    assert many.standings[0].confidence < FAINT and many.findings == ()
+    assert rival.standings[0].confidence < STATED and rival.findings == () and rival.tied
 
 
 def test_the_likelier_is_claimed_not_the_one_that_fits_a_little_closer() -> None:
@@ -210,23 +217,16 @@ def test_groups_must_only_beat_what_is_credible() -> None:
     assert found.final is not None and not found.final.hypothesis.effects
 
 
-def finding(confidence: float) -> Finding:
-    return Finding("added_mass", Place(), "", {}, {}, {}, confidence, 1.0, (), "")
-
-
-def test_of_several_those_are_told_whose_place_is_sure() -> None:
-    sure, doubtful, surer = finding(SURE), finding(0.9 * SURE), finding(0.9)
-    assert _told([sure, doubtful, surer], 100.0, 1.0) == (sure, surer)
-    assert _told([doubtful, doubtful], 100.0, 1.0) == (doubtful,), "else the strongest"
-    assert _told([], 100.0, 1.0) == ()
-
-
-def test_a_doubtful_one_is_not_told_for_a_misfit_that_counts_as_explained() -> None:
-    doubtful, small = finding(0.9 * SURE), OPEN * EXPLAINED
-    assert _told([doubtful], small, 1.01 * small / LARGE) == ()
-    assert _told([doubtful], small, 0.99 * small / LARGE) == (doubtful,), "unless it falls to that"
-    assert _told([doubtful], 1.01 * small, small) == (doubtful,)
-    assert _told([finding(SURE)], small, small) != ()
+def test_of_several_those_are_told_that_are_likelier_than_not() -> None:
+    """Where the second stands is open between three nodes; the first is in all of them."""
+    left, first = replace(GOOD, misfit=30.0, errors=Errors(0.1, 0.1)), "n1.x"
+    seconds = ("n2.x", "n3.x", "n4.x")
+    evidence = PlainEvidence((BASE,), alone={(c,): left for c in (first, *seconds)})
+    fits = [replace(GOOD, misfit=1.0 + 0.01 * k) for k in range(3)]
+    pairs = [supposed(f, fault(first), fault(c)) for f, c in zip(fits, seconds, strict=True)]
+    found = judged(evidence, [supposed(left, fault(first))], pairs)
+    assert [s.confidence >= STATED for s in found.standings] == [True, False]
+    assert [f.place for f in found.findings] == [fault(first).place]
 
 
 def test_the_part_of_a_single_effect_is_what_it_takes_away() -> None:

@@ -8,12 +8,9 @@ is paired with the model's mode of its family: (4, 1) has four nodal lines acros
 across the width, as `FAMILIES` says (problems/structure_a/source.md tells how they were found).
 Where the middle of a short edge is not a node (5 elements along it), the string holds the two nodes
 beside it, each with half its stiffness.
-
-Run: python examples/structure_a_mesh.py [folder]
 """
 
 import csv
-import sys
 import tempfile
 from pathlib import Path
 
@@ -23,7 +20,7 @@ from scipy.optimize import linear_sum_assignment
 import cvxupdate
 from cvxupdate.fe.modes import model_modes
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 PROBLEM = ROOT / "problems" / "structure_a"
 LENGTH, WIDTH = 0.665, 0.455
 MESHES = ((7, 5), (14, 10), (28, 20), (56, 40))
@@ -196,11 +193,11 @@ def write_problem(folder, nx, ny, held, share):
     return path
 
 
-def study():
+def study(meshes=MESHES):
     """One result for each mesh: {(nx, ny): (updated, share of a string on each spring)}."""
     out = {}
     with tempfile.TemporaryDirectory() as folder:
-        for nx, ny in MESHES:
+        for nx, ny in meshes:
             held, share = middle_of_short_edges(nx, ny)
             out[nx, ny] = (
                 cvxupdate.run(write_problem(Path(folder) / f"{ny}x{nx}", nx, ny, held, share)),
@@ -284,16 +281,11 @@ def figure(results, path):
     return path
 
 
-def main(folder="out/structure_a_mesh"):
-    """Fit on every mesh, print the table, write table and figure."""
-    out = Path(folder)
-    out.mkdir(parents=True, exist_ok=True)
-    results = study()
+def main(out, wish):
+    """Fit on every mesh, print the table, write table and figure; gives the results."""
+    results = study(MESHES[:2] if wish.quick else MESHES)
     text = table(results)
     (out / "table.txt").write_text(text + "\n", encoding="utf-8")
     print(text)
     print(figure(results, out / "mesh.png"))
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:2])
+    return results

@@ -7,11 +7,8 @@ good (effective independence), spread evenly, and poor (crowded into one corner)
 measured. The error of a shape is its mass-weighted distance from the true complete shape, after the
 best scaling. Every case is drawn many times; methods are ranked by the median error. A method that
 cannot be formed at all (SEREPa inverts the shapes of ten modes at the ten sensors) counts 100 %.
-
-Run: python examples/expansion_ranking.py [folder]
 """
 
-import sys
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
@@ -34,6 +31,7 @@ from cvxupdate.reduction import (
     serepa,
     tam,
 )
+from validation.studies.wish import Wish
 
 QUOTED = ("SEREP", "SEREPa", "TAM", "dynamic", "IRS", "Guyan")
 METHODS = (*QUOTED, "hybrid TAM", "Gysin")
@@ -307,16 +305,11 @@ def figure(results: dict[tuple[str, str, float], dict[str, float]], path: Path) 
     return path
 
 
-def main(folder: str = "out/expansion_ranking") -> None:
-    """Run the whole experiment, print the table and write table and figure."""
-    out = Path(folder)
-    out.mkdir(parents=True, exist_ok=True)
-    results = experiment()
+def main(out: Path, wish: Wish) -> dict[tuple[str, str, float], dict[str, float]]:
+    """Run the whole experiment, print the table and write table and figure; gives the errors."""
+    results = experiment(wish.draws or (3 if wish.quick else 40))
     text = table(results)
     (out / "table.txt").write_text(text + "\n", encoding="utf-8")
     print(text)
     print(figure(results, out / "expansion_ranking.png"))
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:2])
+    return results

@@ -9,22 +9,22 @@ noise enters the rows through Z(p); both with all the rows' covariance (the dyna
 maximum-likelihood answer to errors in the variables, because x̂ = H(p) f is the nearest x that
 balances.
 
-``python rfm_noise_in_a.py OUT 50`` for 50 draws a level, ``… OUT 50 0.02`` for one level.
+``python -m validation.studies rfm_noise_in_a --draws 50`` for 50 draws a level, ``--levels 0.02``
+for one level.
 """
 
 from __future__ import annotations
 
 import csv
-import sys
 
 import numpy as np
-from shared.bay_case import CORNER, TRUTH, bay, data_of, fe1, out_folder, step
 
 from cvxupdate.convex import SolverChoice
 from cvxupdate.residual.frf import FrfResidual
 from cvxupdate.residual.frf_points import choose_points
 from cvxupdate.update.rfm_loop import fit_responses
 from cvxupdate.update.trust_region import Options, iterate
+from validation.studies.bay_case import CORNER, TRUTH, bay, data_of, fe1, step
 
 LEVELS = (0.005, 0.02, 0.05)
 LINES = np.arange(10.0, 400.5, 1.0)
@@ -37,10 +37,10 @@ METHODS = (
 )
 
 
-def draw(model, exact, level, seed):
-    """{method: p}."""
+def draw(model, exact, level, seed, points=40):
+    """{method: p} from so many lines."""
     data = data_of(model, LINES, bay.noisy(exact, level, seed), bay.TEN, CORNER, level / np.sqrt(3))
-    data = (data.at(choose_points(model, data, "between", 40).lines),)
+    data = (data.at(choose_points(model, data, "between", points).lines),)
     problem, choice, options = step(model), SolverChoice(), Options(1e-6, 60, 0.1)
     out = {}
     for kind, words in (("force-balance", "force balance"), ("flexibility", "flexibility")):
@@ -55,11 +55,12 @@ def draw(model, exact, level, seed):
     return {name: out[name] for name in METHODS}
 
 
-def study(draws, level):
-    """{method: p of every draw (draws, 40)} at one level."""
+def study(draws, level, points=40):
+    """{method: p of every draw (draws, 40)} at one level, from so many lines."""
     model = fe1()
     exact = bay.receptance(bay.build("X1"), LINES, bay.TEN, CORNER)
-    found = [draw(model, exact, level, round(1e5 * level) * 1000 + k) for k in range(draws)]
+    seeds = [round(1e5 * level) * 1000 + k for k in range(draws)]
+    found = [draw(model, exact, level, seed, points) for seed in seeds]
     return {name: np.array([f[name] for f in found]) for name in METHODS}
 
 
@@ -71,18 +72,17 @@ def summary(p):
     return float(bias), float(scatter), float(np.mean(np.linalg.norm(p - TRUTH, axis=1)) / size)
 
 
-def main():
+def main(folder, wish):
+    """Print and draw bias and error of every method; gives p of all draws."""
     import matplotlib.pyplot as plt
 
-    folder, draws = out_folder("rfm_noise_in_a")
-    levels = [v for v in LEVELS if f"{v:g}" in sys.argv[3:]] or LEVELS
+    draws = wish.draws or (1 if wish.quick else 2)
+    levels = wish.levels or (LEVELS if wish.draws else LEVELS[1:2])
     found = {}
     rows = [("noise", "method", "draws", "bias", "scatter of the bias", "error")]
-    for level in levels if draws else LEVELS[1:2]:
-        methods = found[level] = study(draws or 2, level)
-        print(
-            f"\n{100 * level:g} % noise, {draws or 2} draws: bias of p (± its scatter), mean error"
-        )
+    for level in levels:
+        methods = found[level] = study(draws, level, 12 if wish.quick else 40)
+        print(f"\n{100 * level:g} % noise, {draws} draws: bias of p (± its scatter), mean error")
         for name, p in methods.items():
             bias, scatter, error = summary(p)
             rows.append((level, name, len(p), f"{bias:.4g}", f"{scatter:.4g}", f"{error:.4g}"))
@@ -114,7 +114,4 @@ def main():
     ax.legend(fontsize=7)
     figure.tight_layout()
     figure.savefig(folder / "rfm_noise_in_a.png", dpi=130)
-
-
-if __name__ == "__main__":
-    main()
+    return found

@@ -1,10 +1,10 @@
-"""Structure A: a measured steel plate, updated with five parameters on 18 modes and scored on two
-that the fit never saw.
+"""`run`: a measured steel plate, updated with five parameters on 18 modes and scored on two that
+the fit never saw.
 
 Writes result.json, report.html and updated/problem.toml as `cvxupdate run` does, and a figure of
 its own: the frequency error of every mode, before and after.
 
-Run: python examples/structure_a.py [folder]
+Run: python examples/update_a_plate.py [folder]
 """
 
 import sys
@@ -63,17 +63,14 @@ def figure(updated, path):
     return path
 
 
-def main(folder="out/structure_a_example"):
+def main(folder="out/examples/update_a_plate"):
     """Update the plate, print what came of it, write report and figure."""
     out = Path(folder)
-    out.mkdir(parents=True, exist_ok=True)
     updated = cvxupdate.run(PROBLEM)
-    files, _ = cvxupdate.run_files(updated, out)
-    for name, text in files.items():
-        (out / name).parent.mkdir(exist_ok=True)
-        (out / name).write_text(text, encoding="utf-8")
+    updated.save(out)
     print(table(updated))
     print(figure(updated, out / "errors.png"))
+    return updated
 
 
 if __name__ == "__main__":

@@ -1,25 +1,21 @@
-"""What the examples of chapters 3 to 5 share: the bay structure, its data with noise, and one
+"""What the studies of chapters 3 to 5 share: the bay structure, its data with noise, and one
 fit."""
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[2]
-PROBLEMS = ROOT / "problems"
-sys.path.insert(0, str(ROOT))  # an example is run as a script, with its own folder as the first
+from cvxupdate.convex import Bounds, LeastSquares, SolverChoice, StepProblem
+from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
+from cvxupdate.residual.frf_data import frf_data
+from cvxupdate.study import open_problem
+from cvxupdate.update.rfm_loop import fit_responses
+from cvxupdate.update.trust_region import Options
+from validation import make_rfm
 
-from cvxupdate.convex import Bounds, LeastSquares, SolverChoice, StepProblem  # noqa: E402
-from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin  # noqa: E402
-from cvxupdate.residual.frf_data import frf_data  # noqa: E402
-from cvxupdate.study import open_problem  # noqa: E402
-from cvxupdate.update.rfm_loop import fit_responses  # noqa: E402
-from cvxupdate.update.trust_region import Options  # noqa: E402
-from validation import make_rfm  # noqa: E402
-
+PROBLEMS = Path(__file__).resolve().parents[2] / "problems"
 bay = make_rfm.bay
 CORNER = ("n1.x", "n1.y", "n1.z")
 NINETEEN = ("n1.x", "n1.y", *(f"n{i}.z" for i in range(1, 20)))
@@ -84,11 +80,3 @@ def ranked(p):
     """Whether the ten wrong elements stand above the ten sound ones by the size of their stiffness
     p."""
     return bool(np.abs(p[WRONG]).min() > np.abs(p[SOUND]).max())
-
-
-def out_folder(name):
-    """The folder of the first argument, else out/<name>; and the number of draws of the second,
-    else None."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path("out") / name
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder, int(sys.argv[2]) if len(sys.argv) > 2 else None

@@ -5,13 +5,12 @@ FE1 against X1, 21 coordinates, force at node 1 along z. The characteristic log 
 computed from FE1 alone, with a deviation of 5 % on every parameter; the thesis used the true ΔZ,
 which is shown beside it. Then 20 draws of random lines (away from resonances) against the best
 lines at 0.5 % noise, for the thesis's iteration and for the loop that ends with the output error.
-``python rfm_accuracy.py OUT 20`` for 20 draws.
+``python -m validation.studies rfm_accuracy --draws 20`` for 20 draws.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from shared.bay_case import CORNER, NINETEEN, TRUTH, bay, data_of, error, fe1, fit, out_folder
 
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.residual.frf import FrfResidual
@@ -19,6 +18,7 @@ from cvxupdate.residual.frf_accuracy import accuracy
 from cvxupdate.residual.frf_points import choose_points
 from cvxupdate.update.classic_loop import classic_loop
 from cvxupdate.update.classic_solvers import svd_least_squares
+from validation.studies.bay_case import CORNER, NINETEEN, TRUTH, bay, data_of, error, fe1, fit
 
 NOISE = 0.005
 LEVELS = (0.001, 0.005, 0.01, 0.05, 0.1)
@@ -35,14 +35,14 @@ def curves(model):
     )
 
 
-def compare(model, count, draws):
-    """Errors of p: {rule: {"plain" or "auto": [error of each draw]}}; noise differs from draw to
-    draw, alike for all rules."""
+def compare(model, count, draws, rules=RULES):
+    """Errors of p: {rule: {"plain" or "auto": [error of each draw]}}; the last of ``rules`` is
+    "random". Noise differs from draw to draw, alike for all rules."""
     real = bay.build("X1")
     exact = bay.receptance(real, BAND, NINETEEN, ("n1.z",))
     peaks = model_modes(model, 30).flexible().frequencies
     calm = np.flatnonzero(np.min(np.abs(BAND[:, None] - peaks) / peaks, axis=1) > 0.02)
-    out = {key: {"plain": [], "auto": []} for key in RULES}
+    out = {key: {"plain": [], "auto": []} for key in rules}
     for k in range(draws):
         rng = np.random.default_rng(5_000 + k)
         data = data_of(
@@ -53,7 +53,7 @@ def compare(model, count, draws):
             ("n1.z",),
             NOISE / np.sqrt(3),
         )
-        sets = {rule: choose_points(model, data, rule, count).lines for rule in RULES[:-1]}
+        sets = {rule: choose_points(model, data, rule, count).lines for rule in rules[:-1]}
         sets["random"] = np.sort(rng.choice(calm, count, replace=False))
         for key, lines in sets.items():
             some = data.at(lines)
@@ -90,10 +90,11 @@ def scaled_rows(system):
     return system.A, system.b
 
 
-def main():
+def main(folder, wish):
+    """Draw the curves, compare the rules, print; gives all of it."""
     import matplotlib.pyplot as plt
 
-    folder, draws = out_folder("rfm_accuracy")
+    rules = ("best", "random") if wish.quick else RULES
     model = fe1()
     guess, known = curves(model)
     figure, axes = plt.subplots(2, 1, figsize=(7, 7), sharex=True)
@@ -126,10 +127,10 @@ def main():
         "the same lines are best: rank correlation of the two curves "
         f"{rank_correlation(guess.log_function[below], known.log_function[below]):.2f}"
     )
-    for count in (10, 30):
-        found = compare(model, count, draws or 1)
+    for count in (10,) if wish.quick else (10, 30):
+        found = compare(model, count, wish.draws or 1, rules)
         for how in ("plain", "auto"):
-            errors = {rule: np.array(found[rule][how]) for rule in RULES}
+            errors = {rule: np.array(found[rule][how]) for rule in rules}
             print(
                 f"{count} lines, {how}: median error of p "
                 + ", ".join(
@@ -143,15 +144,13 @@ def main():
         "mean of p at complete coordinates, and its largest distance from −1, as noise "
         "swamps (5.30):"
     )
-    for level, mean, far in swamped(model):
+    drowned = swamped(model)
+    for level, mean, far in drowned:
         print(f"  noise {100 * level:g} %: mean p {mean:.3f}, |p + 1| at most {far:.3f}")
+    return guess, known, found, drowned
 
 
 def rank_correlation(a, b):
     """Spearman's."""
     ranks = [np.argsort(np.argsort(v)) for v in (a, b)]
     return float(np.corrcoef(*ranks)[0, 1])
-
-
-if __name__ == "__main__":
-    main()

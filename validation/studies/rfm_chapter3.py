@@ -1,24 +1,23 @@
 """Figures of chapter 3 again: the chain before and after (3.3 to 3.6), the bay's p-values and
 receptances (3.10, 3.11), the dynamic stiffness and its reduced form (3.12, 3.13), the cost function
-of two parameters (3.14, 3.15), the plate's three kinds of p-values (3.18; 3.19 with ``noise``).
-
-Run: python examples/rfm_chapter3.py [folder] [noise]
+of two parameters (3.14, 3.15), the plate's three kinds of p-values (3.18; 3.19 with ``--every``).
 """
 
 from __future__ import annotations
 
-import sys
+from functools import cache
 
 import numpy as np
-from shared.bay_case import CORNER, PROBLEMS, bay, data_of, fe1, make_rfm, out_folder
 
 import cvxupdate
 from cvxupdate.fe.responses import condense, dynamic_stiffness, held_frequencies
 from cvxupdate.fe.synthesis import receptance
 from cvxupdate.residual.frf import FrfResidual
 from cvxupdate.study import open_problem
+from validation.studies.bay_case import CORNER, PROBLEMS, bay, data_of, fe1, make_rfm
 
 
+@cache
 def updated(name):
     """(result, model, p)."""
     path = PROBLEMS / name / "problem.toml"
@@ -26,16 +25,17 @@ def updated(name):
     return result, open_problem(path)[1], np.array([q.p for q in result.parameters])
 
 
-def chain(plt, folder):
+def chain(plt, folder, names=("complete", "incomplete", "noisy")):
+    """Figs 3.3, 3.4, 3.6: receptances before and after; 3.5: p over the iterations."""
     real = make_rfm.build(make_rfm.chain_toml(True))
     f = np.arange(20.25, 200, 0.5)
-    figure, axes = plt.subplots(3, 1, figsize=(7, 8), sharex=True)
-    cases = (
-        ("complete", "Fig. 3.3, complete"),
-        ("incomplete", "Fig. 3.4, five coordinates"),
-        ("noisy", "Fig. 3.6, 10 % noise"),
-    )
-    for ax, (name, words) in zip(axes, cases, strict=True):
+    figure, axes = plt.subplots(len(names), 1, figsize=(7, 8), sharex=True)
+    said = {
+        "complete": "Fig. 3.3, complete",
+        "incomplete": "Fig. 3.4, five coordinates",
+        "noisy": "Fig. 3.6, 10 % noise",
+    }
+    for ax, name in zip(axes, names, strict=True):
         result, model, p = updated(f"chain10/{name}")
         at = np.array([model.place["n5.x"]])
         ax.semilogy(
@@ -51,14 +51,14 @@ def chain(plt, folder):
         ax.semilogy(
             f, np.abs(receptance(model, f, at, at, p)[:, 0, 0]), "--", lw=1, label="updated"
         )
-        ax.set_title(f"{words}: {result.iterations} iterations", fontsize=9)
+        ax.set_title(f"{said[name]}: {result.iterations} iterations", fontsize=9)
         print(
             f"chain10_{name}: {result.status}, {result.iterations} iterations, largest |p| "
             f"{np.abs(p).max():.4f}"
         )
     axes[0].legend(fontsize=7)
     axes[1].set_ylabel("receptance 5, 5 (m/N)")
-    axes[2].set_xlabel("frequency (Hz)")
+    axes[-1].set_xlabel("frequency (Hz)")
     figure.tight_layout()
     figure.savefig(folder / "chain.png", dpi=120)
     result, _, p = updated("chain10/incomplete")
@@ -72,6 +72,7 @@ def chain(plt, folder):
 
 
 def frame(plt, folder):
+    """Figs 3.10 and 3.11: p-values and receptances of the bay."""
     result, model, p = updated("bay/fe1_x1_incomplete")
     noisy, _, q = updated("bay/fe1_x1_noisy")
     print(
@@ -107,6 +108,7 @@ def frame(plt, folder):
 
 
 def surfaces(plt, folder):
+    """Figs 3.12 to 3.15: dynamic stiffness, reduced and not; the cost along one p-value."""
     model = fe1()
     ten = np.array([model.place[x] for x in bay.TEN])
     f = np.arange(5.0, 400, 0.5)
@@ -153,6 +155,7 @@ def surfaces(plt, folder):
 
 
 def plate(plt, folder, percent):
+    """Figs 3.18 and 3.19: p-values of the plate at so many per cent of noise."""
     result, _, p = updated(f"plate_complex/{percent}pct")
     figure, axes = plt.subplots(3, 1, figsize=(7, 6), sharex=True, sharey=True)
     for ax, values, words in zip(
@@ -173,20 +176,17 @@ def plate(plt, folder, percent):
     )
 
 
-def main():
+def main(folder, wish):
+    """Every figure, each with a line of what it shows."""
     import matplotlib.pyplot as plt
 
-    noise = "noise" in sys.argv
-    if noise:
-        sys.argv.remove("noise")
-    folder, _ = out_folder("rfm_chapter3")
+    if wish.quick:
+        chain(plt, folder, ("complete", "incomplete"))
+        surfaces(plt, folder)
+        return
     chain(plt, folder)
     frame(plt, folder)
     surfaces(plt, folder)
     plate(plt, folder, 0)
-    if noise:
+    if wish.every:
         plate(plt, folder, 2)
-
-
-if __name__ == "__main__":
-    main()

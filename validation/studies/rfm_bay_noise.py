@@ -1,6 +1,6 @@
 """Noise where the thesis diverged (3.4.2): FE1 against X1, ten coordinates, 0.5 to 5 % noise.
-``python rfm_bay_noise.py OUT 50`` runs 50 draws a level (a quarter of an hour), ``… OUT 50 0.005``
-one level, ``… OUT 5 all`` every penalty.
+``python -m validation.studies rfm_bay_noise --draws 50`` runs 50 draws a level (a quarter of an
+hour), ``--levels 0.005`` one level, ``--draws 5 --every`` every penalty.
 
 Plain: the thesis's own iteration, force balance by SVD least squares, no bounds, no trust region,
 the same lines. Then the package's loop without a penalty and with each of several; the p-error of
@@ -10,16 +10,15 @@ each against the truth. problems/bay/noise.md has the table of 50 draws a level.
 from __future__ import annotations
 
 import csv
-import sys
 
 import numpy as np
-from shared.bay_case import CORNER, bay, data_of, error, fe1, fit, out_folder, ranked
 
 from cvxupdate.convex import L1, Entropy, GroupL1, Tikhonov
 from cvxupdate.residual.frf import FrfResidual
 from cvxupdate.residual.frf_points import choose_points
 from cvxupdate.update.classic_loop import classic_loop
 from cvxupdate.update.trust_region import objective_at
+from validation.studies.bay_case import CORNER, bay, data_of, error, fe1, fit, ranked
 
 LEVELS = (0.005, 0.01, 0.02, 0.05)
 POINTS = 40
@@ -120,21 +119,25 @@ def say(rows):
         )
 
 
-def main():
+def asked(wish):
+    """(levels, penalties) of a wish."""
+    if wish.quick:
+        return (0.02,), ("none", "tikhonov (5 % prior)")
+    if wish.every:
+        names = tuple(PENALTIES)
+    else:
+        names = ("none", "l1 (gcv)") if wish.draws else ("none", "tikhonov (5 % prior)", "l1 (gcv)")
+    return wish.levels or (LEVELS if wish.draws else (LEVELS[0], LEVELS[-1])), names
+
+
+def main(folder, wish):
+    """Draw and print the table of every level; gives the tables."""
     import matplotlib.pyplot as plt
 
-    chosen = tuple(v for v in LEVELS if f"{v:g}" in sys.argv[3:]) or LEVELS
-    folder, draws = out_folder("rfm_bay_noise")
-    names = (
-        tuple(PENALTIES)
-        if "all" in sys.argv
-        else ("none", "tikhonov (5 % prior)", "l1 (gcv)")
-        if draws is None
-        else ("none", "l1 (gcv)")
-    )
+    levels, names = asked(wish)
     rows, found = ["plain SVD", *names], {}
-    for level in chosen if draws else (0.005, 0.05):
-        some = study(draws or 1, level, names)
+    for level in levels:
+        some = study(wish.draws or 1, level, names)
         found[level] = [summary(level, some, name) for name in rows]
         say(found[level])
     with (folder / "rfm_bay_noise.csv").open("w", newline="") as file:
@@ -164,7 +167,4 @@ def main():
     ax.legend(fontsize=8)
     figure.tight_layout()
     figure.savefig(folder / "rfm_bay_noise.png", dpi=130)
-
-
-if __name__ == "__main__":
-    main()
+    return found

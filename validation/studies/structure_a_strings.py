@@ -3,19 +3,16 @@ tried one by one.
 
 Each is a problem file of its own, run through the public functions: five parameters (four without
 strings), 18 modes fitted, 2 held out.
-
-Run: python examples/structure_a_strings.py [folder]
 """
 
-import sys
 import tempfile
 from pathlib import Path
 
-from structure_a_mesh import node_at, write_problem
-
 import cvxupdate
+from validation.studies.structure_a_mesh import node_at, write_problem
 
 NX, NY = 28, 20
+QUICK = ("no strings", "middle of the short edges", "four corners")
 
 
 def places(nx=NX, ny=NY):
@@ -33,25 +30,26 @@ def places(nx=NX, ny=NY):
     }
 
 
-def study():
-    """A result for each place."""
+def study(nx=NX, ny=NY, names=None):
+    """A result for each place (those of ``names`` only) on a mesh of nx x ny elements."""
+    chosen = {name: held for name, held in places(nx, ny).items() if names is None or name in names}
     with tempfile.TemporaryDirectory() as folder:
         return {
             name: cvxupdate.run(
                 write_problem(
-                    Path(folder) / str(k), NX, NY, held, min(1.0, 2.0 / max(len(held), 1))
+                    Path(folder) / str(k), nx, ny, held, min(1.0, 2.0 / max(len(held), 1))
                 )
             )
-            for k, (name, held) in enumerate(places().items())
+            for k, (name, held) in enumerate(chosen.items())
         }
 
 
-def table(results):
+def table(results, nx=NX, ny=NY):
     """The comparison as text, best first."""
     lines = [
         "place of the strings          mean error %   largest %   held out %   stiffness in all N/m"
     ]
-    held = {name: len(nodes) for name, nodes in places().items()}
+    held = {name: len(nodes) for name, nodes in places(nx, ny).items()}
     for name, u in sorted(
         results.items(),
         key=lambda item: item[1].fit["fit"]["frequency_error_percent_mean"]["after"],
@@ -102,16 +100,12 @@ def figure(results, path):
     return path
 
 
-def main(folder="out/structure_a_strings"):
-    """Try every place, print the table, write table and figure."""
-    out = Path(folder)
-    out.mkdir(parents=True, exist_ok=True)
-    results = study()
-    text = table(results)
+def main(out, wish):
+    """Try every place, print the table, write table and figure; gives the results."""
+    mesh = (14, 10) if wish.quick else (NX, NY)
+    results = study(*mesh, QUICK if wish.quick else None)
+    text = table(results, *mesh)
     (out / "table.txt").write_text(text + "\n", encoding="utf-8")
     print(text)
     print(figure(results, out / "strings.png"))
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:2])
+    return results

@@ -6,8 +6,8 @@ linearised at the model as it stands, its rows scaled by the dynamic flexibility
 (3.34). The error is against the solution without noise. Two truncations: the best that exists in
 hindsight, as the thesis chose its n_t and epsilon, and the one that Picard's condition finds. TLS
 also with its columns scaled by the deviation of the noise in each (T of 4.14), found by simulation
-on the model alone. ``python rfm_regularisation.py OUT 50`` for 50 draws; problems/bay/noise.md has
-their table.
+on the model alone. ``python -m validation.studies rfm_regularisation --draws 50`` for 50
+draws; problems/bay/noise.md has their table.
 
 What the thesis claims of TLS, after 50 draws a level (4.7.3, 10.1 viii):
  "superior to LLS when the noise variance is large": confirmed only with the rank lowered in
@@ -30,13 +30,13 @@ from __future__ import annotations
 import csv
 
 import numpy as np
-from shared.bay_case import NINETEEN, bay, data_of, fe1, out_folder, step
 
 from cvxupdate.convex import L1, Norm, Robust, Tikhonov, solve_step
 from cvxupdate.fe.synthesis import receptance
 from cvxupdate.residual.frf import FrfResidual
 from cvxupdate.system import LinearSystem
 from cvxupdate.update.classic_solvers import picard, svd_least_squares, total_least_squares
+from validation.studies.bay_case import NINETEEN, bay, data_of, fe1, step
 
 LINES = np.array([30.0, 75.0, 118.0, 145.0, 190.0])
 VARIANCES = (0.0, 1e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3)
@@ -49,6 +49,7 @@ def equations(model, H):
 
 
 def scaled(system, weights):
+    """The same rows with other weights."""
     return LinearSystem(system.A, system.b, weights, system.columns, system.rows)
 
 
@@ -104,7 +105,7 @@ def uncertainty(A):
     return 0.002 * np.linalg.norm(A)
 
 
-def study(draws):
+def study(draws, variances=VARIANCES):
     """{variance: {method: relative errors in %}}."""
     model, real = fe1(), bay.build("X1")
     exact = bay.receptance(real, LINES, NINETEEN, ("n1.z",))
@@ -113,7 +114,7 @@ def study(draws):
     reference = svd_least_squares(*clean.weighted())
     columns = noise_of_columns(model, clean.weights)
     out = {}
-    for variance in VARIANCES:
+    for variance in variances:
         errors = {}
         for k in range(draws if variance else 1):
             rng = np.random.default_rng(48_000 + k)
@@ -127,14 +128,16 @@ def study(draws):
     return out, int(keep.sum())
 
 
-def main():
+def main(folder, wish):
+    """Print and draw the errors of every method; gives them."""
     import matplotlib.pyplot as plt
 
-    folder, draws = out_folder("rfm_regularisation")
-    found, rows = study(draws or 1)
+    draws = wish.draws or 1
+    variances = (0.0, 1e-5, 1e-3) if wish.quick else VARIANCES
+    found, rows = study(draws, variances)
     names = list(next(iter(found.values())))
     print(
-        f"{rows} equations, 40 unknowns, {draws or 1} draws. Mean relative error of p (%) "
+        f"{rows} equations, 40 unknowns, {draws} draws. Mean relative error of p (%) "
         "against the noise variance:"
     )
     print(f"{'variance':>20s}" + "".join(f"{v:>10.0e}" for v in found))
@@ -145,7 +148,7 @@ def main():
             name: np.mean(
                 [
                     np.mean(found[v][name]) / np.mean(found[v]["LLS"])
-                    for v in VARIANCES
+                    for v in variances
                     if low <= v <= high
                 ]
             )
@@ -171,8 +174,8 @@ def main():
         names, ("o-", "s-", "^-", "v--", "d:", "x-", "*-", "+-", "1-"), strict=True
     ):
         ax.loglog(
-            VARIANCES[1:],
-            [np.mean(found[v][name]) for v in VARIANCES[1:]],
+            variances[1:],
+            [np.mean(found[v][name]) for v in variances[1:]],
             style,
             ms=4,
             lw=1,
@@ -187,7 +190,4 @@ def main():
     ax.legend(fontsize=8)
     figure.tight_layout()
     figure.savefig(folder / "rfm_regularisation.png", dpi=130)
-
-
-if __name__ == "__main__":
-    main()
+    return found
