@@ -58,8 +58,13 @@ def gathered(
     Raises
     ------
     InputError
-        When there is no recording to fit.
+        When there is no recording to fit, or elements are members of families.
     """
+    if spec.model.families:
+        raise InputError(
+            f"{spec.path}: model.families: diagnose works on elements whose matrices follow from "
+            "their properties. Take the families out; a mesh that is too coarse is told by itself."
+        )
     if not any(r.origin.use == "fit" for r in recordings):
         raise InputError(f'{spec.path}: diagnose needs a recording with use = "fit". Add one.')
     usable = responses_of(recordings)

@@ -170,9 +170,9 @@ CLEARLY = 0.1
 TWICE = 2.0
 # Fall of a misfit that already counts as explained from which an effect is still believed.
 LARGE = 4.0
-# Confidence from which on a finding is stated: likelier than all that it excludes together. Less is
-# more often wrong than right (docs/calibration.md).
-LIKELY = 0.5
+# Probability from which on a finding is stated: its place is likelier than all others together.
+# Below, findings are more often wrong than right (docs/calibration.md).
+STATED = 0.5
 # Most that is stated: one time in a hundred what is missing is nothing that was tried.
 MOST_SURE = 0.99
 # Most that is stated where time ended the search: what was not refitted to the end may be as likely

@@ -29,8 +29,8 @@ from cvxupdate.diagnose.settings import (
     CHANCE,
     HALVED,
     LEAST_SIZE,
-    LIKELY,
     MOST_SURE,
+    STATED,
     STRONG,
 )
 from cvxupdate.diagnose.types import Progress
@@ -83,7 +83,7 @@ def states_diagnosis(
     ranked = _ranked(parts, tell)
     best, base = ranked[0], next(r for r in ranked if r.kind is None)
     explained = base.shared.fit.cost <= chi_square(CHANCE, base.shared.fit.rows)
-    sure = not explained and best.kind is not None and best.probability >= LIKELY
+    sure = not explained and best.kind is not None and best.probability >= STATED
     told = sure and _there(best.shared, base.shared)
     findings = _findings(parts, best, base, _near(ranked)) if told else ()
     verdict = "missing_physics" if findings else "consistent" if explained else "undetermined"

@@ -10,13 +10,14 @@ from cvxupdate.fe.bases import base_blocks, moving
 from cvxupdate.fe.batches import GivenMatrix, block_of, gather, given_blocks
 from cvxupdate.fe.elements.base import Surroundings
 from cvxupdate.fe.generic.change import with_families
+from cvxupdate.fe.generic.members import with_members
 from cvxupdate.fe.labels import KINDS
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.numbering import first_of_ties, number_dofs
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.fe.select import select_parameters
 from cvxupdate.fe.whole import with_entries
-from cvxupdate.spec import Spec, Target, expand_parameters
+from cvxupdate.spec import Spec, Target, expand_parameters, members_of
 from cvxupdate.spec import model as sm
 
 
@@ -52,6 +53,8 @@ def build_model(spec: Spec) -> Model:
         if to in free
     )
     model = Model(names, node_ids, xyz, dof_node, dof_kind, tuple(blocks), (), zeta, ties)
+    members = [(row, members_of(text, row)) for row in text.families]
+    model = with_members(model, members, given) if members else model
     model = model.with_parameters(parameters_of(spec, model))
     return _with_whole(spec, _with_generic(spec, model, given))
 

@@ -2,7 +2,7 @@
 
 from cvxupdate.spec.given import Given, spec_of
 from cvxupdate.spec.grammar import ProblemFile, Spec
-from cvxupdate.spec.parameters import Target, expand_parameters
+from cvxupdate.spec.parameters import Target, expand_parameters, members_of
 from cvxupdate.spec.problem import (
     check_problem,
     check_text,
@@ -21,6 +21,7 @@ __all__ = [
     "check_text",
     "expand_parameters",
     "load_problem",
+    "members_of",
     "name_of",
     "read_text",
     "schema",

@@ -1,9 +1,9 @@
 """``include`` of a [model]: a file that holds a [model], read and merged under the one that names
 it.
 
-The rule: lists (`nodes`, `elements`, `supports`, `ties`) are appended, the included entries first;
-`materials` and `sections` are merged by name, and a name given again replaces the included entry
-whole; any other key given again replaces the included value.
+The rule: lists (`nodes`, `elements`, `supports`, `ties`, `families`) are appended, the included
+entries first; `materials` and `sections` are merged by name, and a name given again replaces the
+included entry whole; any other key given again replaces the included value.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from cvxupdate.keys import Loc
 from cvxupdate.spec.read import read_toml
 from cvxupdate.spec.tables import Source, unusable
 
-LISTED = ("nodes", "elements", "supports", "ties")
+LISTED = ("nodes", "elements", "supports", "ties", "families")
 NAMED = ("materials", "sections")
 DEEPEST = 4
 """Files that may lie under one another; more could only confuse."""

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from cvxupdate.keys import Dofs, Id, NonNegative, Part, Positive, Table, Text, one_of
 from cvxupdate.spec.elements import Block
+from cvxupdate.spec.generic import Member
 
 
 class Node(Part):
@@ -182,6 +183,9 @@ class Model(Part):
     elements: tuple[Block, ...] = Field(min_length=1, description="the blocks")
     supports: tuple[Support, ...] = Field(default=(), description="absent: free")
     ties: tuple[Tie, ...] = Field(default=(), description="nodes that share DOFs")
+    families: tuple[Member, ...] = Field(
+        default=(), description="elements whose matrices are other members of their family"
+    )
     bases: tuple[Base, ...] = Field(
         default=(),
         description="what moves the structure; absent: the supports where a motion is imposed",

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from cvxupdate.spec.elements import MATRICES, Block, Row, text_of
-from cvxupdate.spec.generic import GENERIC, FamilyTable
+from cvxupdate.spec.generic import GENERIC, FamilyTable, Member
 from cvxupdate.spec.model import Model
 from cvxupdate.spec.update_parameters import ParameterRow
 
@@ -117,6 +117,16 @@ def lossy(model: Model, row: Row) -> str | None:
         return "material" if material.eta > 0.0 else None
     damping = model.damping
     return "damping" if any(getattr(damping, word, 0.0) > 0.0 for word in DAMPING_WORDS) else None
+
+
+def members_of(model: Model, row: Member) -> tuple[int, ...]:
+    """The elements of a row of [[model.families]] that have whole matrices."""
+    carriers = carriers_of(model, GENERIC)
+    if row.group is not None:
+        named: Iterable[int] = groups_of(model).get(row.group, [])
+    else:
+        named = carriers if row.elements == "all" else row.elements or ()
+    return tuple(e for e in dict.fromkeys(named) if e in carriers)
 
 
 def _by_material(model: Model) -> dict[str, list[int]]:

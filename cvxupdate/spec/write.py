@@ -130,8 +130,8 @@ def _locate(table: dict[str, Any]) -> None:
 
 
 def to_toml(tables: Mapping[str, Any], comment: Sequence[str] = ()) -> str:
-    """TOML text; lists of tables at the top, in [model] and of elements, supports, ties and bases
-    get headers of their own, rows one line each."""
+    """TOML text; lists of tables at the top, in [model] and of elements, supports, ties, bases and
+    families get headers of their own, rows one line each."""
     lines = [f"# {line}".rstrip() for text in comment for line in text.splitlines()]
     if lines:
         lines.append("")
@@ -145,7 +145,7 @@ def to_toml(tables: Mapping[str, Any], comment: Sequence[str] = ()) -> str:
     return "\n".join(lines).lstrip("\n") + "\n"
 
 
-HEADED = ("model.elements", "model.supports", "model.ties", "model.bases")
+HEADED = tuple(f"model.{k}" for k in ("elements", "supports", "ties", "bases", "families"))
 BELOW = ("model.materials", "model.sections")
 
 

@@ -27,6 +27,10 @@ def test_every_threshold_is_used() -> None:
     assert NAMES and [n for n in NAMES if not re.search(rf"\b{n}\b", used)] == []
 
 
+def test_no_threshold_is_set_twice() -> None:
+    assert sorted(NAMES) == sorted(set(NAMES))
+
+
 def test_no_module_beside_has_one_of_its_own() -> None:
     """A threshold has one place; a module that wants it imports it."""
     doubled = {

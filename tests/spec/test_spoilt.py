@@ -34,6 +34,7 @@ TIED = 'tied = [{ parameters = ["e1.stiffness", "e2.stiffness"] }]'
 LINEAR = 'linear = [{ coefficients = { "e11.stiffness" = 1.0, skin = -3.0 }, equals = 0.0 }]'
 FIRST = '{ elements = "all", of = "stiffness", each = "element", lower = -0.4, upper = 0.4 }'
 ROW = "model.elements[0].rows[1]"
+FAMILY = "[[model.families]]\nelements = [1]\nK = [[1, 1, 0.1]]\n\n"
 
 SPOILT = [
     one(
@@ -766,6 +767,30 @@ SPOILT = [
         "update.parameters[3].family.classes",
         "number their modes each by itself",
         'matrices = ["K"]',
+    ),
+    one(
+        "a factor on a member of a family",
+        "[[model.supports]]",
+        FAMILY + "[[model.supports]]",
+        "update.parameters[0]",
+        "acts on element 1, whose matrix is given",
+        'of = "generic"',
+    ),
+    one(
+        "a family of nothing",
+        "[[model.supports]]",
+        FAMILY.replace("elements = [1]\n", "") + "[[model.supports]]",
+        "model.families[0]",
+        "names no elements",
+        "exactly one of elements, group",
+    ),
+    one(
+        "a family of an element that is not there",
+        "[[model.supports]]",
+        FAMILY.replace("[1]\n", "[99]\n") + "[[model.supports]]",
+        "model.families[0].elements",
+        "element 99 does not exist",
+        "Name rods, beams",
     ),
 ]
 

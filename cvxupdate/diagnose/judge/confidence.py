@@ -9,8 +9,8 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Figures
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
-from cvxupdate.diagnose.judge.posterior import field_of, rivals, support, weights
-from cvxupdate.diagnose.settings import CUT_SHORT, MOST_SURE
+from cvxupdate.diagnose.judge.posterior import field_of, rivals, support, support_at, weights
+from cvxupdate.diagnose.settings import CUT_SHORT, MOST_SURE, STATED
 from cvxupdate.physics.effect import Effect
 
 
@@ -18,13 +18,15 @@ from cvxupdate.physics.effect import Effect
 class Standing:
     """What the confidence in an effect rests on; logarithms are decimal.
 
-    ``support``: posterior probability of the hypotheses that have it; ``gain``: misfit of the
+    ``support``: posterior probability of the hypotheses that have it, and ``here`` of those that
+    have one of any type at its place; ``gain``: misfit of the
     nuisance parameters alone over the best (log); ``left``: the best misfit (log); ``weight``: its
     size in its own deviations (log); ``rivals``: how many hypotheses are no less likely than strong
     evidence would tell; ``most`` that may be stated.
     """
 
     support: float
+    here: float
     gain: float
     left: float
     weight: float
@@ -36,13 +38,20 @@ class Standing:
         """Never certain: what nobody thought of was not tried."""
         return min(self.support, self.most)
 
+    @property
+    def told(self) -> bool:
+        """Whether it is stated: its place is likelier than all others together, and where another
+        type of effect does as well there, that is listed beside it."""
+        return min(self.here, self.most) >= STATED
+
 
 def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case) -> Standing:
     """Of effect ``number`` of the final hypothesis among all that were refitted."""
     effect, field = final.hypothesis.effects[number], field_of(final, others, case)
-    mine = case.scale(final)
+    mine, likely = case.scale(final), weights(field, case)
     return Standing(
-        support(effect, field, weights(field, case), case.evidence.model),
+        support(effect, field, likely, case.evidence.model),
+        support_at(effect.place, field, likely),
         _log(case.scale(case.base) / max(mine, 1e-9)),
         _log(mine),
         _log(size_of(effect, final.hypothesis.figures[number])),

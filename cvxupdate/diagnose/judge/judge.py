@@ -25,7 +25,7 @@ from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.judge.soundness import sound
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.search import Found, damping_only
-from cvxupdate.diagnose.settings import LIKELY
+from cvxupdate.diagnose.settings import STATED
 from cvxupdate.diagnose.types import Evidence
 from cvxupdate.errors import CvxupdateError
 
@@ -97,7 +97,7 @@ def _decided(evidence: Evidence, found: Found) -> Judgement:
         field = field if wide is None else (*field, wide)
         if wide is not None and _groups_instead(wide, final, case):
             sure = certainty_of_groups(wide, field, case)
-            claimed = group_findings(wide.hypothesis, sure) if sure >= LIKELY else ()
+            claimed = group_findings(wide.hypothesis, sure) if sure >= STATED else ()
             return replace(bare, final=wide, field=field, findings=claimed)
     if final is None:
         return bare
@@ -138,12 +138,13 @@ def _groups_instead(wide: Weighed, final: Weighed | None, case: Case) -> bool:
 def _findings(
     case: Case, final: Weighed, field: Sequence[Weighed], standings: Sequence[Standing]
 ) -> tuple[Finding, ...]:
-    """The effects that are likelier than not, strongest first."""
+    """The effects whose place is likelier than not, strongest first."""
     h = final.hypothesis
     near = [w.hypothesis for w in rivals(final, field, case)]
     parts = _parts(case, final)
     out = []
-    for k in sorted(range(len(parts)), key=lambda k: -parts[k]):
+    told = [k for k, s in enumerate(standings) if s.told]
+    for k in sorted(told, key=lambda k: -parts[k]):
         effect, figures = h.effects[k], h.figures[k]
         finding = Finding(
             effect.physics,
@@ -158,7 +159,7 @@ def _findings(
             effect.says(figures.values),
         )
         out.append(finding)
-    return tuple(f for f in out if f.confidence >= LIKELY)
+    return tuple(out)
 
 
 def _parts(case: Case, final: Weighed) -> list[float]:

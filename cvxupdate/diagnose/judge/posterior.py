@@ -13,6 +13,7 @@ from cvxupdate.diagnose.settings import STRONG
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.place import Place
 
 
 def log_odds(w: Weighed, case: Case) -> float:
@@ -48,6 +49,16 @@ def support(effect: Effect, field: Sequence[Weighed], likely: Real, model: Model
     """The probability of those hypotheses that have an effect of this type where it stands."""
     there = [_same(w.hypothesis, effect, model) for w in field]
     return float(np.sum(likely[np.array(there, dtype=bool)]))
+
+
+def support_at(place: Place, field: Sequence[Weighed], likely: Real) -> float:
+    """The probability of those hypotheses that have an effect of any type at this very place."""
+    there = [any(_spot(e.place) == _spot(place) for e in w.hypothesis.effects) for w in field]
+    return float(np.sum(likely[np.array(there, dtype=bool)]))
+
+
+def _spot(place: Place) -> tuple[tuple[object, ...], ...]:
+    return tuple(place.nodes), tuple(place.elements), tuple(place.groups)
 
 
 def _same(h: Hypothesis, effect: Effect, model: Model) -> bool:

@@ -18,6 +18,8 @@ import numpy as np
 
 from cvxupdate.diagnose.results import Updated
 from cvxupdate.errors import ModelError
+from cvxupdate.fe.generic.entries import GenericChange
+from cvxupdate.fe.generic.members import member_rows
 from cvxupdate.fe.internal import is_nonlinear
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import writers
@@ -78,8 +80,8 @@ def problem_file(
     draft, written = draft_of(spec, model), writers()
     values = model.properties(p)
     for block, now in zip(model.blocks, values, strict=True):
-        if block.is_base:  # in the file as [[model.bases]]
-            continue
+        if block.is_base or isinstance(block.kind, GenericChange):
+            continue  # rows of [[model.bases]] and [[model.families]]
         for e, number in enumerate(block.ids.tolist()):
             here = {k: float(np.real(v[e])) for k, v in now.items()}
             if number in draft.rows:
@@ -91,6 +93,11 @@ def problem_file(
                     f"the diagnosis added a {block.kind.name} element, for which a problem file "
                     "has no type."
                 )
+    found = member_rows(
+        model.families, dict(zip((q.name for q in model.parameters), p, strict=True))
+    )
+    if found:
+        draft.model["families"] = [*draft.model.get("families", ()), *found]
     _damping(draft, model, values, updated.zeta, updated.alpha)
     _recordings(draft, updated.faults, channels, updated.pairs)
     _update(draft, model, spec)

@@ -15,7 +15,8 @@ import numpy as np
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import COMMON, Block, Index
-from cvxupdate.fe.elements.base import Real, Term, Values
+from cvxupdate.fe.elements.base import Term
+from cvxupdate.fe.generic.entries import GenericChange, entry_name
 from cvxupdate.fe.generic.family import Classes, Family, family_of
 from cvxupdate.fe.generic.pieces import Given, Piece, pieces_of
 from cvxupdate.fe.generic.use import FamilyUse
@@ -57,41 +58,16 @@ class Wanted(Protocol):
 
 
 @dataclass(frozen=True)
-class GenericChange:
-    """Entries of X (``matrix`` "K") or S ("M"): a change that is zero today."""
-
-    matrix: str
-    entries: tuple[tuple[int, int], ...]
-    name: str = "generic"
-    nodes: int = 0
-    dofs: tuple[str, ...] = ()
-
-    @property
-    def properties(self) -> tuple[str, ...]:
-        """One for each entry."""
-        return tuple(entry_name(self.matrix, i, j) for i, j in self.entries)
-
-    def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
-        """None: the terms come from the elements' own matrices."""
-        return ()
-
-    def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
-        """The changes."""
-        return {name: properties[name] for name in self.properties}
-
-
-@dataclass(frozen=True)
-class _Member:
-    """An element in the family ``use`` of all that are asked for."""
+class Place:
+    """Element ``number`` in the family ``use`` of all that are asked for, with the ``entries`` of X
+    that move, ``values`` of them (none: zero)."""
 
     use: int
+    number: int
     piece: Piece
     family: Family
-
-
-def entry_name(matrix: str, i: int, j: int) -> str:
-    """ "K[1,5]", of modes counted from 0."""
-    return f"{matrix}[{i + 1},{j + 1}]"
+    entries: tuple[tuple[int, int], ...]
+    values: tuple[float, ...] = ()
 
 
 def with_families(
@@ -115,20 +91,22 @@ def with_families(
     pieces = pieces_of(model, frozenset(e for w in wanted for e in w.elements), given)
     found: dict[bytes, Family] = {}
     uses: list[FamilyUse] = []
-    members: list[_Member] = []
+    members: list[Place] = []
     for w in wanted:
-        for matrix in w.family.matrices if w.family is not None else ():
-            own = [(e, pieces[e]) for e in w.elements if e in pieces]
-            own = [(e, q) for e, q in own if np.any(q.K if matrix == "K" else q.M)]
-            if own:
-                families = _shared(w, matrix, own, found)
+        choice = w.family
+        for matrix in choice.matrices if choice is not None else ():
+            own = carrying(matrix, w.elements, pieces)
+            if own and choice is not None:
+                free = choice.lowest_stiffness if matrix == "K" else choice.highest_mass
+                families = shared(matrix, choice.classes, free, own, found)
                 members += [
-                    _Member(len(uses), q, f) for (_, q), f in zip(own, families, strict=True)
+                    Place(len(uses), e, q, f, f.entries)
+                    for (e, q), f in zip(own, families, strict=True)
                 ]
                 uses.append(_use(w, matrix, own, families))
     _once(uses)
     blocks, parameters = list(model.blocks), list(model.parameters)
-    for block, some in _blocks(members):
+    for block, some in blocks_of(members):
         for number in dict.fromkeys(m.use for m in some):
             rows = np.array([i for i, m in enumerate(some) if m.use == number], dtype=np.int64)
             parameters += _parameters(uses[number], len(blocks), rows, lower, upper)
@@ -141,21 +119,36 @@ def with_families(
     )
 
 
-def _shared(
-    w: Wanted, matrix: str, own: Sequence[tuple[int, Piece]], found: dict[bytes, Family]
+def carrying(
+    matrix: str, elements: Sequence[int], pieces: Mapping[int, Piece]
+) -> list[tuple[int, Piece]]:
+    """Those of ``elements`` that have the ``matrix`` "K" or "M"."""
+    own = [(e, pieces[e]) for e in elements if e in pieces]
+    return [(e, q) for e, q in own if np.any(q.K if matrix == "K" else q.M)]
+
+
+def shared(
+    matrix: str,
+    classes: Classes,
+    free: int | None,
+    own: Sequence[tuple[int, Piece]],
+    found: dict[bytes, Family],
 ) -> list[Family]:
-    """The family of each element, their modes in one order with one set of signs."""
-    choice = w.family
-    if choice is None:
-        return []
-    free = choice.lowest_stiffness if matrix == "K" else choice.highest_mass
+    """The family of each element, their modes in one order with one set of signs; ``found`` keeps
+    those of equal elements.
+
+    Raises
+    ------
+    ModelError
+        For a matrix that is none of a structure, or elements without modes in common.
+    """
     out: list[Family] = []
     known: dict[bytes, Family] = {}
     for number, piece in own:
-        key = piece.key + repr((matrix, choice.classes, free)).encode()
+        key = piece.key + repr((matrix, classes, free)).encode()
         if key not in found:
             try:
-                found[key] = family_of(matrix, piece.K, piece.M, piece.shape, choice.classes, free)
+                found[key] = family_of(matrix, piece.K, piece.M, piece.shape, classes, free)
             except ModelError as error:
                 raise ModelError(f"update.parameters: element {number}: {error}") from error
         if key not in known:
@@ -184,6 +177,7 @@ def _use(
         tuple(f for f, _ in distinct.values()),
         tuple(q.shape for _, q in distinct.values()),
         bounds,
+        "own" if w.family is not None and w.family.classes == "own" else "symmetry",
     )
 
 
@@ -199,24 +193,26 @@ def _once(uses: Sequence[FamilyUse]) -> None:
             seen[use.matrix, e] = use.name
 
 
-def _blocks(members: Sequence[_Member]) -> Iterator[tuple[Block, list[_Member]]]:
-    """Elements of one size and one set of entries go together."""
-    together: dict[tuple[object, ...], list[_Member]] = {}
+def blocks_of(members: Sequence[Place]) -> Iterator[tuple[Block, list[Place]]]:
+    """Elements of one size and one set of entries go together. Their numbers stand in the kind, not
+    as those of the block: no factor on an element acts on them."""
+    together: dict[tuple[str, int, tuple[tuple[int, int], ...]], list[Place]] = {}
     for m in members:
-        key = (m.family.matrix, len(m.piece.dofs), m.family.entries)
+        key = (m.family.matrix, len(m.piece.dofs), m.entries)
         together.setdefault(key, []).append(m)
     for (matrix, _, entries), some in together.items():
-        kind = GenericChange(str(matrix), tuple(entries))  # type: ignore[arg-type]
+        kind = GenericChange(matrix, entries, tuple(m.number for m in some))
         distinct = {id(m.family): m.family for m in some}
         number = {key: i for i, key in enumerate(distinct)}
         terms = tuple(
-            Term(str(matrix), name, np.array([f.unit(i, j) for f in distinct.values()]))
+            Term(matrix, name, np.array([f.unit(i, j) for f in distinct.values()]))
             for name, (i, j) in zip(kind.properties, kind.entries, strict=True)
         )
         n = len(some)
         properties = {k: np.full(n, v) for k, v in COMMON.items()}
         properties |= {k: np.array([m.piece.properties[k] for m in some]) for k in DAMPING}
-        properties |= {name: np.zeros(n) for name in kind.properties}
+        values = np.array([m.values or (0.0,) * len(entries) for m in some])
+        properties |= dict(zip(kind.properties, values.T.copy(), strict=True))
         yield (
             Block(
                 kind,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -12,6 +12,7 @@ import numpy as np
 from cvxupdate.fe.block import COMMON, Index
 from cvxupdate.fe.elements.base import Given as OwnMatrix
 from cvxupdate.fe.elements.base import Real
+from cvxupdate.fe.generic.entries import GenericChange
 from cvxupdate.fe.generic.shape import ElementShape
 from cvxupdate.fe.labels import KINDS
 from cvxupdate.fe.model import Model
@@ -88,7 +89,24 @@ def pieces_of(model: Model, wanted: frozenset[int], given: Sequence[Given]) -> d
     for g in given:
         if g.id in wanted and g.matrix.matrix in "KM":
             rows.setdefault(g.id, []).append(g)
-    return {**out, **{number: _given(model, own) for number, own in rows.items()}}
+    out |= {number: _given(model, own) for number, own in rows.items()}
+    return _changed(model, out)
+
+
+def _changed(model: Model, pieces: dict[int, Piece]) -> dict[int, Piece]:
+    """With what members of families (`fe.generic.members`) already differ by."""
+    out = dict(pieces)
+    for block in model.blocks:
+        kind = block.kind
+        if not isinstance(kind, GenericChange) or not out.keys() & set(kind.elements):
+            continue
+        matrix = kind.matrix
+        change = block.combine(block.scalars(block.properties))[matrix].real
+        for number, own in zip(kind.elements, change, strict=True):
+            if number in out:
+                q = out[number]
+                out[number] = replace(q, **{matrix: getattr(q, matrix) + own})
+    return out
 
 
 def _given(model: Model, own: Sequence[Given]) -> Piece:

@@ -15,7 +15,7 @@ class FamilyUse:
     ``columns`` are the names of its parameters, in the order of `Family.entries`; ``families`` and
     ``shapes`` those of its different elements, all with the same entries (a macro family of unlike
     elements shares the relative change P); ``bounds`` of every entry, None where the problem file
-    gives none with it.
+    gives none with it; ``modes`` "symmetry" or "own": how the element's modes are ordered.
     """
 
     name: str
@@ -26,3 +26,4 @@ class FamilyUse:
     families: tuple[Family, ...]
     shapes: tuple[ElementShape | None, ...]
     bounds: tuple[float | None, float | None]
+    modes: str = "symmetry"

@@ -22,7 +22,7 @@ from cvxupdate.spec.checks.constraints import (
 from cvxupdate.spec.checks.dofs import ActiveDofs, Directions, TypeDofs
 from cvxupdate.spec.checks.exact import ExactElements
 from cvxupdate.spec.checks.files import Datasets, MatrixSources, MissingFiles
-from cvxupdate.spec.checks.generic import GenericFamily
+from cvxupdate.spec.checks.generic import GenericFamily, Members, MembersMoved
 from cvxupdate.spec.checks.geometry import (
     Orientation,
     Outlines,
@@ -116,6 +116,8 @@ CHECKS: tuple[Check, ...] = (
     ParameterGrouping(),
     ParameterElements(),
     GenericFamily(),
+    Members(),
+    MembersMoved(),
     NominalZero(),
     ParameterBounds(),
     NamesUnique(),

@@ -19,8 +19,8 @@ GOOD = PlainFit(1.0, errors=Errors(0.02, 0.02))
 
 
 def test_confidence_is_the_probability_but_never_certainty() -> None:
-    assert Standing(0.6, 2.0, 0.0, 1.0, 1).confidence == 0.6
-    assert Standing(1.0, 2.0, 0.0, 1.0, 0).confidence == MOST_SURE
+    assert Standing(0.6, 0.6, 2.0, 0.0, 1.0, 1).confidence == 0.6
+    assert Standing(1.0, 1.0, 2.0, 0.0, 1.0, 0).confidence == MOST_SURE
 
 
 def test_a_search_that_time_ended_is_at_most_half_sure() -> None:

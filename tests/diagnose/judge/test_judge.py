@@ -9,7 +9,7 @@ import pytest
 
 from cvxupdate.diagnose.judge.judge import _parts, judge
 from cvxupdate.diagnose.search.search import Found
-from cvxupdate.diagnose.settings import CLEAR, LIKELY, MOST_SURE
+from cvxupdate.diagnose.settings import CLEAR, MOST_SURE, STATED
 from cvxupdate.diagnose.types import Errors
 from tests.cases.plain_evidence import (
     PlainEvidence,
@@ -86,18 +86,29 @@ def test_confidence_below_what_is_stated_is_not_claimed(next_: float, claimed: b
     depends on how far they are behind."""
     others = [supposed(replace(GOOD, misfit=next_), effect(nodes=(n,))) for n in range(2, 10)]
     found = judged(EVIDENCE, [supposed(GOOD, A), *others])
-    assert (found.standings[0].confidence >= LIKELY) == claimed == bool(found.findings)
+    assert (found.standings[0].confidence >= STATED) == claimed == bool(found.findings)
     assert bool(found.tied) != claimed
+
+
+def test_types_that_tie_at_one_place_are_told_with_their_equivalents() -> None:
+    """Three types at one place, none likelier than not: the place is."""
+    physics = ("stiffness_change", "mass_change", "thickness_change")
+    ties = [supposed(GOOD, effect(p, elements=(4,))) for p in physics]
+    found = judged(EVIDENCE, ties)
+    (finding,) = found.findings
+    assert finding.confidence == pytest.approx(1.0 / 3.0) and len(finding.equivalent) == 2
+    elsewhere = [supposed(GOOD, effect(elements=(n,))) for n in (4, 5, 6)]
+    assert judged(EVIDENCE, elsewhere).findings == ()
 
 
 def test_what_leaves_something_unexplained_has_the_same_limit() -> None:
     """Credible, not explained: a tenth of the misfit is left."""
     half = replace(GOOD, misfit=9.0, errors=Errors(0.08, 0.08))
     sure = judged(EVIDENCE, [supposed(half, A), supposed(replace(POOR, misfit=90.0), B)])
-    assert sure.findings and sure.standings[0].confidence >= LIKELY
+    assert sure.findings and sure.standings[0].confidence >= STATED
     near = [supposed(replace(half, misfit=9.1), effect(nodes=(n,))) for n in range(2, 10)]
     rival = judged(EVIDENCE, [supposed(half, A), *near[:2]])
-    assert rival.standings[0].confidence < LIKELY and rival.findings == () and rival.tied
+    assert rival.standings[0].confidence < STATED and rival.findings == () and rival.tied
 
 
 def test_the_likelier_is_claimed_not_the_one_that_fits_a_little_closer() -> None:
@@ -214,7 +225,7 @@ def test_of_several_those_are_told_that_are_likelier_than_not() -> None:
     fits = [replace(GOOD, misfit=1.0 + 0.01 * k) for k in range(3)]
     pairs = [supposed(f, fault(first), fault(c)) for f, c in zip(fits, seconds, strict=True)]
     found = judged(evidence, [supposed(left, fault(first))], pairs)
-    assert [s.confidence >= LIKELY for s in found.standings] == [True, False]
+    assert [s.confidence >= STATED for s in found.standings] == [True, False]
     assert [f.place for f in found.findings] == [fault(first).place]
 
 
