@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.local_rational import LocalModels, half_width, local_rational
+from cvxupdate.recordings.local_rational import DEGREE, LocalModels, half_width, local_rational
 from cvxupdate.recordings.measured import MOTION, band_of, decaying_spectra
 from cvxupdate.recordings.types import (
     Complex,
@@ -34,6 +34,9 @@ LINEAR = 0.005
 """Of the motion, what force and initial state may leave if FRFs are to stand for the record: noise
 of 5 % of the samples leaves that much in the lines of a band; laws that depend on the level leave
 more, and are to be told from the record itself."""
+ROUGH = 0.1
+"""Of the power of the forces that a smooth function over a window must leave: under e^{-δt} noise
+leaves 0.3, an impact at the beginning 1e-5."""
 SAMPLES = 2**16
 """Samples from the beginning that are looked at."""
 AT_REST, IN_MOTION = "at-rest", "in-motion"
@@ -60,16 +63,16 @@ class Beginning:
 
 def beginning_of(history: TimeHistory) -> Beginning | None:
     """What a record says of its initial state; None where it has no force or no motion, or too few
-    lines."""
+    lines on which its forces act, or where these say the same as an initial state."""
     drives, senses = _columns(history)
     if not drives or not senses:
         return None
     first = replace(history, data=history.data[:SAMPLES], band=band_of(history))
     s, spectra = decaying_spectra(first, band_of(first), every=True)
-    if len(s) < 4 * half_width(len(drives)):
-        return None
     U, Y = spectra[:, drives], spectra[:, senses]
     stride = half_width(len(drives))
+    if len(s) < 4 * stride or _filled(U) < 4 * stride or _rough(U, stride) < ROUGH:
+        return None
     found, Y = local_rational(U, Y, stride), Y[::stride]
     known = np.all(np.isfinite(found.H), axis=(1, 2)) & _forced(U, stride)[::stride]
     if not np.any(known):
@@ -82,6 +85,26 @@ def beginning_of(history: TimeHistory) -> Beginning | None:
     return Beginning(
         float(min(1.0, shares.max())), _needed(found, known, loud), _left(found, Y, known)
     )
+
+
+def _filled(U: Complex) -> float:
+    """How many lines the forces fill (the participation of lines in their power): a sine or a few
+    of them say nothing of what lies between."""
+    power = np.sum(np.abs(U) ** 2, axis=1)
+    squares = float(np.sum(power**2))
+    return float(np.sum(power)) ** 2 / squares if squares > 0.0 else 0.0
+
+
+def _rough(U: Complex, half: int) -> float:
+    """The part of the forces' power that is not smooth over a window. An impact at the beginning is
+    smooth, and what it makes is a free decay: no recording tells it from an initial state."""
+    window = 2 * half + 1
+    count = len(U) // window
+    pieces = np.moveaxis(U[: count * window].reshape(count, window, -1), 1, 0).reshape(window, -1)
+    r = np.linspace(-1.0, 1.0, window)[:, None] ** np.arange(DEGREE + 1)
+    Q = np.linalg.qr(r)[0]
+    rest = pieces - Q @ (Q.T @ pieces)
+    return float(np.sum(np.abs(rest) ** 2) / max(np.sum(np.abs(pieces) ** 2), 1e-300))
 
 
 def _forced(U: Complex, half: int) -> Real:

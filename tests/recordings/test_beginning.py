@@ -60,6 +60,19 @@ def test_several_quantities_come_as_one() -> None:
     assert np.linalg.norm(frf.H[keep, 0, 0] - H) < 0.3 * np.linalg.norm(H)
 
 
+def test_an_impact_is_not_taken_for_an_initial_state() -> None:
+    run = history(noise=0.0)
+    t = np.arange(len(run.data)) / run.rate
+    decay = np.exp(-0.5 * t)[:, None] * np.sin(2.0 * np.pi * np.outer(t, [11.0, 25.0, 39.0]))
+    data = np.column_stack([np.exp(-((200.0 * (t - 0.02)) ** 2)), decay])
+    hit = replace(run, data=data)
+    assert settled(hit, None) is hit
+    sine = replace(
+        run, data=np.column_stack([np.sin(60.0 * t), np.sin(60.0 * t + 1.0), decay[:, 1:]])
+    )
+    assert settled(sine, None) is sine
+
+
 def test_what_cannot_be_estimated_is_refused() -> None:
     run = history(STATE)
     with pytest.raises(RecordingError, match="has no force or no motion"):
