@@ -17,10 +17,10 @@ from cvxupdate.physics.internal_force import NonlinearForce, direction
 def alike(
     point: MotionPoint, effect: Effect, candidates: Sequence[Effect], forms: bool = True
 ) -> list[Effect]:
-    """With ``forms`` other forms of the law of ``effect`` where it stands. Then, nearest first, of ``candidates``
-    those with its law elsewhere, where a force bends the modes that are marched as it does there:
-    the squared cosine of the two static deflections, in the scalar product of the strain energy, is
-    at least `NEIGHBOURING`."""
+    """With ``forms`` other forms of the law of ``effect`` where it stands. Then, nearest first, of
+    ``candidates`` those with its law elsewhere, where a force bends the modes that are marched as
+    it does there: the squared cosine of the two static deflections, in the scalar product of the
+    strain energy, is at least `NEIGHBOURING`."""
     own = effect.action
     if not isinstance(own, NonlinearForce):
         return []

@@ -221,7 +221,7 @@ class MotionEvidence:
         return fitted_at(found.setting.on(self.held), found.p, found.point).log_likelihood
 
     def alike(self, found: Fit, effect: Effect) -> Sequence[Effect]:
-        """Of laws: screening by rank takes few of many neighbours; other forms where one lacks."""
+        """Of laws: screening takes few of many neighbours; other forms where one leaves much."""
         laws = self.candidates(self.model, (effect.physics,)) if is_law(effect) else ()
         return alike(found.point, effect, laws, forms=not self.linear.clear(found))
 
