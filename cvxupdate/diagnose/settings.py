@@ -204,8 +204,8 @@ LAW = 0.9
 
 # ------------------------------------------------------------------------- internal forces
 # Times what the best place leaves when any force may act there: places further off are not tried;
-# places tried at most.
-LOCATED, MOST_PLACES = 5.0, 8
+# places tried at most: few sensors tell few places apart, and the one that acts may be twelfth.
+LOCATED, MOST_PLACES = 5.0, 16
 # Squared cosine of two places' deflections above which a law is tried at both (strain energy alike
 # to a tenth, as what screening by rank tells apart); how many such neighbours are refitted.
 NEIGHBOURING, NEIGHBOURS = 0.9, 6
