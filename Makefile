@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 
-.PHONY: demo test lint bench proof calibrate rigs motions plates fuzz clean
+.PHONY: demo test lint docs bench proof calibrate rigs motions plates fuzz clean
 
 demo: $(VENV)/.base
 	$(BIN)/cvxupdate run problems/structure_a/problem.toml
@@ -16,6 +16,11 @@ lint: $(VENV)/.test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+# Into out/docs; a warning is an error.
+docs: $(VENV)/.docs
+	$(BIN)/python -m mkdocs build --quiet
+	@echo "Open out/docs/index.html"
 
 bench: $(VENV)/.test
 	$(BIN)/python -m pytest tests/benchmarks --override-ini=addopts= -q --import-mode=importlib -s
@@ -54,6 +59,10 @@ $(VENV)/.base: $(VENV)/bin/python pyproject.toml
 $(VENV)/.test: $(VENV)/bin/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[test]"
 	touch $@ $(VENV)/.base
+
+$(VENV)/.docs: $(VENV)/bin/python pyproject.toml
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[docs]"
+	touch $@
 
 clean:
 	rm -rf $(VENV) out .pytest_cache .mypy_cache .ruff_cache

@@ -27,6 +27,7 @@ BESIDE = {"validation"}  # packages of scripts beside the package, which have te
 WHOLE = {
     "test_architecture.py",
     "test_house_rules.py",
+    "test_documents.py",
     "test_examples.py",
     "test_package.py",
     "test_problems.py",

@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import re
+import shutil
+import subprocess
+import sys
+import sysconfig
 import tomllib
+import venv
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -28,7 +36,7 @@ def test_every_dependency_is_used_by_the_package() -> None:
 
 def test_every_format_and_solver_of_the_extras_is_used_by_the_package() -> None:
     extras = PROJECT["optional-dependencies"]
-    assert set(extras) == {"formats", "fast", "solvers", "bench", "test"}
+    assert set(extras) == {"formats", "fast", "solvers", "bench", "docs", "test"}
     wanted = names([*extras["formats"], *extras["fast"], *extras["solvers"]])
     assert {n for n in wanted if not imported(n)} == {"highspy"}  # qpsolvers calls it "highs"
 
@@ -48,3 +56,56 @@ def test_the_hooks_before_a_commit_are_those_of_make_lint() -> None:
     tools = set(re.findall(r"\$\(BIN\)/(ruff check|ruff format|mypy)", lint[1]))
     hooks = (ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8")
     assert set(re.findall(r"entry: \.venv/bin/(ruff check|ruff format|mypy)", hooks)) == tools
+
+
+@pytest.mark.slow
+def test_the_wheel_works_by_itself(tmp_path: Path) -> None:
+    """Built, put into an environment that has nothing but the dependencies, and used there, far
+    from the checkout: templates and commands are in it."""
+    source = tmp_path / "source"
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        source.mkdir(exist_ok=True)
+        shutil.copy(ROOT / name, source / name)
+    shutil.copytree(
+        ROOT / "cvxupdate", source / "cvxupdate", ignore=shutil.ignore_patterns("__pycache__")
+    )
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
+    made = ["--no-deps", "--no-build-isolation", "--wheel-dir", str(tmp_path), str(source)]
+    subprocess.run([*pip, "wheel", *made], check=True)
+    (wheel,) = tmp_path.glob("cvxupdate-*.whl")
+    home = tmp_path / "env"
+    venv.create(home, with_pip=False, symlinks=True)
+    (site,) = home.glob("lib/python*/site-packages")
+    subprocess.run(
+        [*pip, "--python", str(home), "install", "--no-deps", "--no-compile", str(wheel)],
+        check=True,
+    )
+    # The dependencies as a plain path: what is installed there as editable stays out of sight.
+    (site / "dependencies.pth").write_text(sysconfig.get_path("purelib"), encoding="utf-8")
+    bare = {"PATH": os.environ["PATH"], "HOME": str(tmp_path), "OMP_NUM_THREADS": "1"}
+
+    def call(*words: str) -> str:
+        done = subprocess.run(
+            [str(home / "bin" / "cvxupdate"), *words],
+            cwd=tmp_path,
+            env=bare,
+            text=True,
+            capture_output=True,
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    assert call("--version").strip() == f"cvxupdate {PROJECT['version']}"
+    call("new", "beam", "mine")
+    assert "mean frequency error" in call("correlate", "mine/problem.toml", "--out", "seen")
+    assert "<svg" in (tmp_path / "seen" / "report.html").read_text(encoding="utf-8")
+    where = "import cvxupdate; print(cvxupdate.__file__)"
+    said = subprocess.run(
+        [str(home / "bin" / "python"), "-c", where],
+        cwd=tmp_path,
+        env=bare,
+        text=True,
+        capture_output=True,
+        check=True,
+    )
+    assert said.stdout.startswith(str(site))

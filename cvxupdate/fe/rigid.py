@@ -10,6 +10,15 @@ from cvxupdate.fe.block import Index
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Model
 
+TURNS = np.array(
+    [
+        [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]],
+        [[0.0, 0.0, -1.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
+        [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
+    ]
+)
+"""r @ TURNS[k] is the motion of a point at r that turns about axis k by a unit."""
+
 
 def rigid_motions(model: Model) -> Real:
     """Three translations and three rotations about the centroid on the free DOFs, orthonormal
@@ -19,7 +28,7 @@ def rigid_motions(model: Model) -> Real:
     R = np.zeros((model.size, 6))
     for axis in range(3):
         R[model.dof_kind == axis, axis] = 1.0
-        turn = np.cross(np.eye(3)[axis], r) / size
+        turn = r @ TURNS[axis] / size
         for k in range(3):
             R[model.dof_kind == k, 3 + axis] = turn[model.dof_kind == k, k]
         R[model.dof_kind == 3 + axis, 3 + axis] = 1.0 / size

@@ -25,6 +25,7 @@ from cvxupdate.forces.kinds import (
 )
 
 Answer = tuple[Any, Any, Any, Any, Any]
+SATURATED = 24.0  # ξ of one move after which Bouc–Wen's u is at its limit to 1e-10
 
 
 @compiled
@@ -102,23 +103,43 @@ def bouc_wen_slope(u: Any, n: Any, gamma: Any, sign: float) -> Any:
 
 
 @compiled
+def bouc_wen_branch(u: Any, path: Any, n: float) -> Any:
+    """u in the direction of the motion after ξ = ``path``, from ``u``, for γ = 1/2: straight to
+    zero, then 1 − (1 − u) e^{−ξ} for n = 1, tanh (ξ + artanh u) for n = 2."""
+    if u.real < 0.0:
+        if path.real <= -u.real:
+            return u + path
+        path, u = path + u, 0.0 * (u + path)
+    if n == 1.0:
+        return 1.0 - (1.0 - u) * np.exp(-path)
+    fall = np.exp(-2.0 * path)
+    t = (1.0 - fall) / (1.0 + fall)
+    return (u + t) / (1.0 + u * t)
+
+
+@compiled
 def bouc_wen(p: Any, x: Any, v: Any, z: Any, w: Any) -> Answer:
     """Force · u with du/dξ = 1 − |u|ⁿ (1 − γ + γ sgn(u ẋ)), ξ = k x / force.
 
     z is u, w is x at the beginning; along a branch the law is free of time, so it is integrated
-    over ξ (classical Runge–Kutta).
+    over ξ: in closed form where it has one, else by the classical Runge–Kutta rule.
     """
     k, most, n, gamma = p[0], p[1], p[2], p[3]
     path = k * (x - w) / most
     sign = 1.0 if path.real >= 0.0 else -1.0
-    parts = int(np.ceil(abs(path.real) * max(1.0, n.real) / 0.1)) + 1
-    d, u = path / parts, z + 0.0 * path
-    for _ in range(parts):
-        a = bouc_wen_slope(u, n, gamma, sign)
-        b = bouc_wen_slope(u + 0.5 * d * a, n, gamma, sign)
-        c = bouc_wen_slope(u + 0.5 * d * b, n, gamma, sign)
-        e = bouc_wen_slope(u + d * c, n, gamma, sign)
-        u = u + d / 6.0 * (a + 2.0 * b + 2.0 * c + e)
+    if abs(path.real) > SATURATED:  # u is at its limit, whatever is beyond
+        path = sign * SATURATED + 0.0 * path
+    if gamma == 0.5 and (n == 1.0 or n == 2.0):
+        u = sign * bouc_wen_branch(sign * z, sign * path, n.real)
+    else:
+        parts = int(np.ceil(abs(path.real) * max(1.0, n.real) / 0.1)) + 1
+        d, u = path / parts, z + 0.0 * path
+        for _ in range(parts):
+            a = bouc_wen_slope(u, n, gamma, sign)
+            b = bouc_wen_slope(u + 0.5 * d * a, n, gamma, sign)
+            c = bouc_wen_slope(u + 0.5 * d * b, n, gamma, sign)
+            e = bouc_wen_slope(u + d * c, n, gamma, sign)
+            u = u + d / 6.0 * (a + 2.0 * b + 2.0 * c + e)
     zero = 0.0 * (x + v)
     return most * u, k * bouc_wen_slope(u, n, gamma, sign), zero, u, x + zero
 

@@ -4,6 +4,7 @@ Tell-tale: softer and more damped as the level grows, then less damped again."""
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import final
 
 from cvxupdate.physics.context import SearchContext
@@ -13,6 +14,8 @@ from cvxupdate.physics.place import at, capital
 from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity
 
+KNEES = (1.0, 2.0)  # sharpness of Bouc and Wen's law: soft, and as most joints are fitted
+
 
 @final
 class Hysteresis(EffectType):
@@ -21,7 +24,7 @@ class Hysteresis(EffectType):
     name = "hysteresis"
     noun = "a joint that sticks and slips"
     told_by = frozenset({MOTION})
-    writers = (("jenkins", write),)
+    writers = (("jenkins", write), ("bouc_wen", write))
 
     def candidates(self, context: SearchContext) -> list[Effect]:
         """At every place of an internal force."""
@@ -43,8 +46,21 @@ class Hysteresis(EffectType):
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """Stiffness while it sticks, and the force at which it slips."""
         k, force = (quantity(values[q.name], q.unit) for q in effect.figures)
+        slips = f"slips at {force}"
+        if isinstance(effect.action, NonlinearForce) and effect.action.fixed:
+            n = dict(effect.action.fixed)["n"]
+            slips = f"gives way gradually up to {force} (Bouc and Wen's law, n = {n:g})"
         return (
-            f"{capital(at(effect.place))} a joint sticks like a spring of {k} and slips at "
-            f"{force}, so that its force depends on where it came from; the model "
-            "does not have it."
+            f"{capital(at(effect.place))} a joint sticks like a spring of {k} and {slips}, so that "
+            "its force depends on where it came from; the model does not have it."
         )
+
+
+def other_forms(effect: Effect) -> list[Effect]:
+    """The same joint with other laws: where it slips at once, those by which it gives way
+    gradually (Wen 1976; knees of n = 1 and 2, unloading with its first stiffness)."""
+    action = effect.action
+    if not isinstance(action, NonlinearForce) or action.law != "jenkins":
+        return []
+    forms = [(("n", n), ("gamma", 0.5)) for n in KNEES]
+    return [replace(effect, action=replace(action, law="bouc_wen", fixed=f)) for f in forms]

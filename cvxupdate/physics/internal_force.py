@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from cvxupdate.fe.block import COMMON, Block
 from cvxupdate.fe.elements.base import Element, Real
+from cvxupdate.fe.elements.bouc_wen import BoucWen
 from cvxupdate.fe.elements.clearance import Clearance
 from cvxupdate.fe.elements.cubic_spring import CubicSpring
 from cvxupdate.fe.elements.friction import Friction
@@ -42,6 +43,8 @@ def element_of(law: str, dof: str, nodes: int, sides: str) -> Element:
             return Friction(dof, nodes)
         case "jenkins":
             return Jenkins(dof, nodes)
+        case "bouc_wen":
+            return BoucWen(dof, nodes)
     return QuadraticDamper(dof, nodes)
 
 
@@ -60,7 +63,8 @@ def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, fl
 @dataclass(frozen=True, eq=False)
 class NonlinearForce:
     """A law at DOFs ``rows``, relative to whose first ``values`` its parameters are: empty until
-    it is planted. ``signs`` says of which of its ``names`` that they must be above zero."""
+    it is planted. ``positive`` says of which of its ``names`` that they must be above zero;
+    ``fixed`` what else the law has, which is no unknown."""
 
     law: str
     rows: tuple[int, ...]
@@ -69,6 +73,7 @@ class NonlinearForce:
     sides: str = "one"
     side: int = 1
     values: tuple[float, ...] = ()
+    fixed: tuple[tuple[str, float], ...] = ()
 
     @property
     def count(self) -> int:
@@ -82,8 +87,8 @@ class NonlinearForce:
 
     @property
     def detail(self) -> tuple[Hashable, ...]:
-        """One- or two-sided, and which side."""
-        return (self.sides, self.side)
+        """One- or two-sided, which side, and the law's form."""
+        return (self.sides, self.side, *self.fixed)
 
     def label(self, place: Place) -> str:
         """Where, for tables."""
@@ -118,6 +123,7 @@ def grown(model: Model, action: NonlinearForce, values: Sequence[float], effect:
     properties = {
         **{k: np.array([v]) for k, v in COMMON.items()},
         **{k: np.zeros(1) for k in kind.properties},
+        **{k: np.array([v]) for k, v in action.fixed},
         **{n: np.array([v]) for n, v in zip(action.names, values, strict=True)},
     }
     code = KINDS.index(str(place.dof))

@@ -10,6 +10,8 @@ from cvxupdate.recordings.types import Complex, Real
 
 BLOCK = 2**15
 """Samples of a block of `dominant_lines`."""
+HIGHEST = 6160.0
+"""dB of the largest amplitude that a floating-point number holds."""
 
 
 @dataclass(frozen=True)
@@ -131,9 +133,10 @@ def frf_peaks(
     frequency, H = frequency[use], H[use]
     if len(frequency) < 3:
         return ()
-    level = 10.0 * np.log10(
-        np.maximum(np.sum(np.abs(H.reshape(len(H), -1)) ** 2, axis=1), np.finfo(float).tiny)
-    )
+    flat = H.reshape(len(H), -1)
+    top = max(float(np.abs(part).max(initial=0.0)) for part in (flat.real, flat.imag)) or 1.0
+    power = np.sum(np.abs(flat / top) ** 2, axis=1)  # a damaged file may hold 1e300
+    level = 20.0 * np.log10(top) + 10.0 * np.log10(np.maximum(power, np.finfo(float).tiny))
     places, facts = find_peaks(level, prominence=prominence_db)
     best = np.sort(places[np.argsort(-facts["prominences"])][:count])
     prominence = dict(zip(places.tolist(), facts["prominences"].tolist(), strict=True))
@@ -144,7 +147,7 @@ def frf_peaks(
         found.append(
             Line(
                 float(frequency[k] + offset * step),
-                10.0 ** (height / 20.0),
+                10.0 ** (min(height, HIGHEST) / 20.0),
                 10.0 ** (min(prominence[int(k)], 300.0) / 10.0),
             )
         )

@@ -28,8 +28,14 @@ def halved(found):
     return all(found.fit[k]["after"] <= 0.5 * found.fit[k]["before"] for k in ("fit", "hold_out"))
 
 
-def test_added_mass_is_found_and_sized(chain, lab, measure):
-    found = diagnose(chain, *measured(measure, lab(m=(0, 0.25, 0, 0))))
+@pytest.fixture(scope="module")
+def lump(chain, lab, measure):
+    """The diagnosis of 0.25 kg at floor 2."""
+    return diagnose(chain, *measured(measure, lab(m=(0, 0.25, 0, 0))))
+
+
+def test_added_mass_is_found_and_sized(lump):
+    found = lump
     first = found.findings[0]
     assert found.verdict in ("missing_physics", "parameter_error") and halved(found)
     assert first.physics == "added_mass" and first.place.nodes == (2,)
@@ -115,10 +121,10 @@ def test_nothing_to_fit_is_bad_input(chain, lab, measure):
         diagnose(chain, measure(lab(), 1, "hold-out"))
 
 
-def test_files_hold_no_nan_and_the_contract_s_keys(chain, lab, measure):
+def test_files_hold_no_nan_and_the_contract_s_keys(chain, lump):
     from cvxupdate.report.diagnosis import diagnosis_files
 
-    found = diagnose(chain, *measured(measure, lab(m=(0, 0.25, 0, 0))))
+    found = lump
     files, payload = diagnosis_files(found, chain[0])
     data = json.loads(payload, parse_constant=lambda name: pytest.fail(name))
     assert set(data) >= {"verdict", "findings", "candidates", "fit", "metrics", "evidence"}

@@ -124,6 +124,14 @@ def test_bouc_wen_by_its_differential_equation(n: float, gamma: float) -> None:
     assert np.max(np.abs(force[:, 0] - limit * exact.y[0])) < 2e-4 * limit
 
 
+def test_one_long_move_takes_bouc_wen_to_its_limit_at_once() -> None:
+    """Ten thousand times the distance of the knee in one step, and as far back."""
+    law = nl.bouc_wen(70.0, 7.0, [1.0, 2.0], 0.5)
+    x = np.array([0.0, 1e3, -1e3])[:, None] * np.ones(2)
+    force, _ = law.trace(x, np.gradient(x, axis=0))
+    np.testing.assert_allclose(force[1:], np.array([[7.0, 7.0], [-7.0, -7.0]]), rtol=1e-8)
+
+
 def test_loop_of_bouc_wen_has_its_area() -> None:
     """n = 1, γ = 1/2: unloading is straight and loading u = 1 − (1 − u₀) e^{−ξ}, so in the steady
     state both branches and their area are known in closed form."""

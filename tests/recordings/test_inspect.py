@@ -139,3 +139,14 @@ def test_peaks_of_an_frf_lie_within_a_fraction_of_a_line() -> None:
     assert [p.frequency for p in frf_peaks(f, H[:, None], 5)] == pytest.approx(
         [33.3, 101.7], abs=0.15
     )
+
+
+def test_peaks_of_huge_responses_are_those_of_small_ones() -> None:
+    """A damaged file may hold 1e300, whose square is beyond what a number holds."""
+    f = np.arange(1.0, 400.0) * 0.5
+    H = sum(1.0 / (a**2 - f**2 + 0.02j * a * f) for a in (33.3, 101.7))[:, None]
+    small, huge = (frf_peaks(f, k * H, 5) for k in (1.0, 1e300))
+    assert [p.frequency for p in huge] == pytest.approx([p.frequency for p in small])
+    assert [p.amplitude for p in huge] == pytest.approx([1e300 * p.amplitude for p in small])
+    assert [p.ratio for p in huge] == pytest.approx([p.ratio for p in small])
+    assert frf_peaks(f, 0.0 * H, 5) == ()

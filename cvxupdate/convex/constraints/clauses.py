@@ -6,6 +6,7 @@ keys of [constraints] also has ``from_spec(table, context)``.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -152,6 +153,12 @@ def is_active(clause: Clause, p: Array, tolerance: float = 1e-6) -> bool:
     if isinstance(clause, ConicClause):
         return clause.margin(p) <= tolerance
     value = clause.C @ p[list(clause.on)]
+    if len(value) == 1:  # bounds and trust regions, by far the most: numpy costs more than they do
+        v, limits = float(value[0]), (float(clause.lower[0]), float(clause.upper[0]))
+        return any(
+            math.isfinite(limit) and abs(v - limit) <= tolerance * max(1e-3, abs(limit))
+            for limit in limits
+        )
     for limit in (clause.lower, clause.upper):
         finite = np.isfinite(limit)
         near = np.abs(value - np.where(finite, limit, 0.0)) <= tolerance * np.maximum(

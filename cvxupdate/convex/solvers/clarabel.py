@@ -46,7 +46,9 @@ def solve(program: ConeProgram, choice: SolverChoice) -> RawSolution:
 
 
 def _solve_scaled(program: ConeProgram, choice: SolverChoice, scale: float) -> RawSolution:
-    scaled = replace(program, P=program.P * scale, q=program.q * scale)
+    scaled = program
+    if scale != 1.0:
+        scaled = replace(program, P=program.P * scale, q=program.q * scale)
     if program.A.nnz + program.P.nnz <= LARGE:
         raw = _solve(scaled, choice, "qdldl")
         return replace(raw, z=raw.z / scale)

@@ -14,13 +14,14 @@ from cvxupdate.physics.place import Place
 
 def equivalents(effect: Effect, best: Hypothesis, near: Sequence[Hypothesis]) -> tuple[Effect, ...]:
     """What may stand for ``effect``: the odd one out of each rival that shares all other effects
-    with the best."""
+    with the best; another form of the same at its own place is none."""
     rest = best.keys - {effect.key}
     out: dict[object, Effect] = {}
     for rival in near:
         if rest <= rival.keys:
             for other in rival.effects:
-                if other.key not in best.keys:
+                same = (other.physics, other.place) == (effect.physics, effect.place)
+                if other.key not in best.keys and not same:
                     out.setdefault(other.key, other)
     return tuple(out.values())
 

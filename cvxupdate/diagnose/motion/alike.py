@@ -1,4 +1,5 @@
-"""Places that are hardly told apart: what a force does to the structure is nearly the same."""
+"""Laws and places that are hardly told apart: what a force does to the structure is nearly the
+same."""
 
 from __future__ import annotations
 
@@ -9,13 +10,15 @@ import numpy as np
 from cvxupdate.diagnose.motion.point import MotionPoint
 from cvxupdate.diagnose.settings import NEIGHBOURING, NEIGHBOURS
 from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.hysteresis import other_forms
 from cvxupdate.physics.internal_force import NonlinearForce, direction
 
 
 def alike(point: MotionPoint, effect: Effect, candidates: Sequence[Effect]) -> list[Effect]:
-    """Of ``candidates`` those with the law of ``effect`` elsewhere, where a force bends the modes
-    that are marched as it does there: the squared cosine of the two static deflections, in the
-    scalar product of the strain energy, is at least `NEIGHBOURING`. Nearest first."""
+    """Other forms of the law of ``effect`` where it stands. Then, nearest first, of ``candidates``
+    those with its law elsewhere, where a force bends the modes that are marched as it does there:
+    the squared cosine of the two static deflections, in the scalar product of the strain energy, is
+    at least `NEIGHBOURING`."""
     own = effect.action
     if not isinstance(own, NonlinearForce):
         return []
@@ -41,4 +44,4 @@ def alike(point: MotionPoint, effect: Effect, candidates: Sequence[Effect]) -> l
         if cosine**2 >= NEIGHBOURING:
             near.append((cosine**2, e))
     ranked = sorted(near, key=lambda pair: -pair[0])
-    return [e for _, e in ranked[:NEIGHBOURS]]
+    return [*other_forms(effect), *(e for _, e in ranked[:NEIGHBOURS])]

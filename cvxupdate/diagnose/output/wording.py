@@ -191,10 +191,12 @@ def _finding_lines(judgement: Judgement, final: Weighed) -> list[str]:
 def _next(judgement: Judgement, final: Weighed) -> list[str]:
     """Which measurement would tell the final hypothesis from the likeliest rival."""
     evidence = judgement.case.evidence
+    mine = final.hypothesis.title  # another form of one law has the same
     near = rivals(final, judgement.field, judgement.case)
+    near = [w for w in near if w.hypothesis.title != mine]
     if not near or evidence.hurried:
         return []
-    titles = (final.hypothesis.title, near[0].hypothesis.title)
+    titles = (mine, near[0].hypothesis.title)
     says = evidence.apart(final.fit, near[0].fit, titles)
     return [says] if says else []
 

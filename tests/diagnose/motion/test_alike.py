@@ -72,3 +72,10 @@ def test_what_is_no_law_has_none(point) -> None:
     context = SearchContext(model, m.K, m.M, 50.0, 1.0, (), (), lambda node, kind: model, 0.01)
     (mass, *_) = candidates_of(context, ("added_mass",))
     assert alike(point, mass, laws(point, "clearance")) == []
+
+
+def test_a_joint_that_slips_is_also_tried_as_one_that_gives_way(point) -> None:
+    effects = laws(point, "hysteresis")
+    near = alike(point, at(effects, 4), effects)
+    assert [e.action.law for e in near[:3]] == ["bouc_wen", "bouc_wen", "jenkins"]
+    assert all(e.place.nodes == (4,) for e in near[:2]) and near[2].place.nodes in {(5,), (6,)}

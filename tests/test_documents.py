@@ -1,0 +1,129 @@
+"""The documentation does what it says: tutorials run as they are written, links lead somewhere, and
+every page is in the site's list."""
+
+from __future__ import annotations
+
+import doctest
+import re
+import shlex
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from cvxupdate import cli
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+TUTORIALS = sorted((DOCS / "tutorials").glob("*.md"))
+BLOCK = re.compile(r"```(\w+)([^\n]*)\n(.*?)```", re.DOTALL)
+KEY = re.compile(r"^(\w+) = ", re.MULTILINE)
+
+
+def blocks(page: Path) -> Iterator[tuple[str, str, str]]:
+    """(language, what stands beside it, text) of every fenced block."""
+    for language, beside, text in BLOCK.findall(page.read_text(encoding="utf-8")):
+        yield language, beside.strip(), text
+
+
+def squeezed(text: str) -> str:
+    return " ".join(text.split())
+
+
+def written(beside: str, text: str) -> None:
+    """A block with ``title="FILE"`` is the file, one with ``replace="FILE"`` its new lines."""
+    name = re.search(r'(title|replace)="([^"]+)"', beside)
+    if name is None:
+        return
+    path = Path(name[2])
+    if name[1] == "title":
+        path.write_text(text, encoding="utf-8")
+        return
+    old = path.read_text(encoding="utf-8")
+    for line in text.strip().splitlines():
+        (key,) = KEY.findall(line)
+        old, count = re.subn(rf"(?m)^{key} = .*$", lambda _, new=line: new, old)
+        assert count == 1, f"{path}: {key} stands there {count} times"
+    path.write_text(old, encoding="utf-8")
+
+
+def check_commands(text: str, monkeypatch, capsys) -> None:
+    """Runs every line after ``$``; what stands below it is said by it."""
+    for part in re.split(r"(?m)^\$ ", text)[1:]:
+        command, _, expected = part.partition("\n")
+        capsys.readouterr()
+        monkeypatch.setattr(sys, "argv", shlex.split(command))
+        with pytest.raises(SystemExit) as left:
+            cli.main()
+        said = capsys.readouterr()
+        assert left.value.code in (0, None), said.err
+        whole = squeezed(said.out + said.err)
+        for line in filter(None, map(squeezed, expected.splitlines())):
+            assert line in whole, f"{command}: {line!r} is not in\n{said.out}{said.err}"
+
+
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda p: p.stem)
+def test_a_tutorial_runs_as_it_is_written(page, tmp_path, monkeypatch, capsys):
+    files = page.parent / "files" / page.stem
+    folder = tmp_path / "mine"
+    if files.is_dir():
+        shutil.copytree(files, folder)
+    else:
+        folder.mkdir()
+    monkeypatch.chdir(folder)
+    names: dict = {}
+    said: list[str] = []
+    ran = 0
+    for language, beside, text in blocks(page):
+        if language == "toml":
+            written(beside, text)
+        elif language == "console":
+            check_commands(text, monkeypatch, capsys)
+            ran += 1
+        elif language == "python":
+            found = doctest.DocTestParser().get_doctest(text, names, page.name, page.name, 0)
+            doctest.DocTestRunner().run(found, out=said.append, clear_globs=False)
+            names = found.globs
+            ran += 1
+    assert ran >= 2 and not said, "".join(said)
+
+
+def test_links_lead_somewhere() -> None:
+    for page in DOCS.rglob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        for link in re.findall(r"\]\((?!https?:|#)([^)#\s]+)", text):
+            target = (page.parent / link).resolve()
+            assert target.exists() and DOCS in target.parents, (page.name, link)
+
+
+def test_every_page_is_in_the_list_of_the_site() -> None:
+    listed = set(re.findall(r"([\w/-]+\.md)", (ROOT / "mkdocs.yml").read_text(encoding="utf-8")))
+    assert listed == {p.relative_to(DOCS).as_posix() for p in DOCS.rglob("*.md")}
+
+
+def test_the_reference_has_every_public_name() -> None:
+    import cvxupdate
+
+    text = (DOCS / "api.md").read_text(encoding="utf-8")
+    listed = {name.rpartition(".")[2] for name in re.findall(r"^::: ([\w.]+)", text, re.MULTILINE)}
+    errors = {n for n in cvxupdate.__all__ if n.endswith(("Error", "Warning"))} | {"Fault"}
+    said_elsewhere = {
+        "ModeResult",
+        "ParameterResult",
+        "Spec",
+        "Updated",
+        "__version__",
+        "schema",
+        "solvers_files",
+    }  # types of fields and texts, which the pages of results and problem files describe
+    assert set(cvxupdate.__all__) - errors - said_elsewhere <= listed and "errors" in listed
+
+
+def test_every_command_is_in_the_table_of_commands() -> None:
+    from typer.main import get_command
+
+    text = (DOCS / "commands.md").read_text(encoding="utf-8")
+    for command in get_command(cli.app).commands:
+        assert f"`cvxupdate {command}" in text, command
