@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from cvxupdate.errors import RecordingError
+from cvxupdate.recordings.beginning import settled
 from cvxupdate.recordings.corrections import corrected
 from cvxupdate.recordings.fits import check_fit
 from cvxupdate.recordings.imposed import driven_by_motion
@@ -214,9 +215,13 @@ def load_recordings(
             del opened[key]  # files are large
         check_fit(recording, nodes, tuple(spec.model.dofs))
         if isinstance(recording, TimeHistory):
-            recording = replace(recording, band=declared.band)
+            recording = settled(replace(recording, band=declared.band), _begins(declared))
         recordings.append(recording)
     return tuple(recordings)
+
+
+def _begins(declared: Declared) -> str | None:
+    return declared.begins if isinstance(declared, TimeRecording) else None
 
 
 def _again(declared: Declared, known: Known) -> Recording | None:

@@ -122,15 +122,18 @@ def _of_time(history: TimeHistory) -> tuple[Measured, ...]:
     )
 
 
-def decaying_spectra(history: TimeHistory, band: tuple[float, float]) -> tuple[Complex, Complex]:
+def decaying_spectra(
+    history: TimeHistory, band: tuple[float, float], every: bool = False
+) -> tuple[Complex, Complex]:
     """(s (lines,), spectra (lines, channels)) of e^{−δt} times the samples, δ = 7 / T, on the lines
-    k / T in ``band`` (Hz)."""
+    k / T in ``band`` (Hz): `MOST_LINES` at most, or ``every`` one."""
     n, rate = len(history.data), history.rate
     delta = DECAY * rate / n
     f = np.fft.rfftfreq(n, 1.0 / rate)
     lines = np.flatnonzero((f >= band[0]) & (f <= band[1]))
     # multiples of the stride, so that records of one length have their lines in common
-    lines = lines[lines % max(1, int(np.ceil(len(lines) / MOST_LINES))) == 0]
+    if not every:
+        lines = lines[lines % max(1, int(np.ceil(len(lines) / MOST_LINES))) == 0]
     decay = np.exp(-delta * np.arange(n) / rate)[:, None]
     return (
         np.asarray(delta + 2j * np.pi * f[lines]),

@@ -41,7 +41,8 @@ class Origin:
 
     ``use`` is ``"fit"`` or ``"hold-out"`` (never fitted, only scored); ``level`` the drive level
     (dimensionless, None if unknown); ``damage`` what was left out of the file when it was read;
-    ``state`` that of the structure (`cvxupdate.recordings.states`).
+    ``state`` that of the structure (`cvxupdate.recordings.states`); ``remarks`` what was done to it
+    that its reader should know.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Origin:
     level: float | None = None
     damage: tuple[str, ...] = ()
     state: str | None = None
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

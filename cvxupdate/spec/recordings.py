@@ -246,6 +246,12 @@ class TimeRecording(Reading):
     rate: Positive | None = Field(
         default=None, description="sampling rate [Hz]; absent: the file or `time_column` says it"
     )
+    begins: Literal["at-rest", "in-motion"] | None = Field(
+        default=None,
+        description="how the structure moves when the record begins; absent: the record says it. "
+        "Of one that begins in motion frequency responses are used, with the initial state as a "
+        "further unknown",
+    )
     time_column: Column | None = Field(default=None, description="column of the time [s]")
     start: Annotated[int, Field(ge=0)] | None = Field(
         default=None, description="first sample used (counted from 0)"

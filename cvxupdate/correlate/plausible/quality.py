@@ -17,11 +17,12 @@ SAID = 5
 
 
 def damage_doubts(recordings: Sequence[Recording]) -> tuple[Doubt, ...]:
-    """What was left out of files when they were read."""
+    """What was left out of files when they were read, and what was done to recordings."""
     return tuple(
-        Doubt("damage", f"{r.origin.name}: {line}.", r.origin.name)
+        Doubt(check, f"{r.origin.name}: {line}.", r.origin.name)
         for r in recordings
-        for line in r.origin.damage
+        for check, lines in (("damage", r.origin.damage), ("beginning", r.origin.remarks))
+        for line in lines
     )
 
 
