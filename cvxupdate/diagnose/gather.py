@@ -98,15 +98,20 @@ def _responses(
 ) -> Evidence:
     names = _names(spec, RESPONSES)
     file = None if reference is None else reference.file
+    plain = prepare(recordings)
+    simulated = slightly(level_change(plain.sharp)) or is_nonlinear(model)
 
     def evidence(data: Data) -> ResponseEvidence:
         # what a model misses of its reference, mesh included, it misses of the other state too
-        fine = mesh_for(spec, model, data, SHEAR in names) if reference is None else PLAIN
+        fine = PLAIN
+        if reference is None:
+            fine = mesh_for(spec, model, data, SHEAR in names, simulated)
         if fine is PLAIN:
             data = replace(data, mesh=mesh_error(spec, model, data.top))
             if SHEAR in names:
                 data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))
-        start = with_nuisance(undamped(fine.on(model)), scatter=spec.diagnose.scatter)
+        start = undamped(fine.on(model))
+        start = with_nuisance(start, scatter=spec.diagnose.scatter, theory=fine.theory)
         held, release = held_dofs(spec, model), release_from(spec, fine)
         return ResponseEvidence(model, start, data, fine, names, held, release, progress, file)
 
@@ -115,8 +120,8 @@ def _responses(
         of_reference = evidence(prepare(responses_of(reference.recordings)))
         data = of_reference.data
         common = common_of(of_reference, data.sharp, data.sharp_hold_out)
-    linear = evidence(prepare(recordings, common))
-    if slightly(linear.level_change()) or is_nonlinear(model):
+    linear = evidence(plain if common is None else prepare(recordings, common))
+    if simulated:
         return in_simulation(spec, recordings, linear, progress, budget) or linear
     return linear
 

@@ -28,9 +28,13 @@ SLENDER = 4.0
 # Relative error of any natural frequency of the band that dividing exact members may leave: a third
 # of what a sound model's frequencies may miss, before the mesh's error is extrapolated as ever.
 EXACT_MESH = 1e-3
-# Types of elements whose presence brings a finer mesh: their frequencies and shapes converge with
-# the square of their size, and extrapolated frequencies do not bring the shapes.
-REFINED = ("plate",)
+# Types of elements whose presence brings a finer mesh: extrapolated frequencies do not bring the
+# shapes. Of these, sheets, whose theory leaves more than their parameters can say.
+REFINED = ("rod", "beam2d", "beam3d", "plate")
+SHEETS = ("plate",)
+# Relative shift of frequencies that shear makes of beams, up to which a model without it is sound:
+# half the tolerance of the modulus, which shifts them as much. Above, its absence is a finding.
+SOUND_THEORY = 0.01
 # Parts of an edge of an element with which the analysis model is made, the next where one leaves
 # too much.
 MESH_PARTS = (8, 16)
@@ -200,8 +204,8 @@ LAW = 0.9
 
 # ------------------------------------------------------------------------- internal forces
 # Times what the best place leaves when any force may act there: places further off are not tried;
-# places tried at most.
-LOCATED, MOST_PLACES = 5.0, 8
+# places tried at most: few sensors tell few places apart, and the one that acts may be twelfth.
+LOCATED, MOST_PLACES = 5.0, 16
 # Squared cosine of two places' deflections above which a law is tried at both (strain energy alike
 # to a tenth, as what screening by rank tells apart); how many such neighbours are refitted.
 NEIGHBOURING, NEIGHBOURS = 0.9, 6

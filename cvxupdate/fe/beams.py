@@ -37,7 +37,7 @@ def text_in_space(block: type[LineKeys], **own: Any) -> ElementText:
 
 def beam_properties(section: Section) -> tuple[str, ...]:
     """Material, dimensions, section factors, and the physics that is zero unless asked for."""
-    return ("E", "nu", "G", "rho", *section.properties, *FACTORS, "N", "shear", "kappa")
+    return ("E", "nu", "G", "rho", *section.properties, *FACTORS, "N", "shear", "kappa", "corner")
 
 
 def beam_terms(
@@ -106,7 +106,7 @@ def beam_coefficients(
     mass, translational and rotary (Friedman and Kosmatka 1993); lumped mass knows none. Natural
     frequencies then converge as O(h²) where elements are shorter than deep
     (tests/fe/test_closed_forms.py says why), else as O(h⁴). ``N`` is an axial preload in newtons,
-    tension positive.
+    tension positive. ``corner`` stiffens ends at corners (`cvxupdate.fe.analysis.corners`).
     """
     c = section_constants(section, p)
     E, rho = p["E"], p["rho"]
@@ -127,6 +127,7 @@ def beam_coefficients(
             out[f"N{axis}.{power}"] = p["N"] * share
             out[f"rhoA{axis}.{power}"] = rho * c["A"] * share
             out[f"rhoI{axis}.{power}"] = rho * I * share
+        out[f"corner{axis}"] = E * I * p["corner"]
     return out
 
 

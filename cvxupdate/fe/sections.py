@@ -107,6 +107,7 @@ def line_properties(row: LineRow, around: Surroundings) -> dict[str, float]:
     out |= {k: getattr(section, k) or 0.0 if k in keys else 1.0 for k in FACTORS}
     out |= {k: getattr(section, k) or 0.0 for k in _DIMENSIONS if k in keys}
     out["N"] = row.N
+    out["corner"] = 0.0
     if section.kappa is None:
         return {**out, "shear": 0.0, "kappa": shear_coefficient(section, out["nu"])}
     return {**out, "shear": 1.0, "kappa": section.kappa}

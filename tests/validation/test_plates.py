@@ -51,6 +51,13 @@ ANSWER = """
  total internal energy for set LOSSY and time  0.2000000E+01
 
         1.000000E+00
+
+                              S T E P       2
+
+ displacements (vx,vy,vz) for set SENSE and time  0.1000000E+01
+
+         7  1.000000E-05  0.000000E+00  0.000000E+00
+         9  0.000000E+00  0.000000E+00  5.000000E-05
 """
 
 
@@ -137,11 +144,14 @@ def test_a_frame_s_deck_has_its_beams_end_to_end():
 def test_answers_are_read_without_modes_out_of_the_plane(tmp_path):
     path = tmp_path / "body.dat"
     path.write_text(ANSWER, encoding="ascii")
-    found = bodies.read(path, {1: 7, 2: 9}, "xz")
+    found = bodies.read(path, {1: 7, 2: 9}, "xz", [(2, "z")])
     np.testing.assert_allclose(found.omega, [20.0 * np.pi])
     assert found.points == ((1, "x"), (1, "z"), (2, "x"), (2, "z"))
     np.testing.assert_allclose(found.shapes[:, 0], [0.25, 0.0, -0.15, 0.1])
     assert found.lossy[0, 0] / found.omega[0] ** 2 == pytest.approx(0.5, rel=1e-4)
+    mode = found.shapes[:, 0] * 0.1 / found.omega[0] ** 2
+    np.testing.assert_allclose(found.rest[:, 3], [1e-5, 0.0, 0.0, 5e-5] - mode)
+    assert not found.rest[:, :3].any()
 
 
 def test_modes_and_the_rest_respond_as_the_structure_does(tmp_path):

@@ -173,27 +173,40 @@ def reduced(
     return Body(tuple(points), omega, shapes, (rest + rest.T) / 2.0, held, np.zeros(len(omega)))
 
 
-def asked(at: Mapping[int, int], lossy: bool) -> list[str]:
-    """The step: frequencies, the motion of the drawing's nodes, energies where some are lost."""
+def asked(at: Mapping[int, int], lossy: bool, drives: Sequence[Point]) -> list[str]:
+    """The steps: frequencies, the motion of the drawing's nodes, energies where some are lost; then
+    the deflection by a newton at each of the ``drives``."""
     out = ["*NSET,NSET=SENSE", *(f"{k}," for k in at.values())]
     out += ["*STEP", "*FREQUENCY", str(MODES), "*NODE PRINT,NSET=SENSE", "U"]
     out += [f"*EL PRINT,ELSET={ZONE},TOTALS=ONLY", "ELSE"] if lossy else []
-    return [*out, "*END STEP"]
+    out += ["*END STEP"]
+    for n, d in drives:
+        out += ["*STEP", "*STATIC", "*CLOAD,OP=NEW", f"{at[n]},{AXES.index(d) + 1},1."]
+        out += ["*NODE PRINT,NSET=SENSE", "U", "*END STEP"]
+    return out
 
 
-def read(path: Path, at: Mapping[int, int], axes: str) -> Body:
-    """The modes of an answer that move in ``axes``."""
+def read(path: Path, at: Mapping[int, int], axes: str, drives: Sequence[Point]) -> Body:
+    """The modes of an answer that move in ``axes``, and what all other modes do at rest to the
+    columns of the ``drives``: frames are hundreds of times as stiff along their members as across,
+    and few modes stretch them."""
     row = {k: r for r, k in enumerate(at.values())}
     f, blocks, energy = _numbers(path.read_text(encoding="ascii").splitlines(), row)
-    moved = np.moveaxis(np.array(blocks), 0, -1)  # (nodes, 3, modes)
+    moved = np.moveaxis(np.array(blocks[: len(f)]), 0, -1)  # (nodes, 3, modes)
     plane = [AXES.index(d) for d in axes]
     whole, inside = (np.sum(x**2, axis=(0, 1)) for x in (moved, moved[:, plane]))
     kept = inside > ASIDE * whole
     omega = 2.0 * np.pi * np.array(f)[: moved.shape[2]][kept]
     points = tuple((n, d) for n in at for d in axes)
     shapes = moved[:, plane].reshape(len(points), -1)[:, kept]
-    lossy = np.diag(2.0 * np.array(energy)[kept]) if energy else np.zeros((len(omega),) * 2)
-    rest = np.zeros((len(points),) * 2)  # of modes so far above the band, nothing
+    lossy = (
+        np.diag(2.0 * np.array(energy[: len(f)])[kept]) if energy else np.zeros((len(omega),) * 2)
+    )
+    rest = np.zeros((len(points),) * 2)
+    for point, block in zip(drives, blocks[len(f) :], strict=True):
+        column = points.index(point)
+        whole = block[:, plane].reshape(-1)
+        rest[:, column] = whole - shapes @ (shapes[column] / omega**2)
     return Body(points, omega, shapes, rest, lossy, np.zeros(len(omega)))
 
 

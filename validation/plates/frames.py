@@ -13,7 +13,7 @@ import numpy as np
 
 from validation.generated.cases import Case
 from validation.generated.laboratory import Design, Effect, Element
-from validation.plates.bodies import AXES, ZONE, Body, asked, read, run
+from validation.plates.bodies import AXES, ZONE, Body, Point, asked, read, run
 
 PART = 0.4  # length of a part in heights of the section
 LOCAL = ("added_mass", "grounding_spring", "attached_resonator")
@@ -43,13 +43,17 @@ class _Deck:
 def body_of(case: Case, folder: Path) -> Body:
     """The modes in its plane of a frame with what is concealed in it; ``folder`` for the deck and
     its answer."""
-    text, at = written(case.design, case.scatter, case.effects)
+    drives = tuple(dict.fromkeys(case.drives))
+    text, at = written(case.design, case.scatter, case.effects, drives)
     run(text, folder)
-    return read(folder / "body.dat", at, "xz")
+    return read(folder / "body.dat", at, "xz", drives)
 
 
 def written(
-    design: Design, scatter: Mapping[int, tuple[float, float]], effects: Sequence[Effect]
+    design: Design,
+    scatter: Mapping[int, tuple[float, float]],
+    effects: Sequence[Effect],
+    drives: Sequence[Point] = (),
 ) -> tuple[list[str], dict[int, int]]:
     """(the deck, the body's node of each of the drawing's)."""
     deck = _Deck({n: tuple(x) for n, x in design.nodes.items()})
@@ -70,7 +74,7 @@ def written(
     at = {n: n for n in design.nodes}
     nodes = [f"{n},{x:.12g},{y:.12g},{z:.12g}" for n, (x, y, z) in deck.nodes.items()]
     text = ["*NODE,NSET=ALL", *nodes, *deck.lines, *(sets if lossy else [])]
-    return [*text, "*BOUNDARY", *bounds, *asked(at, bool(lossy))], at
+    return [*text, "*BOUNDARY", *bounds, *asked(at, bool(lossy), drives)], at
 
 
 def _member(

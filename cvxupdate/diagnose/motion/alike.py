@@ -14,11 +14,13 @@ from cvxupdate.physics.hysteresis import other_forms
 from cvxupdate.physics.internal_force import NonlinearForce, direction
 
 
-def alike(point: MotionPoint, effect: Effect, candidates: Sequence[Effect]) -> list[Effect]:
-    """Other forms of the law of ``effect`` where it stands. Then, nearest first, of ``candidates``
-    those with its law elsewhere, where a force bends the modes that are marched as it does there:
-    the squared cosine of the two static deflections, in the scalar product of the strain energy, is
-    at least `NEIGHBOURING`."""
+def alike(
+    point: MotionPoint, effect: Effect, candidates: Sequence[Effect], forms: bool = True
+) -> list[Effect]:
+    """With ``forms`` other forms of the law of ``effect`` where it stands. Then, nearest first, of
+    ``candidates`` those with its law elsewhere, where a force bends the modes that are marched as
+    it does there: the squared cosine of the two static deflections, in the scalar product of the
+    strain energy, is at least `NEIGHBOURING`."""
     own = effect.action
     if not isinstance(own, NonlinearForce):
         return []
@@ -44,4 +46,4 @@ def alike(point: MotionPoint, effect: Effect, candidates: Sequence[Effect]) -> l
         if cosine**2 >= NEIGHBOURING:
             near.append((cosine**2, e))
     ranked = sorted(near, key=lambda pair: -pair[0])
-    return [*other_forms(effect), *(e for _, e in ranked[:NEIGHBOURS])]
+    return [*(other_forms(effect) if forms else ()), *(e for _, e in ranked[:NEIGHBOURS])]

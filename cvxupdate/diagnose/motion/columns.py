@@ -42,17 +42,17 @@ LARGEST = 99.9  # per cent of the samples are below what counts as the largest m
 Column = Callable[[Real, Real], Real]
 
 
-def law_scores(point: MotionPoint, effects: Sequence[Effect]) -> tuple[list[Score], Real]:
-    """Scores of the effects that are internal forces, in their order, and what no force at their
-    places could explain (effects,). Where some place is far better than others, only laws there are
-    tried."""
+def law_scores(point: MotionPoint, effects: Sequence[Effect]) -> tuple[list[Score], float]:
+    """Scores of the effects that are internal forces, in their order, and the squares of the
+    projected residual, of which they are parts. Where some place is far better than others, only
+    laws there are tried."""
     scene = Scene.of(point)
     actions = [e.action for e in effects]
     model = point.setting.model
     rows = [a.rows if isinstance(a, NonlinearForce) else () for a in actions]
     places = list(dict.fromkeys(r for r in rows if r))
     if not places:
-        return [nothing(e) for e in effects], np.zeros(0)
+        return [nothing(e) for e in effects], scene.left.total
     B = np.stack([direction(model, r) for r in places], axis=1)
     shapes = point.modes.shapes.T @ B
     left = scene.left_by_force(shapes)
@@ -72,8 +72,7 @@ def law_scores(point: MotionPoint, effects: Sequence[Effect]) -> tuple[list[Scor
     most = max((f.fraction for _, f in found.values()), default=0.0)
     for i, (spot, fit) in found.items():
         out[i] = spot.score(effects[i], fit, fit.fraction >= KEPT * most)
-    whole = np.array([left[places.index(r)] if r else np.nan for r in rows])
-    return out, whole
+    return out, scene.left.total
 
 
 def nothing(effect: Effect) -> Score:
@@ -228,24 +227,33 @@ def is_law(effect: Effect) -> bool:
 
 @dataclass(frozen=True)
 class LawScores:
-    """Scores of laws at the points of fits, each worked out once."""
+    """Scores of laws at the points of fits, each worked out once, and the squares of the projected
+    residual there."""
 
-    known: dict[bytes, dict[Key, Score]] = field(default_factory=dict)
+    known: dict[bytes, tuple[dict[Key, Score], float]] = field(default_factory=dict)
 
     def of(self, found: Fit, effects: Sequence[Effect]) -> dict[Key, Score]:
         """At a fit against sharp signals."""
+        return self._at(found, effects)[0]
+
+    def _at(self, found: Fit, effects: Sequence[Effect]) -> tuple[dict[Key, Score], float]:
         key = found.p.tobytes() + ",".join(found.setting.columns).encode()
         if key not in self.known and effects:
-            scores, _ = law_scores(found.point, effects)
-            self.known[key] = {s.effect.key: s for s in scores}
-        return self.known.get(key, {})
+            scores, total = law_scores(found.point, effects)
+            self.known[key] = ({s.effect.key: s for s in scores}, total)
+        return self.known.get(key, ({}, 0.0))
 
     def first(self, found: Fit, laws: Sequence[Effect]) -> dict[Key, Score]:
-        """Beside no other law: where they show more clearly at the nominal model, its own are
-        taken, from which finite sizes begin."""
+        """Beside no other law: where the best of them leaves less at the nominal model, its own are
+        taken, from which finite sizes begin. What it leaves counts and not its part: far from where
+        the nuisance parameters belong, most of the residual is theirs, and some law resembles
+        it."""
         nominal = fitted_at(found.setting, np.zeros(len(found.p)))
-        both = [self.of(f, laws) for f in (nominal, found)]
-        most = [max((s.fraction for s in own.values()), default=0.0) for own in both]
-        if most[1] <= most[0]:
-            return {k: replace(s, trusted=False) for k, s in both[0].items()}
-        return both[1]
+        both = [self._at(f, laws) for f in (nominal, found)]
+        left = [
+            total * (1.0 - max((s.fraction for s in own.values()), default=0.0))
+            for own, total in both
+        ]
+        if left[0] <= left[1]:
+            return {k: replace(s, trusted=False) for k, s in both[0][0].items()}
+        return both[1][0]

@@ -221,9 +221,9 @@ class MotionEvidence:
         return fitted_at(found.setting.on(self.held), found.p, found.point).log_likelihood
 
     def alike(self, found: Fit, effect: Effect) -> Sequence[Effect]:
-        """Of laws: they are screened by rank, which takes few of many neighbours."""
+        """Of laws: screening takes few of many neighbours; other forms where one leaves much."""
         laws = self.candidates(self.model, (effect.physics,)) if is_law(effect) else ()
-        return alike(found.point, effect, laws)
+        return alike(found.point, effect, laws, forms=not self.linear.clear(found))
 
     def apart(self, one: Fit, other: Fit, titles: tuple[str, str]) -> str:
         """The level of the loudest run, or a multiple, and the frequency."""

@@ -10,13 +10,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy.sparse as sp
 
 from cvxupdate.correlate import pair_modes
 from cvxupdate.diagnose.nominal.mesh import shearing
-from cvxupdate.diagnose.settings import ANOTHER_MODE, MESH_PARTS, MESH_TOLD, REFINED
+from cvxupdate.diagnose.nominal.theory import SHEAR, theory_of
+from cvxupdate.diagnose.settings import (
+    ANOTHER_MODE,
+    MESH_PARTS,
+    MESH_TOLD,
+    REFINED,
+    SHEETS,
+    SOUND_THEORY,
+)
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.analysis import Analysis, analysis_of
@@ -39,13 +48,15 @@ class Mesh:
     """``analysis`` what stands for the elements of the file (None: nothing can be divided);
     ``shift`` the largest relative error of a natural frequency in the band by the file's mesh,
     ``error`` what that mesh alone leaves of the responses; ``left`` what the finer one does;
-    ``advised`` the parts of each edge with which the file's own elements would do."""
+    ``advised`` the parts of each edge with which the file's own elements would do; ``theory`` what
+    the theory of its beams may leave out (`cvxupdate.diagnose.nominal.theory`)."""
 
     analysis: Analysis | None = None
     shift: float = 0.0
     error: float = 0.0
     left: float = 0.0
     advised: int = 1
+    theory: tuple[str, ...] = ()
 
     def on(self, file: Model) -> Model:
         """The model that is diagnosed."""
@@ -82,7 +93,7 @@ def fine_enough(spec: Spec, file: Model, wanted: Wanted) -> Mesh:
         found = analysis_of(spec, file, MESH_PARTS[0], solid=True)
         if found is None:
             return PLAIN
-        plain, model = found.plain.on(file), found.on(file)
+        plain, model = _before(spec, file, found), found.on(file)
         rest = shift_between(plain, model, wanted.top)
         left = MISSED * wanted.differ(plain, model)
         for parts in MESH_PARTS[1:]:
@@ -93,17 +104,33 @@ def fine_enough(spec: Spec, file: Model, wanted: Wanted) -> Mesh:
                 break
             left = wanted.differ(model, finer.on(file))
             found, model = finer, finer.on(file)
-        needed = _needed(found, file, wanted)
+        shift_of = partial(shift_between, top=wanted.top)
+        theory = theory_of(model, wanted.differ, shift_of, wanted.enough, SOUND_THEORY)
+        needed = _needed(found, file, wanted, SHEAR in theory)
         model = needed.on(file)
         shift, error = shift_between(file, model, wanted.top), wanted.differ(file, model)
     except CvxupdateError:
         return PLAIN
-    return Mesh(needed, shift, error, left, _advised(shift, rest, MESH_PARTS[0]))
+    return Mesh(needed, shift, error, left, _advised(shift, rest, MESH_PARTS[0]), theory)
 
 
-def wants_finer(model: Model) -> bool:
-    """Whether any of its elements is of a type that does (`REFINED`)."""
-    return any(b.kind.name in REFINED for b in model.blocks)
+def _before(spec: Spec, file: Model, found: Analysis) -> Model:
+    """What tells how far a mesh is from the limit: its elements before they were extrapolated, or
+    those of half as many parts, where lines are all and nothing is extrapolated."""
+    coarse = None if has_sheets(file) else analysis_of(spec, file, found.parts // 2, solid=True)
+    return found.plain.on(file) if coarse is None else coarse.on(file)
+
+
+def wants_finer(model: Model, simulated: bool) -> bool:
+    """Whether any of its elements is of a type that does (`REFINED`); ``simulated``: in a
+    simulation over time, where DOFs cost, only sheets do."""
+    kinds = SHEETS if simulated else REFINED
+    return any(b.kind.name in kinds for b in model.blocks)
+
+
+def has_sheets(model: Model) -> bool:
+    """Whether it has any, whose theory leaves something."""
+    return any(b.kind.name in SHEETS for b in model.blocks)
 
 
 def _advised(shift: float, rest: float, parts: int) -> int:
@@ -115,11 +142,11 @@ def _advised(shift: float, rest: float, parts: int) -> int:
     return int(np.ceil((shift / MESH_TOLD) ** (1.0 / order)))
 
 
-def _needed(analysis: Analysis, file: Model, wanted: Wanted) -> Analysis:
+def _needed(analysis: Analysis, file: Model, wanted: Wanted, sheared: bool) -> Analysis:
     """Without families of inner DOFs that change no frequency by more than the precision, all
     together, of the model as it stands nor of one with shear where that may be asked."""
     variants: list[Change] = [_itself]
-    if wanted.sheared and can_shear(file):
+    if (wanted.sheared or sheared) and can_shear(file):
         variants.append(shearing)
     families = list(analysis.families)
     if len(variants) == 1 and not shears(file):

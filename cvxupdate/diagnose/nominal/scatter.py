@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cvxupdate.diagnose.nominal.theory import GROUP, SIZES, theory_parameters
 from cvxupdate.diagnose.settings import CREDIBLE, FREE, MASS_STD, STIFFNESS_STD, WIDE
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter
@@ -9,10 +10,12 @@ from cvxupdate.fe.select import has_property, select_parameters
 from cvxupdate.physics.growth import Wanted
 
 
-def with_nuisance(model: Model, wide: bool = False, scatter: float = 1.0) -> Model:
+def with_nuisance(
+    model: Model, wide: bool = False, scatter: float = 1.0, theory: tuple[str, ...] = ()
+) -> Model:
     """The model with a stiffness and a mass p-value for every group, within credible bounds
     (``wide``: far beyond). ``scatter``: part of the usual scatter, of a model that was calibrated
-    on this very structure."""
+    on this very structure; ``theory``: words of `cvxupdate.diagnose.nominal.theory`."""
     wanted: list[Wanted] = []
     for of, std in (("stiffness", STIFFNESS_STD), ("mass", MASS_STD)):
         limit = WIDE if wide else CREDIBLE * std * scatter
@@ -25,12 +28,15 @@ def with_nuisance(model: Model, wide: bool = False, scatter: float = 1.0) -> Mod
             Wanted(f"{g}.{of}", of, tuple(dict.fromkeys(ids)), g, -limit, limit)
             for g, ids in groups.items()
         ]
+    wanted += theory_parameters(model, theory)
     return model.with_parameters(select_parameters(wanted, model))
 
 
 def scatter_of(q: Parameter) -> float:
     """Prior deviation of a group's p-value: `CREDIBLE` of them reach its bound, and it is at most
-    the usual one."""
+    the usual one; of a part of the theory its own."""
+    if q.group == GROUP:
+        return SIZES[q.of][1]
     return min(MASS_STD if q.of == "mass" else STIFFNESS_STD, q.upper / CREDIBLE)
 
 
@@ -38,6 +44,6 @@ def prior_scales(model: Model, wide: bool = False) -> list[float]:
     """Prior standard deviations of a model's parameters: groups scatter as usual (``wide``: their
     stiffness may go as far as a parameter error is followed), effects are free."""
     return [
-        FREE if q.group is None else WIDE if wide and q.of != "mass" else scatter_of(q)
+        FREE if q.group is None else WIDE if wide and q.of == "stiffness" else scatter_of(q)
         for q in model.parameters
     ]

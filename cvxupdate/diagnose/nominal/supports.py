@@ -38,7 +38,8 @@ def release_from(spec: Spec, mesh: Mesh = PLAIN) -> Callable[[int, str], Model]:
                     supports.append(s.model_copy(update={"nodes": (n,), "dofs": kept}))
         text = spec.model.model_copy(update={"supports": tuple(supports)})
         freed = build_model(replace(spec, model=text, update=None))
-        return with_nuisance(undamped(mesh.on(freed)), scatter=spec.diagnose.scatter)
+        model, scatter = undamped(mesh.on(freed)), spec.diagnose.scatter
+        return with_nuisance(model, scatter=scatter, theory=mesh.theory)
 
     return release
 

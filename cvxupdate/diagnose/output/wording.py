@@ -57,9 +57,9 @@ def verdict_of(
         says = " ".join(f.says for f in findings)
         return "parameter_error" if groups else "missing_physics", says
     base = judgement.case.base
-    if level and base.fit.misfit <= OPEN * EXPLAINED:
+    if level and judgement.final is None and base.fit.misfit <= OPEN * EXPLAINED:
         return "undetermined", f"{LEVEL} It is too small for a law to be told by it."
-    if explained(base, judgement.case):
+    if not level and explained(base, judgement.case):
         return "consistent", (
             "Nothing is missing: the model explains the recordings within noise and the usual "
             "scatter of its parameters."

@@ -14,8 +14,9 @@ from cvxupdate.correlate.response_error import Stated, stated_errors
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
 from cvxupdate.diagnose.nominal.mesh import mesh_line
-from cvxupdate.diagnose.nominal.refinement import PLAIN, Mesh, mesh_lines, mesh_notes
+from cvxupdate.diagnose.nominal.refinement import PLAIN, Mesh, has_sheets, mesh_lines, mesh_notes
 from cvxupdate.diagnose.nominal.supports import on_the_file, regrown
+from cvxupdate.diagnose.nominal.theory import theory_lines
 from cvxupdate.diagnose.responses.columns import columns_of, delay_unit
 from cvxupdate.diagnose.responses.data import Data
 from cvxupdate.diagnose.responses.errors import ContractErrors, channel_errors, noise_errors, stated
@@ -232,9 +233,9 @@ class ResponseEvidence(Linear):
 
     def allowance(self, model: Model) -> float:
         """What extrapolation to a fine mesh may miss, or on a finer one that mesh and the theory of
-        sheets; frequencies in half-power bandwidths (2 ζ f)."""
+        sheets (that of beams has parameters); frequencies in half-power bandwidths (2 ζ f)."""
         base, finer = self.bases[-1], self.fine is not PLAIN
-        if not base.setting.damped:
+        if not base.setting.damped or (finer and not has_sheets(self.model)):
             return self.fine.left
         missed = FREQUENCY_DISCREPANCY if finer else self.data.mesh_of(model).missed(self.data.top)
         damping = float(np.median(base.point.damping[base.point.owner]))
@@ -268,7 +269,8 @@ class ResponseEvidence(Linear):
 
     def lines(self) -> list[str]:
         """What the mesh of the file is worth."""
-        return [*mesh_line(self.data.mesh.worst(self.data.top)), *mesh_lines(self.fine)]
+        mesh = [*mesh_line(self.data.mesh.worst(self.data.top)), *mesh_lines(self.fine)]
+        return [*mesh, *theory_lines(self.model, self.bases[-1])]
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With a damping ratio of its own for every mode, and the faults of the sensors."""

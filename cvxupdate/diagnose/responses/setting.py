@@ -10,6 +10,7 @@ import numpy as np
 from cvxupdate.diagnose.fit import Fit, fitted
 from cvxupdate.diagnose.nominal.damping import file_damping
 from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
+from cvxupdate.diagnose.nominal.theory import GROUP
 from cvxupdate.diagnose.responses.point import ResponseSetting
 from cvxupdate.diagnose.responses.signals import Real, Signal
 from cvxupdate.diagnose.settings import WIDE
@@ -84,7 +85,10 @@ def followed(setting: ResponseSetting, start: Real, effort: str) -> Fit:
 
 def let_go(evidence: Evidence) -> Fit:
     """The nuisance parameters fitted far beyond their scatter, level by level."""
-    free = [replace(q, lower=-WIDE, upper=WIDE) for q in evidence.model.parameters]
+    free = [
+        q if q.group == GROUP else replace(q, lower=-WIDE, upper=WIDE)
+        for q in evidence.model.parameters
+    ]
     setting = evidence.setting(evidence.model.with_parameters(free), ())
     found = fitted(setting, np.zeros(len(setting.columns)), EFFORTS["base"])
     for level in range(1, evidence.levels):

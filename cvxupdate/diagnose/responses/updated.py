@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from cvxupdate.diagnose.nominal.theory import GROUP
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.results import Updated
 
@@ -13,7 +14,9 @@ SHIFTED = 1e-6  # relative shift of a frequency by the mesh below which there is
 def updated_model(point: ResponsePoint, notes: tuple[str, ...] = ()) -> Updated:
     """With a damping ratio of its own for every mode, and the faults of the sensors; ``notes``:
     what else is to be said of the file."""
-    setting, n = point.setting, len(point.setting.model.parameters)
+    setting, model = point.setting, point.setting.model
+    own = [j for j, q in enumerate(model.parameters) if q.group != GROUP]  # a file has no word
+    kept = model.with_parameters(tuple(model.parameters[j] for j in own))
     faults = zip(setting.faults, (float(v) for v in point.fault_values), strict=True)
     if setting.mesh is not None and np.any(np.abs(setting.mesh) > SHIFTED):
         shift = 100.0 * float(np.abs(setting.mesh).max())
@@ -23,4 +26,4 @@ def updated_model(point: ResponsePoint, notes: tuple[str, ...] = ()) -> Updated:
             f"{shift:.2g} %); this file has them with it.",
         )
     zeta = point.damping[point.modes.rigid :]
-    return Updated(setting.model, point.p[:n], zeta=zeta, faults=tuple(faults), notes=notes)
+    return Updated(kept, point.p[own], zeta=zeta, faults=tuple(faults), notes=notes)

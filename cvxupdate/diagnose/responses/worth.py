@@ -17,10 +17,11 @@ from cvxupdate.spec import Spec
 LEAST = 1e-5  # relative: finer than this no frequency is asked for
 
 
-def mesh_for(spec: Spec, file: Model, data: Data, sheared: bool) -> Mesh:
-    """Fine enough for the responses in the band, damped as the file says."""
+def mesh_for(spec: Spec, file: Model, data: Data, sheared: bool, simulated: bool) -> Mesh:
+    """Fine enough for the responses in the band, damped as the file says; ``simulated``: laws that
+    follow the motion will be sought, on the file's own beams."""
     bare = undamped(file.with_parameters(()))
-    if not wants_finer(bare):
+    if not wants_finer(bare, simulated):
         return PLAIN
 
     def modelled(model: Model) -> tuple[Complex, ...]:

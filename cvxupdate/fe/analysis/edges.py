@@ -18,13 +18,14 @@ from cvxupdate.fe.elements.base import Real
 # what an edge may do besides following its ends, by kind: functions of t for the displacement along
 # a direction and for the rotation that belongs to it
 BEND, TWIST, STRETCH, SHEAR = 3, 3, 2, 3
+ALONE = 5  # of a line, beside which no sheet helps: two waves of bending in one element
 
 
 @dataclass(frozen=True)
 class Edge:
     """From node ``a`` at ``start`` to the higher-numbered ``b`` at ``end``; ``turns``: rotations of
-    its ends bend it; ``rim``: it is one of a sheet; ``ruled``: it is held straight along its
-    length, without being clamped."""
+    its ends bend it; ``rim``: it is one of a sheet; ``line``: it is an element itself;
+    ``ruled``: it is held straight along its length, without being clamped."""
 
     a: int
     b: int
@@ -33,6 +34,7 @@ class Edge:
     turns: bool
     rim: bool = False
     ruled: bool = False
+    line: bool = False
 
     @property
     def axes(self) -> tuple[Real, Real, Real, float]:
@@ -53,7 +55,7 @@ class Edge:
             return stretch
         across = [
             (f"{word}{k}", d)
-            for word, many in (("bend", BEND), ("shear", SHEAR))
+            for word, many in (("bend", ALONE if self.line else BEND), ("shear", SHEAR))
             for k in range(many)
             for d in (one, two)
         ]

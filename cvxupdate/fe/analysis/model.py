@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cvxupdate.fe.analysis.corners import corner_names, corner_nodes, corner_terms
 from cvxupdate.fe.analysis.edges import Edge
 from cvxupdate.fe.analysis.parts import Fine, assembled, fine_of
 from cvxupdate.fe.analysis.piece import INSIDE, Piece, limit, unstrained
@@ -78,7 +79,8 @@ def analysis_of(spec: Spec, file: Model, parts: int, solid: bool = False) -> Ana
     """With every edge of every element in so many ``parts``; None where there is no element that
     can be divided. Where errors are of second order in the length of a part, from half as many and
     as many to the limit (Richardson 1911). ``solid``: sheets with what Kirchhoff leaves out of a
-    solid (`cvxupdate.fe.analysis.solid`).
+    solid (`cvxupdate.fe.analysis.solid`), beams with what centre lines leave out of a frame
+    (`cvxupdate.fe.analysis.corners`: nothing unless the property ``corner`` is moved).
 
     Raises
     ------
@@ -121,14 +123,18 @@ def _piece(
     per = len(block.ids) // len(own.ids)
     known: dict[object, tuple[tuple[Real, ...], Index]] = {}
     thick = solid and block.kind.name == "plate"
-    names = [*((t.matrix, t.coefficient) for t in block.terms), *(TERMS if thick else ())]
+    further = TERMS if thick else corner_names(block) if solid else ()
+    names = [*((t.matrix, t.coefficient) for t in block.terms), *further]
+    corners = corner_nodes(file) if further and not thick else frozenset()
     terms: list[list[Real]] = [[] for _ in names]
     inner = []
     for e, nodes in enumerate([] if own.nodes is None else own.nodes):
         rows = np.arange(per * e, per * (e + 1))
         edges = _edges(file, fine, own, nodes, held)
         labels = _own_labels(file, own, nodes)
+        ends = tuple(int(n) in corners for n in nodes)
         key = (
+            ends,
             block.geometry[rows].tobytes(),
             np.round(file.xyz[nodes] - file.xyz[nodes[0]], SAME).tobytes(),
             tuple((k.ruled, k.turns, k.rim) for k in edges),
@@ -139,6 +145,10 @@ def _piece(
             whole = assembled(block, rows, scalars)
             if thick:
                 more = beyond(fine, block, rows, whole.dofs, edges)
+                whole = replace(whole, terms=(*whole.terms, *more))
+            elif further:
+                length = float(np.linalg.norm(file.xyz[nodes[1]] - file.xyz[nodes[0]]))
+                more = corner_terms(block, rows, whole.dofs, (ends[0], ends[1]), length)
                 whole = replace(whole, terms=(*whole.terms, *more))
             known[key] = matrices(fine, whole, labels, edges)
         found, inside = known[key]
@@ -168,7 +178,7 @@ def _edges(
     rims = {frozenset(m.weights) for m in fine.made.values() if m.sheets == 1}
     out = []
     for a, b in (sorted(p) for p in pairs):
-        edge = Edge(a, b, place[a], place[b], turns, frozenset((a, b)) in rims)
+        edge = Edge(a, b, place[a], place[b], turns, frozenset((a, b)) in rims, line=not sheet)
         both = held.get(a, frozenset()) & held.get(b, frozenset())
         out.append(replace(edge, ruled=edge.rim and turns and _ruled(edge, both)))
     return out

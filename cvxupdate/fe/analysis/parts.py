@@ -74,15 +74,18 @@ def assembled(block: Block, rows: Index, scalars: list[tuple[str, int, Real]]) -
     """The rows of a block, which are the parts of one element, together."""
     dofs = np.unique(block.dofs[rows])
     dofs = dofs[dofs >= 0]
+    mine = block.geometry[rows]
+    terms = tuple(summed(block, rows, dofs, t.values[mine]) for t in block.terms)
+    one = tuple((m, i, float(np.real(v[rows[0]]))) for m, i, v in scalars)
+    return Assembled(dofs, terms, one)
+
+
+def summed(block: Block, rows: Index, dofs: Index, values: Real) -> Real:
+    """Matrices (rows, d, d) of the ``rows`` of a block, on ``dofs`` (n,): (n, n)."""
     place = np.full(int(dofs[-1]) + 2, len(dofs))
     place[dofs] = np.arange(len(dofs))
     at = np.where(block.dofs[rows] >= 0, place[block.dofs[rows]], len(dofs))
     n = len(dofs) + 1
     flat = (at[:, :, None] * n + at[:, None, :]).reshape(-1)
-    terms = []
-    for t in block.terms:
-        values = t.values[block.geometry[rows]].reshape(-1)
-        whole = np.asarray(np.bincount(flat, values, n * n), dtype=float).reshape(n, n)
-        terms.append(whole[:-1, :-1])
-    one = tuple((m, i, float(np.real(v[rows[0]]))) for m, i, v in scalars)
-    return Assembled(dofs, tuple(terms), one)
+    whole = np.asarray(np.bincount(flat, values.reshape(-1), n * n), dtype=float)
+    return whole.reshape(n, n)[:-1, :-1]

@@ -24,6 +24,7 @@ from cvxupdate.fe.factor import Factor, factorise
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, natural_modes
 from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.fe.synthesis.ritz import ritz
 from cvxupdate.fe.synthesis.shapes import Found
 
 BEYOND = 2.5  # modes are taken up to this many times the band
@@ -111,10 +112,12 @@ class Space:
         shift = SHIFT * lowest if old.rigid else 0.0
         factor = factorise(sp.csc_array(m.K + shift * m.M), "the stiffness")
         V = factor.solve(m.M @ old.shapes[:, :wanted])
-        V = _ritz(V / np.linalg.norm(V, axis=0), m.K, m.M)
+        improved = ritz(V / np.linalg.norm(V, axis=0), m.K, m.M)
+        if improved is None:  # sought anew
+            return space_of(self.model, at, self.top, self.ports, self.moving)
         near = int(np.sum(values <= (2.0 * np.pi * 1.25 * self.top) ** 2)) + 1
         bare = replace(self, near=near, still=STILL * lowest)
-        return _with_answers(bare, np.asarray(at, dtype=float), V, m.M, factor)
+        return _with_answers(bare, np.asarray(at, dtype=float), improved, m.M, factor)
 
     def matrices(self, p: Real) -> dict[str, Real]:
         """K, M, C and D at ``p``, (r, r) each."""
@@ -192,13 +195,6 @@ def _with_answers(bare: Space, at: Real, V: Real, M: sp.csc_array, factor: Facto
 def _on(bare: Space, made: Space) -> Space:
     """What a space was asked for, with what it was made."""
     return replace(made, near=bare.near, top=bare.top, ports=bare.ports, moving=bare.moving)
-
-
-def _ritz(V: Real, K: sp.csc_array, M: sp.csc_array) -> Real:
-    """Columns that span the same, orthonormal in M and apart in K, the softest first."""
-    stiff, massive = V.T @ (K @ V), V.T @ (M @ V)
-    _, X = la.eigh((stiff + stiff.T) / 2.0, (massive + massive.T) / 2.0)
-    return np.asarray(V @ X)
 
 
 def _modes(K: sp.csc_array, M: sp.csc_array, top: float, rigid: Real) -> Modes:

@@ -181,3 +181,25 @@ def test_no_second_effect_is_taken_out_of_what_the_mesh_may_leave() -> None:
     for mesh, needed in ((0.049, True), (0.05, False)):
         case = case_of(PlainEvidence((BASE,), mesh=mesh))
         assert needs_several(weighed(GOOD, *both), single, case) == needed
+
+
+def test_of_motion_free_runs_that_are_off_by_half_are_as_good_as_half_the_misfit() -> None:
+    """Lines where nothing was forced keep the misfit up; where the model without explains the
+    recordings already, all of the misfit counts."""
+    base = PlainFit(2.5, errors=Errors(0.075, 0.043))
+    law = weighed(PlainFit(1.75, errors=Errors(0.0074, 0.0067)), effect("quadratic_damping"))
+
+    def accepted(w, told_by="motion", limit=1.0):
+        evidence = PlainEvidence(
+            (base,), Errors(0.5, 0.5), Errors(0.007, 0.006), limit, told_by=told_by
+        )
+        case = case_of(evidence)
+        return better(w, case.base, case)
+
+    assert accepted(law)
+    assert not accepted(law, limit=4.0), "explained already"
+    assert not accepted(law, told_by="responses")
+    for errors in (Errors(0.06, 0.0067), Errors(0.0074, 0.036), Errors(0.06, NAN)):
+        assert not accepted(weighed(PlainFit(1.75, errors=errors), effect("quadratic_damping")))
+    alone = weighed(PlainFit(1.75, errors=Errors(0.0074, NAN)), effect("quadratic_damping"))
+    assert accepted(alone)

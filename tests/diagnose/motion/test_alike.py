@@ -79,3 +79,5 @@ def test_a_joint_that_slips_is_also_tried_as_one_that_gives_way(point) -> None:
     near = alike(point, at(effects, 4), effects)
     assert [e.action.law for e in near[:3]] == ["bouc_wen", "bouc_wen", "jenkins"]
     assert all(e.place.nodes == (4,) for e in near[:2]) and near[2].place.nodes in {(5,), (6,)}
+    bare = alike(point, at(effects, 4), effects, forms=False)
+    assert [e.key for e in bare] == [e.key for e in near[2:]], "where the slider leaves nothing"

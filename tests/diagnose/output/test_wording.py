@@ -55,6 +55,9 @@ def test_what_depends_on_the_level_is_never_consistent() -> None:
     motion = PlainEvidence((replace(BASE, misfit=2.0),), told_by="motion")
     verdict, says = verdict_of(replace(EMPTY, case=case_of(motion)), (), True)
     assert verdict == "undetermined" and says.endswith("too small for a law to be told by it.")
+    tied = replace(EMPTY, case=case_of(motion), singles=(ONE,), single=ONE, final=ONE)
+    verdict, says = verdict_of(tied, (), True)
+    assert verdict == "undetermined" and "comes nearest" in says, "a law that is not told"
     rubs = PlainEvidence((BASE,), told_by="motion")
     verdict, says = verdict_of(replace(EMPTY, case=case_of(rubs), singles=(ONE,)), (), True)
     assert verdict == "undetermined" and "what remains is 0.5 of the response" in says

@@ -1,0 +1,51 @@
+"""Which scores of laws begin a search: those of the point that the best law explains best."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from cvxupdate.diagnose.motion import columns
+from cvxupdate.diagnose.motion.columns import LawScores, nothing
+from cvxupdate.diagnose.types import Score
+from tests.cases.plain_evidence import effect
+
+RUBS, DRAGS = effect("dry_friction", nodes=(2,)), effect("quadratic_damping", nodes=(3,))
+
+
+@pytest.fixture
+def point(monkeypatch):
+    """Makes a fit at p = 1; (fractions of both laws, total) at the nominal model and there."""
+
+    def make(nominal, fitted):
+        def at(setting, p):
+            return SimpleNamespace(p=p, setting=setting, point=tuple(p))
+
+        def scored(point, effects):
+            parts, total = nominal if not any(point) else fitted
+            return [Score(e, f, np.ones(1)) for e, f in zip(effects, parts, strict=True)], total
+
+        monkeypatch.setattr(columns, "fitted_at", at)
+        monkeypatch.setattr(columns, "law_scores", scored)
+        return at(SimpleNamespace(columns=("x",)), np.ones(1))
+
+    return make
+
+
+def test_a_larger_part_of_much_more_is_no_better(point) -> None:
+    """Four fifths of what the nuisance parameters leave unfitted: friction resembles them."""
+    found = LawScores().first(point(((0.8, 0.03), 145.0), ((0.07, 0.3), 13.6)), (RUBS, DRAGS))
+    assert found[DRAGS.key].fraction == 0.3 and found[RUBS.key].fraction == 0.07
+    assert all(s.trusted for s in found.values())
+
+
+def test_where_a_law_leaves_less_at_the_nominal_model_its_own_are_taken(point) -> None:
+    found = LawScores().first(point(((0.9, 0.2), 100.0), ((0.4, 0.5), 40.0)), (RUBS, DRAGS))
+    assert found[RUBS.key].fraction == 0.9 and not any(s.trusted for s in found.values())
+
+
+def test_without_laws_there_are_no_scores(point) -> None:
+    assert LawScores().first(point(((), 1.0), ((), 1.0)), ()) == {}
+    assert not nothing(RUBS).trusted and nothing(RUBS).fraction == 0.0

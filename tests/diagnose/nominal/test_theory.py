@@ -1,0 +1,63 @@
+"""What Euler's beams on centre lines leave out: nuisance parameters where it is small and matters,
+nothing where it does not, a finding where it is large."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from cvxupdate.diagnose.nominal.refinement import Wanted, fine_enough, shift_between
+from cvxupdate.diagnose.nominal.scatter import prior_scales, with_nuisance
+from cvxupdate.diagnose.nominal.theory import GROUP, SIZES, cornered, theory_lines
+from cvxupdate.fe.modes import model_modes
+from tests.diagnose.nominal.test_refinement import STOCKY, load
+from tests.fe.analysis.test_corners import portal
+
+
+def mesh_of(spec, model, enough):
+    top = 1.1 * model_modes(model, 5).flexible().frequencies[-1]
+    return fine_enough(
+        spec, model, Wanted(top, 1e-5, enough, lambda a, b: shift_between(a, b, top))
+    )
+
+
+@pytest.fixture
+def frame(tmp_path):
+    from cvxupdate.fe.build import build_model
+
+    spec = portal(tmp_path, 0.0)
+    return spec, build_model(spec)
+
+
+def test_a_slender_frame_may_shear_and_be_stiff_at_its_corners(frame):
+    spec, model = frame
+    mesh = mesh_of(spec, model, 1e-4)
+    assert mesh.theory == ("shear", "corner")
+    own = with_nuisance(mesh.on(model), theory=mesh.theory)
+    extra = {q.of: (j, q) for j, q in enumerate(own.parameters) if q.group == GROUP}
+    for word, (most, deviation) in SIZES.items():
+        j, q = extra[word]
+        assert (q.lower, q.upper) == (0.0, most) and prior_scales(own)[j] == deviation
+    p = own.zero()
+    p[extra["corner"][0]] = 1.0
+    stiffer = model_modes(own, 5, p).frequencies
+    np.testing.assert_allclose(stiffer, model_modes(cornered(mesh.on(model)), 5).frequencies)
+    assert np.all(stiffer > model_modes(own, 5).frequencies)
+    (line,) = theory_lines(own, SimpleNamespace(p=p, misfit=1.0))
+    (bare,) = theory_lines(own, SimpleNamespace(p=p, misfit=1e3))
+    assert bare.startswith("Beams may deform in shear and be stiffer within")
+    assert "shear (0 of" in line and "factor of 2" in line and "no finding" in line
+
+
+def test_where_it_changes_nothing_that_is_heard_there_is_none(frame):
+    spec, model = frame
+    assert mesh_of(spec, model, 0.1).theory == ()
+    assert theory_lines(with_nuisance(model), SimpleNamespace(p=[], misfit=1.0)) == []
+
+
+def test_shear_that_shifts_frequencies_by_much_is_a_finding(tmp_path):
+    """Of a bar eight depths long it is no matter of theory; a bar has no corners."""
+    spec, model = load(tmp_path, STOCKY)
+    assert mesh_of(spec, model, 1e-4).theory == ()
