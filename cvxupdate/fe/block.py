@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -31,12 +32,33 @@ class Dynamic:
 
     def spread(self, scalars: Mapping[str, Values], geometry: Index) -> NDArray[np.complex128]:
         """Σ scalar (e,) · pattern, (e, d, d); ``geometry`` (e,) says which pattern."""
+        d, count = self.terms[0].values.shape[1], len(geometry)
+        each = np.empty((count, 2, len(self.terms)))  # real and imaginary: the patterns are real
+        for i, t in enumerate(self.terms):
+            value = np.asarray(scalars[t.coefficient])
+            each[:, 0, i], each[:, 1, i] = value.real, value.imag
+        out = np.empty((count, 2, d * d))
+        for flat, rows in self._sets(geometry):
+            out[rows] = each[rows] @ flat
+        return np.asarray(out[:, 0] + 1j * out[:, 1]).reshape(count, d, d)
+
+    def _sets(self, geometry: Index) -> Iterator[tuple[Real, Index | slice]]:
+        """Patterns (terms, d²), and the rows that have them."""
+        if len(self._flat) == 1:
+            yield self._flat[0], slice(None)
+            return
+        order = np.argsort(geometry, kind="stable")
+        ends = np.flatnonzero(np.diff(geometry[order])) + 1
+        for rows in np.split(order, ends):
+            yield self._flat[geometry[rows[0]]], rows
+
+    @cached_property
+    def _flat(self) -> Real:
+        """Every geometry's patterns, (g, terms, d²)."""
+        count = max(len(t.values) for t in self.terms)
         d = self.terms[0].values.shape[1]
-        out = np.zeros((len(geometry), d, d), dtype=complex)
-        for t in self.terms:
-            values = t.values if len(t.values) == 1 else t.values[geometry]
-            out += scalars[t.coefficient][:, None, None] * values
-        return out
+        every = [np.broadcast_to(t.values, (count, d, d)).reshape(count, -1) for t in self.terms]
+        return np.ascontiguousarray(np.stack(every, axis=1))
 
     def moving(self, what: str) -> NDArray[np.bool_]:
         """Where (g,) any pattern of ``what`` is left on the free DOF kinds."""
@@ -163,9 +185,19 @@ class Block:
         self, omega: complex, properties: Mapping[str, Values]
     ) -> NDArray[np.complex128]:
         """Z(ω) of exact elements, (n, d, d); ω in rad/s."""
-        exact = self._exact()
-        scalars = exact.law.dynamic_stiffness(omega, properties)
-        return exact.spread({k: np.asarray(v) for k, v in scalars.items()}, self.geometry)
+        return self.dynamic_stiffnesses(np.array([omega]), properties)[0]
+
+    def dynamic_stiffnesses(
+        self, omega: NDArray[np.complex128], properties: Mapping[str, Values]
+    ) -> NDArray[np.complex128]:
+        """Z at every one of ``omega`` (f,), (f, n, d, d): all elements at all of them at once."""
+        exact, count = self._exact(), len(omega)
+        every = {k: np.tile(v, count) for k, v in properties.items()}
+        scalars = exact.law.dynamic_stiffness(np.repeat(omega, len(self.ids)), every)
+        found = exact.spread(
+            {k: np.asarray(v) for k, v in scalars.items()}, np.tile(self.geometry, count)
+        )
+        return found.reshape(count, len(self.ids), *found.shape[1:])
 
     def dynamic_change(
         self,

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from cvxupdate.cli import app
 from tests.cases.shaking_table import tower, transmissibilities
 
-PLATFORMS = (3, 5, 7)
+PLATFORMS = (2, 3, 4, 5, 6, 7)
 NOISE = 0.01
 TRIED = ("stiffness_change", "mass_change", "added_mass", "joint_flexibility", "grounding_spring")
 """All of the catalogue gives the same words at twice the time."""
@@ -21,7 +21,7 @@ TRIED = ("stiffness_change", "mass_change", "added_mass", "joint_flexibility", "
 
 def shaken(folder: Path, softer: float) -> Path:
     """A problem file of the tower as drawn, with transmissibilities of the real one."""
-    f, text = np.arange(2.0, 80.0, 0.1), tower()
+    f, text = np.arange(2.0, 130.0, 0.2), tower()
     exact = transmissibilities(2j * np.pi * f, softer, tower, (1,), PLATFORMS)
     for seed, use in enumerate(("fit", "hold-out")):
         rng, size = np.random.default_rng([14, seed]), NOISE * np.abs(exact)
@@ -32,7 +32,7 @@ def shaken(folder: Path, softer: float) -> Path:
             H=(exact + size * noise / np.sqrt(2.0))[:, :, None],
             variance=(size**2)[:, :, None],
             response_node=np.array(PLATFORMS),
-            response_dof=np.ones(3),
+            response_dof=np.ones(len(PLATFORMS)),
         )
         text += f"""[[recordings]]
 kind = "frf"
@@ -48,7 +48,7 @@ references = [{{ node = 1, dof = "x", quantity = "acceleration" }}]
 
 
 def test_a_softer_storey_is_found_on_a_shaking_table(tmp_path: Path) -> None:
-    path, out = shaken(tmp_path, 0.8), tmp_path / "out"
+    path, out = shaken(tmp_path, 0.7), tmp_path / "out"
     ran = CliRunner().invoke(app, ["diagnose", str(path), "--out", str(out)])
     assert ran.exit_code == 0, ran.output
     found = json.loads((out / "diagnosis.json").read_text())
@@ -56,7 +56,7 @@ def test_a_softer_storey_is_found_on_a_shaking_table(tmp_path: Path) -> None:
     assert found["verdict"] in ("missing_physics", "parameter_error")
     assert first["physics"] == "stiffness_change" and first["confidence"] >= 0.5
     assert first["location"]["groups"] == ["storey 2"]
-    assert first["parameters"]["factor"] == pytest.approx(0.8, abs=0.02)
+    assert first["parameters"]["factor"] == pytest.approx(0.7, abs=0.02)
     assert found["fit"]["hold_out"]["after"] < 0.1 * found["fit"]["hold_out"]["before"]
     updated = out / "updated" / "problem.toml"
     assert "[[model.bases]]" in updated.read_text()

@@ -53,6 +53,10 @@ def _solve_scaled(program: ConeProgram, choice: SolverChoice, scale: float) -> R
         raw = _solve(scaled, choice, "qdldl")
         return replace(raw, z=raw.z / scale)
     reduced = eliminate(scaled)
+    if reduced.small.P.nnz / 2 + reduced.small.A.nnz > program.A.nnz + program.P.nnz:
+        # Far fewer residuals than parameters: their squares fill a matrix that they leave sparse.
+        raw = _solve(scaled, choice, "faer")
+        return replace(raw, z=raw.z / scale)
     raw = _solve(reduced.small, choice, "faer")
     if raw.status == "optimal":
         x, z = reduced.restore(raw.x, raw.z)

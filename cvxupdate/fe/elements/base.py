@@ -63,7 +63,7 @@ class Exact(Protocol):
         """Geometric factors, matrix "Z", as `Element.terms`."""
 
     def dynamic_stiffness(
-        self, omega: complex, properties: Mapping[str, Values]
+        self, omega: complex | NDArray[np.complex128], properties: Mapping[str, Values]
     ) -> dict[str, Values]:
         """The scalar of every term at ``omega`` in rad/s, (elements,), complex; complex properties
         pass through. A complex ω = −is is Laplace's s."""

@@ -68,9 +68,10 @@ class ExactBeam:
         return tuple(terms)
 
     def dynamic_stiffness(
-        self, omega: complex, properties: Mapping[str, Values]
+        self, omega: complex | NDArray[np.complex128], properties: Mapping[str, Values]
     ) -> dict[str, Values]:
-        """The scalars of `terms` at ``omega`` in rad/s, each (elements,), complex.
+        """The scalars of `terms` at ``omega`` in rad/s, one for all or one for each element, each
+        (elements,), complex.
 
         ``properties`` are those of a block: complex numbers pass through, so E (1 + iη) and a
         complex step do. A complex ω = −is gives Laplace's s.
@@ -79,7 +80,10 @@ class ExactBeam:
         return {k: v for k, (v, _) in self.change(omega, properties, none).items()}
 
     def change(
-        self, omega: complex, properties: Mapping[str, Values], moves: Mapping[str, Real]
+        self,
+        omega: complex | NDArray[np.complex128],
+        properties: Mapping[str, Values],
+        moves: Mapping[str, Real],
     ) -> dict[str, Both]:
         """The scalars and their derivatives when every property moves by ``moves`` (elements,) per
         unit: the closed forms of A.3."""
@@ -179,7 +183,7 @@ class ExactBeam:
 
 
 def _damped(
-    s: complex, p: Mapping[str, Values], d: Mapping[str, Real]
+    s: complex | NDArray[np.complex128], p: Mapping[str, Values], d: Mapping[str, Real]
 ) -> tuple[Values, Values, Values, Values]:
     """The factor on every stiffness (p-value, loss factor, Rayleigh's beta), on every inertia (s²,
     Rayleigh's alpha), and their changes: what `fe.block` makes of K, M, C and D."""

@@ -98,11 +98,17 @@ class DirectLines:
         unit = np.zeros((size, k), dtype=out.dtype)
         unit[self.places, np.arange(k)] = 1.0
         same, forces = None, unit
+        ahead = 0 if self.m.beyond is None else self.m.beyond.together
         for i, point in enumerate(s.tolist()):
+            if self.m.beyond is not None and i % ahead == 0:
+                self.m.beyond.foresee(s[i : i + ahead])
             f = abs(point) / (2.0 * np.pi)
             if same is not None:
                 Z = same.at(point, lossy)
-                out[same.order, i] = factorise_at(Z, f, WHY, ordered=True).solve(forces)
+                # On 100 exact members in a row, which are small, SuperLU takes 0.9 ms with an order
+                # of its own and 20 ms with this one, at the same fill; on meshes as long.
+                known = self.m.beyond is None
+                out[same.order, i] = factorise_at(Z, f, WHY, ordered=known).solve(forces)
                 continue
             factor = factorise_at(combined(self.m, point, lossy), f, WHY)
             out[:-1, i] = factor.solve(unit)
