@@ -52,13 +52,16 @@ def support(effect: Effect, field: Sequence[Weighed], likely: Real, model: Model
 
 
 def support_at(place: Place, field: Sequence[Weighed], likely: Real) -> float:
-    """The probability of those hypotheses that have an effect of any type at this very place."""
-    there = [any(_spot(e.place) == _spot(place) for e in w.hypothesis.effects) for w in field]
+    """The probability of those hypotheses that have an effect of any type there, or around it."""
+    there = [any(_covers(e.place, place) for e in w.hypothesis.effects) for w in field]
     return float(np.sum(likely[np.array(there, dtype=bool)]))
 
 
-def _spot(place: Place) -> tuple[tuple[object, ...], ...]:
-    return tuple(place.nodes), tuple(place.elements), tuple(place.groups)
+def _covers(one: Place, other: Place) -> bool:
+    """Whether a place has all elements and nodes of another, and so is there too."""
+    if not (other.elements or other.nodes):
+        return other == one
+    return set(other.elements) <= set(one.elements) and set(other.nodes) <= set(one.nodes)
 
 
 def _same(h: Hypothesis, effect: Effect, model: Model) -> bool:
