@@ -230,3 +230,9 @@ PLAY_GAIN, RIG_SURE = 0.9, 0.05
 # Likewise, of the error of one law for runs at several levels: coefficients of each level's own
 # must leave half of its power at most, or the law is that of all levels.
 OWN_GAIN = 0.7
+# Deviations from which on two explanations are told apart for good: odds of exp(d²/2), a quarter of
+# a million to one; what is told better than so is told no better.
+APART_ENOUGH = 5.0
+# Known mass that a plan proposes to put on, part of the structure's: two to three per cent of the
+# frequencies, which any test tells, and still a small change of the structure.
+KNOWN_MASS = 0.05
