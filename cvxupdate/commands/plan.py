@@ -58,6 +58,7 @@ def plan(
     begin, o = time.perf_counter(), Options() if options is None else options
     spec = spec_of(given)
     model = build_model(spec)
+    apart = None if diagnosis is None else _apart(given, diagnosis, o, progress)
     modes = model_modes(model, o.modes).flexible()
     if not len(modes.eigenvalues):
         raise InputError(f"{spec.path}: the model has no mode that is not rigid.")
@@ -90,7 +91,7 @@ def plan(
         o.accuracy,
         (*notes, *said),
         geometry_of(spec, model),
-        None if diagnosis is None else _apart(given, diagnosis, o, progress),
+        apart,
     )
 
 

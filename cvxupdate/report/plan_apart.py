@@ -42,7 +42,7 @@ def apart_says(found: Apart) -> str:
     pairs = len(best.separations)
     told = sum(s >= TOLD for s in best.separations)
     if told == pairs:
-        what = "them" if pairs == 1 else f"all {alike}"
+        what = f"the {alike}" if pairs == 1 else f"all {alike}"
         return f"Measure {best.says}: it tells {what} apart by {_by(best)} standard deviations."
     if told:
         return (

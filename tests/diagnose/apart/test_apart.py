@@ -85,7 +85,7 @@ def test_the_page_and_the_files_say_it(planned: Any, tmp_path) -> None:
     best = planned.apart.measurements[0]
     says = apart_says(planned.apart)
     assert best.says in says
-    assert "tells them apart" in says
+    assert "tells the 2 explanations apart" in says
     assert says in plan_page(planned)
     assert apart_rows(planned.apart)[0]["told"] == "1 of 1"
     assert plan_csv(planned).splitlines()[-1].startswith("next,")
