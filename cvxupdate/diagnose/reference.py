@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.gather import Reference, gathered, responses_of, tables_of
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed, better
@@ -45,7 +46,11 @@ class Brought:
 
 
 def brought(
-    spec: Spec, model: Model, recordings: Sequence[Recording], progress: Progress
+    spec: Spec,
+    model: Model,
+    recordings: Sequence[Recording],
+    progress: Progress,
+    budget: Budget | None = None,
 ) -> Brought:
     """The likeliest hypothesis on the recordings of the reference becomes the model: it need not be
     claimed, for what changed is sought and not what it stands for.
@@ -76,7 +81,8 @@ def brought(
             "same kind of recordings (identify makes tables of modes from responses)."
         )
     everything = spec.diagnose.model_copy(update={"physics": None})
-    evidence = gathered(replace(its_spec, diagnose=everything), model, its, tell)
+    half = (budget or Budget()).part(0.5)  # the other half is for what changed
+    evidence = gathered(replace(its_spec, diagnose=everything), model, its, tell, budget=half)
     best = likeliest(judge(evidence, search(evidence, tell)))
     text = _written(spec, recordings, evidence, best.fit) or _written(
         spec, recordings, evidence, evidence.bases[-1]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.modes.damping import damping_laws
 from cvxupdate.diagnose.modes.figures import modes_shown
@@ -74,6 +75,7 @@ class ModesEvidence(Linear):
     order: tuple[int, ...]
     progress: Progress
     file: Model | None = None
+    budget: Budget = field(default_factory=Budget)
 
     told_by = MODES
     levels = 1
@@ -238,8 +240,8 @@ class ModesEvidence(Linear):
         return remains(found.point, self.tables)
 
     def lines(self) -> list[str]:
-        """What the mesh of the file is worth."""
-        return mesh_line(self.mesh.worst(self.tables.top))
+        """What the mesh of the file is worth, and what time did not allow."""
+        return [*mesh_line(self.mesh.worst(self.tables.top)), *self.budget.lines]
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With the pairing of each table."""
