@@ -257,11 +257,11 @@ def _projected(model: Model, at: Real, V: Real, still: float, wide: tuple[int, .
     r = V.shape[1]
     fixed = {k: np.zeros((r, r)) for k in "KMCD"}
     parts: list[Part] = []
-    moved: list[dict[int, list[int]]] = [{} for _ in model.blocks]
+    moved: list[dict[int, list[object]]] = [{} for _ in model.blocks]
     for j, parameter in enumerate(model.parameters):
         for t in parameter.targets:
-            for row in t.rows.tolist():
-                moved[t.block].setdefault(row, []).append(j)
+            for row, scales in zip(t.rows.tolist(), t.scales.T.tolist(), strict=True):
+                moved[t.block].setdefault(row, []).append((j, *scales))
     padded = np.vstack([V, np.zeros((1, r))])
     today = model.properties(model.zero())
     for number, (block, own) in enumerate(zip(model.blocks, moved, strict=True)):
@@ -277,13 +277,12 @@ def _projected(model: Model, at: Real, V: Real, still: float, wide: tuple[int, .
     return Space(model, at, V, fixed, tuple(parts), still, wide)
 
 
-def _alike(block: Block, moved: dict[int, list[int]]) -> list[list[int]]:
-    """Rows that the same parameters move and that have the same properties."""
+def _alike(block: Block, moved: dict[int, list[object]]) -> list[list[int]]:
+    """Rows that the same parameters move alike and that have the same properties."""
     groups: dict[tuple[object, ...], list[int]] = {}
-    names = tuple(block.properties)
+    own = list(zip(*(v.tolist() for v in block.properties.values()), strict=True))
     for row, parameters in moved.items():
-        key = (*parameters, *(float(block.properties[k][row]) for k in names))
-        groups.setdefault(key, []).append(row)
+        groups.setdefault((*parameters, *own[row]), []).append(row)
     return list(groups.values())
 
 
