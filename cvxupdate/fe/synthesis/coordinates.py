@@ -3,7 +3,7 @@ small model that every method takes like any other."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from cvxupdate.fe.elements.base import Term
 from cvxupdate.fe.elements.matrix import Entries
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter, Target
+from cvxupdate.fe.synthesis.projected import projected
 from cvxupdate.fe.synthesis.space import Space
 from cvxupdate.fe.terms import Real
 
@@ -43,9 +44,10 @@ def coordinates_of(space: Space, chosen: Index) -> Coordinates | None:
     if s > len(W) or (s and values[-1] <= TELLS * values[0]):
         return None
     turn = np.hstack([W[:s].T @ (U.T / values[:, None]), W[s:].T])
-    blocks = [_entries(k, turn.T @ A @ turn) for k, A in space.fixed.items() if k in "KM"]
+    made = projected(full, space.V)
+    blocks = [_entries(k, turn.T @ A @ turn) for k, A in made.fixed.items() if k in "KM"]
     places: dict[tuple[int, int], int] = {}
-    for part in space.parts:
+    for part in made.parts:
         places[part.number, part.row] = len(blocks)
         blocks.append(_part(full.blocks[part.number], part.row, part.terms, turn))
     labels = tuple(full.labels[k] for k in chosen.tolist())
@@ -76,12 +78,12 @@ def _entries(matrix: str, A: Real) -> Block:
     )
 
 
-def _part(block: Block, row: int, terms: Sequence[Real], turn: Real) -> Block:
+def _part(block: Block, row: int, terms: Mapping[int, Real], turn: Real) -> Block:
     """Elements that have one another's factors, as one element of all coordinates."""
     r = turn.shape[1]
     made = tuple(
-        replace(t, values=(turn.T @ A @ turn)[None])
-        for t, A in zip(block.terms, terms, strict=True)
+        replace(t, values=(turn.T @ terms[i] @ turn if i in terms else np.zeros((r, r)))[None])
+        for i, t in enumerate(block.terms)
     )
     return replace(
         block,
