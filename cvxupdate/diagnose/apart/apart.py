@@ -57,14 +57,14 @@ def told_apart(
     members = divided(spec, model, recordings)
     if members is not None:
         spec, model = members.spec, members.model
-    now = brought(spec, model, recordings, progress)
     budget = Budget.of(True)
+    now = brought(spec, model, recordings, progress, budget)
     evidence: Evidence = gathered(
         now.spec, now.model, now.recordings, progress, now.reference, budget
     )
     if not _all_named(wanted) <= set(evidence.names):
         # laws that depend on the level were found in simulation
-        evidence = in_simulation(now.spec, now.recordings, evidence, progress, budget) or evidence
+        evidence = in_simulation(now.spec, now.recordings, evidence, progress) or evidence
     fitted: dict[frozenset[Any], Hypothesis] = {}
     for k, one in enumerate(wanted, start=1):
         progress(f"refitting explanation {k} of {len(wanted)}")
