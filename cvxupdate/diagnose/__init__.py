@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from cvxupdate.diagnose.budget import Budget
     from cvxupdate.diagnose.output.diagnosis import Diagnosis
     from cvxupdate.diagnose.types import Evidence
     from cvxupdate.fe.model import Model
@@ -27,8 +26,7 @@ def diagnose_problem(
     model explains, or that differ at one level, once more, with laws that depend on the level; the
     force of a part on a rig, whose model has no mass, by its law. Where there are recordings of a
     reference state the model is brought to it before; several states that all have a name are one
-    fit. ``thorough``: however long a search in
-    simulation takes.
+    fit. ``thorough``: however long the search takes.
 
     Raises
     ------
@@ -51,23 +49,24 @@ def diagnose_problem(
     members = divided(spec, model, recordings)
     if members is not None:
         tell(members.says)
-        found = diagnose_problem(members.spec, members.model, recordings, progress)
+        found = diagnose_problem(members.spec, members.model, recordings, progress, thorough)
         return replace(found, evidence=(members.says, *found.evidence))
     rigs = rigs_of(model, recordings)
     if any(r.use == "fit" for r in rigs):
         return component_diagnosis(spec, rigs, begin)
+    budget = Budget.of(thorough)
+    tell(f"searching: {budget.says}")
     states = states_of(spec, recordings)
     if states:
-        return states_diagnosis(spec, model, states, tell, begin)
-    budget = Budget.of(thorough)
-    now = brought(spec, model, recordings, tell)
+        return states_diagnosis(spec, model, states, tell, begin, budget)
+    now = brought(spec, model, recordings, tell, budget)
     coarse = None if now.reference else too_coarse(now.spec, now.model, now.recordings)
     file = None
     if coarse is not None:
         tell(coarse.says)
         now, file = replace(now, spec=coarse.spec, model=coarse.model), coarse.file
     evidence = gathered(now.spec, now.model, now.recordings, tell, now.reference, budget, file)
-    found = _by_level(now.spec, now.recordings, evidence, tell, budget, begin)
+    found = _by_level(now.spec, now.recordings, evidence, tell, begin)
     if now.reference is not None:
         said = not_unchanged(found, changed(now.reference, now.recordings))
         return replace(said, evidence=(*now.lines, *said.evidence))
@@ -81,7 +80,6 @@ def _by_level(
     recordings: Sequence[Recording],
     evidence: Evidence,
     tell: Callable[[str], None],
-    budget: Budget,
     begin: float,
 ) -> Diagnosis:
     """By linear effects; where they do not explain, or runs at one level differ, with laws that
@@ -92,7 +90,7 @@ def _by_level(
     found = diagnosed(spec, recordings, evidence, tell, begin)
     unexplained = found.verdict == "undetermined"
     if unexplained or may_drift(evidence):
-        simulated = in_simulation(spec, recordings, evidence, tell, budget)
+        simulated = in_simulation(spec, recordings, evidence, tell)
         if simulated is not None and (unexplained or simulated.drift):
             again = diagnosed(spec, recordings, simulated, tell, begin)
             return again if again.findings or simulated.drift else found

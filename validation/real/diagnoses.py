@@ -14,7 +14,7 @@ import sys
 import time
 import tomllib
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -22,79 +22,16 @@ import numpy as np
 
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.recordings.types import ModeTable
-from cvxupdate.report.diagnosis import diagnosis_files
 from cvxupdate.spec import load_problem
-from cvxupdate.spec.write import tables_of, to_toml
 from cvxupdate.study import diagnose, open_problem, run
+from validation.real import laws, table
 from validation.real import problem_files as make
-from validation.real import table
+from validation.real.claim import OUT, Claim, found_text, held_out, said_of, whole
 
 PROBLEMS = table.PROBLEMS
-OUT = PROBLEMS.parents[1] / "out" / "proof" / "real"
 ASKED = make.mode_rows(
     [(1, 20.0, 1.0)], "fit", "asked"
 )  # a problem file needs a recording; this one is not looked at
-
-
-@dataclass(frozen=True)
-class Claim:
-    """A row: what was asked, what the tool said, what is true, whether that is right (None: nobody
-    knows), error on what was not fitted, seconds."""
-
-    data: str
-    case: str
-    claimed: str
-    truth: str
-    right: bool | None
-    before: float | None
-    after: float | None
-    time: float | None
-    note: str = ""
-
-
-def whole(problem: Path) -> str:
-    """A problem file without `include`, so that text may be added and the file lie elsewhere."""
-    return to_toml(tables_of(load_problem(problem)))
-
-
-def said_of(problem: Path) -> dict[str, Any]:
-    """What the command writes for a problem file; its page goes to out/proof/real/."""
-    files, payload = diagnosis_files(diagnose(problem), load_problem(problem))
-    folder = OUT / f"{problem.parent.name}-{problem.stem.removeprefix('problem_')}"
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, text in files.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text, encoding="utf-8")
-    return dict(json.loads(payload))
-
-
-def held_out(said: dict[str, Any]) -> tuple[float | None, float | None]:
-    """(before, after) on what was not fitted; on the fitted recordings where nothing was held
-    out."""
-    fit = said["fit"]
-    key = "hold_out" if fit["hold_out"].get("before") is not None else "fit"
-    return fit[key].get("before"), fit[key].get("after")
-
-
-def found_text(said: dict[str, Any]) -> str:
-    """Verdict and findings, briefly."""
-    parts = []
-    for f in said["findings"]:
-        where = ", ".join(
-            f"{k} {' '.join(map(str, v[:4]))}{' …' if len(v) > 4 else ''}"
-            for k, v in f["location"].items()
-            if isinstance(v, list) and v
-        )
-        size = ", ".join(
-            f"{k} = {v:.3g} ± {f['standard_deviation'].get(k) or float('nan'):.2g}"
-            for k, v in f["parameters"].items()
-        )
-        rivals = f"; {len(f['equivalent'])} equivalent" if f["equivalent"] else ""
-        parts.append(
-            f"{f['physics']} at {where or 'the whole structure'}: {size} (confidence "
-            f"{100 * f['confidence']:.0f} %{rivals})"
-        )
-    return f"{said['verdict']}" + (": " + "; ".join(parts) if parts else "")
 
 
 def roller(truth: dict[str, Any], everything: bool) -> list[Claim]:
@@ -611,6 +548,8 @@ SETS: dict[str, tuple[str, Callable[[dict[str, Any], bool], list[Claim]]]] = {
     "unb-cantilever-tip-mass": ("tip_masses", tip_masses),
     "cristallo-3storey-frame": ("frame", frame),
     "smu-modal-data": ("footbridge", modal_tables),
+    "silverbox": ("silverbox", laws.silverbox),
+    "friction-damper-backlash": ("damper", laws.damper),
 }
 
 

@@ -35,13 +35,13 @@ from cvxupdate.recordings.types import FrequencyResponse, Recording
 from cvxupdate.spec import Spec
 from cvxupdate.spec.elements import LineBlock
 
-LINES = ("rod", "beam2d", "beam3d")
-TRIED = (2, 4, 8, 16, 32)  # parts of every rod and beam
+DIVIDED = ("rod", "beam2d", "beam3d")
+PARTS = (2, 4, 8, 16, 32)  # parts of every rod and beam
 CONSISTENT: dict[str, dict[str, Any]] = {
     "rod": {"mass": "consistent"},
     "beam2d": {"mass": "consistent", "rotary_inertia": False},
 }
-LARGEST = 1500  # DOFs of a divided model: one that is larger was not drawn in a few elements
+MOST_DOFS = 1500  # DOFs of a divided model: one that is larger was not drawn in a few elements
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ def too_coarse(spec: Spec, file: Model, recordings: Sequence[Recording]) -> Coar
     kinds = {b.kind.name for b in file.blocks}
     fitted = [r for r in recordings if r.origin.use == "fit"]
     if (
-        not kinds & set(LINES)
+        not kinds & set(DIVIDED)
         or kinds & {*SHEETS, *REFINED}
         or spec.model.families
         or not fitted
@@ -135,13 +135,13 @@ def too_coarse(spec: Spec, file: Model, recordings: Sequence[Recording]) -> Coar
 def _divided(spec: Spec, file: Model, fitted: Sequence[Recording], top: float) -> Coarse | None:
     bare = file.with_parameters(())
     own = _frequencies(bare, top)
-    finer = _finer(spec, TRIED[0])
+    finer = _finer(spec, PARTS[0])
     shift = _off(own, _frequencies(finer[1], top))
     if shift <= COARSE_MESH:
         return None
-    for parts in TRIED[:-1]:
+    for parts in PARTS[:-1]:
         now, best = finer, _finer(spec, 2 * parts)
-        if best[1].size > LARGEST:
+        if best[1].size > MOST_DOFS:
             return None
         sharp = _frequencies(best[1], top)
         left = _off(_frequencies(now[1], top), sharp)
@@ -162,7 +162,7 @@ def _finer(spec: Spec, parts: int) -> tuple[Spec, Model]:
     plain = spec.model.model_copy(update={"elements": blocks})
 
     def count(block: Any, row: Any) -> int:
-        return parts if block.type in LINES else 1
+        return parts if block.type in DIVIDED else 1
 
     text = refined(plain, count, renumber=True).model
     now = replace(spec, model=text, update=None)
