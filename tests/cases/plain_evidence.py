@@ -141,6 +141,7 @@ class PlainEvidence:
     unfinished: bool = False
     drift: str | None = None
     next: bool = False
+    neighbours: Sequence[Effect] = ()
 
     def errors(self, fit: PlainFit) -> Errors:
         return fit.errors
@@ -152,7 +153,7 @@ class PlainEvidence:
         return f"Between {titles[0]} and {titles[1]}, measure." if self.next else ""
 
     def alike(self, fit: PlainFit, effect: Effect) -> Sequence[Effect]:
-        return ()
+        return self.neighbours
 
     def relative(self, errors: Errors) -> float:
         return errors.worst
