@@ -15,6 +15,7 @@ from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
 from cvxupdate.diagnose.settings import COMMON_DAMPING_STD, FREE, MODE_DAMPING_STD, TUNED_STD
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes
+from cvxupdate.fe.recent import recent
 from cvxupdate.fe.synthesis.derivatives import Changes, by_point
 from cvxupdate.fe.synthesis.pieces import (
     Driven,
@@ -165,7 +166,7 @@ class ResponsePoint:
         out[: self.modes.rigid] = 0.0
         return out
 
-    @cached_property
+    @recent
     def responses(self) -> tuple[Response, ...]:
         """The model's answer to every signal, before sensor faults."""
         C, D = self._further_damping()
@@ -179,7 +180,7 @@ class ResponsePoint:
             out.append(respond(signal, self.modes, sensors, inputs, self.damping, C, D, near))
         return tuple(out)
 
-    @cached_property
+    @recent
     def green(self) -> tuple[Receptances, ...]:
         """Responses of every DOF, signal by signal."""
         return tuple(receptances(r, self.modes) for r in self.responses)
@@ -223,8 +224,7 @@ class ResponsePoint:
 
     @cached_property
     def differences(self) -> tuple[Real, Real, tuple[str, ...]]:
-        """(model − measured, weights, labels): real parts, then imaginary parts, signal by
-        signal."""
+        """(model − measured, weights, labels) by signal: real parts, then imaginary ones."""
         values, weights = [], []
         for signal, model in zip(self.setting.signals, self.modelled(), strict=True):
             gap, weight = (model - signal.Y).reshape(-1), 1.0 / signal.scale().reshape(-1)

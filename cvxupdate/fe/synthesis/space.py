@@ -18,18 +18,21 @@ import scipy.linalg as la
 import scipy.sparse as sp
 
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.block import Block, Index
+from cvxupdate.fe.block import Index
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.factor import Factor, factorise
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, natural_modes
+from cvxupdate.fe.recent import recent
 from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.fe.synthesis.projected import Projected, grown, projected
 from cvxupdate.fe.synthesis.ritz import ritz
 from cvxupdate.fe.synthesis.shapes import Found
 
 BEYOND = 2.5  # modes are taken up to this many times the band
 SHIFT = 0.05  # of the lowest flexible eigenvalue, by which a free structure has a static answer
 SAME = 1e-8  # of a vector: what is left of it beside the others is rounding
+TOLD = 1e-6  # of a vector: less of it beside the shapes is rounding, which scaling would make one
 WHOLE = 100  # DOFs up to which every mode is taken
 REST = 1e-12  # of the highest eigenvalue found: a motion that is hardly resisted
 STILL = 1e-9  # of the lowest flexible eigenvalue: a motion that is not resisted
@@ -38,28 +41,16 @@ FEW = 12  # DOFs of a change up to which it acts along unit forces
 
 
 @dataclass(frozen=True)
-class Part:
-    """Elements that always have one another's factors: of block ``number``, like its row ``row``;
-    ``terms`` (r, r) their sum."""
-
-    number: int
-    row: int
-    terms: tuple[Real, ...]
-
-
-@dataclass(frozen=True)
 class Space:
-    """Shapes ``V`` (N, r) of a ``model`` around the parameter values ``at``, the matrices ``fixed``
-    {"K": (r, r), …} of what no parameter moves, and the ``parts`` that they move; ``still``:
-    eigenvalues below are none; ``wide`` the parameters that act on many DOFs; ``factor`` of its
-    stiffness, and how many shapes are modes in the band (``near``), for `grown`; ``top`` (Hz) of
-    the band, ``ports`` and parameters ``moving`` that it was made for, for `recentred`."""
+    """Shapes ``V`` (N, r) of a ``model`` around the parameter values ``at``; ``still``: eigenvalues
+    below are none; ``wide`` the parameters that act on many DOFs; ``factor`` of its stiffness, and
+    how many shapes are modes in the band (``near``), for `grown`; ``top`` (Hz) of the band,
+    ``ports`` and parameters ``moving`` that it was made for, for `recentred`; ``root``: the space
+    that it grew from, whose shapes are its first ones."""
 
     model: Model = field(repr=False)
     at: Real = field(repr=False)
     V: Real = field(repr=False)
-    fixed: dict[str, Real] = field(repr=False)
-    parts: tuple[Part, ...] = field(repr=False)
     still: float
     wide: tuple[int, ...] = ()
     factor: Factor | None = field(default=None, repr=False)
@@ -67,6 +58,14 @@ class Space:
     top: float = 0.0
     ports: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64), repr=False)
     moving: tuple[int, ...] = ()
+    root: Space | None = field(default=None, repr=False)
+
+    @recent
+    def projected(self) -> Projected:
+        """The model's matrices among the shapes, as parameters move."""
+        root = self.root
+        found = None if root is None else grown(root.projected, root.model, self.model, self.V)
+        return projected(self.model, self.V) if found is None else found
 
     def far(self, p: Real, limit: float) -> bool:
         """Whether a parameter on many DOFs is further than that from where it was made."""
@@ -86,12 +85,20 @@ class Space:
         V = np.zeros((model.size, r + len(extra)))
         V[:size, :r] = self.V
         V[size:, r:] = np.diag(1.0 / np.sqrt(M.diagonal()[size:]))
-        forces, wide = _pushes(model, model.zero(), moving, V[:, : self.near])
+        # what the old parameters do is among the shapes
+        fresh = [j for j in moving if j >= len(self.model.parameters)]
+        forces, wide = _pushes(model, model.zero(), fresh, V[:, : self.near])
         answers = np.zeros(forces.shape)
         answers[:size] = self.factor.solve(forces[:size])
-        V = _independent(V, answers, M)
-        made = _projected(model, model.zero(), V, self.still, wide)
-        return _on(replace(self, moving=tuple(moving)), made)
+        return replace(
+            self,
+            model=model,
+            at=model.zero(),
+            V=_independent(V, answers, M),
+            wide=(*self.wide, *wide),
+            moving=tuple(moving),
+            root=self,
+        )
 
     def recentred(self, at: Real) -> Space:
         """Around other values: its Ritz modes there, improved by one step of inverse iteration on
@@ -116,20 +123,12 @@ class Space:
         if improved is None:  # sought anew
             return space_of(self.model, at, self.top, self.ports, self.moving)
         near = int(np.sum(values <= (2.0 * np.pi * 1.25 * self.top) ** 2)) + 1
-        bare = replace(self, near=near, still=STILL * lowest)
+        bare = replace(self, near=near, still=STILL * lowest, root=None)
         return _with_answers(bare, np.asarray(at, dtype=float), improved, m.M, factor)
 
     def matrices(self, p: Real) -> dict[str, Real]:
         """K, M, C and D at ``p``, (r, r) each."""
-        out = {k: v.copy() for k, v in self.fixed.items()}
-        values = self.model.properties(p) if self.parts else []
-        for part in self.parts:
-            block = self.model.blocks[part.number]
-            own = {k: v[part.row : part.row + 1] for k, v in values[part.number].items()}
-            for matrix, i, factor in block.scalars(own):
-                if factor[0] != 0.0:
-                    out[matrix] += float(np.real(factor[0])) * part.terms[i]
-        return out
+        return self.projected.matrices(self.model, p)
 
     def lowest(self) -> Real:
         """Frequencies (Hz) of its flexible modes at today's model."""
@@ -176,9 +175,9 @@ def space_of(model: Model, at: Real, top: float, ports: Index, moving: Sequence[
     lowest = float(resisted[0]) if len(resisted) else 1.0
     near = modes.rigid + int(np.sum(modes.flexible().frequencies < 1.25 * top)) + 1
     at, V = np.asarray(at, dtype=float), modes.shapes
-    bare = Space(model, at, V, {}, (), STILL * lowest, (), None, near, top, ports, tuple(moving))
+    bare = Space(model, at, V, STILL * lowest, (), None, near, top, ports, tuple(moving))
     if V.shape[1] >= model.size:
-        return _on(bare, _projected(model, at, V, bare.still, ()))
+        return bare
     shift = SHIFT * lowest if len(resisted) < len(values) else 0.0
     factor = factorise(sp.csc_array(m.K + shift * m.M), "the stiffness")
     return _with_answers(bare, at, V, m.M, factor)
@@ -188,13 +187,8 @@ def _with_answers(bare: Space, at: Real, V: Real, M: sp.csc_array, factor: Facto
     """Modes V, orthonormal in M, with the static answers that a space was asked for."""
     forces, wide = _pushes(bare.model, at, bare.moving, V[:, : bare.near])
     answers = factor.solve(np.hstack([_units(bare.model.size, bare.ports), forces]))
-    made = _projected(bare.model, at, _independent(V, answers, M), bare.still, wide)
-    return replace(_on(bare, made), factor=factor)
-
-
-def _on(bare: Space, made: Space) -> Space:
-    """What a space was asked for, with what it was made."""
-    return replace(made, near=bare.near, top=bare.top, ports=bare.ports, moving=bare.moving)
+    V = _independent(V, answers, M)
+    return replace(bare, at=at, V=V, wide=wide, factor=factor)
 
 
 def _modes(K: sp.csc_array, M: sp.csc_array, top: float, rigid: Real) -> Modes:
@@ -242,55 +236,12 @@ def _independent(V: Real, more: Real, M: sp.csc_array) -> Real:
     """V, whose columns are orthonormal in M, and what more says besides, so too."""
     if not more.shape[1]:
         return V
-    for _ in range(2):  # twice is enough (Giraud, Langou and Rozložník 2005)
+    for least in (0.0, TOLD):  # twice is enough (Giraud, Langou and Rozložník 2005)
         norms = np.sqrt(np.maximum(np.einsum("ij,ij->j", more, M @ more), 0.0))
-        seen = norms > 0.0
+        seen = norms > least
         more = more[:, seen] / norms[seen]
         more = more - V @ (V.T @ (M @ more))
     moved = more.T @ (M @ more)
     values, vectors = np.linalg.eigh((moved + moved.T) / 2.0)
     kept = values > SAME
     return np.hstack([V, more @ (vectors[:, kept] / np.sqrt(values[kept]))])
-
-
-def _projected(model: Model, at: Real, V: Real, still: float, wide: tuple[int, ...]) -> Space:
-    r = V.shape[1]
-    fixed = {k: np.zeros((r, r)) for k in "KMCD"}
-    parts: list[Part] = []
-    moved: list[dict[int, list[int]]] = [{} for _ in model.blocks]
-    for j, parameter in enumerate(model.parameters):
-        for t in parameter.targets:
-            for row in t.rows.tolist():
-                moved[t.block].setdefault(row, []).append(j)
-    padded = np.vstack([V, np.zeros((1, r))])
-    today = model.properties(model.zero())
-    for number, (block, own) in enumerate(zip(model.blocks, moved, strict=True)):
-        rest = np.array([e for e in range(len(block.ids)) if e not in own], dtype=np.int64)
-        if len(rest):
-            scalars = [(m, i, v[rest]) for m, i, v in block.scalars(today[number])]
-            for matrix, values in block.combine(scalars, rest).items():
-                fixed[matrix] += _sum(values, padded[block.dofs[rest]])
-        for rows in _alike(block, own):
-            local = padded[block.dofs[rows]]
-            terms = tuple(_sum(t.values[block.geometry[rows]], local) for t in block.terms)
-            parts.append(Part(number, rows[0], terms))
-    return Space(model, at, V, fixed, tuple(parts), still, wide)
-
-
-def _alike(block: Block, moved: dict[int, list[int]]) -> list[list[int]]:
-    """Rows that the same parameters move and that have the same properties."""
-    groups: dict[tuple[object, ...], list[int]] = {}
-    names = tuple(block.properties)
-    for row, parameters in moved.items():
-        key = (*parameters, *(float(block.properties[k][row]) for k in names))
-        groups.setdefault(key, []).append(row)
-    return list(groups.values())
-
-
-def _sum(values: Real, local: Real) -> Real:
-    """Σ Vᵀ T V over elements: values (e, d, d), local (e, d, r)."""
-    if not np.any(values):
-        return np.zeros((local.shape[2], local.shape[2]))
-    e, d, r = local.shape
-    moved = np.matmul(values, local).reshape(e * d, r)
-    return np.asarray(local.reshape(e * d, r).T @ moved)
