@@ -78,8 +78,11 @@ def marched(v: Variants, force: Real, rate: float) -> tuple[Real, Real, Real]:
     drive, place = np.swapaxes(v.drive, 1, 2), np.swapaxes(v.place, 1, 2)
     shape = (len(v.lam), len(force), len(v.kinds))
     out = (np.zeros(shape), np.zeros(shape), np.zeros(shape))
-    arrays = (P, drive, place, v.beside, v.between, force, v.values)
-    _march(*(np.ascontiguousarray(a, dtype=float) for a in arrays), v.kinds, rate, *out)
+    P, drive, place, beside, between, driven, values = (
+        np.ascontiguousarray(a, dtype=float)
+        for a in (P, drive, place, v.beside, v.between, force, v.values)
+    )
+    _march(P, drive, place, beside, between, driven, values, v.kinds, rate, *out)
     return out
 
 
