@@ -25,8 +25,7 @@ def diagnose_problem(
     model explains, or that differ at one level, once more, with laws that depend on the level; the
     force of a part on a rig, whose model has no mass, by its law. Where there are recordings of a
     reference state the model is brought to it before; several states that all have a name are one
-    fit. ``thorough``: however long a search in
-    simulation takes.
+    fit. ``thorough``: however long the search takes.
 
     Raises
     ------
@@ -48,21 +47,22 @@ def diagnose_problem(
     members = divided(spec, model, recordings)
     if members is not None:
         tell(members.says)
-        found = diagnose_problem(members.spec, members.model, recordings, progress)
+        found = diagnose_problem(members.spec, members.model, recordings, progress, thorough)
         return replace(found, evidence=(members.says, *found.evidence))
     rigs = rigs_of(model, recordings)
     if any(r.use == "fit" for r in rigs):
         return component_diagnosis(spec, rigs, begin)
+    budget = Budget.of(thorough)
+    tell(f"searching: {budget.says}")
     states = states_of(spec, recordings)
     if states:
-        return states_diagnosis(spec, model, states, tell, begin)
-    budget = Budget.of(thorough)
-    now = brought(spec, model, recordings, tell)
+        return states_diagnosis(spec, model, states, tell, begin, budget)
+    now = brought(spec, model, recordings, tell, budget)
     evidence = gathered(now.spec, now.model, now.recordings, tell, now.reference, budget)
     found = diagnosed(now.spec, now.recordings, evidence, tell, begin)
     unexplained = found.verdict == "undetermined"
     if unexplained or may_drift(evidence):
-        simulated = in_simulation(now.spec, now.recordings, evidence, tell, budget)
+        simulated = in_simulation(now.spec, now.recordings, evidence, tell)
         if simulated is not None and (unexplained or simulated.drift):
             again = diagnosed(now.spec, now.recordings, simulated, tell, begin)
             found = again if again.findings or simulated.drift else found

@@ -70,7 +70,7 @@ def gathered(
     usable = responses_of(recordings)
     if any(r.origin.use == "fit" for r in usable):
         return _responses(spec, model, usable, progress, reference, budget or Budget())
-    return _modes(spec, model, tables_of(recordings), progress, reference)
+    return _modes(spec, model, tables_of(recordings), progress, reference, budget or Budget())
 
 
 def responses_of(recordings: Sequence[Recording]) -> list[FrequencyResponse | TimeHistory]:
@@ -113,7 +113,9 @@ def _responses(
         start = undamped(fine.on(model))
         start = with_nuisance(start, scatter=spec.diagnose.scatter, theory=fine.theory)
         held, release = held_dofs(spec, model), release_from(spec, fine)
-        return ResponseEvidence(model, start, data, fine, names, held, release, progress, file)
+        return ResponseEvidence(
+            model, start, data, fine, names, held, release, progress, file, budget
+        )
 
     common = None
     if reference is not None:
@@ -122,7 +124,7 @@ def _responses(
         common = common_of(of_reference, data.sharp, data.sharp_hold_out)
     linear = evidence(plain if common is None else prepare(recordings, common))
     if simulated:
-        return in_simulation(spec, recordings, linear, progress, budget) or linear
+        return in_simulation(spec, recordings, linear, progress) or linear
     return linear
 
 
@@ -139,7 +141,6 @@ def in_simulation(
     recordings: Sequence[Recording],
     linear: Evidence,
     progress: Progress,
-    budget: Budget,
 ) -> MotionEvidence | None:
     """The same recordings with laws that depend on the level beside all else; None where they are
     not time histories."""
@@ -153,7 +154,7 @@ def in_simulation(
     histories = [from_rest(r) for r in recordings if isinstance(r, TimeHistory)]
     if any(not isinstance(r, TimeHistory) for r in fitted):
         return None
-    progress(f"simulating: {budget.says}")
+    progress("simulating")
     runs = {h.origin.name: run for h in histories if (run := run_of(h)) is not None}
     fit = [h for h in histories if h.origin.name in runs and h.origin.use == "fit"]
     if not fit:
@@ -169,7 +170,7 @@ def in_simulation(
         thinned_signals(held, runs),
         _names(spec, MOTION),
         progress,
-        budget=budget,
+        budget=linear.budget,  # both searches are one diagnosis
     )
 
 
@@ -178,7 +179,8 @@ def _modes(
     model: Model,
     tables: Sequence[ModeTable],
     progress: Progress,
-    reference: Reference | None = None,
+    reference: Reference | None,
+    budget: Budget,
 ) -> ModesEvidence:
     # the mesh of the file: what it does to frequencies extrapolation takes out, at a tenth of the
     # cost of the responses' analysis model
@@ -206,4 +208,5 @@ def _modes(
         tuple(order),
         progress,
         None if reference is None else reference.file,
+        budget,
     )

@@ -142,9 +142,13 @@ class PlainEvidence:
     drift: str | None = None
     next: bool = False
     neighbours: Sequence[Effect] = ()
+    undone: list[str] = field(default_factory=list)
 
     def errors(self, fit: PlainFit) -> Errors:
         return fit.errors
+
+    def leave(self, what: str, count: int = 0) -> None:
+        self.undone.append(what)
 
     def held_out(self, fit: PlainFit) -> float:
         return 0.0
