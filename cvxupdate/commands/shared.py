@@ -46,7 +46,7 @@ Json = Annotated[
 ]
 Thorough = Annotated[
     bool,
-    typer.Option("--thorough", help="search to the end, however long a simulation takes"),
+    typer.Option("--thorough", help="search to the end, however long it takes"),
 ]
 
 

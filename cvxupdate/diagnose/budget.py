@@ -12,11 +12,12 @@ from cvxupdate.diagnose.settings import BUDGET, WALL
 @dataclass
 class Budget:
     """``computing`` and ``clock`` in seconds; infinite: nothing is left undone. ``stopped`` says
-    whether the search was ended by it."""
+    whether the search was ended by it, ``undone`` what was left and how much of it (0: all)."""
 
     computing: float = BUDGET
     clock: float = WALL
     stopped: bool = False
+    undone: dict[str, int] = field(default_factory=dict)
     _processor: float = field(default_factory=time.process_time)
     _began: float = field(default_factory=time.perf_counter)
 
@@ -24,6 +25,14 @@ class Budget:
     def of(thorough: bool) -> Budget:
         """The usual one, or none."""
         return Budget(math.inf, math.inf) if thorough else Budget()
+
+    def part(self, fraction: float) -> Budget:
+        """A fraction of it, that begins now."""
+        return Budget(fraction * self.computing, fraction * self.clock)
+
+    def leave(self, what: str, count: int = 0) -> None:
+        """So many of something are left undone; none: all of it."""
+        self.undone[what] = self.undone.get(what, 0) + count
 
     def over(self) -> bool:
         """Whether nothing new may begin; asked where something would."""
@@ -44,8 +53,10 @@ class Budget:
         """What a reader of the diagnosis has to know."""
         if not self.stopped:
             return []
+        parts = [f"{n} {what}" if n else what for what, n in self.undone.items()]
+        left = f" Not tried: {'; '.join(parts)}." if parts else ""
         return [
             f"The time for one diagnosis ({self.computing:.0f} s of computing, {self.clock:.0f} s "
-            "by the clock) ended the search: explanations that stood further back were not "
-            "refitted to the end, so confidence is not what it could be. --thorough goes on."
+            f"by the clock) ended the search.{left} What was not tried may explain as much, so "
+            "confidence is not what it could be. --thorough goes on."
         ]

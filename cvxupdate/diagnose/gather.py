@@ -10,6 +10,7 @@ from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.modes.common import common_of as common_of_tables
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.tables import prepared, stated_tables
+from cvxupdate.diagnose.nominal.coarse import Discretisation, of_sheets
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.mesh import mesh_error
 from cvxupdate.diagnose.nominal.refinement import PLAIN
@@ -52,8 +53,10 @@ def gathered(
     progress: Progress,
     reference: Reference | None = None,
     budget: Budget | None = None,
+    file: Model | None = None,
 ) -> Evidence:
-    """What the recordings of a problem say of its model, beside a reference where there is one.
+    """What the recordings of a problem say of its model, beside a reference where there is one;
+    ``file``: the model as it came, where its mesh was too coarse and ``model`` is on a finer one.
 
     Raises
     ------
@@ -69,8 +72,9 @@ def gathered(
         raise InputError(f'{spec.path}: diagnose needs a recording with use = "fit". Add one.')
     usable = responses_of(recordings)
     if any(r.origin.use == "fit" for r in usable):
-        return _responses(spec, model, usable, progress, reference, budget or Budget())
-    return _modes(spec, model, tables_of(recordings), progress, reference)
+        found = _responses(spec, model, usable, progress, reference, budget or Budget())
+        return replace(found, came=file) if isinstance(found, ResponseEvidence) else found
+    return _modes(spec, model, tables_of(recordings), progress, reference, budget or Budget())
 
 
 def responses_of(recordings: Sequence[Recording]) -> list[FrequencyResponse | TimeHistory]:
@@ -113,7 +117,9 @@ def _responses(
         start = undamped(fine.on(model))
         start = with_nuisance(start, scatter=spec.diagnose.scatter, theory=fine.theory)
         held, release = held_dofs(spec, model), release_from(spec, fine)
-        return ResponseEvidence(model, start, data, fine, names, held, release, progress, file)
+        return ResponseEvidence(
+            model, start, data, fine, names, held, release, progress, file, budget
+        )
 
     common = None
     if reference is not None:
@@ -122,8 +128,16 @@ def _responses(
         common = common_of(of_reference, data.sharp, data.sharp_hold_out)
     linear = evidence(plain if common is None else prepare(recordings, common))
     if simulated:
-        return in_simulation(spec, recordings, linear, progress, budget) or linear
+        return in_simulation(spec, recordings, linear, progress) or linear
     return linear
+
+
+def discretisation(evidence: Evidence, before: float | None) -> Discretisation | None:
+    """What the file's mesh of plates explains of the error ``before``, of the responses to fit by
+    the file; None where nothing was divided."""
+    if not isinstance(evidence, ResponseEvidence) or before is None:
+        return None
+    return of_sheets(evidence.fine, before, evidence.nominal.fit)
 
 
 def may_drift(evidence: Evidence) -> bool:
@@ -139,7 +153,6 @@ def in_simulation(
     recordings: Sequence[Recording],
     linear: Evidence,
     progress: Progress,
-    budget: Budget,
 ) -> MotionEvidence | None:
     """The same recordings with laws that depend on the level beside all else; None where they are
     not time histories."""
@@ -153,7 +166,7 @@ def in_simulation(
     histories = [from_rest(r) for r in recordings if isinstance(r, TimeHistory)]
     if any(not isinstance(r, TimeHistory) for r in fitted):
         return None
-    progress(f"simulating: {budget.says}")
+    progress("simulating")
     runs = {h.origin.name: run for h in histories if (run := run_of(h)) is not None}
     fit = [h for h in histories if h.origin.name in runs and h.origin.use == "fit"]
     if not fit:
@@ -169,7 +182,7 @@ def in_simulation(
         thinned_signals(held, runs),
         _names(spec, MOTION),
         progress,
-        budget=budget,
+        budget=linear.budget,  # both searches are one diagnosis
     )
 
 
@@ -178,7 +191,8 @@ def _modes(
     model: Model,
     tables: Sequence[ModeTable],
     progress: Progress,
-    reference: Reference | None = None,
+    reference: Reference | None,
+    budget: Budget,
 ) -> ModesEvidence:
     # the mesh of the file: what it does to frequencies extrapolation takes out, at a tenth of the
     # cost of the responses' analysis model
@@ -206,4 +220,5 @@ def _modes(
         tuple(order),
         progress,
         None if reference is None else reference.file,
+        budget,
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.gather import Reference, gathered, responses_of, tables_of
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed, better
@@ -45,7 +46,11 @@ class Brought:
 
 
 def brought(
-    spec: Spec, model: Model, recordings: Sequence[Recording], progress: Progress
+    spec: Spec,
+    model: Model,
+    recordings: Sequence[Recording],
+    progress: Progress,
+    budget: Budget | None = None,
 ) -> Brought:
     """The likeliest hypothesis on the recordings of the reference becomes the model: it need not be
     claimed, for what changed is sought and not what it stands for.
@@ -75,9 +80,7 @@ def brought(
             f"{_kind(kinds[0])}, those of the other state {_kind(kinds[1])}. Give both states the "
             "same kind of recordings (identify makes tables of modes from responses)."
         )
-    everything = spec.diagnose.model_copy(update={"physics": None})
-    evidence = gathered(replace(its_spec, diagnose=everything), model, its, tell)
-    best = likeliest(judge(evidence, search(evidence, tell)))
+    evidence, best = _sought(its_spec, model, its, tell, budget or Budget())
     text = _written(spec, recordings, evidence, best.fit) or _written(
         spec, recordings, evidence, evidence.bases[-1]
     )
@@ -100,6 +103,16 @@ def brought(
     )
     found = build_model(replace(now, update=None))
     return Brought(now, found, own, Reference(model, its), (_line(best, evidence),))
+
+
+def _sought(
+    spec: Spec, model: Model, its: Sequence[Recording], tell: Progress, budget: Budget
+) -> tuple[Evidence, Weighed]:
+    """The likeliest of all effects on the recordings of the reference, in half of the time: the
+    other half is for what changed."""
+    everything = replace(spec, diagnose=spec.diagnose.model_copy(update={"physics": None}))
+    evidence = gathered(everything, model, its, tell, budget=budget.part(0.5))
+    return evidence, likeliest(judge(evidence, search(evidence, tell)))
 
 
 def _written(

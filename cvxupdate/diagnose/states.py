@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.gather import gathered, responses_of
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.moving import between, walked
@@ -27,6 +28,7 @@ from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import (
     AT_BOUND,
     CHANCE,
+    CUT_SHORT,
     HALVED,
     LEAST_SIZE,
     MOST_SURE,
@@ -61,6 +63,7 @@ def states_diagnosis(
     states: Mapping[str, tuple[Spec, Sequence[Recording]]],
     tell: Progress,
     begin: float,
+    budget: Budget,
 ) -> Diagnosis:
     """What several states of one structure lack in common; ``begin``: when it began.
 
@@ -77,7 +80,7 @@ def states_diagnosis(
                 f"{spec.path}: several states in one fit need tables of modes; state {name!r} has "
                 "responses to fit. `cvxupdate identify` makes tables of them."
             )
-        evidence = gathered(its, model, recordings, tell)
+        evidence = gathered(its, model, recordings, tell, budget=budget)
         if isinstance(evidence, ModesEvidence):
             parts.append(State(name, evidence))
     ranked = _ranked(parts, tell)
@@ -118,7 +121,11 @@ def _ranked(parts: Sequence[State], tell: Progress) -> list[Ranked]:
     found: list[tuple[Kind | None, Shared]] = [(None, nothing(parts))]
     evidence = parts[0].evidence
     candidates = evidence.candidates(evidence.model)
-    for kind in (*kinds_of(candidates, evidence.model), *group_factors(candidates)):
+    kinds = (*kinds_of(candidates, evidence.model), *group_factors(candidates))
+    for number, kind in enumerate(kinds):
+        if number and evidence.hurried:
+            evidence.leave("kinds of effects", len(kinds) - number)
+            break
         tell(f"all states: {kind.effects[0].type.noun}")
         found += [(kind, h) for h in hypotheses(parts, kind) if h.unknowns < h.fit.rows]
     moved = sorted(
@@ -195,7 +202,7 @@ def _findings(
                 figures,
                 deviations,
                 deviations,
-                min(best.probability, MOST_SURE),
+                min(best.probability, CUT_SHORT if parts[0].evidence.unfinished else MOST_SURE),
                 explains,
                 tuple(r.shared.effects[k] for r in near),
                 says,
@@ -243,7 +250,7 @@ def _lines(parts: Sequence[State], ranked: Sequence[Ranked], base: Ranked) -> li
         left = _error(parts, r.shared, "fit")
         out.append(f"{capital(_title(r))} leaves {100 * (left or 0.0):.3g} % of the frequencies.")
     out += [f"These recordings do not tell it from {_title(r)}." for r in _near(ranked)]
-    return out
+    return [*out, *parts[0].evidence.budget.lines]
 
 
 def _row(parts: Sequence[State], ranked: Ranked) -> dict[str, object]:

@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.settings import LEVEL_NOISE
@@ -220,6 +221,9 @@ class Evidence(Protocol):
     def unfinished(self) -> bool:
         """Whether that ended the search before all was refitted."""
 
+    def leave(self, what: str, count: int = 0) -> None:
+        """Time leaves so many of something undone, in words; none: all of it."""
+
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
 
@@ -248,10 +252,29 @@ class Evidence(Protocol):
         """The contract's metrics before and after, of fitted and of held-out recordings."""
 
 
-class Linear:
+class Timed:
+    """Evidence whose search ends with the time for one diagnosis."""
+
+    budget: Budget
+
+    @property
+    def hurried(self) -> bool:
+        """Whether the time is over."""
+        return self.budget.over()
+
+    @property
+    def unfinished(self) -> bool:
+        """Whether that ended the search."""
+        return self.budget.stopped
+
+    def leave(self, what: str, count: int = 0) -> None:
+        """For the reader."""
+        self.budget.leave(what, count)
+
+
+class Linear(Timed):
     """What evidence of structures that are linear and stay as they are has no need to say."""
 
-    hurried = unfinished = False
     drift: str | None = None
 
     def held_out(self, fit: Fit) -> float:

@@ -25,38 +25,46 @@ REPEATED = 1e-6  # relative distance of eigenvalues whose shapes do not turn int
 @dataclass(frozen=True)
 class BlockColumns:
     """At a point of the modal residual: shapes with the ground (N + 1, modes) of the basis
-    (``phi``), of all modes (``shapes``) and their places that tables are paired with."""
+    (``phi``), of all modes (``shapes``) and their places that tables are paired with; ``turns`` of
+    each shape that is fitted its place, and what its rows make of the forces of a change on the
+    basis, (rows, modes)."""
 
     point: ModalPoint
-    basis: Modes
     phi: Real
     shapes: Real
     paired: Index
+    turns: tuple[tuple[int, Real], ...]
 
     @classmethod
     def of(cls, point: ModalPoint, basis: Modes) -> BlockColumns:
         """In the space of ``basis``."""
         fitted = point.places[: len(point.residual.fit)]
         paired = np.concatenate([np.zeros(0, dtype=np.int64), *(q[q >= 0] for q in fitted)])
-        return cls(point, basis, padded(basis.shapes), padded(point.modes.shapes), paired)
+        own, turns = point.modes, []
+        for _, _, i, sensors, x, std in point.shape_rows() if point.residual.shapes else ():
+            gap = float(own.eigenvalues[i]) - basis.eigenvalues
+            near = np.abs(gap) <= REPEATED * max(float(own.eigenvalues[i]), 1.0)
+            moved = basis.shapes[sensors] * np.where(near, 0.0, 1.0 / np.where(near, 1.0, gap))
+            turns.append((i, scaled_derivative(own.shapes[sensors, i], moved, x, std)))
+        return cls(point, padded(basis.shapes), padded(own.shapes), paired, tuple(turns))
 
     def of_blocks(self, blocks: Sequence[DerivativeBlock]) -> Real:
         """Derivative of the rows of ``point.differences`` along one change, (rows,)."""
         own = self.point.modes.eigenvalues
         parts = [_energies(self.shapes[:, self.paired], own[self.paired], blocks)]
-        for _, _, i, sensors, x, std in (
-            self.point.shape_rows() if self.point.residual.shapes else ()
-        ):
-            d = self._turn(self.shapes[:, i], float(own[i]), blocks)[sensors]
-            parts.append(scaled_derivative(self.shapes[sensors, i], d[:, None], x, std)[:, 0])
+        parts += [
+            turn @ self._pushed(self.shapes[:, i], float(own[i]), blocks) for i, turn in self.turns
+        ]
         return np.concatenate(parts)
 
-    def _turn(self, shape: Real, eigenvalue: float, blocks: Sequence[DerivativeBlock]) -> Real:
-        """Derivative of a shape, (N + 1,)."""
-        gap = eigenvalue - self.basis.eigenvalues
-        near = np.abs(gap) <= REPEATED * max(eigenvalue, 1.0)
-        push = self.phi.T @ _push(shape, eigenvalue, blocks)
-        return np.asarray(self.phi @ np.where(near, 0.0, push / np.where(near, 1.0, gap)))
+    def _pushed(self, shape: Real, eigenvalue: float, blocks: Sequence[DerivativeBlock]) -> Real:
+        """Forces of a change on the basis, (modes,)."""
+        if sum(b.dofs.size for b in blocks) > len(shape):
+            return np.asarray(self.phi.T @ _push(shape, eigenvalue, blocks))
+        out = np.zeros(self.phi.shape[1])
+        for b in blocks:
+            out += self.phi[b.dofs.reshape(-1)].T @ _forces(shape, eigenvalue, b).reshape(-1)
+        return out
 
 
 def _energies(shapes: Real, eigenvalues: Real, blocks: Sequence[DerivativeBlock]) -> Real:
@@ -75,12 +83,16 @@ def _push(shape: Real, eigenvalue: float, blocks: Sequence[DerivativeBlock]) -> 
     """(∂K − λ ∂M) φ, (N + 1,); the last DOF is the ground, where nothing moves."""
     out = np.zeros(len(shape))
     for b in blocks:
-        local = shape[b.dofs]
-        push = np.zeros(b.dofs.shape)
-        if b.K is not None:
-            push += np.einsum("eij,ej->ei", b.K, local)
-        if b.M is not None:
-            push -= eigenvalue * np.einsum("eij,ej->ei", b.M, local)
-        np.add.at(out, b.dofs, push)
+        np.add.at(out, b.dofs, _forces(shape, eigenvalue, b))
     out[-1] = 0.0
+    return out
+
+
+def _forces(shape: Real, eigenvalue: float, b: DerivativeBlock) -> Real:
+    """The same of one block, (elements, dofs)."""
+    local, out = shape[b.dofs], np.zeros(b.dofs.shape)
+    if b.K is not None:
+        out += np.einsum("eij,ej->ei", b.K, local)
+    if b.M is not None:
+        out -= eigenvalue * np.einsum("eij,ej->ei", b.M, local)
     return out

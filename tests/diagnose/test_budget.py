@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 
 from cvxupdate.diagnose.budget import Budget
-from cvxupdate.diagnose.settings import BUDGET, WALL
+from cvxupdate.diagnose.gather import gathered
+from cvxupdate.diagnose.pipeline import diagnosed
+from cvxupdate.diagnose.settings import BUDGET, CUT_SHORT, WALL
+from cvxupdate.fe.modes import model_modes
+from cvxupdate.recordings.load import load_recordings
+from tests.cases.cantilever import load, rows_of, text
 
 
 def test_time_by_the_clock_counts_as_well() -> None:
@@ -36,7 +42,40 @@ def test_once_over_it_stays_so_and_only_asking_counts() -> None:
     assert budget.over() and budget.stopped
 
 
+def test_what_is_left_undone_is_said_once_over() -> None:
+    budget = Budget(computing=1e9, clock=0.0)
+    budget.leave("explanations", 3)
+    budget.leave("explanations", 2)
+    budget.leave("pairs of effects")
+    assert budget.lines == []
+    time.sleep(0.001)
+    assert budget.over()
+    assert "Not tried: 5 explanations; pairs of effects. " in budget.lines[0]
+
+
+def test_half_of_the_time_begins_when_it_is_taken() -> None:
+    whole = Budget(computing=10.0, clock=0.04)
+    time.sleep(0.03)
+    half = whole.part(0.5)
+    assert half.computing == 5.0 and half.clock == 0.02 and not half.over()
+
+
 def test_thorough_is_never_over() -> None:
     thorough = Budget.of(True)
     assert not thorough.over() and "thorough" in thorough.says and thorough.lines == []
     assert Budget.of(False).clock == WALL
+
+
+def test_tables_of_modes_end_with_the_time_and_say_so(tmp_path: Path) -> None:
+    """The best of what was refitted is the answer, and never sure."""
+    lump = '[[model.elements]]\ntype = "mass"\nrows = [{ id = 90, nodes = [9], m = 0.2 }]'
+    _, real = load(tmp_path, text(extra=lump))
+    spec, model = load(tmp_path, text(rows_of(model_modes(real, 6).frequencies[:6])))
+    recordings = load_recordings(spec)
+    said: list[str] = []
+    evidence = gathered(spec, model, recordings, said.append, budget=Budget(0.0, 0.0))
+    found = diagnosed(spec, recordings, evidence, said.append, time.perf_counter())
+    assert all(f.confidence <= CUT_SHORT for f in found.findings)
+    (ended,) = (line for line in found.evidence if "ended the search" in line)
+    assert "explanations of the short lists" in ended and "--thorough" in ended
+    assert sum(line.startswith("refitting") for line in said) == 1

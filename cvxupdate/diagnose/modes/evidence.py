@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
+from cvxupdate.diagnose.budget import Budget
+from cvxupdate.diagnose.fit import Fit, fitted_at
 from cvxupdate.diagnose.modes.damping import damping_laws
 from cvxupdate.diagnose.modes.figures import modes_shown
 from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
 from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
+from cvxupdate.diagnose.modes.fits import fitted_from, space_around
 from cvxupdate.diagnose.modes.levels import level_change
 from cvxupdate.diagnose.modes.members import whole_members
 from cvxupdate.diagnose.modes.remains import remains
@@ -41,17 +43,14 @@ from cvxupdate.diagnose.types import (
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import natural_modes
 from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.fe.synthesis.space import Space
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import MODES, RATIOS, Effect
 from cvxupdate.physics.fault import Fault
-from cvxupdate.residual.another_pairing import nearest_pairing
-from cvxupdate.residual.following import followed
 from cvxupdate.residual.modal import ModalPoint
-from cvxupdate.update.trust_region import Options
 
 ZETA = 0.005  # a typical damping ratio, for sizes only
-OPTIONS = Options(1e-4, 25, 0.3)
 
 
 @dataclass(frozen=True)
@@ -74,6 +73,7 @@ class ModesEvidence(Linear):
     order: tuple[int, ...]
     progress: Progress
     file: Model | None = None
+    budget: Budget = field(default_factory=Budget)
 
     told_by = MODES
     levels = 1
@@ -87,12 +87,21 @@ class ModesEvidence(Linear):
     @cached_property
     def bases(self) -> tuple[Fit, ...]:
         """Nuisance parameters fitted."""
-        return (_fitted(setting_of(self.model, self.tables), self.model.zero()),)
+        return (fitted_from(self._nominal, self.model.zero(), space=self._space),)
+
+    @cached_property
+    def _nominal(self) -> ModesSetting:
+        return setting_of(self.model, self.tables)
 
     @cached_property
     def nominal_point(self) -> ModalPoint:
         """The nominal model."""
-        return self.bases[0].setting.residual.evaluate(self.model.zero())
+        return self._nominal.evaluate(self.model.zero())
+
+    @cached_property
+    def _space(self) -> Space | None:
+        """Where modes are sought, of a large model."""
+        return space_around(self.nominal_point, self.tables.top)
 
     @cached_property
     def nominal(self) -> Errors:
@@ -145,10 +154,7 @@ class ModesEvidence(Linear):
 
     def fitted(self, seed: Seed, effort: str) -> Fit:
         """By trust-region convex steps, to the end at once."""
-        setting = seed.setting
-        if seed.continued:  # modes are followed to where it begins
-            setting = replace(setting, residual=followed(setting.residual, seed.start))
-        return _fitted(setting, seed.start)
+        return fitted_from(seed.setting, seed.start, seed.continued, self._space)
 
     def linearised(self, found: Fit) -> Linearised:
         """Of the nuisance parameters."""
@@ -184,7 +190,7 @@ class ModesEvidence(Linear):
             if around.total > 0.0
         ]
         far = not placed and self.errors(parent).fit > FAR_OFF
-        return FiniteSize(scores, whole_members(parent, effects) if far else [])
+        return FiniteSize(scores, whole_members(parent, effects, self._space) if far else [])
 
     def errors(self, found: Fit) -> Errors:
         """R.m.s. relative errors of the frequencies."""
@@ -214,7 +220,8 @@ class ModesEvidence(Linear):
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
         model = with_nuisance(self.model.with_parameters(()), wide=True)
-        return _fitted(setting_of(model, self.tables, wide=True), model.zero())
+        setting = setting_of(model, self.tables, wide=True)
+        return fitted_from(setting, model.zero(), space=self._space)
 
     def further(self, last: Fit) -> Further:
         """What the damping ratios say."""
@@ -238,8 +245,8 @@ class ModesEvidence(Linear):
         return remains(found.point, self.tables)
 
     def lines(self) -> list[str]:
-        """What the mesh of the file is worth."""
-        return mesh_line(self.mesh.worst(self.tables.top))
+        """What the mesh of the file is worth, and what time did not allow."""
+        return [*mesh_line(self.mesh.worst(self.tables.top)), *self.budget.lines]
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With the pairing of each table."""
@@ -276,16 +283,3 @@ class ModesEvidence(Linear):
                     values = {"before": float(f(before)), "after": float(f(after))}
                     out[key][f"frequency_error_percent_{name}"] = values
         return out
-
-
-def _fitted(setting: ModesSetting, start: Real) -> Fit:
-    """Fitted, and once more with the modes paired anew where that is another pairing: the better
-    one counts, for every hypothesis alike."""
-    found = fitted(setting, start, OPTIONS)
-    near = nearest_pairing(found.point)
-    same = zip(near.places, found.point.places, strict=True)
-    if all(np.array_equal(a, b) for a, b in same):
-        return found
-    begin = replace(setting.residual.start, modes=near.modes, places=near.places)
-    again = replace(setting, residual=replace(setting.residual, start=begin))
-    return min(found, fitted(again, found.p, OPTIONS), key=lambda fit: fit.cost)

@@ -36,7 +36,16 @@ from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.screen.shortlist import best_of
 from cvxupdate.diagnose.settings import LEVEL_CHANGE, SIMULATED
 from cvxupdate.diagnose.shown import Shown
-from cvxupdate.diagnose.types import Errors, FiniteSize, LevelChange, Progress, Real, Score, Seed
+from cvxupdate.diagnose.types import (
+    Errors,
+    FiniteSize,
+    LevelChange,
+    Progress,
+    Real,
+    Score,
+    Seed,
+    Timed,
+)
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
@@ -45,7 +54,7 @@ from cvxupdate.physics.fault import Fault
 
 
 @dataclass(frozen=True)
-class MotionEvidence:
+class MotionEvidence(Timed):
     """Beside the ``linear`` evidence of the same recordings, offsets taken out of those that
     ``came``: the ``runs`` by name, ``stages`` of signals from smooth to sharp and those ``held``
     out, the ``laws`` that are tried."""
@@ -247,16 +256,6 @@ class MotionEvidence:
         """Half a per cent of the responses beyond noise, or what simulation is good for."""
         return self.linear.clear(found) or self.errors(found).fit <= SIMULATED
 
-    @property
-    def hurried(self) -> bool:
-        """Whether the time for one diagnosis is over."""
-        return self.budget.over()
-
-    @property
-    def unfinished(self) -> bool:
-        """Whether that ended the search."""
-        return self.budget.stopped
-
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
         return let_go(self)
@@ -275,7 +274,7 @@ class MotionEvidence:
 
     def lines(self) -> list[str]:
         """What the mesh of the file is worth, and what time did not allow."""
-        return [*self.linear.lines(), *self.budget.lines]
+        return self.linear.lines()
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With a damping ratio of its own for every mode."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.correlate.response_error import Stated, stated_errors
+from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
 from cvxupdate.diagnose.nominal.mesh import mesh_line
@@ -65,11 +66,9 @@ from cvxupdate.physics.fault import Fault
 @dataclass(frozen=True)
 class ResponseEvidence(Linear):
     """What stays fixed while hypotheses come and go: the file's model (``original``, for its
-    damping), the one with nuisance parameters, recordings, supports, effects to try.
-
-    ``release(node, kind)`` is the nuisance model without one support; ``file`` the model as it
-    came, where a reference state was there to bring it to.
-    """
+    damping), the one with nuisance parameters, recordings, supports, effects to try;
+    ``release(node, kind)`` is the nuisance model without one support, ``file`` the model as it
+    came, where a reference state was there to bring it to, ``came`` where its mesh was coarse."""
 
     original: Model
     model: Model
@@ -80,6 +79,8 @@ class ResponseEvidence(Linear):
     release: Callable[[int, str], Model]
     progress: Progress
     file: Model | None = None
+    budget: Budget = field(default_factory=Budget)
+    came: Model | None = None
 
     told_by = "responses"
 
@@ -125,7 +126,7 @@ class ResponseEvidence(Linear):
     @cached_property
     def noise(self) -> Errors:
         """Of noise alone; or what the model leaves of the reference state, and so of any other."""
-        alone = Errors(noise_errors(self.data.sharp), noise_errors(self.data.sharp_hold_out))
+        alone = Errors(*(noise_errors(x) for x in (self.data.sharp, self.data.sharp_hold_out)))
         return alone if self.data.common is None else self.data.common.least(alone)
 
     def level_change(self) -> LevelChange | None:
@@ -224,8 +225,8 @@ class ResponseEvidence(Linear):
         return self._errors_at(found.point)
 
     def _errors_at(self, point: ResponsePoint) -> Errors:
-        sharp, held = self.data.sharp, self.data.sharp_hold_out
-        return Errors(channel_errors(point, sharp), channel_errors(point, held))
+        signals = (self.data.sharp, self.data.sharp_hold_out)
+        return Errors(*(channel_errors(point, x) for x in signals))
 
     def relative(self, errors: Errors) -> float:
         """A fraction of the responses as it is."""
@@ -268,9 +269,9 @@ class ResponseEvidence(Linear):
         return remains(found.point, (*self.data.sharp, *self.data.sharp_hold_out))
 
     def lines(self) -> list[str]:
-        """What the mesh of the file is worth."""
+        """What the mesh of the file is worth, and what time did not allow."""
         mesh = [*mesh_line(self.data.mesh.worst(self.data.top)), *mesh_lines(self.fine)]
-        return [*mesh, *theory_lines(self.model, self.bases[-1])]
+        return [*mesh, *theory_lines(self.model, self.bases[-1]), *self.budget.lines]
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With a damping ratio of its own for every mode, and the faults of the sensors."""
@@ -284,7 +285,7 @@ class ResponseEvidence(Linear):
     @cached_property
     def before(self) -> tuple[Stated, ...]:
         """Contract's errors of the file as it came."""
-        return stated_errors(self.original, (*self.data.fit, *self.data.hold_out))
+        return stated_errors(self.came or self.original, (*self.data.fit, *self.data.hold_out))
 
     def _contract(self, last: Fit) -> ContractErrors:
         signals = (*self.data.sharp, *self.data.sharp_hold_out)

@@ -17,10 +17,13 @@ def elsewhere(
     """The best of ``known`` (sharpened, best first) with each effect at places alike in turn, begun
     where it ended: screening takes few of many neighbours, and what is equivalent must be known.
     All, best first."""
-    if not known or evidence.hurried:
+    if not known:
         return list(known)
     tried = {h.keys for h in known}
     seeds = [s for s in _seeds(evidence, known[0]) if s.keys not in tried]
+    if seeds and evidence.hurried:
+        evidence.leave("places that are hardly told from the best one", len(seeds))
+        return list(known)
     if not seeds:
         return list(known)
     level = evidence.levels - 1

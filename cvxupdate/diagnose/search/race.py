@@ -12,6 +12,10 @@ from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
 
 Legs = Sequence[tuple[int, int]]
+REFITS, SHARPENED = (
+    "explanations of the short lists",
+    "explanations carried on to the last level of smoothing",
+)
 
 
 def entered(evidence: Evidence, seeds: Sequence[Seed], progress: Progress) -> list[Hypothesis]:
@@ -21,6 +25,7 @@ def entered(evidence: Evidence, seeds: Sequence[Seed], progress: Progress) -> li
     found: list[Hypothesis] = []
     for number, seed in enumerate(seeds):
         if found and evidence.hurried:
+            evidence.leave(REFITS, len(seeds) - number)
             progress("the time is over: what is left is not refitted")
             break
         progress(f"refitting {number + 1} of {len(seeds)}: {seed.name}")
@@ -47,6 +52,7 @@ def raced(
         field = _field(runners, most, BEHIND if refitted else TRIAGED)
         for number, h in enumerate(field):
             if len(arrived) >= STAYING and evidence.hurried:
+                evidence.leave(SHARPENED, len(field) - number)
                 progress("the time is over: what stands further back is not sharpened")
                 break
             progress(f"sharpening {number + 1} of {len(field)}: {h.name}")

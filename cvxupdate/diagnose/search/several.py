@@ -29,6 +29,9 @@ from cvxupdate.diagnose.settings import (
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Score, Seed
 
+INSTEAD = "other effects where the best single ones stand"
+SETS, MORE = "pairs of effects, at least some of them", "sets of three effects and more"
+
 
 @dataclass
 class Pool:
@@ -62,6 +65,7 @@ def in_their_place(
     pool = Pool(evidence, progress, known, set(known))
     for parent in _close(singles)[:MOVES]:
         if evidence.hurried:
+            evidence.leave(INSTEAD)
             break
         rest = without(evidence, parent, 0)
         if rest is not None:
@@ -82,13 +86,17 @@ def pairs(
     which ``parents`` are firsts."""
     pool = Pool(evidence, progress)
     for parent in _close(singles)[:parents]:
+        if evidence.hurried:
+            evidence.leave(SETS)
+            break
         progress(f"seeking beside {parent.name}")
         pool.refit(beside(evidence, parent))
-        if any(evidence.clear(h.fit) for h in pool.found.values()) or evidence.hurried:
+        if any(evidence.clear(h.fit) for h in pool.found.values()):
             break  # others that would do as well are found by the exchange
     exchanged: set[frozenset[Key]] = set()
     for _ in range(ROUNDS):
-        if pool.found and evidence.hurried:
+        if evidence.hurried:
+            evidence.leave(SETS)
             break
         found = _to_exchange(pool, exchanged, ALONE * singles[0].penalised)
         if found is None:
@@ -127,6 +135,9 @@ def further(
     out: list[Hypothesis] = []
     best = pairs[0]
     while _goes_on(evidence, best):
+        if evidence.hurried:
+            evidence.leave(MORE)
+            break
         progress(f"seeking beside {best.name}")
         pool = Pool(evidence, progress)
         pool.refit(beside(evidence, _at(evidence, best, SEVERAL_LEVEL)))
@@ -143,7 +154,7 @@ def further(
 def _goes_on(evidence: Evidence, h: Hypothesis) -> bool:
     spare = h.fit.rows - len(evidence.model.parameters) - h.unknowns
     few = len(h.effects) < MOST_EFFECTS and spare >= SPARE
-    return few and not evidence.hurried and not evidence.clear(h.fit)
+    return few and not evidence.clear(h.fit)
 
 
 def _at(evidence: Evidence, h: Hypothesis, level: int) -> Hypothesis:

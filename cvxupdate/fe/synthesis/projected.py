@@ -158,27 +158,29 @@ def _padded(V: Real) -> Real:
     return np.vstack([V, np.zeros((1, V.shape[1]))])
 
 
-def _moved(model: Model) -> list[dict[int, list[int]]]:
-    """Of each block the elements that parameters move: by which."""
-    moved: list[dict[int, list[int]]] = [{} for _ in model.blocks]
+Moved = Mapping[int, list[tuple[float, ...]]]
+
+
+def _moved(model: Model) -> list[Moved]:
+    """Of each block the elements that parameters move: by which, and how far each."""
+    moved: list[dict[int, list[tuple[float, ...]]]] = [{} for _ in model.blocks]
     for j, parameter in enumerate(model.parameters):
         for t in parameter.targets:
-            for row in t.rows.tolist():
-                moved[t.block].setdefault(row, []).append(j)
-    return moved
+            for row, scales in zip(t.rows.tolist(), t.scales.T.tolist(), strict=True):
+                moved[t.block].setdefault(row, []).append((j, *scales))
+    return list(moved)
 
 
-def _alike(block: Block, moved: Mapping[int, list[int]], rows: Sequence[int]) -> list[list[int]]:
-    """Rows that the same parameters move and that have the same properties."""
+def _alike(block: Block, moved: Moved, rows: Sequence[int]) -> list[list[int]]:
+    """Rows that the same parameters move alike and that have the same properties."""
     groups: dict[tuple[object, ...], list[int]] = {}
-    names = tuple(block.properties)
+    own = list(zip(*(v.tolist() for v in block.properties.values()), strict=True))
     for row in rows:
-        key = (*moved[row], *(float(block.properties[k][row]) for k in names))
-        groups.setdefault(key, []).append(row)
+        groups.setdefault((*moved[row], *own[row]), []).append(row)
     return list(groups.values())
 
 
-def _groups(part: Part, block: Block, moved: Mapping[int, list[int]]) -> list[list[int]]:
+def _groups(part: Part, block: Block, moved: Moved) -> list[list[int]]:
     """The rows of a part by what moves them now, the largest first."""
     return sorted(_alike(block, moved, part.rows), key=len, reverse=True)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.modes.evidence import _fitted
+from cvxupdate.diagnose.modes.fits import paired
 from cvxupdate.diagnose.modes.setting import setting_of
 from cvxupdate.residual.modal import modal_residual
 
@@ -58,6 +58,6 @@ def test_every_fit_pairs_its_modes_anew(tried) -> None:
     residual = base.setting.residual
     wrong = residual.start.places[0][[0, 2, 1, 3]]
     mistaken = replace(residual, start=replace(residual.start, places=(wrong,)))
-    found = _fitted(replace(base.setting, residual=mistaken), evidence.model.zero())
+    found = paired(replace(base.setting, residual=mistaken), evidence.model.zero())
     assert np.array_equal(found.point.places[0], base.point.places[0])
     assert found.cost == pytest.approx(base.cost, rel=1e-3)

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.gather import gathered, in_simulation
 from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from
 from cvxupdate.diagnose.motion.apart import LOUDER, Apart, apart, next_measurement, told
@@ -23,7 +22,7 @@ def evidence(tmp_path_factory):
     problem(folder, [(0.0, 0.0)] * 3, [1.0, 2.0, 2.0])
     spec, model, recordings = open_problem(folder / "problem.toml")[:3]
     linear = gathered(spec, model, recordings, lambda text: None)
-    return in_simulation(spec, recordings, linear, lambda text: None, Budget())
+    return in_simulation(spec, recordings, linear, lambda text: None)
 
 
 def fit(evidence, physics, node, *size):

@@ -1,0 +1,131 @@
+"""Fits of a model to tables of modes; of a large one in the coordinates of a space of few shapes,
+where an iteration costs what it does of a small model, and then once in all of its DOFs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
+from cvxupdate.diagnose.modes.setting import ModesSetting
+from cvxupdate.diagnose.settings import WIDE
+from cvxupdate.diagnose.types import Real
+from cvxupdate.errors import ModelError
+from cvxupdate.fe.block import Index
+from cvxupdate.fe.model import Model
+from cvxupdate.fe.modes import DENSE, Modes
+from cvxupdate.fe.synthesis.coordinates import Coordinates, coordinates_of
+from cvxupdate.fe.synthesis.space import Space, space_of
+from cvxupdate.recordings.types import ModeTable
+from cvxupdate.residual.another_pairing import nearest_pairing
+from cvxupdate.residual.following import followed
+from cvxupdate.residual.modal import ModalPoint
+from cvxupdate.residual.shape_rows import channel_rows
+from cvxupdate.update.trust_region import Options
+
+OPTIONS = Options(1e-4, 25, 0.3)
+TRUE = 1e-3  # relative growth of the weighted squares, from few coordinates to all DOFs
+
+
+def space_around(point: ModalPoint, top: float) -> Space | None:
+    """The space of a large model's shapes up to the highest frequency (Hz) in use, with the static
+    answers at the sensors; None of a model that is no larger than such a space."""
+    model, tables = point.residual.model, point.residual.tables
+    sensors = _sensors(model, tables)
+    if model.size <= DENSE or len(sensors) > DENSE // 2 or point.modes.rigid:
+        return None
+    used = max((int(q.max(initial=0)) for q in point.places), default=0)
+    highest = max(top, float(point.modes.frequencies[used]))
+    return space_of(model, model.zero(), highest, sensors, _far(model))
+
+
+def fitted_from(
+    setting: ModesSetting, start: Real, continued: bool = False, space: Space | None = None
+) -> Fit:
+    """Fitted from ``start``, in few coordinates where the nominal model has a ``space``;
+    ``continued``: at finite sizes, to which modes are followed.
+
+    Raises
+    ------
+    ModelError
+        When the model is no structure at ``start``.
+    """
+    few = in_few(setting, space)
+    if few is not None:
+        try:
+            found = _followed(few[0], start, continued)
+            return _in_all(found, setting, few[1])
+        except ModelError:
+            pass  # where few coordinates fail, all may not
+    return _followed(setting, start, continued)
+
+
+def _followed(setting: ModesSetting, start: Real, continued: bool) -> Fit:
+    if continued:
+        setting = replace(setting, residual=followed(setting.residual, start))
+    return paired(setting, start)
+
+
+def paired(setting: ModesSetting, start: Real) -> Fit:
+    """Fitted, and once more with the modes paired anew where that is another pairing: the better
+    one counts, for every hypothesis alike."""
+    found = fitted(setting, start, OPTIONS)
+    near = nearest_pairing(found.point)
+    same = zip(near.places, found.point.places, strict=True)
+    if all(np.array_equal(a, b) for a, b in same):
+        return found
+    again = _begun(setting, near)
+    return min(found, fitted(again, found.p, OPTIONS), key=lambda fit: fit.cost)
+
+
+def _begun(setting: ModesSetting, at: ModalPoint) -> ModesSetting:
+    """With modes paired as they are at a point."""
+    begin = replace(setting.residual.start, modes=at.modes, places=at.places)
+    return replace(setting, residual=replace(setting.residual, start=begin))
+
+
+def in_few(setting: ModesSetting, space: Space | None) -> tuple[ModesSetting, Coordinates] | None:
+    """The same comparison in the coordinates of a space of few shapes, and these; None where it
+    has none that is smaller."""
+    if space is None:
+        return None
+    model, residual = setting.model, setting.residual
+    own = space.grown(model, _far(model))
+    if own is None:
+        own = space_of(
+            model, model.zero(), space.top, _sensors(model, residual.tables), _far(model)
+        )
+    few = coordinates_of(own, _sensors(model, residual.tables))
+    if few is None or few.model.size > DENSE:
+        return None
+    start, M = residual.start, model.matrices(model.zero()).M
+    shapes = few.lowered(start.modes.shapes, M)
+    modes = Modes(start.modes.eigenvalues, shapes, start.modes.rigid)
+    there = replace(residual, model=few.model, start=replace(start, modes=modes))
+    return replace(setting, residual=there), few
+
+
+def _in_all(found: Fit, setting: ModesSetting, few: Coordinates) -> Fit:
+    """A fit in few coordinates taken in all DOFs; fitted on from there where it was off."""
+    point: ModalPoint = found.point
+    modes = Modes(point.modes.eigenvalues, few.lift @ point.modes.shapes, point.modes.rigid)
+    before = replace(point, residual=setting.residual, modes=modes)
+    fit = fitted_at(setting, point.p, before)
+    if fit.cost <= (1.0 + TRUE) * found.cost:
+        return fit
+    again = fitted(_begun(setting, fit.point), fit.p, OPTIONS)
+    return min(fit, again, key=lambda f: f.cost)
+
+
+def _sensors(model: Model, tables: Sequence[ModeTable]) -> Index:
+    """Rows of the free DOFs at which shapes were measured, each once."""
+    rows = [channel_rows(t, model) for t in tables]
+    every = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *rows]))
+    return every[every >= 0]
+
+
+def _far(model: Model) -> list[int]:
+    """Parameters that may go far: those of effects, and groups let go."""
+    return [j for j, q in enumerate(model.parameters) if q.group is None or q.upper >= WIDE]
