@@ -35,6 +35,10 @@ REFINED = SHEETS = ("plate",)
 # Relative shift of frequencies that shear makes of beams, up to which a model without it is sound:
 # half the tolerance of the modulus, which shifts them as much. Above, its absence is a finding.
 SOUND_THEORY = 0.01
+# Relative error of a natural frequency in the band by the file's mesh of rods and beams, from which
+# on the file is diagnosed on a finer mesh: half the tolerance of a modulus shifts frequencies by 1
+# %, and of five times that extrapolation to second order may miss as much.
+COARSE_MESH = 0.05
 # Parts of an edge of an element with which the analysis model is made, the next where one leaves
 # too much.
 MESH_PARTS = (8, 16)

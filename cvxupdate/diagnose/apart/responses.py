@@ -29,7 +29,7 @@ FLANKS = (-2.0, -1.0, -0.4, 0.4, 1.0, 2.0)  # half-power half-bandwidths from a 
 DRIVES = 10  # places tried for a further drive
 SENSORS = 200  # places tried for a further sensor
 MASSES = 16  # places tried for a known mass
-WHOLE = 0.1  # part of the noise that is everywhere as large as on the average
+EVERYWHERE = 0.1  # part of the noise that is everywhere as large as on the average
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class Responses:
         around = np.sqrt(np.mean(size**2))
         if around <= 0.0:
             return 0.0
-        std = self.noise * np.sqrt(size**2 + (WHOLE * around) ** 2)
+        std = self.noise * np.sqrt(size**2 + (EVERYWHERE * around) ** 2)
         lines = size[:, None, None]
         own = replace(self.signal(("",), ""), Y=lines.astype(np.complex128), std=std[:, None, None])
         weight = 1.0 / own.scale()[:, 0, 0]

@@ -68,8 +68,7 @@ class ResponseEvidence(Linear):
     """What stays fixed while hypotheses come and go: the file's model (``original``, for its
     damping), the one with nuisance parameters, recordings, supports, effects to try;
     ``release(node, kind)`` is the nuisance model without one support, ``file`` the model as it
-    came, where a reference state was there to bring it to.
-    """
+    came, where a reference state was there to bring it to, ``came`` where its mesh was coarse."""
 
     original: Model
     model: Model
@@ -81,6 +80,7 @@ class ResponseEvidence(Linear):
     progress: Progress
     file: Model | None = None
     budget: Budget = field(default_factory=Budget)
+    came: Model | None = None
 
     told_by = "responses"
 
@@ -285,7 +285,7 @@ class ResponseEvidence(Linear):
     @cached_property
     def before(self) -> tuple[Stated, ...]:
         """Contract's errors of the file as it came."""
-        return stated_errors(self.original, (*self.data.fit, *self.data.hold_out))
+        return stated_errors(self.came or self.original, (*self.data.fit, *self.data.hold_out))
 
     def _contract(self, last: Fit) -> ContractErrors:
         signals = (*self.data.sharp, *self.data.sharp_hold_out)
