@@ -115,6 +115,19 @@ def _row(said: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
     return {**{k: row[k] for k in kept}, "one": bool(left) and not any(left)}
 
 
+def ruled_out(rows: Sequence[Mapping[str, Any]], way: str) -> tuple[int, int]:
+    """How many of the equivalents at first are none any more, and of how many: further ones may
+    have come up that were not compared."""
+    gone = whole = 0
+    for r in rows:
+        now = [q for f in r[way]["findings"] for q in (f, *f["equivalent"])]
+        left = {(q["physics"], q["place"]) for q in now}
+        before = [q for f in r["first"]["findings"] for q in f["equivalent"]]
+        whole += len(before)
+        gone += sum((q["physics"], q["place"]) not in left for q in before)
+    return gone, whole
+
+
 def told(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """The totals, line by line."""
     alike = [r for r in rows if "proposed" in r]
@@ -125,7 +138,8 @@ def told(rows: Sequence[Mapping[str, Any]]) -> list[str]:
         wrong = [r for r in alike if r[way]["outcome"] == "wrong"]
         out.append(
             f"{way:9s} one explanation left {rate(len(one), len(alike))}, the true one "
-            f"{len(right)}; something wrong said {len(wrong)}"
+            f"{len(right)}; something wrong said {len(wrong)}; "
+            f"equivalents ruled out {rate(*ruled_out(alike, way))}"
         )
     sure = [r for r in alike if r["proposed"]["least"] >= 3.0]
     one = [r for r in sure if r["proposed"]["one"]]
