@@ -46,6 +46,17 @@ class Mode:
 
 
 @dataclass(frozen=True)
+class InitialDamping:
+    """Damping to begin with, from measured ratios ``zeta`` (modes,): C = ``alpha`` M + ``beta`` K
+    (1/s and s; 3.43), D = ``eta`` K (3.47)."""
+
+    alpha: float
+    beta: float
+    eta: float
+    zeta: Real
+
+
+@dataclass(frozen=True)
 class ModeSetResult:
     """The modes of one recording.
 
@@ -81,6 +92,17 @@ class ModeSetResult:
     def frequency(self) -> Real:
         """Hz, (modes,)."""
         return np.array([m.frequency for m in self.modes])
+
+    @property
+    def initial(self) -> InitialDamping | None:
+        """The damping that a model may begin with; None where no ratio is known."""
+        from cvxupdate.fe.damping import loss_factor_from_modal, rayleigh_from_modal
+
+        known = [(m.frequency, m.damping) for m in self.modes if m.damping > 0.0 < m.frequency]
+        if not known:
+            return None
+        f, zeta = (np.array(v) for v in zip(*known, strict=True))
+        return InitialDamping(*rayleigh_from_modal(f, zeta), loss_factor_from_modal(zeta), zeta)
 
 
 @dataclass(frozen=True)

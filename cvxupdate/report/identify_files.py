@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from cvxupdate.report.as_json import dumps, plain
 from cvxupdate.report.identify_page import identify_page
-from cvxupdate.report.identify_table import block, modes_csv
+from cvxupdate.report.identify_table import block, damping_block, modes_csv
 
 if TYPE_CHECKING:
     from cvxupdate.commands.identified import Identified, ModeSetResult
@@ -18,6 +18,9 @@ def identify_files(found: Identified) -> tuple[dict[str, str], str]:
     files = {"result.json": text, "report.html": identify_page(found)}
     for s in found.sets:
         files[s.file] = modes_csv(s)
+    blocks = [damping_block(s) for s in found.sets]
+    if any(blocks):
+        files["damping.toml"] = "\n".join(b for b in blocks if b)
     files["recordings.toml"] = "\n".join(block(s) for s in found.sets)
     return files, text
 
@@ -66,5 +69,6 @@ def _set(s: ModeSetResult) -> dict[str, Any]:
         else {k: v for k, v in vars(s.laws).items() if k != "outliers"},
         "normal": [vars(n) for n in s.normal],
         "block": block(s),
+        "initial_damping": None if s.initial is None else vars(s.initial),
         "notes": s.notes,
     }

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from cvxupdate.report import identify_figures as figures
 from cvxupdate.report.correlate_parts import svg
-from cvxupdate.report.identify_table import block
+from cvxupdate.report.identify_table import block, damping_block
 from cvxupdate.report.moving import Motion, moving_shape
 from cvxupdate.report.numbers import count, fixed, number, seconds, with_deviation
 from cvxupdate.report.page import command, render
@@ -89,6 +89,7 @@ def _part(k: int, s: ModeSetResult, found: Identified) -> dict[str, Any]:
         "moving": _moving(s, found),
         "normal": [_normal(s, n) for n in s.normal],
         "block": block(s),
+        "damping_block": damping_block(s),
     }
 
 

@@ -57,6 +57,22 @@ def modes_csv(s: ModeSetResult) -> str:
     return out.getvalue()
 
 
+def damping_block(s: ModeSetResult) -> str:
+    """A [model.damping] table that has the measured damping on the average, in three forms; empty
+    where no ratio is known."""
+    d = s.initial
+    if d is None:
+        return ""
+    ratios = ", ".join(f"{z:.4g}" for z in d.zeta)
+    return (
+        f"# initial damping from the {len(d.zeta)} ratios of {s.recording}, one of three:\n"
+        '[model.damping]\nkind = "rayleigh"        # in proportion to mass and stiffness\n'
+        f"alpha = {d.alpha:.6g}\nbeta = {d.beta:.6g}\n\n"
+        f'# kind = "structural"    # the same loss factor everywhere\n# eta = {d.eta:.6g}\n\n'
+        f'# kind = "modal"         # each mode its own\n# zeta = [{ratios}]\n'
+    ).replace("\r", " ")
+
+
 def block(s: ModeSetResult) -> str:
     """A [[recordings]] table that reads `modes_csv` beside the problem file."""
     ends = f"{s.band[0]:.4g} to {s.band[1]:.4g} Hz"

@@ -85,6 +85,7 @@ def test_tables_figures_and_files_of_modes(found, tmp_path) -> None:
     assert found.plot_stabilisation().axes and len(found.plot_frf().axes) == 3
     found.save(tmp_path)
     assert {p.name for p in tmp_path.iterdir()} == {
+        "damping.toml",
         "modes.csv",
         "recordings.toml",
         "report.html",

@@ -4,6 +4,7 @@ refusals."""
 import json
 import re
 import sys
+import tomllib
 
 import numpy as np
 import pytest
@@ -109,6 +110,28 @@ def test_from_frfs_to_a_table_that_reads_back(call, here):
     shapes = np.array([[e["re"] + 1j * e["im"] for e in m["shape"]] for m in found["modes"]])
     assert np.allclose(table.shapes, shapes, atol=1e-9)
     assert [c.label for c in table.channels] == found["channels"]
+
+
+def test_the_damping_that_a_model_may_begin_with_is_read_as_it_was_measured(call, here):
+    """Three forms in one block: the first holds, the others are comments that hold once free."""
+    code, _, _ = call("identify", "problem.toml", "--out", "o", "--order", 24)
+    assert code == 0
+    (found,) = json.loads((here / "o/result.json").read_text())["sets"]
+    w = np.array([2 * np.pi * m["frequency"] for m in found["modes"]])
+    zeta = np.array([m["damping"] for m in found["modes"]])
+    text = (here / "o/damping.toml").read_text()
+    given = tomllib.loads(text)["model"]["damping"]
+    A = np.column_stack([0.5 / w, 0.5 * w])
+    best = np.linalg.lstsq(A, zeta, rcond=None)[0]
+    assert np.all(best > 0.0)
+    assert [given["alpha"], given["beta"]] == pytest.approx(best.tolist(), rel=1e-5)
+    freed = text.replace("# kind", "kind").replace("# eta", "eta").replace("# zeta", "zeta")
+    forms = [tomllib.loads(part) for part in freed.split("\n\n")]
+    assert forms[1]["eta"] == pytest.approx(2.0 * zeta.mean(), rel=1e-5)
+    assert forms[2]["zeta"] == pytest.approx(zeta.tolist(), rel=1e-3)
+    own = MODEL.partition("[model.damping]")[0]
+    (here / "o/damped.toml").write_text(own + text + (here / "o/recordings.toml").read_text())
+    assert open_problem(here / "o/damped.toml")[0].model.damping.kind == "rayleigh"
 
 
 def test_normal_modes_are_those_of_the_undamped_chain(here):

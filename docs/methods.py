@@ -1,0 +1,228 @@
+"""The page on the methods of the thesis: every public part of the package whose docstring cites an
+equation of chapters 2 to 6 or 9, with the way in and the tests that name it.
+
+``python -m docs.methods`` writes docs/methods.md; `tests/test_methods.py` compares it with the
+package, and fails for a method without a way in or without a test.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE, TESTS, PAGE = ROOT / "cvxupdate", ROOT / "tests", ROOT / "docs" / "methods.md"
+CITED = re.compile(r"\(((?:[2-6]|9)\.\d[^()]*)\)")
+NUMBER = re.compile(r"(?<![\d.])(?:[2-6]|9)\.\d{1,3}(?:\.\d)?")
+DOORS = ("cvxupdate.cli", "cvxupdate.commands", "cvxupdate.study", "cvxupdate.api")
+# lists that the registry reads by name
+LISTS = ("cvxupdate.convex.regularisers", "cvxupdate.convex.constraints", "cvxupdate.fe.elements")
+
+WAYS: tuple[tuple[str, str], ...] = (
+    ("cvxupdate.direct", '`run`, `method = "direct"`, `direct = "…"` ([page](direct-methods.md))'),
+    ("cvxupdate.residual.ceam", '`run`, `method = "ceam"`'),
+    ("cvxupdate.residual.frf_points", "`plan`; `run`, `lines` of `rfm`"),
+    ("cvxupdate.residual.frf_accuracy", '`run`, `method = "rfm_accuracy"`; `plan`'),
+    ("cvxupdate.residual.eigen", '`run`, `method = "sensitivity"`'),
+    ("cvxupdate.recordings.appropriate", "`identify --method appropriation --indicator …`; `plan`"),
+    ("cvxupdate.recordings.realise", "`identify --normal …`; `realise` of a recording"),
+    ("cvxupdate.recordings.identify", "`identify --method …`"),
+    ("cvxupdate.update.classic_loop", '`run`, `form = "additive"` or `"multiplicative"`'),
+    ("cvxupdate.update.classic", "`run`, `solution = …`"),
+    ("cvxupdate.update.trust_region", "`run`, every iterative method"),
+    ("cvxupdate.update.result", '`run`, `method = "rfm_accuracy"`'),
+    ("cvxupdate.correlate", "`correlate`"),
+    ("cvxupdate.convex.regularisers", "`run`, `[[regularisation]]`"),
+    ("cvxupdate.reduction", "`run`, `reduction` or `expansion`; `correlate`"),
+    ("cvxupdate.fe.damping", "`[model.damping]`"),
+    ("cvxupdate.commands.plan", "`plan`"),
+)
+"""The longest prefix of a module says how its methods are reached."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """A public function or class: ``cites`` equations, ``says`` the first sentence of its
+    docstring, ``way`` in, ``tests`` the test modules that name it."""
+
+    module: str
+    name: str
+    cites: tuple[str, ...]
+    says: str
+    way: str
+    tests: tuple[str, ...]
+
+    @property
+    def code(self) -> str:
+        """Where it stands."""
+        return f"{self.module.removeprefix('cvxupdate.')}.{self.name}"
+
+
+@cache
+def modules() -> Mapping[str, ast.Module]:
+    """Every module of the package, parsed."""
+    out = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+        out[name] = ast.parse(path.read_text(encoding="utf-8"))
+    return out
+
+
+def methods() -> list[Method]:
+    """In the order of their equations."""
+    found = []
+    for module, tree in modules().items():
+        for node in tree.body:
+            # a class without a decorator works; with one it is what a function gives back
+            if not isinstance(node, ast.FunctionDef | ast.ClassDef) or node.name.startswith("_"):
+                continue
+            if isinstance(node, ast.ClassDef) and not node.bases and node.decorator_list:
+                continue
+            text = ast.get_docstring(node) or ""
+            cites = [n for part in CITED.findall(text) for n in NUMBER.findall(part)]
+            if cites:
+                says = " ".join(text.split("\n\n")[0].split())
+                found.append(
+                    Method(
+                        module,
+                        node.name,
+                        tuple(dict.fromkeys(cites)),
+                        says,
+                        way_of(module) if (module, node.name) in reached() else "",
+                        naming(node.name, module),
+                    )
+                )
+    return sorted(found, key=lambda m: (_order(m.cites[0]), m.code))
+
+
+def _order(number: str) -> tuple[int, ...]:
+    return tuple(int(x) for x in number.split("."))
+
+
+def way_of(module: str) -> str:
+    """That of the longest prefix; empty where none is known."""
+    own = [(len(prefix), way) for prefix, way in WAYS if module.startswith(prefix)]
+    return max(own, default=(0, ""))[1]
+
+
+@cache
+def _test_texts() -> Mapping[str, str]:
+    return {
+        str(p.relative_to(TESTS)): p.read_text(encoding="utf-8")
+        for p in sorted(TESTS.rglob("test_*.py"))
+    }
+
+
+def naming(name: str, module: str) -> tuple[str, ...]:
+    """The test modules that name it, as it is or with hyphens (of a short word those that import
+    from its package); else those that import from its module."""
+    word = re.compile(rf"\b{re.escape(name)}\b|[\"']{re.escape(name.replace('_', '-'))}[\"']")
+    package = module.rpartition(".")[0]
+    texts = _test_texts().items()
+    own = [t for t, text in texts if word.search(text) and (package in text or len(name) > 9)]
+    return tuple(own or [t for t, text in texts if module in text])
+
+
+@cache
+def reached() -> set[tuple[str, str]]:
+    """Every (module, name) that the commands and the functions for programs can come to: from
+    their modules along the names that are used, classes and what runs on import whole."""
+    starts = [(m, "") for m in modules() if m.startswith(DOORS) or m in LISTS]
+    done: set[tuple[str, str]] = set()
+    while starts:
+        at = starts.pop()
+        if at in done:
+            continue
+        done.add(at)
+        starts += [other for other in _leads(*at) if other not in done]
+    return done
+
+
+def _leads(module: str, name: str) -> Iterator[tuple[str, str]]:
+    """Where a part leads; the name "" is the module with all that it defines."""
+    tree = modules()[module]
+    known = _imported(module)
+    own = {
+        n.name: n for n in tree.body if isinstance(n, ast.FunctionDef | ast.ClassDef)
+    }
+    door = module.startswith(DOORS)
+    body = (
+        [n for n in tree.body if door or not isinstance(n, ast.FunctionDef | ast.ClassDef)]
+        if not name
+        else [own[name]]
+        if name in own
+        else []
+    )
+    if name:
+        yield module, ""
+        if name in known and name not in own:
+            yield known[name]
+    for node in body:
+        for inner in ast.walk(node):
+            if isinstance(inner, ast.Name):
+                if inner.id in own:
+                    yield module, inner.id
+                elif inner.id in known:
+                    yield known[inner.id]
+            elif isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name):
+                target = known.get(inner.value.id)
+                if target is not None and not target[1]:
+                    yield target[0], inner.attr
+
+
+@cache
+def _given(module: str) -> frozenset[str]:
+    """The names that a package gives out of its own modules."""
+    if module not in modules():
+        return frozenset()
+    own = [n for n in modules()[module].body if isinstance(n, ast.ImportFrom)]
+    names = [(n.module or "", a.name) for n in own for a in n.names]
+    return frozenset(name for of, name in names if of == f"{module}.{name}")
+
+
+@cache
+def _imported(module: str) -> Mapping[str, tuple[str, str]]:
+    """Names → what they stand for, of every import anywhere in a module."""
+    out = {}
+    for node in ast.walk(modules()[module]):
+        if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            for alias in node.names:
+                whole = f"{node.module}.{alias.name}"
+                own = alias.asname or alias.name
+                # a function may have the name of its module: the package then says which it gives
+                again = whole in modules() and alias.name in _given(node.module)
+                if whole in modules() and not again:
+                    out[own] = (whole, "")
+                elif node.module in modules():
+                    out[own] = (node.module, alias.name)
+    return out
+
+
+def page() -> str:
+    """The text of docs/methods.md."""
+    out = [
+        "# Methods of the thesis, and the way to each",
+        "",
+        "Every part of the package that works by a numbered equation of chapters 2 to 6 or 9 of the",
+        "thesis that [theory.md](theory.md) names: the way in, and tests that fail where it is wrong.",
+        "Chapters 7 and 8 have pages of their own ([generic elements](generic-elements.md),",
+        "[exact elements](exact-elements.md)). Written by `python -m docs.methods` from the docstrings.",
+        "",
+        "| equation | what | way in | tests |",
+        "|---|---|---|---|",
+    ]
+    for m in methods():
+        way = m.way or f"none yet; in Python `from {m.module} import {m.name}`"
+        says = re.split(r"(?<=[.:;])\s", m.says)[0].replace("|", "\\|").rstrip(":;")
+        tests = ", ".join(f"`{t}`" for t in m.tests[:2])
+        out.append(f"| {', '.join(m.cites)} | `{m.code}`: {says} | {way} | {tests} |")
+    return "\n".join(out) + "\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
