@@ -92,6 +92,7 @@ DIAGNOSE: tuple[tuple[str, ...], ...] = (
     ("output",),
     ("pipeline", "gather", "component"),
     ("reference", "states"),
+    ("apart",),
     ("__init__",),
 )
 MOST_ROOMS = 9

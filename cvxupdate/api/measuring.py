@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from cvxupdate.api.measured import IdentifyResult, PlanResult
@@ -14,7 +15,9 @@ from cvxupdate.api.problem import Problem, Recorded, given_problem, parameter_ro
 from cvxupdate.commands.identify import identify as identified
 from cvxupdate.commands.identify_options import Options as IdentifyOptions
 from cvxupdate.commands.plan import plan as planned
+from cvxupdate.commands.planned import Diagnosed
 from cvxupdate.commands.planned import Options as PlanOptions
+from cvxupdate.diagnose.output.diagnosis import Diagnosis
 from cvxupdate.errors import InputError
 
 
@@ -97,9 +100,10 @@ def plan(
     band: tuple[float, float] | None = None,
     noise: float = 0.01,
     accuracy: float = 0.05,
+    diagnosis: Any = None,
 ) -> PlanResult:
     """What to measure, from the model alone: sensors, exciters, frequency lines, and what accuracy
-    they leave the parameters.
+    they leave the parameters; with a diagnosis also what would tell its explanations apart.
 
     Parameters
     ----------
@@ -109,6 +113,8 @@ def plan(
     modes : the lowest so many are to be measured.
     band : (lowest, highest) Hz of the lines.
     noise : of the responses, accuracy : wanted of the parameters, both fractions.
+    diagnosis : what `diagnose` gave back for this problem, or the path of its diagnosis.json; the
+        problem's recordings are then read.
 
     Raises
     ------
@@ -120,10 +126,30 @@ def plan(
         None if parameters is None else {"method": "rfm", "parameters": parameter_rows(parameters)}
     )
     if isinstance(problem, Model):
+        if diagnosis is not None:
+            raise InputError(
+                "diagnosis: a model has no recordings to fit its explanations to. Give the problem "
+                "that was diagnosed."
+            )
         made = Problem(problem, (), update=wanted)
         return PlanResult(planned(made.spec, options), made)
     spec, keep = given_problem(problem, None, update=wanted)
-    return PlanResult(planned(spec, options), keep)
+    return PlanResult(planned(spec, options, _diagnosed(diagnosis)), keep)
+
+
+def _diagnosed(diagnosis: Any) -> Diagnosed | None:
+    if diagnosis is None:
+        return None
+    if isinstance(diagnosis, str | os.PathLike):
+        return Diagnosed.of(Path(diagnosis))
+    given = getattr(diagnosis, "data", diagnosis)
+    content = given.to_json() if isinstance(given, Diagnosis) else given
+    if not isinstance(content, Mapping):
+        raise InputError(
+            f"diagnosis: a {type(diagnosis).__name__} is none. Give what diagnose gave back, or "
+            "the path of a diagnosis.json."
+        )
+    return Diagnosed(content, "diagnosis")
 
 
 def _ends(band: Any) -> tuple[float, float] | None:

@@ -81,6 +81,15 @@ Modes = Annotated[int, typer.Option("--modes", help="how many modes, from the lo
 Noise = Annotated[float, typer.Option("--noise", help="of the responses to come, a fraction")]
 Accuracy = Annotated[float, typer.Option("--accuracy", help="wanted of parameters, a fraction")]
 
+Told = Annotated[
+    Path | None,
+    typer.Option(
+        "--diagnosis",
+        help="a diagnosis.json with equivalents: what would tell them apart",
+        show_default=False,
+    ),
+]
+
 Shown = Annotated[int, typer.Option("--modes", help="how many modes, from the lowest")]
 Kind = Annotated[
     str,
@@ -138,15 +147,20 @@ def plan(
     band: Band = None,
     noise: Noise = 0.01,
     accuracy: Accuracy = 0.05,
+    diagnosis: Told = None,
 ) -> None:
-    """Plan a measurement from the model alone: sensors, exciters, lines, accuracy."""
+    """Plan a measurement from the model alone: sensors, exciters, lines, accuracy; or what would
+    tell the explanations of a diagnosis apart."""
     from cvxupdate.commands.plan import plan as do
-    from cvxupdate.commands.planned import Options
+    from cvxupdate.commands.planned import Diagnosed, Options
     from cvxupdate.report.plan_page import plan_files, plan_text
     from cvxupdate.spec import name_of
 
     must_be_writable(out)
-    found = do(problem, Options(sensors, exciters, modes, band, noise, accuracy))
+    options = Options(sensors, exciters, modes, band, noise, accuracy)
+    told = None if diagnosis is None else Diagnosed.of(diagnosis)
+    with display(as_json) as show:
+        found = do(problem, options, told, None if show is None else show.say)
     folder = folder_for(out, name_of(problem), "plan")
     files, payload = plan_files(found)
     write_files(folder, files)

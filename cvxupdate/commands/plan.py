@@ -1,8 +1,10 @@
-"""`plan`: what to measure, from the model alone."""
+"""`plan`: what to measure, from the model alone; or to tell the explanations of a diagnosis
+apart."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,11 +19,13 @@ from cvxupdate.commands.plan_places import (
     indicator,
     sensor_sets,
 )
-from cvxupdate.commands.planned import Options, Planned
+from cvxupdate.commands.planned import Diagnosed, ExciterSet, Options, Planned
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
+from cvxupdate.fe.modes import Modes
 
 if TYPE_CHECKING:
+    from cvxupdate.diagnose.apart import Apart
     from cvxupdate.spec.given import Given
 
 MORE = 1.5
@@ -30,14 +34,21 @@ SHARP = 0.3
 """MMIF below which a mode is shown by its dip."""
 
 
-def plan(given: Given, options: Options | None = None) -> Planned:
+def plan(
+    given: Given,
+    options: Options | None = None,
+    diagnosis: Diagnosed | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Planned:
     """Sensors, exciters, frequency lines and the accuracy needed for the model and the parameters
-    of a problem, in any of its forms. Its recordings, if it has any, are not read.
+    of a problem, in any of its forms. Its recordings, if it has any, are not read; with a
+    ``diagnosis`` they are, and what would tell its explanations apart is planned as well.
 
     Raises
     ------
     InputError
-        For a fault of the file, or a request that the model cannot meet.
+        For a fault of the file, a request that the model cannot meet, or a diagnosis that leaves
+        nothing to tell apart.
     """
     from cvxupdate.correlate.compare import geometry_of
     from cvxupdate.fe.build import build_model
@@ -47,10 +58,10 @@ def plan(given: Given, options: Options | None = None) -> Planned:
     begin, o = time.perf_counter(), Options() if options is None else options
     spec = spec_of(given)
     model = build_model(spec)
+    apart = None if diagnosis is None else _apart(given, diagnosis, o, progress)
     modes = model_modes(model, o.modes).flexible()
     if not len(modes.eigenvalues):
         raise InputError(f"{spec.path}: the model has no mode that is not rigid.")
-    few = len(modes.eigenvalues) < o.modes
     mass = np.asarray(model.matrices().M.diagonal())
     places = candidates(model)
     wanted = o.sensors or min(int(np.ceil(MORE * len(modes.eigenvalues))), len(places))
@@ -59,25 +70,16 @@ def plan(given: Given, options: Options | None = None) -> Planned:
     told = information(model, modes.frequencies, exciters.labels, o)
     sensors = sensor_sets(model, modes, mass, wanted, told)
     exciters = exciter_set(model, modes, len(exciters.labels), sensors[0].labels)
-    notes = [f"the model has {len(modes.eigenvalues)} modes that are not rigid"] if few else []
-    if model.parameters and told is None:
-        notes.append(
-            f"sensors are not chosen by what they tell of the parameters: {len(places)} free "
-            f"translations are more than {MOST_PLACES}"
-        )
-    lines, log, said = (
-        line_sets(model, modes.frequencies, sensors[0].labels, exciters.labels, o)
-        if model.parameters
-        else ((), ((), ()), [])
-    )
+    notes = _short(model, places, modes, told is None, o)
+    lines, log, said = line_sets(model, modes.frequencies, sensors[0].labels, exciters.labels, o)
     shown = indicator(model, modes, sensors[0].labels, exciters.labels)
-    notes += _said(model, exciters.drive, shown.dips, modes.frequencies, len(exciters.labels))
+    notes += _said(model, exciters, shown.dips, modes.frequencies)
     return Planned(
         spec.name,
         spec.title,
         spec.shown,
         time.perf_counter() - begin,
-        o.line(),
+        o.line() if diagnosis is None else f"{o.line()} --diagnosis {diagnosis.name}".strip(),
         tuple(modes.frequencies.tolist()),
         sensors,
         exciters,
@@ -89,17 +91,44 @@ def plan(given: Given, options: Options | None = None) -> Planned:
         o.accuracy,
         (*notes, *said),
         geometry_of(spec, model),
+        apart,
     )
 
 
-def _said(
-    model: Model,
-    drive: tuple[float, ...],
-    dips: tuple[float, ...],
-    frequencies: np.ndarray,
-    exciters: int,
+def _short(
+    model: Model, places: np.ndarray, modes: Modes, silent: bool, options: Options
 ) -> list[str]:
-    said = []
+    """What a plan cannot do that was asked; ``silent``: nothing is known of what sensors tell."""
+    notes = []
+    if len(modes.eigenvalues) < options.modes:
+        notes.append(f"the model has {len(modes.eigenvalues)} modes that are not rigid")
+    if model.parameters and silent:
+        notes.append(
+            f"sensors are not chosen by what they tell of the parameters: {len(places)} free "
+            f"translations are more than {MOST_PLACES}"
+        )
+    return notes
+
+
+def _apart(
+    given: Given,
+    diagnosis: Diagnosed,
+    options: Options,
+    progress: Callable[[str], None] | None,
+) -> Apart:
+    from cvxupdate.diagnose.apart import told_apart
+    from cvxupdate.study import open_problem
+
+    spec, model, recordings = open_problem(given)
+    where, tell = diagnosis.where, progress or (lambda text: None)
+    told = diagnosis.content
+    return told_apart(spec, model, recordings, told, where, options.noise, options.band, tell)
+
+
+def _said(
+    model: Model, found: ExciterSet, dips: tuple[float, ...], frequencies: np.ndarray
+) -> list[str]:
+    said, drive, exciters = [], found.drive, len(found.labels)
     rotations = int(np.count_nonzero(model.dof_kind >= 3))
     if rotations:
         said.append(

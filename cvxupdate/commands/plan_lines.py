@@ -86,7 +86,9 @@ def line_sets(
     options: Options,
 ) -> tuple[tuple[Lines, ...], tuple[tuple[float, ...], tuple[float, ...]], list[str]]:
     """Lines by every rule, the characteristic log function (5.32) as (Hz, bearable noise), and what
-    is to be said."""
+    is to be said; none without parameters."""
+    if not model.parameters:
+        return (), ((), ()), []
     data = simulated(model, grid(frequencies, options.band, GRID), sensors, exciters, options.noise)
     count = min(CHOSEN, len(data.frequency))
     J, notes, out = sensitivities(model, data), [], []

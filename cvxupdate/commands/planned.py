@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,7 @@ from cvxupdate.errors import InputError
 
 if TYPE_CHECKING:
     from cvxupdate.correlate.result import Geometry
+    from cvxupdate.diagnose.apart import Apart
 
 Real = NDArray[np.float64]
 
@@ -52,6 +55,37 @@ class Options:
                 shown = " ".join(f"{v:g}" for v in value) if isinstance(value, tuple) else value
                 out.append(f"--{key} {shown}")
         return " ".join(out)
+
+
+@dataclass(frozen=True)
+class Diagnosed:
+    """The ``content`` of a `diagnosis.json`, and ``where`` it is from, for messages."""
+
+    content: Any
+    where: str
+
+    @property
+    def name(self) -> str:
+        """Of the file, for a command that can be read anywhere."""
+        return Path(self.where).name
+
+    @classmethod
+    def of(cls, path: Path) -> Diagnosed:
+        """That of a file.
+
+        Raises
+        ------
+        InputError
+            For a file that cannot be read, or is no JSON.
+        """
+        try:
+            return cls(json.loads(path.read_text(encoding="utf-8")), str(path))
+        except (OSError, UnicodeError) as err:
+            raise InputError(
+                f"{path} cannot be read. Give the diagnosis.json of diagnose."
+            ) from err
+        except (ValueError, RecursionError) as err:
+            raise InputError(f"{path} is no JSON. Give the diagnosis.json of diagnose.") from err
 
 
 @dataclass(frozen=True)
@@ -110,7 +144,8 @@ class Lines:
 @dataclass(frozen=True)
 class Planned:
     """All of it: ``sensors`` by every rule, the one to take first; ``frequencies`` Hz of the
-    ``modes`` that are to be measured; ``parameters`` their names."""
+    ``modes`` that are to be measured; ``parameters`` their names; ``apart`` what would tell the
+    explanations of a diagnosis apart, where one was given."""
 
     problem: str
     title: str
@@ -128,3 +163,4 @@ class Planned:
     accuracy: float
     notes: tuple[str, ...]
     geometry: Geometry | None = None
+    apart: Apart | None = None

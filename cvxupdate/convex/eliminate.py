@@ -87,6 +87,18 @@ def eliminate(program: ConeProgram) -> Elimination:
     return Elimination(program, small, T, t, rows, defined, defining, np.asarray(pivot))
 
 
+def filled_by_squares(program: ConeProgram) -> float:
+    """Entries of half the Hessian once the defined variables are gone, at least: the square of the
+    longest defining row fills that of its variables. Known before anything is formed, since for
+    9000 parameters what is formed takes 650 MB."""
+    A = sp.csc_array(program.A)
+    single = np.flatnonzero(np.diff(A.indptr) == 1)
+    rows = A.indices[A.indptr[single]]
+    lengths = np.bincount(A.indices, minlength=program.b.size)[rows[rows < program.cones.zero]]
+    longest = float(lengths.max(initial=1)) - 1.0
+    return 0.5 * longest**2
+
+
 def _congruence(T: Any, P: Any) -> Any:
     """Tᵀ P T; by dense products when T is mostly full, as with a full data matrix."""
     if T.nnz < 0.1 * T.shape[0] * T.shape[1]:

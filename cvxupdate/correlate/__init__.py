@@ -6,6 +6,7 @@ from cvxupdate.correlate.balance import (
     element_balance,
     force_balance,
     static_balance,
+    static_difference,
 )
 from cvxupdate.correlate.compare import compare
 from cvxupdate.correlate.elements import ElementBatch, element_energies
@@ -106,5 +107,6 @@ __all__ = [
     "reduced_pseudo_orthogonality",
     "response_errors",
     "static_balance",
+    "static_difference",
     "weighted_mac",
 ]

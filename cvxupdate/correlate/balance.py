@@ -45,6 +45,21 @@ def static_balance(K: Any, phi_a: Shapes, phi_x: Shapes) -> tuple[Shapes, Shapes
     return np.asarray(K @ a), np.asarray(K @ x)
 
 
+def static_difference(K: Any, phi_a: Shapes, phi_x: Shapes) -> Real:
+    """How far Wada's static forces of each pair differ, (modes,): ‖K φ_X − K φ_A‖ over ‖K φ_A‖ with
+    every row over the root of its stiffness, so that forces and moments are comparable (2.12).
+
+    Differences of displacement that cost much strain count here, which a MAC hardly sees. Arguments
+    as `static_balance`.
+    """
+    of_a, of_x = static_balance(K, phi_a, phi_x)
+    weight = 1.0 / np.sqrt(np.maximum(np.abs(K.diagonal()), np.finfo(float).tiny))[:, None]
+    whole = np.linalg.norm(weight * of_a, axis=0)
+    return np.asarray(
+        np.linalg.norm(weight * (of_x - of_a), axis=0) / np.maximum(whole, np.finfo(float).tiny)
+    )
+
+
 def force_balance(K: Any, M: Any, phi_x: Shapes, f_x: Real) -> Shapes:
     """Fissette & Ibrahim's (1988) imbalance (K − ω_X² M) φ_X of each measured mode, (N, modes), N
     for φ in m (2.13).

@@ -14,6 +14,7 @@ from cvxupdate.correlate._shapes import Real
 from cvxupdate.correlate.modes import compare_shapes, mode_pairs, node_translations, shape_macs
 from cvxupdate.correlate.own_errors import OwnError, of_modes
 from cvxupdate.correlate.plausible.doubt import Doubt
+from cvxupdate.correlate.reciprocal_check import with_reciprocal
 from cvxupdate.correlate.response_error import Stated, places, pooled
 from cvxupdate.correlate.responses import compare_responses, is_damped
 from cvxupdate.correlate.result import (
@@ -112,6 +113,7 @@ def compare(
             f"{spec.path}: none of the recordings can be compared with the model. "
             + " ".join(found.said)
         )
+    found.shapes = [with_reciprocal(s, found.frfs, found.pairs) for s in found.shapes]
     reports = [
         sensor_report(model, flexible, tuple(names), np.array(rows), top)
         for rows, (names, top) in found.seen.items()

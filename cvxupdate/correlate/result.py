@@ -83,6 +83,17 @@ class SensorReport:
 
 
 @dataclass(frozen=True)
+class ReciprocalCheck:
+    """Measured shapes against the reciprocal vectors of a recording of FRFs at the same sensors,
+    no model between: ``recording`` its name, ``orthogonality`` (pairs, pairs) and ``fit`` (pairs,)
+    as `correlate.reciprocal` has them."""
+
+    recording: str
+    orthogonality: Real
+    fit: Real
+
+
+@dataclass(frozen=True)
 class ShapeComparison:
     """Measured against model shapes of one recording at the sensors ``labels`` (``nodes`` as rows
     of `Geometry.xyz`, ``kinds`` 0..5 = x..rz).
@@ -93,7 +104,7 @@ class ShapeComparison:
     balance; ``element_ids`` go with ``correlation.element_balance`` and ``element_energy``;
     ``group_names`` with ``groups``. ``model_shapes`` (nodes, 3, P) are the translations of the
     paired model shapes at every node, on the scale of ``correlation.shapes_model``; None where the
-    model is not drawn.
+    model is not drawn. ``reciprocal`` where FRFs were measured at the same sensors.
     """
 
     recording: str
@@ -112,6 +123,7 @@ class ShapeComparison:
     group_names: tuple[str, ...] = ()
     groups: ElementBalance | None = None
     model_shapes: Real | None = None
+    reciprocal: ReciprocalCheck | None = None
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,21 @@ from typing import Any
 import numpy as np
 
 from cvxupdate.correlate._shapes import Real, Shapes, same_dofs
-from cvxupdate.correlate.balance import ElementBalance, balance_map, element_balance
+from cvxupdate.correlate.balance import (
+    ElementBalance,
+    balance_map,
+    element_balance,
+    static_difference,
+)
 from cvxupdate.correlate.elements import ElementBatch
 from cvxupdate.correlate.energy import EnergyComparison, energy_comparison, energy_map
 from cvxupdate.correlate.frequency import frequency_errors, frequency_scatter
 from cvxupdate.correlate.mac import comac, mac, mac_error, modal_scale_factor
 from cvxupdate.correlate.orthogonality import (
+    PseudoOrthogonality,
     cross_orthogonality,
     mass_orthogonality,
+    pseudo_orthogonality,
     reduced_pseudo_orthogonality,
 )
 from cvxupdate.correlate.pairing import Pairing, pair_modes
@@ -38,8 +45,10 @@ class Correlation:
 
     Where a transformation with K and M was given (None otherwise), for the ``complete`` pairs
     without a gap: ``mass_orthogonality``, ``cross_orthogonality`` and, with the model's modes,
-    ``pseudo_orthogonality``, moduli of complex products; ``energy`` and ``balance`` (N,), the
-    relative imbalance per DOF; with element matrices ``element_balance`` and ``element_energy``
+    ``pseudo_orthogonality``, moduli of complex products; ``pseudo_checks`` the four of (2.9) at the
+    sensors, moduli; ``static_difference`` (pairs,) of Wada's forces (2.12); ``energy`` and
+    ``balance`` (N,), the relative imbalance per DOF; with element matrices ``element_balance`` and
+    ``element_energy``
     (elements,). ``notes`` say in words what could not be computed and why.
     """
 
@@ -66,6 +75,8 @@ class Correlation:
     mass_orthogonality: Real | None = None
     cross_orthogonality: Real | None = None
     pseudo_orthogonality: Real | None = None
+    pseudo_checks: PseudoOrthogonality | None = None
+    static_difference: Real | None = None
     energy: EnergyComparison | None = None
     balance: Real | None = None
     element_balance: ElementBalance | None = None
@@ -208,7 +219,13 @@ def _with_matrices(
         "cross_orthogonality": np.abs(cross_orthogonality(a, reduced, x)),
         "energy": energy_comparison(K, M, full_a, full_x),
         "balance": balance_map(K, M, full_x, f),
+        "static_difference": static_difference(K, full_a, full_x),
     }
+    try:
+        checks = pseudo_orthogonality(a, x / base.scale_factor[keep], reduced)
+        made["pseudo_checks"] = PseudoOrthogonality(*(np.abs(v) for v in vars(checks).values()))
+    except (InputError, ModelError) as error:
+        notes.append(f"The pseudo-orthogonality checks (2.9) were left out ({error}).")
     try:
         made["pseudo_orthogonality"] = np.abs(
             reduced_pseudo_orthogonality(all_a, x / base.scale_factor[keep])

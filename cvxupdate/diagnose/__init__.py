@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from cvxupdate.diagnose.output.diagnosis import Diagnosis
+    from cvxupdate.diagnose.types import Evidence
     from cvxupdate.fe.model import Model
     from cvxupdate.recordings.types import Recording
     from cvxupdate.spec import Spec
@@ -34,10 +35,11 @@ def diagnose_problem(
     """
     from cvxupdate.diagnose.budget import Budget
     from cvxupdate.diagnose.component import component_diagnosis
-    from cvxupdate.diagnose.gather import gathered, in_simulation, may_drift
+    from cvxupdate.diagnose.gather import discretisation, gathered
     from cvxupdate.diagnose.motion.component import rigs_of
+    from cvxupdate.diagnose.nominal.coarse import too_coarse
     from cvxupdate.diagnose.nominal.members import divided
-    from cvxupdate.diagnose.pipeline import diagnosed
+    from cvxupdate.diagnose.output.mesh import with_mesh
     from cvxupdate.diagnose.reference import brought, changed, not_unchanged
     from cvxupdate.diagnose.states import states_diagnosis
     from cvxupdate.recordings.states import states_of
@@ -58,18 +60,41 @@ def diagnose_problem(
     if states:
         return states_diagnosis(spec, model, states, tell, begin, budget)
     now = brought(spec, model, recordings, tell, budget)
-    evidence = gathered(now.spec, now.model, now.recordings, tell, now.reference, budget)
-    found = diagnosed(now.spec, now.recordings, evidence, tell, begin)
+    coarse = None if now.reference else too_coarse(now.spec, now.model, now.recordings)
+    file = None
+    if coarse is not None:
+        tell(coarse.says)
+        now, file = replace(now, spec=coarse.spec, model=coarse.model), coarse.file
+    evidence = gathered(now.spec, now.model, now.recordings, tell, now.reference, budget, file)
+    found = _by_level(now.spec, now.recordings, evidence, tell, begin)
+    if now.reference is not None:
+        said = not_unchanged(found, changed(now.reference, now.recordings))
+        return replace(said, evidence=(*now.lines, *said.evidence))
+    if coarse is not None:
+        return with_mesh(found, coarse.told, coarse.says)
+    return with_mesh(found, discretisation(evidence, found.fit["fit"]["before"]))
+
+
+def _by_level(
+    spec: Spec,
+    recordings: Sequence[Recording],
+    evidence: Evidence,
+    tell: Callable[[str], None],
+    begin: float,
+) -> Diagnosis:
+    """By linear effects; where they do not explain, or runs at one level differ, with laws that
+    depend on the level too."""
+    from cvxupdate.diagnose.gather import in_simulation, may_drift
+    from cvxupdate.diagnose.pipeline import diagnosed
+
+    found = diagnosed(spec, recordings, evidence, tell, begin)
     unexplained = found.verdict == "undetermined"
     if unexplained or may_drift(evidence):
-        simulated = in_simulation(now.spec, now.recordings, evidence, tell)
+        simulated = in_simulation(spec, recordings, evidence, tell)
         if simulated is not None and (unexplained or simulated.drift):
-            again = diagnosed(now.spec, now.recordings, simulated, tell, begin)
-            found = again if again.findings or simulated.drift else found
-    if now.reference is None:
-        return found
-    said = not_unchanged(found, changed(now.reference, now.recordings))
-    return replace(said, evidence=(*now.lines, *said.evidence))
+            again = diagnosed(spec, recordings, simulated, tell, begin)
+            return again if again.findings or simulated.drift else found
+    return found
 
 
 __all__ = ["diagnose_problem"]

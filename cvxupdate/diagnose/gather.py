@@ -10,6 +10,7 @@ from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.modes.common import common_of as common_of_tables
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.tables import prepared, stated_tables
+from cvxupdate.diagnose.nominal.coarse import Discretisation, of_sheets
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.mesh import mesh_error
 from cvxupdate.diagnose.nominal.refinement import PLAIN
@@ -52,8 +53,10 @@ def gathered(
     progress: Progress,
     reference: Reference | None = None,
     budget: Budget | None = None,
+    file: Model | None = None,
 ) -> Evidence:
-    """What the recordings of a problem say of its model, beside a reference where there is one.
+    """What the recordings of a problem say of its model, beside a reference where there is one;
+    ``file``: the model as it came, where its mesh was too coarse and ``model`` is on a finer one.
 
     Raises
     ------
@@ -69,7 +72,8 @@ def gathered(
         raise InputError(f'{spec.path}: diagnose needs a recording with use = "fit". Add one.')
     usable = responses_of(recordings)
     if any(r.origin.use == "fit" for r in usable):
-        return _responses(spec, model, usable, progress, reference, budget or Budget())
+        found = _responses(spec, model, usable, progress, reference, budget or Budget())
+        return replace(found, came=file) if isinstance(found, ResponseEvidence) else found
     return _modes(spec, model, tables_of(recordings), progress, reference, budget or Budget())
 
 
@@ -126,6 +130,14 @@ def _responses(
     if simulated:
         return in_simulation(spec, recordings, linear, progress) or linear
     return linear
+
+
+def discretisation(evidence: Evidence, before: float | None) -> Discretisation | None:
+    """What the file's mesh of plates explains of the error ``before``, of the responses to fit by
+    the file; None where nothing was divided."""
+    if not isinstance(evidence, ResponseEvidence) or before is None:
+        return None
+    return of_sheets(evidence.fine, before, evidence.nominal.fit)
 
 
 def may_drift(evidence: Evidence) -> bool:

@@ -208,10 +208,25 @@ class Block:
     ) -> NDArray[np.complex128]:
         """∂Z(ω)/∂p of ``rows`` (r,; an element may come again), (r, d, d), where property ``name``
         of row i moves by moves[name][i] · p."""
-        exact = self._exact()
-        local = {k: v[rows] for k, v in properties.items()}
-        found = exact.law.change(omega, local, moves)
-        return exact.spread({k: np.asarray(d) for k, (_, d) in found.items()}, self.geometry[rows])
+        return self.dynamic_changes(np.array([omega], dtype=complex), properties, rows, moves)[0]
+
+    def dynamic_changes(
+        self,
+        omega: NDArray[np.complex128],
+        properties: Mapping[str, Values],
+        rows: Index,
+        moves: Mapping[str, Real],
+    ) -> NDArray[np.complex128]:
+        """`dynamic_change` at every one of ``omega`` (f,), (f, r, d, d): all rows at all of them at
+        once."""
+        exact, count = self._exact(), len(omega)
+        local = {k: np.tile(v[rows], count) for k, v in properties.items()}
+        moved = {k: np.tile(v, count) for k, v in moves.items()}
+        found = exact.law.change(np.repeat(omega, len(rows)), local, moved)
+        every = exact.spread(
+            {k: np.asarray(d) for k, (_, d) in found.items()}, np.tile(self.geometry[rows], count)
+        )
+        return every.reshape(count, len(rows), *every.shape[1:])
 
     def clamped_below(self, omega: float, properties: Mapping[str, Values]) -> int:
         """How many natural frequencies of the elements with their nodes held lie below ω."""

@@ -13,6 +13,7 @@ from cvxupdate.report import structure_figures as on_structure
 from cvxupdate.report.correlate_words import balance_sentence
 from cvxupdate.report.matrix import matrix
 from cvxupdate.report.numbers import count, fixed, number, signed
+from cvxupdate.report.orthogonality_rows import orthogonality_rows, static_sentence
 
 if TYPE_CHECKING:
     from cvxupdate.correlate.result import (
@@ -49,6 +50,8 @@ def shape_part(k: int, s: ShapeComparison, c: Compared) -> dict[str, Any]:
         "balance_by": s.balance_by,
         "mac": _mac(name, s),
         "cross": None if cross is None else _cross(name, s, cross),
+        "checks": orthogonality_rows(s),
+        "static_says": static_sentence(s),
         "cross_says": "" if cross is None else _cross_sentence(np.asarray(cross)),
         "lines": svg(figures.shape_lines(f"{name}lines", s)),
         "shapes": None

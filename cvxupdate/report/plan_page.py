@@ -14,6 +14,7 @@ from cvxupdate.report.as_json import dumps, plain
 from cvxupdate.report.correlate_parts import svg
 from cvxupdate.report.numbers import count, fixed, number, seconds
 from cvxupdate.report.page import command, render
+from cvxupdate.report.plan_apart import apart_csv, apart_data, apart_map, apart_rows, apart_says
 from cvxupdate.report.words import Verdict
 
 if TYPE_CHECKING:
@@ -55,6 +56,7 @@ def plan_data(found: Planned) -> dict[str, Any]:
         "noise": found.noise,
         "accuracy": found.accuracy,
         "notes": found.notes,
+        "apart": apart_data(found.apart),
     }
 
 
@@ -81,6 +83,10 @@ def plan_csv(found: Planned) -> str:
             writer.writerow([kind, k, label, node, direction, *place, ""])
     for k, f in enumerate(found.lines[0].lines if found.lines else (), start=1):
         writer.writerow(["line", k, "", "", "", "", "", "", f"{f:.9g}"])
+    if found.apart is not None:
+        writer.writerow([])
+        writer.writerow(["kind", "order", "dof", "drive", "says", "deviations"])
+        writer.writerows(apart_csv(found.apart))
     return out.getvalue()
 
 
@@ -91,6 +97,8 @@ def plan_page(found: Planned) -> str:
         {
             "f": found,
             "verdict": plan_verdict(found),
+            "apart": [] if found.apart is None else apart_rows(found.apart),
+            "apart_map": svg(apart_map("pa", found)),
             "places": svg(figures.places("pl", found)),
             "indicator": svg(figures.indicator("pi", found)),
             "log": svg(figures.bearable("pb", found)),
@@ -118,6 +126,8 @@ def plan_verdict(found: Planned) -> Verdict:
     says = [f"Sensors: {', '.join(s.labels)}.", f"Exciters: {', '.join(e.labels)}."]
     if found.lines:
         says.append(_accuracy(found))
+    if found.apart is not None:
+        says = [apart_says(found.apart), *found.apart.lines, *says]
     tone = "good" if s.alike < 0.9 and all(d < 0.3 for d in found.indicator.dips) else "fair"
     return Verdict(tone, headline, tuple(says))
 

@@ -4,7 +4,7 @@ rows, never a full matrix."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ Field = NDArray[Any]
 CHUNK = 4096  # elements at a time: the gathered rows stay in the cache
 MANY = 4  # elements of a parameter from which it is worth a product of its own
 ENTRIES = 400_000  # gathered entries of several lines at a time, for the same reason
+HELD = 500_000  # complex entries of exact elements kept for lines to come (8 MB)
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,21 @@ class ExactChange:
     properties: Mapping[str, Values]
     rows: Index
     moves: Mapping[str, Real]
+    _held: dict[float, Field] = field(default_factory=dict, compare=False)
+
+    def foresee(self, omega: Real) -> None:
+        """Form ∂Z at lines to come together, where that is little enough to keep: a few elements
+        take as long at a hundred lines as at one."""
+        d = self.block.dofs.shape[1]
+        if len(omega) * len(self.rows) * d * d <= HELD:
+            every = self.at(omega, slice(None))
+            self._held.update(zip(omega.tolist(), every, strict=True))
+
+    def one(self, omega: float, some: slice) -> Field:
+        """∂Z (e, d, d) at one line."""
+        if omega in self._held:
+            return np.asarray(self._held[omega][some])
+        return np.asarray(self.at(np.array([omega]), some)[0])
 
     @property
     def damped(self) -> bool:
@@ -36,10 +52,11 @@ class ExactChange:
         lossy = ("eta", "alpha", "beta")
         return any(np.any(self.properties[k] != 0.0) or k in self.moves for k in lossy)
 
-    def at(self, omega: float, some: slice) -> Field:
-        """∂Z (e, d, d) at ω (rad/s), real where nothing is damped."""
+    def at(self, omega: Real, some: slice) -> Field:
+        """∂Z (f, e, d, d) at each of ω (f,) rad/s, real where nothing is damped."""
         moves = {k: v[some] for k, v in self.moves.items()}
-        out = self.block.dynamic_change(omega, self.properties, self.rows[some], moves)
+        points = omega.astype(complex)
+        out = self.block.dynamic_changes(points, self.properties, self.rows[some], moves)
         return out if self.damped else out.real
 
 
@@ -73,7 +90,7 @@ class Part:
             out = out + 1j * omega * self.C[some]
         if self.D is not None:
             out = out + 1j * self.D[some]
-        return out if self.exact is None else self.exact.at(omega, some)
+        return out if self.exact is None else self.exact.one(omega, some)
 
 
 @dataclass(frozen=True)
@@ -87,6 +104,13 @@ class Derivatives:
     def damped(self) -> bool:
         """Whether any derivative is complex."""
         return any(part.damped for part in self.parts)
+
+    def foresee(self, omega: Real) -> None:
+        """What `between` will be asked for at ``omega`` (f,) rad/s, formed together where that
+        saves time."""
+        for part in self.parts:
+            if part.exact is not None:
+                part.exact.foresee(omega)
 
     def between(self, omega: float, left: Field, right: Field) -> Field:
         """leftᵀ (∂Z/∂p_j) right for left (N, n) and right (N, r): (n, r, parameters)."""
@@ -127,7 +151,7 @@ class Derivatives:
                         out,
                         part.column[some],
                         local[..., left],
-                        _each_line(part, omega, some, driven),
+                        _each_line(part.exact, omega, some, driven),
                     )
                     continue
                 flat = driven.reshape(*driven.shape[:2], lines * r)
@@ -146,10 +170,11 @@ class Derivatives:
         return np.moveaxis(out, 0, 3)
 
 
-def _each_line(part: Part, omega: Real, some: slice, driven: Field) -> Field:
-    """∂Z times the fields of every line, (e, d, f, r): matrices that differ from line to line."""
-    each = [part.stiffness(w, some) @ driven[:, :, k] for k, w in enumerate(omega.tolist())]
-    return np.stack(each, axis=2)
+def _each_line(exact: ExactChange, omega: Real, some: slice, driven: Field) -> Field:
+    """∂Z times the fields of every line, (e, d, f, r): matrices that differ from line to line, all
+    formed together."""
+    push = exact.at(omega, some) @ driven.transpose(2, 0, 1, 3)
+    return np.asarray(push.transpose(1, 2, 0, 3))
 
 
 def _add(out: Field, column: Index, left: Field, push: Field) -> None:

@@ -75,6 +75,7 @@ class FrfResidual:
                     rows.append(change[:, data.used].reshape(-1, d.count))
                 continue
             cut = condenser(m, data.responses, data.references)
+            d.foresee(2.0 * np.pi * data.frequency)
             for k, f in enumerate(data.frequency.tolist()):
                 c = cut.at(f)
                 v, A = self._line(c, d, 2.0 * np.pi * f, data.X[k], weights[k])

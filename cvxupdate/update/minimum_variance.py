@@ -60,7 +60,7 @@ def within(V: Array, rows: Array) -> Array:
 def counted_again(here: ModalPoint, problem: StepProblem, moved: ModalPoint) -> StepProblem:
     """Collins's form: after the step from ``here`` to ``moved`` its result is what is known before
     the next one (``renew`` of `update.trust_region.iterate`)."""
-    V = _prior(problem).covariance
+    V = _prior(problem).matrix
     values, weights, _ = here.differences
     S = here.system().weighted()[0]
     clauses = [c for c in problem.clauses if isinstance(c, LinearClause)]
@@ -91,7 +91,7 @@ def minimum_variance(
         Without such a penalty.
     """
     prior = _prior(problem)
-    V = prior.covariance / float(prior.weight)
+    V = prior.matrix / float(prior.weight)
     if correlated:
         begun = _with_prior(problem, V, "nominal")
         loop = iterate(residual, begun, choice, options, p0, progress)
@@ -101,7 +101,7 @@ def minimum_variance(
     else:
         begun = _with_prior(problem, V, "present")
         loop = iterate(residual, begun, choice, options, p0, progress, counted_again)
-        V = _prior(loop.problem).covariance
+        V = _prior(loop.problem).matrix
         notes = (
             "Estimates and measurements were taken for independent. They are in the first "
             f"iteration only: {sum(h.accepted for h in loop.history)} iterations counted the "

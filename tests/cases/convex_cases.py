@@ -131,6 +131,8 @@ FORMS: tuple[cv.Regulariser | cv.Constraint, ...] = (
         np.array([0.1, 0.2, 0.3, 1e4, 1.0, 2.0]),
     ),
     cv.Prior(2.0, COVARIANCE, "present"),
+    cv.Prior(1.5, np.diag(COVARIANCE).copy()),
+    cv.Prior(0.7, np.diag(COVARIANCE).copy(), "present"),
     cv.Bounds(ONE_SIDED, np.array([4.0, 5.0, 6.0, np.inf, np.inf, 0.2])),
     cv.Bounds(np.array([0.0, -1, -1, -1, -1, -1]), np.array([0.0, 1, 1, 1, 1, 1])),  # one is held
     cv.LinearInequality({"a.E": -2.0, "b.rho": 1.0}, lower=-0.2, upper=0.7),

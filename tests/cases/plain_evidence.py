@@ -141,6 +141,7 @@ class PlainEvidence:
     unfinished: bool = False
     drift: str | None = None
     next: bool = False
+    neighbours: Sequence[Effect] = ()
     undone: list[str] = field(default_factory=list)
 
     def errors(self, fit: PlainFit) -> Errors:
@@ -156,7 +157,7 @@ class PlainEvidence:
         return f"Between {titles[0]} and {titles[1]}, measure." if self.next else ""
 
     def alike(self, fit: PlainFit, effect: Effect) -> Sequence[Effect]:
-        return ()
+        return self.neighbours
 
     def relative(self, errors: Errors) -> float:
         return errors.worst

@@ -84,10 +84,30 @@ def test_tables() -> None:
     assert made(deviation=0.1).weight == 1.0  # Bayes', where the file names none
     assert made(deviation=0.1, weight="gcv").weight == "gcv"
     named = made(deviation=0.1, deviations={"c.k": 0.5}, about="present")
-    np.testing.assert_allclose(np.sqrt(np.diag(named.covariance)), [0.1, 0.1, 0.1, 0.1, 0.5, 0.1])
+    np.testing.assert_allclose(np.sqrt(named.covariance), [0.1, 0.1, 0.1, 0.1, 0.5, 0.1])
     assert named.of_move
     rows = tuple(tuple(row) for row in COVARIANCE.tolist())
     np.testing.assert_array_equal(made(covariance=rows).covariance, COVARIANCE)
+
+
+def test_independent_parameters_need_no_matrix() -> None:
+    """The same penalty, weights and degrees of freedom by the variances alone."""
+    variances = np.diag(COVARIANCE).copy()
+    short, full = cv.Prior(1.0, variances), cv.Prior(1.0, np.diag(variances))
+    rng = np.random.default_rng(2)
+    WA, Wb, p = rng.normal(size=(9, 6)), rng.normal(size=9), rng.normal(size=6)
+    assert short.value(p, COLUMNS) == pytest.approx(full.value(p, COLUMNS), rel=1e-12)
+    np.testing.assert_allclose(short.matrix, full.matrix)
+    np.testing.assert_allclose(
+        short.weight_range(WA, Wb, COLUMNS), full.weight_range(WA, Wb, COLUMNS)
+    )
+    none = np.zeros((0, 6))
+    freedoms = [x.degrees_of_freedom(WA, p, 1.0, none, COLUMNS) for x in (short, full)]
+    assert freedoms[0] == pytest.approx(freedoms[1], rel=1e-12)
+    with pytest.raises(InputError, match="every variance"):
+        cv.Prior(1.0, np.append(variances[:5], 0.0))
+    with pytest.raises(InputError, match="6 × 6, but there are 5"):
+        short.value(p[:5], COLUMNS[:5])
 
 
 @pytest.mark.parametrize(

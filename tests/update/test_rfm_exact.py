@@ -15,6 +15,8 @@ from cvxupdate.fe.responses import condense, matrices_with_damping
 from cvxupdate.fe.select import select_parameters
 from cvxupdate.fe.synthesis import frequency_responses
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
+from cvxupdate.residual import contraction
+from cvxupdate.residual.contraction import HELD
 from cvxupdate.residual.frf import FrfResidual
 from cvxupdate.residual.frf_data import FrfData, frf_data
 from cvxupdate.update.rfm_loop import fit_responses
@@ -77,6 +79,28 @@ def test_derivatives_of_the_residual(kind: str) -> None:
         )
         central = (8 * a - b) / 12e-4
         assert np.abs(J[:, j] - central).max() < 1e-6 * np.abs(J[:, j]).max()
+
+
+@pytest.mark.parametrize("held", [0, HELD])
+def test_many_lines_together_are_those_of_each(held: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """∂Z of damped members of unlike geometry: contracted at all lines in one product, foreseen or
+    not, as at each by itself."""
+    monkeypatch.setattr(contraction, "HELD", held)
+    model = frame(("E", "rho", "width"))
+    d, omega = contraction.derivatives(model, model.zero()), 2 * np.pi * LINES
+    assert any(part.exact is not None for part in d.parts)
+    rng = np.random.default_rng(3)
+    X = rng.normal(size=(model.size + 1, len(LINES), 4)) + 1j * rng.normal(
+        size=(model.size + 1, len(LINES), 4)
+    )
+    X[-1] = 0.0
+    got = d.over_lines(omega, X, np.array([0, 1, 3]), np.array([2, 1]))
+    alone = [d.between(w, X[:-1, k, [0, 1, 3]], X[:-1, k, [2, 1]]) for k, w in enumerate(omega)]
+    d.foresee(omega)
+    kept = [d.between(w, X[:-1, k, [0, 1, 3]], X[:-1, k, [2, 1]]) for k, w in enumerate(omega)]
+    for every, one, other in zip(got, alone, kept, strict=True):
+        assert np.abs(every - one).max() < 1e-12 * np.abs(one).max()
+        assert np.abs(other - one).max() < 1e-12 * np.abs(one).max()
 
 
 def test_condensation_is_exact() -> None:

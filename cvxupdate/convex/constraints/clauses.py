@@ -48,18 +48,34 @@ class LinearClause:
 
 
 @dataclass(frozen=True, eq=False)
+class Semidefinite:
+    """One matrix of order k that is affine in the parameters and stays positive semidefinite.
+
+    Its upper triangle by columns, off-diagonals times √2, is F p[on] + f: ``F`` scipy CSR
+    (k(k+1)/2, entries of ``on``), ``f`` (k(k+1)/2,).
+    """
+
+    on: tuple[int, ...]
+    F: Any
+    f: Array
+    order: int
+
+
+@dataclass(frozen=True, eq=False)
 class ConicClause:
     """A convex clause that is not linear: second-order cone, matrix inequality, exponential cone.
 
     ``constraints(p, slack)`` gives the cvxpy constraints with the clause relaxed by ``slack`` ≥ 0
     (a cvxpy variable, or 0.0 for the clause itself); ``margin(p)`` is a numpy function, at least 0
-    where the clause holds, in ``unit``.
+    where the clause holds, in ``unit``. ``matrix`` says the clause itself without cvxpy where it is
+    one small semidefinite matrix: a thousand of them are written down faster than compiled.
     """
 
     name: str
     constraints: Callable[[Any, Any], Sequence[Any]]
     margin: Callable[[Array], float]
     unit: str = ""
+    matrix: Semidefinite | None = None
 
 
 Clause = LinearClause | ConicClause

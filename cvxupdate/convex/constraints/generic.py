@@ -16,7 +16,7 @@ from cvxupdate.keys import NonNegative, Part, Positive
 from ...errors import InputError
 from ...system import Array
 from ..context import Context, FamilyBlocks, Key
-from .clauses import Clause, ConicClause, LinearClause, positions
+from .clauses import Clause, ConicClause, LinearClause, Semidefinite, positions
 from .equations import Equations
 
 
@@ -133,7 +133,12 @@ class _Block:
             block = (sign * (F @ p[on] + f)).reshape(k, k)
             return float(np.linalg.eigvalsh(block)[0] - floor)
 
-        return ConicClause(label, constraints, margin)
+        columns, rows = np.tril_indices(k)  # of the upper triangle, column by column
+        size = np.where(rows == columns, 1.0, np.sqrt(2.0))
+        upper = sp.diags_array(size) @ sp.csr_array(sign * F)[rows + k * columns]
+        value = size * (sign * f - floor * eye)[rows + k * columns]
+        matrix = Semidefinite(self.on, sp.csr_array(upper), value, k)
+        return ConicClause(label, constraints, margin, matrix=matrix)
 
 
 def _kept(family: FamilyBlocks, on: tuple[int, ...], inertia: bool) -> Iterator[Clause]:

@@ -16,7 +16,7 @@ from ...system import Array
 from ..chordal import cliques
 from ..context import Key
 from ..smallest import smallest_eigenvalue
-from .clauses import Clause, ConicClause
+from .clauses import Clause, ConicClause, Semidefinite
 
 # rows from which the inequality is split along its sparsity; below, the whole one is faster
 # (tests/benchmarks/test_ceam.py)
@@ -99,7 +99,8 @@ class MatrixInequality:
         large = base.shape[0] >= (FEW if len(parts) >= MANY else DECOMPOSED)
         split = self.decompose if self.decompose is not None else self.basis is None and large
         build = _split(base, parts, self.floor) if split else _whole(base, parts, self.floor)
-        return (ConicClause(self.label, build, self.margin),)
+        matrix = None if split else _upper(base, parts, self.floor)
+        return (ConicClause(self.label, build, self.margin, matrix=matrix),)
 
 
 def _flat(base: Any, parts: tuple[Any, ...]) -> tuple[Array, Array, Any, Array]:
@@ -155,6 +156,17 @@ def _whole(base: Any, parts: tuple[Any, ...], floor: float) -> Any:
         return [cp.reshape(value, (N, N), order="F") >> 0]
 
     return constraints
+
+
+def _upper(base: Any, parts: tuple[Any, ...], floor: float) -> Semidefinite:
+    """The same as rows: entry (i, j) below the diagonal is (j, i) of the upper triangle."""
+    rows, cols, F, f = _flat(base, parts)
+    N = base.shape[0]
+    size = np.where(rows == cols, 1.0, np.sqrt(2.0))
+    place = (rows * (rows + 1) // 2 + cols, np.arange(len(rows)))
+    spread = sp.csr_array((size, place), shape=(N * (N + 1) // 2, len(rows)))
+    value = spread @ (f - floor * (rows == cols))
+    return Semidefinite(tuple(range(len(parts))), sp.csr_array(spread @ F), value, N)
 
 
 def _split(base: Any, parts: tuple[Any, ...], floor: float) -> Any:

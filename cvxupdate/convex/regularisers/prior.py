@@ -26,10 +26,11 @@ SYMMETRIC = 1e-9  # of the largest entry: digits that a file may have dropped
 class Prior:
     """weight · (p − c)ᵀ V⁻¹ (p − c): thesis (2.107), whose V_PP is V⁻¹ here.
 
-    ``covariance`` V (n, n) in the parameters' units. ``about`` "nominal": c = 0, the model as it
-    came, so that the end of a loop is the most probable model (weight 1, rows at their deviations;
-    Natke 1988). "present": c is where the step begins, as (2.107) is printed: the steps are held
-    back and the end of the loop is not; the penalty is of the move p − c. ``weight``: 1 is Bayes'.
+    ``covariance`` V (n, n) in the parameters' units, or its diagonal (n,). ``about`` "nominal": c
+    = 0, the model as it came, so that the end of a loop is the most probable model (weight 1, rows
+    at their deviations; Natke 1988). "present": c is where the step begins, as (2.107) is printed:
+    the steps are held back and the end of the loop is not; the penalty is of the move p − c.
+    ``weight``: 1 is Bayes'.
     """
 
     weight: float | str
@@ -82,6 +83,10 @@ class Prior:
                 'about = "nominal".'
             )
         V = np.asarray(self.covariance, dtype=float)
+        if V.ndim == 1:
+            if not (np.all(np.isfinite(V)) and np.all(V > 0.0)):
+                raise InputError("prior: every variance must be a finite number above 0.")
+            return
         square = V.ndim == 2 and V.shape[0] == V.shape[1] and bool(np.all(np.isfinite(V)))
         if not square or np.abs(V - V.T).max() > SYMMETRIC * np.abs(V).max():
             raise InputError("prior: the covariance must be a symmetric matrix of finite numbers.")
@@ -97,9 +102,21 @@ class Prior:
         """Whether the penalty is of the move from where the step begins."""
         return self.about == "present"
 
+    @property
+    def matrix(self) -> Array:
+        """V (n, n)."""
+        return np.diag(self.covariance) if self.covariance.ndim == 1 else self.covariance
+
+    @cached_property
+    def deviations(self) -> Array | None:
+        """(n,) where the parameters are independent and only these were given, else None."""
+        return np.sqrt(self.covariance) if self.covariance.ndim == 1 else None
+
     @cached_property
     def root(self) -> Array:
         """F (n, n) with FᵀF = V⁻¹: F p counts deviations."""
+        if self.deviations is not None:
+            return np.diag(1.0 / self.deviations)
         V = (self.covariance + self.covariance.T) / 2.0
         size = np.sqrt(np.diag(V))  # unlike units would cost digits
         L = la.cholesky(V / np.outer(size, size), lower=True)
@@ -109,11 +126,16 @@ class Prior:
         """The penalty of p, or of a move p, in cvxpy, without the weight."""
         import cvxpy as cp
 
-        return cp.sum_squares(self._root(len(columns)) @ p)
+        self._check(len(columns))
+        if self.deviations is not None:
+            return cp.sum_squares(cp.multiply(1.0 / self.deviations, p))
+        return cp.sum_squares(self.root @ p)
 
     def value(self, p: Array, columns: tuple[str, ...]) -> float:
         """The penalty of p (n,), or of a move, without the weight."""
-        return float(np.sum((self._root(len(columns)) @ p) ** 2))
+        self._check(len(columns))
+        counted = self.root @ p if self.deviations is None else p / self.deviations
+        return float(np.sum(counted**2))
 
     def weight_range(self, WA: Array, Wb: Array, columns: tuple[str, ...]) -> tuple[float, float]:
         """From below the smallest squared singular value of WA F⁻¹ to ten times the largest."""
@@ -125,22 +147,21 @@ class Prior:
         self, WA: Array, p: Array, weight: float, active: Array, columns: tuple[str, ...]
     ) -> float:
         """Trace of the influence matrix within the active constraints."""
-        return influence_trace(WA, self._root(len(columns)), weight, active)
+        self._check(len(columns))
+        return influence_trace(WA, self.root, weight, active)
 
     def _whitened(self, WA: Array, n: int) -> Array:
-        return np.asarray(la.solve_triangular(self._root(n).T, WA.T, lower=False).T)
+        self._check(n)
+        return np.asarray(la.solve_triangular(self.root.T, WA.T, lower=False).T)
 
-    def _root(self, n: int) -> Array:
-        if len(self.root) != n:
-            raise InputError(
-                f"prior: the covariance is {len(self.root)} × {len(self.root)}, but there are {n} "
-                "parameters."
-            )
-        return self.root
+    def _check(self, n: int) -> None:
+        k = len(self.covariance)
+        if k != n:
+            raise InputError(f"prior: the covariance is {k} × {k}, but there are {n} parameters.")
 
 
 def _covariance(table: Any, columns: tuple[str, ...]) -> Array:
-    """The covariance (n, n) that a table states.
+    """The covariance (n, n) that a table states, or the variances (n,).
 
     Raises
     ------
@@ -171,5 +192,5 @@ def _covariance(table: Any, columns: tuple[str, ...]) -> Array:
             f"regularisation: the prior states no deviation of {', '.join(open_[:5])}. Add "
             "`deviation` for all that `deviations` does not name."
         )
-    std = np.array([table.deviations.get(name, table.deviation) for name in columns])
-    return np.diag(std**2)
+    std = np.array([table.deviations.get(name, table.deviation) for name in columns], dtype=float)
+    return np.asarray(std**2)

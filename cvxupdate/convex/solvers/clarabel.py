@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ..certificate import certify
-from ..eliminate import eliminate
+from ..eliminate import eliminate, filled_by_squares
 from ..matrix_form import ConeProgram
 from .common import RawSolution, Solver, SolverChoice
 
@@ -52,11 +52,11 @@ def _solve_scaled(program: ConeProgram, choice: SolverChoice, scale: float) -> R
     if program.A.nnz + program.P.nnz <= LARGE:
         raw = _solve(scaled, choice, "qdldl")
         return replace(raw, z=raw.z / scale)
-    reduced = eliminate(scaled)
-    if reduced.small.P.nnz / 2 + reduced.small.A.nnz > program.A.nnz + program.P.nnz:
+    if filled_by_squares(program) > program.A.nnz + program.P.nnz:
         # Far fewer residuals than parameters: their squares fill a matrix that they leave sparse.
         raw = _solve(scaled, choice, "faer")
         return replace(raw, z=raw.z / scale)
+    reduced = eliminate(scaled)
     raw = _solve(reduced.small, choice, "faer")
     if raw.status == "optimal":
         x, z = reduced.restore(raw.x, raw.z)

@@ -19,10 +19,10 @@ class Standing:
     """What the confidence in an effect rests on; logarithms are decimal.
 
     ``support``: posterior probability of the hypotheses that have it, and ``here`` of those that
-    have one of any type at its place; ``gain``: misfit of the
-    nuisance parameters alone over the best (log); ``left``: the best misfit (log); ``weight``: its
-    size in its own deviations (log); ``rivals``: how many hypotheses are no less likely than strong
-    evidence would tell; ``most`` that may be stated.
+    have one of any type at its place or at one that is hardly told from it (`Evidence.alike`);
+    ``gain``: misfit of the nuisance parameters alone over the best (log); ``left``: the best misfit
+    (log); ``weight``: its size in its own deviations (log); ``rivals``: how many hypotheses are no
+    less likely than strong evidence would tell; ``most`` that may be stated.
     """
 
     support: float
@@ -40,8 +40,8 @@ class Standing:
 
     @property
     def told(self) -> bool:
-        """Whether it is stated: its place is likelier than all others together, and where another
-        type of effect does as well there, that is listed beside it."""
+        """Whether it is stated: its place, with those that are hardly told from it, is likelier
+        than all others together; what does as well there is listed beside it."""
         return min(self.here, self.most) >= STATED
 
 
@@ -49,9 +49,10 @@ def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case)
     """Of effect ``number`` of the final hypothesis among all that were refitted."""
     effect, field = final.hypothesis.effects[number], field_of(final, others, case)
     mine, likely = case.scale(final), weights(field, case)
+    alike = case.evidence.alike(final.fit, effect)
     return Standing(
         support(effect, field, likely, case.evidence.model),
-        support_at(effect.place, field, likely),
+        support_at((effect.place, *(e.place for e in alike)), field, likely),
         _log(case.scale(case.base) / max(mine, 1e-9)),
         _log(mine),
         _log(size_of(effect, final.hypothesis.figures[number])),

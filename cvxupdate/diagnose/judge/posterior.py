@@ -51,9 +51,10 @@ def support(effect: Effect, field: Sequence[Weighed], likely: Real, model: Model
     return float(np.sum(likely[np.array(there, dtype=bool)]))
 
 
-def support_at(place: Place, field: Sequence[Weighed], likely: Real) -> float:
-    """The probability of those hypotheses that have an effect of any type there, or around it."""
-    there = [any(_covers(e.place, place) for e in w.hypothesis.effects) for w in field]
+def support_at(places: Sequence[Place], field: Sequence[Weighed], likely: Real) -> float:
+    """The probability of those hypotheses that have an effect of any type at one of the places, or
+    around it."""
+    there = [any(_covers(e.place, p) for e in w.hypothesis.effects for p in places) for w in field]
     return float(np.sum(likely[np.array(there, dtype=bool)]))
 
 

@@ -9,7 +9,7 @@ where it explains most, the motion smoothed again with the law's own force as it
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,7 +19,7 @@ from cvxupdate.diagnose.motion.point import MotionPoint
 from cvxupdate.diagnose.motion.scene import Scene
 from cvxupdate.diagnose.motion.smoother import Smoother
 from cvxupdate.diagnose.responses.signals import Complex, Real
-from cvxupdate.diagnose.settings import LOCATED, MOST_PLACES
+from cvxupdate.diagnose.settings import EACH_SIZED, LOCATED, MOST_PLACES
 from cvxupdate.diagnose.types import Key, Score
 from cvxupdate.forces import (
     contact_columns,
@@ -36,7 +36,9 @@ GRID = np.geomspace(0.02, 0.85, 9)  # of the largest motion: gaps and slip dista
 CLOSER = (((0.7, 0.84, 1.19, 1.4), 1), ((1.0,), 3), ((0.92, 1.08), 2))
 SMOOTHED = 3  # how often the motion is smoothed anew with the law's force
 SMOOTH = (0.003, 0.02)  # of the largest velocity: width of the sign of friction
+BLIND = 4  # times as many places where none can be told by rank: one sensor has few rows
 KEPT = 0.3  # of the best law at any place: laws that explain less are not refined
+CLOSER_EACH = 2 * EACH_SIZED  # of each effect type: twice as many as are refitted
 LARGEST = 99.9  # per cent of the samples are below what counts as the largest motion
 
 Column = Callable[[Real, Real], Real]
@@ -69,10 +71,24 @@ def law_scores(point: MotionPoint, effects: Sequence[Effect]) -> tuple[list[Scor
             for i, r in enumerate(rows)
             if r == places[k]
         }
-    most = max((f.fraction for _, f in found.values()), default=0.0)
+    refined = _worth_it({i: (effects[i], f.fraction) for i, (_, f) in found.items()})
     for i, (spot, fit) in found.items():
-        out[i] = spot.score(effects[i], fit, fit.fraction >= KEPT * most)
+        out[i] = spot.score(effects[i], fit, i in refined)
     return out, scene.left.total
+
+
+def _worth_it(found: Mapping[int, tuple[Effect, float]]) -> set[int]:
+    """Of laws with what they explain along the first motion, those that a finer grid may bring to
+    the short list."""
+    least = KEPT * max((fraction for _, fraction in found.values()), default=0.0)
+    order = sorted(found, key=lambda i: -found[i][1])
+    out: dict[str, list[int]] = {}
+    for i in order:
+        effect, fraction = found[i]
+        own = out.setdefault(effect.physics, [])
+        if fraction >= least and len(own) < CLOSER_EACH:
+            own.append(i)
+    return {i for own in out.values() for i in own}
 
 
 def nothing(effect: Effect) -> Score:
@@ -81,8 +97,8 @@ def nothing(effect: Effect) -> Score:
 
 
 def _promising(left: Real) -> list[int]:
-    if not np.all(np.isfinite(left)):
-        return list(range(min(len(left), MOST_PLACES)))
+    if not np.all(np.isfinite(left)):  # one sensor: any force anywhere would do, the laws tell
+        return list(range(min(len(left), BLIND * MOST_PLACES)))
     order = np.argsort(left, kind="stable")
     least = left[order[0]]
     return [int(k) for k in order[:MOST_PLACES] if left[k] <= LOCATED * least or k in order[:2]]
@@ -107,44 +123,47 @@ class Spot:
     smoothers: Sequence[Smoother]
     names: tuple[str, ...]
 
-    def column(self, forces: Sequence[Real]) -> Real:
-        """Weighted change of the rows by internal forces (fine samples,) of every run."""
+    def columns(self, forces: Sequence[Real]) -> Real:
+        """Weighted changes (rows, laws) of the rows by internal forces (fine samples, laws) of
+        every run."""
         by_name = dict(zip(self.names, forces, strict=True))
         parts = []
         for s, H in zip(self.scene.point.setting.signals, self.reach, strict=True):
             run = self.scene.point.setting.runs[s.name]
-            flat = (-H * run.decaying(by_name[s.name], s.s)[:, None]).reshape(-1)
-            parts += [flat.real, flat.imag]
+            spectra = run.decaying(by_name[s.name], s.s)
+            values = (-H[:, :, None] * spectra[:, None, :]).reshape(-1, spectra.shape[1])
+            parts += [values.real, values.imag]
         return np.concatenate(parts)
 
-    def fit(self, law: Column, size: float, motion: Sequence[tuple[Real, Real]]) -> Fitted:
-        """The best coefficient along a motion."""
-        forces = [law(x, v) for x, v in motion]
-        if not any(np.any(f) for f in forces):
-            return Fitted(0.0, 0.0, size)
+    def fits(self, law: Column, sizes: Real, motion: Sequence[tuple[Real, Real]]) -> list[Fitted]:
+        """The best coefficient along a motion, of every size."""
         left = self.scene.left
-        freed = left.freed(self.column(forces)[:, None])[:, 0]
-        length = float(freed @ freed)
-        if length <= 0.0 or left.total <= 0.0:
-            return Fitted(0.0, 0.0, size)
-        along = float(freed @ left.residual)
-        return Fitted(along**2 / length / left.total, along / length, size)
+        forces = [law(x, v) for x, v in motion]
+        if left.total <= 0.0 or not any(np.any(f) for f in forces):
+            return [Fitted(0.0, 0.0, float(g)) for g in sizes]
+        along, length = left.products(self.columns(forces))
+        length = np.where(length > 0.0, length, np.inf)
+        return [
+            Fitted(float(a**2 / n / left.total), float(a / n), float(g))
+            for a, n, g in zip(along, length, sizes, strict=True)
+        ]
 
     def repeated(
         self, law: Column, size: float, motion: Sequence[tuple[Real, Real]], rounds: int
     ) -> Fitted:
         """The motion smoothed anew with the law's own force, several times; the best."""
-        best = self.fit(law, size, motion)
+        sizes = np.array([size])
+        (best,) = self.fits(law, sizes, motion)
         now = best
         for _ in range(rounds):
             if now.coefficient == 0.0:
                 break
             means = []
             for smoother, (x, v) in zip(self.smoothers, motion, strict=True):
-                force = smoother.run.coarse(law(x, v))
+                force = smoother.run.coarse(law(x, v)[:, 0])
                 means.append(-now.coefficient * force)
             motion = [s.motion(m) for s, m in zip(self.smoothers, means, strict=True)]
-            now = self.fit(law, size, motion)
+            (now,) = self.fits(law, sizes, motion)
             best = max(best, now, key=lambda f: f.fraction)
         return best
 
@@ -163,8 +182,10 @@ class Spot:
         if not isinstance(action, NonlinearForce):
             return nothing
         family, sizes = _family(action, motion)
-        tried = [_signed(action, self.fit(family(g), g, motion)) for g in sizes]
-        return max(tried, key=lambda f: f.fraction, default=nothing)
+        if not len(sizes):
+            return nothing
+        tried = [_signed(action, f) for f in self.fits(family(sizes), sizes, motion)]
+        return max(tried, key=lambda f: f.fraction)
 
     def refined(self, action: NonlinearForce, found: Fitted) -> Fitted:
         """On a finer grid around, the motion smoothed anew with the law's force."""
@@ -173,7 +194,7 @@ class Spot:
         shaped = action.law in ("clearance", "jenkins")
         for factors, rounds in CLOSER if shaped else (((1.0,), SMOOTHED),):
             tried = [
-                _signed(action, self.repeated(family(g), g, motion, rounds))
+                _signed(action, self.repeated(family(np.array([g])), g, motion, rounds))
                 for g in (found.size * f for f in factors)
             ]
             found = max(found, *tried, key=lambda f: f.fraction)
@@ -186,24 +207,23 @@ def _signed(action: NonlinearForce, f: Fitted) -> Fitted:
 
 def _family(
     action: NonlinearForce, motion: Sequence[tuple[Real, Real]]
-) -> tuple[Callable[[float], Column], Real]:
-    """Laws by their shape's size, and the sizes to try."""
+) -> tuple[Callable[[Real], Column], Real]:
+    """Laws (fine samples, sizes) by their shapes' sizes, and the sizes to try."""
     far = max(float(np.percentile(np.abs(x), LARGEST)) for x, _ in motion)
     fast = max(float(np.percentile(np.abs(v), LARGEST)) for _, v in motion)
     both = action.sides == "two"
 
-    def law(size: float) -> Column:
+    def law(sizes: Real) -> Column:
         match action.law:
             case "cubic":
-                return lambda x, v: cubic_column(x)[..., 0]
+                return lambda x, v: cubic_column(x)
             case "quadratic":
-                return lambda x, v: quadratic_column(v)[..., 0]
+                return lambda x, v: quadratic_column(v)
             case "friction":
-                return lambda x, v: friction_column(v, size)[..., 0]
+                return lambda x, v: np.hstack([friction_column(v, g) for g in sizes])
             case "clearance":
-                gap = size * action.side
-                return lambda x, v: contact_columns(x, gap, both)[..., 0]
-        return lambda x, v: jenkins_columns(x[:, None], size)[:, 0, 0]
+                return lambda x, v: contact_columns(x, sizes * action.side, both)
+        return lambda x, v: jenkins_columns(x[:, None], sizes)[:, 0]
 
     if far <= 0.0 or fast <= 0.0:
         return law, np.zeros(0)

@@ -73,12 +73,14 @@ def propagators(lam: Real, slow: Real, step: float) -> Real:
 def marched(v: Variants, force: Real, rate: float) -> tuple[Real, Real, Real]:
     """Internal forces, motions and velocities at the places (b, samples, places), from rest, under
     ``force`` (samples, inputs) at ``rate`` Hz."""
-    P = propagators(v.lam, v.slow, 1.0 / rate)
+    # modes last: the innermost loops run over them
+    P = np.moveaxis(propagators(v.lam, v.slow, 1.0 / rate), 1, -1)
+    drive, place = np.swapaxes(v.drive, 1, 2), np.swapaxes(v.place, 1, 2)
     shape = (len(v.lam), len(force), len(v.kinds))
     out = (np.zeros(shape), np.zeros(shape), np.zeros(shape))
     P, drive, place, beside, between, driven, values = (
         np.ascontiguousarray(a, dtype=float)
-        for a in (P, v.drive, v.place, v.beside, v.between, force, v.values)
+        for a in (P, drive, place, v.beside, v.between, force, v.values)
     )
     _march(P, drive, place, beside, between, driven, values, v.kinds, rate, *out)
     return out
@@ -104,22 +106,29 @@ def _force(kind: Any, p: Any, x: Any, v: Any, c: Any, d: Any, z: Any, w: Any, f:
 
 @compiled
 def _carried(
-    P: Any, drive: Any, place: Any, f: Any, rate: Any, modes: Any, x0: Any, v0: Any
+    P: Any, drive: Any, place: Any, force: Any, t: int, rate: Any, modes: Any, x0: Any, v0: Any
 ) -> None:
-    """One step of all ``modes`` (3, r: η, hη̇, modal force) under forces ``f`` (inputs,) at its end,
-    and what the places do without internal forces there."""
-    for r in range(modes.shape[1]):
-        end = 0.0
-        for k in range(len(f)):
-            end += drive[r, k] * f[k]
-        e = P[r, 0, 0] * modes[0, r] + P[r, 0, 1] * modes[1, r]
-        e += P[r, 0, 2] * modes[2, r] + P[r, 0, 3] * end
-        u = P[r, 1, 0] * modes[0, r] + P[r, 1, 1] * modes[1, r]
-        u += P[r, 1, 2] * modes[2, r] + P[r, 1, 3] * end
-        modes[0, r], modes[1, r], modes[2, r] = e, u, end
-        for i in range(len(x0)):
-            x0[i] += place[r, i] * e
-            v0[i] += place[r, i] * u * rate
+    """One step of all ``modes`` (4, r: η, hη̇, modal force, that at the end) under the forces at
+    sample ``t``, and what the places do without internal forces there, added to ``x0``, ``v0``."""
+    count = modes.shape[1]
+    for r in range(count):
+        modes[3, r] = 0.0
+    for k in range(force.shape[1]):
+        own = force[t, k]
+        for r in range(count):
+            modes[3, r] += drive[k, r] * own
+    for r in range(count):
+        e, u, begin, end = modes[0, r], modes[1, r], modes[2, r], modes[3, r]
+        modes[0, r] = P[0, 0, r] * e + P[0, 1, r] * u + P[0, 2, r] * begin + P[0, 3, r] * end
+        modes[1, r] = P[1, 0, r] * e + P[1, 1, r] * u + P[1, 2, r] * begin + P[1, 3, r] * end
+        modes[2, r] = end
+    for i in range(len(x0)):
+        x, v = 0.0, 0.0
+        for r in range(count):
+            x += place[i, r] * modes[0, r]
+            v += place[i, r] * modes[1, r]
+        x0[i] += x
+        v0[i] += v * rate
 
 
 @compiled
@@ -151,13 +160,79 @@ def _settled(
 @compiled
 def _pushed(P: Any, place: Any, now: Any, modes: Any) -> None:
     """What the internal forces of a step do to the modes at its end."""
-    for r in range(modes.shape[1]):
-        back = 0.0
-        for i in range(len(now)):
-            back += place[r, i] * now[i]
-        modes[0, r] -= P[r, 0, 3] * back
-        modes[1, r] -= P[r, 1, 3] * back
-        modes[2, r] -= back
+    for i in range(len(now)):
+        own = now[i]
+        for r in range(modes.shape[1]):
+            back = place[i, r] * own
+            modes[0, r] -= P[0, 3, r] * back
+            modes[1, r] -= P[1, 3, r] * back
+            modes[2, r] -= back
+
+
+@compiled
+def _softness(P: Any, place: Any, between: Any, rate: Any) -> Any:
+    """What a unit of each force does to the motion and to the velocity of each place in a step."""
+    c, d = between.copy(), np.zeros_like(between)
+    for i in range(len(place)):
+        for j in range(len(place)):
+            for r in range(place.shape[1]):
+                both = place[i, r] * place[j, r]
+                c[i, j] += P[0, 3, r] * both
+                d[i, j] += P[1, 3, r] * both * rate
+    return c, d
+
+
+@compiled
+def _alone(
+    P: Any,
+    drive: Any,
+    place: Any,
+    beside: Any,
+    between: Any,
+    force: Any,
+    kind: int,
+    p: Any,
+    rate: Any,
+    f: Any,
+    x: Any,
+    v: Any,
+) -> None:
+    """One variant with one place, which most have: nothing but scalars between the modes."""
+    count, inputs = P.shape[2], force.shape[1]
+    e, u, begin, end = np.zeros(count), np.zeros(count), np.zeros(count), np.zeros(count)
+    for k in range(inputs):
+        begin += drive[k] * force[0, k]
+    c, d, now, z, w = between, 0.0, 0.0, 0.0, 0.0
+    for r in range(count):
+        c += P[0, 3, r] * place[r] ** 2
+        d += P[1, 3, r] * place[r] ** 2 * rate
+    for t in range(1, len(force)):
+        x0, v0 = 0.0, 0.0
+        end[:] = 0.0
+        for k in range(inputs):
+            own = force[t, k]
+            x0 += beside[k] * own
+            for r in range(count):
+                end[r] += drive[k, r] * own
+        for r in range(count):
+            a, b = e[r], u[r]
+            e[r] = P[0, 0, r] * a + P[0, 1, r] * b + P[0, 2, r] * begin[r] + P[0, 3, r] * end[r]
+            u[r] = P[1, 0, r] * a + P[1, 1, r] * b + P[1, 2, r] * begin[r] + P[1, 3, r] * end[r]
+            begin[r] = end[r]
+            x0 += place[r] * e[r]
+            v0 += place[r] * u[r]
+        v0 *= rate
+        now = _force(kind, p, x0, v0, c, d, z, w, now)
+        x0 -= c * now
+        v0 -= d * now
+        if kind != FRICTION:
+            _, _, _, z, w = respond(kind, p, x0, v0, z, w)
+        f[t, 0], x[t, 0], v[t, 0] = now, x0, v0
+        for r in range(count):
+            back = place[r] * now
+            e[r] -= P[0, 3, r] * back
+            u[r] -= P[1, 3, r] * back
+            begin[r] -= back
 
 
 @compiled
@@ -178,20 +253,26 @@ def _march(
     places = len(kinds)
     x0, v0 = np.zeros(places), np.zeros(places)
     for b in range(len(drive)):
-        modes = np.zeros((3, drive.shape[1]))
-        modes[2] = drive[b] @ force[0]
+        Pb, drives, ends, laws = P[b], drive[b], place[b], values[b]
+        if places == 1:
+            own = (ends[0], beside[0], between[0, 0], force, kinds[0], laws[0], rate)
+            _alone(Pb, drives, *own, f[b], x[b], v[b])
+            continue
+        modes = np.zeros((4, drive.shape[2]))
+        for k in range(force.shape[1]):
+            modes[2] += drives[k] * force[0, k]
         z, w, now = np.zeros(places), np.zeros(places), np.zeros(places)
-        ends = np.ascontiguousarray(place[b].T)
-        c = between + ends @ (np.ascontiguousarray(P[b, :, 0, 3]).reshape(-1, 1) * place[b])
-        d = ends @ (np.ascontiguousarray(P[b, :, 1, 3]).reshape(-1, 1) * place[b]) * rate
+        c, d = _softness(Pb, ends, between, rate)
         for t in range(1, len(force)):
-            x0[:] = beside @ force[t]
-            v0[:] = 0.0
-            _carried(P[b], drive[b], place[b], force[t], rate, modes, x0, v0)
-            _settled(kinds, values[b], x0, v0, c, d, z, w, now)
+            for i in range(places):
+                x0[i], v0[i] = 0.0, 0.0
+                for k in range(force.shape[1]):
+                    x0[i] += beside[i, k] * force[t, k]
+            _carried(Pb, drives, ends, force, t, rate, modes, x0, v0)
+            _settled(kinds, laws, x0, v0, c, d, z, w, now)
             for i in range(places):
                 xi, vi = _without(x0, c, now, i, True), _without(v0, d, now, i, True)
                 if kinds[i] != FRICTION:
-                    _, _, _, z[i], w[i] = respond(kinds[i], values[b, i], xi, vi, z[i], w[i])
+                    _, _, _, z[i], w[i] = respond(kinds[i], laws[i], xi, vi, z[i], w[i])
                 f[b, t, i], x[b, t, i], v[b, t, i] = now[i], xi, vi
-            _pushed(P[b], place[b], now, modes)
+            _pushed(Pb, ends, now, modes)

@@ -20,6 +20,7 @@ from cvxupdate.diagnose.motion.rates import force_rates
 from cvxupdate.diagnose.motion.runs import Run
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
+from cvxupdate.errors import ModelError
 from cvxupdate.fe.internal import internal_forces
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes
@@ -101,9 +102,15 @@ class MotionSetting:
         return replace(self, linear=replace(self.linear, signals=tuple(signals)))
 
     def evaluate(self, p: Real, before: MotionPoint | None = None) -> MotionPoint:
-        """The responses at ``p``. ModelError where the model is no structure."""
+        """The responses at ``p``. ModelError where the model is no structure, or its springs soften
+        until nothing holds it."""
         bare = self.linear.evaluate(p, None if before is None else before.before)
-        return MotionPoint(self, bare)
+        point = MotionPoint(self, bare)
+        if point.forces[0].size and not all(
+            np.isfinite(m[0][-1]).all() for m in point.motions.values()
+        ):
+            raise ModelError("the motion grows beyond all bounds under the recorded forces.")
+        return point
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from cvxupdate.diagnose.responses.data import DIFFERENCED, signals_of
 from cvxupdate.diagnose.responses.rest import QUIET, STILL, rest_noise
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal, smoothed
 from cvxupdate.recordings.measured import DECAY, MOTION, band_of
-from cvxupdate.recordings.types import TimeHistory
+from cvxupdate.recordings.types import Channel, TimeHistory
 
 FINER = 8  # steps of the march in a sample
 SMOOTHING = 0.05  # half-width of the kernel of the first fits, in parts of the frequency
@@ -105,7 +105,7 @@ def run_of(history: TimeHistory) -> Run | None:
     """A recording with forces and motions at DOFs of the model; None for any other."""
     channels = history.channels
     drives = [i for i, c in enumerate(channels) if c.quantity == "force" and c.dof]
-    senses = [i for i, c in enumerate(channels) if c.quantity in MOTION and c.dof]
+    senses = [i for i, c in enumerate(channels) if _senses(c)]
     if not drives or not senses:
         return None
     motion = history.data[:, senses]
@@ -125,29 +125,45 @@ def run_of(history: TimeHistory) -> Run | None:
     )
 
 
+def _senses(channel: Channel) -> bool:
+    return channel.quantity in MOTION and bool(channel.dof)
+
+
 def from_rest(history: TimeHistory) -> TimeHistory:
     """Without the offsets of its channels, where it begins at rest: with a stretch in which the
     forces do not move."""
-    drives = [i for i, c in enumerate(history.channels) if c.quantity == "force"]
-    start = history.data[:QUIET]
-    sizes = np.std(history.data, axis=0)
-    if not drives or np.any(np.std(start[:, drives], axis=0) > STILL * sizes[drives]):
+    if not _rests(history):
         return history
-    return replace(history, data=history.data - start.mean(axis=0))
+    return replace(history, data=history.data - history.data[:QUIET].mean(axis=0))
+
+
+def _rests(history: TimeHistory) -> bool:
+    drives = [i for i, c in enumerate(history.channels) if c.quantity == "force"]
+    start, sizes = history.data[:QUIET], np.std(history.data, axis=0)
+    still = np.std(start[:, drives], axis=0) <= STILL * sizes[drives]
+    return bool(drives) and bool(np.all(still))
+
+
+def offset_errors(history: TimeHistory) -> Real:
+    """Standard deviation (channels,) of the offset that `from_rest` took out, the mean of a few
+    samples: of a long record the lowest lines say nothing finer. 0 where nothing was taken out."""
+    if not _rests(history):
+        return np.zeros(history.data.shape[1])
+    return np.asarray(np.std(history.data[:QUIET], axis=0, ddof=1) / np.sqrt(QUIET))
 
 
 def noise_of(motion: Real, force: Real) -> Real:
     """Standard deviation per sample (sensors,) of white noise: the quietest stretch of each
     spectrum. Distortion may fill all of it, so that it is an upper bound: no more is taken than
-    where nothing is known, or than the samples scatter by at rest, before the ``force`` (samples,
-    inputs) begins."""
+    what the samples scatter by at rest, before the ``force`` (samples, inputs) begins, or, where
+    they never rest, than where nothing is known."""
     n = len(motion)
     power = np.abs(rfft(motion, axis=0)[1:]) ** 2 / n
     edges = np.arange(0, len(power) + 1, STRETCH)
     least = np.array([power[a:b].mean(axis=0) for a, b in pairwise(edges)]).min(axis=0)
-    sizes = np.std(motion, axis=0)
-    bound = np.minimum(np.sqrt(least * QUIETEST), DIFFERENCED * sizes)
-    return np.asarray(np.minimum(bound, rest_noise(motion, force)))
+    rest = rest_noise(motion, force)
+    most = np.where(np.isfinite(rest), rest, DIFFERENCED * np.std(motion, axis=0))
+    return np.asarray(np.minimum(np.sqrt(least * QUIETEST), most))
 
 
 def wide(history: TimeHistory) -> TimeHistory:
@@ -181,12 +197,15 @@ def wide_signals(histories: Sequence[TimeHistory], runs: Sequence[Run]) -> tuple
     out = []
     for history, run in zip(histories, runs, strict=True):
         decay = np.linalg.norm(np.exp(-DECAY * np.arange(run.samples) / run.samples)) / run.rate
+        errors = offset_errors(history)
+        offsets = [e for e, c in zip(errors, history.channels, strict=True) if _senses(c)]
         for signal in signals_of(wide(history)):
             own = [
-                run.noise[k]
+                k
                 for k, (label, order) in enumerate(zip(run.sensors, run.orders, strict=True))
                 if order == signal.order and label in signal.sensors
             ]
-            std = np.broadcast_to((np.array(own) * decay)[None, :, None], signal.Y.shape)
-            out.append(replace(signal, std=std))
+            noise, offset = run.noise[own] * decay, np.array(offsets)[own]
+            std = np.hypot(noise, offset / np.abs(signal.s)[:, None])  # a step has 1/s
+            out.append(replace(signal, std=std[:, :, None]))
     return tuple(out)

@@ -37,10 +37,10 @@ from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
 from cvxupdate.diagnose.settings import (
     CLEAR,
     EXPLAINED,
-    FREQUENCY_DISCREPANCY,
     HOPELESS,
     MOST_ALLOWANCE,
     OPEN,
+    SHEET_DISCREPANCY,
     WHOLE,
     WHOLES,
 )
@@ -68,8 +68,7 @@ class ResponseEvidence(Linear):
     """What stays fixed while hypotheses come and go: the file's model (``original``, for its
     damping), the one with nuisance parameters, recordings, supports, effects to try;
     ``release(node, kind)`` is the nuisance model without one support, ``file`` the model as it
-    came, where a reference state was there to bring it to.
-    """
+    came, where a reference state was there to bring it to, ``came`` where its mesh was coarse."""
 
     original: Model
     model: Model
@@ -81,6 +80,7 @@ class ResponseEvidence(Linear):
     progress: Progress
     file: Model | None = None
     budget: Budget = field(default_factory=Budget)
+    came: Model | None = None
 
     told_by = "responses"
 
@@ -238,7 +238,7 @@ class ResponseEvidence(Linear):
         base, finer = self.bases[-1], self.fine is not PLAIN
         if not base.setting.damped or (finer and not has_sheets(self.model)):
             return self.fine.left
-        missed = FREQUENCY_DISCREPANCY if finer else self.data.mesh_of(model).missed(self.data.top)
+        missed = SHEET_DISCREPANCY if finer else self.data.mesh_of(model).missed(self.data.top)
         damping = float(np.median(base.point.damping[base.point.owner]))
         return self.fine.left + float(min(MOST_ALLOWANCE, missed / damping))
 
@@ -285,7 +285,7 @@ class ResponseEvidence(Linear):
     @cached_property
     def before(self) -> tuple[Stated, ...]:
         """Contract's errors of the file as it came."""
-        return stated_errors(self.original, (*self.data.fit, *self.data.hold_out))
+        return stated_errors(self.came or self.original, (*self.data.fit, *self.data.hold_out))
 
     def _contract(self, last: Fit) -> ContractErrors:
         signals = (*self.data.sharp, *self.data.sharp_hold_out)

@@ -58,6 +58,16 @@ class Projection:
         padded = np.vstack([J, np.zeros((len(self.residual) - self.rows, J.shape[1]))])
         return np.asarray(padded - self.basis @ (self.basis[: self.rows].T @ J))
 
+    def products(self, J: Real) -> tuple[Real, Real]:
+        """Of weighted columns (rows, n), once projected, the products with the residual and with
+        themselves, (n,) each; nothing where rounding is all that the projection leaves."""
+        inside = self.basis[: self.rows].T @ J
+        whole = np.einsum("ij,ij->j", J, J)
+        length = whole - np.einsum("ij,ij->j", inside, inside)
+        usable = length > CANCELLED**2 * whole
+        along = np.where(usable, J.T @ self.residual[: self.rows], 0.0)
+        return along, np.where(usable, length, 0.0)
+
     def remaining(self, J: Real) -> Real:
         """Squares that remain (n,) of each of the weighted changes J (rows, n) of the model."""
         return np.asarray(np.sum((self.residual[:, None] - self.freed(J)) ** 2, axis=0))

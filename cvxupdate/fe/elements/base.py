@@ -69,7 +69,10 @@ class Exact(Protocol):
         pass through. A complex ω = −is is Laplace's s."""
 
     def change(
-        self, omega: complex, properties: Mapping[str, Values], moves: Mapping[str, Real]
+        self,
+        omega: complex | NDArray[np.complex128],
+        properties: Mapping[str, Values],
+        moves: Mapping[str, Real],
     ) -> dict[str, tuple[Values, Values]]:
         """The scalars and their derivatives where each property moves by ``moves`` (elements,) per
         unit."""

@@ -64,6 +64,17 @@ def test_equal_explanations_share_it() -> None:
     assert standing(0, alike[0], alike, case).confidence == pytest.approx(0.25)
 
 
+def test_places_that_are_hardly_told_apart_are_stated_together() -> None:
+    """None of three neighbours is likelier than the others together, but they are than all else:
+    the best is told, no surer of its very place than it is, the others are its equivalents."""
+    three = [weighed(GOOD, effect(nodes=(n,))) for n in (1, 2, 3)]
+    bare = case_of(PlainEvidence((BASE,)))
+    assert not standing(0, three[0], three, bare).told
+    near = tuple(w.hypothesis.effects[0] for w in three[1:])
+    alike = standing(0, three[0], three, case_of(PlainEvidence((BASE,), neighbours=near)))
+    assert alike.told and alike.confidence == pytest.approx(1.0 / 3.0)
+
+
 def test_nuisance_parameters_alone_are_a_competitor() -> None:
     case = case_of(PlainEvidence((replace(BASE, misfit=1.0),)))
     assert standing(0, weighed(GOOD, effect()), [], case).confidence < 0.2, "simpler, as good"

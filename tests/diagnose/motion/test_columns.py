@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from cvxupdate.diagnose.motion import columns
-from cvxupdate.diagnose.motion.columns import LawScores, nothing
+from cvxupdate.diagnose.motion.columns import CLOSER_EACH, LawScores, _family, _worth_it, nothing
 from cvxupdate.diagnose.types import Score
+from cvxupdate.physics.internal_force import NonlinearForce
 from tests.cases.plain_evidence import effect
 
 RUBS, DRAGS = effect("dry_friction", nodes=(2,)), effect("quadratic_damping", nodes=(3,))
@@ -49,3 +50,32 @@ def test_where_a_law_leaves_less_at_the_nominal_model_its_own_are_taken(point) -
 def test_without_laws_there_are_no_scores(point) -> None:
     assert LawScores().first(point(((), 1.0), ((), 1.0)), ()) == {}
     assert not nothing(RUBS).trusted and nothing(RUBS).fraction == 0.0
+
+
+@pytest.mark.parametrize(
+    ("law", "sides", "side"),
+    [
+        ("cubic", "one", 1),
+        ("quadratic", "one", 1),
+        ("friction", "one", 1),
+        ("clearance", "one", -1),
+        ("clearance", "two", 1),
+        ("jenkins", "one", 1),
+    ],
+)
+def test_many_sizes_at_once_are_those_one_by_one(law: str, sides: str, side: int) -> None:
+    action = NonlinearForce(law, (0,), ("a",), (True,), sides, side)
+    t = np.linspace(0.0, 1.0, 400)
+    motion = [(0.01 * np.sin(9.0 * t) * t, 0.02 * np.cos(7.0 * t) * t)]
+    family, sizes = _family(action, motion)
+    whole = family(sizes)(*motion[0])
+    assert whole.shape == (400, len(sizes)) and np.any(whole[:, 0] != 0.0)
+    for k, size in enumerate(sizes):
+        np.testing.assert_allclose(whole[:, [k]], family(np.array([size]))(*motion[0]))
+
+
+def test_a_finer_grid_is_for_the_best_of_each_type() -> None:
+    many = [effect("dry_friction", nodes=(n,)) for n in range(CLOSER_EACH + 3)]
+    found = {i: (e, 0.9 - 0.01 * i) for i, e in enumerate(many)}
+    found[98], found[99] = (DRAGS, 0.5), (effect("quadratic_damping", nodes=(4,)), 0.1)
+    assert _worth_it(found) == {*range(CLOSER_EACH), 98}

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from cvxupdate.diagnose.motion.march import Variants, marched, propagators
-from cvxupdate.forces import Laws, clearance, cubic, friction, quadratic
+from cvxupdate.forces import Laws, clearance, cubic, friction, jenkins, quadratic
+from cvxupdate.forces.laws import join
 
 OMEGA, ZETA, RATE = 2.0 * np.pi * 9.0, 0.03, 3200.0
 
@@ -91,3 +94,27 @@ def test_variants_do_not_hear_one_another() -> None:
     together = marched(both, f[:, None], RATE)[1]
     for k, v in enumerate((a, b)):
         np.testing.assert_array_equal(together[k], marched(v, f[:, None], RATE)[1][0])
+
+
+def test_a_spring_that_softens_until_nothing_holds_is_seen_at_the_end() -> None:
+    """Whoever marches looks at the last sample: what has grown beyond all bounds stays so."""
+    _, f = drive()
+    with np.errstate(all="ignore"):
+        force, _, _ = marched(one(cubic(-3e8)), f[:, None], RATE)
+    assert not np.isfinite(force[0, -1, 0])
+
+
+def test_one_place_is_marched_as_one_of_several() -> None:
+    """Beside a second place whose law does nothing the first does what it does alone."""
+    _, f = drive()
+    for laws in (cubic(3e6), friction(6.0), clearance(2e4, 0.006), jenkins(3e3, 8.0)):
+        alone = one(laws)
+        both = replace(
+            one(join([laws, cubic(0.0)])),
+            place=np.array([[[1.0, 0.4]]]),
+            beside=np.zeros((2, 1)),
+            between=np.zeros((2, 2)),
+        )
+        ours, theirs = (marched(v, f[:, None], RATE) for v in (alone, both))
+        for a, b in zip(ours, theirs, strict=True):
+            np.testing.assert_allclose(a[0, :, 0], b[0, :, 0], atol=1e-9 * np.abs(a).max())

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.motion.runs import EDGE, noise_of
+from cvxupdate.diagnose.motion.runs import EDGE, from_rest, noise_of, offset_errors
+from cvxupdate.recordings.types import Channel, Origin, TimeHistory
 
 N, NOISE = 4000, 0.0003
 
@@ -24,6 +25,27 @@ def recording(quiet: int, noise: float = NOISE, seed: int = 3) -> tuple[np.ndarr
 def test_distortion_in_every_line_is_no_noise_where_the_record_begins_at_rest() -> None:
     motion, force = recording(100)
     assert noise_of(motion, force) == pytest.approx([NOISE, NOISE], rel=0.35)
+
+
+def test_a_noisy_record_from_rest_is_believed() -> None:
+    """More than is taken where nothing is known: the samples at rest say so."""
+    motion, force = recording(100, noise=0.03)
+    assert np.all(noise_of(motion, force) > 0.1 * np.std(motion, axis=0))
+    assert noise_of(motion, force) == pytest.approx([0.03, 0.03], rel=0.35)
+
+
+def test_an_offset_is_known_as_well_as_a_few_samples_tell() -> None:
+    rng = np.random.default_rng(5)
+    channels = (Channel(1, "x", "force"), Channel(1, "x", "acceleration"))
+    data = np.column_stack([np.zeros(N), 0.02 * rng.standard_normal(N)]) + 0.5
+    data[100:, 0] += rng.standard_normal(N - 100)
+    history = TimeHistory(Origin("a", "a.csv"), 100.0, channels, data)
+    error = offset_errors(history)
+    assert error[0] == 0.0 and error[1] == pytest.approx(0.02 / 4.0, rel=0.4)
+    left = from_rest(history).data[:, 1].mean()
+    assert 0.0 < abs(left) < 3.0 * error[1]
+    moving = TimeHistory(Origin("a", "a.csv"), 100.0, channels, data[100:])
+    assert not np.any(offset_errors(moving))
 
 
 def test_without_rest_it_is_an_upper_bound() -> None:

@@ -114,6 +114,16 @@ def test_sets_are_the_sums_of_their_members() -> None:
     assert LEFT.sets(effects, {9: [99]}, kept) == {}
 
 
+def test_products_are_those_of_projected_columns() -> None:
+    inside = AT.A @ RNG.normal(size=(NUISANCE, 1)) * 1e4  # the priors hold next to nothing of it
+    loose = Projection.of(replace(AT, scales=np.full(NUISANCE, 1e12)))
+    along, length = loose.products(np.hstack([J, inside]))
+    Jp = loose.freed(J)
+    np.testing.assert_allclose(along[:-1], Jp.T @ loose.residual, rtol=1e-10)
+    np.testing.assert_allclose(length[:-1], norms(Jp) ** 2, rtol=1e-10)
+    assert along[-1] == length[-1] == 0.0, "what the nuisance parameters do is rounding"
+
+
 def test_what_remains_after_changes_of_given_sizes() -> None:
     """As if nuisance parameters were fitted anew after each."""
     for k, left in enumerate(LEFT.remaining(J)):

@@ -1,0 +1,112 @@
+"""What to measure next: explanations of a `diagnosis.json` fitted again, and the measurement that
+tells most of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import Any
+
+from cvxupdate.diagnose.apart.explanations import Named, explanations_of, refitted
+from cvxupdate.diagnose.apart.measurement import Apart, Explanation, Measurement, ranked
+from cvxupdate.diagnose.apart.responses import responses_to_come
+from cvxupdate.diagnose.apart.tables import Figures
+from cvxupdate.diagnose.budget import Budget
+from cvxupdate.diagnose.gather import gathered, in_simulation
+from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.modes.evidence import ModesEvidence
+from cvxupdate.diagnose.motion.component import rigs_of
+from cvxupdate.diagnose.nominal.members import divided
+from cvxupdate.diagnose.reference import brought
+from cvxupdate.diagnose.responses.evidence import ResponseEvidence
+from cvxupdate.diagnose.types import Evidence, Progress
+from cvxupdate.errors import InputError
+from cvxupdate.fe.model import Model
+from cvxupdate.physics.place import capital
+from cvxupdate.recordings.states import states_of
+from cvxupdate.recordings.types import Recording
+from cvxupdate.spec import Spec
+
+
+def told_apart(
+    spec: Spec,
+    model: Model,
+    recordings: Sequence[Recording],
+    told: Any,
+    where: str,
+    noise: float,
+    band: tuple[float, float] | None,
+    progress: Progress,
+) -> Apart:
+    """The measurements that would tell the explanations of a diagnosis apart, best first. ``told``:
+    the content of `diagnosis.json`, which lies at ``where``; ``noise`` relative, of responses to
+    come in ``band`` (Hz; None: as it was).
+
+    Raises
+    ------
+    InputError
+        Where the diagnosis is none of this problem, lists nothing that is alike, or is one of
+        several states or of a part on a rig.
+    """
+    wanted = explanations_of(told, where)
+    if rigs_of(model, recordings) or states_of(spec, recordings):
+        raise InputError(
+            f"{spec.path}: what tells explanations apart is planned for one structure in one state "
+            "(or one beside a reference). Leave --diagnosis out."
+        )
+    members = divided(spec, model, recordings)
+    if members is not None:
+        spec, model = members.spec, members.model
+    budget = Budget.of(True)
+    now = brought(spec, model, recordings, progress, budget)
+    evidence: Evidence = gathered(
+        now.spec, now.model, now.recordings, progress, now.reference, budget
+    )
+    if not _all_named(wanted) <= set(evidence.names):
+        # laws that depend on the level were found in simulation
+        evidence = in_simulation(now.spec, now.recordings, evidence, progress) or evidence
+    fitted: dict[frozenset[Any], Hypothesis] = {}
+    for k, one in enumerate(wanted, start=1):
+        progress(f"refitting explanation {k} of {len(wanted)}")
+        h = refitted(evidence, one, progress, where)
+        if h is not None:
+            fitted.setdefault(h.keys, h)
+    hypotheses = tuple(fitted.values())
+    if len(hypotheses) < 2:
+        raise InputError(
+            f"{where}: fitted again, fewer than two of its explanations are a structure. There is "
+            "nothing to tell apart."
+        )
+    progress("comparing what they foretell")
+    return Apart(
+        tuple(Explanation(capital(h.title), h.fit.misfit) for h in hypotheses),
+        ranked(_found(evidence, hypotheses, noise, band)),
+        tuple(_levels(evidence, hypotheses)),
+    )
+
+
+def _all_named(wanted: Sequence[Sequence[Named]]) -> set[str]:
+    return {one.physics for effects in wanted for one in effects}
+
+
+def _found(
+    evidence: Evidence,
+    hypotheses: tuple[Hypothesis, ...],
+    noise: float,
+    band: tuple[float, float] | None,
+) -> list[Measurement]:
+    if isinstance(evidence, ModesEvidence):
+        return Figures(evidence, hypotheses).found()
+    if isinstance(evidence, ResponseEvidence):
+        return responses_to_come(evidence, hypotheses, noise, band).found()
+    return []
+
+
+def _levels(evidence: Evidence, hypotheses: Sequence[Hypothesis]) -> list[str]:
+    """Of laws that depend on the level, the level at which they differ most."""
+    if isinstance(evidence, ModesEvidence | ResponseEvidence):
+        return []
+    said = [
+        evidence.apart(a.fit, b.fit, (a.title, b.title)) for a, b in combinations(hypotheses, 2)
+    ]
+    return [line for line in said if line]

@@ -1,0 +1,95 @@
+"""Which of several measurements tells explanations apart, and by how many deviations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cvxupdate.diagnose.settings import APART_ENOUGH
+from cvxupdate.diagnose.types import Real
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Effects that explain the recordings: in words, with the weighted squares per row that they
+    leave once refitted."""
+
+    title: str
+    misfit: float
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Something to measure: ``kind`` ("response", "repeat", "mass", "shape", "modes"), the DOFs of
+    its ``sensor`` and ``drive`` (empty where it is about neither), the ``node`` that carries a
+    known ``mass`` (kg), in words (``says``); ``separations`` (pairs,): by how many deviations it
+    tells each pair of explanations apart."""
+
+    kind: str
+    says: str
+    separations: tuple[float, ...]
+    sensor: str = ""
+    drive: str = ""
+    node: int | None = None
+    mass: float = 0.0
+
+    @property
+    def least(self) -> float:
+        """Of the pair that it tells worst."""
+        return min(self.separations, default=0.0)
+
+    @property
+    def worth(self) -> float:
+        """The mean over pairs; what is told surely is not told better by more."""
+        return float(np.mean(np.minimum(self.separations, APART_ENOUGH)))
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """By worth; of equals the one that tells the worst pair best."""
+        return self.worth, self.least
+
+
+@dataclass(frozen=True)
+class Apart:
+    """``explanations`` that do alike on what was recorded; ``measurements``, the most telling
+    first; ``lines`` what else is to be said."""
+
+    explanations: tuple[Explanation, ...]
+    measurements: tuple[Measurement, ...]
+    lines: tuple[str, ...] = ()
+
+
+def pairs_of(count: int) -> list[tuple[int, int]]:
+    """In the order of `Measurement.separations`."""
+    return [(i, j) for i in range(count) for j in range(i + 1, count)]
+
+
+def ranked(measurements: Sequence[Measurement]) -> tuple[Measurement, ...]:
+    """The most telling first."""
+    return tuple(sorted(measurements, key=lambda m: m.rank, reverse=True))
+
+
+def separation(gap: Real, spread: Real, share: float = 1.0) -> float:
+    """How far apart two predictions are, in standard deviations of their difference.
+
+    √(Δᵀ C⁻¹ Δ) with C = I / ``share`` + S Sᵀ: the ``gap`` Δ (rows,) is in units of each row's
+    deviation, ``spread`` S (rows, r) what the unknowns of both explanations leave open after the
+    recordings there are (square root of J P Jᵀ), and of rows that say the same only a share counts
+    (Box and Hill 1967, the discrimination of two models; by Woodbury's formula).
+    """
+    inner = np.eye(spread.shape[1]) + share * spread.T @ spread
+    heard = spread.T @ gap
+    squares = float(gap @ gap - share * heard @ np.linalg.solve(inner, heard))
+    return float(np.sqrt(max(share * squares, 0.0)))
+
+
+def root_of_covariance(A: Real, scales: Real, share: float = 1.0) -> Real:
+    """L with L Lᵀ = (``share`` AᵀA + S⁻²)⁻¹: what recordings with weighted derivatives A (rows, n)
+    leave of unknowns with prior deviations S (n,)."""
+    precision = share * A.T @ A + np.diag(1.0 / scales**2)
+    values, vectors = np.linalg.eigh((precision + precision.T) / 2.0)
+    return np.asarray(
+        vectors / np.sqrt(np.maximum(values, 1e-12 * float(np.max(values, initial=1.0))))
+    )

@@ -1,0 +1,134 @@
+"""What would tell the explanations of a diagnosis apart, on the page of `plan` and in its files."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cvxupdate.report.numbers import count, number
+from cvxupdate.report.structure import WIDTH, _bare, _height, drawable, label_points, skeleton
+from cvxupdate.report.svg import AFTER, INK, draw
+from cvxupdate.report.views import view_of
+
+if TYPE_CHECKING:
+    from cvxupdate.commands.planned import Planned
+    from cvxupdate.diagnose.apart import Apart, Measurement
+
+TOLD, HINTED = 3.0, 1.0
+"""Deviations from which on a difference is seen in one measurement, and below which it is not."""
+LISTED = 10
+SHOWN = 12
+"""Places that carry their name in the figure."""
+
+
+def apart_data(found: Apart | None) -> dict[str, Any] | None:
+    """As plain data."""
+    if found is None:
+        return None
+    return {
+        "explanations": [vars(e) for e in found.explanations],
+        "measurements": [{**vars(m), "least": m.least} for m in found.measurements],
+        "lines": found.lines,
+    }
+
+
+def apart_says(found: Apart) -> str:
+    """What to measure next, in a sentence."""
+    alike = count(len(found.explanations), "explanation")
+    if not found.measurements:
+        return f"No further measurement was compared for the {alike}."
+    best = found.measurements[0]
+    pairs = len(best.separations)
+    told = sum(s >= TOLD for s in best.separations)
+    if told == pairs:
+        what = f"the {alike}" if pairs == 1 else f"all {alike}"
+        return f"Measure {best.says}: it tells {what} apart by {_by(best)} standard deviations."
+    if told:
+        return (
+            f"Measure {best.says}: it tells {told} of {pairs} pairs of explanations apart; the "
+            "others need what comes after it, or are alike wherever one measures."
+        )
+    if max(best.separations) < HINTED:
+        return (
+            f"Nothing that was tried tells the {alike} apart: to further responses, modes and "
+            "known masses they are one and the same."
+        )
+    return (
+        f"The best that was tried, {best.says}, is worth {_by(best)} standard deviations: a hint, "
+        "no proof. Measure with less noise, or over a wider --band."
+    )
+
+
+def _by(m: Measurement) -> str:
+    least = number(m.least, 2)
+    return least if len(m.separations) == 1 else f"at least {least}"
+
+
+def apart_rows(found: Apart) -> list[dict[str, str]]:
+    """The best measurements of each kind's own and of all, for a table."""
+    best = list(found.measurements[:LISTED])
+    for kind in dict.fromkeys(m.kind for m in found.measurements):
+        first = next(m for m in found.measurements if m.kind == kind)
+        best += [] if first in best else [first]
+    return [
+        {
+            "says": m.says,
+            "least": number(m.least, 2),
+            "most": number(max(m.separations), 2),
+            "told": f"{sum(s >= TOLD for s in m.separations)} of {len(m.separations)}",
+        }
+        for m in best
+    ]
+
+
+def apart_csv(found: Apart) -> list[list[str]]:
+    """Rows of plan.csv: what to measure next, in order."""
+    return [
+        [
+            "next",
+            str(k),
+            m.sensor or (f"n{m.node}" if m.node is not None else ""),
+            m.drive,
+            m.says,
+            f"{m.least:.3g}",
+        ]
+        for k, m in enumerate(found.measurements[:LISTED], start=1)
+    ]
+
+
+def apart_map(name: str, found: Planned) -> str | None:
+    """On the structure: how far each place tells the explanations apart."""
+    geometry, apart = found.geometry, found.apart
+    if geometry is None or apart is None or not drawable(geometry):
+        return None
+    worth: dict[int, tuple[float, str]] = {}
+    for m in apart.measurements:
+        node = m.node if m.node is not None else int(m.sensor[1:].partition(".")[0] or 0)
+        label = m.sensor or f"n{node}"
+        if node and m.worth > worth.get(node, (-1.0, ""))[0]:
+            worth[node] = (m.worth, label)
+    at = {int(n): k for k, n in enumerate(geometry.node_ids)}
+    known = {n: w for n, w in worth.items() if n in at}
+    if not known:
+        return None
+    view = view_of(geometry.xyz, np.any(geometry.moves, axis=0))
+    flat = view.project(geometry.xyz)
+    top = max(w for w, _ in known.values()) or 1.0
+
+    def paint(ax: Any) -> None:
+        skeleton(ax, geometry, view)
+        xy = np.array([flat[at[n]] for n in known])
+        sizes = [8.0 + 110.0 * w / top for w, _ in known.values()]
+        ax.scatter(xy[:, 0], xy[:, 1], s=sizes, color=AFTER, alpha=0.65, edgecolors=INK, lw=0.5)
+        order = sorted(known, key=lambda n: -known[n][0])[:SHOWN]
+        label_points(ax, [(flat[at[n]], known[n][1]) for n in order], geometry, view)
+        _bare(ax, view)
+
+    return draw(
+        name,
+        "How far a measurement at each place tells the explanations apart",
+        WIDTH,
+        _height(view, geometry),
+        paint,
+    )

@@ -1,0 +1,104 @@
+"""A mesh of lines too coarse for the recordings: told, taken out, and not taken for physics."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cvxupdate.diagnose import diagnose_problem
+from cvxupdate.diagnose.nominal.coarse import too_coarse
+from cvxupdate.diagnose.settings import COARSE_MESH, EXACT_MESH
+from cvxupdate.fe.build import build_model
+from cvxupdate.fe.model import Model
+from cvxupdate.fe.modes import model_modes
+from cvxupdate.fe.refinement import refined
+from cvxupdate.fe.synthesis import frequency_responses
+from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin, TimeHistory
+from cvxupdate.spec import Spec
+from cvxupdate.study import open_problem
+from tests.cases.elements import STEEL, chain, lines, toml
+
+LINES = np.linspace(20.0, 1500.0, 200)
+BAR = {"shape": "rectangle", "width": 0.012, "height": 0.02}
+AT = [(x, 0.0, 0.0) for x in (0.0, 0.11, 0.19, 0.31, 0.42, 0.55)]
+
+
+def opened(folder: Path, mass: str) -> tuple[Spec, Model]:
+    """A free beam of five unequal elements with a lump near one end."""
+    model: dict[str, Any] = lines("beam2d", AT, chain(5), ["y", "rz"], BAR, STEEL)
+    model["elements"][0]["mass"] = mass
+    model["elements"].append({"type": "mass", "rows": [{"id": 9, "nodes": [2], "m": 0.1}]})
+    model["damping"] = {"kind": "structural", "eta": 0.01}
+    path = folder / "problem.toml"
+    path.write_text(f"model = {toml(model)}\n", encoding="utf-8")
+    return open_problem(path)[:2]
+
+
+def measured(spec: Spec, sensors: tuple[int, ...] = (1, 3, 4, 6)) -> list[FrequencyResponse]:
+    """By the same beam in eighths with consistent masses, 1 % noise; the drive beside it held
+    out."""
+    blocks = tuple(
+        b.model_copy(update={"mass": "consistent", "rotary_inertia": False})
+        if b.type == "beam2d"
+        else b
+        for b in spec.model.elements
+    )
+    text = refined(spec.model.model_copy(update={"elements": blocks}), lambda b, r: 8, True).model
+    fine = build_model(replace(spec, model=text, update=None))
+    rng = np.random.default_rng(4)
+    out = []
+    for use, drive in (("fit", 1), ("hold-out", 6)):
+        at = np.array([fine.place[f"n{n}.y"] for n in sensors])
+        H = frequency_responses(fine, LINES, at, np.array([fine.place[f"n{drive}.y"]]))
+        size = 0.01 * np.sqrt(np.mean(np.abs(H) ** 2, axis=0)) / np.sqrt(2.0)
+        H = H + size * (rng.normal(size=H.shape) + 1j * rng.normal(size=H.shape))
+        channels = tuple(Channel(n, "y", "displacement") for n in sensors)
+        driven = (Channel(drive, "y", "force"),)
+        origin = Origin(use, use, use=use)
+        out.append(FrequencyResponse(origin, LINES, H, "displacement", channels, driven))
+    return out
+
+
+def test_a_coarse_mesh_is_told_with_the_one_that_does(tmp_path: Path) -> None:
+    spec, model = opened(tmp_path, "lumped")
+    found = too_coarse(spec, model, measured(spec))
+    assert found is not None and found.told.shift > COARSE_MESH
+    told = found.told
+    assert told.left is not None and told.left <= EXACT_MESH
+    # against a mesh twice as fine as the one that was compared with
+    best = refined(found.spec.model, lambda b, r: 4, True).model
+    sharp = model_modes(build_model(replace(spec, model=best, update=None)), 12).flexible()
+    own = model_modes(found.model, 12).flexible().frequencies
+    band = sharp.frequencies <= LINES[-1]
+    assert np.abs(own / sharp.frequencies - 1.0)[band].max() < 1.5 * EXACT_MESH
+    assert told.errors[0] > 0.5 and told.errors[1] < 0.05
+    assert told.lumped and "consistent masses" in found.says
+
+
+def test_it_and_no_effect_explains(tmp_path: Path) -> None:
+    spec, model = opened(tmp_path, "lumped")
+    found = diagnose_problem(spec, model, measured(spec))
+    assert found.verdict == "consistent" and not found.findings
+    assert found.says.startswith("No physics is missing: the mesh is too coarse")
+    told = found.details["discretisation"]
+    assert told["fit"]["before"] == pytest.approx(found.fit["fit"]["before"], rel=1e-6)
+    assert found.fit["fit"]["after"] < 0.03 and found.fit["hold_out"]["after"] < 0.03
+    assert any("too coarse for these recordings" in line for line in found.evidence)
+
+
+def test_a_mesh_that_does_stays(tmp_path: Path) -> None:
+    spec, model = opened(tmp_path, "consistent")
+    low = [replace(r, frequency=LINES[:30], H=r.H[:30]) for r in measured(spec)]
+    assert too_coarse(spec, model, low) is None
+
+
+def test_where_another_way_deals_with_it(tmp_path: Path) -> None:
+    """Time histories, whose band is not known beforehand, and tables."""
+    spec, model = opened(tmp_path, "lumped")
+    record = TimeHistory(Origin("t", "t"), 1000.0, (), np.zeros((8, 0)))
+    assert too_coarse(spec, model, [record]) is None
+    assert too_coarse(spec, model, []) is None

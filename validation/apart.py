@@ -1,0 +1,168 @@
+"""Is what ``plan --diagnosis`` proposes worth measuring? ``python -m validation.apart``.
+
+Generated problems of sparsely measured structures (two sensors, FRFs) are diagnosed; where a
+finding has equivalents, the laboratory makes the measurement that is proposed, and another one
+chosen at random among those that were compared, and the problem is diagnosed again with each. What
+counts is how often one explanation is left, and whether that is the true one. One file a case in
+out/apart/cases; the same command goes on where it was stopped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+import time
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cvxupdate.commands.plan import plan
+from cvxupdate.commands.planned import Diagnosed
+from cvxupdate.diagnose.apart import Measurement
+from cvxupdate.errors import CvxupdateError
+from validation.calibrate import diagnose, judged, rate, save
+from validation.generated.cases import Case, draw
+from validation.generated.files import modal, write
+from validation.generated.laboratory import build
+from validation.generated.recordings import frf
+
+OUT = Path(__file__).resolve().parent.parent / "out" / "apart"
+FIRST, COUNT = 600, 60  # seeds for development
+SENSORS = 2  # with so few, much is alike
+WAYS = ("proposed", "random")
+
+
+def sparse(seed: int) -> Case | None:
+    """The case of a seed with `SENSORS` sensors and FRFs; None where nothing is concealed, or a
+    sensor is at fault."""
+    case = draw(seed)
+    if not case.findings or any(f.effect["physics"] == "sensor_fault" for f in case.findings):
+        return None
+    rng = np.random.default_rng([20261123, seed])
+    some = rng.choice(len(case.sensors), min(SENSORS, len(case.sensors)), replace=False)
+    sensors = tuple(case.sensors[int(i)] for i in some)
+    return replace(case, kind="frf", sensors=sensors, drives=(sensors[0], sensors[0]))
+
+
+def attempt(seed: int) -> dict[str, Any]:
+    """Diagnosed as it is; with what is proposed; with another measurement."""
+    case = sparse(seed)
+    if case is None:
+        return {"seed": seed, "skipped": True}
+    begin = time.perf_counter()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write(case, folder)
+        truth = tomllib.loads((folder / "truth.toml").read_text(encoding="utf-8"))
+        said = diagnose(folder / "problem.toml")
+        row = {
+            "seed": seed,
+            "first": _row(said, truth),
+        }
+        if not any(f["equivalent"] for f in row["first"]["findings"]):
+            return row
+        try:
+            found = plan(folder / "problem.toml", None, Diagnosed(said, "diagnosis"))
+        except CvxupdateError as err:
+            return {**row, "why": str(err)}
+        assert found.apart is not None
+        further = [m for m in found.apart.measurements if m.kind == "response"]
+        if not further:
+            return row
+        rng = np.random.default_rng([20261124, seed])
+        chosen = {"proposed": further[0], "random": further[int(rng.integers(len(further)))]}
+        row["explanations"] = [e.title for e in found.apart.explanations]
+        for way in WAYS:
+            m = chosen[way]
+            row[way] = {"says": m.says, "least": m.least, "most": max(m.separations)}
+            row[way] |= _row(diagnose(measured(case, m, folder, way)), truth)
+    return {**row, "seconds": round(time.perf_counter() - begin, 1)}
+
+
+def measured(case: Case, m: Measurement, folder: Path, name: str) -> Path:
+    """The problem with a further FRF made in the laboratory."""
+    drive, sensor = _dof(m.drive), _dof(m.sensor)
+    here = replace(case, sensors=(sensor,), drives=(drive, drive))
+    rng = np.random.default_rng([20261125, case.seed])
+    bench = modal(build(case.design, case.scatter, case.effects), case.top, case.zeta)
+    arrays = frf(rng, bench, here, drive)
+    averages = int(arrays.pop("averages"))
+    np.savez(folder / f"{name}.npz", **arrays)
+    text = (folder / "problem.toml").read_text(encoding="utf-8")
+    text += (
+        f'[[recordings]]\nkind = "frf"\nuse = "fit"\nfile = "{name}.npz"\n'
+        f'response = "acceleration"\naverages = {averages}\n'
+    )
+    path = folder / f"{name}.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _dof(label: str) -> tuple[int, str]:
+    node, _, dof = label[1:].partition(".")
+    return int(node), dof
+
+
+def _row(said: Mapping[str, Any], truth: Mapping[str, Any]) -> dict[str, Any]:
+    row = judged(said, truth)
+    kept = ("outcome", "family", "words", "truth", "verdict", "findings")
+    left = [len(f["equivalent"]) for f in row["findings"]]
+    return {**{k: row[k] for k in kept}, "one": bool(left) and not any(left)}
+
+
+def ruled_out(rows: Sequence[Mapping[str, Any]], way: str) -> tuple[int, int]:
+    """How many of the equivalents at first are none any more, and of how many: further ones may
+    have come up that were not compared."""
+    gone = whole = 0
+    for r in rows:
+        now = [q for f in r[way]["findings"] for q in (f, *f["equivalent"])]
+        left = {(q["physics"], q["place"]) for q in now}
+        before = [q for f in r["first"]["findings"] for q in f["equivalent"]]
+        whole += len(before)
+        gone += sum((q["physics"], q["place"]) not in left for q in before)
+    return gone, whole
+
+
+def told(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """The totals, line by line."""
+    alike = [r for r in rows if "proposed" in r]
+    out = [f"{len(rows)} cases, {len(alike)} with equivalents and a further measurement"]
+    for way in WAYS:
+        one = [r for r in alike if r[way]["one"]]
+        right = [r for r in one if r[way]["outcome"] == "right"]
+        wrong = [r for r in alike if r[way]["outcome"] == "wrong"]
+        out.append(
+            f"{way:9s} one explanation left {rate(len(one), len(alike))}, the true one "
+            f"{len(right)}; something wrong said {len(wrong)}; "
+            f"equivalents ruled out {rate(*ruled_out(alike, way))}"
+        )
+    sure = [r for r in alike if r["proposed"]["least"] >= 3.0]
+    one = [r for r in sure if r["proposed"]["one"]]
+    out.append(f"of those foretold to be told (3 deviations): {rate(len(one), len(sure))}")
+    return out
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Try seeds, and print the totals."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--seed", type=int, default=FIRST, help="the first")
+    parser.add_argument("--count", type=int, default=COUNT)
+    options = parser.parse_args(arguments)
+    (OUT / "cases").mkdir(parents=True, exist_ok=True)
+    rows = []
+    for seed in range(options.seed, options.seed + options.count):
+        path = OUT / "cases" / f"{seed}.json"
+        if not path.is_file():
+            save(path, json.dumps(attempt(seed), ensure_ascii=False, indent=1) + "\n")
+        rows.append(json.loads(path.read_text(encoding="utf-8")))
+    print("\n".join(told([r for r in rows if not r.get("skipped")])))
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
