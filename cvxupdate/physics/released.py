@@ -16,7 +16,7 @@ from cvxupdate.physics.compliance import RIGID, Compliance
 from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.directions import LowRank, opened
 from cvxupdate.physics.growth import small_block
-from cvxupdate.physics.members import SHEETS
+from cvxupdate.physics.members import sheet_names
 
 Held = tuple[int, str]  # node, kind
 PARALLEL = 0.999  # cosine of an axis and an edge that is held about it
@@ -140,8 +140,9 @@ def edge_shares(model: Model, held: Sequence[Held]) -> Real:
     if axis < 0:
         return np.ones(len(held))
     sides: dict[frozenset[int], Real] = {}
+    sheets = sheet_names()
     for block in model.blocks:
-        if block.nodes is None or block.kind.text.outline not in SHEETS:
+        if block.nodes is None or block.kind.name not in sheets:
             continue
         for nodes in block.nodes:
             ids = model.node_ids[nodes].tolist()
