@@ -78,10 +78,11 @@ def methods() -> list[Method]:
     found = []
     for module, tree in modules().items():
         for node in tree.body:
-            # a class without a decorator works; with one it is what a function gives back
+            # a class is what a function gives back, but for the members of a list
             if not isinstance(node, ast.FunctionDef | ast.ClassDef) or node.name.startswith("_"):
                 continue
-            if isinstance(node, ast.ClassDef) and not node.bases and node.decorator_list:
+            given_back = isinstance(node, ast.ClassDef) and node.decorator_list
+            if given_back and not module.startswith(LISTS):
                 continue
             text = ast.get_docstring(node) or ""
             cites = [n for part in CITED.findall(text) for n in NUMBER.findall(part)]
@@ -114,7 +115,7 @@ def way_of(module: str) -> str:
 def _test_texts() -> Mapping[str, str]:
     return {
         str(p.relative_to(TESTS)): p.read_text(encoding="utf-8")
-        for p in sorted(TESTS.rglob("test_*.py"))
+        for p in sorted([*TESTS.rglob("test_*.py"), *TESTS.glob("cases/*.py")])
     }
 
 
@@ -122,10 +123,11 @@ def naming(name: str, module: str) -> tuple[str, ...]:
     """The test modules that name it, as it is or with hyphens (of a short word those that import
     from its package); else those that import from its module."""
     word = re.compile(rf"\b{re.escape(name)}\b|[\"']{re.escape(name.replace('_', '-'))}[\"']")
-    package = module.rpartition(".")[0]
+    package = ".".join(module.split(".")[:2])
     texts = _test_texts().items()
     own = [t for t, text in texts if word.search(text) and (package in text or len(name) > 9)]
-    return tuple(own or [t for t, text in texts if module in text])
+    whole = re.compile(rf"\b{re.escape(module.rpartition('.')[2])}\b")
+    return tuple(own or [t for t, text in texts if package in text and whole.search(text)])
 
 
 @cache
@@ -147,9 +149,7 @@ def _leads(module: str, name: str) -> Iterator[tuple[str, str]]:
     """Where a part leads; the name "" is the module with all that it defines."""
     tree = modules()[module]
     known = _imported(module)
-    own = {
-        n.name: n for n in tree.body if isinstance(n, ast.FunctionDef | ast.ClassDef)
-    }
+    own = {n.name: n for n in tree.body if isinstance(n, ast.FunctionDef | ast.ClassDef)}
     door = module.startswith(DOORS)
     body = (
         [n for n in tree.body if door or not isinstance(n, ast.FunctionDef | ast.ClassDef)]
@@ -175,13 +175,22 @@ def _leads(module: str, name: str) -> Iterator[tuple[str, str]]:
                     yield target[0], inner.attr
 
 
+def _from(module: str, node: ast.ImportFrom) -> str:
+    """The module that an import names, from a package's own as well."""
+    if not node.level:
+        return node.module or ""
+    package = (PACKAGE.parent / Path(*module.split("."))).is_dir()
+    parts = module.split(".")[: len(module.split(".")) - node.level + package]
+    return ".".join([*parts, *([node.module] if node.module else [])])
+
+
 @cache
 def _given(module: str) -> frozenset[str]:
     """The names that a package gives out of its own modules."""
     if module not in modules():
         return frozenset()
     own = [n for n in modules()[module].body if isinstance(n, ast.ImportFrom)]
-    names = [(n.module or "", a.name) for n in own for a in n.names]
+    names = [(_from(module, n), a.name) for n in own for a in n.names]
     return frozenset(name for of, name in names if of == f"{module}.{name}")
 
 
@@ -190,16 +199,16 @@ def _imported(module: str) -> Mapping[str, tuple[str, str]]:
     """Names → what they stand for, of every import anywhere in a module."""
     out = {}
     for node in ast.walk(modules()[module]):
-        if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+        if isinstance(node, ast.ImportFrom):
+            of = _from(module, node)
             for alias in node.names:
-                whole = f"{node.module}.{alias.name}"
-                own = alias.asname or alias.name
+                whole = f"{of}.{alias.name}"
                 # a function may have the name of its module: the package then says which it gives
-                again = whole in modules() and alias.name in _given(node.module)
+                again = whole in modules() and alias.name in _given(of)
                 if whole in modules() and not again:
-                    out[own] = (whole, "")
-                elif node.module in modules():
-                    out[own] = (node.module, alias.name)
+                    out[alias.asname or alias.name] = (whole, "")
+                elif of in modules():
+                    out[alias.asname or alias.name] = (of, alias.name)
     return out
 
 
@@ -208,10 +217,11 @@ def page() -> str:
     out = [
         "# Methods of the thesis, and the way to each",
         "",
-        "Every part of the package that works by a numbered equation of chapters 2 to 6 or 9 of the",
-        "thesis that [theory.md](theory.md) names: the way in, and tests that fail where it is wrong.",
-        "Chapters 7 and 8 have pages of their own ([generic elements](generic-elements.md),",
-        "[exact elements](exact-elements.md)). Written by `python -m docs.methods` from the docstrings.",
+        "Every part of the package that works by a numbered equation of chapters 2 to 6 or 9 of",
+        "the thesis that [theory.md](theory.md) names: the way in, and tests that fail where it",
+        "is wrong. Chapters 7 and 8 have pages of their own ([generic",
+        "elements](generic-elements.md), [exact elements](exact-elements.md)). Written by",
+        "`python -m docs.methods` from the docstrings.",
         "",
         "| equation | what | way in | tests |",
         "|---|---|---|---|",

@@ -26,6 +26,7 @@ SHARED_FOLDERS = {"cases", "benchmarks"}  # instances for the contract tests; `m
 BESIDE = {"validation"}  # packages of scripts beside the package, which have tests too
 WHOLE = {
     "test_architecture.py",
+    "test_methods.py",
     "test_house_rules.py",
     "test_documents.py",
     "test_examples.py",
