@@ -274,6 +274,7 @@ COMMON = "`fit.npz` has all lines, of which `frequency_points` are fitted; `othe
 
 KEPT = "[constraints]\ngeneric = { mass = true }\n"
 PRIOR = '[[regularisation]]\nkind = "prior"\ndeviation = 0.1\nweight = 1.0\n'
+LOW = 'begin_with = "low"'
 STEP = 'reweight = "step"\ntolerance = 0.1\ntrust_radius = {}'
 DIAGONAL = ', family = { classes = "diagonal" }'
 
@@ -345,15 +346,17 @@ def beams() -> None:
         "beam_b",
         BEAM_B,
         False,
-        f"Section 7.7.2, case B: target the closed form of the same beam. {geometry}One family for all elements. {COMMON} `all_lines.toml` and `p_values_all_lines.toml` fit all lines, with the deviation that the recordings state, {FLOOR:.0%} of the r.m.s. of all entries and the same everywhere (our choice), in place of one relative to each entry.",
+        f"Section 7.7.2, case B: target the closed form of the same beam. {geometry}One family for all elements. {COMMON} `all_lines.toml` and `p_values_all_lines.toml` fit all lines. The deviation of every entry is stated as {FLOOR:.0%} of the r.m.s. of all, the same everywhere (our choice).",
+        noise=None,
+        loop=f"{STEP.format(0.3)}\n{LOW}",
         floor=FLOOR,
     ).write((f, H(f, 0)), (g, H(g, 3)), nodes, (1, 4), 2)
     folder = PROBLEMS / "beam_b"
     lines = ", ".join(str(float(x)) for x in BEAM_B)
     for old, new in (("problem", "all_lines"), ("p_values", "p_values_all_lines")):
         text = (folder / f"{old}.toml").read_text(encoding="utf-8")
-        text = text.replace(f"[{lines}]", '"all"').replace("noise = 0.001\n", "")
-        text = text.replace('begin_with = "low"', STEP.format(3.0))
+        text = text.replace(f"[{lines}]", '"all"').replace(f"{STEP.format(0.3)}\n", "")
+        text = text.replace(LOW, STEP.format(3.0))
         first, rest = text.split("\n", 1)
         made = f'{first[:-1]}, all lines"\n{rest}'
         (folder / f"{new}.toml").write_text(made, encoding="utf-8")

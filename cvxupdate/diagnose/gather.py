@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.modes.common import common_of as common_of_tables
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
@@ -137,7 +139,8 @@ def discretisation(evidence: Evidence, before: float | None) -> Discretisation |
     the file; None where nothing was divided."""
     if not isinstance(evidence, ResponseEvidence) or before is None:
         return None
-    return of_sheets(evidence.fine, before, evidence.nominal.fit)
+    noise = evidence.noise.fit if np.isfinite(evidence.noise.fit) else 0.0
+    return of_sheets(evidence.fine, before, evidence.nominal.fit, noise)
 
 
 def may_drift(evidence: Evidence) -> bool:

@@ -40,9 +40,11 @@ class Compliance:
 
 
 def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
-    """A soft support or an opened joint as a spring."""
+    """A soft support or an opened joint as a spring, with its share of those that go together."""
     what = "joint" if block.dofs.shape[1] == 2 else "soft support"
-    put_spring(draft, model, block, e, 1.0 / (now["a0"] + now["a"]) * now["stiffness"], "a", what)
+    share = float(block.terms[0].values[block.geometry[e], 0, 0])
+    k = share / (now["a0"] + now["a"]) * now["stiffness"]
+    put_spring(draft, model, block, e, k, "a", what)
 
 
 def put_spring(

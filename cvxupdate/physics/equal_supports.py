@@ -18,6 +18,7 @@ from cvxupdate.physics.units import quantity, stiffness_unit
 
 LIMITS = (0.0, SOFTEST)
 MOST = 100  # supports of a class
+ALONG = " along the edge"
 
 
 @final
@@ -44,13 +45,16 @@ class EqualSupports(EffectType):
             )
             place = Place(nodes=tuple(n for n, _ in free.held), dof=held[0][1])
             figures = (stiffness("k", stiffness_unit(place), unit / RIGID),)
-            spot = f"of the {len(free.held)} supports at {where(place)}"
+            along = ALONG if free.along_edge else ""
+            spot = f"of the {len(free.held)} supports{along} at {where(place)}"
             out.append(Effect(self, place, change, figures, 1, LIMITS, spot))
         return out
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """What each of them holds with."""
         k = quantity(values["k"], stiffness_unit(effect.place))
+        share = " on the average, by the length of edge that is its own"
+        k += share if ALONG in effect.spot else ""
         return f"Each {effect.spot} gives way: it holds with {k}, while the model holds it rigidly."
 
 

@@ -22,7 +22,7 @@ def member_sets(model: Model, of: str) -> list[tuple[tuple[int, ...], tuple[str,
     groups: dict[str, set[int]] = {}
     singles: dict[int, str] = {}
     lines: list[tuple[int, ...]] = []
-    sheets = [t.name for t in ELEMENTS.members() if t.text.outline in SHEETS]
+    sheets = sheet_names()
     for block in model.blocks:
         if not has_property(block, of):
             continue
@@ -57,6 +57,11 @@ def member_sets(model: Model, of: str) -> list[tuple[tuple[int, ...], tuple[str,
     for run in lines:
         add(run, ())
     return out
+
+
+def sheet_names() -> frozenset[str]:
+    """Types of elements that are sheets."""
+    return frozenset(t.name for t in ELEMENTS.members() if t.text.outline in SHEETS)
 
 
 def straight(model: Model, of: str) -> list[tuple[int, ...]]:

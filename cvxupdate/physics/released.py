@@ -1,4 +1,5 @@
-"""The model with several supports set free, and the springs of one compliance that then hold it."""
+"""The model with several supports set free, and the springs that then hold it: of one compliance,
+or along an edge of sheets of one for each metre."""
 
 from __future__ import annotations
 
@@ -9,22 +10,27 @@ from functools import cached_property
 import numpy as np
 
 from cvxupdate.fe.block import Block, Index
+from cvxupdate.fe.elements import Term
 from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
 from cvxupdate.physics.compliance import RIGID, Compliance
 from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.directions import LowRank, opened
 from cvxupdate.physics.growth import small_block
+from cvxupdate.physics.members import sheet_names
 
 Held = tuple[int, str]  # node, kind
+PARALLEL = 0.999  # cosine of an axis and an edge that is held about it
 
 
 @dataclass(frozen=True)
 class Released:
-    """A model with the DOFs of ``held`` supports set free, behind all others (``rows``)."""
+    """A model with the DOFs of ``held`` supports set free, behind all others (``rows``);
+    ``shares`` (r,) of the springs that then hold it, one on the average."""
 
     model: Model
     held: tuple[Held, ...]
     before: int
+    shares: Real
 
     @classmethod
     def of(cls, context: SearchContext, held: Sequence[Held]) -> Released:
@@ -50,7 +56,7 @@ class Released:
             dof_kind=np.append(base.dof_kind, kinds),
             blocks=tuple(replace(b, dofs=d) for b, d in zip(base.blocks, dofs, strict=True)),
         )
-        return cls(model, tuple(found), base.size)
+        return cls(model, tuple(found), base.size, edge_shares(base, tuple(found)))
 
     @property
     def rows(self) -> Index:
@@ -96,17 +102,18 @@ class Released:
     def tangent(self, unit: float) -> DerivativeBlock:
         """−k kᵀ per unit of compliance, exact at infinite stiffness."""
         used, k = self.across
-        return DerivativeBlock(used[None], (-unit * (k @ k.T))[None], None, None, None)
+        return DerivativeBlock(used[None], (-unit * ((k / self.shares) @ k.T))[None], *[None] * 3)
 
     def along(self, unit: float) -> LowRank:
         """The same at any size."""
-        used, k = self.across
-        return opened(used, k, self.within, unit, np.ones_like)
+        (used, k), apart = self.across, 1.0 / np.sqrt(self.shares)  # in which springs are alike
+        within = apart[:, None] * self.within * apart
+        return opened(used, k * apart, within, unit, np.ones_like)
 
     def springs(self, unit: float) -> Block:
         """To ground, rigid but for a ten thousandth; all of one kind of DOF."""
         kind = self.held[0][1]
-        return small_block(
+        block = small_block(
             self.model,
             Compliance(1, kind),
             self.rows[:, None],
@@ -115,3 +122,38 @@ class Released:
             np.ones((1, 1)),
             {"a": 0.0, "a0": unit / RIGID},
         )
+        (term,) = block.terms
+        own = Term(term.matrix, term.coefficient, self.shares[:, None, None])
+        return replace(block, terms=(own,), geometry=np.arange(len(self.shares)))
+
+    @property
+    def along_edge(self) -> bool:
+        """Whether they hold an edge of sheets, each the part of it that is its own."""
+        return bool(np.any(self.shares != 1.0))
+
+
+def edge_shares(model: Model, held: Sequence[Held]) -> Real:
+    """The length of edge of sheets that each of the supports holds from turning about itself, over
+    the average; ones where they are not all on such edges."""
+    at = {n: i for i, (n, _) in enumerate(held)}
+    axis = KINDS.index(held[0][1]) - 3 if held else -1
+    if axis < 0:
+        return np.ones(len(held))
+    sides: dict[frozenset[int], Real] = {}
+    sheets = sheet_names()
+    for block in model.blocks:
+        if block.nodes is None or block.kind.name not in sheets:
+            continue
+        for nodes in block.nodes:
+            ids = model.node_ids[nodes].tolist()
+            for k in range(len(ids)):
+                a, b = k, (k + 1) % len(ids)
+                if ids[a] in at and ids[b] in at:
+                    along = model.xyz[nodes[b]] - model.xyz[nodes[a]]
+                    sides[frozenset((ids[a], ids[b]))] = along
+    out = np.zeros(len(held))
+    for ends, along in sides.items():
+        length = float(np.linalg.norm(along))
+        if abs(along[axis]) >= PARALLEL * length:
+            out[[at[n] for n in ends]] += length / 2.0
+    return out / out.mean() if np.all(out > 0.0) else np.ones(len(held))

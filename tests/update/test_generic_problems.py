@@ -19,11 +19,11 @@ def test_a_wrong_section_is_found_exactly() -> None:
 
 
 def test_the_error_of_a_mesh_is_taken_up_by_a_family_and_not_by_p_values() -> None:
-    """7.7.2B, another drive held out: at least ten times better than the p-values."""
-    errors = {
-        name: run(PROBLEMS / "beam_b" / f"{name}.toml").fit["hold_out"]["frf_error"]
-        for name in ("problem", "p_values")
-    }
+    """7.7.2B, another drive held out: at least ten times better than the p-values, in about as many
+    iterations as the source (5)."""
+    found = {name: run(PROBLEMS / "beam_b" / f"{name}.toml") for name in ("problem", "p_values")}
+    errors = {name: one.fit["hold_out"]["frf_error"] for name, one in found.items()}
+    assert found["problem"].status == "converged" and found["problem"].iterations <= 7
     assert errors["problem"]["after"] < 0.02 < errors["problem"]["before"]
     assert errors["p_values"]["after"] > 10.0 * errors["problem"]["after"]
 

@@ -49,13 +49,15 @@ class Discretisation:
     """A mesh that is too coarse beside one that does, which has every element in ``parts`` (and
     consistent masses, where the file has ``lumped`` ones): ``shift`` the largest relative error of
     a natural frequency in the band by the file's mesh, ``left`` by the other, where it is known;
-    ``errors`` of the responses to fit, of the file and of the other, before anything is fitted."""
+    ``errors`` of the responses to fit, of the file and of the other, before anything is fitted;
+    ``alone`` what the file's mesh leaves of the responses by itself, and the noise, where known."""
 
     parts: int
     lumped: bool
     shift: float
     left: float | None
     errors: tuple[float, float]
+    alone: tuple[float, float] | None = None
 
     @property
     def mesh(self) -> str:
@@ -75,8 +77,11 @@ class Discretisation:
 
     @property
     def explains(self) -> bool:
-        """Whether the mesh alone makes most of what the file leaves."""
-        return self.shift > MESH_TOLD and self.errors[1] <= HALVED * self.errors[0]
+        """Whether the mesh alone makes most of what the file leaves, above noise."""
+        most = HALVED * self.errors[0]
+        if self.alone is not None:
+            return self.shift > MESH_TOLD and self.alone[0] >= max(most, self.alone[1])
+        return self.shift > MESH_TOLD and self.errors[1] <= most
 
     @property
     def verdict(self) -> str:
@@ -200,10 +205,11 @@ def _error(model: Model, fitted: Sequence[Recording]) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def of_sheets(mesh: Mesh, before: float, nominal: float) -> Discretisation | None:
+def of_sheets(mesh: Mesh, before: float, nominal: float, noise: float) -> Discretisation | None:
     """What the file's mesh of plates is worth beside the analysis model that was diagnosed: errors
-    of the responses ``before``, of the file, and of the ``nominal`` model there. None where the
-    file's own mesh was."""
+    of the responses ``before``, of the file, of the ``nominal`` model there, and of ``noise``. None
+    where the file's own mesh was."""
     if mesh.analysis is None:
         return None
-    return Discretisation(mesh.advised, False, mesh.shift, None, (before, nominal))
+    errors, alone = (before, nominal), (mesh.error, noise)
+    return Discretisation(mesh.advised, False, mesh.shift, None, errors, alone)

@@ -37,10 +37,10 @@ from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
 from cvxupdate.diagnose.settings import (
     CLEAR,
     EXPLAINED,
-    FREQUENCY_DISCREPANCY,
     HOPELESS,
     MOST_ALLOWANCE,
     OPEN,
+    SHEET_DISCREPANCY,
     WHOLE,
     WHOLES,
 )
@@ -238,7 +238,7 @@ class ResponseEvidence(Linear):
         base, finer = self.bases[-1], self.fine is not PLAIN
         if not base.setting.damped or (finer and not has_sheets(self.model)):
             return self.fine.left
-        missed = FREQUENCY_DISCREPANCY if finer else self.data.mesh_of(model).missed(self.data.top)
+        missed = SHEET_DISCREPANCY if finer else self.data.mesh_of(model).missed(self.data.top)
         damping = float(np.median(base.point.damping[base.point.owner]))
         return self.fine.left + float(min(MOST_ALLOWANCE, missed / damping))
 

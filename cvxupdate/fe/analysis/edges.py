@@ -25,7 +25,8 @@ ALONE = 5  # of a line, beside which no sheet helps: two waves of bending in one
 class Edge:
     """From node ``a`` at ``start`` to the higher-numbered ``b`` at ``end``; ``turns``: rotations of
     its ends bend it; ``rim``: it is one of a sheet; ``line``: it is an element itself;
-    ``ruled``: it is held straight along its length, without being clamped."""
+    ``ruled``: it is held straight along its length, without being clamped; ``clamped``: it can
+    not turn about itself either."""
 
     a: int
     b: int
@@ -35,6 +36,7 @@ class Edge:
     rim: bool = False
     ruled: bool = False
     line: bool = False
+    clamped: bool = False
 
     @property
     def axes(self) -> tuple[Real, Real, Real, float]:

@@ -25,6 +25,7 @@ DIVIDED = ("rod", "beam2d", "beam3d", "plate")  # types of elements that have pa
 # the square of their length and are not extrapolated, and cost next to nothing
 LINES = {"rod": 2, "beam2d": 2, "beam3d": 2}
 NOTHING = 1e-12  # of the largest stiffness of a term: none
+ALONG = 1e-6  # component of a direction that counts
 SAME = 12  # digits to which two elements are alike
 
 
@@ -137,7 +138,7 @@ def _piece(
             ends,
             block.geometry[rows].tobytes(),
             np.round(file.xyz[nodes] - file.xyz[nodes[0]], SAME).tobytes(),
-            tuple((k.ruled, k.turns, k.rim) for k in edges),
+            tuple((k.ruled, k.turns, k.rim, k.clamped) for k in edges),
             tuple(np.argsort(file.node_ids[nodes]).tolist()),
             tuple(float(np.real(v[rows[0]])) for _, _, v in scalars),
         )
@@ -180,7 +181,13 @@ def _edges(
     for a, b in (sorted(p) for p in pairs):
         edge = Edge(a, b, place[a], place[b], turns, frozenset((a, b)) in rims, line=not sheet)
         both = held.get(a, frozenset()) & held.get(b, frozenset())
-        out.append(replace(edge, ruled=edge.rim and turns and _ruled(edge, both)))
+        out.append(
+            replace(
+                edge,
+                ruled=edge.rim and turns and _ruled(edge, both),
+                clamped=sheet and turns and _clamped(edge, both),
+            )
+        )
     return out
 
 
@@ -194,6 +201,13 @@ def _ruled(edge: Edge, both: frozenset[str]) -> bool:
             if not needed <= both:
                 return True
     return False
+
+
+def _clamped(edge: Edge, both: frozenset[str]) -> bool:
+    """Whether both ends hold what is upright to it and the rotation about it."""
+    e, _, up, _ = edge.axes
+    held = [np.array([k in both for k in KINDS[i : i + 3]]) for i in (0, 3)]
+    return all(not np.any(np.abs(d[~h]) > ALONG) for d, h in zip((up, e), held, strict=True))
 
 
 def _resisted(pieces: Sequence[Piece]) -> set[str]:

@@ -5,6 +5,11 @@ of width b twists with b − 0.63 h (Saint-Venant's rectangle: Timoshenko and Go
 metre of a rim has the negative torsional stiffness 0.105 G h⁴. Rotary inertia lowers frequencies by
 the square of thickness over wave length. Deformation in shear, of the same order, is left out: it
 needs third derivatives of the deflection.
+
+A face that is clamped cannot become thinner where the sheet bends, so that within about a
+thickness of it the sheet is stiffer, as if the clamp reached in by a part of the thickness; how far
+depends on the clamp (a cover plate, a weld) too. Along a clamped edge the curvature across is the
+only one; its square there is a term of its own, nothing unless the property ``clamp`` is moved.
 """
 
 from __future__ import annotations
@@ -15,17 +20,40 @@ from collections.abc import Sequence
 import numpy as np
 
 from cvxupdate.fe.analysis.edges import Edge
-from cvxupdate.fe.analysis.parts import Fine
+from cvxupdate.fe.analysis.parts import Fine, summed
 from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.elements.base import Real
+from cvxupdate.fe.elements.plate import edge_curvature
 
-TERMS = (("K", "rim"), ("M", "turning"))
+TERMS = (("K", "rim"), ("M", "turning"), ("K", "clampx"), ("K", "clampy"))
 """Matrix and coefficient of each."""
+ACROSS = 1e-6  # of an edge: a right angle
 
 
 def beyond(fine: Fine, block: Block, rows: Index, dofs: Index, edges: Sequence[Edge]) -> list[Real]:
     """The `TERMS` of one element on the ``dofs`` (n,) of its parts, ``rows`` of a block."""
-    return [_rim(fine, dofs, edges), _turning(fine, block, rows, dofs)]
+    held = [_held(fine, block, rows, dofs, edges, axis) for axis in (0, 1)]
+    return [_rim(fine, dofs, edges), _turning(fine, block, rows, dofs), *held]
+
+
+def _held(
+    fine: Fine, block: Block, rows: Index, dofs: Index, edges: Sequence[Edge], axis: int
+) -> Real:
+    """1/m: the squared curvature along the local x (``axis`` 0) or y, along clamped edges across
+    it."""
+    nodes = np.zeros((0, 4), dtype=np.int64) if block.nodes is None else block.nodes[rows]
+    xyz = fine.model.xyz[nodes]
+    values = np.zeros((len(rows), *block.terms[0].values.shape[1:]))
+    for edge in edges:
+        along = xyz[:, (1, 3)[axis]] - xyz[:, 0]
+        if not edge.clamped or np.any(abs(along @ edge.axes[0]) > ACROSS * edge.axes[3]):
+            continue
+        for end in (0, 1):
+            r = xyz[:, 0] + end * along - edge.start
+            off = np.linalg.norm(r - np.outer(r @ edge.axes[0], edge.axes[0]), axis=1)
+            on = np.flatnonzero(off < ACROSS * edge.axes[3])
+            values[on] += edge_curvature(xyz[on], axis, end)
+    return summed(block, rows, dofs, values)
 
 
 def _rim(fine: Fine, dofs: Index, edges: Sequence[Edge]) -> Real:

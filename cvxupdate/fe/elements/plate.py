@@ -81,15 +81,46 @@ def _lacking(block: PlateBlock, active: tuple[str, ...]) -> Lacking:
     )
 
 
+def _unit_dofs(ex: Real, ey: Real) -> Real:
+    """(e, 12, 12): the DOFs on the unit square from those of elements with sides ex, ey (e, 3)."""
+    e = len(ex)
+    S = np.zeros((e, 4, 3, 4, 3))
+    for n in range(4):
+        S[:, n, 0, n, 0] = 1.0
+        S[:, n, 1, n, 1], S[:, n, 1, n, 2] = (
+            ex[:, 1],
+            -ex[:, 0],
+        )  # ∂w/∂ξ = a·(∇w · x̂) = ex_y θx − ex_x θy
+        S[:, n, 2, n, 1], S[:, n, 2, n, 2] = ey[:, 1], -ey[:, 0]
+    return S.reshape(e, 12, 12)
+
+
+def edge_curvature(xyz: Real, axis: int, end: int) -> Real:
+    """∫ w_nn² ds (e, 12, 12) along the edge of elements ``xyz`` (e, 4, 3) where local x (``axis``
+    0) or y is at its beginning (``end`` 0) or its end (1), n along that axis."""
+    ex, ey = xyz[:, 1] - xyz[:, 0], xyz[:, 3] - xyz[:, 0]
+    a, b = np.linalg.norm(ex, axis=1), np.linalg.norm(ey, axis=1)
+    corners = np.vstack([_rows(x, y, *d) for x, y in _CORNERS for d in ((0, 0), (1, 0), (0, 1))])
+    shape, unit = np.linalg.inv(corners), np.zeros((12, 12))
+    points, weights = np.polynomial.legendre.leggauss(4)
+    for t, w in zip((points + 1) / 2, weights / 2, strict=True):
+        x, y = (float(end), t) if axis == 0 else (t, float(end))
+        bent = _rows(x, y, *((2, 0) if axis == 0 else (0, 2))) @ shape
+        unit += w * np.outer(bent, bent)
+    T, size = _unit_dofs(ex, ey), (b / a**4 if axis == 0 else a / b**4)
+    return np.einsum("eki,kl,elj->eij", T, unit, T, optimize=True) * size[:, None, None]
+
+
 @dataclass(frozen=True)
 class Plate:
-    """Dx, Dy, D1, Dxy are factors on the isotropic rigidities, 1 for an isotropic sheet."""
+    """Dx, Dy, D1, Dxy are factors on the isotropic rigidities, 1 for an isotropic sheet; ``clamp``
+    is by how many thicknesses clamped edges hold it beyond the line of their nodes."""
 
     mass: str = "consistent"
     name: str = "plate"
     nodes: int = 4
     dofs: tuple[str, ...] = ("z", "rx", "ry")
-    properties: tuple[str, ...] = ("E", "nu", "rho", "thickness", "Dx", "Dy", "D1", "Dxy")
+    properties: tuple[str, ...] = ("E", "nu", "rho", "thickness", "Dx", "Dy", "D1", "Dxy", "clamp")
     text: ClassVar[ElementText] = ElementText(
         PlateBlock,
         changes=(*ELASTIC, *INERTIAL, "nu", "thickness", "Dx", "Dy", "D1", "Dxy"),
@@ -106,6 +137,7 @@ class Plate:
         s = cast(PlateSection, around.section(row))
         rigidities = {"Dx": s.Dx, "Dy": s.Dy, "D1": s.D1, "Dxy": s.Dxy}
         properties = {**material_properties(around.material(row)), "thickness": s.thickness}
+        properties["clamp"] = 0.0
         yield Placed(cls(block.mass), {**properties, **rigidities})
 
     def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
@@ -127,16 +159,7 @@ class Plate:
                 "a plate element is not a rectangle parallel to the x-y plane, or its nodes "
                 "are not in order around it. Order its four nodes around a rectangle."
             )
-        e = len(xyz)
-        S = np.zeros((e, 4, 3, 4, 3))
-        for n in range(4):
-            S[:, n, 0, n, 0] = 1.0
-            S[:, n, 1, n, 1], S[:, n, 1, n, 2] = (
-                ex[:, 1],
-                -ex[:, 0],
-            )  # ∂w/∂ξ = a·(∇w · x̂) = ex_y θx − ex_x θy
-            S[:, n, 2, n, 1], S[:, n, 2, n, 2] = ey[:, 1], -ey[:, 0]
-        T = S.reshape(e, 12, 12)
+        T = _unit_dofs(ex, ey)
         scale = {
             "Dx": b / a**3,
             "Dy": a / b**3,
@@ -170,4 +193,6 @@ class Plate:
             # of a solid sheet: see cvxupdate.fe.analysis.solid
             "rim": properties["Dxy"] * RIM * properties["E"] / (2.0 * (1.0 + nu)) * h**4,
             "turning": properties["rho"] * h**3 / 12.0,
+            "clampx": properties["clamp"] * h * properties["Dx"] * D,
+            "clampy": properties["clamp"] * h * properties["Dy"] * D,
         }

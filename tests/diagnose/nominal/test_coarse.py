@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from cvxupdate.diagnose import diagnose_problem
-from cvxupdate.diagnose.nominal.coarse import too_coarse
+from cvxupdate.diagnose.nominal.coarse import of_sheets, too_coarse
+from cvxupdate.diagnose.nominal.refinement import PLAIN, Mesh
 from cvxupdate.diagnose.settings import COARSE_MESH, EXACT_MESH
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
@@ -22,6 +23,7 @@ from cvxupdate.spec import Spec
 from cvxupdate.study import open_problem
 from tests.cases.elements import STEEL, chain, lines, toml
 
+NOTHING: Any = object()  # some analysis model: only whether there is one counts here
 LINES = np.linspace(20.0, 1500.0, 200)
 BAR = {"shape": "rectangle", "width": 0.012, "height": 0.02}
 AT = [(x, 0.0, 0.0) for x in (0.0, 0.11, 0.19, 0.31, 0.42, 0.55)]
@@ -102,3 +104,13 @@ def test_where_another_way_deals_with_it(tmp_path: Path) -> None:
     record = TimeHistory(Origin("t", "t"), 1000.0, (), np.zeros((8, 0)))
     assert too_coarse(spec, model, [record]) is None
     assert too_coarse(spec, model, []) is None
+
+
+@pytest.mark.parametrize(("alone", "said"), [(0.12, True), (0.08, False)])
+def test_plates_are_told_by_what_their_mesh_leaves_by_itself(alone: float, said: bool) -> None:
+    """Half of the error of the file, and more than the noise."""
+    told = of_sheets(Mesh(analysis=NOTHING, shift=0.02, error=alone, advised=3), 0.2, 0.15, 0.01)
+    assert told is not None and told.explains == said
+    above = of_sheets(Mesh(analysis=NOTHING, shift=0.02, error=alone, advised=3), 0.2, 0.15, 0.2)
+    assert above is not None and not above.explains
+    assert of_sheets(PLAIN, 0.2, 0.15, 0.01) is None

@@ -10,7 +10,7 @@ import pytest
 
 from cvxupdate.diagnose.nominal.refinement import Wanted, fine_enough, shift_between
 from cvxupdate.diagnose.nominal.scatter import prior_scales, with_nuisance
-from cvxupdate.diagnose.nominal.theory import GROUP, SIZES, cornered, theory_lines
+from cvxupdate.diagnose.nominal.theory import GROUP, SIZES, theory_lines, with_theory
 from cvxupdate.fe.modes import model_modes
 from tests.diagnose.nominal.test_refinement import STOCKY, load
 from tests.fe.analysis.test_corners import portal
@@ -37,13 +37,15 @@ def test_a_slender_frame_may_shear_and_be_stiff_at_its_corners(frame):
     assert mesh.theory == ("shear", "corner")
     own = with_nuisance(mesh.on(model), theory=mesh.theory)
     extra = {q.of: (j, q) for j, q in enumerate(own.parameters) if q.group == GROUP}
-    for word, (most, deviation) in SIZES.items():
-        j, q = extra[word]
+    for word in ("shear", "corner"):
+        (j, q), (most, deviation) = extra[word], SIZES[word]
         assert (q.lower, q.upper) == (0.0, most) and prior_scales(own)[j] == deviation
     p = own.zero()
     p[extra["corner"][0]] = 1.0
     stiffer = model_modes(own, 5, p).frequencies
-    np.testing.assert_allclose(stiffer, model_modes(cornered(mesh.on(model)), 5).frequencies)
+    np.testing.assert_allclose(
+        stiffer, model_modes(with_theory(mesh.on(model), "corner"), 5).frequencies
+    )
     assert np.all(stiffer > model_modes(own, 5).frequencies)
     (line,) = theory_lines(own, SimpleNamespace(p=p, misfit=1.0))
     (bare,) = theory_lines(own, SimpleNamespace(p=p, misfit=1e3))
@@ -60,4 +62,28 @@ def test_where_it_changes_nothing_that_is_heard_there_is_none(frame):
 def test_shear_that_shifts_frequencies_by_much_is_a_finding(tmp_path):
     """Of a bar eight depths long it is no matter of theory; a bar has no corners."""
     spec, model = load(tmp_path, STOCKY)
+    assert mesh_of(spec, model, 1e-4).theory == ()
+
+
+def test_a_clamped_edge_may_hold_from_before_its_line_on(tmp_path):
+    from tests.fe.analysis.test_solid import CLAMPED, read, sheet
+
+    spec, model = read(tmp_path, sheet(4, 3, CLAMPED))
+    mesh = mesh_of(spec, model, 1e-4)
+    assert mesh.theory == ("clamp",)
+    own = with_nuisance(mesh.on(model), theory=mesh.theory)
+    (j,) = [j for j, q in enumerate(own.parameters) if q.of == "clamp"]
+    q, (most, deviation) = own.parameters[j], SIZES["clamp"]
+    assert (q.name, q.lower, q.upper) == ("clamp of sheets", 0.0, most)
+    assert prior_scales(own)[j] == deviation
+    p = own.zero()
+    p[j] = 0.25
+    (line,) = theory_lines(own, SimpleNamespace(p=p, misfit=1.0))
+    assert "(0.25 of it)" in line and "no finding" in line
+
+
+def test_a_free_sheet_has_no_clamp(tmp_path):
+    from tests.fe.analysis.test_solid import read, sheet
+
+    spec, model = read(tmp_path, sheet(4, 3))
     assert mesh_of(spec, model, 1e-4).theory == ()

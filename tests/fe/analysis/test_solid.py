@@ -3,6 +3,8 @@ and rigid motions kept."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -22,9 +24,15 @@ def read(folder, text):
     return spec, build_model(spec)
 
 
-def sheet(nx: int, ny: int, supports: str = "") -> str:
+CLAMPED = """[[model.supports]]
+nodes = [1, 6, 11, 16]
+dofs = ["z", "rx", "ry"]
+"""
+
+
+def sheet(nx: int, ny: int, supports: str = "", a: float = A) -> str:
     nodes = ", ".join(
-        f"{{ id = {1 + i + j * (nx + 1)}, x = {A * i / nx:.9g}, y = {B * j / ny:.9g} }}"
+        f"{{ id = {1 + i + j * (nx + 1)}, x = {a * i / nx:.9g}, y = {B * j / ny:.9g} }}"
         for j in range(ny + 1)
         for i in range(nx + 1)
     )
@@ -82,3 +90,28 @@ def test_a_rim_counts_as_its_torsion_only(tmp_path):
     G = 207e9 / 2.6
     along = G * (A * B * H**3 / 3.0 - 0.63 / 3.0 * H**4 * (A + B))
     assert energy == pytest.approx(along, rel=1e-6)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_clamp_that_reaches_in_makes_a_sheet_shorter(tmp_path, turned):
+    """By a fiftieth of its thickness, to first order; whichever way its elements run."""
+    made = sheet(4, 3, CLAMPED)
+    if turned:
+        for c in (1 + k % 4 + 5 * (k // 4) for k in range(12)):
+            around = (c, c + 1, c + 6, c + 5)
+            made = made.replace(
+                "[{}, {}, {}, {}]".format(*around), "[{1}, {2}, {3}, {0}]".format(*around)
+            )
+    spec, file = read(tmp_path, made)
+    own = analysis_of(spec, file, 4, solid=True).on(file)
+    reach = 0.02
+    held = replace(own, blocks=tuple(_with(b, reach) for b in own.blocks))
+    spec, file = read(tmp_path, sheet(4, 3, CLAMPED, A - reach * H))
+    shorter = analysis_of(spec, file, 4, solid=True).on(file)
+    f, g, true = (model_modes(m, 5).frequencies for m in (own, held, shorter))
+    assert np.all(true > 1.0001 * f)
+    np.testing.assert_allclose(g / f - 1.0, true / f - 1.0, rtol=0.06)
+
+
+def _with(block, reach):
+    return replace(block, properties={**block.properties, "clamp": np.full(len(block.ids), reach)})
