@@ -38,8 +38,8 @@ def alike(
     stand where it does."""
     own, place = effect.action, effect.place
     if not isinstance(own, NonlinearForce):
-        here = (set(place.nodes), place.dof)
-        return [e for e in candidates if (set(e.place.nodes), e.place.dof) == here]
+        spot = (set(place.nodes), place.dof)
+        return [e for e in candidates if (set(e.place.nodes), e.place.dof) == spot]
     model = point.setting.model
     n = point.carried
     soft = 1.0 / np.maximum(point.modes.frequencies[:n], 1e-3 * point.modes.frequencies[n - 1])
