@@ -42,7 +42,9 @@ def diagnosed(
     further = Further() if level or drift else evidence.further(last.fit)
     pattern = pattern_of(further)
     findings = (*judgement.findings, *pattern.findings)
-    verdict, says = verdict_of(judgement, pattern.findings, nonlinear(change), drift)
+    verdict, says = verdict_of(
+        judgement, pattern.findings, nonlinear(change), drift, pattern.unsure
+    )
     lines = [*evidence_lines(judgement, change, drift), *telltale_lines(recordings)]
     lines += pattern.lines
     if judgement.findings and judgement.final is not None:

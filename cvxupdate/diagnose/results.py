@@ -79,12 +79,13 @@ class Updated:
 @dataclass(frozen=True)
 class Damper:
     """An effect that explains a pattern of damping ratios: its size in units of its parameter with
-    deviation, and the strain that it leaves."""
+    deviation, the strain that it leaves, and at how many ``places`` its type was tried."""
 
     effect: Effect
     size: float
     deviation: float
     strain: float
+    places: int = 1
 
 
 @dataclass(frozen=True)

@@ -2,37 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from cvxupdate.diagnose.judge.alternatives import overlapping
 from cvxupdate.diagnose.results import Damper, Finding, Further
-from cvxupdate.diagnose.settings import LAW, MOST_SURE, STRONG
+from cvxupdate.diagnose.settings import LAW, MOST_SURE, STATED, STRONG
+from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import told
-from cvxupdate.physics.place import Place
+from cvxupdate.physics.place import Place, listed
 
 MOST = 12  # equivalents listed
+NAMED = 4  # of them in a sentence
 
 
 @dataclass(frozen=True)
 class Pattern:
-    """Findings, evidence, and the effect of damping with its size, for the updated model."""
+    """Findings, evidence, and the effect of damping with its size, for the updated model; what may
+    be said where none is likely enough (``unsure``)."""
 
     findings: tuple[Finding, ...] = ()
     lines: tuple[str, ...] = ()
     damped: tuple[Model, float] | None = None
+    unsure: str = ""
 
 
 def pattern_of(further: Further) -> Pattern:
-    """One rate of decay where there is one, else the effect that explains the ratios best."""
+    """One rate of decay where there is one, else the likeliest effect of damping."""
     if further.alpha is not None:
         return Pattern((_law(*further.alpha),), further.lines)
-    best = next(iter(further.dampers), None)
-    if best is None or best.effect.change is None:
-        return Pattern((), further.lines)
-    return _damper(best, best.effect.change.model, further)
+    return _damper(further)
 
 
 def _law(alpha: float, deviation: float) -> Finding:
@@ -52,31 +54,66 @@ def _law(alpha: float, deviation: float) -> Finding:
     )
 
 
-def _damper(best: Damper, grown: Model, further: Further) -> Pattern:
-    effect, others = best.effect, further.dampers[1:]
-    (values, spread) = effect.reported(grown, grown.parameters[-1:], [best.size], [best.deviation])
-    near = [d for d in others if d.strain <= best.strain + STRONG]
-    likely = np.exp(-0.5 * (np.array([d.strain for d in further.dampers]) - best.strain))
-    nothing = np.sqrt(further.modes) * np.exp(-0.5 * (further.strain - best.strain))
-    there = [
-        d.effect.physics == effect.physics and overlapping(d.effect.place, effect.place, grown)
-        for d in further.dampers
+def _damper(further: Further) -> Pattern:
+    """The likeliest effect of damping, where its place is likelier than not. Types of effect are as
+    likely before, and so are the places of one type: a law of the whole structure is not drowned by
+    the many nodes at which a dashpot does nearly as well."""
+    dampers = [d for d in further.dampers if d.effect.change is not None]
+    if not dampers:
+        return Pattern((), further.lines)
+    least = min(d.strain for d in dampers)
+    likely = np.array([np.exp(-0.5 * (d.strain - least)) / max(1, d.places) for d in dampers])
+    nothing = float(np.sqrt(further.modes) * np.exp(-0.5 * (further.strain - least)))
+    best = dampers[int(np.argmax(likely))]
+    grown = _model_of(best)
+    place = best.effect.place
+    places = [d.effect.place for d in dampers]
+    here = [p == place or overlapping(p, place, grown) for p in places]
+    same = [
+        h and d.effect.physics == best.effect.physics for h, d in zip(here, dampers, strict=True)
     ]
+    whole = float(likely.sum() + nothing)
+    line = (
+        f"The damping ratios depart from the file's pattern (sum of squares {further.strain:.3g} "
+        f"in units of their usual scatter, {further.modes} modes); {best.effect.title} brings it "
+        f"to {best.strain:.3g}."
+    )
+    lines = (*further.lines, line)
+    near = [d for d in dampers if d is not best and d.strain <= best.strain + STRONG]
+    if float(likely[here].sum()) < STATED * whole:
+        return Pattern((), lines, unsure=_unsure([best, *near], nothing / whole))
+    (values, spread) = best.effect.reported(
+        grown, grown.parameters[-1:], [best.size], [best.deviation]
+    )
     finding = Finding(
-        effect.physics,
-        effect.place,
-        effect.title,
+        best.effect.physics,
+        place,
+        best.effect.title,
         values,
         spread,
         spread,
-        min(float(likely[there].sum() / (likely.sum() + nothing)), MOST_SURE),
+        min(float(likely[same].sum()) / whole, MOST_SURE),
         1.0 - best.strain / max(further.strain, 1e-300),
         tuple(d.effect for d in near[:MOST]),
-        effect.says(values),
+        best.effect.says(values),
     )
-    line = (
-        f"The damping ratios depart from the file's pattern (sum of squares {further.strain:.3g} "
-        f"in units of their usual scatter, {further.modes} modes); {effect.title} brings it to "
-        f"{best.strain:.3g}."
+    return Pattern((finding,), lines, (grown, best.size))
+
+
+def _model_of(damper: Damper) -> Model:
+    change = damper.effect.change
+    if change is None:
+        raise ModelError(f"{damper.effect.title} is no change of the model.")
+    return change.model
+
+
+def _unsure(alike: Sequence[Damper], nothing: float) -> str:
+    """What may be said where no place is likelier than not; empty where nothing may be missing
+    either."""
+    if nothing >= STATED:
+        return ""
+    names = listed([d.effect.title for d in alike], NAMED)
+    return (
+        "The damping ratios say that something takes out energy which the model has not, but not "
+        f"what or where: {names} would each do."
     )
-    return Pattern((finding,), (*further.lines, line), (grown, best.size))

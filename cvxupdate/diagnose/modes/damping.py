@@ -141,6 +141,7 @@ def damping_trials(ratios: Ratios, candidates: Sequence[Effect]) -> tuple[float,
                     float(sizes[k]),
                     float(max(np.ptp(inside) / 2.0, most / STEPS)),
                     float(strains[k]),
+                    names.count(c.physics),
                 )
             )
     return before, sorted(out, key=lambda t: t.strain)

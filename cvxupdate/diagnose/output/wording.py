@@ -38,9 +38,13 @@ def slightly(change: LevelChange | None) -> bool:
 
 
 def verdict_of(
-    judgement: Judgement, further: Sequence[Finding], level: bool, drift: str | None = None
+    judgement: Judgement,
+    further: Sequence[Finding],
+    level: bool,
+    drift: str | None = None,
+    unsure: str = "",
 ) -> tuple[str, str]:
-    """(verdict, sentence)."""
+    """(verdict, sentence); ``unsure``: what is missing for sure though nobody knows what."""
     if drift is not None:
         return "undetermined", (
             "The structure changed while it was measured (temperature, creep, loosening): nothing "
@@ -60,6 +64,8 @@ def verdict_of(
     if level and judgement.final is None and base.fit.misfit <= OPEN * EXPLAINED:
         return "undetermined", f"{LEVEL} It is too small for a law to be told by it."
     if not level and explained(base, judgement.case):
+        if unsure:
+            return "undetermined", unsure
         return "consistent", (
             "Nothing is missing: the model explains the recordings within noise and the usual "
             "scatter of its parameters."

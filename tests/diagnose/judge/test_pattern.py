@@ -14,10 +14,16 @@ from cvxupdate.physics.effect import Effect, ModelChange
 from tests.cases.plain_evidence import CHAIN, effect, fault
 
 
-def damper(strain: float, size: float = 0.5, **place: object) -> Damper:
-    made = effect("viscous_damper", damping=True, **place)
+def damper(
+    strain: float,
+    size: float = 0.5,
+    physics: str = "viscous_damper",
+    places: int = 1,
+    **place: object,
+) -> Damper:
+    made = effect(physics, damping=True, **place)
     on: Effect = replace(made, action=ModelChange(lambda: CHAIN, ((),)))
-    return Damper(on, size, 0.1, strain)
+    return Damper(on, size, 0.1, strain, places)
 
 
 def test_nothing_found_says_what_the_evidence_says() -> None:
@@ -60,9 +66,30 @@ def test_dampers_that_luck_cannot_tell_from_it_are_equivalents() -> None:
 
 
 def test_so_many_equivalents_are_listed() -> None:
-    others = [damper(4.0 + 0.01 * k, nodes=(k + 2,)) for k in range(MOST + 5)]
+    """Beside one that is likelier than all of them together."""
+    count = MOST + 5
+    others = [damper(9.9 + 0.005 * k, nodes=(k + 2,)) for k in range(count)]
     (finding,) = pattern_of(Further((), None, 99.0, 9, (damper(4.0), *others))).findings
     assert len(finding.equivalent) == MOST
+
+
+def test_a_place_that_is_not_likelier_than_not_is_not_stated() -> None:
+    """What is missing is said all the same, and no model is written."""
+    alike = tuple(damper(4.0 + 0.1 * k, nodes=(k + 1,)) for k in range(6))
+    found = pattern_of(Further((), None, 60.0, 8, alike))
+    assert found.findings == () and found.damped is None
+    assert "takes out energy" in found.unsure and "2 more" in found.unsure
+    assert pattern_of(Further((), None, 4.5, 8, alike[:2])).unsure == "", "or nothing is missing"
+
+
+def test_the_places_of_a_type_share_its_odds() -> None:
+    """Twenty nodes at which a dashpot does a little better do not drown one law of all."""
+    law = damper(4.0, physics="mass_proportional_damping", nodes=())
+    many = tuple(damper(3.8, nodes=(k + 1,), places=20) for k in range(5))
+    (finding,) = pattern_of(Further((), None, 60.0, 8, (*many, law))).findings
+    assert finding.physics == "mass_proportional_damping"
+    odds = [math.exp(-0.1), 5.0 / 20.0]
+    assert finding.confidence == pytest.approx(odds[0] / sum(odds), rel=1e-6)
 
 
 def test_a_channel_takes_out_no_energy() -> None:
