@@ -194,4 +194,13 @@ def fitted(setting: Any, start: Real, options: Options, bounds: Bounds | None = 
         constraints=(bounds_of(setting) if bounds is None else bounds,),
         columns=setting.columns,
     )
+    if bounds is None:
+        options = replace(options, growing=_sizes(setting))
     return _taken(setting, iterate(setting, problem, SolverChoice(), options, start).point)
+
+
+def _sizes(setting: Any) -> tuple[bool, ...]:
+    """Which unknowns are sizes of effects: in units of what is usual at their places they may be
+    thousands, and steps of one would never come there."""
+    free = [q.group is None for q in setting.model.parameters]
+    return (*free, *(False for _ in range(len(setting.columns) - len(free))))

@@ -34,6 +34,7 @@ from cvxupdate.physics.hysteresis import Hysteresis
 from cvxupdate.physics.joint_flexibility import JointFlexibility
 from cvxupdate.physics.mass_change import MassChange
 from cvxupdate.physics.mass_proportional_damping import MassProportionalDamping
+from cvxupdate.physics.moving_fixture import MovingFixture
 from cvxupdate.physics.orthotropy import Orthotropy
 from cvxupdate.physics.place import Place
 from cvxupdate.physics.quadratic_damping import QuadraticDamping
@@ -58,6 +59,7 @@ EFFECTS: tuple[EffectType, ...] = (
     SoftSupport(),
     EqualSupports(),
     FlexibleSupport(),
+    MovingFixture(),
     JointFlexibility(),
     EqualJoints(),
     ShearDeformation(),

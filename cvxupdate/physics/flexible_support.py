@@ -25,13 +25,14 @@ from cvxupdate.physics.directions import Complex, LowRank
 from cvxupdate.physics.draft import Draft, kind_of, node_of, not_negative
 from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, ModelChange
 from cvxupdate.physics.growth import append_parameters, limited, new_ids
-from cvxupdate.physics.place import TRANSLATIONS, Place, where
+from cvxupdate.physics.place import ROTATIONS, TRANSLATIONS, Place, where
 from cvxupdate.physics.quantity import physical, stiffness
 from cvxupdate.physics.released import Held, Released
 from cvxupdate.physics.units import number, quantity
 
 LIMITS = (0.0, SOFTEST)
 HUNDREDTH = 0.01  # of the structure's mass: the unit of a fixture's
+ARM = 0.1  # of its extent: radius of gyration of that unit
 DAMPING = 0.02  # of the trial fixtures
 STEPS = 16  # trial frequencies in the band
 SINGLE, MOST = 4, 100  # supports of a direction up to which each is tried by itself; in one fixture
@@ -72,12 +73,13 @@ def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, fl
         draft.model.setdefault("ties", []).append({"nodes": [fresh, n], "dofs": [kind]})
     k = now["stiffness"] / (now["a0"] + now["a"])
     spring = draft.fresh_element()
-    values = (("spring", spring, "k", k), ("mass", number, "m", now["m"] * now["mass"]))
+    about = f"I{kind[1] * 2}" if kind in ROTATIONS else "m"
+    values = (("spring", spring, "k", k), ("mass", number, about, now["m"] * now["mass"]))
     for element, own, key, value in values:
-        at = {"dof": kind} if key == "k" else {}
+        at = {"dof": kind} if key == "k" else {"m": 0.0}
         put = {"id": own, "nodes": [fresh], **at, key: not_negative(own, key, value)}
         draft.put(element, {**put, "group": group})
-    draft.known[number, "a"], draft.known[number, "m"] = (spring, "k"), (number, "m")
+    draft.known[number, "a"], draft.known[number, "m"] = (spring, "k"), (number, about)
 
 
 @final
@@ -90,10 +92,11 @@ class FlexibleSupport(EffectType):
     writers = (("fixture", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:
-        """In every direction that is held: under all its nodes together, and where they are few
-        under each, on a grid of frequencies. The tangent is that of a support that gives way: the
-        mass does nothing while it is rigid."""
-        heavy = HUNDREDTH * max(context.model.total_mass(), 1e-12)
+        """Along and about every axis that is held: under all its nodes together (where they
+        move), and where they are few under each, on a grid of frequencies. The tangent is that of
+        a support that gives way: the mass does nothing while it is rigid."""
+        mass = HUNDREDTH * max(context.model.total_mass(), 1e-12)
+        extent = float(np.max(np.ptp(context.model.xyz, axis=0), initial=0.0))
         grid = np.geomspace(max(context.bottom, 1e-3), context.top, STEPS)
         out = []
         for held in _fixtures(context):
@@ -109,7 +112,10 @@ class FlexibleSupport(EffectType):
                 used[None], (-unit * np.outer(across, across))[None], None, None, None
             )
             place = Place(nodes=tuple(n for n, _ in free.held), dof=held[0][1])
-            figures = (stiffness("k", "N/m", unit / RIGID), physical("m", "kg", 1))
+            figures, heavy = (stiffness("k", "N/m", unit / RIGID), physical("m", "kg", 1)), mass
+            if place.turns:
+                heavy = mass * (ARM * max(extent, 1e-9)) ** 2
+                figures = (stiffness("kr", "N·m/rad", unit / RIGID), physical("J", "kg·m²", 1))
             for f in grid.tolist():
                 change = ModelChange(
                     partial(_grown, free, unit, heavy),
@@ -124,15 +130,18 @@ class FlexibleSupport(EffectType):
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """Stiffness, mass, and the frequency that they would have alone."""
-        k, m = values["k"], values["m"]
+        turns = effect.place.turns
+        k, m = (values[name] for name in (("kr", "J") if turns else ("k", "m")))
         f = math.sqrt(k / m) / (2.0 * math.pi) if k > 0.0 and m > 0.0 else math.nan
         alone = f" (alone they would swing at {number(f)} Hz)" if math.isfinite(f) else ""
         several = len(effect.place.nodes) > 1
         what = f"The support{'s' if several else ''} {effect.spot}"
         return (
-            f"{what} give{'' if several else 's'} way{' together' if several else ''} with a mass "
-            f"of {'their' if several else 'its'} own: {quantity(m, 'kg')} on {quantity(k, 'N/m')}"
-            f"{alone}, while the model holds {'them' if several else 'it'} rigidly."
+            f"{what} give{'' if several else 's'} way{' together' if several else ''} with "
+            f"{'an inertia' if turns else 'a mass'} of {'their' if several else 'its'} own: "
+            f"{quantity(m, 'kg·m²' if turns else 'kg')} on "
+            f"{quantity(k, 'N·m/rad' if turns else 'N/m')}{alone}, while the model holds "
+            f"{'them' if several else 'it'} rigidly."
         )
 
 
@@ -140,11 +149,12 @@ def _fixtures(context: SearchContext) -> Iterator[tuple[Held, ...]]:
     """Supports that one fixture carries: all of a direction, and each where they are few; not where
     a direction is held at all nodes, for that is how a plane structure is said."""
     every = set(context.model.node_ids.tolist())
-    for kind in TRANSLATIONS:
+    for kind in (*TRANSLATIONS, *ROTATIONS):
         held = tuple(dict.fromkeys(h for h in context.supports if h[1] == kind))
         if not held or len(held) > MOST or {n for n, _ in held} == every:
             continue
-        yield held
+        if len(held) == 1 or kind in TRANSLATIONS:  # what turns as one body moves its feet as well
+            yield held
         if 1 < len(held) <= SINGLE:
             yield from ((h,) for h in held)
 

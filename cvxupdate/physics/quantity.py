@@ -54,7 +54,7 @@ def physical(name: str, unit: str, index: int = 0) -> Quantity:
     return Quantity(name, index, _physical, 0.0, unit)
 
 
-def stiffness(name: str, unit: str, rigid: float) -> Quantity:
+def stiffness(name: str, unit: str, rigid: float, index: int = 0) -> Quantity:
     """Of a spring that is given by its compliance, beside ``rigid`` where it stands for none."""
 
     def convert(m: Model, q: Parameter | None, x: float, dx: float, unit: float) -> Figure:
@@ -62,7 +62,7 @@ def stiffness(name: str, unit: str, rigid: float) -> Quantity:
         compliance = rigid + size * x
         return 1.0 / compliance, size * dx / compliance**2
 
-    return Quantity(name, 0, convert, None, unit)
+    return Quantity(name, index, convert, None, unit)
 
 
 def shear_coefficient(name: str) -> Quantity:

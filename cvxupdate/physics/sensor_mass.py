@@ -16,6 +16,7 @@ import numpy as np
 from cvxupdate.fe.model import DerivativeBlock, Model
 from cvxupdate.physics.added_mass import lumps, translations
 from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.directions import LowRank
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
 from cvxupdate.physics.growth import append_parameters, limited
 from cvxupdate.physics.place import Place, channel_place
@@ -52,7 +53,8 @@ class SensorMass(EffectType):
             for k, rows in alike.items()
         )
         grow = partial(_grown, context.model, list(alike.values()), unit)
-        change = ModelChange(grow, (tangent,), additive=True)
+        along = _along([r for rows in alike.values() for own in rows for r in own], unit)
+        change = ModelChange(grow, (tangent,), additive=True, along=along)
         return [Effect(self, Place(), change, (physical("m", "kg"),), 1, LIMITS)]
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
@@ -61,6 +63,13 @@ class SensorMass(EffectType):
             f"Every accelerometer loads the structure with {quantity(values['m'], 'kg')} that the "
             "model leaves out."
         )
+
+
+def _along(rows: Sequence[int], unit: float) -> LowRank:
+    """Of all of them at any size."""
+    n = len(rows)
+    used = np.array(rows, dtype=np.int64)
+    return LowRank(used, np.eye(n), np.full(n, unit), np.square, np.zeros(n))
 
 
 def _grown(model: Model, alike: Sequence[Sequence[Sequence[int]]], unit: float) -> Model:

@@ -53,7 +53,8 @@ class Options:
     ``relative`` (one for each parameter, empty: none): those whose trust region is in fractions of
     their present factor 1 + p, the multiplicative form of (3.50). ``line_search`` along each step
     (3.52); ``second_order`` terms along it. ``widths`` (one for each parameter, empty: 1) are units
-    of the trust region for parameters of unlike ranges.
+    of the trust region for parameters of unlike ranges. ``growing`` (one for each parameter,
+    empty: none): those whose trust region grows with them, for they may be far from 0.
     """
 
     tolerance: float = 1e-6
@@ -63,11 +64,14 @@ class Options:
     line_search: bool = False
     second_order: bool = False
     widths: tuple[float, ...] = ()
+    growing: tuple[bool, ...] = ()
 
     def unit(self, p: Array) -> Array:
         """What one unit of the trust region is at ``p`` (n,)."""
         if self.widths:
             return np.array(self.widths)
+        if self.growing:
+            return np.where(self.growing, 1.0 + np.abs(p), 1.0)
         return np.where(self.relative, np.abs(1.0 + p), 1.0) if self.relative else np.ones(len(p))
 
 

@@ -177,6 +177,7 @@ CASES = (
     Case("SoftSupport", "beam", {"k": 2.1e6}),
     Case("EqualSupports", "beam", {"k": 2.1e6}),
     Case("FlexibleSupport", "beam", {"k": 2.1e6, "m": 3.4}),
+    Case("MovingFixture", "frame", {"k": 2.1e6, "m": 3.4, "kr": 5.6e3, "J": 0.021}),
     Case("JointFlexibility", "beam", {"k": 2.1e6}),
     Case("EqualJoints", "frame", {"k": 2.1e6}),
     Case("ShearDeformation", "beam", {"kappa": 0.83}),

@@ -16,7 +16,7 @@ from tests.cases.shaking_table import tower, transmissibilities
 PLATFORMS = (2, 3, 4, 5, 6, 7)
 NOISE = 0.01
 TRIED = ("stiffness_change", "mass_change", "added_mass", "joint_flexibility", "grounding_spring")
-"""All of the catalogue gives the same words at twice the time."""
+"""Some of the catalogue, for time."""
 
 
 def shaken(folder: Path, softer: float) -> Path:

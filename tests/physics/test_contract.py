@@ -165,11 +165,11 @@ def test_its_tangent_is_the_derivative_of_its_model(
                 tolerance = 1e-9
             else:
                 before = dense(put.model, p)
-                p[len(model.parameters) + k] = 1e-4
+                p[len(model.parameters) + k] = 1e-6
                 after = dense(put.model, p)
                 wanted = {
                     "K": (onto(model, put.model, after, "K") - onto(model, put.model, before, "K"))
-                    / 1e-4
+                    / 1e-6
                 }
                 tolerance = 2e-3
             for name, rate in wanted.items():

@@ -21,7 +21,7 @@ FIGURES = {
     "added_mass": {"m": 1.21},
     "orthotropy": {"Dx": 1.1, "Dy": 0.8, "D1": 1.0, "Dxy": 0.93},
     "grounding_spring": {"k": 3490.0},
-    "flexible_support": {"k": 2.1e6, "m": 3.4},
+    "flexible_support": {"k": 2.1e6, "m": 3.4, "kr": 5.6e3, "J": 0.021},
     "joint_flexibility": {"k": 2.1e6},
     "shear_deformation": {"kappa": 0.83},
     "axial_preload": {"N": -1830.0},
