@@ -163,10 +163,17 @@ def in_simulation(
         return None
     # the compiler of the loops over time loads with the first simulation
     from cvxupdate.diagnose.motion.evidence import MotionEvidence
-    from cvxupdate.diagnose.motion.runs import from_rest, run_of, stages_of, thinned_signals
+    from cvxupdate.diagnose.motion.runs import (
+        from_rest,
+        run_of,
+        shortened,
+        stages_of,
+        thinned_signals,
+    )
 
     fitted = [r for r in recordings if r.origin.use == "fit" and not isinstance(r, ModeTable)]
-    histories = [from_rest(r) for r in recordings if isinstance(r, TimeHistory)]
+    whole = [from_rest(r) for r in recordings if isinstance(r, TimeHistory)]
+    histories = [shortened(h) if h.origin.use == "fit" else h for h in whole]
     if any(not isinstance(r, TimeHistory) for r in fitted):
         return None
     progress("simulating")

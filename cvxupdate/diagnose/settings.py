@@ -30,7 +30,8 @@ SLENDER = 4.0
 EXACT_MESH = 1e-3
 # Types of elements whose presence brings a finer mesh: extrapolated frequencies do not bring the
 # shapes. Of these, sheets, whose theory leaves more than their parameters can say. Rods and beams
-# are not among them yet: a hardening bar took 12 GB with them (CHANGELOG).
+# are not among them yet: frames take longer with them than was measured on an idle machine
+# (CHANGELOG).
 REFINED = SHEETS = ("plate",)
 # Relative shift of frequencies that shear makes of beams, up to which a model without it is sound:
 # half the tolerance of the modulus, which shifts them as much. Above, its absence is a finding.

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.signal import resample
 
 from cvxupdate.correlate.response_error import simulated_history
 from cvxupdate.recordings.types import TimeHistory
@@ -23,6 +24,7 @@ from validation.real.claim import Claim, folder_of, found_text, held_out, said_o
 KIP, INCH = 4448.2216, 0.0254
 DAMPER, BOX = "friction-damper-backlash", "silverbox"
 RATES = ("1Hz", "0.5Hz")
+FINER = 8  # points of a simulation in a sample
 RUN = """
 [[recordings]]
 kind = "time"
@@ -117,17 +119,18 @@ def free_run(problem: Path, out: Path) -> float:
     written = out / "updated" / "problem.toml"
     if not written.is_file():
         return float("nan")
-    held = [r for r in open_problem(problem)[2] if r.origin.use != "fit"]
+    (held,) = (
+        r for r in open_problem(problem)[2] if r.origin.use != "fit" and isinstance(r, TimeHistory)
+    )
     _, model, _ = open_problem(written)
-    error = 0.0
-    for r in held:
-        if isinstance(r, TimeHistory):
-            own = simulated_history(model, offset_free(r))
-            gap = own.data[:, 1] - r.data[:, 1]
-            error = float(np.std(gap))
-    return error
+    own = simulated_history(model, finer(held)).data[::FINER]
+    return float(np.std(own[:, 1] - held.data[:, 1]))
 
 
-def offset_free(r: TimeHistory) -> TimeHistory:
-    """Without the means of its channels."""
-    return replace(r, data=r.data - r.data.mean(axis=0))
+def finer(r: TimeHistory) -> TimeHistory:
+    """Without means, between the samples as a band-limited signal goes on: a simulation takes the
+    force to be straight between them, which at nine samples a period is 4 % too little."""
+    n = len(r.data)
+    padded = np.vstack([r.data - r.data.mean(axis=0), np.zeros((n // 8, r.data.shape[1]))])
+    data = resample(padded, FINER * len(padded))[: FINER * n]
+    return replace(r, rate=FINER * r.rate, data=data)

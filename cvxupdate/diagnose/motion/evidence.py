@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
-from cvxupdate.diagnose.motion.alike import alike
+from cvxupdate.diagnose.motion.alike import alike, kin
 from cvxupdate.diagnose.motion.apart import next_measurement
 from cvxupdate.diagnose.motion.columns import LawScores, is_law, nothing
 from cvxupdate.diagnose.motion.drift import told
@@ -230,12 +230,13 @@ class MotionEvidence(Timed):
         return fitted_at(found.setting.on(self.held), found.p, found.point).log_likelihood
 
     def alike(self, found: Fit, effect: Effect) -> Sequence[Effect]:
-        """Of laws: screening takes few of many neighbours; other forms where one leaves much."""
-        laws = self.candidates(self.model, (effect.physics,)) if is_law(effect) else ()
+        """Of laws neighbours, and other forms where one leaves much; laws that act like it."""
+        names = kin(effect, self.depends)
+        laws = self.candidates(self.model, names) if names else ()
         return alike(found.point, effect, laws, forms=not self.linear.clear(found))
 
     def apart(self, one: Fit, other: Fit, titles: tuple[str, str]) -> str:
-        """The level of the loudest run, or a multiple, and the frequency."""
+        """Level and frequency."""
         return next_measurement(self.runs, self.stages[-1], (one, other), titles)
 
     def relative(self, errors: Errors) -> float:

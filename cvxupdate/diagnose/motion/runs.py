@@ -24,6 +24,7 @@ COLUMNS = 4  # steps of the columns of a regression in a sample
 # of the sampling rate: up to here recorders pass what they hear (the usual rate is 2.56 times the
 # band, ISO 18431-1); above, their anti-alias filters roll off, and a simulation has no such filter
 EDGE = 1.0 / 2.56
+MOST_SAMPLES = 32768  # of a run that is fitted: under the exponential window a seventh of it counts
 STRETCH = 25  # lines whose mean power is one estimate of the noise
 QUIETEST = 1.8  # their mean over the least of a hundred such estimates, of white noise
 
@@ -135,6 +136,11 @@ def from_rest(history: TimeHistory) -> TimeHistory:
     if not _rests(history):
         return history
     return replace(history, data=history.data - history.data[:QUIET].mean(axis=0))
+
+
+def shortened(history: TimeHistory) -> TimeHistory:
+    """No longer than `MOST_SAMPLES`: of a record from rest the beginning is one by itself."""
+    return replace(history, data=history.data[:MOST_SAMPLES])
 
 
 def _rests(history: TimeHistory) -> bool:

@@ -10,7 +10,7 @@ from cvxupdate.diagnose.judge.acceptance import Weighed, explained
 from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.judge.posterior import rivals
 from cvxupdate.diagnose.results import Finding
-from cvxupdate.diagnose.settings import EXPLAINED, LEVEL_CHANGE, OPEN, SLIGHT_CHANGE
+from cvxupdate.diagnose.settings import EXPLAINED, HALVED, LEVEL_CHANGE, OPEN, SLIGHT_CHANGE
 from cvxupdate.diagnose.types import Errors, Evidence, LevelChange
 from cvxupdate.physics.effect import MOTION
 from cvxupdate.physics.place import capital, listed
@@ -64,7 +64,7 @@ def verdict_of(
     if level and judgement.final is None and base.fit.misfit <= OPEN * EXPLAINED:
         return "undetermined", f"{LEVEL} It is too small for a law to be told by it."
     if not level and explained(base, judgement.case):
-        if unsure:
+        if unsure := unsure or _cut_short(judgement):
             return "undetermined", unsure
         return "consistent", (
             "Nothing is missing: the model explains the recordings within noise and the usual "
@@ -73,6 +73,22 @@ def verdict_of(
     graded = "" if judgement.graded is None else f" {judgement.graded.says}"
     before = f"{LEVEL} " if level else ""
     return "undetermined", before + _undetermined(judgement) + graded
+
+
+def _cut_short(judgement: Judgement) -> str:
+    """Where time ended the search: what halves the misfit beyond noise, and was not refitted to the
+    end or not told from the rest; empty where nothing does."""
+    nearest, base = judgement.nearest, judgement.case.base
+    if nearest is None or not judgement.case.evidence.unfinished:
+        return ""
+    if nearest.fit.excess > HALVED * base.fit.excess:
+        return ""
+    return (
+        "The time for one diagnosis ended the search before anything could be told: "
+        f"{nearest.hypothesis.title} comes nearest and leaves "
+        f"{judgement.case.evidence.left(_worst(nearest.errors))}, the usual scatter alone "
+        f"{judgement.case.evidence.left(_worst(base.errors))}."
+    )
 
 
 def _undetermined(judgement: Judgement) -> str:

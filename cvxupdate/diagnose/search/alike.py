@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, without
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.types import Evidence, Progress, Score, Seed
+from cvxupdate.physics.effect import Effect
 
 
 def elsewhere(
@@ -39,9 +41,18 @@ def _seeds(evidence: Evidence, best: Hypothesis) -> list[Seed]:
         if rest is None:
             continue
         size = np.array([best.figures[k].values[q.name] for q in effect.figures])
-        for other in places:
-            there = other.on(evidence.context(rest.fit.setting.model))
-            if there is not None:
-                score = Score(there, 1.0, size, exact=True)
-                out.append(seed_from(evidence, rest, score, evidence.levels - 1))
+        context = evidence.context(rest.fit.setting.model)
+        theres = [other.on(context) for other in places]
+        same = [t for t in theres if t is not None and t.physics == effect.physics]
+        others = [t for t in theres if t is not None and t.physics != effect.physics]
+        scores = [Score(t, 1.0, size, exact=True) for t in same]
+        scores += _screened(evidence, rest, others) if others else []
+        out += [seed_from(evidence, rest, s, evidence.levels - 1) for s in scores]
     return [s for s in out if s is not None]
+
+
+def _screened(evidence: Evidence, rest: Hypothesis, wanted: Sequence[Effect]) -> list[Score]:
+    """Effects of another type, of the sizes that screening beside the rest gives them."""
+    keys = {e.key for e in wanted}
+    scores = evidence.first_order(rest.fit, evidence.candidates(rest.fit.setting.model))
+    return [replace(s, exact=True) for s in scores if s.effect.key in keys and np.any(s.p)]

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from cvxupdate.diagnose.motion.alike import alike
+from cvxupdate.diagnose.motion.alike import alike, kin
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
@@ -71,7 +71,7 @@ def test_what_is_no_law_has_none(point) -> None:
     m = model.matrices()
     context = SearchContext(model, m.K, m.M, 50.0, 1.0, (), (), lambda node, kind: model, 0.01)
     (mass, *_) = candidates_of(context, ("added_mass",))
-    assert alike(point, mass, laws(point, "clearance")) == []
+    assert kin(mass, depends=True) == () and alike(point, mass, ()) == []
 
 
 def test_a_joint_that_slips_is_also_tried_as_one_that_gives_way(point) -> None:
@@ -81,3 +81,16 @@ def test_a_joint_that_slips_is_also_tried_as_one_that_gives_way(point) -> None:
     assert all(e.place.nodes == (4,) for e in near[:2]) and near[2].place.nodes in {(5,), (6,)}
     bare = alike(point, at(effects, 4), effects, forms=False)
     assert [e.key for e in bare] == [e.key for e in near[2:]], "where the slider leaves nothing"
+
+
+def test_what_acts_like_a_dashpot_stands_where_it_does(point) -> None:
+    model = point.setting.model
+    m = model.matrices()
+    context = SearchContext(model, m.K, m.M, 50.0, 1.0, (), (), lambda node, kind: model, 0.01)
+    dashpot = at(candidates_of(context, ("viscous_damper",)), 4)
+    assert kin(dashpot, depends=False) == (), "a structure that is linear has no laws"
+    names = kin(dashpot, depends=True)
+    found = alike(point, dashpot, candidates_of(context, names, MOTION))
+    assert {e.physics for e in found} == set(names) and len(found) == len(names)
+    assert all(e.place.nodes == (4,) for e in found)
+    assert kin(found[0], depends=True) == (found[0].physics,)

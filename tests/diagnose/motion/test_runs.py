@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.motion.runs import EDGE, from_rest, noise_of, offset_errors
+from cvxupdate.diagnose.motion.runs import (
+    EDGE,
+    MOST_SAMPLES,
+    from_rest,
+    noise_of,
+    offset_errors,
+    shortened,
+)
 from cvxupdate.recordings.types import Channel, Origin, TimeHistory
 
 N, NOISE = 4000, 0.0003
@@ -46,6 +53,13 @@ def test_an_offset_is_known_as_well_as_a_few_samples_tell() -> None:
     assert 0.0 < abs(left) < 3.0 * error[1]
     moving = TimeHistory(Origin("a", "a.csv"), 100.0, channels, data[100:])
     assert not np.any(offset_errors(moving))
+
+
+def test_of_a_long_record_the_beginning_is_fitted() -> None:
+    data = np.arange(2.0 * MOST_SAMPLES)[:, None]
+    history = TimeHistory(Origin("a", "a.csv"), 100.0, (Channel(1, "x", "force"),), data)
+    np.testing.assert_array_equal(shortened(history).data, data[:MOST_SAMPLES])
+    assert shortened(history).rate == history.rate
 
 
 def test_without_rest_it_is_an_upper_bound() -> None:

@@ -185,3 +185,16 @@ def test_equivalents_and_other_hypotheses_are_counted() -> None:
     assert lines[2].startswith("These recordings do not tell some added mass at node 2 from some ")
     assert lines[2].count("at node") == MOST + 1 and lines[2].endswith(" and 2 more.")
     assert sum(line.startswith("The same procedure with") for line in lines) == RIVALS
+
+
+def test_a_search_that_time_ended_is_not_consistent_where_something_comes_near() -> None:
+    base = replace(BASE, misfit=3.0, errors=Errors(0.12, 0.17))
+    near = weighed(PlainFit(0.8, errors=Errors(0.015, 0.02)), A)
+    far = weighed(PlainFit(2.0, errors=Errors(0.1, 0.15)), A)
+    whole, cut = (case_of(PlainEvidence((base,), unfinished=u)) for u in (False, True))
+    assert verdict_of(replace(EMPTY, case=whole, singles=(near,)), (), False)[0] == "consistent"
+    assert verdict_of(replace(EMPTY, case=cut, singles=(far,)), (), False)[0] == "consistent"
+    assert verdict_of(replace(EMPTY, case=cut), (), False)[0] == "consistent"
+    verdict, says = verdict_of(replace(EMPTY, case=cut, singles=(near,)), (), False)
+    assert verdict == "undetermined"
+    assert "ended the search" in says and near.hypothesis.title in says
