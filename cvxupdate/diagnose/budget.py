@@ -1,4 +1,8 @@
-"""The time that a diagnosis may take: by the clock and of the processor, from its beginning."""
+"""The time that a diagnosis may take: by the clock and of the processor, from its beginning.
+
+Of the processor the time of this thread counts: other diagnoses in one program, and a linear
+algebra library that waits in threads of its own, take nothing from it.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,8 @@ import time
 from dataclasses import dataclass, field
 
 from cvxupdate.diagnose.settings import BUDGET, WALL
+
+AFTERWARDS = 20.0  # s of computing, of what has begun, the judgement and the page
 
 
 @dataclass
@@ -18,7 +24,7 @@ class Budget:
     clock: float = WALL
     stopped: bool = False
     undone: dict[str, int] = field(default_factory=dict)
-    _processor: float = field(default_factory=time.process_time)
+    _processor: float = field(default_factory=time.thread_time)
     _began: float = field(default_factory=time.perf_counter)
 
     @staticmethod
@@ -36,7 +42,7 @@ class Budget:
 
     def over(self) -> bool:
         """Whether nothing new may begin; asked where something would."""
-        used = time.process_time() - self._processor
+        used = time.thread_time() - self._processor
         passed = time.perf_counter() - self._began
         self.stopped |= used > self.computing or passed > self.clock
         return self.stopped
@@ -46,7 +52,8 @@ class Budget:
         """How long it may take."""
         if math.isinf(self.clock):
             return "as long as it needs (--thorough)"
-        return f"at most about {math.ceil((self.clock + 5.0) / 60.0)} minutes"
+        minutes = math.ceil((self.computing + AFTERWARDS) / 60.0)
+        return f"at most about {minutes} minutes on a machine of its own"
 
     @property
     def lines(self) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from pathlib import Path
 
@@ -25,12 +26,18 @@ def test_time_by_the_clock_counts_as_well() -> None:
             WALL,
         )
     )
-    assert ample.says == "at most about 2 minutes"
+    assert ample.says == "at most about 2 minutes on a machine of its own"
     waited = Budget(computing=1e9, clock=0.01)
     time.sleep(0.02)
     assert waited.over()
     busy = Budget(computing=0.0, clock=1e9)
     sum(range(200_000))
+    assert busy.over(), "the time of this thread"
+    elsewhere = Budget(computing=0.2, clock=1e9)
+    other = threading.Thread(target=lambda: [sum(range(200_000)) for _ in range(100)])
+    other.start()
+    other.join()
+    assert not elsewhere.over(), "what other threads compute is theirs"
     assert busy.over() and "--thorough" in busy.lines[0]
 
 
