@@ -73,7 +73,8 @@ def modules() -> Mapping[str, ast.Module]:
     return out
 
 
-def methods() -> list[Method]:
+@cache
+def methods() -> tuple[Method, ...]:
     """In the order of their equations."""
     found = []
     for module, tree in modules().items():
@@ -98,7 +99,7 @@ def methods() -> list[Method]:
                         naming(node.name, module),
                     )
                 )
-    return sorted(found, key=lambda m: (_order(m.cites[0]), m.code))
+    return tuple(sorted(found, key=lambda m: (_order(m.cites[0]), m.code)))
 
 
 def _order(number: str) -> tuple[int, ...]:
