@@ -3,17 +3,13 @@ where that is asked."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
+from cvxupdate.diagnose.apart.known_mass import with_lump
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
-from cvxupdate.errors import CvxupdateError
-from cvxupdate.fe.model import Model
-from cvxupdate.physics.effect import plant
 from cvxupdate.reduction.sensors import qr_places
 
 
@@ -21,9 +17,8 @@ def foretold(point: ResponsePoint, signal: Signal) -> tuple[Complex, Complex]:
     """Responses (lines, sensors) and their derivatives (lines, sensors, unknowns) at a point."""
     there = ResponsePoint(point.setting.on([signal]), point.p, point.found, point.owner)
     Y = there.modelled()[0][:, :, 0]
-    blank = replace(signal, std=np.ones(signal.Y.shape))
-    # the rows of a Jacobian: real parts, then imaginary parts, points before sensors
-    J = ResponsePoint(point.setting.on([blank]), point.p, point.found, point.owner).jacobian()
+    # its rows: real parts, then imaginary parts, points before sensors
+    J = there.jacobian()
     half = len(J) // 2
     return Y, (J[:half] + 1j * J[half:]).reshape(*Y.shape, J.shape[1])
 
@@ -44,7 +39,7 @@ def loaded(
     """A fitted hypothesis with a known mass on a node, and the root of its unknowns' covariance."""
     setting, p = h.fit.setting, h.fit.p
     n = len(setting.model.parameters)
-    grown = _with_lump(evidence, setting.model, node)
+    grown = with_lump(evidence, setting.model, node)
     unit = grown.parameters[-1].unit_size
     again = evidence.setting(grown, setting.faults, None)
     own = min(setting.damped, again.damped)
@@ -59,11 +54,3 @@ def loaded(
         q[new], wide[new] = p[old], root[old]
     q[n] = mass / unit
     return again.evaluate(q), wide
-
-
-def _with_lump(evidence: ResponseEvidence, model: Model, node: int) -> Model:
-    effects = evidence.candidates(model, ("added_mass",))
-    lump = next((e for e in effects if e.place.nodes == (node,)), None)
-    if lump is None:
-        raise CvxupdateError(f"node {node} carries no mass.")
-    return plant(lump, model, np.zeros(1), evidence.delay_unit).model

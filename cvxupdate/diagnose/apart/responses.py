@@ -85,13 +85,14 @@ class Responses:
         self,
         points: Sequence[ResponsePoint],
         roots: Sequence[Real],
-        signal: Signal,
-        sensors: Sequence[int],
+        sensors: Sequence[str],
+        drive: str,
     ) -> list[tuple[float, ...]]:
-        """(sensors asked for, pairs) of a signal at each of its ``sensors`` by itself."""
+        """(sensors, pairs) of the responses to a drive, each sensor by itself."""
+        signal = self.signal(sensors, drive)
         seen = [foretold(p, signal) for p in points]
         out = []
-        for k in sensors:
+        for k in range(len(sensors)):
             own = []
             for i, j in pairs_of(len(points)):
                 own.append(self._apart((seen[i], seen[j]), (roots[i], roots[j]), k, points[i]))
@@ -144,15 +145,13 @@ class Responses:
         ]
         out = []
         for drive in (*driven, *further):
-            sensors = [model.labels[i] for i in some if model.labels[i]]
+            sensors = [model.labels[i] for i in some]
             if drive in further:
                 sensors = list(dict.fromkeys([*self.evidence.data.sensors, drive]))
             sensors = [x for x in sensors if x in model.place and (x, drive) not in known]
             if not sensors or drive not in model.place:
                 continue
-            told = self.separations(
-                self._points(), self._roots, self.signal(sensors, drive), range(len(sensors))
-            )
+            told = self.separations(self._points(), self._roots, sensors, drive)
             for sensor, values in zip(sensors, told, strict=True):
                 says = f"the response at {sensor} to a force at {drive}"
                 out.append(Measurement("response", says, values, sensor, drive))
@@ -181,7 +180,7 @@ class Responses:
                 if sensor not in faulty and not faulty & set(s.inputs):
                     continue
                 for drive in s.inputs:
-                    told = self.separations(points, roots, self.signal((sensor,), drive), (0,))[0]
+                    told = self.separations(points, roots, (sensor,), drive)[0]
                     says = f"the response at {sensor} to a force at {drive} with other transducers"
                     out.append(Measurement("repeat", says, told, sensor, drive))
         return out
@@ -224,7 +223,7 @@ class Responses:
             sensors = list(dict.fromkeys(sensors))
             if drive not in self.evidence.model.place or not sensors:
                 continue
-            told = self.separations(points, roots, self.signal(sensors, drive), range(len(sensors)))
+            told = self.separations(points, roots, sensors, drive)
             for sensor, values in zip(sensors, told, strict=True):
                 says = (
                     f"the response at {sensor} to a force at {drive} with a known mass of "

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cvxupdate.diagnose.apart.known_mass import with_lump
 from cvxupdate.diagnose.apart.measurement import (
     Measurement,
     pairs_of,
@@ -28,7 +29,6 @@ from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.physics.added_mass import translations
-from cvxupdate.physics.effect import plant
 from cvxupdate.physics.place import numbered
 from cvxupdate.residual.eigen import derivatives_of, eigenvalue_derivatives, shape_derivatives
 from cvxupdate.residual.modal import ModalPoint
@@ -172,7 +172,7 @@ class Figures:
 
     def _loaded(self, h: Hypothesis, node: int, mass: float) -> Rows:
         point: ModalPoint = h.fit.point
-        grown = _with_lump(self.evidence, point.residual.model, node)
+        grown = with_lump(self.evidence, point.residual.model, node)
         p = np.append(point.p, mass / grown.parameters[-1].unit_size)
         m = grown.matrices(p)
         modes = model_modes(grown, len(point.modes.eigenvalues), p, m)
@@ -192,11 +192,3 @@ def _frequencies(model: Model, p: Real, modes: Modes, at: np.ndarray, precision:
     lam = modes.eigenvalues[at]
     J = eigenvalue_derivatives(lam, modes.shapes[:, at], derivatives_of(model, p))
     return 0.5 * np.log(lam), J / (2.0 * lam[:, None]), np.full(len(lam), precision)
-
-
-def _with_lump(evidence: ModesEvidence, model: Model, node: int) -> Model:
-    lumps = evidence.candidates(model, ("added_mass",))
-    lump = next((e for e in lumps if e.place.nodes == (node,)), None)
-    if lump is None:
-        raise CvxupdateError(f"node {node} carries no mass.")
-    return plant(lump, model, np.zeros(1), evidence.delay_unit).model
