@@ -22,7 +22,7 @@ rho = 7850.0
 [model.sections.strip]
 shape = "rectangle"
 width = 0.04
-height = 0.006
+height = {height}
 [[model.elements]]
 type = "beam3d"
 material = "steel"
@@ -34,8 +34,7 @@ nodes = [1]
 dofs = ["z", "ry"]
 [[recordings]]
 kind = "modes"
-rows = [{rows}]
-{hold}
+{table}
 """
 
 
@@ -45,7 +44,8 @@ def text(rows="{ frequency = 10.0 }", extra="", E="207e9", hold=""):
         f'{{ id = {i + 1}, nodes = [{i + 1}, {i + 2}], group = "bar" }}'
         for i in range(len(NODES) - 1)
     )
-    return BAR.format(nodes=nodes, elements=elements, rows=rows, extra=extra, E=E, hold=hold)
+    table = f"rows = [{rows}]\n{hold}"
+    return BAR.format(nodes=nodes, elements=elements, height=0.006, extra=extra, E=E, table=table)
 
 
 def load(folder, content):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from tests.cases.cantilever import BAR
+
 
 def text(elements: int, rows: str = "{ frequency = 10.0 }", extra: str = "") -> str:
     """A problem file: a bar of a metre in two groups of unequal lengths, with a table of modes."""
@@ -12,27 +14,4 @@ def text(elements: int, rows: str = "{ frequency = 10.0 }", extra: str = "") -> 
         f'{{ id = {i + 1}, nodes = [{i + 1}, {i + 2}], group = "{group[i]}" }}'
         for i in range(elements)
     )
-    return f"""
-[model]
-dofs = ["z", "ry"]
-nodes = [{nodes}]
-[model.materials.steel]
-E = 207e9
-rho = 7850.0
-[model.sections.strip]
-shape = "rectangle"
-width = 0.04
-height = 0.012
-[[model.elements]]
-type = "beam3d"
-material = "steel"
-section = "strip"
-rows = [{parts}]
-{extra}
-[[model.supports]]
-nodes = [1]
-dofs = ["z", "ry"]
-[[recordings]]
-kind = "modes"
-{rows}
-"""
+    return BAR.format(nodes=nodes, elements=parts, height=0.012, extra=extra, E="207e9", table=rows)

@@ -13,11 +13,15 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
+from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.labels import KINDS
+from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes
+from cvxupdate.physics.context import SearchContext
 from cvxupdate.spec import load_problem
 from tests.cases.cantilever import rows_of
+from tests.cases.effects import context_of, nuisance, problem
 from tests.cases.elements import STEEL, toml
 
 Structure = dict[str, Any]
@@ -215,3 +219,15 @@ def on_fixture(structure: Structure, dof: str, k: float, m: float) -> Structure:
     lump = {"type": "mass", "rows": [{"id": 902, "nodes": [node], "m": m}]}
     out["elements"] += [spring, *([lump] if m > 0.0 else [])]
     return out
+
+
+def frame_context(folder: Path) -> SearchContext:
+    """For placing effects on the frame as it is drawn."""
+    spec = problem(folder, frame())
+    return context_of(spec, nuisance(undamped(build_model(spec))))
+
+
+def eigenvalues(model: Model, p: Any = None, count: int = 8) -> Any:
+    """The lowest, by a dense solution."""
+    m = model.matrices(p)
+    return scipy.linalg.eigh(m.K.toarray(), m.M.toarray(), eigvals_only=True)[:count]

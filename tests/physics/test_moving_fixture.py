@@ -7,29 +7,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import scipy.linalg
 
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.fe.build import build_model
 from cvxupdate.physics.flexible_support import FlexibleSupport
 from cvxupdate.physics.moving_fixture import MovingFixture
 from cvxupdate.spec import load_problem
-from tests.cases.effects import context_of, nuisance, problem
 from tests.cases.elements import toml
-from tests.cases.rigs import FEET, frame
+from tests.cases.rigs import FEET, eigenvalues, frame, frame_context
 
 FIGURES = {"k": 7e5, "m": 1.3, "kr": 900.0, "J": 0.004}
 
 
 @pytest.fixture
 def context(tmp_path: Path):
-    spec = problem(tmp_path, frame())
-    return context_of(spec, nuisance(undamped(build_model(spec))))
-
-
-def eigenvalues(model, p=None):
-    m = model.matrices(p)
-    return scipy.linalg.eigh(m.K.toarray(), m.M.toarray(), eigvals_only=True)[:8]
+    return frame_context(tmp_path)
 
 
 def by_hand(folder: Path):
