@@ -184,8 +184,11 @@ class Model:
 
     @property
     def D(self) -> sp.csc_array:
-        """Structural damping (N, N), the imaginary part of the stiffness."""
-        return self._matrices.D
+        """Structural damping (N, N), the imaginary part of the stiffness; the hysteretic share of
+        modal damping included."""
+        if not self._structure.hysteretic:
+            return self._matrices.D
+        return with_modal_damping(self._structure, self._matrices).D
 
     @property
     def nodes(self) -> dict[int, tuple[float, ...]]:
