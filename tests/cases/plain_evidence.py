@@ -140,6 +140,7 @@ class PlainEvidence:
     hurried: bool = False
     unfinished: bool = False
     drift: str | None = None
+    approach: None = None
     next: bool = False
     neighbours: Sequence[Effect] = ()
     undone: list[str] = field(default_factory=list)

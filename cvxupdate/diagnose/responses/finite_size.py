@@ -14,6 +14,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
+from typing import Protocol
 
 import numpy as np
 
@@ -41,10 +43,24 @@ SLIGHT = 1e-3  # size of a faint one: its compliance in units of its place
 SIZES = (-0.45, -0.2, -0.08, 0.08, 0.2, 0.45, 1.0)  # of what acts on elements and whole members
 
 
-def few_directions(point: ResponsePoint, scores: Sequence[Score], left: Projection) -> list[Score]:
+class Measure(Protocol):
+    """What is left of the recordings after a change of the model."""
+
+    @property
+    def total(self) -> float:
+        """Without any."""
+
+    def remaining(self, J: Real) -> Real:
+        """(n,) after each of the weighted changes J (rows, n)."""
+
+
+def few_directions(
+    point: ResponsePoint, scores: Sequence[Score], left: Measure, sift: Projection | None = None
+) -> list[Score]:
     """The scores of effects that act along few directions, each at the best of several sizes
     within its bounds; fractions are exact but for nuisance parameters (``left``). An effect that no
-    size helps has none."""
+    size helps has none. ``sift``: of hidden oscillators and resonating supports only those that
+    promise most by it."""
     total = left.total
     if total <= 0.0:
         return []
@@ -53,11 +69,11 @@ def few_directions(point: ResponsePoint, scores: Sequence[Score], left: Projecti
     modal = [_modal_receptance(point, r) for r in point.responses]
     out = []
 
-    def promise(change: LowRank) -> float:
-        J = left.freed(_rows(change, np.array([SLIGHT]), point, modal, weights))[:, 0]
-        return float((J @ left.residual) ** 2 / max(float(J @ J), 1e-300))
+    def promise(change: LowRank, by: Projection) -> float:
+        J = by.freed(_rows(change, np.array([SLIGHT]), point, modal, weights))[:, 0]
+        return float((J @ by.residual) ** 2 / max(float(J @ J), 1e-300))
 
-    for score in _looked_at(scores, promise):
+    for score in scores if sift is None else _looked_at(scores, partial(promise, by=sift)):
         change = low_rank(score.effect)
         if change is None:
             continue
@@ -104,7 +120,7 @@ def _looked_at(scores: Sequence[Score], promise: Callable[[LowRank], float]) -> 
     return [s for s in scores if id(s) not in dropped]
 
 
-def whole_member(parent: ResponsePoint, seed: Seed, left: Projection) -> tuple[Seed, float]:
+def whole_member(parent: ResponsePoint, seed: Seed, left: Measure) -> tuple[Seed, float]:
     """A seed with the best of several sizes of its last effect to begin with, and the fraction it
     then explains beside ``parent``.
 
