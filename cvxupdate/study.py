@@ -100,6 +100,7 @@ def run(
     from cvxupdate.update.direct import update_direct
     from cvxupdate.update.grouping import grouped
     from cvxupdate.update.modal import update_modal
+    from cvxupdate.update.modal_dynamic import update_modal_dynamic
     from cvxupdate.update.refine import refined_for
     from cvxupdate.update.rfm import update_rfm
     from cvxupdate.update.score import caveats
@@ -113,9 +114,9 @@ def run(
         return replace(update_direct(spec, model, recordings), warnings=warnings)
     spec, model, groupings = grouped(spec, model, recordings)
     model = refined_for(spec, model)
-    if table.method in ("ceam", "rfm"):
-        way = update_ceam if table.method == "ceam" else update_rfm
-        updated = way(spec, model, recordings, progress)
+    others = {"ceam": update_ceam, "rfm": update_rfm, "modal-dynamic": update_modal_dynamic}
+    if table.method in others:
+        updated = others[table.method](spec, model, recordings, progress)
     else:
         done = None if reading is None else partial(reading, "starts")
         updated = update_modal(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -73,6 +73,29 @@ class ModalResidual:
         if not constant(self.model):
             return None
         return stacked(derivatives_of(self.model, self.model.zero()), self.model.size)
+
+    @cached_property
+    def shape_table(self) -> tuple[ShapeRow, ...]:
+        """Every measured shape that is compared, whatever mode of the model it is paired with
+        (``place`` −1): the recordings' part of each row."""
+        out = []
+        for k, table in enumerate(self.fit):
+            if table.shapes is None:
+                continue
+            rows, shapes = channel_rows(table, self.model), real_shapes(table.shapes)
+            stated = (
+                np.full(shapes.shape, np.nan)
+                if table.shape_std is None
+                else np.broadcast_to(table.shape_std, shapes.shape)
+            )
+            for i in range(len(table.frequency)):
+                ok = (rows >= 0) & np.isfinite(shapes[i])
+                if (k, i) in self.muted | self.unseen or ok.sum() < 2:
+                    continue
+                where = f"{table.origin.source}: the mode at {table.frequency[i]:.5g} Hz"
+                std = deviations(stated[i][ok], shapes[i][ok], UNSTATED, where)
+                out.append(ShapeRow(k, i, -1, rows[ok], shapes[i][ok], std))
+        return tuple(out)
 
     def derivatives(self, p: Real) -> Derivatives:
         """∂K/∂p and ∂M/∂p at ``p``."""
@@ -246,26 +269,8 @@ class ModalPoint:
 
     def compared_shapes(self) -> list[ShapeRow]:
         """Every shape that is fitted, with deviation 0 where an entry is fixed by normalisation."""
-        out = []
-        for k, table in enumerate(self.residual.fit):
-            if table.shapes is None:
-                continue
-            rows, shapes = channel_rows(table, self.residual.model), real_shapes(table.shapes)
-            stated = (
-                np.full(shapes.shape, np.nan)
-                if table.shape_std is None
-                else np.broadcast_to(table.shape_std, shapes.shape)
-            )
-            for i, at in enumerate(self.places[k].tolist()):
-                if at < 0 or (k, i) in self.residual.muted | self.residual.unseen:
-                    continue
-                ok = (rows >= 0) & np.isfinite(shapes[i])
-                if ok.sum() < 2:
-                    continue
-                where = f"{table.origin.source}: the mode at {table.frequency[i]:.5g} Hz"
-                std = deviations(stated[i][ok], shapes[i][ok], UNSTATED, where)
-                out.append(ShapeRow(k, i, at, rows[ok], shapes[i][ok], std))
-        return out
+        placed = ((s, int(self.places[s.table][s.mode])) for s in self.residual.shape_table)
+        return [replace(s, place=at) for s, at in placed if at >= 0]
 
     def shape_rows(self) -> list[tuple[int, int, int, Index, Real, Real]]:
         """(table, measured mode, place, sensors, measured entries, deviations) of every shape that

@@ -61,9 +61,9 @@ PHYSICS = (
 class Update(Part):
     """What ``run`` does."""
 
-    method: Literal["frequencies", "sensitivity", "minimum-variance", "rfm", "ceam", "direct"] = (
-        Field(description="the method")
-    )
+    method: Literal[
+        "frequencies", "sensitivity", "minimum-variance", "modal-dynamic", "rfm", "ceam", "direct"
+    ] = Field(description="the method")
     direct: Literal[DIRECT] = Field(  # type: ignore[valid-type]
         default="baruch",
         description="direct: the closed-form method (thesis 2.7) whose matrices are the result; "
