@@ -26,8 +26,8 @@ CORNER = 0.2  # of a box's side, the least that either part keeps
 
 @dataclass(frozen=True, eq=False)
 class GlobalBound:
-    """``lower``: no admissible point has an objective below it; ``best`` the lowest one known, at ``p``
-    (n,); ``boxes`` that were looked into."""
+    """``lower``: no admissible point has an objective below it; ``best`` the lowest one known, at
+    ``p`` (n,); ``boxes`` that were looked into."""
 
     lower: float
     best: float

@@ -34,8 +34,8 @@ Polynomial = dict[Monomial, float]
 @dataclass(frozen=True, eq=False)
 class Term:
     """One term: ``triangle`` L (r, (1 + n)(1 + k)) with the residual L ((1, x) ⊗ (1, u)), the
-    largest sizes ``most`` (k,) of u that are looked into, and further rows ``tight`` (h, as L) whose
-    weights are so large that they are as good as equations."""
+    largest sizes ``most`` (k,) of u that are looked into, and further rows ``tight`` (h, as L)
+    whose weights are so large that they are as good as equations."""
 
     triangle: Array
     most: Array
@@ -63,9 +63,9 @@ def term(
     every = np.hstack([first, *rest])
     held = np.zeros(len(every), dtype=bool) if tight is None else tight
     soft = every[~held]
-    return Term(
-        np.linalg.qr(soft, mode="r") if len(soft) > soft.shape[1] else soft, most, every[held]
-    )
+    if len(soft) > soft.shape[1]:
+        soft = np.asarray(np.linalg.qr(soft, mode="r"), dtype=float)
+    return Term(soft, most, every[held])
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +164,8 @@ class Moments:
         change = np.zeros((self.size + 1, self.size + 1))
         change[0, 0] = 1.0
         change[1:, 0], change[1:, 1:] = middle, np.diag(half)
-        return np.kron(change, np.diag(np.concatenate([[1.0], term.most])))
+        units = np.diag(np.concatenate([[1.0], term.most]))
+        return np.asarray(np.kron(change, units), dtype=float)
 
     def _tight(self, changes: Sequence[Array], best: float) -> tuple[sp.csc_array, Array]:
         """Rows and limits of what tight rows r say: where the objective is ``best`` at most, |r| is

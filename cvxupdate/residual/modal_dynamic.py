@@ -1,7 +1,7 @@
 """The modal dynamic residual (K − λM) φ of measured modes, its unmeasured entries eliminated.
 
 For an undamped mode the forces Z(p) φ, Z = K − λM, are linear in p and in the entries u of φ that
-were not measured; the u with the least weighted forces at every p leave a function of p alone, whose
+were not measured; the u with the least weighted forces at every p leave a function of p alone. Its
 derivative in Kaufman's form (1975) of the variable projection needs no derivative of u. The weights
 are those of the measured deviations: to first order the forces of the true structure have the
 covariance G Gᵀ, G = [Z S, c], S the deviations of the measured entries, c what the deviation of λ

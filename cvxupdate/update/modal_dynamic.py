@@ -1,5 +1,5 @@
-"""Method ``modal-dynamic``: the modal dynamic residual of measured modes by convex steps, and how far
-its minimum may be from the global one."""
+"""Method ``modal-dynamic``: the modal dynamic residual of measured modes by convex steps, and how
+far its minimum may be from the global one."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ PASSES = 30  # how often the weights are taken anew at the solution, at most
 SETTLED = 1e-6  # change of p below which they are not
 LINEAR = 1e-10  # relative deviation from linearity that is rounding
 COMPLETE = (
-    "Every shape was measured at every DOF, so the residual is linear in the parameters: with these "
-    "weights the minimum is the global one, as the certificate of the step says."
+    "Every shape was measured at every DOF, so the residual is linear in the parameters: with "
+    "these weights the minimum is the global one, as the certificate of the step says."
 )
 TIGHT = 1e3
 """Of the least deviation of a row: rows that the measured deviations move by no more are as good as
@@ -135,9 +135,9 @@ def settled(way: Way, residual: DynamicResidual, p0: Array) -> tuple[LoopResult[
 
 @dataclass(frozen=True)
 class Judged:
-    """What is known of the global minimum: the ``bound`` (None: none, ``says`` why), whether the end
-    is it (None: not known), and a point ``elsewhere`` (n,) that is lower than the loop's end by more
-    than the bound's accuracy."""
+    """What is known of the global minimum: the ``bound`` (None: none, ``says`` why), whether the
+    end is it (None: not known), and a point ``elsewhere`` (n,) that is lower than the loop's end by
+    more than the bound's accuracy."""
 
     bound: GlobalBound | None
     says: str
@@ -178,8 +178,8 @@ def judge(way: Way, loop: LoopResult[DynamicPoint]) -> Judged:
     if order is not None:
         return Judged(
             None,
-            "No lower bound of the objective was computed, so whether this is the global minimum is "
-            f"not known: its semidefinite program is of order {order}, (1 + parameters) × (1 + "
+            "No lower bound of the objective was computed, so whether this is the global minimum "
+            f"is not known: its semidefinite program is of order {order}, (1 + parameters) × (1 + "
             "unmeasured DOFs). Fewer parameters or more sensors make it smaller.",
         )
 
