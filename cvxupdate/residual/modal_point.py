@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -105,7 +105,7 @@ class ModalResidual:
         if found is not None and _highest(point.places) >= found.exact:
             found = None  # one went among the modes that have not converged
             point = self._paired(p, m, self._anew(p, m), first, places)
-        return point if found is None else replace_solved(point, found)
+        return point if found is None else replace(point, solved=found)
 
     def _modes(
         self, p: Real, m: Matrices, first: Modes, places: Sequence[Index]
@@ -289,11 +289,6 @@ class ModalPoint:
             for s in self.compared_shapes()
             for on in [s.std > 0.0]
         ]
-
-
-def replace_solved(point: ModalPoint, solved: Continued) -> ModalPoint:
-    """``point`` with what its modes were found with."""
-    return ModalPoint(point.residual, point.p, point.matrices, point.modes, point.places, solved)
 
 
 def scaled_derivative(phi: Real, d: Real, x: Real, std: Real) -> Real:

@@ -127,7 +127,7 @@ class ExactBeam:
         """
         p = {**properties, "damping": np.zeros(len(properties["length"]))}
         base = self._constants(p)
-        ends = self.dynamic_stiffness(omega, p)
+        ends = self.dynamic_stiffness(omega.astype(complex), p)
         stiff, heavy = p["stiffness"], -(omega**2) * p["mass"]
         h = p["length"] / 2.0
         out = {}

@@ -77,7 +77,7 @@ class Counter:
         """Count below every one of ``omega`` (f,): a few members take as long at all of them as at
         one."""
         for some in np.array_split(omega, -(-len(omega) // self.beyond.together)):
-            self.beyond.foresee(1j * some)
+            self.beyond.foresee(1j * some.astype(complex))
             clamped = self.beyond.clamped_below(some)
             for w, held in zip(some.tolist(), clamped.tolist(), strict=True):
                 self.known[w] = held + _negatives(self.stiffness(w))
