@@ -64,15 +64,15 @@ def test_derivatives_of_the_rows(free: bool) -> None:
 
 
 def test_run_finds_what_the_members_were_measured_with() -> None:
-    """Frequencies and shapes of five modes, three members for some forty elements."""
+    """Frequencies and shapes of four modes, three members for some forty elements."""
     spec, model = frame()
     truth = np.array([0.12, -0.1, 0.08, -0.06, 0.2])
-    table = measured(model, truth, range(1, 6), channels=CHANNELS, std=1e-4, shape_std=1e-3)
+    table = measured(model, truth, range(1, 5), channels=CHANNELS, std=1e-4, shape_std=1e-3)
     found = update_modal(spec, model, [table])
     assert found.status == "converged" and found.certificate["optimal"]
     np.testing.assert_allclose([q.p for q in found.parameters], truth, atol=2e-3)
     np.testing.assert_allclose(
-        model_modes(model, 5, np.array([q.p for q in found.parameters])).frequencies,
+        model_modes(model, 4, np.array([q.p for q in found.parameters])).frequencies,
         table.frequency,
         rtol=3e-4,
     )
@@ -80,11 +80,10 @@ def test_run_finds_what_the_members_were_measured_with() -> None:
 
 def test_a_mode_that_moves_no_node_cannot_be_fitted() -> None:
     """Between clamped ends: it is counted, and said."""
-    model = lines("exact_beam", BENT[:3], chain(2), SPACE, SECTION, MATERIAL)
+    corner = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.2, 0.0)]
+    model = lines("exact_beam", corner, chain(2), SPACE, SECTION, MATERIAL)
     model["supports"] = [{"nodes": [1, 2], "dofs": SPACE}]
     _, made = structure(model, [{"elements": [1], "of": "E"}], update={"method": "frequencies"})
-    modes = model_modes(made, 40)
-    still = int(np.argmin(np.abs(modes.shapes).max(axis=0)))
-    table = measured(made, np.zeros(1), [still + 1])
+    still = measured(made, np.zeros(1), [1])
     with pytest.raises(ModelError, match="Put a node inside the members"):
-        modal_residual(made, [table], [], False).evaluate(np.zeros(1)).system()
+        modal_residual(made, [still], [], False).evaluate(np.zeros(1)).system()
