@@ -105,9 +105,14 @@ def dynamic_residual(model: Model, tables: Sequence[ModeTable], at: Real) -> Dyn
     Raises
     ------
     InputError
-        When no mode has a shape, a shape has no deviation above 0, or the model has more than
-        `DENSE` DOFs.
+        When no mode has a shape, a shape has no deviation above 0, the model has exact members
+        or more than `DENSE` DOFs.
     """
+    if model.exact:
+        raise InputError(
+            'update.method = "modal-dynamic" needs K and M, and exact members have a dynamic '
+            'stiffness instead. Take method "sensitivity", or beams of type beam2d or beam3d.'
+        )
     if model.size > DENSE:
         raise InputError(
             f'update.method = "modal-dynamic" forms full matrices and takes up to {DENSE} DOFs; '

@@ -71,6 +71,10 @@ def test_what_it_cannot_take_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
         dynamic_residual(model, [certain], model.zero())
     with pytest.raises(InputError, match="needs measured mode shapes"):
         dynamic_residual(model, [replace(table, shapes=None, shape_std=None)], model.zero())
+    with monkeypatch.context() as patch:
+        patch.setattr(type(model), "exact", True)
+        with pytest.raises(InputError, match="exact members have a dynamic stiffness instead"):
+            dynamic_residual(model, [table], model.zero())
     monkeypatch.setattr(modal_dynamic, "DENSE", 10)
     with pytest.raises(InputError, match=r'up to 10 DOFs; the model has 15. Take method "ceam"'):
         dynamic_residual(model, [table], model.zero())
