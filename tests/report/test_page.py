@@ -32,7 +32,7 @@ def plate():
 def test_one_file_with_nothing_from_outside(html):
     page = assert_self_contained(html)
     assert html.startswith("<!doctype html>") and len(html.encode()) < 500_000
-    assert page.tags.count("svg") == 4 and page.tags.count("text") > 20, (
+    assert page.tags.count("svg") == 5 and page.tags.count("text") > 20, (
         "text of the figures stays text"
     )
     assert (
@@ -127,6 +127,7 @@ def test_a_result_without_modes_or_history_still_has_a_page(updated):
         parameters=(),
         fit={"fit": {}, "hold_out": {}},
         undetermined=(),
+        correlations=None,
         model={},
         source="",
         title="",
