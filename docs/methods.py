@@ -119,22 +119,28 @@ def way_of(module: str) -> str:
 
 
 @cache
-def _test_texts() -> Mapping[str, str]:
-    return {
-        str(p.relative_to(TESTS)): p.read_text(encoding="utf-8")
-        for p in sorted([*TESTS.rglob("test_*.py"), *TESTS.glob("cases/*.py")])
-    }
+def _test_texts() -> Mapping[str, tuple[str, frozenset[str]]]:
+    """Text and words of every test module."""
+    out = {}
+    for p in sorted([*TESTS.rglob("test_*.py"), *TESTS.glob("cases/*.py")]):
+        text = p.read_text(encoding="utf-8")
+        out[str(p.relative_to(TESTS))] = text, frozenset(re.findall(r"\w+", text))
+    return out
 
 
 def naming(name: str, module: str) -> tuple[str, ...]:
     """The test modules that name it, as it is or with hyphens (of a short word those that import
     from its package); else those that import from its module."""
-    word = re.compile(rf"\b{re.escape(name)}\b|[\"']{re.escape(name.replace('_', '-'))}[\"']")
-    package = ".".join(module.split(".")[:2])
-    texts = _test_texts().items()
-    own = [t for t, text in texts if word.search(text) and (package in text or len(name) > 9)]
-    whole = re.compile(rf"\b{re.escape(module.rpartition('.')[2])}\b")
-    return tuple(own or [t for t, text in texts if package in text and whole.search(text)])
+    hyphens = name.replace("_", "-")
+    package, part = ".".join(module.split(".")[:2]), module.rpartition(".")[2]
+    own, others = [], []
+    for t, (text, words) in _test_texts().items():
+        named = name in words or f'"{hyphens}"' in text or f"'{hyphens}'" in text
+        if named and (package in text or len(name) > 9):
+            own.append(t)
+        elif part in words and package in text:
+            others.append(t)
+    return tuple(own or others)
 
 
 @cache

@@ -9,9 +9,13 @@ import json
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
+
+from tests.cases.sources import tree
 
 PACKAGE = Path(__file__).resolve().parents[1] / "cvxupdate"
 BASE = {"errors"}
@@ -132,14 +136,30 @@ def room(module: str) -> str:
     return parts[1] if len(parts) > 1 else "__init__"
 
 
-def imports(source: str | ast.AST, module: str, is_package: bool) -> set[str]:
-    """Every module that ``source`` imports, wherever the statement stands, relative ones made
-    absolute.
+def statements(node: ast.AST, bodies: bool = True, types: bool = True) -> Iterator[ast.AST]:
+    """Every statement of a syntax tree, those in functions only with ``bodies``, those in
+    TYPE_CHECKING blocks only with ``types``. An import is a statement: no expression is entered."""
+    for block in ("body", "orelse", "finalbody", "handlers", "cases"):
+        for child in getattr(node, block, ()):
+            yield child
+            if isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef) and not bodies:
+                continue
+            if isinstance(child, ast.If) and not types and "TYPE_CHECKING" in ast.dump(child.test):
+                continue
+            yield from statements(child, bodies, types)
+
+
+def imports(
+    source: str | ast.AST, module: str, is_package: bool, bodies: bool = True, types: bool = True
+) -> set[str]:
+    """Every module that ``source`` imports, wherever the statement stands (see `statements`),
+    relative ones made absolute.
 
     ``from a import b`` counts as a.b where that is a module, else as a.
     """
     out: set[str] = set()
-    for node in ast.walk(ast.parse(source) if isinstance(source, str) else source):
+    whole = ast.parse(source) if isinstance(source, str) else source
+    for node in statements(whole, bodies, types):
         if isinstance(node, ast.Import):
             out |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -154,39 +174,17 @@ def imports(source: str | ast.AST, module: str, is_package: bool) -> set[str]:
     return out
 
 
-def imports_of(module: str) -> set[str]:
+@cache
+def imports_of(module: str, bodies: bool = True, types: bool = True) -> frozenset[str]:
+    """Those of a module of the package."""
     path = MODULES[module]
-    source = path.read_text(encoding="utf-8")
-    return imports(
-        without(source, bodies=False) if room(module) in NAMES_RESULTS else source,
-        module,
-        path.name == "__init__.py",
-    )
+    found = imports(tree(path), module, path.name == "__init__.py", bodies, types)
+    return frozenset(found)
 
 
-def imports_on_load(module: str) -> set[str]:
+def imports_on_load(module: str) -> frozenset[str]:
     """What runs when the module is imported."""
-    path = MODULES[module]
-    return imports(
-        without(path.read_text(encoding="utf-8"), bodies=True), module, path.name == "__init__.py"
-    )
-
-
-def without(source: str, bodies: bool) -> ast.AST:
-    """The syntax tree without its TYPE_CHECKING blocks, and without the functions where
-    ``bodies``."""
-
-    class Strip(ast.NodeTransformer):
-        def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST | None:
-            return None if bodies else node
-
-        def visit_AsyncFunctionDef(self, node: ast.AsyncFunctionDef) -> ast.AST | None:
-            return None if bodies else node
-
-        def visit_If(self, node: ast.If) -> ast.AST | None:
-            return None if "TYPE_CHECKING" in ast.dump(node.test) else self.generic_visit(node)
-
-    return Strip().visit(ast.parse(source))
+    return imports_of(module, bodies=False, types=False)
 
 
 def test_every_part_is_listed() -> None:
@@ -197,7 +195,7 @@ def test_every_part_is_listed() -> None:
 @pytest.mark.parametrize("module", sorted(MODULES))
 def test_imports_stay_in_the_table(module: str) -> None:
     mine = room(module)
-    for target in imports_of(module):
+    for target in imports_of(module, types=mine not in NAMES_RESULTS):
         first = target.split(".")[0]
         if first == "cvxupdate":
             other = room(target)
@@ -232,9 +230,7 @@ def test_modules_have_no_cycle() -> None:
 def every_import(module: str) -> set[str]:
     """The package's modules that ``module`` needs at any time: on load, inside its functions and
     for its types; with the packages whose ``__init__`` runs on the way to them."""
-    path = MODULES[module]
-    named = imports(path.read_text(encoding="utf-8"), module, path.name == "__init__.py")
-    targets = {t for t in named if t in MODULES}
+    targets = {t for t in imports_of(module) if t in MODULES}
     return {t for target in targets for t in {target} | packages_above(target, module)} - {module}
 
 
@@ -288,9 +284,7 @@ def test_diagnose_has_the_rooms_of_its_picture() -> None:
 @pytest.mark.parametrize("module", IN_DIAGNOSE)
 def test_no_room_of_diagnose_imports_upwards(module: str) -> None:
     """Nor inside a function, nor for a type; so none stands in a circle."""
-    path = MODULES[module]
-    source = path.read_text(encoding="utf-8")
-    found = climbs(module, imports(source, module, path.name == "__init__.py"))
+    found = climbs(module, set(imports_of(module)))
     assert found == [], f"{module} imports upwards: {found}"
 
 
@@ -359,8 +353,15 @@ def test_the_reader_of_imports_sees_them_all() -> None:
         "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from .a import A\ndef f():\n   "
         " import b\nclass C:\n    def g(self):\n        import d\n"
     )
-    assert imports(without(typed, bodies=False), "cvxupdate.x", False) == {"typing", "b", "d"}
-    assert imports(without(typed, bodies=True), "cvxupdate.x", False) == {"typing"}
+    assert imports(typed, "cvxupdate.x", False, types=False) == {"typing", "b", "d"}
+    assert imports(typed, "cvxupdate.x", False, bodies=False, types=False) == {"typing"}
+    assert imports(typed, "cvxupdate.x", False) == {"typing", "b", "d", "cvxupdate.a"}
+    hidden = (
+        "try:\n    import a\nexcept ImportError:\n    import b\nelse:\n    import c\nfinally:\n"
+        "    import d\nwith x:\n    import e\nfor i in x:\n    import f\nelse:\n    import g\n"
+        "match x:\n    case 1:\n        import h\nif x:\n    pass\nelif y:\n    import i\n"
+    )
+    assert imports(hidden, "cvxupdate.x", False) == set("abcdefghi")
 
 
 def loaded_by(statement: str) -> list[str]:

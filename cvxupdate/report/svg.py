@@ -7,6 +7,7 @@ import html
 import io
 import re
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 # Matplotlib wants colours; these stand for the page's own and are replaced by CSS variables below.
@@ -65,6 +66,11 @@ RC = {
     "path.simplify": True,
 }
 
+POINTS = 72  # a unit of an SVG file, to the inch
+METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
+MINOR_LABELS = 10.0  # of the ends of a logarithmic axis: above, matplotlib labels no minor tick
+SUPERIOR = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
 
 def draw(name: str, says: str, width: float, height: float, paint: Callable[[Any], None]) -> str:
     """An SVG element of ``width`` × ``height`` inches; ``paint(axes)`` draws it.
@@ -88,18 +94,56 @@ def draw_panels(
     """As `draw`, with ``rows`` × ``columns`` panels: ``paint(axes)`` gets their list, row by
     row; ``heights`` are those of the rows, relative to one another."""
     import matplotlib
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
     with matplotlib.rc_context(RC):
-        figure = Figure(figsize=(width, height), layout="constrained")
+        figure = Figure(figsize=(width, height), dpi=POINTS, layout="constrained")
+        canvas = FigureCanvasSVG(figure)
         paint(list(figure.subplots(rows, columns, squeeze=False, height_ratios=heights).flat))
+        _laid_out(figure)
         buffer = io.StringIO()
-        figure.savefig(
-            buffer,
-            format="svg",
-            metadata={"Date": None, "Creator": None, "Format": None, "Type": None},
-        )
+        canvas.print_svg(buffer, metadata=METADATA)
     return inline(buffer.getvalue(), name, says)
+
+
+def _laid_out(figure: Any) -> None:
+    """The figure with its panels in place, and with powers of ten as plain text.
+
+    `savefig` would draw everything once for the layout and once for the file, and three quarters of
+    the layout's time go into the minor ticks of logarithmic axes, which have no labels above a
+    decade; the parser of mathematical text takes a sixth of the rest.
+    """
+    from matplotlib.ticker import FuncFormatter, LogFormatter, NullLocator
+
+    unlabelled = []
+    for axis in (axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)):
+        major, minor = axis.get_major_formatter(), axis.get_minor_formatter()
+        if not isinstance(major, LogFormatter):
+            continue
+        low, high = sorted(axis.get_view_interval())
+        major.set_locs(axis.get_majorticklocs())
+        axis.set_major_formatter(FuncFormatter(partial(_plain, major)))
+        if low > 0.0 and high > MINOR_LABELS * low:
+            unlabelled.append((axis, axis.get_minor_locator()))
+            axis.set_minor_locator(NullLocator())
+        elif isinstance(minor, LogFormatter):
+            minor.set_locs(axis.get_minorticklocs())
+            axis.set_minor_formatter(FuncFormatter(partial(_plain, minor)))
+    figure.get_layout_engine().execute(figure)
+    figure.set_layout_engine("none")
+    for axis, locator in unlabelled:
+        axis.set_minor_locator(locator)
+
+
+def _plain(formatter: Callable[..., str], value: float, at: int | None) -> str:
+    """The label of a tick with its power of ten in superior figures."""
+    text = formatter(value, at)
+    found = re.fullmatch(r"\$\\mathdefault\{(.*)\}\$", text)
+    if found is None:
+        return text
+    text = found[1].replace(r"\times", "×").replace(" ", "")
+    return re.sub(r"\^\{(-?\d+)\}", lambda m: m[1].translate(SUPERIOR), text)
 
 
 def inline(svg: str, name: str, says: str) -> str:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,13 +57,29 @@ class Levels:
         """(bands, responses × cases): medians over the points of each band, NaN where half of them
         are."""
         flat = log.reshape(len(log), -1)
-        out = np.full((int(self.band.max()) + 1, flat.shape[1]), np.nan)
-        for b in range(len(out)):
-            lines = flat[self.band == b]
-            good = 2 * np.count_nonzero(np.isfinite(lines), axis=0) > len(lines)
-            if np.any(good):
-                out[b, good] = np.nanmedian(lines[:, good], axis=0)
-        return out
+        members, sizes = self._members
+        stacked = np.where(members[:, :, None] >= 0, flat[members], np.nan)
+        stacked = np.sort(np.where(np.isfinite(stacked), stacked, np.nan), axis=1)  # NaN come last
+        count = np.count_nonzero(np.isfinite(stacked), axis=1)
+        low, high = (np.maximum(count - 1, 0) // 2, count // 2)
+        high = np.minimum(high, stacked.shape[1] - 1)
+        ends = (np.take_along_axis(stacked, k[:, None], axis=1)[:, 0] for k in (low, high))
+        return np.asarray(np.where(2 * count > sizes[:, None], np.mean([*ends], axis=0), np.nan))
+
+    @cached_property
+    def measured_medians(self) -> Real:
+        """`medians` of what was measured."""
+        return self.medians(self.log)
+
+    @cached_property
+    def _members(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Points of each band, (bands, most in any) with −1 where there are fewer; how many."""
+        sizes = np.bincount(self.band)
+        order = np.argsort(self.band, kind="stable")
+        first = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+        at = np.arange(int(sizes.max()))
+        inside = at < sizes[:, None]
+        return np.where(inside, order[np.where(inside, first[:, None] + at, 0)], -1), sizes
 
 
 def levels_of(recording: Recording, every: bool = False) -> tuple[Levels, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -47,16 +47,32 @@ class Seen:
         return self.distance > self.gross
 
 
-def of_levels(levels: Levels, model: Model, change: Change = NONE) -> Seen | None:
+@dataclass(frozen=True)
+class Against:
+    """A model that levels are held against: its responses are computed once for each recording and
+    frequency axis, for most mistakes leave both as they are."""
+
+    model: Model
+    _known: dict[tuple[int, float], tuple[Levels, Real | None]] = field(default_factory=dict)
+
+    def logs(self, levels: Levels, axis: float = 1.0) -> Real | None:
+        """ln|Y| of the model at the points of ``levels``; None where it has no responses."""
+        key = (id(levels), axis)  # the levels are kept beside, so that their id stays theirs
+        if key not in self._known:
+            Y = modelled(self.model, levels, axis)
+            self._known[key] = levels, None if Y is None else logs(Y)
+        return self._known[key][1]
+
+
+def of_levels(levels: Levels, against: Against, change: Change = NONE) -> Seen | None:
     """Levels against those of the model, the recording read with a ``change``; None where fewer
     than six can be compared."""
-    Y = modelled(model, levels, change.axis)
-    if Y is None:
+    own = against.logs(levels, change.axis)
+    if own is None:
         return None
-    own = logs(Y)
     omega = np.log(np.abs(levels.measured.s) * change.axis)[:, None, None]
     more = float(np.log(change.factor)) + change.power * omega
-    values = levels.medians(levels.log) - levels.medians(own + more)
+    values = levels.measured_medians - levels.medians(own + more)
     values = values[np.isfinite(values)]
     if values.size < 6:
         return None

@@ -21,6 +21,7 @@ from cvxupdate.correlate.plausible.levels import Levels, levels_of
 from cvxupdate.correlate.plausible.models import Mistake, mistakes
 from cvxupdate.correlate.plausible.seen import (
     GROSS_FREQUENCY,
+    Against,
     Seen,
     explains,
     joined,
@@ -49,7 +50,7 @@ LARGEST = 4000
 
 def unit_doubts(spec: Spec, model: Model, recordings: Sequence[Recording]) -> tuple[Doubt, ...]:
     """What is probably in another unit than it is said to be, or on its side."""
-    bare = replace(model, modal_damping=())
+    bare = Against(replace(model, modal_damping=()))
     driven = [r for r in recordings if not isinstance(r, ModeTable)][:MOST]
     levels = [found for r in driven for found in levels_of(r)]
     tables = [Table(r.origin.name, r) for r in recordings if isinstance(r, ModeTable)][:MOST]
@@ -107,7 +108,7 @@ def _in_the_model(
             continue
         now: list[Seen] = []
         for x, s in judged:
-            own = of_levels(x, other)
+            own = of_levels(x, Against(other))
             if own is None or own.distance > HOPELESS * s.distance:
                 break
             now.append(own)
@@ -150,7 +151,7 @@ def _model_doubt(mistake: Mistake, first: float, other: float) -> Doubt:
 
 
 def _in_the_recordings(
-    judged: Sequence[tuple[Levels, Seen]], model: Model, recordings: Sequence[Recording]
+    judged: Sequence[tuple[Levels, Seen]], model: Against, recordings: Sequence[Recording]
 ) -> list[tuple[float, Doubt]]:
     """Units of recordings of responses: of all that are off together, else of each."""
     off = [(x, s) for x, s in judged if s.off]
@@ -174,7 +175,7 @@ def _in_the_recordings(
 
 
 def _best(
-    members: Sequence[tuple[Levels, Seen]], model: Model, changes: Sequence[Change]
+    members: Sequence[tuple[Levels, Seen]], model: Against, changes: Sequence[Change]
 ) -> list[tuple[float, Doubt]]:
     """Every change that explains these recordings together."""
     before = joined([s for _, s in members])
