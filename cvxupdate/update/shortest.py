@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -23,6 +25,7 @@ class MetAsWell:
 
     rows: Array
     values: Array
+    keys: ClassVar[Mapping[str, Any]] = {}
 
     def clauses(self, columns: tuple[str, ...]) -> tuple[Clause, ...]:
         """One clause of all of them."""
