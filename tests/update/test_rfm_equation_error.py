@@ -4,21 +4,25 @@ measured, and on the model's modes: what is exact, what is unbiased, and what is
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy.linalg as la
 
-from cvxupdate.convex import SolverChoice
+from cvxupdate.convex import SolverChoice, StepProblem
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.residual.frf import FrfPoint, FrfResidual
 from cvxupdate.residual.frf_data import FrfData
 from cvxupdate.spec import Spec
+from cvxupdate.study import run, solvers
+from cvxupdate.update.classical import asked_of
 from cvxupdate.update.parts import step_problem
 from cvxupdate.update.rfm_filter import fit_filtered, single_lines, turn, whitening
 from cvxupdate.update.rfm_loop import fit_responses
 from cvxupdate.update.trust_region import LoopResult, Options
+from tests.cases.elements import toml
 from tests.cases.structures import free_chain, structure
 from tests.update.test_rfm_instruments import DRAWS, ROWS, TRUTH, recorded
 
@@ -104,6 +108,9 @@ def test_on_all_modes_the_balance_is_that_of_all_dofs(chain: tuple[Spec, Model])
     size = np.abs(residual.evaluate(FAR).values).max()
     assert np.abs(residual.evaluate(TRUTH).values).max() <= 1e-10 * size
     assert len(residual.labels) == len(residual.weights) == residual.evaluate(FAR).values.size
+    at, move = residual.evaluate(FAR), 0.1 * np.arange(5)  # linear, with the derivatives it states
+    moved = residual.evaluate(FAR + move).values - at.values
+    np.testing.assert_allclose(moved, at.jacobian @ move, atol=1e-10 * size)
     loop = end(chain, data, "modal-balance", np.zeros(5))
     np.testing.assert_allclose(loop.point.p, TRUTH, atol=1e-6)
 
@@ -182,3 +189,50 @@ def test_the_filter_is_unbiased_where_least_squares_is_biased(chain: tuple[Spec,
     p = np.array(found)
     apart = p.mean(axis=0) - TRUTH
     assert float(apart @ la.solve(np.cov(p.T) / DRAWS, apart)) < 20.0  # 99.9 % of χ² of five
+
+
+# --- from a problem file ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("residual", ["filter", "filled", "modal-balance"])
+def test_by_name_from_a_problem_file(residual: str, tmp_path: Path) -> None:
+    """A chain recorded at every mass: the command finds the truth, `solvers` has a step to
+    compare."""
+    model = structure(free_chain(), ROWS)[1]
+    data = recorded_of(model, TRUTH)
+    labels = [c.split(".")[0][1:] for c in model.labels]
+    np.savez(
+        tmp_path / "frf.npz",
+        frequency=data.frequency,
+        H=data.X.astype(complex),
+        response_node=np.array(labels, dtype=int),
+        response_dof=np.ones(5, dtype=int),
+        reference_node=np.array([labels[i] for i in data.references], dtype=int),
+        reference_dof=np.ones(2, dtype=int),
+    )
+    tables = {
+        "model": free_chain(),
+        "recordings": [{"kind": "frf", "file": "frf.npz", "response": "displacement"}],
+        "update": {
+            "method": "rfm",
+            "residual": residual,
+            "noise": 0.01,
+            "frequency_points": "all",
+            "parameters": [{**row, "lower": -0.6, "upper": 0.6} for row in ROWS],
+        },
+    }
+    path = tmp_path / "problem.toml"
+    path.write_text("\n".join(f"{k} = {toml(v)}" for k, v in tables.items()) + "\n")
+    updated = run(path)
+    assert updated.status == "converged"
+    np.testing.assert_allclose([q.p for q in updated.parameters], TRUTH, atol=1e-4)
+    _, rows, spread = solvers(path)
+    assert sum(r.status == "optimal" for r in rows) > 1 and spread < 1e-6
+
+
+def test_a_classical_solution_knows_no_filter(chain: tuple[Spec, Model]) -> None:
+    spec, model = chain
+    asked = {"residual": "filter", "solution": "truncated-svd", "method": "rfm"}
+    spec = replace(spec, update=spec.update.model_copy(update=asked))
+    with pytest.raises(InputError, match='residual = "filter" is of the convex loop'):
+        asked_of(spec, StepProblem(columns=tuple(q.name for q in model.parameters)))
