@@ -93,12 +93,16 @@ class Model:
         """Property values of every block at ``p``; complex where ``p`` is."""
         values = np.zeros(len(self.parameters)) if p is None else np.asarray(p)
         out: list[dict[str, Values]] = [dict(b.properties) for b in self.blocks]
+        dtype, own = np.result_type(values, float), set()  # own: copied already
         for value, parameter in zip(values, self.parameters, strict=True):
+            if value == 0.0 and not np.iscomplexobj(values):
+                continue
             for t in parameter.targets:
                 for name, scale in zip(t.properties, t.scales, strict=True):
-                    moved = out[t.block][name].astype(np.result_type(values, float))
-                    moved[t.rows] += scale * value
-                    out[t.block][name] = moved
+                    if (t.block, name) not in own:
+                        out[t.block][name] = out[t.block][name].astype(dtype)
+                        own.add((t.block, name))
+                    out[t.block][name][t.rows] += scale * value
         return out
 
     def matrices(self, p: ArrayLike | None = None) -> Matrices:

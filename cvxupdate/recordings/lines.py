@@ -134,6 +134,7 @@ def frf_peaks(
     if len(frequency) < 3:
         return ()
     flat = H.reshape(len(H), -1)
+    flat = np.where(np.isfinite(flat), flat, 0.0)
     top = max(float(np.abs(part).max(initial=0.0)) for part in (flat.real, flat.imag)) or 1.0
     power = np.sum(np.abs(flat / top) ** 2, axis=1)  # a damaged file may hold 1e300
     level = 20.0 * np.log10(top) + 10.0 * np.log10(np.maximum(power, np.finfo(float).tiny))
