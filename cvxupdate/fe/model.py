@@ -55,8 +55,9 @@ class Model:
 
     ``labels`` N names of the free DOFs ("n6.y"); ``node_ids``, ``xyz`` (nodes, 3) and ``dof_node``,
     ``dof_kind`` (N,) place them; ``modal_damping`` fractions of critical per mode (empty: none),
-    used beside C where given; ``ties`` further names of free DOFs: ("n9.z", "n6.z") says that node
-    9 moves along z as node 6 does; ``families`` are the generic elements among the parameters.
+    used beside C where given, and the share of them that is ``hysteretic``; ``ties`` further names
+    of free DOFs: ("n9.z", "n6.z") says that node 9 moves along z as node 6 does; ``families`` are
+    the generic elements among the parameters.
     """
 
     labels: tuple[str, ...]
@@ -69,6 +70,7 @@ class Model:
     modal_damping: tuple[float, ...] = ()
     ties: tuple[tuple[str, str], ...] = ()
     families: tuple[FamilyUse, ...] = ()
+    hysteretic: float = 0.0
 
     @property
     def size(self) -> int:
