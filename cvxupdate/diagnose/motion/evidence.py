@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
-from cvxupdate.diagnose.motion.alike import alike, kin
+from cvxupdate.diagnose.motion.alike import alike, as_one, kin
 from cvxupdate.diagnose.motion.apart import next_measurement
 from cvxupdate.diagnose.motion.columns import LawScores, is_law, nothing
 from cvxupdate.diagnose.motion.drift import told
@@ -99,12 +99,10 @@ class MotionEvidence(Timed):
     @cached_property
     def bases(self) -> tuple[Fit, ...]:
         """The best linear model: nuisance parameters alone fitted."""
-        out: list[Fit] = []
         setting = self.setting(self.model, ())
-        p = np.zeros(len(setting.columns))
-        for level in range(self.levels):
-            out.append(fitted(self.at_level(setting, level), p, EFFORTS["base"]))
-            p = out[-1].p
+        out = [fitted(setting, np.zeros(len(setting.columns)), EFFORTS["base"])]
+        for level in range(1, self.levels):
+            out.append(fitted(self.at_level(setting, level), out[-1].p, EFFORTS["base"]))
         return tuple(out)
 
     @property
@@ -229,10 +227,12 @@ class MotionEvidence(Timed):
             return 0.0
         return fitted_at(found.setting.on(self.held), found.p, found.point).log_likelihood
 
-    def alike(self, found: Fit, effect: Effect) -> Sequence[Effect]:
+    def alike(self, found: Fit, effect: Effect, strictly: bool = False) -> Sequence[Effect]:
         """Of laws neighbours, and other forms where one leaves much; laws that act like it."""
-        names = kin(effect, self.depends)
+        names = kin(effect, self.depends and not strictly)
         laws = self.candidates(self.model, names) if names else ()
+        if strictly:
+            return as_one(found.point, effect, laws)
         return alike(found.point, effect, laws, forms=not self.linear.clear(found))
 
     def apart(self, one: Fit, other: Fit, titles: tuple[str, str]) -> str:
