@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cvxupdate.diagnose.motion.point import MotionPoint
-from cvxupdate.diagnose.settings import NEIGHBOURING, NEIGHBOURS, TELLING
+from cvxupdate.diagnose.settings import NEIGHBOURING, TELLING
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.hysteresis import other_forms
 from cvxupdate.physics.internal_force import NonlinearForce, direction
@@ -42,7 +42,7 @@ def alike(
         return [e for e in candidates if (set(e.place.nodes), e.place.dof) == spot]
     found = _elsewhere(point, effect.physics, own, candidates)
     near = [e for cosine, e in found if cosine**2 >= NEIGHBOURING]
-    return [*(other_forms(effect) if forms else ()), *near[:NEIGHBOURS]]
+    return [*(other_forms(effect) if forms else ()), *near]
 
 
 def as_one(point: MotionPoint, effect: Effect, candidates: Sequence[Effect]) -> list[Effect]:

@@ -17,6 +17,7 @@ from cvxupdate.diagnose.motion.alike import alike, as_one, kin
 from cvxupdate.diagnose.motion.apart import next_measurement
 from cvxupdate.diagnose.motion.columns import LawScores, is_law, nothing
 from cvxupdate.diagnose.motion.drift import told
+from cvxupdate.diagnose.motion.guided import begun
 from cvxupdate.diagnose.motion.point import MotionSetting
 from cvxupdate.diagnose.motion.runs import Run
 from cvxupdate.diagnose.motion.scene import Scene
@@ -167,8 +168,10 @@ class MotionEvidence(Timed):
         return fitted_at(setting, p)
 
     def fitted(self, seed: Seed, effort: str) -> Fit:
-        """By trust-region convex steps."""
-        return fitted(seed.setting, seed.start, EFFORTS[effort])
+        """By trust-region convex steps, a first pass from where the smoothest stage leads."""
+        first = effort == "first pass"
+        start = begun(seed.setting, seed.start, self.stages[0]) if first else seed.start
+        return fitted(seed.setting, start, EFFORTS[effort])
 
     def linearised(self, found: Fit) -> Linearised:
         """Of the nuisance parameters that can still move."""
@@ -205,8 +208,7 @@ class MotionEvidence(Timed):
         """Laws along the smoothed motion, linear effects at given internal forces."""
         laws = [e for e in effects if is_law(e)]
         rest = [e for e in effects if not is_law(e)]
-        scores = self.scores.of(self.sharp(nominal), laws)
-        point = nominal.point.linear
+        scores, point = self.scores.of(self.sharp(nominal), laws), nominal.point.linear
         left = Projection.of(linearised(nominal.point))
         linear = first_order(point, rest, left)
         exact = best_of(
@@ -218,8 +220,8 @@ class MotionEvidence(Timed):
 
     def errors(self, found: Fit) -> Errors:
         """Channel by channel, in free simulation."""
-        sharp, held = self.linear.data.sharp, self.linear.data.sharp_hold_out
-        return Errors(channel_errors(found.point, sharp), channel_errors(found.point, held))
+        data = self.linear.data
+        return Errors(*(channel_errors(found.point, s) for s in (data.sharp, data.sharp_hold_out)))
 
     def held_out(self, found: Fit) -> float:
         """In free simulation: two laws that do alike at the levels fitted part there."""
@@ -283,8 +285,8 @@ class MotionEvidence(Timed):
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Responses before and after, what remains, and the map of explained fractions."""
-        sharp, held = self.linear.data.sharp, self.linear.data.sharp_hold_out
-        scored = [(s.effect, s.fraction) for s in scores]
+        data, scored = self.linear.data, [(s.effect, s.fraction) for s in scores]
+        sharp, held = data.sharp, data.sharp_hold_out
         return responses_shown(self.linear.nominal_point, last.point, sharp, held, scored)
 
     def _contract(self, last: Fit) -> ContractErrors:

@@ -11,11 +11,11 @@ also at rest: contact on one side moves the mean position, which no acceleromete
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from cvxupdate.diagnose.motion.point import MotionPoint
 from cvxupdate.diagnose.motion.runs import COLUMNS, Run
 from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.fe.synthesis.pieces import sensor_rows
@@ -41,8 +41,17 @@ class Beyond:
     noise: Real
 
     @classmethod
-    def of(cls, point: MotionPoint, run: Run) -> Beyond:
-        """At a point."""
+    def of(cls, point: Any, run: Run) -> Beyond:
+        """At a `MotionPoint`, its internal forces as they are."""
+        alone = cls.alone(point, run)
+        laws, B = point.forces
+        if not laws.size:
+            return alone
+        return alone.under(-run.coarse(point.motions[run.name][0]) @ (B.T @ point.modes.shapes))
+
+    @classmethod
+    def alone(cls, point: Any, run: Run) -> Beyond:
+        """At the linear part of a point."""
         s, model = run.lines, point.setting.model
         phi = np.vstack([point.modes.shapes, np.zeros((1, point.modes.shapes.shape[1]))])
         sensors, inputs = (sensor_rows(model, x) for x in (run.sensors, run.inputs))
@@ -50,18 +59,25 @@ class Beyond:
         slow = 2.0 * point.damping * np.sqrt(lam) + point.further
         d = s[:, None] ** 2 + slow * s[:, None] + lam
         inverse = np.where(np.abs(d) > 0.0, 1.0 / np.where(d == 0.0, 1.0, d), 0.0)
-        force = run.spectra(run.force) @ phi[inputs]
-        laws, B = point.forces
-        if laws.size:
-            force = force - run.coarse(point.motions[run.name][0]) @ (B.T @ point.modes.shapes)
-        eta = inverse * force
+        eta = inverse * (run.spectra(run.force) @ phi[inputs])
         drive = s[:, None] ** np.array(run.orders)
-        own = run.samples_of(drive * (eta @ phi[sensors].T))
+        noise = run.noise**2 * run.samples
+        bare = cls(run, np.zeros(0), eta, inverse, drive, phi[sensors], noise)
+        return replace(bare, residual=bare.left())
+
+    def under(self, force: Complex) -> Beyond:
+        """With further modal ``force`` (lines, modes)."""
+        moved = replace(self, eta=self.eta + self.inverse * force)
+        return replace(moved, residual=moved.left())
+
+    def left(self) -> Complex:
+        """Transform of what the sensors say less the model's own motion, the end let down."""
+        run = self.run
+        own = run.samples_of(self.drive * (self.eta @ self.at.T))
         end = max(2, run.samples // TAPER)
         fade = np.ones(run.samples)
         fade[-end:] = 0.5 * (1.0 + np.cos(np.pi * np.arange(end) / end))
-        residual = run.spectra((run.motion - own) * fade[:, None])
-        return cls(run, residual, eta, inverse, drive, phi[sensors], run.noise**2 * run.samples)
+        return run.spectra((run.motion - own) * fade[:, None])
 
     def smoother(self, shape: Real) -> Smoother:
         """For a latent force along a direction with modal shape ``shape`` (modes,)."""
