@@ -154,14 +154,12 @@ class MotionEvidence(Timed):
     ) -> MotionSetting:
         """A model against the recordings at the level of another setting (None: the first)."""
         level = 0 if like is None else like.level
-        bare = self.linear.setting(model, faults)
-        return MotionSetting(replace(bare, signals=self.stages[level], level=level), self.runs)
+        return self.at_level(MotionSetting(self.linear.setting(model, faults), self.runs), level)
 
     def at_level(self, setting: MotionSetting, level: int) -> MotionSetting:
         """The same against those of another level."""
-        return replace(
-            setting, linear=replace(setting.linear, signals=self.stages[level], level=level)
-        )
+        linear = replace(setting.linear, signals=self.stages[level], level=level)
+        return replace(setting, linear=linear)
 
     def evaluated(self, setting: MotionSetting, p: Real) -> Fit:
         """Without fitting."""
@@ -169,8 +167,8 @@ class MotionEvidence(Timed):
 
     def fitted(self, seed: Seed, effort: str) -> Fit:
         """By trust-region convex steps, a first pass from where the smoothest stage leads."""
-        first = effort == "first pass"
-        start = begun(seed.setting, seed.start, self.stages[0]) if first else seed.start
+        smooth = self.stages[0] if effort == "first pass" else ()
+        start = begun(seed.setting, seed.start, smooth)
         return fitted(seed.setting, start, EFFORTS[effort])
 
     def linearised(self, found: Fit) -> Linearised:

@@ -33,10 +33,10 @@ Motions = Mapping[str, tuple[Real, Real, Real]]
 
 def begun(setting: Any, start: Real, smooth: Sequence[Signal]) -> Real:
     """Where the fit of a `MotionSetting` is to begin instead of ``start``: fitted to the smoothest
-    signals, along the motion that the sensors say and then, where its own signals are others, in
-    simulation; if simulation leaves less there."""
+    signals (none: ``start``), along the motion that the sensors say and then, where its own signals
+    are others, in simulation; if simulation leaves less there."""
     count = len(setting.model.parameters)
-    if not internal_forces(setting.model, start[:count]).laws.size:
+    if not smooth or not internal_forces(setting.model, start[:count]).laws.size:
         return start
     first = setting.on(smooth)
     try:
@@ -66,14 +66,13 @@ def _smoothed(beyond: Beyond, laws: Laws, shapes: Real) -> tuple[Real, Real, Rea
     of the directions."""
     run = beyond.run
     x, v, f = (np.zeros((COLUMNS * run.samples, len(shapes))) for _ in range(3))
-    means = np.zeros((len(run.lines), len(shapes)), dtype=complex)
     for _ in range(ROUNDS if len(shapes) else 0):
+        acting = -run.coarse(f)
         for k, shape in enumerate(shapes):
-            rest = np.delete(means, k, axis=1) @ np.delete(shapes, k, axis=0)
+            rest = np.delete(acting, k, axis=1) @ np.delete(shapes, k, axis=0)
             smoother = beyond.under(rest).smoother(shape)
-            x[:, k], v[:, k] = smoother.motion(means[:, k])
+            x[:, k], v[:, k] = smoother.motion(acting[:, k])
         f = _forces(laws, x, v)
-        means = -run.coarse(f)
     return f, x, v
 
 

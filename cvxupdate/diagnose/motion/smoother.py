@@ -3,10 +3,11 @@ what the sensors say beyond it, as the answer to a force at that place (a smooth
 force).
 
 On each line of a padded transform the latent force p has a prior mean and a variance σ²(ω), taken
-from what the sensors say beyond the model less their noise; where accelerometers hear only noise
-(the lowest lines) the variance goes on as it is above, so that double integration of noise does
-no harm. With the force of a law as the mean the estimate is that law's wherever sensors are blind,
-also at rest: contact on one side moves the mean position, which no accelerometer says.
+from what the sensors say beyond the model less their noise; where accelerometers hear only noise,
+or what leaks from the ends of the record (the lowest lines), the variance goes on as it is above,
+so that double integration of noise does no harm. With the force of a law as the mean the estimate
+is that law's wherever sensors are blind, also at rest: contact on one side moves the mean position,
+which no accelerometer says.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from cvxupdate.diagnose.motion.runs import COLUMNS, Run
+from cvxupdate.diagnose.motion.runs import COLUMNS, PERIODS, Run
 from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.fe.synthesis.pieces import sensor_rows
 
@@ -89,7 +90,8 @@ class Beyond:
         sensors = self.at.shape[0]
         variance = np.maximum(total - sensors, 0.0) / np.maximum(strength, 1e-300)
         heard = np.flatnonzero(total > HEARD * sensors)
-        first = int(heard[0]) if len(heard) else 0
+        slowest = int(np.ceil(PERIODS * self.run.padded / self.run.samples))
+        first = max(int(heard[0]), slowest) if len(heard) else 0
         if first > 0:
             variance[:first] = np.median(variance[first : 3 * first + 1])
         whole = 1.0 + variance * power.sum(axis=1)
