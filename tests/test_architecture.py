@@ -405,6 +405,11 @@ def test_no_room_loads_cvxpy_or_plots_on_import(name: str) -> None:
         ), target
 
 
+def test_nothing_imports_scipy_stats() -> None:
+    """It takes a second; `cvxupdate.recordings.quantiles` has what is needed of it."""
+    assert [m for m in MODULES if any(t.startswith("scipy.stats") for t in imports_of(m))] == []
+
+
 def test_the_model_loads_without_cvxpy() -> None:
     loaded = loaded_by("import cvxupdate.spec, cvxupdate.fe.build, cvxupdate.fe.modes")
     assert not [

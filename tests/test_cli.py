@@ -4,6 +4,7 @@ import importlib
 import importlib.metadata
 import json
 import os
+import platform
 import signal
 import subprocess
 import sys
@@ -131,6 +132,19 @@ def test_run_writes_both_files_and_a_summary(call, here):
     assert (code, err) == (0, "")
     assert files(here / "out") == RAN
     assert "e1.k" in out and "out/chain/run/report.html" in out and "mean frequency error" in out
+
+
+@pytest.mark.parametrize("verb", ["run", "correlate", "solvers", "view", "check"])
+def test_nothing_that_is_written_tells_whose_machine_it_was(call, here, verb):
+    """No absolute path, no user, no host: in no file, and not on the terminal."""
+    code, out, err = call(verb, here / "chain" / "problem.toml")
+    assert code == 0
+    written = [p.read_text(encoding="utf-8") for p in (here / "out").rglob("*.*") if p.is_file()]
+    assert bool(written) == (verb != "check")
+    private = {str(here), str(Path.home()), platform.node()} - {"", "/"}
+    if verb == "check":  # it says which file it means as it was told
+        out = out.replace(str(here / "chain" / "problem.toml"), "")
+    assert not [p for p in private for text in (*written, out, err) if len(p) > 3 and p in text]
 
 
 def test_json_is_all_there_is_on_standard_output(call, here):

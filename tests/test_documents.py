@@ -4,6 +4,7 @@ every page is in the site's list."""
 from __future__ import annotations
 
 import doctest
+import json
 import re
 import shlex
 import shutil
@@ -14,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from cvxupdate import cli
+from docs.notebooks import notebook, path_of
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -88,6 +90,25 @@ def test_a_tutorial_runs_as_it_is_written(page, tmp_path, monkeypatch, capsys):
             names = found.globs
             ran += 1
     assert ran >= 2 and not said, "".join(said)
+
+
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda p: p.stem)
+def test_a_notebook_is_its_tutorial(page) -> None:
+    """Its cells are the steps that the test above takes; links lead where those of the page do."""
+    text = notebook(page)
+    assert path_of(page).read_text(encoding="utf-8") == text, "run python -m docs.notebooks"
+    cells = json.loads(text)["cells"]
+    sources = ["".join(c["source"]) for c in cells]
+    for cell, source in zip(cells, sources, strict=True):
+        for link in re.findall(r"\]\((?!https?:|#)([^)#\s]+)", source):
+            assert cell["cell_type"] == "code" or (path_of(page).parent / link).exists(), link
+        if cell["cell_type"] == "code" and source[0] not in "!%":
+            compile(source, page.stem, "exec")
+    ran = "\n".join(s for c, s in zip(cells, sources, strict=True) if c["cell_type"] == "code")
+    for language, _, block in blocks(page):
+        lines = [x[4:] for x in block.splitlines() if x.startswith((">>> ", "... "))]
+        lines += ["!" + x[2:] for x in block.splitlines() if x.startswith("$ ")]
+        assert language == "toml" or (lines and all(line in ran for line in lines))
 
 
 def test_links_lead_somewhere() -> None:

@@ -107,6 +107,10 @@ def test_an_error_that_grew_is_said(ran: Path) -> None:
     worse = replace(updated, fit={"fit": {"frf_error": {"before": 0.028, "after": 0.088}}})
     (said,) = caveats(worse, True)
     assert "grew from 0.028 to 0.088" in said and 'frequency_points = "all"' in said
+    hardly = {"fit": {"frequency_error_percent_mean": {"before": 0.008377, "after": 0.008445}}}
+    assert caveats(replace(updated, fit=hardly), True) == ()
+    much = {"fit": {"frequency_error_percent_mean": {"before": 0.5, "after": 0.9}}}
+    assert "grew from 0.5 % to 0.9 %" in caveats(replace(updated, fit=much), True)[0]
     (other,) = caveats(worse, False)
     assert "frequency_points" not in other
     shown = verdict(replace(worse, caveats=(said,)))

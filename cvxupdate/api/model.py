@@ -178,14 +178,14 @@ class Model:
     @cached_property
     def C(self) -> sp.csc_array:
         """Viscous damping (N, N), modal damping included."""
-        if not self._structure.modal_damping:
-            return self._matrices.C
-        return with_modal_damping(self._structure, self._matrices).C
+        modal = self._structure.modal_damping
+        return with_modal_damping(self._structure, self._matrices).C if modal else self._matrices.C
 
     @property
     def D(self) -> sp.csc_array:
-        """Structural damping (N, N), the imaginary part of the stiffness."""
-        return self._matrices.D
+        """Hysteretic damping (N, N), the stiffness's imaginary part; that of modes included."""
+        lossy = self._structure.hysteretic
+        return with_modal_damping(self._structure, self._matrices).D if lossy else self._matrices.D
 
     @property
     def nodes(self) -> dict[int, tuple[float, ...]]:

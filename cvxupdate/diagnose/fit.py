@@ -17,7 +17,6 @@ from cvxupdate.update.trust_region import Options, iterate
 
 SMALL = 1e-12  # variance of a row without noise or discrepancy
 GRID = 25  # levels of the model's discrepancy, over which the evidence is averaged
-FARTHEST = 4.0  # of unknowns that are no parameters of the model: log damping ratios, faults
 
 
 class Setting(Protocol):
@@ -43,6 +42,10 @@ class Setting(Protocol):
     @property
     def scales(self) -> Real:
         """Prior standard deviations of the unknowns."""
+
+    @property
+    def reach(self) -> Real:
+        """How far those unknowns may go to either side that are no parameters of the model."""
 
     def noise_parts(self, point: Any) -> Real:
         """The part of each row's weighted square that noise alone makes."""
@@ -173,11 +176,11 @@ def _taken(setting: Any, point: Any) -> Fit:
 
 
 def bounds_of(setting: Any) -> Bounds:
-    """The parameters' own bounds; wide ones for damping and faults."""
+    """The parameters' own bounds, and those of all other unknowns."""
     parameters = setting.model.parameters
-    others = [FARTHEST] * (len(setting.columns) - len(parameters))
-    lower = [*(q.lower for q in parameters), *(-x for x in others)]
-    return Bounds(np.array(lower), np.array([*(q.upper for q in parameters), *others]))
+    lower, upper = (np.array([getattr(q, side) for q in parameters]) for side in ("lower", "upper"))
+    reach = setting.reach
+    return Bounds(np.concatenate([lower, -reach]), np.concatenate([upper, reach]))
 
 
 def fitted(setting: Any, start: Real, options: Options, bounds: Bounds | None = None) -> Fit:

@@ -65,7 +65,7 @@ class Updated:
     """A diagnosed model, for the problem file: its parameters ``p``, and beside them modal
     damping ratios ``zeta`` of the flexible modes, a decay rate ``alpha`` (1/s) of all modes,
     sensor ``faults`` with their unknowns, the flexible mode of each row of each table
-    (``pairs``)."""
+    (``pairs``), the share of that damping that is ``hysteretic``."""
 
     model: Model
     p: Real
@@ -74,6 +74,7 @@ class Updated:
     faults: tuple[tuple[Fault, float], ...] = ()
     pairs: Mapping[int, Sequence[int]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    hysteretic: float = 0.0
 
 
 @dataclass(frozen=True)

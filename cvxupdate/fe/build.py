@@ -44,7 +44,9 @@ def build_model(spec: Spec) -> Model:
     names = tuple(f"n{node_ids[n]}.{KINDS[k]}" for n, k in labels)
     damping = text.damping
     zeta: tuple[float, ...] = ()
+    share = 0.0
     if isinstance(damping, sm.ModalDamping):
+        share = damping.hysteretic
         zeta = damping.zeta if isinstance(damping.zeta, tuple) else (damping.zeta,)
     free = {label: name for label, name in zip(labels, names, strict=True)}
     ties = tuple(
@@ -52,7 +54,9 @@ def build_model(spec: Spec) -> Model:
         for (n, k), to in first_of_ties(text, position).items()
         if to in free
     )
-    model = Model(names, node_ids, xyz, dof_node, dof_kind, tuple(blocks), (), zeta, ties)
+    model = Model(
+        names, node_ids, xyz, dof_node, dof_kind, tuple(blocks), (), zeta, ties, hysteretic=share
+    )
     members = [(row, members_of(text, row)) for row in text.families]
     model = with_members(model, members, given) if members else model
     model = model.with_parameters(parameters_of(spec, model))

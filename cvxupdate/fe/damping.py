@@ -66,10 +66,10 @@ def modal_matrix(eigenvalues: Real, shapes: Real, M: sp.csc_array, zeta: Real) -
 
 def with_modal_damping(model: Model, m: Matrices) -> Matrices:
     """``m`` with the C of the model's modal damping on all its flexible modes (the last ζ counts
-    for the rest).
+    for the rest), and D of the share of it that is hysteretic.
 
-    C is that of the matrices given and is not differentiated: a change of K or M is taken not to
-    change it within a step.
+    Both are those of the matrices given and are not differentiated: a change of K or M is taken not
+    to change them within a step.
 
     Raises
     ------
@@ -93,9 +93,11 @@ def with_modal_damping(model: Model, m: Matrices) -> Matrices:
             for i in range(len(flexible.eigenvalues))
         ]
     )
-    return replace(
-        m,
-        C=sp.csc_array(
-            m.C + sp.csc_array(modal_matrix(flexible.eigenvalues, flexible.shapes, m.M, zeta))
-        ),
-    )
+    lam, shapes, share = flexible.eigenvalues, flexible.shapes, model.hysteretic
+    C = sp.csc_array(modal_matrix(lam, shapes, m.M, (1.0 - share) * zeta))
+    out = replace(m, C=sp.csc_array(m.C + C))
+    if not share:
+        return out
+    omega = np.sqrt(np.maximum(lam, 0.0))  # Σ 2 ζ ω² (M φ)(M φ)ᵀ
+    D = sp.csc_array(modal_matrix(lam, shapes, m.M, share * zeta * omega))
+    return replace(out, D=sp.csc_array(m.D + D))

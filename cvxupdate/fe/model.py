@@ -55,8 +55,9 @@ class Model:
 
     ``labels`` N names of the free DOFs ("n6.y"); ``node_ids``, ``xyz`` (nodes, 3) and ``dof_node``,
     ``dof_kind`` (N,) place them; ``modal_damping`` fractions of critical per mode (empty: none),
-    used beside C where given; ``ties`` further names of free DOFs: ("n9.z", "n6.z") says that node
-    9 moves along z as node 6 does; ``families`` are the generic elements among the parameters.
+    used beside C where given, and the share of them that is ``hysteretic``; ``ties`` further names
+    of free DOFs: ("n9.z", "n6.z") says that node 9 moves along z as node 6 does; ``families`` are
+    the generic elements among the parameters.
     """
 
     labels: tuple[str, ...]
@@ -69,6 +70,7 @@ class Model:
     modal_damping: tuple[float, ...] = ()
     ties: tuple[tuple[str, str], ...] = ()
     families: tuple[FamilyUse, ...] = ()
+    hysteretic: float = 0.0
 
     @property
     def size(self) -> int:
@@ -93,12 +95,16 @@ class Model:
         """Property values of every block at ``p``; complex where ``p`` is."""
         values = np.zeros(len(self.parameters)) if p is None else np.asarray(p)
         out: list[dict[str, Values]] = [dict(b.properties) for b in self.blocks]
+        dtype, own = np.result_type(values, float), set()  # own: copied already
         for value, parameter in zip(values, self.parameters, strict=True):
+            if value == 0.0 and not np.iscomplexobj(values):
+                continue
             for t in parameter.targets:
                 for name, scale in zip(t.properties, t.scales, strict=True):
-                    moved = out[t.block][name].astype(np.result_type(values, float))
-                    moved[t.rows] += scale * value
-                    out[t.block][name] = moved
+                    if (t.block, name) not in own:
+                        out[t.block][name] = out[t.block][name].astype(dtype)
+                        own.add((t.block, name))
+                    out[t.block][name][t.rows] += scale * value
         return out
 
     def matrices(self, p: ArrayLike | None = None) -> Matrices:

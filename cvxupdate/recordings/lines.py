@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cvxupdate.recordings.quantiles import gamma_above
 from cvxupdate.recordings.types import Complex, Real
 
 BLOCK = 2**15
@@ -80,7 +81,6 @@ def lines_of_power(
 ) -> tuple[Line, ...]:
     """`dominant_lines` from the mean of `block_power` over ``blocks`` blocks."""
     from scipy.ndimage import median_filter
-    from scipy.stats import gamma
 
     window = np.hanning(size + 1)[:-1]
     # neighbouring lines of a Hann spectrum share power, so the window is wide; at 0 Hz and Nyquist
@@ -89,10 +89,10 @@ def lines_of_power(
     around = (
         median_filter(inside, size=min(201, 2 * (len(power) // 2) - 1), mode="reflect")
         * blocks
-        / gamma.ppf(0.5, blocks)
+        / gamma_above(0.5, blocks)
     )
     ratio = power / np.maximum(around, 1e-20 * power.max())
-    threshold = gamma.isf(false_alarm / len(power), blocks) / blocks
+    threshold = gamma_above(false_alarm / len(power), blocks) / blocks
     inner = np.arange(2, len(power) - 1)
     peak = inner[
         (power[inner] >= power[inner - 1])
@@ -134,6 +134,7 @@ def frf_peaks(
     if len(frequency) < 3:
         return ()
     flat = H.reshape(len(H), -1)
+    flat = np.where(np.isfinite(flat), flat, 0.0)
     top = max(float(np.abs(part).max(initial=0.0)) for part in (flat.real, flat.imag)) or 1.0
     power = np.sum(np.abs(flat / top) ** 2, axis=1)  # a damaged file may hold 1e300
     level = 20.0 * np.log10(top) + 10.0 * np.log10(np.maximum(power, np.finfo(float).tiny))

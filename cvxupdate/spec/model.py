@@ -145,7 +145,7 @@ class RayleighDamping(Part):
 
 
 class ModalDamping(Part):
-    """Modal viscous damping, as fractions of critical."""
+    """Modal damping, as fractions of critical; viscous but for its hysteretic share."""
 
     kind: Literal["modal"]
     zeta: Annotated[
@@ -161,6 +161,14 @@ class ModalDamping(Part):
         default=0.0,
         description="beside it, a factor on the mass matrix: the same decay rate alpha "
         "/ 2 for every mode [1/s]",
+    )
+    hysteretic: float = Field(
+        default=0.0,
+        ge=0.0,
+        le=1.0,
+        description="share of the loss that is hysteretic: 0 goes with velocity, 1 is a loss "
+        "factor 2 zeta of each mode; at a resonance both are alike (frequency responses; in time "
+        "all is viscous)",
     )
 
 

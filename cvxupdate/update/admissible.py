@@ -14,13 +14,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
 
 from cvxupdate.convex import Bounds, Clause, LinearClause, Relaxation, StepProblem, find_conflict
 from cvxupdate.convex.certificate import Farkas
 from cvxupdate.errors import InputError
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Model
+from cvxupdate.recordings.quantiles import normal_above
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.ceam import forces
 from cvxupdate.residual.ceam_modes import AssignedMode, assigned_modes, impedance
@@ -71,7 +71,7 @@ def admissible(
     modes = _complete_modes(model, tables)
     _check_linear(model, reach)
     count = sum(len(mode.at) + 1 for mode in modes)
-    factor = float(norm.isf((1.0 - confidence) / (2.0 * count)))
+    factor = normal_above((1.0 - confidence) / (2.0 * count))
     clauses: list[Clause] = [
         *problem.clauses,
         *(band_clause(model, mode, reach, factor) for mode in modes),

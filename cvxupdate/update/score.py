@@ -38,6 +38,8 @@ GREW = {
     "frequency_error_percent_mean": "mean frequency error",
 }
 """Errors of the fitted recordings as a whole, which an update should not let grow."""
+GROWN = 1.05
+"""Times what it was: from there on an error has grown. Below, it went where its noise took it."""
 ROUNDING = 1e-6
 
 
@@ -47,9 +49,10 @@ def caveats(updated: Updated, chosen: bool) -> tuple[str, ...]:
     said = []
     for name, words in GREW.items():
         pair = updated.fit.get("fit", {}).get(name)
-        if pair is None or not pair["after"] > pair["before"] + ROUNDING * max(pair["before"], 1.0):
+        if pair is None or not pair["after"] > GROWN * pair["before"] + ROUNDING:
             continue
-        grew = f"The {words} grew from {pair['before']:.4g} to {pair['after']:.4g}"
+        unit = " %" if name.endswith("_percent_mean") else ""
+        grew = f"The {words} grew from {pair['before']:.4g}{unit} to {pair['after']:.4g}{unit}"
         if chosen and updated.method == "rfm" and name == "frf_error":
             said.append(
                 f"{grew}: the fit sees only its chosen lines, which lie between the resonances, "

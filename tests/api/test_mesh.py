@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.linalg
 
-from cvxupdate import InputError, Model
+from cvxupdate import Frf, InputError, Model, diagnose
 
 meshio = pytest.importorskip("meshio")
 CALCULIX = Path(__file__).resolve().parents[1] / "cases" / "calculix"
@@ -143,3 +144,53 @@ def test_beams_and_quadratic_solids(kind: str) -> None:
 def test_bad_input_is_said_in_words(make, says: str) -> None:
     with pytest.raises(InputError, match=says):
         make()
+
+
+def test_a_mesh_of_gmsh_has_the_frequencies_that_calculix_finds_on_it() -> None:
+    """Twenty C3D20, an edge clamped by its physical surface; CalculiX 2.20 from its own matrices
+    (docs/calculix.md)."""
+    held = Model.from_mesh(
+        CALCULIX / "gmsh.inp", {"plate": {"material": "STEEL"}}, supports={"clamp": "all"},
+        materials={"STEEL": {"E": 2.1e11, "nu": 0.3, "rho": 7850.0}},
+    )  # fmt: skip
+    assert len(held.labels) == 495 and held.groups == {"plate": list(range(1, 21))}
+    wanted = [33.4102063, 101.49733156, 216.4647822, 359.32044044, 426.61576555]
+    assert held.modes(5).frequencies == pytest.approx(wanted, rel=1e-6)
+
+
+def test_a_lump_is_found_on_matrices_of_calculix() -> None:
+    """Answers of the same matrices with 0.3 kg on a corner, by dense inversion; .sti, .mas and .dof
+    as CalculiX wrote them."""
+    K_file, M_file = (str(CALCULIX / f"plate.{ending}") for ending in ("sti", "mas"))
+    rows = [{"id": 1, "stiffness": K_file, "mass": M_file, "group": "plate"}]
+    model = Model.from_problem(
+        {
+            "model": {
+                "dofs": ["x", "y", "z"],
+                "elements": [{"type": "matrix", "rows": rows}],
+                "damping": {"kind": "modal", "zeta": 0.01},
+            }
+        }
+    )
+    K, M = model.K.toarray(), model.M.toarray()
+    place = {label: k for k, label in enumerate(model.labels)}
+    lumped = M.copy()
+    for d in "xyz":
+        lumped[place[f"n12.{d}"], place[f"n12.{d}"]] += 0.3
+    # internal motions of the bricks have no mass: modes of unit strain energy, 1/ω² beside them
+    soft, phi = scipy.linalg.eigh(lumped, K)
+    soft, f = np.maximum(soft, 0.0), np.arange(200.0, 3000.0, 4.0)
+    sensors, drives = ["n3.z", "n9.y", "n11.z", "n12.z"], ["n9.z", "n6.z"]
+    s = 2j * np.pi * f[:, None]
+    recordings = []
+    for use, drive, seed in zip(("fit", "hold-out"), drives, (1, 2), strict=True):
+        shapes = phi[[place[x] for x in sensors]] * phi[place[drive]]
+        H = s**2 * ((1.0 / (1.0 + 0.02 * s * np.sqrt(soft) + s**2 * soft)) @ shapes.T)
+        noise, rng = 0.002 * np.abs(H), np.random.default_rng(seed)
+        H = H + noise * (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape))
+        frf = Frf(f, H, sensors, [drive], quantity="acceleration", variance=2 * noise**2, use=use)
+        recordings.append(frf)
+    found = diagnose(model, recordings)
+    (first,) = found.findings
+    assert first.physics == "added_mass" and first.place.nodes == (12,)
+    assert first.parameters["m"] == pytest.approx(0.3, rel=0.02)

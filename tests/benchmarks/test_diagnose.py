@@ -31,6 +31,7 @@ from cvxupdate.diagnose.nominal.damping import undamped  # noqa: E402
 from cvxupdate.diagnose.responses.signals import Signal  # noqa: E402
 from cvxupdate.fe.modes import natural_modes  # noqa: E402
 from cvxupdate.fe.rigid import rigid_body_modes  # noqa: E402
+from cvxupdate.fe.synthesis.loss import Loss  # noqa: E402
 from cvxupdate.fe.synthesis.pieces import receptances, respond  # noqa: E402
 from cvxupdate.physics.growth import Rates, Wanted, append_parameters, tangents  # noqa: E402
 from cvxupdate.physics.members import member_sets  # noqa: E402
@@ -105,7 +106,7 @@ def test_responses_and_receptances() -> None:
     zeta = np.full(len(modes.eigenvalues), 0.005)
 
     def every(near: int) -> tuple[np.ndarray, np.ndarray]:
-        r = respond(signal, modes, sensors, np.array([3]), zeta, None, None, near)
+        r = respond(signal, modes, sensors, np.array([3]), Loss(zeta), None, None, near)
         g = receptances(r, modes)
         return g.left, g.right
 

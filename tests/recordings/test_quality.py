@@ -48,11 +48,14 @@ def chain(
     Nd = np.linalg.solve(
         A, (Ad - np.eye(8)) @ np.concatenate([np.zeros(4), inv @ np.array([0, 0, 0, 1.0])])
     )
-    x, out = np.zeros(8), np.empty((samples_, 4))
+    x, inner, driven = np.zeros((samples_ + 1, 8)), np.zeros(samples_), np.outer(u, Bd)
     for k in range(samples_):
-        inner = -cubic * float(np.clip(x[3], -1.0, 1.0)) ** 3
-        out[k] = inv @ (B * u[k] + np.array([0, 0, 0, inner]) - K @ x[:4] - C @ x[4:])
-        x = Ad @ x + Bd * u[k] + Nd * inner
+        x[k + 1] = Ad @ x[k] + driven[k]
+        if cubic:
+            inner[k] = -cubic * min(max(float(x[k, 3]), -1.0), 1.0) ** 3
+            x[k + 1] += Nd * inner[k]
+    x, last = x[:-1], np.array([0.0, 0.0, 0.0, 1.0])
+    out = (np.outer(u, B) + np.outer(inner, last) - x[:, :4] @ K.T - x[:, 4:] @ C.T) @ inv.T
     data = np.column_stack([u, out])
     data += 0.01 * data.std(axis=0) * rng.normal(size=data.shape)
     if bits:

@@ -3,6 +3,7 @@ a telephone or on a screen, in the light, in the dark and on paper."""
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 from collections.abc import Iterator
 from dataclasses import replace
@@ -11,12 +12,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from cvxupdate.beside import beside
+from cvxupdate.cli import app
 from cvxupdate.report.diagnosis import diagnosis_files
 from cvxupdate.study import open_problem
+from tests.commands.test_plan import BEAM, UPDATE
 from tests.report.test_diagnosis import FOUND, SHOWN
 from tests.test_beside import PORTAL, found
+from tests.test_cli import CHAIN
 
 CHROMIUM = shutil.which("chromium")
 WIDTHS = (420, 768, 1280)
@@ -75,6 +80,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
             replace(full, findings=(), updated=None, verdict="consistent"), opened[0]
         )[0]["report.html"],
     }
+    texts |= of_commands(folder)
     out = {}
     for name, text in texts.items():
         (folder / f"{name}.html").write_text(text, encoding="utf-8")
@@ -82,7 +88,37 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return out
 
 
-@pytest.mark.parametrize("name", ["diagnosis", "nothing"])
+def of_commands(folder: Path) -> dict[str, str]:
+    """The pages of the other commands, as they write them."""
+    (folder / "chain.toml").write_text(CHAIN, encoding="utf-8")
+    (folder / "plan.toml").write_text(BEAM + UPDATE, encoding="utf-8")
+    rng, f = np.random.default_rng(2), np.linspace(5.0, 60.0, 300)
+    s = 2j * np.pi * f
+    H = sum(k / (s**2 + 0.02 * w * s + w**2) for k, w in ((1.0, 100.0), (-0.4, 240.0)))
+    H = s**2 * H * (1.0 + 0.01 * rng.standard_normal(len(f)))
+    table = np.column_stack([f, np.real(H), np.imag(H)])
+    np.savetxt(folder / "frf.csv", table, delimiter=",", header="frequency,real,imag", comments="")
+    words = {
+        "run": ["run", "chain.toml"],
+        "solvers": ["solvers", "chain.toml"],
+        "correlate": ["correlate", str(PORTAL)],
+        "view": ["view", str(PORTAL), "--modes", "2"],
+        "plan": ["plan", "plan.toml", "--modes", "3", "--sensors", "4"],
+        "identify": ["identify", "frf.csv"],
+    }
+    out = {}
+    for name, asked in words.items():
+        with contextlib.chdir(folder):
+            ran = CliRunner().invoke(app, [*asked, "--out", name])
+        assert ran.exit_code == 0, ran.output
+        out[name] = (folder / name / "report.html").read_text(encoding="utf-8")
+    return out
+
+
+PAGES = ["diagnosis", "nothing", "run", "solvers", "correlate", "view", "plan", "identify"]
+
+
+@pytest.mark.parametrize("name", PAGES)
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nothing_runs_over_the_edge_and_everything_can_be_read(
     browser: Any, pages: dict[str, str], name: str, scheme: str
@@ -121,10 +157,11 @@ def test_paper_keeps_figures_whole(browser: Any, pages: dict[str, str], tmp_path
     page.close()
 
 
-def test_axe_finds_nothing_serious(browser: Any, pages: dict[str, str]) -> None:
+@pytest.mark.parametrize("name", PAGES)
+def test_axe_finds_nothing_serious(browser: Any, pages: dict[str, str], name: str) -> None:
     axe = pytest.importorskip("axe_playwright_python.sync_playwright")
     page = browser.new_page()
-    page.goto(pages["diagnosis"])
+    page.goto(pages[name])
     found_ = axe.Axe().run(page).response["violations"]
     serious = [v for v in found_ if v["impact"] in ("serious", "critical")]
     assert [(v["id"], v["nodes"][0]["html"][:120]) for v in serious] == []

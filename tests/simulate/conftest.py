@@ -27,14 +27,14 @@ def reference(
     laws: nl.Laws, directions: np.ndarray, force, times, y0=None, coupled=True, **options
 ):
     """scipy's Radau or LSODA on laws without memory; force(t) a function."""
-    damping = C + (DASHPOT if coupled else 0.0)
+    damping, inverse = C + (DASHPOT if coupled else 0.0), np.linalg.inv(M)
     state = laws.start()
 
     def rate(t, y):
         q, u = y[:3], y[3:]
         f = laws.force(directions.T @ q, directions.T @ u, state)
         push = INPUT[:, 0] * force(t) - damping @ u - K @ q - directions @ f
-        return np.concatenate([u, np.linalg.solve(M, push)])
+        return np.concatenate([u, inverse @ push])
 
     start = np.zeros(6) if y0 is None else y0
     settings = {"rtol": 1e-9, "atol": 1e-12, "method": "LSODA", "max_step": 0.01} | options

@@ -25,7 +25,11 @@ def test_a_seed_gives_the_same_files(tmp_path):
         assert [p.read_bytes() for p in first] == [q.read_bytes() for q in second]
 
 
-@pytest.mark.parametrize("seed", range(24))
+# of every family, with every kind of recording, with something concealed and without
+SEEDS = (0, 2, 3, 4, 5, 6, 12, 13, 14, 16, 19, 20, 23, 30)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
 def test_generated_problems_can_be_read(tmp_path, seed):
     generate.make(seed, tmp_path)
     spec, model, recordings = open_problem(tmp_path / "problem.toml")

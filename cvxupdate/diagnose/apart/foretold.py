@@ -47,7 +47,7 @@ def loaded(
     q, wide = np.zeros(len(again.columns)), np.zeros((len(again.columns), root.shape[1]))
     pairs = [
         (slice(0, n), slice(0, n)),
-        (slice(n, n + 1 + own), slice(n + 1, n + 2 + own)),
+        (slice(n, setting.ratios.start + own), slice(n + 1, again.ratios.start + own)),
         (slice(len(p) - tail, len(p)), slice(len(q) - tail, len(q))),
     ]
     for old, new in pairs:

@@ -29,6 +29,7 @@ from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect, ModelChange
 from cvxupdate.recordings.identify.decay import decay_rates
+from cvxupdate.recordings.quantiles import chi_square_above
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.modal import ModalPoint
 
@@ -112,9 +113,7 @@ def ratios_of(point: ModalPoint, original: Model) -> Ratios | None:
 def needed_drop(places: int, modes: int) -> float:
     """Drop of the strain that luck gives the best of so many places (no more can differ than there
     are modes) once in `LUCK`: one-sided, one freedom."""
-    from scipy.stats import chi2
-
-    return float(chi2.isf(2.0 * LUCK / max(1, min(places, modes)), 1))
+    return chi_square_above(2.0 * LUCK / max(1, min(places, modes)), 1)
 
 
 def damping_trials(ratios: Ratios, candidates: Sequence[Effect]) -> tuple[float, list[Damper]]:

@@ -45,6 +45,11 @@ class ModesSetting:
         a ``wide`` one lets stiffness go only."""
         return np.array(prior_scales(self.model, self.wide))
 
+    @property
+    def reach(self) -> Real:
+        """None: all unknowns are parameters of the model."""
+        return np.zeros(0)
+
     def noise_parts(self, point: ModalPoint) -> Real:
         """The part of each row's weighted square that noise alone makes."""
         return self.tables.noise_parts(point)

@@ -25,6 +25,7 @@ from cvxupdate.errors import ModelError
 from cvxupdate.fe.internal import internal_forces
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes
+from cvxupdate.fe.synthesis.loss import Loss
 from cvxupdate.fe.synthesis.pieces import Response, respond, sensor_rows
 from cvxupdate.forces import Laws
 from cvxupdate.physics.fault import Fault
@@ -86,6 +87,11 @@ class MotionSetting:
     def scales(self) -> Real:
         """Prior standard deviations."""
         return self.linear.scales
+
+    @property
+    def reach(self) -> Real:
+        """Of the unknowns that are no parameters of the model."""
+        return self.linear.reach
 
     def noise_parts(self, point: MotionPoint) -> Real:
         """The part of each row's weighted square that noise alone makes."""
@@ -247,7 +253,7 @@ class MotionPoint:
         sensors, inputs = (sensor_rows(self.setting.model, x) for x in (s.sensors, labels))
         C, D = self.before._further_damping()
         near = max(self.before.low, int(self.owner.max(initial=-1)) + 1)
-        r = respond(moved, self.modes, sensors, inputs, self.damping, C, D, near)
+        r = respond(moved, self.modes, sensors, inputs, Loss(self.damping), C, D, near)
         values = self.before.faulty(s, r.raw)
         return r, (values if s.mix is None else _mixed(s.mix, values))
 

@@ -98,7 +98,7 @@ def problem_file(
     )
     if found:
         draft.model["families"] = [*draft.model.get("families", ()), *found]
-    _damping(draft, model, values, updated.zeta, updated.alpha)
+    _damping(draft, values, updated)
     _recordings(draft, updated.faults, channels, updated.pairs)
     _update(draft, model, spec)
     title = f"{draft.tables.get('title', '')} (updated by {command})".strip()
@@ -111,13 +111,8 @@ def problem_file(
     return Written(tables, head)
 
 
-def _damping(
-    draft: Draft,
-    model: Model,
-    values: Sequence[Mapping[str, Any]],
-    zeta: Sequence[float] | np.ndarray | None,
-    alpha: float | None,
-) -> None:
+def _damping(draft: Draft, values: Sequence[Mapping[str, Any]], updated: Updated) -> None:
+    model, zeta, alpha = updated.model, updated.zeta, updated.alpha
     rate = max(
         (
             float(np.real(v))
@@ -139,7 +134,8 @@ def _damping(
     while len(ratios) > 1 and ratios[-1] == ratios[-2]:
         ratios.pop()
     table = {"kind": "modal", "zeta": ratios if len(ratios) > 1 else (ratios or [0.0])[0]}
-    draft.model["damping"] = table | ({"alpha": rate} if rate > 0.0 else {})
+    beside = {"alpha": rate, "hysteretic": updated.hysteretic}
+    draft.model["damping"] = table | {k: v for k, v in beside.items() if v > 0.0}
 
 
 def _beside(draft: Draft, rate: float) -> None:

@@ -42,6 +42,12 @@ class Data:
         """What is fitted, as it is compared from run to run: time histories of one length."""
         return tuple(s for r in of_one_length(self.fit) for s in signals_of(r))
 
+    @property
+    def mixed(self) -> bool:
+        """Whether the kind of loss shows: lines of FRFs. A time history is of a structure that
+        answers no force before it acts, and of such a one losses go with velocity."""
+        return all(isinstance(r, FrequencyResponse) for r in self.fit)
+
     @cached_property
     def sensors(self) -> tuple[str, ...]:
         """Labels of the channels that were measured."""

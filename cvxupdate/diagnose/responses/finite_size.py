@@ -140,11 +140,11 @@ def whole_member(parent: ResponsePoint, seed: Seed, left: Projection) -> tuple[S
 
 
 def _modal_receptance(point: ResponsePoint, r: Response) -> Complex:
-    """1 / (s² + 2 ζ ω s + ω²) of every mode (points, modes); damping that couples modes is left
-    out."""
+    """1 over the dynamic stiffness of every mode (points, modes); damping that couples modes is
+    left out."""
     s = r.signal.s[:, None]
     lam = np.maximum(point.modes.eigenvalues, 0.0)
-    return np.asarray(1.0 / (s**2 + 2.0 * point.damping * np.sqrt(lam) * s + lam))
+    return np.asarray(1.0 / (s**2 + point.loss.viscous(lam) * s + point.loss.stiffness(lam)))
 
 
 def _at(change: LowRank, point: ResponsePoint, modal: Complex) -> Complex:

@@ -11,12 +11,20 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.diagnose.nominal.scatter import prior_scales
+from cvxupdate.diagnose.responses.losses import Losses, ratios_of
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
-from cvxupdate.diagnose.settings import COMMON_DAMPING_STD, FREE, MODE_DAMPING_STD, TUNED_STD
+from cvxupdate.diagnose.settings import (
+    COMMON_DAMPING_STD,
+    FREE,
+    KIND_STD,
+    MODE_DAMPING_STD,
+    TUNED_STD,
+)
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.fe.recent import recent
-from cvxupdate.fe.synthesis.derivatives import Changes, by_point
+from cvxupdate.fe.synthesis.derivatives import Changes
+from cvxupdate.fe.synthesis.loss import Loss
 from cvxupdate.fe.synthesis.pieces import (
     Driven,
     Receptances,
@@ -29,17 +37,22 @@ from cvxupdate.fe.synthesis.shapes import Found, Shapes
 from cvxupdate.physics.fault import Fault
 from cvxupdate.system import LinearSystem
 
+FARTHEST = 4.0  # of log damping ratios and faults
+HALF = 0.5  # share of the loss that is hysteretic before anything is known of it
+
 
 @dataclass(frozen=True)
 class ResponseSetting:
     """What is fitted: model (undamped, its parameters: nuisance ones, then the effects'), signals,
     file damping by mode, band top (Hz), the ``shapes`` among which its modes are sought, faults,
     ``mesh`` the relative mesh error of each damped mode's frequency, ``level`` that of the signals;
-    ``tuned``: damped modes have frequencies by themselves, too.
+    ``tuned``: damped modes have frequencies by themselves, too; ``mixed``: whether modes lose
+    energy with displacement or with velocity is unknown (`cvxupdate.fe.synthesis.loss`).
 
     The unknowns are, in order: the model's parameters; z₀, by which the logarithm of every damping
-    ratio moves together; z_r, each mode's own; where modes are tuned t_r, by which the logarithm of
-    each frequency moves; the faults.
+    ratio moves together; where it is mixed how much more than half of the loss is hysteretic; z_r,
+    each mode's own ratio; where modes are tuned t_r, by which the logarithm of each frequency
+    moves; the faults.
     """
 
     model: Model
@@ -51,6 +64,7 @@ class ResponseSetting:
     mesh: Real | None = None
     level: int = 0
     tuned: bool = False
+    mixed: bool = False
 
     @property
     def damped(self) -> int:
@@ -63,6 +77,7 @@ class ResponseSetting:
         return (
             *(q.name for q in self.model.parameters),
             "damping",
+            *(["kind of loss"] if self.mixed else []),
             *(f"damping of mode {r + 1}" for r in range(self.damped)),
             *(f"frequency of mode {r + 1}" for r in range(self.damped if self.tuned else 0)),
             *(f.label for f in self.faults),
@@ -72,13 +87,28 @@ class ResponseSetting:
     def scales(self) -> Real:
         """Prior standard deviations of the unknowns: group p-values scatter as usual; effects and
         faults are free."""
-        common, own = COMMON_DAMPING_STD, [MODE_DAMPING_STD] * self.damped
+        common = [COMMON_DAMPING_STD, *([KIND_STD] if self.mixed else [])]
+        own = [MODE_DAMPING_STD] * self.damped
         own += [TUNED_STD] * (self.damped if self.tuned else 0)
-        return np.array([*prior_scales(self.model), common, *own, *[FREE] * len(self.faults)])
+        return np.array([*prior_scales(self.model), *common, *own, *[FREE] * len(self.faults)])
+
+    @property
+    def reach(self) -> Real:
+        """Wide for damping, frequencies and faults; a share is between none and all."""
+        out = np.full(len(self.columns) - len(self.model.parameters), FARTHEST)
+        if self.mixed:
+            out[1] = HALF
+        return out
+
+    @property
+    def ratios(self) -> slice:
+        """The unknowns z_r."""
+        first = len(self.model.parameters) + 1 + self.mixed
+        return slice(first, first + self.damped)
 
     def detuned(self, p: Real) -> Real:
         """Measured over modelled frequency of each damped mode, less 1, the mesh's error in it."""
-        n = len(self.model.parameters) + 1 + self.damped
+        n = self.ratios.stop
         mesh = np.zeros(self.damped) if self.mesh is None else self.mesh
         own = p[n : n + self.damped] if self.tuned else np.zeros(self.damped)
         return np.asarray((1.0 + mesh) * np.exp(own) - 1.0)
@@ -102,8 +132,7 @@ class ResponseSetting:
 
     def damping_strain(self, p: Real) -> float:
         """Squares of the modes' own log damping ratios in units of their usual scatter."""
-        n = len(self.model.parameters)
-        return float(np.sum((p[n + 1 : n + 1 + self.damped] / MODE_DAMPING_STD) ** 2))
+        return float(np.sum((p[self.ratios] / MODE_DAMPING_STD) ** 2))
 
     def on(self, signals: Sequence[Signal]) -> ResponseSetting:
         """The same against other signals."""
@@ -156,15 +185,16 @@ class ResponsePoint:
         return self.found.modes
 
     @cached_property
+    def loss(self) -> Loss:
+        """How every mode loses energy."""
+        s, n = self.setting, len(self.setting.model.parameters)
+        ratios = ratios_of(s.zeta, self.p[n], self.p[s.ratios], self.modes, self.owner)
+        return Loss(ratios, HALF + float(self.p[n + 1]) if s.mixed else 0.0)
+
+    @property
     def damping(self) -> Real:
         """Damping ratio of every mode."""
-        n = len(self.setting.model.parameters)
-        z0, z = self.p[n], self.p[n + 1 : n + 1 + self.setting.damped]
-        typical = float(np.median(self.setting.zeta)) if self.setting.damped else 0.005
-        out = np.full(len(self.modes.eigenvalues), typical * np.exp(min(z0, 5.0)))
-        out[self.owner] = self.setting.zeta * np.exp(np.minimum(z0 + z, 6.0))
-        out[: self.modes.rigid] = 0.0
-        return out
+        return self.loss.ratios
 
     @recent
     def responses(self) -> tuple[Response, ...]:
@@ -177,7 +207,7 @@ class ResponsePoint:
                 sensor_rows(self.setting.model, labels)
                 for labels in (signal.sensors, signal.inputs)
             )
-            out.append(respond(signal, self.modes, sensors, inputs, self.damping, C, D, near))
+            out.append(respond(signal, self.modes, sensors, inputs, self.loss, C, D, near))
         return tuple(out)
 
     @recent
@@ -239,10 +269,12 @@ class ResponsePoint:
         change = Changes.of(
             model.derivatives(self.p[: len(model.parameters)]), self.modes, self.low
         )
-        parts = []
+        lam, s = np.maximum(self.modes.eigenvalues, 0.0), self.setting
+        losses = Losses(self.loss, lam, self.owner, s.mixed, s.tuned)
+        parts, faulty = [], self.faulty if s.faults else None
         for r in self.responses:
-            damped, common = self._damping_columns(r)
-            columns = np.concatenate([change.columns(r), common[:, None]], axis=1)
+            damped = losses.own(r, faulty)
+            columns = np.concatenate([change.columns(r), losses.together(r)], axis=1)
             if self.setting.faults:
                 rates = [
                     self.fault_rate(number, r.signal, r.raw)
@@ -254,44 +286,12 @@ class ResponsePoint:
                 )
             rows = np.moveaxis(r.rows(columns), 1, -1)
             rows = rows.reshape(-1, rows.shape[-1])
-            at = len(model.parameters) + 1
+            at = s.ratios.start
             stacked = np.hstack(
                 [rows[:, :at], damped.reshape(len(rows), damped.shape[-1]), rows[:, at:]]
             )
             parts += [stacked.real, stacked.imag]
         return np.vstack(parts)
-
-    @property
-    def _shear(self) -> Real:
-        """2 ζ ω of every mode."""
-        return 2.0 * np.sqrt(np.maximum(self.modes.eigenvalues, 0.0)) * self.damping
-
-    def _damping_columns(self, r: Response) -> tuple[Complex, Complex]:
-        """Derivatives with respect to each log ζ (and log ω where modes are tuned), as rows (rows,
-        sensors, cases, unknowns), and to z₀ (points, sensors, cases): they all move together."""
-        # ∂(2 ζ ω s)/∂ log ζ
-        shear = self._shear
-        factor = -(r.drive * r.signal.s)[:, None]
-        common = factor[:, :, None] * np.matmul(
-            np.swapaxes(by_point(r.a), 1, 2), by_point(shear[: r.near, None, None] * r.q)
-        )
-        if r.high is not None:
-            common = common + factor[:, :, None] * r.high.between(
-                r.at[r.near :], shear[r.near :], 2
-            )
-        rates = shear[self.owner, None] * r.signal.s
-        if self.setting.tuned:  # ∂(ω² + 2 ζ ω s)/∂ log ω
-            rates = np.vstack([rates, rates + 2.0 * self.modes.eigenvalues[self.owner, None]])
-        own = np.resize(self.owner, len(rates))
-        moved = -r.drive[:, None] * (rates[:, :, None] * r.q[own])  # (unknowns, points, cases)
-        if not len(own):
-            return np.zeros((*r.rows(r.raw).shape, 0), dtype=np.complex128), common
-        if r.coupled or self.setting.faults:
-            each = r.a[own][:, :, :, None] * moved[:, :, None, :]
-            return r.rows(np.stack([self.faulty(r.signal, e) for e in each], axis=-1)), common
-        # (rows, cases, unknowns): every sensor sees it by its shape
-        slim = r.rows(np.moveaxis(moved * r.inverse[own][:, :, None], 0, -1))
-        return slim[:, None] * r.at[own].T[None, :, None, :], common
 
     def system(self) -> LinearSystem:
         """Linearised at this point."""

@@ -122,12 +122,13 @@ def _changed(
     other = np.swapaxes(half, 1, 2)
     new, X = np.linalg.eigh(half @ K @ other)
     V, new = np.swapaxes(other @ X, 1, 2), np.maximum(new, 0.0)  # (sizes, modes, modes before)
-    slow = 2.0 * point.damping[:low] * np.sqrt(new)
+    loss = point.loss.first(low)
+    slow, held = loss.viscous(new), loss.stiffness(new)
     out = []
     for r, now in zip(point.responses, today, strict=True):
         s = r.signal.s
         force = times(V.reshape(-1, low), now.force).reshape(*V.shape[:2], len(s), -1)
-        force /= (s**2 + slow[:, :, None] * s + new[:, :, None])[..., None]
+        force /= (s**2 + slow[:, :, None] * s + held[:, :, None])[..., None]
         read = np.swapaxes(V @ now.at, 1, 2)  # (sizes, sensors, modes)
         flat = np.ascontiguousarray(force.reshape(*V.shape[:2], -1)).view(float)
         moved = np.matmul(read, flat).view(complex).reshape(len(V), -1, *force.shape[2:])

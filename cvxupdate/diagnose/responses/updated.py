@@ -25,5 +25,7 @@ def updated_model(point: ResponsePoint, notes: tuple[str, ...] = ()) -> Updated:
             "The diagnosis took out what the mesh shifts the frequencies (up to "
             f"{shift:.2g} %); this file has them with it.",
         )
-    zeta = point.damping[point.modes.rigid :]
-    return Updated(kept, point.p[own], zeta=zeta, faults=tuple(faults), notes=notes)
+    zeta, share = point.damping[point.modes.rigid :], round(point.loss.hysteretic, 4)
+    return Updated(
+        kept, point.p[own], zeta=zeta, faults=tuple(faults), notes=notes, hysteretic=share
+    )

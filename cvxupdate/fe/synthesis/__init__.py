@@ -18,6 +18,7 @@ points, and goes direct where the basis misses it.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -143,7 +144,10 @@ def _receptances(
     way = way or choose(len(s), model.size, basis.size, basis.rank, sparse)
     if way == "direct":
         return _direct(model, m, s, outputs, inputs)
-    made = (ModalSum if way == "modal" else Galerkin).of(basis, _viscous(model, basis))
+    modal, share = _modal_loss(model, basis), model.hysteretic
+    # 2ζ√(κμ) is lost with velocity, 2ζκ with displacement
+    basis = replace(basis, loss=basis.loss + share * modal * _frequency(basis))
+    made = (ModalSum if way == "modal" else Galerkin).of(basis, (1.0 - share) * modal)
     try:
         found = made.at(s, basis.V[outputs], basis.V[inputs])
     except np.linalg.LinAlgError:
@@ -209,9 +213,15 @@ def _misses(basis: Basis, m: Matrices, s: Complex, outputs: Index, inputs: Index
     return float(np.linalg.norm(mine - exact)) / size if size > 0.0 else 0.0
 
 
-def _viscous(model: Model, basis: Basis) -> Real:
-    """The viscous damping 2ζ√(κμ) of each vector by the model's modal damping: its modes in order,
-    the last ζ for the rest; none of a rigid-body mode."""
+def _frequency(basis: Basis) -> Real:
+    """√(κ/μ) of each vector; 0 of one without mass, which modal damping does not reach."""
+    heavy = basis.mu > 0.0
+    return np.where(heavy, np.sqrt(basis.kappa / np.where(heavy, basis.mu, 1.0)), 0.0)
+
+
+def _modal_loss(model: Model, basis: Basis) -> Real:
+    """The damping 2ζ√(κμ) of each vector by the model's modal damping, were it all viscous: its
+    modes in order, the last ζ for the rest; none of a rigid-body mode."""
     if not _modal(model):
         return np.zeros(basis.size)
     zeta = np.array(model.modal_damping)

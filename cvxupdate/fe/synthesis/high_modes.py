@@ -1,7 +1,7 @@
 """Modes far above the band: together they are a smooth function of s, so a few points of it give it
 everywhere.
 
-1 / (s² + 2 ζ ω s + ω²) is analytic up to its poles. On an interval of the line s = δ + iω,
+1 / (s² + 2 ζ ω s + λ) is analytic up to its poles. On an interval of the line s = δ + iω,
 Chebyshev interpolation at k nodes misses ρ⁻ᵏ of it, ρ the sum of the half-axes of the largest
 ellipse around the interval that leaves the poles outside (Trefethen 2013, Theorem 8.2): a dozen
 nodes for modes above twice the band, to rounding.
@@ -66,30 +66,37 @@ class HighModes:
 
 
 def high_modes(
-    s: Complex, U: Complex | None, near: int, lam: Real, slow: Real, at: Real, held: Real
+    s: Complex,
+    U: Complex | None,
+    near: int,
+    stiff: Real | Complex,
+    slow: Real,
+    at: Real,
+    held: Real,
 ) -> HighModes | None:
     """The high modes of a response, none of the first ``near``; None where there are too few to be
     worth it.
 
-    ``lam`` and ``slow`` (modes,) are ω² and 2 ζ ω; ``at``, ``held`` (modes, ·) shapes at sensors
+    ``stiff`` and ``slow`` (modes,) are what goes with displacement, ω² and what is lost with it,
+    and with velocity (`cvxupdate.fe.synthesis.loss`); ``at``, ``held`` (modes, ·) shapes at sensors
     and drives.
     """
     omega = s.imag
     middle, half = (omega.max() + omega.min()) / 2.0, (omega.max() - omega.min()) / 2.0
-    first = max(near, int(np.searchsorted(np.sqrt(lam), APART * np.abs(omega).max())))
-    if first >= len(lam) or half <= 0.0 or np.ptp(s.real) > 0.0:
+    first = max(near, int(np.searchsorted(np.sqrt(stiff.real), APART * np.abs(omega).max())))
+    if first >= len(stiff) or half <= 0.0 or np.ptp(s.real) > 0.0:
         return None
-    root = np.sqrt((slow[first:] ** 2 / 4.0 - lam[first:]).astype(complex))
+    root = np.sqrt((slow[first:] ** 2 / 4.0 - stiff[first:]).astype(complex))
     poles = np.concatenate([-slow[first:] / 2.0 + root, -slow[first:] / 2.0 - root])
     z = ((poles - s.real[0]) / 1j - middle) / half
     w = np.sqrt(z**2 - 1.0)
     rho = float(np.min(np.maximum(np.abs(z + w), np.abs(z - w))))
     count = int(np.ceil(-np.log(MISSED) / np.log(max(rho, 1.0 + 1e-9))))
-    if count > MOST or count >= min(len(lam) - first, len(s)):
+    if count > MOST or count >= min(len(stiff) - first, len(s)):
         return None
     angle = (2.0 * np.arange(count) + 1.0) * np.pi / (2.0 * count)
     nodes = s.real[0] + 1j * (middle + half * np.cos(angle))
-    inverse = 1.0 / (nodes**2 + slow[first:, None] * nodes + lam[first:, None])
+    inverse = 1.0 / (nodes**2 + slow[first:, None] * nodes + stiff[first:, None])
     return HighModes(
         first,
         inverse,

@@ -15,6 +15,7 @@ from cvxupdate.fe.block import Index
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, natural_modes
 from cvxupdate.fe.synthesis.high_modes import HighModes, high_modes
+from cvxupdate.fe.synthesis.loss import Loss
 from cvxupdate.fe.synthesis.products import Complex, drawn, times
 from cvxupdate.fe.terms import Real
 
@@ -67,8 +68,8 @@ class Response:
 
     Where there is but one drive in one case, everything at points is to a unit of it: the drive
     itself comes in with the `rows`. ``at`` (modes, sensors) are the shapes at the sensors,
-    ``inverse`` (modes, points) is 1 / (s² + 2 ζ ω s + ω²); ``coupled``: further damping couples
-    them.
+    ``inverse`` (modes, points) is 1 over each mode's dynamic stiffness; ``coupled``: further
+    damping couples them.
     """
 
     signal: Driven
@@ -133,14 +134,14 @@ def respond(
     modes: Modes,
     sensors: Index,
     inputs: Index,
-    zeta: Real,
+    loss: Loss,
     C: Real | None,
     D: Real | None,
     near: int = 0,
 ) -> Response:
     """Model response to a signal's drive.
 
-    ``zeta`` (m,) modal damping; ``C`` and ``D`` (low, low) further viscous and hysteretic damping
+    ``loss`` of its modes; ``C`` and ``D`` (low, low) further viscous and hysteretic damping
     among the lowest modes, None where there is none; at least the first ``near`` modes get pieces
     of their own.
     """
@@ -148,11 +149,11 @@ def respond(
     phi = np.vstack([modes.shapes, np.zeros((1, modes.shapes.shape[1]))])
     ps, pb = phi[sensors].T, phi[inputs].T
     lam = np.maximum(modes.eigenvalues, 0.0)
-    slow = 2.0 * np.asarray(zeta) * np.sqrt(lam)
+    slow, stiff = loss.viscous(lam), loss.stiffness(lam)
     low = 0 if C is None else len(C)
-    high = high_modes(s, None if signal.plain else signal.U, max(low, near), lam, slow, ps, pb)
+    high = high_modes(s, None if signal.plain else signal.U, max(low, near), stiff, slow, ps, pb)
     n = len(lam) if high is None else high.first
-    d = s**2 + slow[:n, None] * s + lam[:n, None]
+    d = s**2 + slow[:n, None] * s + stiff[:n, None]
     inverse = 1.0 / d
     force = (
         np.broadcast_to(pb[:n, None, :].astype(complex), (n, len(s), pb.shape[1]))

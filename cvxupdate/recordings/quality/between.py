@@ -4,10 +4,10 @@ channels."""
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
 
 from cvxupdate.recordings.quality.finding import ALPHA, Finding
 from cvxupdate.recordings.quality.samples import step_of
+from cvxupdate.recordings.quantiles import normal_above
 from cvxupdate.recordings.types import Real, TimeHistory
 
 _BLOCKS = 16
@@ -112,7 +112,7 @@ def unrelated(history: TimeHistory, alpha: float = ALPHA) -> tuple[Finding, ...]
         1.0 / n,
         np.sqrt((n - 1) / (n**2 * (n + 1)) / lines * 2.0),
     )  # a Hann window halves the independent lines
-    threshold = expected + float(stats.norm.isf(alpha / data.shape[1])) * deviation
+    threshold = expected + normal_above(alpha / data.shape[1]) * deviation
     np.fill_diagonal(mean, 0.0)
     mean[~live] = 0.0
     mean[:, ~live] = 0.0

@@ -6,11 +6,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import stats
 
 from cvxupdate.recordings.lines import frf_peaks
 from cvxupdate.recordings.quality.estimates import Estimate, estimates_of
 from cvxupdate.recordings.quality.finding import ALPHA, Finding
+from cvxupdate.recordings.quantiles import chi_square_above, normal_above, student_above
 from cvxupdate.recordings.types import Complex, Real, Recording
 
 _MAJORITY = 9
@@ -74,11 +74,11 @@ def gain_of(
     deviation = 1.2533 * max(scatter, 1.0) / float(np.sqrt(np.sum(weight)))
     effective = float(np.sum(weight) ** 2 / np.sum(weight**2))
     law = (
-        stats.norm.isf(alpha / 2.0)
+        normal_above(alpha / 2.0)
         if scatter <= 1.0
-        else stats.t.isf(alpha / 2.0, max(effective - 1.0, 1.0))
+        else student_above(alpha / 2.0, max(effective - 1.0, 1.0))
     )
-    return middle, abs(middle) / deviation, float(law), int(ratio.size)
+    return middle, abs(middle) / deviation, law, int(ratio.size)
 
 
 def _sparse(e: Estimate, count: int = 24) -> Estimate:
@@ -119,7 +119,7 @@ def _level(a: Estimate, b: Estimate, alpha: float) -> Finding | None:
     free = float(
         np.count_nonzero(strong)
     )  # two degrees of freedom a line, half of the lines independent
-    threshold = float(stats.chi2.isf(alpha, free)) / free
+    threshold = chi_square_above(alpha, free) / free
     relative = float(
         np.sqrt(np.sum(np.abs(Ha - Hb)[strong] ** 2) / np.sum(np.abs(Ha)[strong] ** 2))
     )

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from cvxupdate.recordings.lines import sine_fit, vertex
 from cvxupdate.recordings.quality.frf import mobility, place
+from cvxupdate.recordings.quantiles import excess_kurtosis
 from cvxupdate.recordings.read.to_frf import MOTIONS
 from cvxupdate.recordings.read.variance import variance_of_frf
 from cvxupdate.recordings.types import (
@@ -134,7 +134,7 @@ def _at_tone(
 def _broad(history: TimeHistory, motion: int, force: int) -> tuple[Real, Complex, Real] | None:
     """Lines, H and variance of a broad-band test; None where too few lines are left."""
     u, y = history.data[:, force], history.data[:, motion]
-    if stats.kurtosis(u) > 30.0:  # an impact: the rest of the force channel is noise
+    if excess_kurtosis(u) > 30.0:  # an impact: the rest of the force channel is noise
         U, Y = np.fft.rfft(u - np.median(u)), np.fft.rfft(y - np.median(y))
         grid: Real = np.asarray(np.fft.rfftfreq(len(u), 1.0 / history.rate), dtype=np.float64)
         H, gamma = (Y / np.where(U == 0.0, 1.0, U))[:, None, None], None

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
 
 from cvxupdate.recordings.quality.finding import ALPHA, Finding
+from cvxupdate.recordings.quantiles import chi_square_above, normal_above
 from cvxupdate.recordings.types import Channel, Complex, FrequencyResponse, Real
 
 _ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -72,7 +72,7 @@ def reciprocity(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, 
             a, b = frf.H[:, i, s], frf.H[:, k, m]
             g, misfit, relative = factor_between(a, b, frf.variance[:, i, s], frf.variance[:, k, m])
             free = 2.0 * len(a) / CORRELATED
-            threshold = float(stats.chi2.isf(alpha, free)) / free
+            threshold = chi_square_above(alpha, free) / free
             if misfit > threshold and relative > 0.05:
                 pair = f"{r.label}/{ref.label} and {ref.label}/{r.label}"
                 sign = (
@@ -122,7 +122,7 @@ def drive_points(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding,
             total = float(np.sum(y)) / max(
                 float(np.sqrt(CORRELATED * np.sum(deviation**2))), np.finfo(float).tiny
             )
-            threshold = float(stats.norm.isf(alpha))
+            threshold = normal_above(alpha)
             fraction = float(np.sum(y)) / max(float(np.sum(np.abs(y))), np.finfo(float).tiny)
             if -total > threshold and fraction < -0.5:
                 found.append(
@@ -151,7 +151,7 @@ def passivity(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ..
         return ()
     mob = mobility(frf)
     scale = np.abs(mob) / np.maximum(np.abs(frf.H), np.finfo(float).tiny)
-    threshold = float(stats.norm.isf(alpha / len(frf.frequency)))
+    threshold = normal_above(alpha / len(frf.frequency))
     found = []
     for i, r in enumerate(frf.responses):
         for s, ref in enumerate(frf.references):
@@ -214,7 +214,7 @@ def coherence(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ..
         local = median_filter(log, size=max(9, 2 * (len(size) // 16) + 1), mode="nearest")
         spread = 1.4826 * float(np.median(np.abs(log - local)))
         excess = (log - local) / max(spread, 1e-9)
-        threshold = float(stats.norm.isf(alpha / len(log)))
+        threshold = normal_above(alpha / len(log))
         low = (excess > threshold) & (gamma < 0.9) & (size > level)
         run = low[:-2] & low[1:-1] & low[2:]
         if np.any(run):

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from cvxupdate.recordings.quality.finding import ALPHA
+from cvxupdate.recordings.quantiles import binomial_reaches, fisher_two_above
 from cvxupdate.recordings.types import Real
 
 
@@ -91,7 +91,7 @@ def clipping_of(
         if middle < 1.01:  # values do not repeat
             p = 1e-12 if np.all(outer[1:] == 1) or outer[0] > 3 * outer[1:].max() else 1.0
         else:
-            p = float(stats.binom.sf(outer[0] - 1, outer.sum(), 0.4473))
+            p = binomial_reaches(int(outer[0]), int(outer.sum()), 0.4473)
         p = min(2.0 * p, 1.0)
         if -np.log10(max(p, 1e-300)) > worst:
             worst = -np.log10(max(p, 1e-300))
@@ -164,7 +164,7 @@ def drift(x: Real, alpha: float = ALPHA) -> Test:
     )  # von Neumann's ratio below 1: the means are not independent
     if slow and np.ptp(rest) > 0.25 * size_of_trend:
         return Test(0.0, 1.0, 0.0)  # a vibration slower than the record is no drift
-    threshold = float(stats.f.isf(alpha, 2, count - 3))
+    threshold = fisher_two_above(alpha, count - 3)
     return Test(F if size_of_trend > 0.05 * float(np.std(x)) else 0.0, threshold, size_of_trend)
 
 

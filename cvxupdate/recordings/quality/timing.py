@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
 
 from cvxupdate.recordings.quality.finding import ALPHA, Finding
 from cvxupdate.recordings.quality.frf import CORRELATED, place
+from cvxupdate.recordings.quantiles import normal_above
 from cvxupdate.recordings.types import FrequencyResponse
 
 
@@ -52,7 +52,7 @@ def delays(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ...]:
             basis = 2.0 * np.pi * f
             tau = -float(np.sum(weight * basis * phase) / np.sum(weight * basis**2))
             deviation = float(np.sqrt(CORRELATED / np.sum(weight * basis**2)))
-            threshold = float(stats.norm.isf(alpha / 2.0))
+            threshold = normal_above(alpha / 2.0)
             if abs(tau) / deviation > threshold and 2.0 * np.pi * abs(tau) * (f[-1] - f[0]) > 0.1:
                 first, second = (r, ref) if tau > 0.0 else (ref, r)
                 found.append(
@@ -97,7 +97,7 @@ def causality(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ..
     threshold = max(
         0.7,
         0.5
-        + float(stats.norm.isf(alpha / frf.H[0].size))
+        + normal_above(alpha / frf.H[0].size)
         * 0.5
         / np.sqrt(2.0 * (quarter - 3) / CORRELATED + 1.0),
     )

@@ -104,7 +104,8 @@ def frf_of_functions(
             raise RecordingError(f"{where}: the FRF {_label(f)} appears twice. Keep one.")
         seen.add((r, s))
         scales.setdefault(response, (f.scale * f.response.sign, f.unit))
-        H[:, r, s] = np.asarray(f.values) * (f.scale * f.response.sign * f.reference.sign)
+        with np.errstate(invalid="ignore"):  # a damaged file may hold ∞, which is said later
+            H[:, r, s] = np.asarray(f.values) * (f.scale * f.response.sign * f.reference.sign)
     _all_there(seen, responses, inputs, where)
     parts = FrfParts(
         axis,

@@ -23,10 +23,10 @@ ZETA = 0.005
 FAULTS = (Fault("n2.x", "gain"), Fault("n2.x", "swap", other="n3.x"), Fault("n3.x", "delay", 1e-3))
 
 
-@pytest.mark.parametrize("zeta", [1e-9, ZETA])
-def test_derivatives_with_dashpot_damping_and_faults(chain, lab, measure, zeta):
-    """Every unknown: p-values of springs and floors, a dashpot, common and single damping ratios, a
-    gain, an exchange, a delay.
+@pytest.mark.parametrize(("zeta", "mixed"), [(1e-9, False), (ZETA, False), (ZETA, True)])
+def test_derivatives_with_dashpot_damping_and_faults(chain, lab, measure, zeta, mixed):
+    """Every unknown: p-values of springs and floors, a dashpot, common and single damping ratios,
+    the kind of loss, a gain, an exchange, a delay.
 
     Modal damping is held while stiffness and mass move (its matrix follows the modes, the
     derivative does not): an error of the order of ζ that is gone without modal damping. Everything
@@ -44,7 +44,7 @@ def test_derivatives_with_dashpot_damping_and_faults(chain, lab, measure, zeta):
         signal_of(measure(lab(), 1, seed=2), 0.1),
     )
     setting = setting_for(damper.change.model, model, signals, 75.0, FAULTS)
-    setting = replace(setting, zeta=np.full(setting.damped, zeta))
+    setting = replace(setting, zeta=np.full(setting.damped, zeta), mixed=mixed)
     rng = np.random.default_rng(4)
     p = 0.03 * rng.normal(size=len(setting.columns))
     dashpot = len(damper.change.model.parameters) - 1
@@ -68,15 +68,15 @@ def test_derivatives_with_respect_to_frequencies_by_themselves(chain, lab, measu
     """Modes that are tuned one by one: exact, with sensor faults too."""
     _, model = chain
     signals = (signal_of(measure(lab(), 4), 0.03), signal_of(measure(lab(), 1, seed=2), 0.1))
-    for faults in ((), FAULTS):
+    for faults, mixed in (((), False), (FAULTS, False), (FAULTS, True), ((), True)):
         setting = setting_for(undamped(model), model, signals, 75.0, faults)
-        setting = replace(setting, tuned=True)
+        setting = replace(setting, tuned=True, mixed=mixed)
         p = 0.03 * np.random.default_rng(6).normal(size=len(setting.columns))
         point = setting.evaluate(p)
         A = point.jacobian()
         assert A.shape[1] == len(setting.columns) == len(setting.scales)
-        first = 1 + setting.damped
-        for j in range(first, first + setting.damped):
+        first = setting.ratios.start
+        for j in range(first, first + 2 * setting.damped):
             step = np.zeros(len(p))
             step[j] = 1e-6
             plus, minus = (setting.evaluate(p + s * step, point).differences[0] for s in (1, -1))

@@ -8,6 +8,7 @@ import pytest
 from cvxupdate.diagnose.responses.signals import Signal
 from cvxupdate.fe.modes import Modes
 from cvxupdate.fe.synthesis.high_modes import MISSED, high_modes
+from cvxupdate.fe.synthesis.loss import Loss
 from cvxupdate.fe.synthesis.pieces import receptances, respond
 
 N, TOP = 60, 50.0
@@ -37,20 +38,20 @@ def modes():
 @pytest.mark.parametrize(
     ("cases", "delta", "plain"), [(1, 0.0, False), (3, 4.0, False), (2, 1.0, True)]
 )
-@pytest.mark.parametrize("zeta", [0.004, 0.9])
-def test_high_modes_together_are_what_they_are_one_by_one(cases, delta, plain, zeta):
+@pytest.mark.parametrize(("zeta", "share"), [(0.004, 0.0), (0.9, 0.0), (0.05, 0.7)])
+def test_high_modes_together_are_what_they_are_one_by_one(cases, delta, plain, zeta, share):
     sig, m = signal(cases, delta, plain), modes()
-    damping = np.full(N, zeta)
+    loss = Loss(np.full(N, zeta), share)
     inputs = np.array([8, 30])
-    r = respond(sig, m, SENSORS, inputs, damping, None, None)
+    r = respond(sig, m, SENSORS, inputs, loss, None, None)
     assert r.high is not None and r.near < 20
-    every = respond(sig, m, SENSORS, inputs, damping, None, None, near=N)
+    every = respond(sig, m, SENSORS, inputs, loss, None, None, near=N)
     assert every.high is None
     phi = np.vstack([m.shapes, np.zeros((1, N))])
     d = (
         sig.s[:, None] ** 2
-        + 2.0 * damping * np.sqrt(m.eigenvalues) * sig.s[:, None]
-        + m.eigenvalues
+        + 2.0 * (1.0 - share) * zeta * np.sqrt(m.eigenvalues) * sig.s[:, None]
+        + m.eigenvalues * (1.0 + 2j * share * zeta)
     )
     plainly = (sig.s**2)[:, None, None] * np.einsum(
         "sm,pm,im,pic->psc", phi[SENSORS], 1.0 / d, phi[inputs], sig.U

@@ -9,6 +9,7 @@ from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.responses.signals import Signal
 from cvxupdate.errors import RecordingError
 from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.fe.synthesis.loss import Loss
 from cvxupdate.fe.synthesis.pieces import basis, respond, sensor_rows
 from tests.cases.chain import BAR, CHAIN, load
 
@@ -21,8 +22,9 @@ def driven(sensors, inputs):
     return Signal("a", "fit", None, s, None, Y.astype(complex), U, Y, 2, sensors, inputs)
 
 
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
 @pytest.mark.parametrize("further", [False, True])
-def test_response_is_that_of_a_dense_solve(tmp_path, further):
+def test_response_is_that_of_a_dense_solve(tmp_path, further, share):
     _, model = load(tmp_path, CHAIN)
     m = undamped(model).matrices(undamped(model).zero())
     K, M = m.K.toarray(), m.M.toarray()
@@ -39,13 +41,15 @@ def test_response_is_that_of_a_dense_solve(tmp_path, further):
         modes,
         sensor_rows(model, signal.sensors),
         sensor_rows(model, signal.inputs),
-        zeta,
+        Loss(zeta, share),
         phi.T @ C @ phi if further else None,
         phi.T @ D @ phi if further else None,
     )
-    modal = M @ phi @ np.diag(2 * zeta * np.sqrt(modes.eigenvalues)) @ phi.T @ M
+    omega = np.sqrt(modes.eigenvalues)
+    C = C + M @ phi @ np.diag(2 * (1.0 - share) * zeta * omega) @ phi.T @ M
+    D = D + M @ phi @ np.diag(2 * share * zeta * omega**2) @ phi.T @ M
     s = signal.s[:, None, None]
-    dense = s**2 * np.linalg.inv(s**2 * M + s * (modal + C) + 1j * D + K)
+    dense = s**2 * np.linalg.inv(s**2 * M + s * C + 1j * D + K)
     np.testing.assert_allclose(response.raw[:, :, 0], dense[:, :, 2], rtol=1e-9)
 
 

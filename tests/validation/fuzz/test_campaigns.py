@@ -18,6 +18,13 @@ def test_some_cases_of_every_kind(kind: str) -> None:
     assert [fuzz.failure(kind, n) for n in range(12)] == [None] * 12
 
 
+@pytest.mark.parametrize(("kind", "number"), [("readers", 19007), ("readers", 22683)])
+def test_what_the_campaigns_found_stays_mended(kind: str, number: int) -> None:
+    """Infinite values in a universal file: times its sign, and among the lines whose peaks are
+    sought."""
+    assert fuzz.failure(kind, number) is None
+
+
 def test_a_campaign_goes_on_and_keeps_its_failures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
