@@ -66,12 +66,15 @@ def _smoothed(beyond: Beyond, laws: Laws, shapes: Real) -> tuple[Real, Real, Rea
     of the directions."""
     run = beyond.run
     x, v, f = (np.zeros((COLUMNS * run.samples, len(shapes))) for _ in range(3))
-    for _ in range(ROUNDS if len(shapes) else 0):
+    for again in range(ROUNDS if len(shapes) else 0):
         acting = -run.coarse(f)
         for k, shape in enumerate(shapes):
             rest = np.delete(acting, k, axis=1) @ np.delete(shapes, k, axis=0)
-            smoother = beyond.under(rest).smoother(shape)
-            x[:, k], v[:, k] = smoother.motion(acting[:, k])
+            place = beyond.under(rest).smoother(shape)
+            if again:
+                x[:, k], v[:, k] = place.settled(f[:, k], x[:, k], v[:, k])
+            else:
+                x[:, k], v[:, k] = place.motion()
         f = _forces(laws, x, v)
     return f, x, v
 

@@ -63,7 +63,7 @@ class Beyond:
         eta = inverse * (run.spectra(run.force) @ phi[inputs])
         drive = s[:, None] ** np.array(run.orders)
         noise = run.noise**2 * run.samples
-        bare = cls(run, np.zeros(0), eta, inverse, drive, phi[sensors], noise)
+        bare = cls(run, eta, eta, inverse, drive, phi[sensors], noise)
         return replace(bare, residual=bare.left())
 
     def under(self, force: Complex) -> Beyond:
@@ -113,13 +113,30 @@ class Smoother:
     said: Complex
     taken: Complex
 
-    def motion(self, mean: Complex | None = None) -> tuple[Real, Real]:
-        """Motion and velocity at the place (fine samples,) with a prior ``mean`` (lines,) of the
-        force on the structure."""
-        force = self.said if mean is None else self.said + (1.0 - self.taken) * mean
-        q = self.own + self.soft * force
+    def motion(self) -> tuple[Real, Real]:
+        """Motion and velocity at the place (fine samples,), the prior mean of the force none."""
+        return self._fine(self.own + self.soft * self.said)
+
+    def settled(self, force: Real, x: Real, v: Real) -> tuple[Real, Real]:
+        """The same with a law's ``force`` along a motion so far as the mean. What the new motion
+        changes in it is foretold by the spring and the dashpot that are nearest to the law
+        (statistical linearisation; Roberts and Spanos 1990, chapter 3): taken as it is, a force
+        that is stiffer than the structure would overshoot from round to round."""
+        run = self.run
+        stiff = _slope(force, x) + _slope(force, v) * run.lines
+        blind = self.soft * (1.0 - self.taken)
+        known = self.own + self.soft * self.said - blind * run.coarse(force)
+        return self._fine((known + blind * stiff * run.coarse(x)) / (1.0 + blind * stiff))
+
+    def _fine(self, q: Complex) -> tuple[Real, Real]:
         fine = self.run.samples_of(np.stack([q, self.run.lines * q], axis=1), COLUMNS)
         return fine[:, 0], fine[:, 1]
+
+
+def _slope(force: Real, along: Real) -> float:
+    """Of the straight line that is nearest to a force, none that drives."""
+    size = float(along @ along)
+    return max(0.0, float(force @ along) / size) if size > 0.0 else 0.0
 
 
 def _averaged(values: Real, width: int) -> Real:
