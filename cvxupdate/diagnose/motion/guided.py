@@ -27,7 +27,7 @@ from cvxupdate.forces import Laws
 from cvxupdate.update.trust_region import Options
 
 GUIDED = Options(1e-2, 8, 0.5)  # how it is fitted: where a fit begins, nothing finer counts
-ROUNDS = 3  # how often the motion is smoothed anew with the laws' forces
+SETTLING = 3  # how often the motion is smoothed anew with the laws' forces
 Motions = Mapping[str, tuple[Real, Real, Real]]
 
 
@@ -66,7 +66,7 @@ def _smoothed(beyond: Beyond, laws: Laws, shapes: Real) -> tuple[Real, Real, Rea
     of the directions."""
     run = beyond.run
     x, v, f = (np.zeros((COLUMNS * run.samples, len(shapes))) for _ in range(3))
-    for again in range(ROUNDS if len(shapes) else 0):
+    for again in range(SETTLING if len(shapes) else 0):
         acting = -run.coarse(f)
         for k, shape in enumerate(shapes):
             rest = np.delete(acting, k, axis=1) @ np.delete(shapes, k, axis=0)

@@ -145,6 +145,11 @@ class MotionPoint:
         return self.before.damping
 
     @property
+    def loss(self) -> Loss:
+        """Kind of loss of the linear part."""
+        return self.before.loss
+
+    @property
     def owner(self) -> np.ndarray:
         """Which mode each damping ratio belongs to."""
         return self.before.owner
