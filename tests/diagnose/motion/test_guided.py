@@ -45,15 +45,17 @@ def planted(evidence, times, level=0):
     return seed_from(evidence, base, Score(effect, 1.0, times * SIZES, exact=True), level)
 
 
-@pytest.mark.parametrize("times", [(5.0, 5.0), (4.0, 0.3), (10.0, 1.0)])
-def test_a_fit_finds_its_way_from_afar(evidence, times) -> None:
-    """Nuisance parameters nominal, sizes far off: output error alone is caught on the way."""
-    seed = planted(evidence, np.array(times))
-    smooth = evidence.stages[0]
-    caught = fitted(seed.setting, seed.start, EFFORTS["coarse"])
-    led = fitted(seed.setting, begun(seed.setting, seed.start, smooth), EFFORTS["coarse"])
-    assert led.misfit < 0.01 * caught.misfit
-    assert begun(seed.setting, seed.start, ()) is seed.start
+def test_a_fit_finds_its_way_from_afar(evidence) -> None:
+    """Nuisance parameters nominal, sizes far off: output error alone is caught on the way, from one
+    start or another."""
+    smooth, caught = evidence.stages[0], []
+    for times in ((5.0, 5.0), (4.0, 0.3), (10.0, 1.0)):
+        seed = planted(evidence, np.array(times))
+        caught.append(fitted(seed.setting, seed.start, EFFORTS["coarse"]).misfit)
+        led = fitted(seed.setting, begun(seed.setting, seed.start, smooth), EFFORTS["coarse"])
+        assert led.misfit < 2.0, "1: noise and what a sound model leaves"
+        assert begun(seed.setting, seed.start, ()) is seed.start
+    assert max(caught) > 100.0
 
 
 def test_it_begins_where_it_is_told_where_that_is_better(evidence) -> None:
