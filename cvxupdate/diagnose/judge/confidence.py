@@ -50,15 +50,28 @@ def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case)
     effect, field = final.hypothesis.effects[number], field_of(final, others, case)
     mine, likely = case.scale(final), weights(field, case)
     alike = case.evidence.alike(final.fit, effect)
+    # what was not refitted for nothing would tell it from this one is as likely
+    untried = likely[0] * len(untold(effect, final, field, case))
+    here = support_at((effect.place, *(e.place for e in alike)), field, likely)
     return Standing(
-        support(effect, field, likely, case.evidence.model),
-        support_at((effect.place, *(e.place for e in alike)), field, likely),
+        support(effect, field, likely, case.evidence.model) / (1.0 + untried),
+        (here + untried) / (1.0 + untried),
         _log(case.scale(case.base) / max(mine, 1e-9)),
         _log(mine),
         _log(size_of(effect, final.hypothesis.figures[number])),
         len(rivals(final, others, case)),
         CUT_SHORT if case.evidence.unfinished else MOST_SURE,
     )
+
+
+def untold(
+    effect: Effect, final: Weighed, field: Sequence[Weighed], case: Case
+) -> tuple[Effect, ...]:
+    """Places that no recording tells from that of an effect of the final hypothesis, and that were
+    not refitted."""
+    rest, tried = final.hypothesis.keys - {effect.key}, {w.hypothesis.keys for w in field}
+    same = case.evidence.alike(final.fit, effect, strictly=True)
+    return tuple(e for e in same if rest | {e.key} not in tried)
 
 
 def certainty_of_groups(wide: Weighed, others: Sequence[Weighed], case: Case) -> float:
