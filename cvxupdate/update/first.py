@@ -42,8 +42,7 @@ def first_system(
         from cvxupdate.residual.frf import FrfResidual
         from cvxupdate.update.rfm import prepare
 
-        of_all_lines = {"auto": "flexibility", "filter": "instrumental"}
-        kind = of_all_lines.get(table.residual, table.residual)
+        kind = "flexibility" if table.residual == "auto" else table.residual
         chosen = prepare(spec, model, recordings).chosen
         system = FrfResidual(model, chosen, kind).evaluate(model.zero()).system()
         return system, all(d.relative_only for d in chosen)

@@ -1,5 +1,5 @@
-"""Equation error (2.8.4) by the recursive filter, with the model's receptances where nothing was
-measured, and on the model's modes: what is exact, what is unbiased, and what is not."""
+"""Equation error (2.8.4) with the model's receptances where nothing was measured, and on the
+model's modes: what is exact and what is not."""
 
 from __future__ import annotations
 
@@ -8,23 +8,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import scipy.linalg as la
 
-from cvxupdate.convex import SolverChoice, StepProblem
+from cvxupdate.convex import SolverChoice
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.residual.frf import FrfPoint, FrfResidual
 from cvxupdate.residual.frf_data import FrfData
 from cvxupdate.spec import Spec
 from cvxupdate.study import run, solvers
-from cvxupdate.update.classical import asked_of
 from cvxupdate.update.parts import step_problem
-from cvxupdate.update.rfm_filter import fit_filtered, single_lines, turn, whitening
 from cvxupdate.update.rfm_loop import fit_responses
 from cvxupdate.update.trust_region import LoopResult, Options
 from tests.cases.elements import toml
 from tests.cases.structures import free_chain, structure
-from tests.update.test_rfm_instruments import DRAWS, ROWS, TRUTH, recorded
+from tests.update.test_rfm_instruments import ROWS, TRUTH, recorded
 
 FAR = np.array([0.5, -0.4, 0.45, -0.35, 0.4])
 
@@ -147,54 +144,10 @@ def test_sensors_that_do_not_tell_modes_apart_are_refused(chain: tuple[Spec, Mod
         FrfResidual(model, (data,), "modal-balance").evaluate(model.zero())
 
 
-# --- Mottershead -----------------------------------------------------------------------------
-
-
-def test_the_filter_is_exact_for_exact_responses(chain: tuple[Spec, Model]) -> None:
-    loop = end(chain, recorded_of(chain[1], TRUTH), "filter", np.zeros(5))
-    assert loop.status == "converged" and "24 lines" in loop.reason
-    np.testing.assert_allclose(loop.point.p, TRUTH, atol=1e-7)
-
-
-def test_instruments_belong_to_the_estimate_before_the_line(chain: tuple[Spec, Model]) -> None:
-    """A line's own noise does not move its instruments, but moves its balance."""
-    model = chain[1]
-    lines = single_lines([recorded(model, 0.05, 1)]), single_lines([recorded(model, 0.05, 2)])
-    assert [d.frequency[0] for d in lines[0]] == sorted(d.frequency[0] for d in lines[0])
-    one, other = (turn(model, d[4], FAR) for d in lines)
-    np.testing.assert_allclose(one.instruments, other.instruments)
-    assert np.abs(one.equations(FAR)[0] - other.equations(FAR)[0]).max() > 0.0
-
-
-def test_whitening_keeps_what_the_instruments_span() -> None:
-    root = np.random.default_rng(0).standard_normal((3, 5)) * [1.0, 1e6, 1e-3, 1.0, 1.0]
-    S = root.T @ root
-    R = whitening(S)
-    assert R.shape == (3, 5)
-    np.testing.assert_allclose(R @ S @ R.T, np.eye(3), atol=1e-8)
-
-
-@pytest.mark.slow
-def test_the_filter_is_unbiased_where_least_squares_is_biased(chain: tuple[Spec, Model]) -> None:
-    """Means over draws in units of their standard errors: χ² of five parameters. Recursive least
-    squares comes to what least squares of all lines comes to."""
-    spec, model = chain
-    problem = step_problem(spec, model, [])
-    found = []
-    for seed in range(DRAWS):
-        loop = fit_filtered(
-            model, [recorded(model, 0.1, seed)], problem, SolverChoice(), Options(1e-8, 40, 0.3)
-        )
-        found.append(loop.point.p)
-    p = np.array(found)
-    apart = p.mean(axis=0) - TRUTH
-    assert float(apart @ la.solve(np.cov(p.T) / DRAWS, apart)) < 20.0  # 99.9 % of χ² of five
-
-
 # --- from a problem file ------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("residual", ["filter", "filled", "modal-balance"])
+@pytest.mark.parametrize("residual", ["filled", "modal-balance"])
 def test_by_name_from_a_problem_file(residual: str, tmp_path: Path) -> None:
     """A chain recorded at every mass: the command finds the truth, `solvers` has a step to
     compare."""
@@ -228,11 +181,3 @@ def test_by_name_from_a_problem_file(residual: str, tmp_path: Path) -> None:
     np.testing.assert_allclose([q.p for q in updated.parameters], TRUTH, atol=1e-4)
     _, rows, spread = solvers(path)
     assert sum(r.status == "optimal" for r in rows) > 1 and spread < 1e-6
-
-
-def test_a_classical_solution_knows_no_filter(chain: tuple[Spec, Model]) -> None:
-    spec, model = chain
-    asked = {"residual": "filter", "solution": "truncated-svd", "method": "rfm"}
-    spec = replace(spec, update=spec.update.model_copy(update=asked))
-    with pytest.raises(InputError, match='residual = "filter" is of the convex loop'):
-        asked_of(spec, StepProblem(columns=tuple(q.name for q in model.parameters)))
