@@ -39,10 +39,7 @@ def filled_rows(
     ModelError
         Where a line meets a natural frequency of an undamped model.
     """
-    places, where = np.unique(
-        np.concatenate([data.responses, data.references]), return_inverse=True
-    )
-    sensors, forces = where[: len(data.responses)], where[len(data.responses) :]
+    places, sensors, forces = data.places
     lines = DirectLines(at, places)
     s = np.asarray(2j * np.pi * data.frequency, dtype=np.complex128)
     lossy = damped(m) or damped(at)

@@ -18,7 +18,7 @@ from cvxupdate.diagnose.judge.acceptance import (
     weighed,
 )
 from cvxupdate.diagnose.judge.alternatives import equivalents
-from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, standing, untold
+from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, standing
 from cvxupdate.diagnose.judge.graded import Graded, graded
 from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
@@ -155,7 +155,7 @@ def _findings(
             figures.noise,
             standings[k].confidence,
             parts[k],
-            (*equivalents(effect, h, near), *untold(effect, final, field, case)),
+            (*equivalents(effect, h, near), *standings[k].untold),
             effect.says(figures.values),
         )
         out.append(finding)
