@@ -20,12 +20,14 @@ from cvxupdate.commands.shared import (
     Out,
     Problem,
     Recorded,
+    Scheduler,
     Thorough,
     display,
     say,
     warn,
 )
 from cvxupdate.errors import CvxupdateError, InfeasibleError, InputError
+from cvxupdate.parallel import Where
 from cvxupdate.report.files import folder_for, must_be_writable, write_files
 
 if TYPE_CHECKING:
@@ -67,7 +69,13 @@ def _options(
 
 
 @app.command()
-def run(problem: Problem, out: Out = None, as_json: Json = False, jobs: Jobs = None) -> None:
+def run(
+    problem: Problem,
+    out: Out = None,
+    as_json: Json = False,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
+) -> None:
     """Update the model of a problem file."""
     from cvxupdate.report import run_files, run_summary
     from cvxupdate.spec import name_of
@@ -78,7 +86,8 @@ def run(problem: Problem, out: Out = None, as_json: Json = False, jobs: Jobs = N
     with display(as_json) as show:
         reading = None if show is None else show.read
         said = None if show is None else lambda h: show.say(_iteration(h))
-        updated = do(problem, said, reading, warn, jobs, folder / "starts.jsonl")
+        where = Where(jobs, scheduler)
+        updated = do(problem, said, reading, warn, where, folder / "starts.jsonl")
     files, payload = run_files(updated, folder)
     write_files(folder, files, ("updated/problem.toml",))
     say(payload, as_json, lambda: run_summary(updated, folder))

@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from cvxupdate.parallel import Where
 from cvxupdate.spec import Given, Spec, spec_of
 from cvxupdate.spec.given import to_update
 
@@ -81,11 +82,11 @@ def run(
     progress: Callable[[Iteration], None] | None = None,
     reading: Progress | None = None,
     warn: Warn | None = None,
-    jobs: int | None = None,
+    where: Where | None = None,
     keep: Path | None = None,
 ) -> Updated:
-    """Update the model of a problem file as its [update] table says; several starts in ``jobs``
-    processes (None: one for each processor), kept in the file ``keep`` as they finish.
+    """Update the model of a problem file as its [update] table says; several starts run ``where``
+    (None: one process for each processor), kept in the file ``keep`` as they finish.
 
     Raises
     ------
@@ -99,7 +100,9 @@ def run(
     from cvxupdate.update.definite import definiteness
     from cvxupdate.update.direct import update_direct
     from cvxupdate.update.grouping import grouped
+    from cvxupdate.update.judgement import judgement
     from cvxupdate.update.modal import update_modal
+    from cvxupdate.update.modal_dynamic import update_modal_dynamic
     from cvxupdate.update.refine import refined_for
     from cvxupdate.update.rfm import update_rfm
     from cvxupdate.update.score import caveats
@@ -113,13 +116,13 @@ def run(
         return replace(update_direct(spec, model, recordings), warnings=warnings)
     spec, model, groupings = grouped(spec, model, recordings)
     model = refined_for(spec, model)
-    if table.method in ("ceam", "rfm"):
-        way = update_ceam if table.method == "ceam" else update_rfm
-        updated = way(spec, model, recordings, progress)
+    others = {"ceam": update_ceam, "rfm": update_rfm, "modal-dynamic": update_modal_dynamic}
+    if table.method in others:
+        updated = others[table.method](spec, model, recordings, progress)
     else:
         done = None if reading is None else partial(reading, "starts")
         updated = update_modal(
-            spec, model, recordings, progress, Many(jobs, keep, done, open_start)
+            spec, model, recordings, progress, Many(where, keep, done, open_start)
         )
     p = [q.p for q in updated.parameters]
     return replace(
@@ -129,6 +132,7 @@ def run(
         warnings=warnings,
         written=updated_file(spec, model, p) if updated.status != "infeasible" else None,
         caveats=caveats(updated, table.frequency_points != "all"),
+        judgement=judgement(updated),
         groupings=groupings,
         geometry=geometry_of(spec, model) if groupings else None,
     )

@@ -34,6 +34,7 @@ ROOMS: dict[str, set[str]] = {
     "registry": BASE,
     "keys": BASE | {"registry"},
     "spec": TEXT,
+    "parallel": BASE,
     "unpacking": BASE,
     "matfile": BASE | {"unpacking"},
     "forces": BASE,
@@ -47,7 +48,8 @@ ROOMS: dict[str, set[str]] = {
     "direct": MODEL | {"reduction"},
     "update": MODEL
     | DATA
-    | {"reduction", "simulate", "correlate", "residual", "convex", "direct", "system"},
+    | {"reduction", "simulate", "correlate", "residual", "convex", "direct", "system"}
+    | {"parallel"},
     "physics": MODEL | {"residual"},
     "diagnose": MODEL
     | DATA
@@ -65,6 +67,7 @@ ROOMS["cli"] = BASE | {
     "commands",
     "report",
     "spec",
+    "parallel",
 }  # it hands what study returns to the report, and prints the schema
 ROOMS["__init__"] = set(ROOMS)
 ROOMS["__main__"] = {"cli"}

@@ -19,16 +19,16 @@ import os
 import signal
 import sys
 import tempfile
+import threading
 import time
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import as_completed
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from cvxupdate.parallel import Where, spread
 from validation import generate
-from validation.parallel import workers
 from validation.proof import named, place_text, short, sizes
 
 HERE = Path(__file__).resolve().parent
@@ -41,6 +41,7 @@ STRENGTHS = (
     (3.0, 10.0),
     (10.0, math.inf),
 )  # of what nuisance parameters leave of an effect (generated/visible.py)
+SCHEDULER = "address of a dask cluster that does the cases in place of processes"
 SURE = 0.8  # a wrong sentence with at least this confidence is listed
 OUTCOMES = (
     "right",
@@ -77,8 +78,11 @@ def fingerprint(procedure: Sequence[Path] = ()) -> str:
 
 @contextmanager
 def alarmed(limit: float, processor: bool = False) -> Iterator[None]:
-    """Raise TooLong in what takes longer than ``limit`` seconds, by the clock or of the
-    processor."""
+    """Raise TooLong in what takes longer than ``limit`` seconds, by the clock or of the processor;
+    in a thread (of a worker of dask), where no signal comes, nothing is limited."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
     timer, sent = (
         (signal.ITIMER_PROF, signal.SIGPROF) if processor else (signal.ITIMER_REAL, signal.SIGALRM)
     )
@@ -537,16 +541,22 @@ def chosen(first: int, count: int, only: Sequence[str]) -> list[int]:
 Attempt = Callable[[int, Path, str, float], dict[str, Any]]
 
 
+def _opened(one: Attempt) -> Attempt:
+    """What a worker does its cases by: there is nothing to open."""
+    return one
+
+
 def attempts(
-    seeds: Sequence[int], folder: Path, state: str, limit: float, jobs: int, one: Attempt
+    seeds: Sequence[int], folder: Path, state: str, limit: float, where: Where, one: Attempt
 ) -> Iterator[dict[str, Any]]:
-    """The rows of all cases, as they are finished."""
-    if jobs == 1:
-        yield from (one(s, folder, state, limit) for s in seeds)
-        return
-    with workers(jobs) as pool:
-        asked = [pool.submit(one, s, folder, state, limit) for s in seeds]
-        yield from (case.result() for case in as_completed(asked))
+    """The rows of all cases, as they are finished; those of a cluster that has another disk are
+    written down here."""
+    tasks = [(s, folder, state, limit) for s in seeds]
+    for row in spread(tasks, _opened, {"one": one}, where):
+        file = folder / f"{row['seed']}.json"
+        if where.scheduler is not None and not file.is_file():
+            save(file, json.dumps(row, ensure_ascii=False, indent=1, allow_nan=False) + "\n")
+        yield row
 
 
 def run(
@@ -557,9 +567,11 @@ def run(
     keep: bool = False,
     one: Attempt = attempt,
     procedure: Sequence[Path] = (),
+    scheduler: str | None = None,
 ) -> tuple[list[dict[str, Any]], bool]:
     """(rows of all finished cases in the order of ``seeds``, whether all are). ``one`` does a case,
-    ``procedure`` are the files that its results depend on beside the package."""
+    ``procedure`` are the files that its results depend on beside the package; ``scheduler`` is the
+    address of a dask cluster that takes the place of ``jobs`` processes."""
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -584,7 +596,7 @@ def run(
     with Progress(*columns, console=Console(stderr=True)) as progress:
         task = progress.add_task("calibrate", total=len(seeds), completed=len(done))
         try:
-            for row in attempts(rest, cases, state, limit, jobs, one):
+            for row in attempts(rest, cases, state, limit, Where(jobs, scheduler), one):
                 done[row["seed"]] = row
                 progress.advance(task)
         except KeyboardInterrupt:
@@ -611,6 +623,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         help="only these effects, families or kinds of recording; null: no effect",
     )
     parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
+    parser.add_argument("--scheduler", default=None, help=SCHEDULER)
     parser.add_argument(
         "--limit", type=float, default=300.0, help="seconds a case may take (default 300)"
     )
@@ -630,6 +643,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options.jobs,
         options.limit,
         options.keep,
+        scheduler=options.scheduler,
     )
     if options.cases:
         for r in rows:

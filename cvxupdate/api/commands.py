@@ -21,6 +21,7 @@ from cvxupdate.api.modes import Modes
 from cvxupdate.api.problem import given_problem, listed, parameter_rows
 from cvxupdate.api.results import CorrelateResult, DiagnoseResult, UpdateResult
 from cvxupdate.errors import InputError, ProblemWarning
+from cvxupdate.parallel import Where
 from cvxupdate.registry import EFFECTS
 from cvxupdate.spec import Spec
 
@@ -36,14 +37,15 @@ def run(
     recordings: Any = None,
     *,
     jobs: int | None = None,
+    scheduler: str | None = None,
     progress: bool | Tell = False,
     **tables: Any,
 ) -> UpdateResult:
     """Update the model of a problem as its [update] table says.
 
-    ``jobs`` processes for several starts (None: one for each processor); ``progress`` is True for
-    lines on standard error, or what hears each; ``tables`` replace those of the problem:
-    ``update = {...}``, ``solver = {"name": "SCS"}``.
+    ``jobs`` processes for several starts (None: one for each processor), or the dask cluster at the
+    address ``scheduler``; ``progress`` is True for lines on standard error, or what hears each;
+    ``tables`` replace those of the problem: ``update = {...}``, ``solver = {"name": "SCS"}``.
 
     Raises
     ------
@@ -53,7 +55,7 @@ def run(
     spec, keep = given_problem(problem, recordings, **tables)
     tell = _teller(progress)
     said = None if tell is None else (lambda h: tell(f"iteration {h.number}: {h.objective:.6g}"))
-    return UpdateResult(study.run(spec, said, None, _warn, jobs), spec, keep)
+    return UpdateResult(study.run(spec, said, None, _warn, Where(jobs, scheduler)), spec, keep)
 
 
 def update(

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from cvxupdate.errors import InputError
 from cvxupdate.recordings.types import DOF_KINDS
 from cvxupdate.spec.mode_columns import dof_columns
@@ -55,6 +57,8 @@ def place_of(given: Any, what: str = "a channel") -> Place:
 
 
 def _of_pair(node: Any, dof: Any) -> Place | None:
+    if any(isinstance(x, complex | np.complexfloating) for x in (node, dof)):
+        return None
     number = int(node)
     if isinstance(node, bool | str) or number != node or not 0 <= number < MOST:
         return None

@@ -41,6 +41,15 @@ Jobs = Annotated[
         show_default=False,
     ),
 ]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="dask cluster for several starts, in place of processes, e.g. tcp://10.0.0.1:8786",
+        show_default=False,
+    ),
+]
 Json = Annotated[
     bool, typer.Option("--json", help="print the JSON on standard output and nothing else there")
 ]

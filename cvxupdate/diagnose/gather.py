@@ -76,7 +76,8 @@ def gathered(
     if any(r.origin.use == "fit" for r in usable):
         found = _responses(spec, model, usable, progress, reference, budget or Budget())
         return replace(found, came=file) if isinstance(found, ResponseEvidence) else found
-    return _modes(spec, model, tables_of(recordings), progress, reference, budget or Budget())
+    modes = _modes(spec, model, tables_of(recordings), progress, reference, budget or Budget())
+    return replace(modes, came=file)
 
 
 def responses_of(recordings: Sequence[Recording]) -> list[FrequencyResponse | TimeHistory]:

@@ -200,9 +200,10 @@ class Evidence(Protocol):
         """Logarithm of the likelihood of what was held out, at a fit; 0 where that says nothing
         that was not fitted: of a linear structure another record is one more of the same."""
 
-    def alike(self, fit: Fit, effect: Effect) -> Sequence[Effect]:
-        """The same effect at places that these recordings hardly tell from its own, nearest first;
-        none where the search compares all places anyway."""
+    def alike(self, fit: Fit, effect: Effect, strictly: bool = False) -> Sequence[Effect]:
+        """The same effect at places that these recordings hardly tell from its own, nearest first
+        (``strictly``: that no recording in the band tells from it); none where the search compares
+        all places anyway."""
 
     def apart(self, one: Fit, other: Fit, titles: tuple[str, str]) -> str:
         """Which measurement would tell two explanations apart that do alike, in words; empty where
@@ -288,7 +289,7 @@ class Linear(Timed):
         """Nothing: another record is one more of the same."""
         return 0.0
 
-    def alike(self, fit: Fit, effect: Effect) -> Sequence[Effect]:
+    def alike(self, fit: Fit, effect: Effect, strictly: bool = False) -> Sequence[Effect]:
         """None: all places are compared."""
         return ()
 

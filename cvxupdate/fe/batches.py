@@ -19,6 +19,9 @@ from cvxupdate.registry import ELEMENTS
 from cvxupdate.spec import model as sm
 from cvxupdate.spec.elements import Row
 
+FARTHEST = 1e50
+"""Metres: the square of a longer element is no number."""
+
 Place = dict[tuple[int, int], int]
 """(node, kind) → number of the free DOF."""
 
@@ -119,7 +122,13 @@ def block_of(
     kept, dynamic = _cut(terms, columns), _cut(dynamic, columns)
     properties = {k: np.array(v, dtype=float) for k, v in batch.properties.items()}
     if kind.nodes == 2:
-        properties["length"] = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
+        with np.errstate(over="ignore"):
+            properties["length"] = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
+        if not np.all(properties["length"] < FARTHEST):
+            raise ModelError(
+                f"elements {_span(batch.ids)}: a length of {properties['length'].max():.3g} m is "
+                "none. Check the coordinates of their nodes."
+            )
     elif kind.text.outline == "surface":
         properties["length"] = shear_lengths(points)
     return Block(

@@ -228,14 +228,16 @@ class Block:
         )
         return every.reshape(count, len(rows), *every.shape[1:])
 
-    def clamped_below(self, omega: float, properties: Mapping[str, Values]) -> int:
-        """How many natural frequencies of the elements with their nodes held lie below ω."""
-        exact = self._exact()
-        total = 0
-        for what, counts in exact.law.clamped_below(omega, properties).items():
+    def clamped_below(self, omega: Real, properties: Mapping[str, Values]) -> Index:
+        """How many natural frequencies of the elements with their nodes held lie below each of ω
+        (f,), (f,)."""
+        exact, count = self._exact(), len(omega)
+        every = {k: np.tile(v, count) for k, v in properties.items()}
+        total = np.zeros(count, dtype=np.int64)
+        for what, counts in exact.law.clamped_below(np.repeat(omega, len(self.ids)), every).items():
             moving = exact.moving(what)
             live = moving if len(moving) > 1 else np.broadcast_to(moving, len(self.terms[0].values))
-            total += int(np.sum(counts[live[self.geometry]]))
+            total += counts.reshape(count, -1)[:, live[self.geometry]].sum(axis=1)
         return total
 
     def _exact(self) -> Dynamic:

@@ -62,10 +62,11 @@ class Beginning:
 
 
 def beginning_of(history: TimeHistory) -> Beginning | None:
-    """What a record says of its initial state; None where it has no force or no motion, or too few
-    lines on which its forces act, or where these say the same as an initial state."""
+    """What a record says of its initial state; None where it has no force or no motion, is no
+    number somewhere, or has too few lines on which its forces act, or where these say the same as
+    an initial state."""
     drives, senses = _columns(history)
-    if not drives or not senses:
+    if not drives or not senses or not np.all(np.isfinite(history.data[:SAMPLES])):
         return None
     first = replace(history, data=history.data[:SAMPLES], band=band_of(history))
     s, spectra = decaying_spectra(first, band_of(first), every=True)

@@ -39,6 +39,8 @@ from cvxupdate.spec.recordings import (
 )
 from cvxupdate.spec.recordings import Recording as Declared
 
+SLOWEST, FASTEST = 1e-9, 1e12
+"""Samples a second of anything that vibrates."""
 _SPECTRUM = Channel(0, "", "unknown")
 """The reference of a spectrum, for which no force was recorded: its "FRF" is the spectrum
 itself."""
@@ -215,6 +217,11 @@ def load_recordings(
             del opened[key]  # files are large
         check_fit(recording, nodes, tuple(spec.model.dofs))
         if isinstance(recording, TimeHistory):
+            if not SLOWEST <= recording.rate <= FASTEST:
+                raise RecordingError(
+                    f"{recording.origin.name}: {recording.rate:.3g} samples a second are none of a "
+                    "vibration. Give rate in Hz."
+                )
             recording = settled(replace(recording, band=declared.band), _begins(declared))
         recordings.append(recording)
     return tuple(recordings)

@@ -51,8 +51,9 @@ def excited_band(history: TimeHistory) -> tuple[float, float]:
     drives = [i for i, c in enumerate(history.channels) if c.quantity == "force"]
     n = len(history.data)
     f = np.fft.rfftfreq(n, 1.0 / history.rate)
-    spectrum = np.sqrt(np.sum(np.abs(np.fft.rfft(history.data[:, drives], axis=0)) ** 2, axis=1))
-    lines = max(5, n // 200)
+    force = history.data[:, drives] / (np.abs(history.data[:, drives]).max(initial=0.0) or 1.0)
+    spectrum = np.sqrt(np.sum(np.abs(np.fft.rfft(force, axis=0)) ** 2, axis=1))
+    lines = min(max(5, n // 200), len(spectrum))
     smooth = np.sqrt(np.convolve(spectrum**2, np.ones(lines) / lines, mode="same"))
     loud = np.flatnonzero(smooth > 0.1 * np.percentile(smooth, 90))
     top = min(f[loud[-1]], 0.45 * history.rate) if len(loud) else 0.4 * history.rate
@@ -134,7 +135,7 @@ def decaying_spectra(
     # multiples of the stride, so that records of one length have their lines in common
     if not every:
         lines = lines[lines % max(1, int(np.ceil(len(lines) / MOST_LINES))) == 0]
-    decay = np.exp(-delta * np.arange(n) / rate)[:, None]
+    decay = np.exp(-DECAY / n * np.arange(n))[:, None]
     return (
         np.asarray(delta + 2j * np.pi * f[lines]),
         np.fft.rfft(decay * history.data, axis=0)[lines] / rate,

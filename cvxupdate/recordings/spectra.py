@@ -127,7 +127,7 @@ def spectra_from_chunks(
             f"the time history is shorter than one block of {block} samples; use a shorter block"
         )
     return Spectra(
-        frequency=np.arange(block // 2 + 1) * rate / block,
+        frequency=np.asarray(np.arange(block // 2 + 1) * (rate / block), dtype=np.float64),
         Sxx=np.asarray(sums[0] / done, dtype=np.complex128),
         Syx=np.asarray(sums[1] / done, dtype=np.complex128),
         Syy=sums[2] / done,

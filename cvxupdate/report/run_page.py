@@ -14,6 +14,7 @@ from cvxupdate.report.classical import classical_parts, method_words
 from cvxupdate.report.direct_rows import direct_rows
 from cvxupdate.report.family_parts import MOST_FAMILIES, family_parts
 from cvxupdate.report.grouping_parts import grouping_parts
+from cvxupdate.report.judged_parts import judged_parts
 from cvxupdate.report.numbers import (
     NOTHING,
     count,
@@ -125,6 +126,7 @@ def run_page(updated: Updated) -> str:
             "definite_says": definite_sentence(updated),
             "conflict_says": conflict_sentence(updated),
             "undetermined": open_rows(updated, MOST_OPEN),
+            "judged": judged_parts(updated) if moved else {},
             "groupings": grouping_parts(updated),
             "families": family_parts(updated) if moved else [],
             "more_families": max(0, len(updated.families) - MOST_FAMILIES),

@@ -26,6 +26,10 @@ INDEFINITE = 1e-10
 """Below minus this an eigenvalue of a matrix scaled to a unit diagonal is negative, and not only
 rounded."""
 
+TOGETHER = 0.95
+"""|r| from which two parameters are said to be known only together: with the other known, the
+deviation of each would be √(1 − r²), a third, of what it is."""
+
 BETTER_HIGH = ("mac_mean", "mac_min")
 
 CERTIFICATE = (
@@ -66,7 +70,7 @@ def verdict(updated: Updated) -> Verdict:
             f"Stopped before convergence. {gain}".strip(),
             (f"Why: {updated.reason}.", *minds),
         )
-    doubtful = worse(updated) or updated.caveats
+    doubtful = worse(updated) or updated.caveats or _doubts(updated)
     return Verdict("fair" if doubtful else "good", gain or "The update converged.", minds)
 
 
@@ -119,8 +123,12 @@ def _amount(value: float, unit: str) -> str:
     return f"{fixed(value)} %" if unit == "%" else number(value)
 
 
+def _doubts(updated: Updated) -> tuple[str, ...]:
+    return () if updated.judgement is None else updated.judgement.doubts
+
+
 def _minds(updated: Updated) -> list[str]:
-    out = list(updated.caveats)
+    out = [*updated.caveats, *_doubts(updated)]
     bad = worse(updated)
     if bad:
         names = " and ".join(METRICS.get(k, (k, ""))[0] for k in bad)
@@ -140,7 +148,23 @@ def _minds(updated: Updated) -> list[str]:
             f"{count(len(updated.undetermined), 'combination')} of parameters cannot be "
             "determined from these recordings; the report lists them."
         )
-    return out
+    together = together_sentence(updated)
+    return [*out, together] if together else out
+
+
+def together_sentence(updated: Updated) -> str:
+    """Which parameters are known only together; empty where none are."""
+    found = () if updated.correlations is None else updated.correlations.strongest
+    close = [(a, b, r) for a, b, r in found if abs(r) >= TOGETHER]
+    if not close:
+        return ""
+    a, b, r = close[0]
+    others = f", and {count(len(close) - 1, 'pair')} more" if len(close) > 1 else ""
+    kept = "difference" if r > 0.0 else "sum"
+    return (
+        f"{a} and {b} are known only together (correlation {fixed(r, 3)}{others}): the recordings "
+        f"fix the {kept} of their changes, weighed by their deviations, far better than either."
+    )
 
 
 def certificate_sentence(updated: Updated) -> str:

@@ -13,8 +13,8 @@ from cvxupdate.fe.block import Index
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.modes import Modes
 from cvxupdate.residual.another_pairing import nearest_pairing
+from cvxupdate.residual.follow import follow
 from cvxupdate.residual.modal import ModalPoint, ModalResidual
-from cvxupdate.residual.pairing import follow
 from cvxupdate.residual.repeated import aligned
 
 STEPS = 16  # sizes on the way, in geometric progression

@@ -22,13 +22,17 @@ asked for on average only, against instruments that the noise of x cannot be cor
 derivatives of the model's own responses at ``at``: Gᵀ W² (A p − b) = 0. As many equations as
 parameters, linear in p like the balance; `update.rfm_loop` takes the instruments anew at each
 solution, which makes it the batch form of Mottershead's instrumental-variable filter (1988).
+
+Two other ways with DOFs that were not measured: "filled" (`residual.frf_filled`, Lin and Ewins)
+and "modal-balance" (`residual.frf_modal`, Friswell and Penny); both with `update.rfm_loop`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.linalg as la
@@ -39,11 +43,26 @@ from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.responses import Condensed, condenser, damped, matrices_with_damping
 from cvxupdate.residual.contraction import Derivatives, constant, derivatives
 from cvxupdate.residual.frf_data import FrfData
+from cvxupdate.residual.frf_filled import filled_rows
+from cvxupdate.residual.frf_modal import (
+    modal_deviations,
+    modal_labels,
+    modal_rows,
+    shapes_below,
+)
 from cvxupdate.residual.frf_output import output_rows
 from cvxupdate.system import LinearSystem
 
 Field = NDArray[Any]
-KINDS = ("force-balance", "flexibility", "receptance", "instrumental")
+KINDS = (
+    "force-balance",
+    "flexibility",
+    "receptance",
+    "instrumental",
+    "filled",
+    "modal-balance",
+)
+WHOLE_LINES = ("receptance", "filled", "modal-balance")  # rows of many lines are formed together
 INDEPENDENT = 1e-10  # of the largest singular value of the instruments: what is less is rounding
 
 
@@ -69,10 +88,13 @@ class FrfResidual:
         d = self._same if self._same is not None else derivatives(self.model, p)
         values, rows = [], []
         for data, weights in zip(self.data, self._weights, strict=True):
-            if self.kind == "receptance":
-                for differences, change in output_rows(m, d, data):
-                    values.append(differences[:, data.used].reshape(-1))
-                    rows.append(change[:, data.used].reshape(-1, d.count))
+            if self.kind in WHOLE_LINES:
+                for differences, change in self._together(m, d, data):
+                    used = data.used
+                    if self.kind == "modal-balance":  # of modes, not of sensors
+                        used = np.ones(differences.shape[1:], dtype=bool)
+                    values.append(differences[:, used].reshape(-1))
+                    rows.append(change[:, used].reshape(-1, d.count))
                 continue
             cut = condenser(m, data.responses, data.references)
             d.foresee(2.0 * np.pi * data.frequency)
@@ -86,6 +108,26 @@ class FrfResidual:
             Q, w = self._instruments, self._row_weights
             v, A = Q.T @ (w * v), Q.T @ (w[:, None] * A)
         return FrfPoint(self, np.asarray(p, dtype=float), v, A)
+
+    def _together(
+        self, m: Matrices, d: Derivatives, data: FrfData
+    ) -> Iterator[tuple[Field, Field]]:
+        """Rows of many lines at a time, (f, n, r), and their derivatives."""
+        if self.kind == "receptance":
+            return output_rows(m, d, data)
+        if self.kind == "filled":
+            return filled_rows(m, self._model_at, d, data)
+        return modal_rows(m, self._model_at, d, data, self._shapes)
+
+    @cached_property
+    def _model_at(self) -> Matrices:
+        """The matrices at ``at``."""
+        return matrices_with_damping(self.model, self.model.zero() if self.at is None else self.at)
+
+    @cached_property
+    def _shapes(self) -> Real:
+        """The shapes (N, m) that carry a modal balance."""
+        return shapes_below(self.model, self.data, self.at)
 
     @cached_property
     def _instruments(self) -> Real:
@@ -127,11 +169,9 @@ class FrfResidual:
     def _weights(self) -> tuple[list[Field | None], ...]:
         """H_w of every line (the reduced Z itself for force-balance), None where the kind needs
         none."""
-        if self.kind == "receptance":
+        if self.kind in WHOLE_LINES:
             return tuple([None] * len(data.frequency) for data in self.data)
-        m: Matrices = matrices_with_damping(
-            self.model, self.model.zero() if self.at is None else self.at
-        )
+        m = self._model_at
         out: list[list[Field | None]] = []
         for data in self.data:
             cut = condenser(m, data.responses, data.references)
@@ -151,6 +191,9 @@ class FrfResidual:
         """One over the deviation of every real row of the balance."""
         found = []
         for data, weights in zip(self.data, self._weights, strict=True):
+            if self.kind == "modal-balance":
+                found.append(modal_deviations(data, self._shapes))
+                continue
             for std, Z in zip(data.std, weights, strict=True):
                 spread = (
                     np.sqrt(np.abs(Z) ** 2 @ std**2)
@@ -167,6 +210,9 @@ class FrfResidual:
         if self.kind == "instrumental":
             return tuple(f"instrument {i + 1}" for i in range(self._instruments.shape[1]))
         names = self.model.labels
+        if self.kind == "modal-balance":
+            found = [label for d in self.data for label in modal_labels(d, self._shapes, names)]
+            return _both(tuple(found), self.real)
         some = [
             f"{data.name}: {names[i]}/{names[j]} at {f:.6g} Hz"
             for data in self.data
@@ -175,11 +221,26 @@ class FrfResidual:
             for m, j in enumerate(data.references.tolist())
             if data.used[k, m]
         ]
-        return (
-            tuple(some)
-            if self.real
-            else (*(f"{s} (real)" for s in some), *(f"{s} (imaginary)" for s in some))
-        )
+        return _both(tuple(some), self.real)
+
+
+class Compared(Protocol):
+    """What a point has to know of its comparison."""
+
+    @property
+    def model(self) -> Model:
+        """The model."""
+
+    @property
+    def weights(self) -> Real:
+        """One over the deviation of every row."""
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """What each row is."""
+
+    def evaluate(self, p: Real, before: FrfPoint | None = None) -> FrfPoint:
+        """The comparison at ``p``."""
 
 
 @dataclass(frozen=True)
@@ -187,7 +248,7 @@ class FrfPoint:
     """The comparison at one parameter vector: ``values`` (rows,) model − measured, ``jacobian``
     (rows, parameters)."""
 
-    residual: FrfResidual
+    residual: Compared
     p: Real
     values: Real
     jacobian: Real
@@ -208,6 +269,13 @@ class FrfPoint:
             columns,
             self.residual.labels,
         )
+
+
+def _both(names: tuple[str, ...], real: bool) -> tuple[str, ...]:
+    """The names of real rows, or of real and imaginary ones."""
+    if real:
+        return names
+    return (*(f"{s} (real)" for s in names), *(f"{s} (imaginary)" for s in names))
 
 
 def parts(values: Field, real: bool) -> Real:

@@ -49,6 +49,14 @@ class FrfData:
         """Whether nothing in it is complex: an undamped simulation."""
         return not np.iscomplexobj(self.X)
 
+    @property
+    def places(self) -> tuple[Index, Index, Index]:
+        """Every DOF that it has something at, each once, and where among them the responses and
+        the references are."""
+        both = np.concatenate([self.responses, self.references])
+        every, where = np.unique(both, return_inverse=True)
+        return every, where[: len(self.responses)], where[len(self.responses) :]
+
     def at(self, lines: Index) -> FrfData:
         """The same at some lines only."""
         cut = None if self.coherence is None else self.coherence[lines]

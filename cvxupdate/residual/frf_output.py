@@ -30,10 +30,7 @@ def output_rows(m: Matrices, d: Derivatives, data: FrfData) -> Iterator[tuple[Fi
     ModelError
         Where a line meets a natural frequency of an undamped model.
     """
-    places, where = np.unique(
-        np.concatenate([data.responses, data.references]), return_inverse=True
-    )
-    sensors, forces = where[: len(data.responses)], where[len(data.responses) :]
+    places, sensors, forces = data.places
     lines = DirectLines(m, places)
     s = np.asarray(2j * np.pi * data.frequency, dtype=np.complex128)
     for first in range(0, len(s), lines.together):

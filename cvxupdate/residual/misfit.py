@@ -46,13 +46,8 @@ def least_misfit(
             cost[a] = (weight * (modes.eigenvalues[flexible] - measured)) ** 2
             if (k, i) in known:
                 s = known[k, i]
-                found = [
-                    form.rows(modes.shapes[s.sensors, mode], s.measured, s.std)
-                    for mode in flexible.tolist()
-                ]
-                cost[a] += shape_weight**2 * np.array(
-                    [np.sum((f.weights * f.values) ** 2) for f in found]
-                )
+                phi = modes.shapes[np.ix_(s.sensors, flexible)]
+                cost[a] += shape_weight**2 * form.misfits(phi, s.measured, s.std)
         mine, partners = linear_sum_assignment(cost)
         out[k] = places[k].copy()
         out[k][who[mine]] = flexible[partners]

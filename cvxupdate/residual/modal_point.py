@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,8 +16,10 @@ from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.contraction import constant
 from cvxupdate.residual.derivatives import Derivatives, derivatives_of, stacked
 from cvxupdate.residual.eigen import eigenvalue_derivatives
+from cvxupdate.residual.exact_modal import exact_rows
+from cvxupdate.residual.follow import follow
 from cvxupdate.residual.misfit import eigenvalue_row, least_misfit
-from cvxupdate.residual.pairing import Start, follow
+from cvxupdate.residual.pairing import Start
 from cvxupdate.residual.repeated import aligned
 from cvxupdate.residual.shape_forms import FORMS, ModalScale, deviations
 from cvxupdate.residual.shape_gradients import ShapeRow, shape_gradients
@@ -74,6 +76,26 @@ class ModalResidual:
             return None
         return stacked(derivatives_of(self.model, self.model.zero()), self.model.size)
 
+    @cached_property
+    def shape_table(self) -> tuple[ShapeRow, ...]:
+        """Every measured shape that is compared, whatever mode of the model it is paired with
+        (``place`` −1): the recordings' part of each row."""
+        out = []
+        for k, table in enumerate(self.fit):
+            if table.shapes is None:
+                continue
+            rows, shapes = channel_rows(table, self.model), real_shapes(table.shapes)
+            given = np.nan if table.shape_std is None else table.shape_std
+            stated = np.broadcast_to(given, shapes.shape)
+            for i in range(len(table.frequency)):
+                ok = (rows >= 0) & np.isfinite(shapes[i])
+                if (k, i) in self.muted | self.unseen or ok.sum() < 2:
+                    continue
+                where = f"{table.origin.source}: the mode at {table.frequency[i]:.5g} Hz"
+                std = deviations(stated[i][ok], shapes[i][ok], UNSTATED, where)
+                out.append(ShapeRow(k, i, -1, rows[ok], shapes[i][ok], std))
+        return tuple(out)
+
     def derivatives(self, p: Real) -> Derivatives:
         """∂K/∂p and ∂M/∂p at ``p``."""
         fixed = self._everywhere
@@ -103,7 +125,7 @@ class ModalResidual:
         if found is not None and _highest(point.places) >= found.exact:
             found = None  # one went among the modes that have not converged
             point = self._paired(p, m, self._anew(p, m), first, places)
-        return point if found is None else replace_solved(point, found)
+        return point if found is None else replace(point, solved=found)
 
     def _modes(
         self, p: Real, m: Matrices, first: Modes, places: Sequence[Index]
@@ -146,6 +168,7 @@ class ModalResidual:
                 m.M,
                 modes,
                 np.array([v for v in went.values() if v >= 0], dtype=np.int64),
+                first.eigenvalues[used] if self.model.exact else None,
             )
             went |= dict(zip(used.tolist(), found.tolist(), strict=True))
         moved = tuple(np.array([went[i] for i in q.tolist()], dtype=np.int64) for q in places)
@@ -218,12 +241,27 @@ class ModalPoint:
 
     def system(self) -> LinearSystem:
         """Linearised at this point: A p − b ≈ model(p) − measured."""
-        model = self.residual.model
-        derivatives = self.residual.derivatives(self.p)
-        at = np.array(
+        values, weights, labels = self.differences
+        A = np.vstack(self._exact_rows() if self.residual.model.exact else self._rows())
+        columns = tuple(q.name for q in self.residual.model.parameters)
+        return LinearSystem(A, A @ self.p - values, weights, columns, labels)
+
+    @property
+    def paired(self) -> Index:
+        """The modes of the model that are fitted, measured mode after measured mode."""
+        return np.array(
             [i for k in range(len(self.residual.fit)) for i in self.places[k].tolist() if i >= 0],
             dtype=np.int64,
         )
+
+    def _exact_rows(self) -> list[Real]:
+        r = self.residual
+        shapes = self.compared_shapes() if r.shapes else []
+        return exact_rows(r.model, self.p, self.modes, self.paired, FORMS[r.form], shapes)
+
+    def _rows(self) -> list[Real]:
+        derivatives = self.residual.derivatives(self.p)
+        at = self.paired
         rows = [
             eigenvalue_derivatives(
                 self.modes.eigenvalues[at], self.modes.shapes[:, at], derivatives
@@ -238,34 +276,12 @@ class ModalPoint:
                 derivatives,
                 self.solved,
             )
-        A = np.vstack(rows)
-        values, weights, labels = self.differences
-        return LinearSystem(
-            A, A @ self.p - values, weights, tuple(q.name for q in model.parameters), labels
-        )
+        return rows
 
     def compared_shapes(self) -> list[ShapeRow]:
         """Every shape that is fitted, with deviation 0 where an entry is fixed by normalisation."""
-        out = []
-        for k, table in enumerate(self.residual.fit):
-            if table.shapes is None:
-                continue
-            rows, shapes = channel_rows(table, self.residual.model), real_shapes(table.shapes)
-            stated = (
-                np.full(shapes.shape, np.nan)
-                if table.shape_std is None
-                else np.broadcast_to(table.shape_std, shapes.shape)
-            )
-            for i, at in enumerate(self.places[k].tolist()):
-                if at < 0 or (k, i) in self.residual.muted | self.residual.unseen:
-                    continue
-                ok = (rows >= 0) & np.isfinite(shapes[i])
-                if ok.sum() < 2:
-                    continue
-                where = f"{table.origin.source}: the mode at {table.frequency[i]:.5g} Hz"
-                std = deviations(stated[i][ok], shapes[i][ok], UNSTATED, where)
-                out.append(ShapeRow(k, i, at, rows[ok], shapes[i][ok], std))
-        return out
+        placed = ((s, int(self.places[s.table][s.mode])) for s in self.residual.shape_table)
+        return [replace(s, place=at) for s, at in placed if at >= 0]
 
     def shape_rows(self) -> list[tuple[int, int, int, Index, Real, Real]]:
         """(table, measured mode, place, sensors, measured entries, deviations) of every shape that
@@ -275,11 +291,6 @@ class ModalPoint:
             for s in self.compared_shapes()
             for on in [s.std > 0.0]
         ]
-
-
-def replace_solved(point: ModalPoint, solved: Continued) -> ModalPoint:
-    """``point`` with what its modes were found with."""
-    return ModalPoint(point.residual, point.p, point.matrices, point.modes, point.places, solved)
 
 
 def scaled_derivative(phi: Real, d: Real, x: Real, std: Real) -> Real:

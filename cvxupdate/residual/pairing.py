@@ -6,13 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.correlate import pair_frequencies, pair_modes
-from cvxupdate.errors import InputError, ModelError
-from cvxupdate.fe.elements.base import Real
+from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.recordings.types import ModeTable
@@ -275,26 +272,3 @@ def _by_shape(model: Model, book: _Book, open_: list[tuple[int, int]]) -> list[t
         paired = {chosen[int(x)] for x in found.measured[near]}
         left += [(k, i) for i in mine if i not in paired]
     return left
-
-
-def follow(shapes: Real, M: sp.csc_array, modes: Modes, taken: Index | None = None) -> Index:
-    """Where earlier mass-normalised ``shapes`` (N, m) went among ``modes``: the assignment of
-    largest Σ (φᵀ M φ')², (m,).
-
-    Modes that cross keep their identity, because the shapes of one structure stay orthogonal in its
-    mass matrix. Modes ``taken`` are left out.
-
-    Raises
-    ------
-    ModelError
-        When fewer modes are left than there are shapes (a mass has vanished).
-    """
-    free = np.setdiff1d(np.arange(len(modes.eigenvalues)), [] if taken is None else taken)
-    if len(free) < shapes.shape[1]:
-        raise ModelError(
-            f"the model has only {len(free)} modes left for the {shapes.shape[1]} that are "
-            "followed: a mass has vanished. Bound it from below."
-        )
-    likeness = (shapes.T @ (M @ modes.shapes[:, free])) ** 2
-    rows, columns = linear_sum_assignment(likeness, maximize=True)
-    return np.asarray(free[columns[np.argsort(rows)]], dtype=np.int64)

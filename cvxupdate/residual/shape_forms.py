@@ -42,6 +42,9 @@ class ShapeForm(Protocol):
     def derivative(self, phi: Real, x: Real, std: Real) -> Real:
         """∂values/∂φ (k, sensors)."""
 
+    def misfits(self, phi: Real, x: Real, std: Real) -> Real:
+        """Weighted squares (m,) of each of the shapes ``phi`` (sensors, m), as `rows` has them."""
+
 
 def deviations(std: Real, x: Real, unstated: float, where: str) -> Real:
     """Deviations of one shape: ``unstated`` of its largest entry where the table has none (NaN), 0
@@ -84,6 +87,13 @@ class ModalScale:
         out[:, free] = q * np.eye(len(free)) + np.outer(phi[free], dq)
         return out
 
+    def misfits(self, phi: Real, x: Real, std: Real) -> Real:
+        """Of all shapes together."""
+        free = np.flatnonzero(std > 0.0)
+        w, seen, y = 1.0 / std[free] ** 2, phi[free], x[free]
+        q = (w * y) @ seen / (w @ seen**2)
+        return np.asarray(w @ (q * seen - y[:, None]) ** 2)
+
 
 @dataclass(frozen=True)
 class Difference:
@@ -104,6 +114,12 @@ class Difference:
         out[np.arange(len(others)), others] = q
         out[:, at] -= q * phi[others] / phi[at]
         return out
+
+    def misfits(self, phi: Real, x: Real, std: Real) -> Real:
+        """Of all shapes together."""
+        at, others = _held(x, std)
+        q = np.array([_ratio(one, x, at) for one in phi.T])
+        return np.asarray(std[others] ** -2.0 @ (q * phi[others] - x[others, None]) ** 2)
 
 
 @dataclass(frozen=True)
@@ -127,6 +143,11 @@ class Assurance:
         size, length = np.linalg.norm(phi), np.linalg.norm(x)
         ds = sign * x / (size * length) - s * phi / size**2
         return np.asarray(-ds[None, :] / s**2)
+
+    def misfits(self, phi: Real, x: Real, std: Real) -> Real:
+        """Of all shapes together."""
+        s = np.abs(x @ phi) / (np.linalg.norm(phi, axis=0) * np.linalg.norm(x))
+        return np.asarray((1.0 / np.maximum(s, DARK) - 1.0) ** 2 / (std @ std))
 
 
 FORMS: Mapping[str, ShapeForm] = MappingProxyType(

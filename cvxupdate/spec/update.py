@@ -23,6 +23,7 @@ NonNegativeCount = Annotated[int, Field(ge=0)]
 SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "QUADPROG", "HIGHS")
 SOLUTIONS = (
     "convex",
+    "minimum-norm",
     "truncated-svd",
     "tikhonov",
     "total-least-squares",
@@ -61,9 +62,9 @@ PHYSICS = (
 class Update(Part):
     """What ``run`` does."""
 
-    method: Literal["frequencies", "sensitivity", "minimum-variance", "rfm", "ceam", "direct"] = (
-        Field(description="the method")
-    )
+    method: Literal[
+        "frequencies", "sensitivity", "minimum-variance", "modal-dynamic", "rfm", "ceam", "direct"
+    ] = Field(description="the method")
     direct: Literal[DIRECT] = Field(  # type: ignore[valid-type]
         default="baruch",
         description="direct: the closed-form method (thesis 2.7) whose matrices are the result; "
@@ -83,8 +84,9 @@ class Update(Part):
     )
     solution: Literal[SOLUTIONS] = Field(  # type: ignore[valid-type]
         default="convex",
-        description="frequencies, sensitivity, rfm: how linearised equations are solved: convex, "
-        "or a classical solution (thesis 2.9, chapter 4), which keeps no bounds or clauses",
+        description="frequencies, sensitivity, rfm: how linearised equations are solved: convex; "
+        "minimum-norm, of the convex steps that fit equally well the shortest (2.101); or a "
+        "classical solution (thesis 2.9, chapter 4), which keeps no bounds or clauses",
     )
     level: Count | None = Field(
         default=None,
@@ -159,12 +161,22 @@ class Update(Part):
         description="second-order terms along each step: fewer iterations, each with a "
         "second convex step and evaluation",
     )
-    residual: Literal["auto", "force-balance", "flexibility", "receptance", "instrumental"] = Field(
+    residual: Literal[
+        "auto",
+        "force-balance",
+        "flexibility",
+        "receptance",
+        "instrumental",
+        "filled",
+        "modal-balance",
+    ] = Field(
         default="auto",
         description="rfm: force balance (3.9, 3.16), weighted by the dynamic "
         "flexibility (3.37), both with weights taken anew at the solution, "
         "or output error (3.30); instrumental: the balance against the model's own responses, "
-        "unbiased by noise in them (2.8.4); auto: flexibility, then output error",
+        "unbiased by noise in them (2.8.4); filled: "
+        "the model's receptances where none were measured (Lin and Ewins); modal-balance: reduced "
+        "to the model's modes (Friswell and Penny); auto: flexibility, then output error",
     )
     reweight: Literal["converged", "step"] = Field(
         default="converged",

@@ -126,7 +126,7 @@ def update_ceam(
         relative,
         invisible(model, end.p),
     )
-    scores = _scores(spec, model, fit, hold_out, end.p)
+    scores = scores_of(spec, model, fit, hold_out, end.p)
     scores.fit["fit"] |= objective_metric(
         loop, residual.evaluate(model.zero()), residual.evaluate(end.p)
     )
@@ -210,9 +210,10 @@ class Scores:
     notes: tuple[str, ...] = ()
 
 
-def _scores(
+def scores_of(
     spec: Spec, model: Model, fit: Sequence[ModeTable], hold_out: Sequence[ModeTable], p: Array
 ) -> Scores:
+    """Metrics and modes of ``model`` at 0 and at ``p`` (n,)."""
     pairing = spec.update.pairing if spec.update is not None else "auto"
     scored = modal_residual(model, fit, hold_out, True, pairing)
     before = scored.evaluate(model.zero())

@@ -27,6 +27,7 @@ from cvxupdate.update.classic_solvers import (
     total_least_squares,
 )
 from cvxupdate.update.result import ClassicalResult, clause_names
+from cvxupdate.update.shortest import check_shortest
 from cvxupdate.update.trial import P, Residual, objective_at
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options
 
@@ -73,7 +74,9 @@ def asked_of(spec: Spec, problem: StepProblem) -> Asked | None:
         Where clauses, penalties or another loss are given, or keys that the solution does not know.
     """
     u = spec.update
-    if u is None or u.solution == "convex":
+    if u is None or u.solution in ("convex", "minimum-norm"):
+        if u is not None and u.solution == "minimum-norm":
+            check_shortest(problem, spec.path)
         if u is not None and (u.level is not None or u.alpha is not None):
             raise InputError(
                 f"{spec.path}: update.level and update.alpha belong to a classical solution. Name "

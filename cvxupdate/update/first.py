@@ -30,6 +30,14 @@ def first_system(
         relative = all(t.relative_only and t.shape_std is None for t in fit)
         point = ceam_residual(spec, model, recordings).evaluate(model.zero())
         return point.system(), relative
+    if table is not None and table.method == "modal-dynamic":
+        from cvxupdate.residual.modal_dynamic import dynamic_residual
+        from cvxupdate.update.measured_modes import modal_tables
+
+        fit, _ = modal_tables(recordings)
+        relative = all(t.relative_only and t.shape_std is None for t in fit)
+        zero = model.zero()
+        return dynamic_residual(model, fit, zero).evaluate(zero).system(), relative
     if table is not None and table.method == "rfm":
         from cvxupdate.residual.frf import FrfResidual
         from cvxupdate.update.rfm import prepare

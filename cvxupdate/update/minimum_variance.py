@@ -82,8 +82,8 @@ def minimum_variance(
     correlated: bool,
     progress: Callable[[Iteration], None] | None = None,
 ) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
-    """The loop from ``p0``, with the covariance of where it ends, and notes. The covariance before
-    is that of the problem's penalty `prior`; ``correlated`` as Friswell, else as Collins.
+    """The loop from ``p0`` (2.8.2), with the covariance of where it ends, and notes. The covariance
+    before is that of the problem's penalty `prior`; ``correlated`` as Friswell, else as Collins.
 
     Raises
     ------

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from cvxupdate.fe.model import Model
+from cvxupdate.parallel import Where
 from cvxupdate.recordings.types import Recording
 from cvxupdate.residual.modal import ModalPoint, ModalResidual
 from cvxupdate.spec import Spec
@@ -47,8 +48,9 @@ def update_modal(
     progress: Callable[[Iteration], None] | None = None,
     many: Many | None = None,
 ) -> Updated:
-    """Update ``model`` on the measured modes by a trust-region sequence of convex steps; from the
-    best of many starts where [update] asks for them (``many`` says how they are run).
+    """Update ``model`` on the measured modes by a trust-region sequence of convex steps: penalty
+    functions (2.98, 2.102, 2.103, 2.104), weighted by the deviations (2.105, 2.106); from the best
+    of many starts where [update] asks for them (``many`` says how they are run).
 
     Raises
     ------
@@ -114,8 +116,8 @@ def _all_starts(
     data += [np.asarray(t.shapes).tobytes() for t in fit.residual.fit if t.shapes is not None]
     kept = Kept(many.keep, mark_of(text, m.K.data.tobytes(), m.M.data.tobytes(), *data))
     if many.open_ is None or spec.own != Own():  # objects stay in this process
-        return run_starts(tasks, lambda: fit.solve, {}, kept, 1, many.progress)
-    return run_starts(tasks, many.open_, {"problem": again(spec)}, kept, many.jobs, many.progress)
+        return run_starts(tasks, lambda: fit.solve, {}, kept, Where(1), many.progress)
+    return run_starts(tasks, many.open_, {"problem": again(spec)}, kept, many.where, many.progress)
 
 
 def scored_ends(

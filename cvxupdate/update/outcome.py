@@ -14,6 +14,7 @@ from cvxupdate.fe.model import Model
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
 from cvxupdate.update.covariance import Uncertainty
+from cvxupdate.update.judgement import correlation_of
 from cvxupdate.update.result import (
     AccuracyResult,
     Metrics,
@@ -78,14 +79,7 @@ def updated(
         relaxation=tuple(r.says for r in loop.step.relaxation) if infeasible else (),
         modes=modes,
         history=tuple({**asdict(h), "ratio": finite(h.ratio)} for h in loop.history),
-        undetermined=tuple(
-            {
-                "coefficients": dict(c.coefficients),
-                "standard_deviation": finite(c.std),
-                "says": c.says,
-            }
-            for c in known.undetermined
-        ),
+        undetermined=undetermined_of(known),
         noise=None if relative else known.noise,
         active=loop.step.active,
         regularisation=regularisation_of(loop),
@@ -95,6 +89,19 @@ def updated(
         starts=starts or {},
         families=family_results(model, p),
         classical=loop.classical,
+        correlations=None if infeasible else correlation_of(known, model.parameters),
+    )
+
+
+def undetermined_of(known: Uncertainty) -> tuple[dict[str, Any], ...]:
+    """The combinations that the recordings leave open, as plain data."""
+    return tuple(
+        {
+            "coefficients": dict(c.coefficients),
+            "standard_deviation": finite(c.std),
+            "says": c.says,
+        }
+        for c in known.undetermined
     )
 
 

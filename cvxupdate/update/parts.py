@@ -96,6 +96,7 @@ def loop_options(spec: Spec, model: Model) -> Options:
         spec.update.line_search,
         spec.update.second_order,
         _widths(model) if spec.update.form == "bounded" else (),
+        shortest=spec.update.solution == "minimum-norm",
     )
 
 

@@ -116,6 +116,27 @@ class DirectResult:
 
 
 @dataclass(frozen=True)
+class Correlation:
+    """Correlations of the ``parameters`` that the recordings determine: the ``matrix`` (empty where
+    there are more than 200), and the ``strongest`` pairs with theirs."""
+
+    parameters: tuple[str, ...]
+    matrix: tuple[tuple[float, ...], ...]
+    strongest: tuple[tuple[str, str, float], ...]
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What to hold against a good fit: how many parameters ended ``on_bounds`` of all, modes whose
+    ``shapes_lost`` MAC, and ``doubts`` in words."""
+
+    on_bounds: int
+    parameters: int
+    shapes_lost: tuple[dict[str, object], ...]
+    doubts: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Grouping:
     """The macro elements of one row: its property ``of``, how they were chosen (``kind``), how many
     ``single`` parameters there were, ``names`` and ``elements`` of each group, the standard
@@ -175,7 +196,8 @@ class Updated:
     ``families`` are the element matrices that were found, X and S, and what they mean;
     ``groupings`` the macro elements that the recordings chose, and ``geometry`` what to draw them
     on;
-    ``classical`` is of a classical solution of chapter 4 alone.
+    ``classical`` is of a classical solution of chapter 4 alone; ``correlations`` of the parameters,
+    and the ``judgement``, stand beside the fit.
     """
 
     problem: str
@@ -212,3 +234,5 @@ class Updated:
     groupings: tuple[Grouping, ...] = ()
     geometry: Geometry | None = None
     classical: ClassicalResult | None = None
+    correlations: Correlation | None = None
+    judgement: Judgement | None = None

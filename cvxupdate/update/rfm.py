@@ -6,7 +6,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
-from math import isfinite
 
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
@@ -18,6 +17,7 @@ from cvxupdate.spec import Spec
 from cvxupdate.update.classical import asked_of, fit_classical
 from cvxupdate.update.covariance import Uncertainty, uncertainty
 from cvxupdate.update.invisible import invisible
+from cvxupdate.update.judgement import correlation_of
 from cvxupdate.update.outcome import (
     certificate_of,
     family_results,
@@ -26,6 +26,7 @@ from cvxupdate.update.outcome import (
     parameter_results,
     regularisation_of,
     solver_of,
+    undetermined_of,
 )
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
 from cvxupdate.update.result import AccuracyResult, Metrics, Updated, clause_names
@@ -118,7 +119,7 @@ def update_rfm(
         conflict=loop.step.conflict if infeasible else (),
         relaxation=tuple(r.says for r in loop.step.relaxation) if infeasible else (),
         history=tuple(asdict(h) for h in loop.history),
-        undetermined=_undetermined(known),
+        undetermined=undetermined_of(known),
         noise=None if relative else known.noise,
         active=loop.step.active,
         regularisation=regularisation_of(loop),
@@ -130,17 +131,7 @@ def update_rfm(
         accuracy=accurate,
         families=family_results(model, end.p),
         classical=loop.classical,
-    )
-
-
-def _undetermined(known: Uncertainty) -> tuple[dict[str, object], ...]:
-    return tuple(
-        {
-            "coefficients": dict(c.coefficients),
-            "standard_deviation": float(c.std) if isfinite(c.std) else None,
-            "says": c.says,
-        }
-        for c in known.undetermined
+        correlations=None if infeasible else correlation_of(known, model.parameters),
     )
 
 

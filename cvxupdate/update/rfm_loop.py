@@ -45,10 +45,9 @@ def fit_responses(
     p0: Array | None = None,
     progress: Callable[[Iteration], None] | None = None,
 ) -> LoopResult[FrfPoint]:
-    """The loop over FRFs: ``kind`` one of `residual.frf.KINDS`, or "auto".
-
-    A force balance by itself is iteratively re-weighted: the noise of the recordings enters its
-    rows through Z(p), so their covariance is taken anew at each solution, until p settles.
+    """The loop over FRFs: ``kind`` one of `residual.frf.KINDS`, or "auto". A force balance (2.110,
+    2.111, 2.113) has its rows' covariance, which depends on p through Z(p), taken anew at each
+    solution, until p settles.
 
     "auto": force balance weighted by the dynamic flexibility (exactly linear where every DOF is
     measured), the weights taken anew at its solution, then the output error from the best point so
@@ -62,9 +61,8 @@ def fit_responses(
     """
     start = model.zero() if p0 is None else p0
     if kind == "receptance":
-        return iterate(
-            FrfResidual(model, tuple(data), kind), problem, choice, options, start, progress
-        )
+        output = FrfResidual(model, tuple(data), kind)
+        return iterate(output, problem, choice, options, start, progress)
     if kind != "auto":
         return _reweighted(model, tuple(data), problem, choice, options, kind, start, progress)
     output = FrfResidual(model, tuple(data), "receptance")

@@ -1,15 +1,12 @@
-"""Many starts of one fit: in parallel, kept as they finish, and judged by the minima they reach."""
+"""Many starts of one fit: in parallel (`cvxupdate.parallel`), kept as they finish, and judged by
+the minima they reach."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-import multiprocessing
-import os
-import signal
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +15,7 @@ import numpy as np
 
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
+from cvxupdate.parallel import Where, spread
 from cvxupdate.system import Array
 
 HIGHER = 0.01
@@ -185,11 +183,11 @@ Solve = Callable[[int, Array], StartEnd]
 
 @dataclass(frozen=True)
 class Many:
-    """How many starts are run: by ``open_(path)``, which gives what solves one, in ``jobs``
-    processes (None: as many as there are processors; without ``open_`` in this one), kept in the
-    file ``keep``, with ``progress`` told (done, of)."""
+    """How many starts are run: by ``open_(path)``, which gives what solves one, ``where`` (None: in
+    as many processes as there are processors; without ``open_`` in this one), kept in the file
+    ``keep``, with ``progress`` told (done, of)."""
 
-    jobs: int | None = None
+    where: Where | None = None
     keep: Path | None = None
     progress: Callable[[int, int], None] | None = None
     open_: Callable[[str], Solve] | None = None
@@ -200,58 +198,21 @@ def run_starts(
     open_: Callable[..., Solve],
     arguments: Mapping[str, Any],
     kept: Kept,
-    jobs: int | None = None,
+    where: Where | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[StartEnd, ...]:
     """Every task solved, by number; those that ``kept`` has already are not solved again.
 
-    ``open_(**arguments)`` gives the function that solves one; each process calls it once. ``jobs``
-    processes (None: as many as there are processors; 1: none beside this one).
+    ``open_(**arguments)`` gives the function that solves one; each process calls it once.
     """
     done = {n: e for n, e in kept.read().items() if n in {number for number, _ in tasks}}
     left = [task for task in tasks if task[0] not in done]
-    jobs = min(len(left), (os.cpu_count() or 1) if jobs is None else jobs)
-    for end in _solved(left, open_, arguments, jobs):
+    for end in spread(left, open_, arguments, where or Where()):
         done[end.number] = end
         kept.add(end)
         if progress is not None:
             progress(len(done), len(tasks))
     return tuple(done[number] for number in sorted(done))
-
-
-def _solved(
-    tasks: Sequence[Task], open_: Callable[..., Solve], arguments: Mapping[str, Any], jobs: int
-) -> Iterator[StartEnd]:
-    if jobs <= 1:
-        solve = open_(**arguments) if tasks else None
-        for number, p in tasks:
-            if solve is not None:
-                yield solve(number, p)
-        return
-    context = multiprocessing.get_context("spawn")  # no threads of BLAS inherited half-way
-    with ProcessPoolExecutor(
-        jobs, mp_context=context, initializer=_begin, initargs=(open_, dict(arguments))
-    ) as pool:
-        futures = [pool.submit(_one, number, p) for number, p in tasks]
-        try:
-            for future in as_completed(futures):
-                yield future.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-
-
-_WORKER: dict[str, Solve] = {}
-
-
-def _begin(open_: Callable[..., Solve], arguments: dict[str, Any]) -> None:
-    """Ctrl-C goes to every process of the terminal; the one that holds the pool ends the others."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _WORKER["solve"] = open_(**arguments)
-
-
-def _one(number: int, p: Array) -> StartEnd:
-    return _WORKER["solve"](number, p)
 
 
 def timed(

@@ -22,6 +22,7 @@ from cvxupdate.convex.constraints.clauses import violation
 from cvxupdate.errors import InputError
 from cvxupdate.system import Array, LinearSystem
 from cvxupdate.update.result import ClassicalResult
+from cvxupdate.update.shortest import shortest
 from cvxupdate.update.trial import (
     ENOUGH,
     GOOD,
@@ -55,6 +56,7 @@ class Options:
     (3.52); ``second_order`` terms along it. ``widths`` (one for each parameter, empty: 1) are units
     of the trust region for parameters of unlike ranges. ``growing`` (one for each parameter,
     empty: none): those whose trust region grows with them, for they may be far from 0.
+    ``shortest``: of steps that fit equally well the shortest (2.101).
     """
 
     tolerance: float = 1e-6
@@ -65,6 +67,7 @@ class Options:
     second_order: bool = False
     widths: tuple[float, ...] = ()
     growing: tuple[bool, ...] = ()
+    shortest: bool = False
 
     def unit(self, p: Array) -> Array:
         """What one unit of the trust region is at ``p`` (n,)."""
@@ -142,7 +145,7 @@ def iterate(
         compiled = _compiled(compiled, problem, here.system, choice)
         radius = min(radius, WIDEST) if options.relative else radius
         unit = options.unit(here.point.p)
-        step = compiled.solve(here.system, centre=here.point.p, radius=radius * unit)
+        step = _step(compiled, problem, here, radius * unit, options, choice)
         ended = _ended(step, here.value, len(system.rows), options.tolerance)
         if ended is not None:
             status, reason = ended
@@ -176,6 +179,21 @@ class Here(Generic[P]):
     point: P
     system: LinearSystem
     value: float
+
+
+def _step(
+    compiled: CompiledStep,
+    problem: StepProblem,
+    here: Here[P],
+    radius: Array,
+    options: Options,
+    choice: SolverChoice,
+) -> Step:
+    """The convex step within ``radius`` (n,), or the shortest that is as good."""
+    step = compiled.solve(here.system, centre=here.point.p, radius=radius)
+    if options.shortest and step.status == "optimal":
+        return shortest(problem, here.system, step, here.point.p, radius, choice)
+    return step
 
 
 def _compiled(

@@ -143,6 +143,7 @@ class PlainEvidence:
     approach: None = None
     next: bool = False
     neighbours: Sequence[Effect] = ()
+    one: Sequence[Effect] = ()  # and those that nothing tells apart
     undone: list[str] = field(default_factory=list)
 
     def errors(self, fit: PlainFit) -> Errors:
@@ -157,8 +158,8 @@ class PlainEvidence:
     def apart(self, one: PlainFit, other: PlainFit, titles: tuple[str, str]) -> str:
         return f"Between {titles[0]} and {titles[1]}, measure." if self.next else ""
 
-    def alike(self, fit: PlainFit, effect: Effect) -> Sequence[Effect]:
-        return self.neighbours
+    def alike(self, fit: PlainFit, effect: Effect, strictly: bool = False) -> Sequence[Effect]:
+        return self.one if strictly else self.neighbours
 
     def relative(self, errors: Errors) -> float:
         return errors.worst

@@ -111,6 +111,12 @@ def test_page_of_the_plate(plate):
         and "4 → 3" in page.text
     )
     assert "The recordings state no deviations" in page.text
+    assert plate.judgement is not None and plate.correlations is not None
+    on, all_of = plate.judgement.on_bounds, len(plate.parameters)
+    assert "What stands beside the fit" in page.text and f"{on} of {all_of}" in page.text
+    assert "Size of the correlation of each two parameters" in page.text
+    first, second, r = plate.correlations.strongest[0]
+    assert f"{r:.3f}".replace("-", "−") in page.text and first in page.text and second in page.text
 
 
 def test_same_result_same_page(updated):
@@ -127,6 +133,7 @@ def test_a_result_without_modes_or_history_still_has_a_page(updated):
         parameters=(),
         fit={"fit": {}, "hold_out": {}},
         undetermined=(),
+        correlations=None,
         model={},
         source="",
         title="",

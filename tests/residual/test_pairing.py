@@ -9,7 +9,8 @@ from cvxupdate.errors import InputError, ModelError, RecordingError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.recordings.types import Channel, ModeTable
-from cvxupdate.residual.pairing import follow, pairing_modes, start_pairing
+from cvxupdate.residual.follow import follow
+from cvxupdate.residual.pairing import pairing_modes, start_pairing
 from cvxupdate.residual.shape_rows import channel_rows, real_shapes
 from tests.cases.structures import PORTAL, TRUTH, crossing, free_chain, measured, portal, structure
 

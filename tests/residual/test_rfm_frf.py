@@ -30,6 +30,9 @@ from validation import make_rfm
 
 ROOT = Path(__file__).resolve().parents[2]
 bay = make_rfm.bay
+# Modes need more sensors than these structures have, and what is filled in is the model's own: both
+# in tests/update/test_rfm_equation_error.py
+EXACT = [k for k in KINDS if k not in ("modal-balance", "filled")]
 SENSORS = tuple(f"n{i}.z" for i in (1, 8, 23, 31, 44, 60))
 
 
@@ -68,7 +71,7 @@ def frame():
     return model, bay.build("X1")
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [k for k in KINDS if k != "modal-balance"])
 def test_derivatives_of_every_kind_of_parameter(plate, kind):
     model, frf = plate
     residual = FrfResidual(model, (frf_data(frf, model),), kind)
@@ -84,7 +87,7 @@ def test_derivatives_of_every_kind_of_parameter(plate, kind):
         )
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", EXACT)
 def test_truth_is_a_root_and_the_system_holds_there(plate, kind):
     model, frf = plate
     residual = FrfResidual(model, (frf_data(frf, model),), kind)
@@ -257,7 +260,7 @@ def test_flexibility_weights_make_the_output_error(frame):
     )
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [k for k in KINDS if k != "modal-balance"])
 def test_rows_at_the_truth_have_unit_variance(frame, kind):
     """The noise of H_X is carried into the rows: chi-squared per row is 1 for the true parameters,
     to its own scatter."""

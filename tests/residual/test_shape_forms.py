@@ -32,6 +32,15 @@ def test_derivative_is_that_of_the_rows(name: str, std: np.ndarray) -> None:
         assert np.allclose(mine[:, k], other / (2 * h), rtol=1e-6, atol=1e-8)
 
 
+@pytest.mark.parametrize("std", [STD, FIXED], ids=["stated", "one fixed"])
+@pytest.mark.parametrize("name", FORMS)
+def test_misfits_of_many_shapes_are_those_of_their_rows(name: str, std: np.ndarray) -> None:
+    form, many = FORMS[name], np.column_stack([PHI, -2.0 * X, RNG.standard_normal(7)])
+    found = [form.rows(phi, X, std) for phi in many.T]
+    each = [np.sum((f.weights * f.values) ** 2) for f in found]
+    assert np.allclose(form.misfits(many, X, std), each, rtol=1e-10, atol=1e-12)
+
+
 @pytest.mark.parametrize("name", FORMS)
 def test_scale_and_sign_of_the_model_do_not_count(name: str) -> None:
     form = FORMS[name]

@@ -37,13 +37,17 @@ ROW = "model.elements[0].rows[1]"
 FAMILY = "[[model.families]]\nelements = [1]\nK = [[1, 1, 0.1]]\n\n"
 
 SPOILT = [
-    one(
-        "exact elements and modes",
-        'type = "beam3d"',
-        'type = "exact_beam"',
+    Spoilt(
+        "exact elements and eigenstructure",
+        (
+            ('type = "beam3d"', 'type = "exact_beam"'),
+            ('method = "frequencies"', 'method = "ceam"'),
+        ),
         "update.method",
-        "needs matrices that do not depend on the frequency",
-        'Take method = "rfm"',
+        (
+            "needs matrices that do not depend on the frequency",
+            'Take method = "rfm" for responses, "sensitivity" for modes',
+        ),
     ),
     one(
         "a G that follows E",

@@ -139,7 +139,7 @@ def test_the_frame_is_found_again(measured: str, words: tuple[str, ...]) -> None
 def test_what_needs_k_and_m_is_refused_in_words() -> None:
     wanted = [{"elements": "all", "of": "E"}]
     with pytest.raises(ProblemFileError, match='Take method = "rfm"'):
-        structure(text(), wanted)
+        structure(text(), wanted, update={"method": "ceam"})
     with pytest.raises(ProblemFileError, match='Take basis = "full"'):
         structure(text(), wanted, update={"method": "rfm", "basis": "reduced"})
     modes = {"damping": {"kind": "modal", "zeta": [0.01]}}

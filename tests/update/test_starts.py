@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from cvxupdate.errors import InputError
+from cvxupdate.parallel import Where
 from cvxupdate.study import run
 from cvxupdate.update.modal_fit import modal_fit
 from cvxupdate.update.modal_loop import released
@@ -103,7 +104,7 @@ def test_finished_starts_are_not_solved_again(tmp_path: Path) -> None:
     with kept.file.open("a") as file:
         file.write('{"mark": "cut sho')
     said: list[tuple[int, int]] = []
-    ends = run_starts(tasks, squares, {"scale": 2.0}, kept, 1, lambda *n: said.append(n))
+    ends = run_starts(tasks, squares, {"scale": 2.0}, kept, Where(1), lambda *n: said.append(n))
     assert [e.objective for e in ends] == [0.0, 77.0, 77.0, 18.0]
     assert said == [(3, 4), (4, 4)]
 
@@ -111,15 +112,15 @@ def test_finished_starts_are_not_solved_again(tmp_path: Path) -> None:
 def test_processes_give_what_one_process_gives() -> None:
     tasks = [(k, np.array([float(k), 1.0])) for k in range(3)]
     nowhere = Kept(None, "")
-    alone = run_starts(tasks, squares, {"scale": 2.0}, nowhere, 1)
-    assert run_starts(tasks, squares, {"scale": 2.0}, nowhere, 2) == alone
+    alone = run_starts(tasks, squares, {"scale": 2.0}, nowhere, Where(1))
+    assert run_starts(tasks, squares, {"scale": 2.0}, nowhere, Where(2)) == alone
 
 
 def test_run_reports_the_minima(tmp_path: Path) -> None:
     path = tmp_path / "problem.toml"
     path.write_text(PROBLEM, encoding="utf-8")
     keep = tmp_path / "starts.jsonl"
-    updated = run(path, jobs=1, keep=keep)
+    updated = run(path, where=Where(1), keep=keep)
     report = updated.starts
     assert report["count"] == 5 and len(report["ends"]) == 5
     best = report["minima"][0]

@@ -61,6 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--count", type=int, default=None, help="how many seeds")
     parser.add_argument("--only", nargs="+", default=[], help="only what is concealed so")
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
+    parser.add_argument("--scheduler", default=None, help=calibrate.SCHEDULER)
     parser.add_argument("--limit", type=float, default=300.0, help="seconds of the processor each")
     parser.add_argument("--keep", action="store_true", help="take results of other states too")
     parser.add_argument("--cases", action="store_true", help="print each case")
@@ -80,7 +81,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 o.out / "generated" / f"m{seed}", make(seed, o.out / "generated" / f"m{seed}").what
             )
         return 0
-    raw, complete = calibrate.run(seeds, o.out, o.jobs, o.limit, o.keep, attempted, files())
+    raw, complete = calibrate.run(
+        seeds, o.out, o.jobs, o.limit, o.keep, attempted, files(), o.scheduler
+    )
     rows = rows_of(raw, graded)
     if o.cases:
         for r in rows:

@@ -96,6 +96,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0, help="first seed (default 0)")
     parser.add_argument("--count", type=int, default=COUNT, help=f"seeds (default {COUNT})")
     parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
+    parser.add_argument("--scheduler", default=None, help=calibrate.SCHEDULER)
     parser.add_argument("--limit", type=float, default=300.0, help="seconds of the processor each")
     parser.add_argument("--keep", action="store_true", help="take results of other states too")
     parser.add_argument("--cases", action="store_true", help="print each case")
@@ -124,7 +125,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     there = [s for s in seeds if kept(s).exists() or shutil.which("ccx")]
     if len(there) < len(seeds):
         print(f"{len(seeds) - len(there)} cases are not kept, and CalculiX (ccx) is not here.")
-    rows, complete = calibrate.run(there, o.out, o.jobs, o.limit, o.keep, tried, files())
+    rows, complete = calibrate.run(
+        there, o.out, o.jobs, o.limit, o.keep, tried, files(), o.scheduler
+    )
     totals = calibrate.summary(rows)
     text = [*calibrate.say(totals), *lines(rows)]
     print("\n".join([*(told(r) for r in rows if o.cases), *text]))

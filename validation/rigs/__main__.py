@@ -123,6 +123,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--only", nargs="+", default=[], metavar="NAME", help="only these families and recordings"
     )
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
+    parser.add_argument("--scheduler", default=None, help=calibrate.SCHEDULER)
     parser.add_argument(
         "--limit", type=float, default=300.0, help="seconds of the processor a case may take"
     )
@@ -143,7 +144,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         raw, complete = [found[s] for s in seeds if s in found], len(found) == len(seeds)
     else:
         one = attempt_reference if o.reference else attempt
-        raw, complete = calibrate.run(seeds, folder, o.jobs, o.limit, o.keep, one, procedure())
+        raw, complete = calibrate.run(
+            seeds, folder, o.jobs, o.limit, o.keep, one, procedure(), o.scheduler
+        )
     rows = rows_of(raw)
     shown = o.cases or not any(map(secret, seeds))
     if o.cases:

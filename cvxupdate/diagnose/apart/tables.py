@@ -31,8 +31,8 @@ from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.physics.added_mass import translations
 from cvxupdate.physics.place import numbered
 from cvxupdate.residual.eigen import derivatives_of, eigenvalue_derivatives, shape_derivatives
+from cvxupdate.residual.follow import follow
 from cvxupdate.residual.modal import ModalPoint
-from cvxupdate.residual.pairing import follow
 from cvxupdate.residual.shape_rows import channel_rows
 
 FURTHER = 3  # modes above those that were measured

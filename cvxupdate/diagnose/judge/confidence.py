@@ -22,7 +22,8 @@ class Standing:
     have one of any type at its place or at one that is hardly told from it (`Evidence.alike`);
     ``gain``: misfit of the nuisance parameters alone over the best (log); ``left``: the best misfit
     (log); ``weight``: its size in its own deviations (log); ``rivals``: how many hypotheses are no
-    less likely than strong evidence would tell; ``most`` that may be stated.
+    less likely than strong evidence would tell; ``most`` that may be stated; ``untold``: where else
+    it may be for all that any recording says, not refitted.
     """
 
     support: float
@@ -32,6 +33,7 @@ class Standing:
     weight: float
     rivals: int
     most: float = MOST_SURE
+    untold: tuple[Effect, ...] = ()
 
     @property
     def confidence(self) -> float:
@@ -50,15 +52,29 @@ def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case)
     effect, field = final.hypothesis.effects[number], field_of(final, others, case)
     mine, likely = case.scale(final), weights(field, case)
     alike = case.evidence.alike(final.fit, effect)
+    same = untold(effect, final, field, case)
+    untried = likely[0] * len(same)  # nothing would tell them from this one: as likely
+    here = support_at((effect.place, *(e.place for e in alike)), field, likely)
     return Standing(
-        support(effect, field, likely, case.evidence.model),
-        support_at((effect.place, *(e.place for e in alike)), field, likely),
+        support(effect, field, likely, case.evidence.model) / (1.0 + untried),
+        (here + untried) / (1.0 + untried),
         _log(case.scale(case.base) / max(mine, 1e-9)),
         _log(mine),
         _log(size_of(effect, final.hypothesis.figures[number])),
         len(rivals(final, others, case)),
         CUT_SHORT if case.evidence.unfinished else MOST_SURE,
+        same,
     )
+
+
+def untold(
+    effect: Effect, final: Weighed, field: Sequence[Weighed], case: Case
+) -> tuple[Effect, ...]:
+    """Places that no recording tells from that of an effect of the final hypothesis, and that were
+    not refitted."""
+    rest, tried = final.hypothesis.keys - {effect.key}, {w.hypothesis.keys for w in field}
+    same = case.evidence.alike(final.fit, effect, strictly=True)
+    return tuple(e for e in same if rest | {e.key} not in tried)
 
 
 def certainty_of_groups(wide: Weighed, others: Sequence[Weighed], case: Case) -> float:

@@ -155,7 +155,7 @@ def _findings(
             figures.noise,
             standings[k].confidence,
             parts[k],
-            equivalents(effect, h, near),
+            (*equivalents(effect, h, near), *standings[k].untold),
             effect.says(figures.values),
         )
         out.append(finding)

@@ -59,7 +59,7 @@ class ModesEvidence(Linear):
     nuisance parameters, tables, supports, effects to try (``damping``: on the ratios).
 
     ``order`` is the place in the file of each table, those to fit first; ``file`` the model as it
-    came, where a reference state was there to bring it to.
+    came, where a reference state was there to bring it to, ``came`` where its mesh was coarse.
     """
 
     original: Model
@@ -74,6 +74,7 @@ class ModesEvidence(Linear):
     progress: Progress
     file: Model | None = None
     budget: Budget = field(default_factory=Budget)
+    came: Model | None = None
 
     told_by = MODES
     levels = 1
@@ -98,6 +99,13 @@ class ModesEvidence(Linear):
     def nominal_point(self) -> ModalPoint:
         """The nominal model."""
         return self._nominal.evaluate(self.model.zero())
+
+    @cached_property
+    def _drawn(self) -> ModalPoint:
+        """The file as it came, mesh included."""
+        if self.came is None:
+            return self.nominal_point
+        return setting_of(self.came, self.tables).evaluate(self.came.zero())
 
     @cached_property
     def _space(self) -> Space | None:
@@ -261,14 +269,12 @@ class ModesEvidence(Linear):
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Errors of every mode before and after."""
-        return modes_shown(self.nominal_point, last.point)
+        return modes_shown(self._drawn, last.point)
 
     def stated(self, last: Fit) -> tuple[Errors, Errors]:
         """R.m.s. relative errors of the frequencies: of the file as it came, mesh included, and of
         the diagnosed model."""
-        before = (
-            rms(errors_of(self.nominal_point, self.tables.measured, use)) for use in (True, False)
-        )
+        before = (rms(errors_of(self._drawn, self.tables.measured, use)) for use in (True, False))
         return Errors(*before), self.errors(last)
 
     def metrics(self, last: Fit) -> dict[str, Any]:
@@ -276,7 +282,7 @@ class ModesEvidence(Linear):
         moved = (*self.tables.fit, *self.tables.hold)
         out: dict[str, Any] = {}
         for key, use in (("fit", True), ("hold_out", False)):
-            before = 100.0 * np.abs(errors_of(self.nominal_point, self.tables.measured, use))
+            before = 100.0 * np.abs(errors_of(self._drawn, self.tables.measured, use))
             after = 100.0 * np.abs(errors_of(last.point, moved, use))
             out[key] = {}
             if len(before) and len(after):

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cvxupdate.diagnose.motion.point import MotionPoint
-from cvxupdate.diagnose.settings import NEIGHBOURING, NEIGHBOURS
+from cvxupdate.diagnose.settings import NEIGHBOURING, TELLING
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.hysteresis import other_forms
 from cvxupdate.physics.internal_force import NonlinearForce, direction
@@ -40,18 +40,38 @@ def alike(
     if not isinstance(own, NonlinearForce):
         spot = (set(place.nodes), place.dof)
         return [e for e in candidates if (set(e.place.nodes), e.place.dof) == spot]
-    model = point.setting.model
-    n = point.carried
+    found = _elsewhere(point, effect.physics, own, candidates)
+    near = [e for cosine, e in found if cosine**2 >= NEIGHBOURING]
+    return [*(other_forms(effect) if forms else ()), *near]
+
+
+def as_one(point: MotionPoint, effect: Effect, candidates: Sequence[Effect]) -> list[Effect]:
+    """Of ``candidates`` those with the law of ``effect`` elsewhere that no recording in this band
+    could tell from it: a force there bends the modes that are marched as it does here, to within
+    `TELLING`. None of an effect that is no law."""
+    own, least = effect.action, 1.0 - TELLING**2
+    if not isinstance(own, NonlinearForce):
+        return []
+    found = _elsewhere(point, effect.physics, own, candidates)
+    return [e for cosine, e in found if cosine**2 >= least]
+
+
+def _elsewhere(
+    point: MotionPoint, physics: str, own: NonlinearForce, candidates: Sequence[Effect]
+) -> list[tuple[float, Effect]]:
+    """Candidates of a type with its ``own`` law at other places, with the cosine of the two static
+    deflections, most alike first."""
+    model, n = point.setting.model, point.carried
     soft = 1.0 / np.maximum(point.modes.frequencies[:n], 1e-3 * point.modes.frequencies[n - 1])
 
     def bent(action: NonlinearForce) -> np.ndarray:
         values = soft * (direction(model, action.rows) @ point.modes.shapes[:, :n])
         return np.asarray(values / max(float(np.linalg.norm(values)), 1e-300))
 
-    here, near = bent(own), []
+    here, found = bent(own), []
     for e in candidates:
         other = e.action
-        if e.physics != effect.physics or not isinstance(other, NonlinearForce):
+        if e.physics != physics or not isinstance(other, NonlinearForce):
             continue
         if (other.law, other.sides) != (own.law, own.sides) or set(other.rows) == set(own.rows):
             continue
@@ -59,7 +79,5 @@ def alike(
         one_sided = own.law == "clearance" and own.sides == "one"
         if one_sided and (cosine < 0.0 or other.side != own.side):
             continue  # a stop on the other side is another stop
-        if cosine**2 >= NEIGHBOURING:
-            near.append((cosine**2, e))
-    ranked = sorted(near, key=lambda pair: -pair[0])
-    return [*(other_forms(effect) if forms else ()), *(e for _, e in ranked[:NEIGHBOURS])]
+        found.append((cosine, e))
+    return sorted(found, key=lambda pair: -(pair[0] ** 2))

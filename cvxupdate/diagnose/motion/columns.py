@@ -158,11 +158,10 @@ class Spot:
         for _ in range(rounds):
             if now.coefficient == 0.0:
                 break
-            means = []
-            for smoother, (x, v) in zip(self.smoothers, motion, strict=True):
-                force = smoother.run.coarse(law(x, v)[:, 0])
-                means.append(-now.coefficient * force)
-            motion = [s.motion(m) for s, m in zip(self.smoothers, means, strict=True)]
+            motion = [
+                s.settled(now.coefficient * law(x, v)[:, 0], x, v)
+                for s, (x, v) in zip(self.smoothers, motion, strict=True)
+            ]
             (now,) = self.fits(law, sizes, motion)
             best = max(best, now, key=lambda f: f.fraction)
         return best

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
-from cvxupdate.diagnose.motion.alike import alike, kin
+from cvxupdate.diagnose.motion.alike import alike, as_one, kin
 from cvxupdate.diagnose.motion.apart import next_measurement
 from cvxupdate.diagnose.motion.columns import LawScores, is_law, nothing
 from cvxupdate.diagnose.motion.drift import told
+from cvxupdate.diagnose.motion.guided import begun
 from cvxupdate.diagnose.motion.point import MotionSetting
 from cvxupdate.diagnose.motion.runs import Run
 from cvxupdate.diagnose.motion.scene import Scene
@@ -99,12 +100,10 @@ class MotionEvidence(Timed):
     @cached_property
     def bases(self) -> tuple[Fit, ...]:
         """The best linear model: nuisance parameters alone fitted."""
-        out: list[Fit] = []
         setting = self.setting(self.model, ())
-        p = np.zeros(len(setting.columns))
-        for level in range(self.levels):
-            out.append(fitted(self.at_level(setting, level), p, EFFORTS["base"]))
-            p = out[-1].p
+        out = [fitted(setting, np.zeros(len(setting.columns)), EFFORTS["base"])]
+        for level in range(1, self.levels):
+            out.append(fitted(self.at_level(setting, level), out[-1].p, EFFORTS["base"]))
         return tuple(out)
 
     @property
@@ -155,22 +154,22 @@ class MotionEvidence(Timed):
     ) -> MotionSetting:
         """A model against the recordings at the level of another setting (None: the first)."""
         level = 0 if like is None else like.level
-        bare = self.linear.setting(model, faults)
-        return MotionSetting(replace(bare, signals=self.stages[level], level=level), self.runs)
+        return self.at_level(MotionSetting(self.linear.setting(model, faults), self.runs), level)
 
     def at_level(self, setting: MotionSetting, level: int) -> MotionSetting:
         """The same against those of another level."""
-        return replace(
-            setting, linear=replace(setting.linear, signals=self.stages[level], level=level)
-        )
+        linear = replace(setting.linear, signals=self.stages[level], level=level)
+        return replace(setting, linear=linear)
 
     def evaluated(self, setting: MotionSetting, p: Real) -> Fit:
         """Without fitting."""
         return fitted_at(setting, p)
 
     def fitted(self, seed: Seed, effort: str) -> Fit:
-        """By trust-region convex steps."""
-        return fitted(seed.setting, seed.start, EFFORTS[effort])
+        """By trust-region convex steps, a first pass from where the smoothest stage leads."""
+        smooth = self.stages[0] if effort == "first pass" else ()
+        start = begun(seed.setting, seed.start, smooth)
+        return fitted(seed.setting, start, EFFORTS[effort])
 
     def linearised(self, found: Fit) -> Linearised:
         """Of the nuisance parameters that can still move."""
@@ -207,8 +206,7 @@ class MotionEvidence(Timed):
         """Laws along the smoothed motion, linear effects at given internal forces."""
         laws = [e for e in effects if is_law(e)]
         rest = [e for e in effects if not is_law(e)]
-        scores = self.scores.of(self.sharp(nominal), laws)
-        point = nominal.point.linear
+        scores, point = self.scores.of(self.sharp(nominal), laws), nominal.point.linear
         left = Projection.of(linearised(nominal.point))
         linear = first_order(point, rest, left)
         exact = best_of(
@@ -220,8 +218,8 @@ class MotionEvidence(Timed):
 
     def errors(self, found: Fit) -> Errors:
         """Channel by channel, in free simulation."""
-        sharp, held = self.linear.data.sharp, self.linear.data.sharp_hold_out
-        return Errors(channel_errors(found.point, sharp), channel_errors(found.point, held))
+        data = self.linear.data
+        return Errors(*(channel_errors(found.point, s) for s in (data.sharp, data.sharp_hold_out)))
 
     def held_out(self, found: Fit) -> float:
         """In free simulation: two laws that do alike at the levels fitted part there."""
@@ -229,10 +227,12 @@ class MotionEvidence(Timed):
             return 0.0
         return fitted_at(found.setting.on(self.held), found.p, found.point).log_likelihood
 
-    def alike(self, found: Fit, effect: Effect) -> Sequence[Effect]:
+    def alike(self, found: Fit, effect: Effect, strictly: bool = False) -> Sequence[Effect]:
         """Of laws neighbours, and other forms where one leaves much; laws that act like it."""
-        names = kin(effect, self.depends)
+        names = kin(effect, self.depends and not strictly)
         laws = self.candidates(self.model, names) if names else ()
+        if strictly:
+            return as_one(found.point, effect, laws)
         return alike(found.point, effect, laws, forms=not self.linear.clear(found))
 
     def apart(self, one: Fit, other: Fit, titles: tuple[str, str]) -> str:
@@ -283,8 +283,8 @@ class MotionEvidence(Timed):
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Responses before and after, what remains, and the map of explained fractions."""
-        sharp, held = self.linear.data.sharp, self.linear.data.sharp_hold_out
-        scored = [(s.effect, s.fraction) for s in scores]
+        data, scored = self.linear.data, [(s.effect, s.fraction) for s in scores]
+        sharp, held = data.sharp, data.sharp_hold_out
         return responses_shown(self.linear.nominal_point, last.point, sharp, held, scored)
 
     def _contract(self, last: Fit) -> ContractErrors:

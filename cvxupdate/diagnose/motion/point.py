@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from cvxupdate.diagnose.motion.guided import guided_motions, guided_rates
 from cvxupdate.diagnose.motion.march import Variants, marched
 from cvxupdate.diagnose.motion.rates import force_rates
 from cvxupdate.diagnose.motion.runs import Run
@@ -36,10 +37,11 @@ CARRIED = 1.2  # of the sampling rate: modes above follow statically in the marc
 @dataclass(frozen=True)
 class MotionSetting:
     """Like `ResponseSetting`, for a model with internal forces; ``runs`` by the names of the
-    signals."""
+    signals; ``guided``: forces along the motion that the sensors say."""
 
     linear: ResponseSetting
     runs: Mapping[str, Run]
+    guided: bool = False
 
     @property
     def model(self) -> Model:
@@ -143,6 +145,11 @@ class MotionPoint:
         return self.before.damping
 
     @property
+    def loss(self) -> Loss:
+        """Kind of loss of the linear part."""
+        return self.before.loss
+
+    @property
     def owner(self) -> np.ndarray:
         """Which mode each damping ratio belongs to."""
         return self.before.owner
@@ -200,6 +207,8 @@ class MotionPoint:
     @cached_property
     def motions(self) -> Mapping[str, tuple[Real, Real, Real]]:
         """Of every run the internal forces, motions and velocities (fine samples, places)."""
+        if self.setting.guided:
+            return guided_motions(self)
         out = {}
         for name in dict.fromkeys(s.name for s in self.setting.signals):
             run = self.setting.runs[name]
@@ -258,7 +267,7 @@ class MotionPoint:
         given = self.linear.jacobian()
         if not self.forces[0].size:
             return given
-        unknowns, rates = force_rates(self)
+        unknowns, rates = (guided_rates if self.setting.guided else force_rates)(self)
         at = 0
         for s in self.setting.signals:
             amounts = self.setting.runs[s.name].decaying(rates[s.name], s.s)

@@ -20,6 +20,7 @@ from cvxupdate.recordings.types import Channel, TimeHistory
 FINER = 8  # steps of the march in a sample
 SMOOTHING = 0.05  # half-width of the kernel of the first fits, in parts of the frequency
 LINES = 700  # of a run at most
+PERIODS = 8.0  # in a record, at least: of slower motion its two ends say more than what is between
 COLUMNS = 4  # steps of the columns of a regression in a sample
 # of the sampling rate: up to here recorders pass what they hear (the usual rate is 2.56 times the
 # band, ISO 18431-1); above, their anti-alias filters roll off, and a simulation has no such filter
@@ -174,7 +175,7 @@ def noise_of(motion: Real, force: Real) -> Real:
 
 def wide(history: TimeHistory) -> TimeHistory:
     """With its whole band: what a nonlinear structure says, it also says where the force is not."""
-    low = 8.0 * history.rate / len(history.data)
+    low = PERIODS * history.rate / len(history.data)
     band = (min(low, band_of(history)[0]), EDGE * history.rate)
     return replace(history, band=band)
 

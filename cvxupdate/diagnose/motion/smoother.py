@@ -3,20 +3,21 @@ what the sensors say beyond it, as the answer to a force at that place (a smooth
 force).
 
 On each line of a padded transform the latent force p has a prior mean and a variance σ²(ω), taken
-from what the sensors say beyond the model less their noise; where accelerometers hear only noise
-(the lowest lines) the variance goes on as it is above, so that double integration of noise does
-no harm. With the force of a law as the mean the estimate is that law's wherever sensors are blind,
-also at rest: contact on one side moves the mean position, which no accelerometer says.
+from what the sensors say beyond the model less their noise; where accelerometers hear only noise,
+or what leaks from the ends of the record (the lowest lines), the variance goes on as it is above,
+so that double integration of noise does no harm. With the force of a law as the mean the estimate
+is that law's wherever sensors are blind, also at rest: contact on one side moves the mean position,
+which no accelerometer says.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from cvxupdate.diagnose.motion.point import MotionPoint
-from cvxupdate.diagnose.motion.runs import COLUMNS, Run
+from cvxupdate.diagnose.motion.runs import COLUMNS, PERIODS, Run
 from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.fe.synthesis.pieces import sensor_rows
 
@@ -41,8 +42,17 @@ class Beyond:
     noise: Real
 
     @classmethod
-    def of(cls, point: MotionPoint, run: Run) -> Beyond:
-        """At a point."""
+    def of(cls, point: Any, run: Run) -> Beyond:
+        """At a `MotionPoint`, its internal forces as they are."""
+        alone = cls.alone(point, run)
+        laws, B = point.forces
+        if not laws.size:
+            return alone
+        return alone.under(-run.coarse(point.motions[run.name][0]) @ (B.T @ point.modes.shapes))
+
+    @classmethod
+    def alone(cls, point: Any, run: Run) -> Beyond:
+        """At the linear part of a point."""
         s, model = run.lines, point.setting.model
         phi = np.vstack([point.modes.shapes, np.zeros((1, point.modes.shapes.shape[1]))])
         sensors, inputs = (sensor_rows(model, x) for x in (run.sensors, run.inputs))
@@ -50,18 +60,25 @@ class Beyond:
         slow = 2.0 * point.damping * np.sqrt(lam) + point.further
         d = s[:, None] ** 2 + slow * s[:, None] + lam
         inverse = np.where(np.abs(d) > 0.0, 1.0 / np.where(d == 0.0, 1.0, d), 0.0)
-        force = run.spectra(run.force) @ phi[inputs]
-        laws, B = point.forces
-        if laws.size:
-            force = force - run.coarse(point.motions[run.name][0]) @ (B.T @ point.modes.shapes)
-        eta = inverse * force
+        eta = inverse * (run.spectra(run.force) @ phi[inputs])
         drive = s[:, None] ** np.array(run.orders)
-        own = run.samples_of(drive * (eta @ phi[sensors].T))
+        noise = run.noise**2 * run.samples
+        bare = cls(run, eta, eta, inverse, drive, phi[sensors], noise)
+        return replace(bare, residual=bare.left())
+
+    def under(self, force: Complex) -> Beyond:
+        """With further modal ``force`` (lines, modes)."""
+        moved = replace(self, eta=self.eta + self.inverse * force)
+        return replace(moved, residual=moved.left())
+
+    def left(self) -> Complex:
+        """Transform of what the sensors say less the model's own motion, the end let down."""
+        run = self.run
+        own = run.samples_of(self.drive * (self.eta @ self.at.T))
         end = max(2, run.samples // TAPER)
         fade = np.ones(run.samples)
         fade[-end:] = 0.5 * (1.0 + np.cos(np.pi * np.arange(end) / end))
-        residual = run.spectra((run.motion - own) * fade[:, None])
-        return cls(run, residual, eta, inverse, drive, phi[sensors], run.noise**2 * run.samples)
+        return run.spectra((run.motion - own) * fade[:, None])
 
     def smoother(self, shape: Real) -> Smoother:
         """For a latent force along a direction with modal shape ``shape`` (modes,)."""
@@ -73,7 +90,8 @@ class Beyond:
         sensors = self.at.shape[0]
         variance = np.maximum(total - sensors, 0.0) / np.maximum(strength, 1e-300)
         heard = np.flatnonzero(total > HEARD * sensors)
-        first = int(heard[0]) if len(heard) else 0
+        slowest = int(np.ceil(PERIODS * self.run.padded / self.run.samples))
+        first = max(int(heard[0]), slowest) if len(heard) else 0
         if first > 0:
             variance[:first] = np.median(variance[first : 3 * first + 1])
         whole = 1.0 + variance * power.sum(axis=1)
@@ -95,13 +113,30 @@ class Smoother:
     said: Complex
     taken: Complex
 
-    def motion(self, mean: Complex | None = None) -> tuple[Real, Real]:
-        """Motion and velocity at the place (fine samples,) with a prior ``mean`` (lines,) of the
-        force on the structure."""
-        force = self.said if mean is None else self.said + (1.0 - self.taken) * mean
-        q = self.own + self.soft * force
+    def motion(self) -> tuple[Real, Real]:
+        """Motion and velocity at the place (fine samples,), the prior mean of the force none."""
+        return self._fine(self.own + self.soft * self.said)
+
+    def settled(self, force: Real, x: Real, v: Real) -> tuple[Real, Real]:
+        """The same with a law's ``force`` along a motion so far as the mean. What the new motion
+        changes in it is foretold by the spring and the dashpot that are nearest to the law
+        (statistical linearisation; Roberts and Spanos 1990, chapter 3): taken as it is, a force
+        that is stiffer than the structure would overshoot from round to round."""
+        run = self.run
+        stiff = _slope(force, x) + _slope(force, v) * run.lines
+        blind = self.soft * (1.0 - self.taken)
+        known = self.own + self.soft * self.said - blind * run.coarse(force)
+        return self._fine((known + blind * stiff * run.coarse(x)) / (1.0 + blind * stiff))
+
+    def _fine(self, q: Complex) -> tuple[Real, Real]:
         fine = self.run.samples_of(np.stack([q, self.run.lines * q], axis=1), COLUMNS)
         return fine[:, 0], fine[:, 1]
+
+
+def _slope(force: Real, along: Real) -> float:
+    """Of the straight line that is nearest to a force, none that drives."""
+    size = float(along @ along)
+    return max(0.0, float(force @ along) / size) if size > 0.0 else 0.0
 
 
 def _averaged(values: Real, width: int) -> Real:

@@ -28,10 +28,13 @@ from cvxupdate.diagnose.settings import (
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.build import build_model
+from cvxupdate.fe.internal import is_nonlinear
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.fe.refinement import refined
-from cvxupdate.recordings.types import FrequencyResponse, Recording
+from cvxupdate.recordings.measured import band_of
+from cvxupdate.recordings.types import FrequencyResponse, ModeTable, Recording, TimeHistory
+from cvxupdate.residual.modal import modal_residual
 from cvxupdate.spec import Spec
 from cvxupdate.spec.elements import LineBlock
 
@@ -49,8 +52,9 @@ class Discretisation:
     """A mesh that is too coarse beside one that does, which has every element in ``parts`` (and
     consistent masses, where the file has ``lumped`` ones): ``shift`` the largest relative error of
     a natural frequency in the band by the file's mesh, ``left`` by the other, where it is known;
-    ``errors`` of the responses to fit, of the file and of the other, before anything is fitted;
-    ``alone`` what the file's mesh leaves of the responses by itself, and the noise, where known."""
+    ``errors`` of the responses (or of the frequencies of tables, as ``of`` says) to fit, of the
+    file and of the other, before anything is fitted; ``alone`` what the file's mesh leaves of the
+    responses by itself, and the noise, where known."""
 
     parts: int
     lumped: bool
@@ -58,6 +62,7 @@ class Discretisation:
     left: float | None
     errors: tuple[float, float]
     alone: tuple[float, float] | None = None
+    of: str = "responses"
 
     @property
     def mesh(self) -> str:
@@ -89,7 +94,7 @@ class Discretisation:
         return (
             "No physics is missing: the mesh is too coarse. The model explains the recordings "
             f"within noise and the usual scatter of its parameters with {self.mesh} "
-            f"({self.errors[0]:.2g} of the responses are off with the mesh of the file, "
+            f"({self.errors[0]:.2g} of the {self.of} are off with the mesh of the file, "
             f"{self.errors[1]:.2g} with that, before anything is fitted). Divide the elements; or, "
             'where the DOFs have to stay, update their matrices with of = "generic".'
         )
@@ -112,29 +117,40 @@ class Coarse:
             f"The mesh of the file is too coarse for these recordings: it alone puts natural "
             f"frequencies of the band up to {100 * t.shift:.2g} % off. The diagnosis worked on the "
             f"same model with {t.mesh} (up to {100 * (t.left or 0.0):.1g} % off), which leaves "
-            f"{t.errors[1]:.2g} of the responses before anything is fitted, where the file leaves "
+            f"{t.errors[1]:.2g} of the {t.of} before anything is fitted, where the file leaves "
             f"{t.errors[0]:.2g}."
         )
 
 
 def too_coarse(spec: Spec, file: Model, recordings: Sequence[Recording]) -> Coarse | None:
     """The problem on a mesh that does, where that of its rods and beams is too coarse for the band
-    of its frequency responses; None where it is not, or another way deals with it."""
+    of its responses, or of its tables where there are no responses to fit; None where it is not, or
+    another way deals with it."""
     kinds = {b.kind.name for b in file.blocks}
     fitted = [r for r in recordings if r.origin.use == "fit"]
+    responses = [r for r in fitted if isinstance(r, FrequencyResponse | TimeHistory)]
+    fitted = [*responses] or fitted
     if (
         not kinds & set(DIVIDED)
         or kinds & {*SHEETS, *REFINED}
         or spec.model.families
         or not fitted
-        or any(not isinstance(r, FrequencyResponse) for r in fitted)
+        or is_nonlinear(file)
     ):
         return None
-    top = max(float(r.frequency.max()) for r in fitted if isinstance(r, FrequencyResponse))
     try:
-        return _divided(spec, file, fitted, top)
+        return _divided(spec, file, fitted, max(_top(r) for r in fitted))
     except CvxupdateError:
         return None
+
+
+def _top(recording: Recording) -> float:
+    """The highest frequency that is fitted, Hz."""
+    if isinstance(recording, FrequencyResponse):
+        return float(recording.frequency.max())
+    if isinstance(recording, TimeHistory):
+        return band_of(recording)[1]
+    return float(recording.frequency.max()) if isinstance(recording, ModeTable) else 0.0
 
 
 def _divided(spec: Spec, file: Model, fitted: Sequence[Recording], top: float) -> Coarse | None:
@@ -153,7 +169,9 @@ def _divided(spec: Spec, file: Model, fitted: Sequence[Recording], top: float) -
         if left <= EXACT_MESH:
             shift = _off(own, sharp)
             errors = _error(file, fitted), _error(now[1], fitted)
-            return Coarse(*now, file, Discretisation(parts, _lumped(spec), shift, left, errors))
+            of = "frequencies" if isinstance(fitted[0], ModeTable) else "responses"
+            told = Discretisation(parts, _lumped(spec), shift, left, errors, of=of)
+            return Coarse(*now, file, told)
         finer = best
     return None
 
@@ -200,7 +218,14 @@ def _off(coarse: Real, fine: Real) -> float:
 
 
 def _error(model: Model, fitted: Sequence[Recording]) -> float:
-    """The contract's error, of several recordings together."""
+    """The contract's error, of several recordings together: of responses, or the r.m.s. relative
+    error of the frequencies of tables."""
+    tables = [r for r in fitted if isinstance(r, ModeTable)]
+    if tables:
+        bare = model.with_parameters(())
+        point = modal_residual(bare, tables, (), False).evaluate(bare.zero())
+        off = [point.frequencies(k) / t.frequency - 1.0 for k, t in enumerate(tables)]
+        return float(np.sqrt(np.nanmean(np.concatenate(off) ** 2)))
     values = [s.value for s in stated_errors(model, fitted)]
     return float(np.sqrt(np.mean(np.square(values))))
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from cvxupdate.diagnose.nominal.scatter import MEMBER
 from cvxupdate.diagnose.settings import EXACT_MESH
 from cvxupdate.errors import InputError
 from cvxupdate.fe.build import build_model
@@ -102,11 +103,12 @@ def _was_exact(spec: Spec, block: Any) -> bool:
 
 
 def _beams(block: Any) -> Any:
-    """A block of exact members as beams, a group to each that has none."""
+    """A block of exact members as beams; each that has no group is one by itself where effects are
+    placed, but its numbers scatter with those of the others (`MEMBER`)."""
     if text_of(block).exact is None:
         return block
     rows = tuple(
-        row if row.group is not None else row.model_copy(update={"group": f"member {row.id}"})
+        row if row.group is not None else row.model_copy(update={"group": f"{MEMBER}{row.id}"})
         for row in block.rows
     )
     return LineBlock(

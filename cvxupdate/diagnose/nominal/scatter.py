@@ -9,13 +9,18 @@ from cvxupdate.fe.parameters import Parameter
 from cvxupdate.fe.select import has_property, select_parameters
 from cvxupdate.physics.growth import Wanted
 
+MEMBER = "exact member "
+"""How the groups begin that divided members get (`cvxupdate.diagnose.nominal.members`): each the
+parts of one member, drawn as the others are."""
+
 
 def with_nuisance(
     model: Model, wide: bool = False, scatter: float = 1.0, theory: tuple[str, ...] = ()
 ) -> Model:
-    """The model with a stiffness and a mass p-value for every group, within credible bounds
-    (``wide``: far beyond). ``scatter``: part of the usual scatter, of a model that was calibrated
-    on this very structure; ``theory``: words of `cvxupdate.diagnose.nominal.theory`."""
+    """The model with a stiffness and a mass p-value for every group, and one for all elements of a
+    kind that have none, within credible bounds (``wide``: far beyond). ``scatter``: part of the
+    usual scatter, of a model that was calibrated on this very structure; ``theory``: words of
+    `cvxupdate.diagnose.nominal.theory`."""
     wanted: list[Wanted] = []
     for of, std in (("stiffness", STIFFNESS_STD), ("mass", MASS_STD)):
         limit = WIDE if wide else CREDIBLE * std * scatter
@@ -23,7 +28,8 @@ def with_nuisance(
         for block in model.blocks:
             if has_property(block, of):
                 for element, group in zip(block.ids.tolist(), block.groups, strict=True):
-                    groups.setdefault(group or block.kind.name, []).append(element)
+                    drawn = "" if group.startswith(MEMBER) else group
+                    groups.setdefault(drawn or block.kind.name, []).append(element)
         wanted += [
             Wanted(f"{g}.{of}", of, tuple(dict.fromkeys(ids)), g, -limit, limit)
             for g, ids in groups.items()

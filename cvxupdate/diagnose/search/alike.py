@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, without
 from cvxupdate.diagnose.search.race import entered, merged, raced
-from cvxupdate.diagnose.types import Evidence, Progress, Score, Seed
+from cvxupdate.diagnose.settings import NEIGHBOURS, WALKS
+from cvxupdate.diagnose.types import Evidence, Key, Progress, Score, Seed
 from cvxupdate.physics.effect import Effect
 
 
@@ -18,11 +19,21 @@ def elsewhere(
 ) -> list[Hypothesis]:
     """The best of ``known`` (sharpened, best first) with each effect at places alike in turn, begun
     where it ended: screening takes few of many neighbours, and what is equivalent must be known.
-    All, best first."""
-    if not known:
-        return list(known)
+    Where another place is the best one then, those that are alike to it too. All, best first."""
+    found = list(known)
+    for _ in range(WALKS if known else 0):
+        at = found[0].keys
+        found = _one_step(evidence, found, progress)
+        if found[0].keys == at:
+            break
+    return found
+
+
+def _one_step(
+    evidence: Evidence, known: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
     tried = {h.keys for h in known}
-    seeds = [s for s in _seeds(evidence, known[0]) if s.keys not in tried]
+    seeds = _seeds(evidence, known[0], tried)
     if seeds and evidence.hurried:
         evidence.leave("places that are hardly told from the best one", len(seeds))
         return list(known)
@@ -33,10 +44,13 @@ def elsewhere(
     return merged(known, raced(evidence, found, ((level, len(seeds)),), progress))
 
 
-def _seeds(evidence: Evidence, best: Hypothesis) -> list[Seed]:
+def _seeds(evidence: Evidence, best: Hypothesis, tried: Collection[frozenset[Key]]) -> list[Seed]:
+    """Of each effect the nearest places at which it was not ``tried`` yet."""
     out: list[Seed | None] = []
     for k, effect in enumerate(best.effects):
-        places = evidence.alike(best.fit, effect)
+        others = best.keys - {effect.key}
+        alike = evidence.alike(best.fit, effect)
+        places = [e for e in alike if others | {e.key} not in tried][:NEIGHBOURS]
         rest = without(evidence, best, k) if places else None
         if rest is None:
             continue
@@ -44,9 +58,9 @@ def _seeds(evidence: Evidence, best: Hypothesis) -> list[Seed]:
         context = evidence.context(rest.fit.setting.model)
         theres = [other.on(context) for other in places]
         same = [t for t in theres if t is not None and t.physics == effect.physics]
-        others = [t for t in theres if t is not None and t.physics != effect.physics]
+        unlike = [t for t in theres if t is not None and t.physics != effect.physics]
         scores = [Score(t, 1.0, size, exact=True) for t in same]
-        scores += _screened(evidence, rest, others) if others else []
+        scores += _screened(evidence, rest, unlike) if unlike else []
         out += [seed_from(evidence, rest, s, evidence.levels - 1) for s in scores]
     return [s for s in out if s is not None]
 

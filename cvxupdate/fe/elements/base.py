@@ -78,10 +78,11 @@ class Exact(Protocol):
         unit."""
 
     def clamped_below(
-        self, omega: float, properties: Mapping[str, Values]
+        self, omega: Real, properties: Mapping[str, Values]
     ) -> dict[str, NDArray[np.int64]]:
         """How many natural frequencies of each element, undamped and with all of its nodes held,
-        lie below ``omega`` (rad/s), by what moves: the part of the terms' names before the dot."""
+        lie below its ``omega`` (rad/s, (elements,)), by what moves: the part of the terms' names
+        before the dot."""
 
 
 class Element(Protocol):

@@ -117,9 +117,9 @@ class ExactBeam:
                 out[f"{axis}.{part}"] = value[at], slope[at]
         return out
 
-    def clamped_below(self, omega: float, properties: Mapping[str, Values]) -> dict[str, Index]:
-        """How many natural frequencies of each element with both ends clamped lie below ``omega``,
-        by what moves: "axial", "torsion", "y", "z"; without damping, (elements,).
+    def clamped_below(self, omega: Real, properties: Mapping[str, Values]) -> dict[str, Index]:
+        """How many natural frequencies of each element with both ends clamped lie below its
+        ``omega``, by what moves: "axial", "torsion", "y", "z"; without damping, (elements,).
 
         Tension and torsion in closed form. Bending by the count of a simply supported member, also
         in closed form, less that of the negative rotational stiffnesses of its ends (Howson and
@@ -127,7 +127,7 @@ class ExactBeam:
         """
         p = {**properties, "damping": np.zeros(len(properties["length"]))}
         base = self._constants(p)
-        ends = self.dynamic_stiffness(omega, p)
+        ends = self.dynamic_stiffness(omega.astype(complex), p)
         stiff, heavy = p["stiffness"], -(omega**2) * p["mass"]
         h = p["length"] / 2.0
         out = {}

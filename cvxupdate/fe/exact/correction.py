@@ -102,9 +102,11 @@ class Beyond:
             out += np.bincount(m.places, m.slope(omega).real, len(out))
         return out
 
-    def clamped_below(self, omega: float) -> int:
-        """How many natural frequencies of all members with held nodes lie below ω (rad/s)."""
-        return sum(m.block.clamped_below(omega, m.properties) for m in self.members)
+    def clamped_below(self, omega: NDArray[np.float64]) -> Index:
+        """How many natural frequencies of all members with held nodes lie below each of ω (f,) in
+        rad/s, (f,)."""
+        counts = [m.block.clamped_below(omega, m.properties) for m in self.members]
+        return np.sum(counts, axis=0, dtype=np.int64)
 
     def at(self, s: complex) -> sp.csc_array:
         """The correction at s as a matrix, cut."""

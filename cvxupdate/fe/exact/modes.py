@@ -36,6 +36,8 @@ DENSE = 400
 NEAR = 0.02
 """Relative width of a bracket in ω from which Newton's steps are taken."""
 STEPS = 60
+SECTIONS = 12
+"""Points at which a bracket is divided at a time, where the members are few."""
 LOWEST = 1e-2
 """Of the first natural frequency of the Taylor series: below it only rigid bodies move, and far
 below it rounding of Z would count for them."""
@@ -68,9 +70,23 @@ class Counter:
             Where the pivots of Z cannot be counted.
         """
         if omega not in self.known:
-            Z = self.stiffness(omega)
-            self.known[omega] = self.beyond.clamped_below(omega) + _negatives(Z)
+            self.survey(np.array([omega]))
         return self.known[omega]
+
+    def survey(self, omega: Real) -> None:
+        """Count below every one of ``omega`` (f,): a few members take as long at all of them as at
+        one."""
+        for some in np.array_split(omega, -(-len(omega) // self.beyond.together)):
+            self.beyond.foresee(1j * some.astype(complex))
+            clamped = self.beyond.clamped_below(some)
+            for w, held in zip(some.tolist(), clamped.tolist(), strict=True):
+                self.known[w] = held + _negatives(self.stiffness(w))
+
+    def around(self, number: int, low: float) -> tuple[float, float | None]:
+        """The nearest ω ≥ ``low`` counted so far below and above mode ``number``."""
+        under = [w for w, n in self.known.items() if n < number and w >= low]
+        over = [w for w, n in self.known.items() if n >= number and w > low]
+        return max(under, default=low), min(over, default=None)
 
     def _with(self, data: Real) -> sp.csc_array:
         return sp.csc_array((data, self.m.K.indices, self.m.K.indptr), shape=self.m.K.shape)
@@ -119,7 +135,7 @@ def exact_modes(m: Matrices, rigid: Real, count: int, first: float) -> tuple[Rea
     while len(values) < count:
         number = r + len(values) + 1
         floor = low  # the mode before lies just below, and is not to be found again
-        low, high, top = _bracket(counter.below, number, low, max(first, 2.0 * low))
+        low, high, top = _bracket(counter, number, low, max(first, 2.0 * low))
         omega, x = _refined(counter, number, (floor, low, high), top - number + 1)
         values += [omega**2] * x.shape[1]
         shapes.append(x)
@@ -127,23 +143,27 @@ def exact_modes(m: Matrices, rigid: Real, count: int, first: float) -> tuple[Rea
     return np.array(values[:count]), np.hstack([np.zeros((m.K.shape[0], 0)), *shapes])[:, :count]
 
 
-def _bracket(
-    below: Callable[[float], int], number: int, low: float, guess: float
-) -> tuple[float, float, int]:
-    """(ω below mode ``number``, ω above it, how many are below that), by doubling and bisection
+def _bracket(counter: Counter, number: int, low: float, guess: float) -> tuple[float, float, int]:
+    """(ω below mode ``number``, ω above it, how many are below that), by doubling and division
     until it stands alone or the bracket is narrow."""
-    high = guess
-    while below(high) < number:
-        low, high = high, 2.0 * high
-        if high > HIGHEST:
+    many = min(SECTIONS, counter.beyond.together)
+    low, high = counter.around(number, low)
+    while high is None:
+        if guess > HIGHEST:
             raise ModelError("the model has fewer natural frequencies than were asked for.")
-    while (below(high) > number and high - low > ALIKE * high) or high - low > NEAR * high:
-        middle = np.sqrt(low * high) if high > 4.0 * low else (low + high) / 2.0
-        if below(middle) >= number:
-            high = middle
-        else:
-            low = middle
-    return low, high, below(high)
+        counter.below(guess)
+        low, high = counter.around(number, low)
+        guess *= 2.0
+    while (counter.below(high) > number and high - low > ALIKE * high) or high - low > NEAR * high:
+        spread = np.geomspace if high > 4.0 * low else np.linspace
+        counter.survey(np.asarray(spread(low, high, many + 2))[1:-1])
+        low, high = _sides(counter, number, low, high)
+    return low, high, counter.below(high)
+
+
+def _sides(counter: Counter, number: int, low: float, high: float) -> tuple[float, float]:
+    under, over = counter.around(number, low)
+    return under, high if over is None else over
 
 
 def _above(below: Callable[[float], int], number: int, omega: float) -> float:

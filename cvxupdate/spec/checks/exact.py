@@ -13,11 +13,12 @@ from cvxupdate.spec.model import ModalDamping
 from cvxupdate.spec.prepare import Complaint
 
 MESH = "or mesh the members with beam3d"
+METHODS = ("rfm", "frequencies", "sensitivity", "minimum-variance")
 
 
 @dataclass(frozen=True)
 class ExactElements:
-    """Exact elements stand in a linear model that is updated on its frequency responses."""
+    """Exact elements stand in a linear model that is updated on its responses or its modes."""
 
     needs: ClassVar[tuple[str, ...]] = ("elements", "damping")
 
@@ -44,9 +45,11 @@ class ExactElements:
         update = case.spec.update
         if update is None:
             return
-        if update.method != "rfm":
+        if update.method not in METHODS:
             yield Complaint(
-                ("update", "method"), f"'{update.method}' {says}", f'Take method = "rfm", {MESH}.'
+                ("update", "method"),
+                f"'{update.method}' {says}",
+                f'Take method = "rfm" for responses, "sensitivity" for modes, {MESH}.',
             )
         elif update.basis != "full":
             yield Complaint(("update", "basis"), f"'{update.basis}' {says}", 'Take basis = "full".')

@@ -214,6 +214,7 @@ class MethodRecording:
         wanted = {
             "frequencies": {"modes"},
             "minimum-variance": {"modes"},
+            "modal-dynamic": {"modes"},
             "rfm": {"frf", "time"},
         }.get(update.method)
         if wanted is not None and not kinds & wanted:

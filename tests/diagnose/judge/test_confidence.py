@@ -8,7 +8,13 @@ from dataclasses import replace
 import pytest
 
 from cvxupdate.diagnose.hypothesis import Figures
-from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, size_of, standing
+from cvxupdate.diagnose.judge.confidence import (
+    Standing,
+    certainty_of_groups,
+    size_of,
+    standing,
+    untold,
+)
 from cvxupdate.diagnose.settings import CUT_SHORT, MOST_SURE
 from cvxupdate.diagnose.types import Errors
 from cvxupdate.physics.quantity import stiffness
@@ -73,6 +79,17 @@ def test_places_that_are_hardly_told_apart_are_stated_together() -> None:
     near = tuple(w.hypothesis.effects[0] for w in three[1:])
     alike = standing(0, three[0], three, case_of(PlainEvidence((BASE,), neighbours=near)))
     assert alike.told and alike.confidence == pytest.approx(1.0 / 3.0)
+
+
+def test_places_that_move_as_one_share_though_only_one_was_refitted() -> None:
+    first, second, third = (effect(nodes=(n,)) for n in (1, 2, 3))
+    case = case_of(PlainEvidence((BASE,), one=(second, third)))
+    final, other = weighed(GOOD, first), weighed(GOOD, third)
+    alone = standing(0, final, [], case)
+    assert alone.told and alone.confidence == pytest.approx(1.0 / 3.0)
+    both = standing(0, final, [final, other], case)
+    assert both.told and both.confidence == pytest.approx(1.0 / 3.0)
+    assert untold(first, final, [final, other], case) == (second,)
 
 
 def test_nuisance_parameters_alone_are_a_competitor() -> None:

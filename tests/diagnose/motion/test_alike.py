@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from cvxupdate.diagnose.motion.alike import alike, kin
+from cvxupdate.diagnose.motion.alike import alike, as_one, kin
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
@@ -51,6 +51,13 @@ def test_laws_on_what_moves_as_one_are_alike(point) -> None:
     near = alike(point, at(effects, 4), effects)
     assert {e.place.nodes for e in near[:2]} == {(5,), (6,)}
     assert not {(1,), (4,)} & {e.place.nodes for e in near}
+
+
+def test_what_no_recording_tells_apart_is_one(point) -> None:
+    """The last three masses move as one in the band, the third and fourth only nearly."""
+    effects = laws(point, "cubic_stiffness")
+    assert {e.place.nodes for e in as_one(point, at(effects, 4), effects)} == {(5,), (6,)}
+    assert as_one(point, at(effects, 2), effects) == []
 
 
 def test_places_of_their_own_have_none(point) -> None:

@@ -38,10 +38,10 @@ def test_steps_are_said_against_the_first_run():
     assert "+0 % in a, -4 % in b, against the first" in text and "4 % between runs" in text
 
 
-def problem(folder, changes, levels):
+def problem(folder, changes, levels, law=None):
     text = MODEL
     for k, ((start, end), level) in enumerate(zip(changes, levels, strict=True)):
-        run = shaken(level=level, seed=20 + k, start=start, end=end)
+        run = shaken(law, level=level, seed=20 + k, start=start, end=end)
         np.savez(folder / f"run{k}.npz", data=run.data)
         text += f"""
 [[recordings]]

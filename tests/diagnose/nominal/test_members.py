@@ -10,6 +10,7 @@ import pytest
 
 from cvxupdate.diagnose.nominal import members
 from cvxupdate.diagnose.nominal.members import divided
+from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.settings import EXACT_MESH
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
@@ -64,8 +65,19 @@ def test_more_parts_for_a_wider_band(tmp_path: Path) -> None:
     assert high.model.size == 3 * (3 * high.parts - 1)
     beams, lump = high.spec.model.elements
     assert beams.type == "beam3d" and len(beams.rows) == 3 * high.parts
-    assert {row.group for row in beams.rows} == {"even", "member 2", "member 3"}
+    assert {row.group for row in beams.rows} == {"even", "exact member 2", "exact member 3"}
     assert lump == spec.model.elements[1]
+
+
+def test_members_without_a_group_scatter_together_as_beams_do(tmp_path: Path) -> None:
+    """One by one they would take up what is missing at a node between them."""
+    spec, model = opened(tmp_path, text("exact_beam"))
+    found = divided(spec, model, [recording(60.0)])
+    mesh = with_nuisance(opened(tmp_path, text("beam3d"))[1])
+    assert found is not None
+    names = [q.name for q in with_nuisance(found.model).parameters]
+    assert names == [q.name for q in mesh.parameters]
+    assert names == ["even.stiffness", "beam3d.stiffness", "even.mass", "beam3d.mass", "mass.mass"]
 
 
 def test_a_meshed_model_stays_as_it_is(tmp_path: Path) -> None:

@@ -18,10 +18,20 @@ def test_some_cases_of_every_kind(kind: str) -> None:
     assert [fuzz.failure(kind, n) for n in range(12)] == [None] * 12
 
 
-@pytest.mark.parametrize(("kind", "number"), [("readers", 19007), ("readers", 22683)])
+FOUND = [
+    ("readers", 19007),  # infinite values in a universal file, times its sign
+    ("readers", 22683),  # among the lines whose peaks are sought
+    ("problems", 8085),  # the spectrum of a record of a few samples
+    ("problems", 17684),  # of one of 1e200 N
+    ("problems", 10818),  # coordinates of 1e200 m
+    ("arguments", 8202),  # a complex number as a node
+    ("arguments", 16402),  # a record at 1e300 samples a second
+    ("arguments", 17446),
+]
+
+
+@pytest.mark.parametrize(("kind", "number"), FOUND)
 def test_what_the_campaigns_found_stays_mended(kind: str, number: int) -> None:
-    """Infinite values in a universal file: times its sign, and among the lines whose peaks are
-    sought."""
     assert fuzz.failure(kind, number) is None
 
 

@@ -1,0 +1,102 @@
+"""Fits along the motion that the sensors say, of two masses of which one strikes stops."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cvxupdate.diagnose.fit import fitted, fitted_at
+from cvxupdate.diagnose.gather import gathered
+from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from
+from cvxupdate.diagnose.motion.evidence import MotionEvidence
+from cvxupdate.diagnose.motion.guided import begun, guided_rates
+from cvxupdate.diagnose.motion.rates import STEP
+from cvxupdate.diagnose.motion.smoother import Beyond
+from cvxupdate.diagnose.responses.setting import EFFORTS
+from cvxupdate.diagnose.types import Score
+from cvxupdate.study import open_problem
+from tests.diagnose.motion.test_drift import problem
+from validation.motions.laws import Law
+
+SIZES = np.array([2.0e5, 4.0e-4])  # N/m and m: stiff stops well within the motion
+
+
+@pytest.fixture(scope="module")
+def evidence(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("guided")
+    problem(folder, [(0.0, 0.0)] * 3, [1.0, 3.0, 2.0], Law("play", tuple(SIZES)))
+    spec, model, recordings = open_problem(folder / "problem.toml")[:3]
+    found = gathered(spec, model, recordings, lambda text: None)
+    assert isinstance(found, MotionEvidence), "the level is told"
+    return found
+
+
+def planted(evidence, times, level=0):
+    """The stops at nominal nuisance parameters, of so many times their sizes."""
+    setting = evidence.setting(evidence.model, ())
+    base = Hypothesis((), evidence.evaluated(setting, np.zeros(len(setting.columns))))
+    effect = next(
+        e
+        for e in evidence.candidates(evidence.model, ("clearance",))
+        if e.place.nodes == (1,) and e.action.sides == "two"
+    )
+    return seed_from(evidence, base, Score(effect, 1.0, times * SIZES, exact=True), level)
+
+
+def test_a_fit_finds_its_way_from_afar(evidence) -> None:
+    """Nuisance parameters nominal, sizes far off: output error alone is caught on the way, from one
+    start or another."""
+    smooth, caught = evidence.stages[0], []
+    for times in ((5.0, 5.0), (4.0, 0.3), (10.0, 1.0)):
+        seed = planted(evidence, np.array(times))
+        caught.append(fitted(seed.setting, seed.start, EFFORTS["coarse"]).misfit)
+        led = fitted(seed.setting, begun(seed.setting, seed.start, smooth), EFFORTS["coarse"])
+        assert led.misfit < 2.0, "1: noise and what a sound model leaves"
+        assert begun(seed.setting, seed.start, ()) is seed.start
+    assert max(caught) > 100.0
+
+
+def test_it_begins_where_it_is_told_where_that_is_better(evidence) -> None:
+    seed = planted(evidence, 0.6)
+    best = fitted(
+        seed.setting, begun(seed.setting, seed.start, evidence.stages[0]), EFFORTS["sharp"]
+    )
+    again = fitted_at(seed.setting, begun(seed.setting, best.p, evidence.stages[0]))
+    assert again.cost <= best.cost
+
+
+def test_without_laws_nothing_is_done(evidence) -> None:
+    setting = evidence.setting(evidence.model, ())
+    p = np.zeros(len(setting.columns))
+    assert begun(setting, p, evidence.stages[0]) is p
+
+
+def test_rates_of_the_laws_are_differences(evidence) -> None:
+    seed = planted(evidence, 1.0)
+    point = replace(seed.setting, guided=True).evaluate(seed.start)
+    unknowns, rates = guided_rates(point)
+    assert unknowns == [len(evidence.model.parameters), len(evidence.model.parameters) + 1]
+    name = next(iter(rates))
+    f, x, v = point.motions[name]
+    p = seed.start.copy()
+    p[unknowns[0]] += STEP
+    laws = seed.setting.evaluate(p).forces[0]
+    np.testing.assert_allclose(laws.trace(x, v)[0] - f, STEP * rates[name][..., 0], atol=1e-9)
+
+
+def test_the_motion_of_a_place_is_what_it_was(evidence) -> None:
+    """From accelerometers with noise, under stops five times as stiff as the structure: no drift,
+    and with the law's force nearer to what a simulation of the truth has."""
+    true = planted(evidence, 1.0, level=1).setting.evaluate(planted(evidence, 1.0).start)
+    point = replace(true.setting, guided=True).evaluate(true.p)
+    shape = point.modes.shapes.T @ point.forces[1][:, 0]
+    for name, (_, x, _) in true.motions.items():
+        bare, _ = Beyond.alone(point, evidence.runs[name]).smoother(shape).motion()
+        given = point.motions[name][1][:, 0]
+        heard = slice(0, 9 * len(given) // 10)  # at the end a taper lets it down
+        was = x[:: len(x) // len(given), 0][heard]
+        off = [np.std(m[heard] - was) / np.std(was) for m in (bare, given)]
+        assert off[1] < off[0] < 0.3
+        assert np.max(np.abs(bare[heard])) < 1.5 * np.max(np.abs(was))
