@@ -37,14 +37,16 @@ class EffectType(ABC):
 
     ``name`` is the contract's, ``noun`` what it is in a sentence; ``damping`` says that it takes
     out energy and nothing else; ``unlimited`` that beyond some size more of it changes nothing;
-    ``told_by`` which recordings can tell it; ``writers`` how the elements that it adds are written
-    into a problem file, by their kind.
+    ``rig`` that hardly a test is without it, in some measure, for it tells of how the structure is
+    held and measured; ``told_by`` which recordings can tell it; ``writers`` how the elements that
+    it adds are written into a problem file, by their kind.
     """
 
     name: ClassVar[str]
     noun: ClassVar[str]
     damping: ClassVar[bool] = False
     unlimited: ClassVar[bool] = False
+    rig: ClassVar[bool] = False
     told_by: ClassVar[frozenset[str]] = frozenset({RESPONSES, MODES})
     writers: ClassVar[tuple[tuple[str, Writer], ...]] = ()
 

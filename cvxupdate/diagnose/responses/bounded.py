@@ -77,6 +77,11 @@ class Gap:
         return np.asarray(np.sum(np.where(np.isfinite(off), off, 2.0), axis=0))
 
     @property
+    def mean(self) -> float:
+        """Over all rows."""
+        return self.total / max(1, len(self.measured))
+
+    @property
     def values(self) -> Real:
         """(Ŷ − Y) / √(|Y|² + |Ŷ|² + 2 σ²), (2 rows,)."""
         whole = self._whole(self.modelled[:, None])[:, 0]
@@ -146,5 +151,4 @@ def approached(setting: ResponseSetting, start: Real, options: Options) -> tuple
     )
     options = growing_of(setting, options)
     found = iterate(Bounded(setting), problem, SolverChoice(), options, start).point
-    left = found.gap.total / max(1, len(found.gap.measured))
-    return fitted_at(setting, found.p, found.point), left
+    return fitted_at(setting, found.p, found.point), found.gap.mean

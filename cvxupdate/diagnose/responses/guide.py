@@ -6,8 +6,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from cvxupdate.diagnose.fit import Fit
-from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
+from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, seeds_from
 from cvxupdate.diagnose.responses.bounded import Gap, approached
 from cvxupdate.diagnose.responses.finite_size import Measure, few_directions, whole_member
 from cvxupdate.diagnose.responses.first_order import first_order
@@ -16,7 +18,7 @@ from cvxupdate.diagnose.responses.setting import EFFORTS
 from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
 from cvxupdate.diagnose.settings import WHOLE, WHOLES
-from cvxupdate.diagnose.types import Evidence, FiniteSize, Seed
+from cvxupdate.diagnose.types import Evidence, FiniteSize, Score, Seed
 from cvxupdate.physics.effect import Effect
 
 
@@ -48,6 +50,25 @@ class Guide:
 
     evidence: Evidence
 
+    def rigged(self, parent: Hypothesis) -> Hypothesis | None:
+        """A parent with all that a rig does, as yet of no size: what hardly a test is without, in
+        some measure. The fit tells in what."""
+        found = parent
+        for effect in _classes(self._rig(parent)):
+            moved = effect.on(self.evidence.context(found.fit.setting.model))
+            if moved is None:
+                continue
+            nothing = Score(moved, 0.0, np.zeros(moved.count))
+            seed = seed_from(self.evidence, found, nothing, found.fit.setting.level)
+            if seed is not None:
+                fit = self.evidence.evaluated(seed.setting, seed.start)
+                found = Hypothesis(seed.effects, fit)
+        return None if found is parent else found
+
+    def _rig(self, parent: Hypothesis) -> list[Effect]:
+        effects = self.evidence.candidates(parent.fit.setting.model)
+        return [e for e in effects if e.type.rig and e.key not in parent.keys]
+
     def beside(self, parent: Hypothesis, count: int) -> list[Seed]:
         """The ``count`` effects that bring a parent, as it is, nearest, each at its best size."""
         fit = parent.fit
@@ -73,3 +94,18 @@ class Guide:
         """Fitted by that comparison from a seed, and what it leaves (0: nothing; 1: as much as two
         responses that have nothing to do with one another)."""
         return approached(seed.setting, seed.start, EFFORTS[effort])
+
+    def left(self, h: Hypothesis) -> float:
+        """What it leaves of a hypothesis as it is."""
+        return Gap.of(h.fit.point).mean
+
+
+def _classes(effects: Sequence[Effect]) -> list[Effect]:
+    """Without those at one place of a class that is there as a whole."""
+    several = [e for e in effects if len(e.place.nodes) > 1]
+    return [e for e in effects if not any(_within(e, c) for c in several)]
+
+
+def _within(effect: Effect, several: Effect) -> bool:
+    same = effect.physics == several.physics and effect.place.dof == several.place.dof
+    return same and set(effect.place.nodes) < set(several.place.nodes)

@@ -3,8 +3,8 @@
 Where several things are missing at once no single effect explains much, and what scores best by
 weighted squares is what flattens the few worst lines. A comparison that no line can dominate
 (`Evidence.approach`) says which effects bring the whole nearer: sets are grown by it, several
-abreast (a beam search), then each member of the best is exchanged in turn; weighted squares take
-over from where that ends.
+abreast (a beam search), from the bare model and from one with all that a rig does; effects without
+which a set is as near are dropped again. Weighted squares take over from where that ends.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ import numpy as np
 
 from cvxupdate.diagnose.approach import Approach
 from cvxupdate.diagnose.budget import Budget
+from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, without
 from cvxupdate.diagnose.search.beside import beside
-from cvxupdate.diagnose.search.race import entered, merged, raced, tenable
+from cvxupdate.diagnose.search.race import merged, raced, tenable
 from cvxupdate.diagnose.search.several import Pool
 from cvxupdate.diagnose.settings import (
     BEAM,
@@ -41,7 +42,7 @@ GROWN, RIVALS = "sets of effects that bring the whole nearer", "rivals of member
 
 @dataclass(frozen=True)
 class Reached:
-    """A hypothesis and what the bounded comparison leaves of it."""
+    """A hypothesis and what the bounded comparison leaves of it, beside the sharp recordings."""
 
     hypothesis: Hypothesis
     left: float
@@ -51,70 +52,151 @@ def guided(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     """The best sets of two effects and more that grow step by step, sharpened, best first; none of
     evidence without an approach. It takes a part of the time at most: what is sought by weighted
     squares has its turn, too."""
-    approach = evidence.approach
-    if approach is None:
+    if evidence.approach is None:
         return []
-    own = Budget(GUIDED * BUDGET, np.inf)
-    nothing = at_nominal(evidence, Hypothesis((), evidence.bases[0]), SEVERAL_LEVEL)
-    front, found = [Reached(nothing, np.inf)], []
-    while _goes_on(evidence, front[0].hypothesis):
-        if evidence.hurried or own.over():
-            evidence.leave(GROWN)
-            break
-        best = front[0]
-        progress(f"seeking what brings {best.hypothesis.name} nearer")
-        seeds = _beside(approach, [r.hypothesis for r in front], NEAREST)
-        grown = _taken(evidence, approach, seeds, "first pass")
-        if not grown or grown[0].left > NEARER * best.left:
-            break
-        front = _nearest([*_settled(evidence, approach, grown[:BEAM]), *grown])[:BEAM]
-        if _explains(evidence, _carried(evidence, front[:1], progress)):
-            return _finished(evidence, front[:1], progress)
-        front = _exchanged(evidence, approach, front)
-        found = front + found
-    return _finished(evidence, _nearest(found)[:BEAM], progress)
+    growth = _Growth(evidence, evidence.approach, progress, Budget(GUIDED * BUDGET, np.inf))
+    return growth.finished(growth.found())
 
 
-def _explains(evidence: Evidence, carried: Sequence[Hypothesis]) -> bool:
-    """Whether the best leaves no more than the discrepancy of a sound model; what it leaves beyond
-    noise is sought by weighted squares."""
-    return bool(carried) and carried[0].fit.misfit <= OPEN * EXPLAINED
+@dataclass(frozen=True)
+class _Growth:
+    evidence: Evidence
+    approach: Approach
+    progress: Progress
+    budget: Budget
 
+    def found(self) -> list[Reached]:
+        """The nearest sets, nearest first."""
+        front = self._begun()
+        while front and self._goes_on(front[0].hypothesis):
+            if self.evidence.hurried or self.budget.over():
+                self.evidence.leave(GROWN)
+                break
+            grown = self._further(front)
+            if not grown or grown[0].left > NEARER * front[0].left:
+                break
+            front = _nearest([*grown, *front])[:BEAM]
+            if self._explains(self._carried(front[:1])):
+                return front[:1]
+        return front
 
-def _goes_on(evidence: Evidence, h: Hypothesis) -> bool:
-    spare = h.fit.rows - len(evidence.model.parameters) - h.unknowns
-    return len(h.effects) < MOST_EFFECTS and spare >= SPARE
+    def _begun(self) -> list[Reached]:
+        """The bare model, and that with all that a rig does as far as it brings it nearer."""
+        bases = self.evidence.bases
+        bare = at_nominal(self.evidence, Hypothesis((), bases[0]), SEVERAL_LEVEL)
+        self.progress("seeking what of a rig brings the model nearer")
+        rigged = self.approach.rigged(bare)
+        seeds = [_onward(h) for h in (bare, rigged) if h is not None]
+        return self._pruned(self._settled(seeds))
 
+    def _further(self, front: Sequence[Reached]) -> list[Reached]:
+        """The nearest sets with one effect more than those of the front have, nearest first."""
+        seeds: dict[frozenset[Key], Seed] = {}
+        for r in front:
+            self.progress(f"seeking what brings {r.hypothesis.name} nearer")
+            for seed in self.approach.beside(self._smooth(r.hypothesis), NEAREST):
+                seeds.setdefault(seed.keys, seed)
+        nearest = self._taken(list(seeds.values()), "first pass")[:BEAM]
+        return self._pruned(self._settled([_onward(r.hypothesis) for r in nearest]))
 
-def _beside(approach: Approach, parents: Sequence[Hypothesis], count: int) -> list[Seed]:
-    """What brings each parent nearest, each set once."""
-    out: dict[frozenset[Key], Seed] = {}
-    for parent in parents:
-        for seed in approach.beside(parent, count):
-            out.setdefault(seed.keys, seed)
-    return list(out.values())
+    def _smooth(self, h: Hypothesis) -> Hypothesis:
+        setting = self.evidence.at_level(h.fit.setting, SEVERAL_LEVEL)
+        return Hypothesis(h.effects, self.evidence.evaluated(setting, h.fit.p))
 
+    def _settled(self, seeds: Sequence[Seed]) -> list[Reached]:
+        """Brought as near as they come at one level after the other, the last of which counts."""
+        found = [Reached(Hypothesis(s.effects, self._fit(s)), np.inf) for s in seeds]
+        for level in range(SEVERAL_LEVEL, self.evidence.levels):
+            onward = [
+                Seed(h.effects, self.evidence.at_level(h.fit.setting, level), h.fit.p)
+                for h in (r.hypothesis for r in found)
+            ]
+            found = self._taken(onward, "sharp")
+        return found
 
-def _taken(
-    evidence: Evidence, approach: Approach, seeds: Sequence[Seed], effort: str
-) -> list[Reached]:
-    """Seeds brought as near as they come, nearest first; without those that are no structure."""
-    found = []
-    for seed in seeds:
-        if found and evidence.hurried:
-            break
-        try:
-            fit, left = approach.taken(seed, effort)
-        except CvxupdateError:
-            continue
-        h = Hypothesis(seed.effects, fit)
-        found += [Reached(h, left)] if tenable(evidence, h) else []
-    return _nearest(found)
+    def _fit(self, seed: Seed) -> Fit:
+        return self.evidence.evaluated(seed.setting, seed.start)
 
+    def _taken(self, seeds: Sequence[Seed], effort: str) -> list[Reached]:
+        """Seeds brought as near as they come, nearest first; without those that are no
+        structure."""
+        found = []
+        for seed in seeds:
+            if found and self.evidence.hurried:
+                break
+            try:
+                fit, left = self.approach.taken(seed, effort)
+            except CvxupdateError:
+                continue
+            h = Hypothesis(seed.effects, fit)
+            found += [Reached(h, left)] if tenable(self.evidence, h) else []
+        return _nearest(found)
 
-def _settled(evidence: Evidence, approach: Approach, front: Sequence[Reached]) -> list[Reached]:
-    """The same to the end of the way."""
-    return _taken(evidence, approach, [_onward(r.hypothesis) for r in front], "sharp")
+    def _pruned(self, sets: Sequence[Reached]) -> list[Reached]:
+        """Each without the effects that hardly bring it nearer."""
+        return _nearest([self._sparse(r) for r in sets])
+
+    def _sparse(self, whole: Reached) -> Reached:
+        """Without the effect that does least, as long as it does little; refitted where it does
+        more than that as it is, for others may take its part."""
+        while whole.hypothesis.effects:
+            rests = [
+                Reached(rest, self.approach.left(rest))
+                for k in range(len(whole.hypothesis.effects))
+                if (rest := without(self.evidence, whole.hypothesis, k)) is not None
+            ]
+            if not rests:
+                break
+            least = min(rests, key=lambda r: r.left)
+            if NEARER * least.left > whole.left:
+                again = self._taken([_onward(least.hypothesis)], "sharp")
+                if not again or NEARER * again[0].left > whole.left:
+                    break
+                least = again[0]
+            whole = least
+        return whole
+
+    def _goes_on(self, h: Hypothesis) -> bool:
+        spare = h.fit.rows - len(self.evidence.model.parameters) - h.unknowns
+        return len(h.effects) < MOST_EFFECTS and spare >= SPARE
+
+    def _explains(self, carried: Sequence[Hypothesis]) -> bool:
+        """Whether the best leaves no more than the discrepancy of a sound model; what it leaves
+        beyond noise is sought by weighted squares."""
+        return bool(carried) and carried[0].fit.misfit <= OPEN * EXPLAINED
+
+    def _carried(self, sets: Sequence[Reached]) -> list[Hypothesis]:
+        """By weighted squares from where they stand, beside the sharp recordings, best first."""
+        return self._sharpened([r.hypothesis for r in sets])
+
+    def _sharpened(self, sets: Sequence[Hypothesis]) -> list[Hypothesis]:
+        last = self.evidence.levels - 1
+        return raced(self.evidence, sets, ((last, len(sets)),), self.progress)
+
+    def finished(self, sets: Sequence[Reached]) -> list[Hypothesis]:
+        """Sets by weighted squares; the best of them also without each of its effects (backward),
+        and where it explains with others in the place of each, against which it must stand."""
+        known = self._carried([r for r in sets if r.hypothesis.effects])
+        if not known:
+            return []
+        best, explains = known[0], self._explains(known)
+        rests = [without(self.evidence, best, k) for k in range(len(best.effects))]
+        kept = [r for r in rests if r is not None and r.effects]
+        fewer = self._sharpened(kept)
+        pool = Pool(self.evidence, self.progress, {h.keys: h for h in known})
+        pool.tried.update(pool.found, (h.keys for h in fewer))
+        for rest in kept if explains else ():
+            if self.evidence.hurried:
+                self.evidence.leave(RIVALS)
+                break
+            self.progress(f"seeking beside {rest.name} again")
+            pool.refit(beside(self.evidence, self._smooth(rest)))
+        rivals = [h for h in pool.found.values() if len(h.effects) > 1 and h not in known]
+        return merged(
+            [h for h in known if len(h.effects) > 1],
+            [h for h in fewer if len(h.effects) > 1],
+            raced(self.evidence, rivals, FINE_SEVERAL, self.progress),
+        )
 
 
 def _onward(h: Hypothesis) -> Seed:
@@ -127,52 +209,3 @@ def _nearest(found: Sequence[Reached]) -> list[Reached]:
     for r in sorted(found, key=lambda r: r.left):
         best.setdefault(r.hypothesis.keys, r)
     return list(best.values())
-
-
-def _exchanged(evidence: Evidence, approach: Approach, front: Sequence[Reached]) -> list[Reached]:
-    """The nearest sets, and those in which one member of the nearest of all is another; all but its
-    last, which was just chosen."""
-    found = list(front)
-    best = front[0].hypothesis
-    for index in range(len(best.effects) - 1):
-        if evidence.hurried:
-            break
-        rest = without(evidence, best, index)
-        if rest is None:
-            continue
-        seeds = [s for s in approach.beside(rest, NEAREST) if s.keys != best.keys]
-        again = _taken(evidence, approach, seeds, "first pass")
-        found += [*_settled(evidence, approach, again[:1]), *again]
-    return _nearest(found)[:BEAM]
-
-
-def _carried(evidence: Evidence, sets: Sequence[Reached], progress: Progress) -> list[Hypothesis]:
-    """By weighted squares from where they stand, best first."""
-    found = entered(evidence, [_onward(r.hypothesis) for r in sets], progress)
-    return raced(evidence, found, ((SEVERAL_LEVEL, len(found)),), progress)
-
-
-def _finished(evidence: Evidence, sets: Sequence[Reached], progress: Progress) -> list[Hypothesis]:
-    """Sets by weighted squares; the best of them also without each of its effects (backward), and
-    where it explains with others
-    in the place of each, against which it must stand; the best of all sharpened."""
-    known = _carried(evidence, sets, progress)
-    if not known:
-        return []
-    best = known[0]
-    rests = [without(evidence, best, k) for k in range(len(best.effects))]
-    kept = [r for r in rests if r is not None]
-    found = entered(evidence, [_onward(r) for r in kept if r.effects], progress)
-    fewer = raced(evidence, found, ((SEVERAL_LEVEL, len(found)),), progress)
-    pool = Pool(evidence, progress, {h.keys: h for h in known})
-    pool.tried.update(pool.found, (h.keys for h in fewer))
-    for rest in kept if _explains(evidence, known) else ():
-        if evidence.hurried:
-            evidence.leave(RIVALS)
-            break
-        progress(f"seeking beside {rest.name} again")
-        pool.refit(beside(evidence, rest))
-    # by themselves, so that one with an effect too many does not leave them behind
-    simple = raced(evidence, [h for h in fewer if len(h.effects) > 1], FINE_SEVERAL, progress)
-    sets = [h for h in pool.found.values() if len(h.effects) > 1]
-    return merged(raced(evidence, sets, FINE_SEVERAL, progress), simple)
