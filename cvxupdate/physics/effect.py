@@ -68,7 +68,8 @@ class ModelChange:
     set; ``additive``: K and M move in proportion, and those of a set as the sum of its members';
     ``series``: a compliance beside that of its place, so sizes p act as p / (1 + p); ``cubic``:
     stiffness goes with the third power of the size; ``along``: its directions at any size, where
-    the tangent does not tell them; ``start``: all its unknowns from the size of the first.
+    the tangent does not tell them; ``start``: all its unknowns from the size of the first;
+    ``others``: further starts beside one, where the size of the first tells little of the rest.
     """
 
     grow: Callable[[], Model]
@@ -79,6 +80,7 @@ class ModelChange:
     cubic: bool = False
     along: LowRank | None = None
     start: Callable[[float], Real] | None = None
+    others: Callable[[Real], Sequence[Real]] | None = None
 
     @cached_property
     def model(self) -> Model:

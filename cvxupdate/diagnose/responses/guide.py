@@ -4,7 +4,7 @@ far off."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,8 +17,8 @@ from cvxupdate.diagnose.responses.sets import sets_of_elements
 from cvxupdate.diagnose.responses.setting import EFFORTS
 from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
-from cvxupdate.diagnose.settings import WHOLE, WHOLES
-from cvxupdate.diagnose.types import Evidence, FiniteSize, Score, Seed
+from cvxupdate.diagnose.settings import STARTS, WHOLE, WHOLES
+from cvxupdate.diagnose.types import Evidence, FiniteSize, Key, Score, Seed
 from cvxupdate.physics.effect import Effect
 
 
@@ -76,7 +76,8 @@ class Guide:
             c for c in self.evidence.candidates(fit.setting.model) if c.key not in parent.keys
         ]
         sized = at_finite_sizes(self.evidence, parent, effects, Gap.of(fit.point))
-        nearest = sorted(sized.scores, key=lambda s: -s.fraction)[:count]
+        nearest = _several(sorted(sized.scores, key=lambda s: -s.fraction), count)
+        nearest += [other for s in nearest for other in _otherwise(s)]
         seeds = seeds_from(self.evidence, parent, nearest, fit.setting.level)
         return [self._damped(parent, s) for s in (*seeds, *sized.seeds)]
 
@@ -109,3 +110,20 @@ def _classes(effects: Sequence[Effect]) -> list[Effect]:
 def _within(effect: Effect, several: Effect) -> bool:
     same = effect.physics == several.physics and effect.place.dof == several.place.dof
     return same and set(effect.place.nodes) < set(several.place.nodes)
+
+
+def _otherwise(score: Score) -> list[Score]:
+    """The same effect from other starts."""
+    change = score.effect.change
+    if change is None or change.others is None:
+        return []
+    return [replace(score, p=p) for p in change.others(score.p)]
+
+
+def _several(scores: Sequence[Score], count: int) -> list[Score]:
+    """Of the first ``count`` effects the first sizes."""
+    found: dict[Key, list[Score]] = {}
+    for s in scores:
+        if s.effect.key in found or len(found) < count:
+            found.setdefault(s.effect.key, []).append(s)
+    return [s for own in found.values() for s in own[:STARTS]]

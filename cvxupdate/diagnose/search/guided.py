@@ -16,7 +16,6 @@ import numpy as np
 
 from cvxupdate.diagnose.approach import Approach
 from cvxupdate.diagnose.budget import Budget
-from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, without
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import merged, raced, tenable
@@ -33,6 +32,7 @@ from cvxupdate.diagnose.settings import (
     OPEN,
     SEVERAL_LEVEL,
     SPARE,
+    STARTS,
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
@@ -42,7 +42,7 @@ GROWN, RIVALS = "sets of effects that bring the whole nearer", "rivals of member
 
 @dataclass(frozen=True)
 class Reached:
-    """A hypothesis and what the bounded comparison leaves of it, beside the sharp recordings."""
+    """A hypothesis and what the bounded comparison leaves of it."""
 
     hypothesis: Hypothesis
     left: float
@@ -87,37 +87,36 @@ class _Growth:
         self.progress("seeking what of a rig brings the model nearer")
         rigged = self.approach.rigged(bare)
         seeds = [_onward(h) for h in (bare, rigged) if h is not None]
-        return self._pruned(self._settled(seeds))
+        return self._pruned(self._taken(seeds, "sharp"))
 
     def _further(self, front: Sequence[Reached]) -> list[Reached]:
-        """The nearest sets with one effect more than those of the front have, nearest first."""
-        seeds: dict[frozenset[Key], Seed] = {}
+        """The nearest sets with one effect more than those of the front have, or with all that a
+        rig does beside them, nearest first."""
+        seeds: list[Seed] = []
         for r in front:
             self.progress(f"seeking what brings {r.hypothesis.name} nearer")
-            for seed in self.approach.beside(self._smooth(r.hypothesis), NEAREST):
-                seeds.setdefault(seed.keys, seed)
-        nearest = self._taken(list(seeds.values()), "first pass")[:BEAM]
-        return self._pruned(self._settled([_onward(r.hypothesis) for r in nearest]))
+            for seed in self.approach.beside(r.hypothesis, NEAREST):
+                seeds += [seed, *self._rigged(seed)]
+        entered = self._nearer(seeds, "first pass")
+        best = {r.hypothesis.keys for r in _nearest(entered)[:BEAM]}
+        field = [r.hypothesis for r in entered if r.hypothesis.keys in best][: STARTS * BEAM]
+        return self._pruned(self._taken([_onward(h) for h in field], "sharp"))
 
-    def _smooth(self, h: Hypothesis) -> Hypothesis:
-        setting = self.evidence.at_level(h.fit.setting, SEVERAL_LEVEL)
-        return Hypothesis(h.effects, self.evidence.evaluated(setting, h.fit.p))
+    def _rigged(self, seed: Seed) -> list[Seed]:
+        try:
+            found = self.approach.rigged(self._as_it_is(seed))
+        except CvxupdateError:
+            return []
+        return [] if found is None else [_onward(found)]
 
-    def _settled(self, seeds: Sequence[Seed]) -> list[Reached]:
-        """Brought as near as they come at one level after the other, the last of which counts."""
-        found = [Reached(Hypothesis(s.effects, self._fit(s)), np.inf) for s in seeds]
-        for level in range(SEVERAL_LEVEL, self.evidence.levels):
-            onward = [
-                Seed(h.effects, self.evidence.at_level(h.fit.setting, level), h.fit.p)
-                for h in (r.hypothesis for r in found)
-            ]
-            found = self._taken(onward, "sharp")
-        return found
-
-    def _fit(self, seed: Seed) -> Fit:
-        return self.evidence.evaluated(seed.setting, seed.start)
+    def _as_it_is(self, seed: Seed) -> Hypothesis:
+        return Hypothesis(seed.effects, self.evidence.evaluated(seed.setting, seed.start))
 
     def _taken(self, seeds: Sequence[Seed], effort: str) -> list[Reached]:
+        """Seeds brought as near as they come, nearest first, each set once."""
+        return _nearest(self._nearer(seeds, effort))
+
+    def _nearer(self, seeds: Sequence[Seed], effort: str) -> list[Reached]:
         """Seeds brought as near as they come, nearest first; without those that are no
         structure."""
         found = []
@@ -130,7 +129,7 @@ class _Growth:
                 continue
             h = Hypothesis(seed.effects, fit)
             found += [Reached(h, left)] if tenable(self.evidence, h) else []
-        return _nearest(found)
+        return sorted(found, key=lambda r: r.left)
 
     def _pruned(self, sets: Sequence[Reached]) -> list[Reached]:
         """Each without the effects that hardly bring it nearer."""
@@ -166,8 +165,16 @@ class _Growth:
         return bool(carried) and carried[0].fit.misfit <= OPEN * EXPLAINED
 
     def _carried(self, sets: Sequence[Reached]) -> list[Hypothesis]:
-        """By weighted squares from where they stand, beside the sharp recordings, best first."""
-        return self._sharpened([r.hypothesis for r in sets])
+        """Brought nearer level by level, then by weighted squares, beside the sharp recordings;
+        best first."""
+        found = list(sets)
+        for level in range(SEVERAL_LEVEL + 1, self.evidence.levels):
+            onward = [
+                Seed(h.effects, self.evidence.at_level(h.fit.setting, level), h.fit.p)
+                for h in (r.hypothesis for r in found)
+            ]
+            found = self._taken(onward, "sharp")
+        return self._sharpened([r.hypothesis for r in found])
 
     def _sharpened(self, sets: Sequence[Hypothesis]) -> list[Hypothesis]:
         last = self.evidence.levels - 1
@@ -190,7 +197,7 @@ class _Growth:
                 self.evidence.leave(RIVALS)
                 break
             self.progress(f"seeking beside {rest.name} again")
-            pool.refit(beside(self.evidence, self._smooth(rest)))
+            pool.refit(beside(self.evidence, rest))
         rivals = [h for h in pool.found.values() if len(h.effects) > 1 and h not in known]
         return merged(
             [h for h in known if len(h.effects) > 1],
