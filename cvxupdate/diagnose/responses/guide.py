@@ -19,7 +19,8 @@ from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
 from cvxupdate.diagnose.settings import STARTS, WHOLE, WHOLES
 from cvxupdate.diagnose.types import Evidence, FiniteSize, Key, Score, Seed
-from cvxupdate.physics.effect import Effect
+from cvxupdate.physics import effect_types
+from cvxupdate.physics.effect import RESPONSES, Effect, EffectType
 
 
 def at_finite_sizes(
@@ -66,8 +67,13 @@ class Guide:
         return None if found is parent else found
 
     def _rig(self, parent: Hypothesis) -> list[Effect]:
-        effects = self.evidence.candidates(parent.fit.setting.model)
-        return [e for e in effects if e.type.rig and e.key not in parent.keys]
+        context = self.evidence.context(parent.fit.setting.model)
+        effects = [e for t in self._types() for e in t.candidates(context)]
+        return [e for e in effects if e.key not in parent.keys]
+
+    def _types(self) -> list[EffectType]:
+        known = (t for t in effect_types() if t.rig and t.name in self.evidence.names)
+        return [t for t in known if RESPONSES in t.told_by]
 
     def beside(self, parent: Hypothesis, count: int) -> list[Seed]:
         """The ``count`` effects that bring a parent, as it is, nearest, each at its best size."""

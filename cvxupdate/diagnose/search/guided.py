@@ -32,7 +32,6 @@ from cvxupdate.diagnose.settings import (
     OPEN,
     SEVERAL_LEVEL,
     SPARE,
-    STARTS,
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
@@ -99,7 +98,7 @@ class _Growth:
                 seeds += [seed, *self._rigged(seed)]
         entered = self._nearer(seeds, "first pass")
         best = {r.hypothesis.keys for r in _nearest(entered)[:BEAM]}
-        field = [r.hypothesis for r in entered if r.hypothesis.keys in best][: STARTS * BEAM]
+        field = [r.hypothesis for r in entered if r.hypothesis.keys in best]
         return self._pruned(self._taken([_onward(h) for h in field], "sharp"))
 
     def _rigged(self, seed: Seed) -> list[Seed]:
