@@ -157,7 +157,7 @@ PARTNERS, MOVES, ROUNDS, ALTERNATIVES = 6, 2, 6, 6
 # Each is begun at so many sizes, and with as many carried on: valleys lie side by side.
 NEAREST, BEAM, NEARER, STARTS = 5, 3, 0.95, 2
 # Part of the time for one diagnosis that growing them may take.
-GUIDED = 0.5
+GROWING = 0.5
 # Effects in one hypothesis, at most: a rig of four things and one that is sought.
 MOST_EFFECTS = 5
 # Times the best single effect's misfit: an effect that alone leaves more is nothing by itself.

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +23,6 @@ from cvxupdate.fe.model import Model
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.fault import Fault
-
-if TYPE_CHECKING:
-    from cvxupdate.diagnose.approach import Approach
 
 Real = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -190,8 +187,9 @@ class Evidence(Protocol):
         """Weighted derivative columns (rows, count) of effects; None where one has none."""
 
     @property
-    def approach(self) -> Approach | None:
-        """The first steps beside a model that is far off; None where there are none."""
+    def approach(self) -> Any:
+        """The first steps beside a model that is far off (`cvxupdate.diagnose.search.guided`);
+        None where there are none."""
 
     def errors(self, fit: Fit) -> Errors:
         """On what was fitted and on what was held out."""

@@ -37,9 +37,8 @@ class EffectType(ABC):
 
     ``name`` is the contract's, ``noun`` what it is in a sentence; ``damping`` says that it takes
     out energy and nothing else; ``unlimited`` that beyond some size more of it changes nothing;
-    ``rig`` that hardly a test is without it, in some measure, for it tells of how the structure is
-    held and measured; ``told_by`` which recordings can tell it; ``writers`` how the elements that
-    it adds are written into a problem file, by their kind.
+    ``rig`` that hardly a test is without it; ``told_by`` which recordings can tell it; ``writers``
+    how the elements that it adds are written into a problem file, by their kind.
     """
 
     name: ClassVar[str]
@@ -69,7 +68,7 @@ class ModelChange:
     ``series``: a compliance beside that of its place, so sizes p act as p / (1 + p); ``cubic``:
     stiffness goes with the third power of the size; ``along``: its directions at any size, where
     the tangent does not tell them; ``start``: all its unknowns from the size of the first;
-    ``others``: further starts beside one, where the size of the first tells little of the rest.
+    ``others``: further starts beside that.
     """
 
     grow: Callable[[], Model]

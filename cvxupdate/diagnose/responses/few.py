@@ -3,7 +3,7 @@ sensors and from the drives to them, and by how much they move the responses at 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -73,12 +73,13 @@ class Tunings:
 @dataclass(frozen=True)
 class Few:
     """``weights`` of the rows of every signal, ``modal`` receptances (points, modes) of every
-    response, the structure's mass (kg)."""
+    response, the structure's mass (kg); ``kept``: spectra that were worked out last."""
 
     point: ResponsePoint
     weights: tuple[Real, ...]
     modal: tuple[Complex, ...]
     heavy: float
+    kept: dict[bytes, tuple[Spectrum, ...]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, point: ResponsePoint) -> Few:
@@ -110,10 +111,27 @@ class Few:
     def rows(self, change: LowRank, sizes: Real) -> Real:
         """Weighted change of every row for each size, (rows, sizes)."""
         parts = []
+        many = len(change.weights) > DIRECTIONS
+        spectra = self._spectra(change) if many else ()
         pieces = (self.point.responses, self.modal, self.point.green, self.weights)
-        for r, own, g, w in zip(*pieces, strict=True):
-            parts += self._weighted(r, w, _moved(change, sizes, r, self._at(change, own), g))
+        for k, (r, own, g, w) in enumerate(zip(*pieces, strict=True)):
+            if many:
+                moved = spectra[k].moved(change, sizes, r.signal.s)
+            else:
+                moved = _moved(change, sizes, r, self._at(change, own), g)
+            parts += self._weighted(r, w, moved)
         return np.vstack(parts)
+
+    def _spectra(self, change: LowRank) -> tuple[Spectrum, ...]:
+        """Of every response; kept, for effects that differ in their tuning alone follow one
+        another."""
+        key = change.W.tobytes() + change.weights.tobytes() + change.used.tobytes()
+        if key not in self.kept:
+            pieces = zip(self.point.responses, self.modal, self.point.green, strict=True)
+            found = (Spectrum.of(change, r, self._at(change, own), g) for r, own, g in pieces)
+            self.kept.clear()
+            self.kept[key] = tuple(found)
+        return self.kept[key]
 
     def tuned(self, changes: Tunings, sizes: Real) -> Real:
         """The same for each of several changes along one direction, (rows, changes × sizes)."""
@@ -169,13 +187,35 @@ def _moved(change: LowRank, sizes: Real, r: Response, G: Complex, g: Receptances
         return _along_one(change, sizes, r, G, g)
     left, right = _sides(change, r, g)
     one = 1.0 / (sizes * change.f(r.signal.s)[:, None])  # (points, sizes)
-    G = G + np.diag(change.behind)
-    if len(change.weights) <= DIRECTIONS:
-        inverse = np.linalg.inv(np.diag(1.0 / change.weights) * one[:, :, None, None] + G[:, None])
-        return np.asarray(-np.einsum("ips,pgij,jpc->pscg", left, inverse, right, optimize=True))
-    # all sizes at one cost: (Λ⁻¹ a + G)⁻¹ = Λ V (a + μ)⁻¹ V⁻¹ with G Λ = V μ V⁻¹
-    mu, V = np.linalg.eig(G * change.weights)
-    left = np.einsum("ips,i,pij->psj", left, change.weights, V, optimize=True)
-    right = np.asarray(np.linalg.solve(V, np.moveaxis(right, 0, 1)), dtype=complex)
-    factor = 1.0 / (one[:, :, None] + mu[:, None, :])
-    return np.asarray(-np.einsum("psj,pgj,pjc->pscg", left, factor, right, optimize=True))
+    inverse = np.linalg.inv(
+        np.diag(1.0 / change.weights) * one[:, :, None, None]
+        + (G + np.diag(change.behind))[:, None]
+    )
+    return np.asarray(-np.einsum("ips,pgij,jpc->pscg", left, inverse, right, optimize=True))
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """All sizes at one cost: (Λ⁻¹ a + G)⁻¹ = Λ V (a + μ)⁻¹ V⁻¹ with G Λ = V μ V⁻¹. ``mu`` (points,
+    r), what V makes of the sides: ``left`` (points, sensors, r), ``right`` (points, r, cases)."""
+
+    mu: Complex
+    left: Complex
+    right: Complex
+
+    @classmethod
+    def of(cls, change: LowRank, r: Response, G: Complex, g: Receptances) -> Spectrum:
+        """Of a response."""
+        left, right = _sides(change, r, g)
+        mu, V = np.linalg.eig((G + np.diag(change.behind)) * change.weights)
+        left = np.einsum("ips,i,pij->psj", left, change.weights, V, optimize=True)
+        right = np.linalg.solve(V, np.moveaxis(right, 0, 1))
+        return cls(mu, left, np.asarray(right, dtype=complex))
+
+    def moved(self, change: LowRank, sizes: Real, s: Complex) -> Complex:
+        """The response's change (points, sensors, cases, sizes)."""
+        one = 1.0 / (sizes * change.f(s)[:, None])  # (points, sizes)
+        factor = 1.0 / (one[:, :, None] + self.mu[:, None, :])
+        return np.asarray(
+            -np.einsum("psj,pgj,pjc->pscg", self.left, factor, self.right, optimize=True)
+        )

@@ -11,12 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from cvxupdate.diagnose.approach import Approach
 from cvxupdate.diagnose.budget import Budget
-from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, without
+from cvxupdate.diagnose.fit import Fit
+from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, silenced, without
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import merged, raced, tenable
 from cvxupdate.diagnose.search.several import Pool
@@ -25,7 +26,7 @@ from cvxupdate.diagnose.settings import (
     BUDGET,
     EXPLAINED,
     FINE_SEVERAL,
-    GUIDED,
+    GROWING,
     MOST_EFFECTS,
     NEARER,
     NEAREST,
@@ -37,6 +38,23 @@ from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
 
 GROWN, RIVALS = "sets of effects that bring the whole nearer", "rivals of members of the best set"
+
+
+class Approach(Protocol):
+    """A comparison that no figure can dominate, however far off the model is."""
+
+    def rigged(self, parent: Hypothesis) -> Hypothesis | None:
+        """A parent with all that a rig does, as yet of no size; None where there is no such
+        thing."""
+
+    def beside(self, parent: Hypothesis, count: int) -> list[Seed]:
+        """The ``count`` effects that bring a fitted parent nearest, as it is."""
+
+    def taken(self, seed: Seed, effort: str) -> tuple[Fit, float]:
+        """Fitted by that comparison, and what it leaves (0: nothing)."""
+
+    def left(self, h: Hypothesis) -> float:
+        """What it leaves of a hypothesis as it is."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +71,7 @@ def guided(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     squares has its turn, too."""
     if evidence.approach is None:
         return []
-    growth = _Growth(evidence, evidence.approach, progress, Budget(GUIDED * BUDGET, np.inf))
+    growth = _Growth(evidence, evidence.approach, progress, Budget(GROWING * BUDGET, np.inf))
     return growth.finished(growth.found())
 
 
@@ -118,7 +136,7 @@ class _Growth:
     def _nearer(self, seeds: Sequence[Seed], effort: str) -> list[Reached]:
         """Seeds brought as near as they come, nearest first; without those that are no
         structure."""
-        found = []
+        found: list[Reached] = []
         for seed in seeds:
             if found and self.evidence.hurried:
                 break
@@ -135,24 +153,35 @@ class _Growth:
         return _nearest([self._sparse(r) for r in sets])
 
     def _sparse(self, whole: Reached) -> Reached:
-        """Without the effect that does least, as long as it does little; refitted where it does
-        more than that as it is, for others may take its part."""
+        """Without the effects that do little as it is, all at once; then, one by one, the one that
+        does least where the others take its part when they are fitted again."""
+        whole = self._busy(whole)
         while whole.hypothesis.effects:
-            rests = [
-                Reached(rest, self.approach.left(rest))
-                for k in range(len(whole.hypothesis.effects))
-                if (rest := without(self.evidence, whole.hypothesis, k)) is not None
-            ]
-            if not rests:
+            h = whole.hypothesis
+            least = min(range(len(h.effects)), key=lambda k: self._left(h, (k,)))
+            rest = without(self.evidence, h, least)
+            again = [] if rest is None else self._taken([_onward(rest)], "sharp")
+            if not again or NEARER * again[0].left > whole.left:
                 break
-            least = min(rests, key=lambda r: r.left)
-            if NEARER * least.left > whole.left:
-                again = self._taken([_onward(least.hypothesis)], "sharp")
-                if not again or NEARER * again[0].left > whole.left:
-                    break
-                least = again[0]
-            whole = least
+            whole = again[0]
         return whole
+
+    def _busy(self, whole: Reached) -> Reached:
+        """Without the effects that do little as it is."""
+        h = whole.hypothesis
+        idle: tuple[int, ...] = ()
+        for k in sorted(range(len(h.effects)), key=lambda k: self._left(h, (k,))):
+            if NEARER * self._left(h, (*idle, k)) > whole.left:
+                break
+            idle = (*idle, k)
+        rest = without(self.evidence, h, *idle) if idle else None
+        return whole if rest is None else Reached(rest, self.approach.left(rest))
+
+    def _left(self, h: Hypothesis, indices: tuple[int, ...]) -> float:
+        """What is left without some effects, as it is."""
+        fit = silenced(self.evidence, h, indices)
+        rest = without(self.evidence, h, *indices) if fit is None else Hypothesis(h.effects, fit)
+        return np.inf if rest is None else self.approach.left(rest)
 
     def _goes_on(self, h: Hypothesis) -> bool:
         spare = h.fit.rows - len(self.evidence.model.parameters) - h.unknowns
