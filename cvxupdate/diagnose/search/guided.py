@@ -215,7 +215,8 @@ class _Growth:
         if not known:
             return []
         best, explains = known[0], self._explains(known)
-        rests = [without(self.evidence, best, k) for k in range(len(best.effects))]
+        order = sorted(range(len(best.effects)), key=lambda k: best.effects[k].type.rig)
+        rests = [without(self.evidence, best, k) for k in order]  # what is sought comes first
         kept = [r for r in rests if r is not None and r.effects]
         fewer = self._sharpened(kept)
         pool = Pool(self.evidence, self.progress, {h.keys: h for h in known})
