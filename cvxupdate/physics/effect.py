@@ -65,10 +65,9 @@ class ModelChange:
     ``grow`` makes the `model` that carries them at the end of its list; ``tangent`` gives for each
     its derivative blocks on the DOFs of the model without them. ``members`` are the elements of a
     set; ``additive``: K and M move in proportion, and those of a set as the sum of its members';
-    ``series``: a compliance beside that of its place, so sizes p act as p / (1 + p); ``cubic``:
-    stiffness goes with the third power of the size; ``along``: its directions at any size, where
-    the tangent does not tell them; ``start``: all its unknowns from the size of the first;
-    ``others``: further starts beside that.
+    ``series``: a compliance beside that of its place: sizes p act as p / (1 + p); ``cubic``:
+    stiffness goes with (1 + p)³; ``along``: its directions at any size, where the tangent does not
+    tell them; ``start``: all its unknowns from the size of the first; ``others``: further starts.
     """
 
     grow: Callable[[], Model]
