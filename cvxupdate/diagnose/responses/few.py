@@ -208,9 +208,9 @@ class Spectrum:
         """Of a response."""
         left, right = _sides(change, r, g)
         mu, V = np.linalg.eig((G + np.diag(change.behind)) * change.weights)
-        left = np.einsum("ips,i,pij->psj", left, change.weights, V, optimize=True)
-        right = np.linalg.solve(V, np.moveaxis(right, 0, 1))
-        return cls(mu, left, np.asarray(right, dtype=complex))
+        turned = np.einsum("ips,i,pij->psj", left, change.weights, V, optimize=True)
+        solved = np.linalg.solve(V, np.moveaxis(right, 0, 1))
+        return cls(np.asarray(mu, dtype=complex), turned, np.asarray(solved, dtype=complex))
 
     def moved(self, change: LowRank, sizes: Real, s: Complex) -> Complex:
         """The response's change (points, sensors, cases, sizes)."""
