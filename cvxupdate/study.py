@@ -94,6 +94,7 @@ def run(
         For a fault of the input; an infeasible step is a result, ``status`` "infeasible".
     """
     from cvxupdate.correlate.compare import geometry_of
+    from cvxupdate.correlate.overlay import frf_overlays
     from cvxupdate.correlate.own_errors import own_errors
     from cvxupdate.correlate.plausible import examine
     from cvxupdate.update.ceam import update_ceam
@@ -125,6 +126,7 @@ def run(
             spec, model, recordings, progress, Many(where, keep, done, open_start)
         )
     p = [q.p for q in updated.parameters]
+    named = () if isinstance(table.frequency_points, str) else table.frequency_points
     return replace(
         updated,
         model={**updated.model, **definiteness(model, p)},
@@ -135,6 +137,7 @@ def run(
         judgement=judgement(updated),
         groupings=groupings,
         geometry=geometry_of(spec, model) if groupings else None,
+        overlays=frf_overlays(model, recordings, p, named),
     )
 
 
