@@ -121,12 +121,9 @@ def run(
     if table.method in others:
         updated = others[table.method](spec, model, recordings, progress)
     else:
-        done = None if reading is None else partial(reading, "starts")
-        updated = update_modal(
-            spec, model, recordings, progress, Many(where, keep, done, open_start)
-        )
+        many = Many(where, keep, partial(reading, "starts") if reading else None, open_start)
+        updated = update_modal(spec, model, recordings, progress, many)
     p = [q.p for q in updated.parameters]
-    named = () if isinstance(table.frequency_points, str) else table.frequency_points
     return replace(
         updated,
         model={**updated.model, **definiteness(model, p)},
@@ -137,7 +134,7 @@ def run(
         judgement=judgement(updated),
         groupings=groupings,
         geometry=geometry_of(spec, model) if groupings else None,
-        overlays=frf_overlays(model, recordings, p, named),
+        overlays=frf_overlays(model, recordings, p, table.frequency_points),
     )
 
 

@@ -48,16 +48,21 @@ class FrfOverlay:
 
 
 def frf_overlays(
-    model: Model, recordings: Sequence[Recording], p: Sequence[float], lines: Sequence[float] = ()
+    model: Model,
+    recordings: Sequence[Recording],
+    p: Sequence[float],
+    lines: Sequence[float] | str = (),
 ) -> tuple[FrfOverlay, ...]:
     """The model as it came and at ``p`` beside the first `RECORDINGS` of each use; ``lines`` [Hz]
-    that are fitted. A recording is left out where the model has no finite response."""
+    that are fitted, or the rule that chose them. A recording is left out where the model has no
+    finite response."""
     out: list[FrfOverlay] = []
     for use in ("fit", "hold-out"):
         frfs = [r for r in recordings if isinstance(r, FrequencyResponse) and r.origin.use == use]
         for recording in frfs[:RECORDINGS]:
             for measured in measured_responses(recording):
-                fitted = tuple(lines) if use == "fit" else ()
+                named = use == "fit" and not isinstance(lines, str)
+                fitted = tuple(float(f) for f in lines) if named else ()
                 out += _of(model, recording, _thinned(measured), np.array(p), fitted)
     return tuple(out)
 
