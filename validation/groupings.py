@@ -81,6 +81,7 @@ def beam() -> None:
                     noisy = bay.noisy(H, noise, 1) if noise else H
                     bay.save_frf(Path(folder) / "frf.npz", lines, noisy, places, [made.FORCE])
                     text = problem(model, "frf.npz", row("I", kind), noise)
+                    (Path(folder) / "problem.toml").write_text(text, encoding="utf-8")
                     updated, _ = fitted(text, Path(folder))
                 some = updated.groupings
                 print(

@@ -26,6 +26,7 @@ from cvxupdate.update.outcome import (
     parameter_results,
     regularisation_of,
     solver_of,
+    told_of,
     undetermined_of,
 )
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
@@ -119,7 +120,8 @@ def update_rfm(
         conflict=loop.step.conflict if infeasible else (),
         relaxation=tuple(r.says for r in loop.step.relaxation) if infeasible else (),
         history=tuple(asdict(h) for h in loop.history),
-        undetermined=undetermined_of(known),
+        undetermined=undetermined_of(known, loop),
+        told=told_of(known),
         noise=None if relative else known.noise,
         active=loop.step.active,
         regularisation=regularisation_of(loop),

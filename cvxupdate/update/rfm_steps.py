@@ -58,7 +58,8 @@ def fit_stepwise(
     progress: Callable[[Iteration], None] | None = None,
 ) -> LoopResult[FrfPoint]:
     """Steps of the flexibility-weighted balance, each in the weights of its own start, until one
-    lowers the output error of all lines by less than ``options.tolerance`` of it.
+    lowers the output error of all lines by less than ``options.tolerance`` of it, or foresees that
+    it would (as every loop here ends: such a step is not made and not counted).
 
     ``options.radius`` is the largest trust region, too: it shrinks after a poor step and recovers.
     ``low``: the first step is on the two lowest lines of each recording; each further one on those
@@ -78,7 +79,8 @@ def fit_stepwise(
     while True:
         part = [d.at(np.sort(o[:n])) for d, o, n in zip(data, order, counts, strict=True)]
         whole = all(n == len(d.frequency) for n, d in zip(counts, data, strict=True))
-        once = replace(options, max_iterations=1, radius=radius, tolerance=0.0)
+        tolerance = options.tolerance if whole else 0.0
+        once = replace(options, max_iterations=1, radius=radius, tolerance=tolerance)
         residual = FrfResidual(model, tuple(part), "flexibility", p)
         loop = iterate(residual, problem, choice, once, p, progress)
         problem = loop.problem
@@ -94,6 +96,8 @@ def fit_stepwise(
             ended = _ended(before, now, options.tolerance if whole else None)
             if ended:
                 status, reason = "converged", ended
+                if now is not best:  # tried, but the end is the point before
+                    history[-1] = replace(history[-1], accepted=False, p=tuple(best.p.tolist()))
                 break
         elif whole and (not loop.history or radius < TINY):
             status, reason = "converged", loop.reason
@@ -110,6 +114,8 @@ def _ended(before: _Best, now: _Best, tolerance: float | None) -> str:
     lines are fitted yet."""
     if now.value <= EXACT**2 * len(now.point.values):
         return "the model meets the recordings"
+    if tolerance is not None and before.value < now.value:
+        return "a further step raised the output error, and was not kept"
     if tolerance is not None and before.value - now.value <= tolerance * before.value:
         return f"the last step lowered the output error by less than {tolerance:.1g} of it"
     return ""

@@ -260,6 +260,7 @@ def _rigid(
         float(np.linalg.norm(B[3:, axis])) * shape.length / m
         for B, m in zip(bodies, mass, strict=True)
     ]
+    offsets = [v if v > NOTHING * shape.length else 0.0 for v in offsets]
     yield Quantity("offset of its centre", offsets[0], offsets[1], "m")
 
 
