@@ -90,7 +90,7 @@ def update_rfm(
     """
     begin = time.perf_counter()
     prepared = prepare(spec, model, recordings)
-    loop = _loop(spec, model, recordings, prepared, progress)
+    loop = fit_loop(spec, model, recordings, prepared, progress)
     end = loop.point
     relative = all(d.relative_only for d in prepared.chosen)
     known = uncertainty(
@@ -137,13 +137,20 @@ def update_rfm(
     )
 
 
-def _loop(
+def fit_loop(
     spec: Spec,
     model: Model,
     recordings: Sequence[Recording],
     prepared: Prepared,
-    progress: Callable[[Iteration], None] | None,
+    progress: Callable[[Iteration], None] | None = None,
 ) -> LoopResult[FrfPoint]:
+    """The loop that the [update] table asks for, over the chosen lines.
+
+    Raises
+    ------
+    InputError, ModelError
+        What the table names cannot be used.
+    """
     problem, choice = step_problem(spec, model, recordings), solver_choice(spec)
     options = loop_options(spec, model)
     asked = asked_of(spec, problem)
