@@ -58,8 +58,9 @@ def fit_stepwise(
     progress: Callable[[Iteration], None] | None = None,
 ) -> LoopResult[FrfPoint]:
     """Steps of the flexibility-weighted balance, each in the weights of its own start, until one
-    lowers the output error of all lines by less than ``options.tolerance`` of it, or foresees that
-    it would (as every loop here ends: such a step is not made and not counted).
+    lowers the output error of all lines by less than ``options.tolerance`` of it, or one in the
+    whole trust region foresees that it would (as every loop here ends: it is not made, and not
+    counted).
 
     ``options.radius`` is the largest trust region, too: it shrinks after a poor step and recovers.
     ``low``: the first step is on the two lowest lines of each recording; each further one on those
@@ -79,8 +80,7 @@ def fit_stepwise(
     while True:
         part = [d.at(np.sort(o[:n])) for d, o, n in zip(data, order, counts, strict=True)]
         whole = all(n == len(d.frequency) for n, d in zip(counts, data, strict=True))
-        tolerance = options.tolerance if whole else 0.0
-        once = replace(options, max_iterations=1, radius=radius, tolerance=tolerance)
+        once = _once(options, radius, whole)
         residual = FrfResidual(model, tuple(part), "flexibility", p)
         loop = iterate(residual, problem, choice, once, p, progress)
         problem = loop.problem
@@ -107,6 +107,13 @@ def fit_stepwise(
         counts = _counts(model, data, order, counts, p) if low else counts
     end = (start.point, best.point, loop.step, status, reason, tuple(history))
     return LoopResult(*end, problem, loop.weight)
+
+
+def _once(options: Options, radius: float, whole: bool) -> Options:
+    """One step. What it foresees may end the loop where it is of the ``whole`` data and in the
+    whole trust region: a short one foresees little wherever it is."""
+    tolerance = options.tolerance if whole and radius >= options.radius else 0.0
+    return replace(options, max_iterations=1, radius=radius, tolerance=tolerance)
 
 
 def _ended(before: _Best, now: _Best, tolerance: float | None) -> str:
