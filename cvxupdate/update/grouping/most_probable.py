@@ -24,8 +24,12 @@ LIKELY = 0.2
 UNIT = 1.0
 """The same, of a property that is nothing today, in units of its `scale`."""
 LOOSE = 2.0
-"""Deviations of the rows beyond the stated, above which the point is sought anew with the prior
-weighted by what they really are."""
+"""Factor between the deviations that the rows really have and those that weighted the prior, above
+which the point is sought anew with them: overstated ones leave everything to the prior, understated
+ones nothing."""
+PASSES = 3
+LEAST = 1e-6
+"""Weight of the prior at least: something must choose what no recording sees."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,13 +57,13 @@ def most_probable(
     """
     factors = [q.of in P_VALUES or q.nominal != 0.0 for q in model.parameters]
     weight = 1.0
-    for _ in range(2):
+    for _ in range(PASSES):
         p, system, relative = _fitted(spec, model, recordings, columns, factors, weight)
         silent = [i.direction for i in invisible(model, p)]
         known = seen(system, columns, relative, p, factors, silent)
-        if known.scatter <= LOOSE * np.sqrt(weight) or not np.any(p):
+        before, weight = weight, max(known.scatter**2, LEAST)
+        if 1.0 / LOOSE**2 <= weight / before <= LOOSE**2 or not np.any(p):
             break
-        weight = known.scatter**2
     return Best(p, system, known)
 
 

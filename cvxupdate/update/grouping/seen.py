@@ -17,6 +17,9 @@ NOTHING = 1e-10
 RESOLVED = 1e-3
 """Of the mismatch: what the linear system leaves unexplained is taken for no less, because it is
 linear only near where it was taken."""
+OVERSTATED = 5.0
+"""Deviations of χ² below its mean by which it is less than chance: the stated ones are too large
+(estimates from the roughness of few lines are)."""
 INVISIBLE = 1e-6
 """Of a direction: what may stand out from those that change no matrix."""
 
@@ -76,7 +79,7 @@ def seen(
     silent: Sequence[Array] = (),
 ) -> Seen:
     """What ``system`` says of its ``columns``; with weights that are ``relative`` only the scatter
-    is that of its residuals, else at least the stated one.
+    is that of its residuals, else the stated one, or the residuals' where chance forbids it.
 
     Linearised ``at`` p (n,; None: 0). Those that are ``factors`` 1 + p (n of them, empty: none) are
     counted by their logarithms, in which products such as E h³ are linear, and the ``silent``
@@ -100,7 +103,7 @@ def seen(
     left = float(np.sum((J @ best - y) ** 2))
     ratio = left / freedom if freedom > 0 else 1.0
     least = RESOLVED**2 * float(y @ y) / max(system.count, 1)
-    if not relative:
+    if not relative and ratio > 1.0 - OVERSTATED * np.sqrt(2.0 / max(freedom, 1)):
         ratio = max(ratio, 1.0)
     # J and y in fewer rows: only products of columns count
     R = np.asarray(np.linalg.qr(np.column_stack([J, y]), mode="r"))
