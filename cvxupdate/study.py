@@ -94,6 +94,7 @@ def run(
         For a fault of the input; an infeasible step is a result, ``status`` "infeasible".
     """
     from cvxupdate.correlate.compare import geometry_of
+    from cvxupdate.correlate.overlay import frf_overlays
     from cvxupdate.correlate.own_errors import own_errors
     from cvxupdate.correlate.plausible import examine
     from cvxupdate.update.ceam import update_ceam
@@ -120,10 +121,8 @@ def run(
     if table.method in others:
         updated = others[table.method](spec, model, recordings, progress)
     else:
-        done = None if reading is None else partial(reading, "starts")
-        updated = update_modal(
-            spec, model, recordings, progress, Many(where, keep, done, open_start)
-        )
+        many = Many(where, keep, partial(reading, "starts") if reading else None, open_start)
+        updated = update_modal(spec, model, recordings, progress, many)
     p = [q.p for q in updated.parameters]
     return replace(
         updated,
@@ -135,6 +134,7 @@ def run(
         judgement=judgement(updated),
         groupings=groupings,
         geometry=geometry_of(spec, model) if groupings else None,
+        overlays=frf_overlays(model, recordings, p, table.frequency_points),
     )
 
 

@@ -272,7 +272,9 @@ LOSS = "A loss factor of 1 % (our addition, in target and model alike) keeps the
 COMMON = "`fit.npz` has all lines, of which `frequency_points` are fitted; `other.npz` is driven elsewhere at lines between, and held out. `p_values.toml` is the same problem with p-values, as factors of E and ρ, so that the damping goes along with the stiffness as it does in the family."
 
 
-KEPT = "[constraints]\ngeneric = { mass = true }\n"
+KEPT = "[constraints]\ngeneric = { mass = true, floor = 0.05, ceiling = 20.0 }\n"
+"""Elements keep their mass, and no motion of one is 20 times stiffer or heavier, or less, than
+today."""
 PRIOR = '[[regularisation]]\nkind = "prior"\ndeviation = 0.1\nweight = 1.0\n'
 LOW = 'begin_with = "low"'
 STEP = 'reweight = "step"\ntolerance = 0.1\ntrust_radius = {}'
@@ -384,7 +386,7 @@ def plates() -> None:
     same = [plate_receptances(3, lines, at, 1) for lines, at in ((f, (0, 0)), (g, (2, 1)))]
     cases = (
         ("plate_a", "Plate, mass and stiffness of some elements 10 % off", "plate_a", same, "case A: the model lacks 10 % of the mass of elements 1, 3, 5, 7, 9 and has 10 % too much stiffness in 2, 4, 6, 8; the target is the same mesh without the errors. Of each element 9 + 12 numbers (R = T = I), 189 in all, with a prior of 0.1 towards the nominal element"),
-        ("plate_b", "Plate, error of the mesh alone", "plate", fine, "case B: target a 6 × 6 mesh of the same plate. One family for all elements, 9 + 12 numbers (R = T = I) as in the source, elements keep their mass"),
+        ("plate_b", "Plate, error of the mesh alone", "plate", fine, "case B: target a 6 × 6 mesh of the same plate. One family for all elements, 9 + 12 numbers (R = T = I) as in the source; elements keep their mass, and no motion of one becomes 20 times as stiff or heavy, or a twentieth (our choice)"),
         ("plate_c", "Plate, error of the mesh, 1 % noise", "plate", None, "case C: case B with 1 % noise (complex normal, relative to each entry, seed 1)"),
     )  # fmt: skip
     for name, title, model, H, says in cases:

@@ -35,6 +35,8 @@ EXACT_LINES = (30.0, 70.0, 110.0, 135.0, 155.0, 180.0, 210.0, 230.5)
 FORCE = "n1.z"
 """Where every study is driven."""
 BEAM_LINES = (20.0, 40.0, 75.0, 80.0, 135.0, 142.0, 190.0, 210.0, 245.0)
+LIKELY = 0.2
+"""Deviation of p before anything is recorded, where noise leaves combinations open."""
 BOUNDS = "\n[constraints]\nbounds = { lower = -0.5, upper = 0.5 }\n"
 
 
@@ -155,15 +157,23 @@ def parameters(groups: Sequence[tuple[str, Sequence[int] | str, bool]]) -> str:
 
 
 def write(
-    path: str, title: str, thesis: str, model: str, data: str, wanted: str, more: str = ""
+    path: str,
+    title: str,
+    thesis: str,
+    model: str,
+    data: str,
+    wanted: str,
+    more: str = "",
+    end: str = "",
 ) -> None:
-    """One problem file; ``model`` is what its [model] includes, or a [model] table."""
+    """One problem file; ``model`` is what its [model] includes, or a [model] table; ``more`` of
+    [update], and the ``end``."""
     table = model if model.startswith("[") else f'[model]\ninclude = "{model}"\n'
     text = (
         f'title = "{title}"\nsource = "Thesis {thesis}; simulated by validation/make_physical.py, '
         f'see ../source.md"\n\n{table}\n[[recordings]]\nkind = "frf"\nname = "simulated FRFs"\n'
         f'file = "{data}.npz"\nresponse = "displacement"\n\n[update]\nmethod = "rfm"\n{wanted}'
-        f'frequency_points = "all"\n{more}{BOUNDS}'
+        f'frequency_points = "all"\n{more}{BOUNDS}{end}'
     )
     (FOLDER / path).parent.mkdir(parents=True, exist_ok=True)
     (FOLDER / path).write_text(text, encoding="utf-8")
@@ -216,7 +226,7 @@ def exacts() -> None:
     (FOLDER / "exact/model.toml").write_text(exact_toml(table_8_2()), encoding="utf-8")
     wanted = parameters([(of, "all", True) for of in EXACT_ERRORS])
     write("exact/problem.toml", "Table 8.2 with exact elements", "8.7", "model.toml", "frf", wanted)
-    noise = f"noise = {0.05 / np.sqrt(3):.4g}\n"
+    noise = f"second_order = true\nnoise = {0.05 / np.sqrt(3):.4g}\n"
     write(
         "exact/noisy.toml",
         "Table 8.2 with exact elements, 5 % noise",
@@ -225,6 +235,7 @@ def exacts() -> None:
         "frf_5",
         wanted,
         noise,
+        f'\n[regularisation]\nkind = "prior"\ndeviation = {LIKELY:g}\n',
     )
     write(
         "exact/wide.toml",

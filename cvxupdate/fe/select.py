@@ -158,8 +158,8 @@ def _parameter(
     high = wanted.upper if wanted.upper is not None else upper
     if not np.isfinite(low) and np.all(values != 0.0):
         low = -0.99
-    if wanted.of == "nu" and nominal > 0.0:
-        high = min(high, _POISSON_MAX / nominal - 1.0)
+    if wanted.of == "nu" and values.max() > 0.0:
+        high = min(high, _POISSON_MAX / float(values.max()) - 1.0)
     return Parameter(
         wanted.name,
         wanted.of,

@@ -28,7 +28,8 @@ from cvxupdate.report.numbers import (
     signed,
     with_deviation,
 )
-from cvxupdate.report.open_rows import open_rows
+from cvxupdate.report.open_rows import open_rows, open_sentence
+from cvxupdate.report.overlay_figures import overlay_parts
 from cvxupdate.report.own_errors import own_rows
 from cvxupdate.report.page import command, render
 from cvxupdate.report.words import (
@@ -79,6 +80,7 @@ PROPERTIES = {
     "Ixx": "rotary inertia, x",
     "Iyy": "rotary inertia, y",
     "Izz": "rotary inertia, z",
+    "generic": "entry of X or S",
 }
 
 
@@ -126,6 +128,8 @@ def run_page(updated: Updated) -> str:
             "definite_says": definite_sentence(updated),
             "conflict_says": conflict_sentence(updated),
             "undetermined": open_rows(updated, MOST_OPEN),
+            "open_says": open_sentence(updated),
+            "overlays": overlay_parts(updated, moved),
             "judged": judged_parts(updated) if moved else {},
             "groupings": grouping_parts(updated),
             "families": family_parts(updated) if moved else [],

@@ -22,22 +22,26 @@ SURPRISE = 0.05
 @dataclass(frozen=True)
 class Combination:
     """A combination of parameters with the deviation ``std`` along it, in units of p; ``says`` puts
-    it in words."""
+    it in words, ``direction`` (n,) is what p changes by for one unit of it."""
 
     coefficients: tuple[tuple[str, float], ...]
     std: float
     says: str
+    direction: Array
 
 
 @dataclass(frozen=True)
 class Uncertainty:
     """``std`` (n,) of p (inf: not determined at all); ``noise`` the factor by which the residual
-    exceeds the stated deviations; ``undetermined`` combinations, worst first."""
+    exceeds the stated deviations; ``undetermined`` combinations, worst first; ``equations`` (real
+    numbers) that the recordings gave for so many ``free`` directions, equalities taken off."""
 
     std: Array
     covariance: Array
     noise: float
     undetermined: tuple[Combination, ...]
+    equations: int
+    free: int
 
 
 def uncertainty(
@@ -76,9 +80,9 @@ def uncertainty(
     named, rest = _silent_first(directions[~known], basis, width, silent)
     combos = (
         *(_named(s, parameters) for s in named),
-        *(_combination(basis @ d, np.inf, parameters) for d in rest),
+        *(_combination(basis @ d, np.inf, parameters, width) for d in rest),
         *(
-            _combination(basis @ directions[k], float(inverse[k] * np.sqrt(s2)), parameters)
+            _combination(basis @ directions[k], float(inverse[k] * np.sqrt(s2)), parameters, width)
             for k in open_
             if known[k]
         ),
@@ -88,6 +92,8 @@ def uncertainty(
         s2 * kept @ kept.T,
         float(np.sqrt(ratio)),
         combos,
+        system.count,
+        basis.shape[1],
     )
 
 
@@ -115,7 +121,7 @@ def _named(silent: Invisible, parameters: Sequence[Parameter]) -> Combination:
     parts = silent.direction / np.linalg.norm(silent.direction)
     moved = np.flatnonzero(parts).tolist()
     coefficients = tuple((parameters[k].name, float(parts[k])) for k in moved)
-    return Combination(coefficients, np.inf, silent.says)
+    return Combination(coefficients, np.inf, silent.says, silent.direction)
 
 
 def _widths(parameters: Sequence[Parameter]) -> Array:
@@ -154,7 +160,9 @@ def _scaled_basis(Z: Array, width: Array) -> Array:
     )
 
 
-def _combination(direction: Array, std: float, parameters: Sequence[Parameter]) -> Combination:
+def _combination(
+    direction: Array, std: float, parameters: Sequence[Parameter], width: Array
+) -> Combination:
     direction = direction * np.sign(direction[np.argmax(np.abs(direction))])
     order = np.argsort(-np.abs(direction))[:4]
     large = [k for k in order if abs(direction[k]) > 0.3] or list(
@@ -174,7 +182,8 @@ def _combination(direction: Array, std: float, parameters: Sequence[Parameter]) 
             f"{_list(up)} and {_list(down)} trade against each other: when the first rises and "
             "the second falls, the recordings hardly change"
         )
-    return Combination(tuple((parameters[k].name, float(direction[k])) for k in large), std, words)
+    named = tuple((parameters[k].name, float(direction[k])) for k in large)
+    return Combination(named, std, words, width * direction)
 
 
 def _list(names: Sequence[str]) -> str:

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from cvxupdate.convex import Prior
 from cvxupdate.fe.generic.reading import reading
 from cvxupdate.fe.model import Model
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
-from cvxupdate.update.covariance import Uncertainty
+from cvxupdate.update.covariance import Combination, Uncertainty
 from cvxupdate.update.judgement import correlation_of
 from cvxupdate.update.result import (
     AccuracyResult,
@@ -79,7 +80,8 @@ def updated(
         relaxation=tuple(r.says for r in loop.step.relaxation) if infeasible else (),
         modes=modes,
         history=tuple({**asdict(h), "ratio": finite(h.ratio)} for h in loop.history),
-        undetermined=undetermined_of(known),
+        undetermined=undetermined_of(known, loop),
+        told=told_of(known),
         noise=None if relative else known.noise,
         active=loop.step.active,
         regularisation=regularisation_of(loop),
@@ -93,16 +95,38 @@ def updated(
     )
 
 
-def undetermined_of(known: Uncertainty) -> tuple[dict[str, Any], ...]:
-    """The combinations that the recordings leave open, as plain data."""
+def undetermined_of(known: Uncertainty, loop: LoopResult[Any]) -> tuple[dict[str, Any], ...]:
+    """The combinations that the recordings leave open, as plain data; ``prior`` is the part of what
+    is known along each that a prior about the nominal model brought, None without one."""
     return tuple(
         {
             "coefficients": dict(c.coefficients),
             "standard_deviation": finite(c.std),
             "says": c.says,
+            "prior": _brought(c, loop),
         }
         for c in known.undetermined
     )
+
+
+def _brought(c: Combination, loop: LoopResult[Any]) -> float | None:
+    """Precision that the priors bring along a combination, of that with what the recordings say."""
+    priors = [r for r in loop.problem.regularisers if isinstance(r, Prior) and not r.of_move]
+    if not priors or any(isinstance(r.weight, str) for r in priors):
+        return None
+    names = loop.problem.columns
+    precision = sum(float(r.weight) * r.value(c.direction, names) for r in priors)
+    return precision / (precision + (0.0 if np.isinf(c.std) else c.std**-2.0))
+
+
+def told_of(known: Uncertainty) -> dict[str, int]:
+    """Real equations that the recordings gave, combinations of parameters that were free, and how
+    many of those they determine."""
+    return {
+        "equations": known.equations,
+        "free": known.free,
+        "determined": known.free - len(known.undetermined),
+    }
 
 
 def solver_of(loop: LoopResult[Any]) -> str:

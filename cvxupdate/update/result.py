@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from cvxupdate.correlate.overlay import FrfOverlay
 from cvxupdate.correlate.own_errors import OwnError
 from cvxupdate.correlate.plausible.doubt import Doubt
 from cvxupdate.spec.write import Written
@@ -188,14 +189,16 @@ class Updated:
     ``status`` is converged, optimal, infeasible or stopped, with the ``reason`` in words; ``fit``
     holds the contract's metrics, {"fit": {metric: {"before", "after"}}, "hold_out": {…}};
     ``certificate`` that of the last convex step; ``conflict`` and ``relaxation`` say why a step is
-    infeasible; ``noise`` is by how much the residual exceeds the stated deviations; ``accuracy`` is
-    of method rfm alone; ``recordings`` holds the error of each by itself, ``warnings`` what is
-    probably a mistake in the problem; ``starts`` what many starts found, where they were asked for;
+    infeasible; ``told`` counts equations, free combinations of parameters and those that the
+    recordings determine; ``noise`` is by how much the residual exceeds the stated deviations;
+    ``accuracy`` is of method rfm alone; ``recordings`` holds the error of each by itself,
+    ``warnings`` what is probably a mistake in the problem; ``starts`` what many starts found, where
+    they were asked for;
     ``written`` is the updated model as a problem file, where it can be one; ``caveats`` say
     what keeps a converged update from being an improvement; ``direct`` is of method direct alone;
     ``families`` are the element matrices that were found, X and S, and what they mean;
     ``groupings`` the macro elements that the recordings chose, and ``geometry`` what to draw them
-    on;
+    on; ``overlays`` are frequency responses before and after, for the page alone;
     ``classical`` is of a classical solution of chapter 4 alone; ``correlations`` of the parameters,
     and the ``judgement``, stand beside the fit.
     """
@@ -218,6 +221,7 @@ class Updated:
     modes: tuple[ModeResult, ...] = ()
     history: tuple[dict[str, Any], ...] = ()
     undetermined: tuple[dict[str, Any], ...] = ()
+    told: dict[str, int] = field(default_factory=dict)
     noise: float | None = None
     active: tuple[str, ...] = ()
     regularisation: tuple[dict[str, Any], ...] = ()
@@ -236,3 +240,4 @@ class Updated:
     classical: ClassicalResult | None = None
     correlations: Correlation | None = None
     judgement: Judgement | None = None
+    overlays: tuple[FrfOverlay, ...] = ()

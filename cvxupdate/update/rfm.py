@@ -26,6 +26,7 @@ from cvxupdate.update.outcome import (
     parameter_results,
     regularisation_of,
     solver_of,
+    told_of,
     undetermined_of,
 )
 from cvxupdate.update.parts import equality_rows, loop_options, solver_choice, step_problem
@@ -89,7 +90,7 @@ def update_rfm(
     """
     begin = time.perf_counter()
     prepared = prepare(spec, model, recordings)
-    loop = _loop(spec, model, recordings, prepared, progress)
+    loop = fit_loop(spec, model, recordings, prepared, progress)
     end = loop.point
     relative = all(d.relative_only for d in prepared.chosen)
     known = uncertainty(
@@ -119,7 +120,8 @@ def update_rfm(
         conflict=loop.step.conflict if infeasible else (),
         relaxation=tuple(r.says for r in loop.step.relaxation) if infeasible else (),
         history=tuple(asdict(h) for h in loop.history),
-        undetermined=undetermined_of(known),
+        undetermined=undetermined_of(known, loop),
+        told=told_of(known),
         noise=None if relative else known.noise,
         active=loop.step.active,
         regularisation=regularisation_of(loop),
@@ -135,13 +137,20 @@ def update_rfm(
     )
 
 
-def _loop(
+def fit_loop(
     spec: Spec,
     model: Model,
     recordings: Sequence[Recording],
     prepared: Prepared,
-    progress: Callable[[Iteration], None] | None,
+    progress: Callable[[Iteration], None] | None = None,
 ) -> LoopResult[FrfPoint]:
+    """The loop that the [update] table asks for, over the chosen lines.
+
+    Raises
+    ------
+    InputError, ModelError
+        What the table names cannot be used.
+    """
     problem, choice = step_problem(spec, model, recordings), solver_choice(spec)
     options = loop_options(spec, model)
     asked = asked_of(spec, problem)

@@ -58,7 +58,9 @@ def fit_stepwise(
     progress: Callable[[Iteration], None] | None = None,
 ) -> LoopResult[FrfPoint]:
     """Steps of the flexibility-weighted balance, each in the weights of its own start, until one
-    lowers the output error of all lines by less than ``options.tolerance`` of it.
+    lowers the output error of all lines by less than ``options.tolerance`` of it, or one in the
+    whole trust region foresees that it would (as every loop here ends: it is not made, and not
+    counted).
 
     ``options.radius`` is the largest trust region, too: it shrinks after a poor step and recovers.
     ``low``: the first step is on the two lowest lines of each recording; each further one on those
@@ -78,7 +80,7 @@ def fit_stepwise(
     while True:
         part = [d.at(np.sort(o[:n])) for d, o, n in zip(data, order, counts, strict=True)]
         whole = all(n == len(d.frequency) for n, d in zip(counts, data, strict=True))
-        once = replace(options, max_iterations=1, radius=radius, tolerance=0.0)
+        once = _once(options, radius, whole)
         residual = FrfResidual(model, tuple(part), "flexibility", p)
         loop = iterate(residual, problem, choice, once, p, progress)
         problem = loop.problem
@@ -94,6 +96,8 @@ def fit_stepwise(
             ended = _ended(before, now, options.tolerance if whole else None)
             if ended:
                 status, reason = "converged", ended
+                if now is not best:  # tried, but the end is the point before
+                    history[-1] = replace(history[-1], accepted=False, p=tuple(best.p.tolist()))
                 break
         elif whole and (not loop.history or radius < TINY):
             status, reason = "converged", loop.reason
@@ -105,11 +109,20 @@ def fit_stepwise(
     return LoopResult(*end, problem, loop.weight)
 
 
+def _once(options: Options, radius: float, whole: bool) -> Options:
+    """One step. What it foresees may end the loop where it is of the ``whole`` data and in the
+    whole trust region: a short one foresees little wherever it is."""
+    tolerance = options.tolerance if whole and radius >= options.radius else 0.0
+    return replace(options, max_iterations=1, radius=radius, tolerance=tolerance)
+
+
 def _ended(before: _Best, now: _Best, tolerance: float | None) -> str:
     """Why the loop ends with an accepted step; empty where it goes on. No ``tolerance``: not all
     lines are fitted yet."""
     if now.value <= EXACT**2 * len(now.point.values):
         return "the model meets the recordings"
+    if tolerance is not None and before.value < now.value:
+        return "a further step raised the output error, and was not kept"
     if tolerance is not None and before.value - now.value <= tolerance * before.value:
         return f"the last step lowered the output error by less than {tolerance:.1g} of it"
     return ""

@@ -40,8 +40,8 @@ def test_page_and_json_hold_it(chain):
     assert "How accurate the recordings must be" in page.text and '"accuracy"' in text
     for line in sentences(a):
         assert line.split(":")[0][:20] in page.text
-    # parameters, which of them the recordings fix together, convergence, accuracy
-    assert page.tags.count("svg") == 4
+    # responses, parameters, which of them the recordings fix together, convergence, accuracy
+    assert page.tags.count("svg") == 5
     assert (
         "error component" in page.text
         and "system component" in page.text

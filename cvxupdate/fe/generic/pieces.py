@@ -110,7 +110,7 @@ def _changed(model: Model, pieces: dict[int, Piece]) -> dict[int, Piece]:
 
 
 def _given(model: Model, own: Sequence[Given]) -> Piece:
-    labels = sorted({label for g in own for label in g.matrix.labels})
+    labels = list(dict.fromkeys(label for g in own for label in g.matrix.labels))
     at = {label: i for i, label in enumerate(labels)}
     full = {name: np.zeros((len(labels), len(labels))) for name in "KM"}
     for g in own:

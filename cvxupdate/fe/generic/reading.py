@@ -3,9 +3,11 @@ is from any.
 
 A stiffness between two nodes resists six strains, each with one number (Argyris's natural modes):
 stretch EA/L, twist GJ/L, curvature EI/L about two axes, and, across them, the difference of the
-chord from the mean end rotation, whose flexibility is L/(12 EI) + 1/(κGA L). Any other stiffness is
-read as a factor on its nominal matrix. A mass is read as a factor on its nominal matrix with equal
-lumps and rotary inertias on its nodes; its rigid-body mass and centre are exact, not read.
+chord from the mean end rotation, whose flexibility is L/(12 EI) + 1/(κGA L). Where stretch goes
+with curvature, its axis lies beside the line of its nodes, where twist goes with shear, its shear
+centre; EI and GJ are about them. Any other stiffness is read as a factor on its nominal matrix. A
+mass is read as a factor on its nominal matrix with equal lumps and rotary inertias on its nodes;
+its rigid-body mass and centre are exact, not read.
 """
 
 from __future__ import annotations
@@ -17,24 +19,18 @@ import numpy as np
 
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.generic.family import Family
+from cvxupdate.fe.generic.line import (
+    NOTHING,
+    SAID,
+    Quantity,
+    least_squares,
+    line_parts,
+    line_quantities,
+    nearest,
+)
 from cvxupdate.fe.generic.shape import ElementShape
 from cvxupdate.fe.generic.use import FamilyUse
 from cvxupdate.fe.labels import KINDS
-
-NOTHING = 1e-9  # of a vector's or a matrix's own size: what is less is rounding
-RIGID = 12.0  # stiffness across, in EI/L, of a line that does not shear
-SAID = 1e-3  # relative change below which a number is said to be as it was
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A physical number of an element ``before`` and ``after`` in ``unit``; None where it is
-    without bound (the shear stiffness of a beam that does not shear) or has no value."""
-
-    name: str
-    before: float | None
-    after: float | None
-    unit: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,11 +67,11 @@ class Reading:
         if self.change < NOTHING:
             return f"{self.name}: as it was."
         moved = [_words(q) for q in self.quantities if _moved(q)]
-        nearest = ", ".join(moved) if moved else "the nominal element"
+        physical = ", ".join(moved) if moved else "the nominal element"
         kept = "the whole change" if self.unread < 0.05 else f"{1.0 - self.unread:.0%} of it"
         return (
             f"{self.name}: changed by {self.change:.2g} of itself; nearest physical element: "
-            f"{nearest}, which is {kept}; {self.distance:.2g} of the matrix is of no such kind."
+            f"{physical}, which is {kept}; {self.distance:.2g} of the matrix is of no such kind."
         )
 
 
@@ -88,7 +84,7 @@ def reading(use: FamilyUse, p: Real) -> Reading:
     parts = list(_parts(family, shape, before))
     columns = np.array([_measured(family, part) for part, _ in parts]).T
     names = [name for _, name in parts]
-    was, now = (_physical(names, columns, _vector(R)) for R in (family.nominal, relative))
+    was, now = (nearest(names, columns, _vector(R)) for R in (family.nominal, relative))
     left = relative - (columns @ now).reshape(relative.shape)
     heard = np.linalg.norm(columns, axis=0)
     was, now = (np.where(np.abs(v) * heard > NOTHING, v, 0.0) for v in (was, now))
@@ -133,35 +129,10 @@ def _measured(family: Family, part: Real) -> Real:
     return _vector(family.coordinates(part) / np.outer(family.sizes, family.sizes))
 
 
-def _nearest(columns: Real, of: Real) -> Real:
-    """Factors of the parts in the sense of least squares; parts that are one another's sums share
-    theirs."""
-    size = np.linalg.norm(columns, axis=0)
-    size = np.where(size > 0.0, size, 1.0)
-    return np.asarray(np.linalg.lstsq(columns / size, of, rcond=NOTHING)[0] / size)
-
-
-def _physical(names: list[str], columns: Real, of: Real) -> Real:
-    """`_nearest`, where a line is never stiffer across than one that does not shear."""
-    values, columns = _nearest(columns, of), columns.copy()
-    for axis, bend in (("y", "EIz"), ("z", "EIy")):
-        if f"shear {axis}" in names and bend in names:
-            s, c = names.index(f"shear {axis}"), names.index(bend)
-            if values[s] > RIGID * values[c]:
-                columns[:, c] += RIGID * columns[:, s]
-                values = _nearest(np.delete(columns, s, axis=1), of)
-                values = np.insert(values, s, 0.0)
-                columns[:, c] -= RIGID * columns[:, s]
-                values[s] = RIGID * values[c]
-    return values
-
-
 def _parts(family: Family, shape: ElementShape | None, before: Real) -> Iterator[tuple[Real, str]]:
     """Matrices (d, d) that a physical element is the sum of, and their names."""
     if family.matrix == "K" and shape is not None and len(shape.xyz) == 2:
-        for name, b in _strains(shape, before):
-            if b @ before @ b > NOTHING * float(np.abs(before).max()) * (b @ b):
-                yield np.outer(b, b), name
+        yield from line_parts(shape, before)
         return
     lumps = []
     if family.matrix == "M" and shape is not None:
@@ -170,76 +141,22 @@ def _parts(family: Family, shape: ElementShape | None, before: Real) -> Iterator
                 lumps.append((np.diag(some.astype(float)), name))
     columns = np.array([_measured(family, lump) for lump, _ in lumps]).T
     nominal = _vector(family.nominal)
-    if not lumps or np.linalg.norm(columns @ _nearest(columns, nominal) - nominal) > SAID:
+    if not lumps or np.linalg.norm(columns @ least_squares(columns, nominal) - nominal) > SAID:
         yield before, "factor"  # else the nominal element is itself those lumps
     yield from lumps
-
-
-def _strains(shape: ElementShape, K: Real) -> Iterator[tuple[str, Real]]:
-    """Names and strains (d,) of a line, each of the DOFs that it has all of: no rigid motion
-    strains it."""
-    turn, L = shape.turned(next(shape.frames(K))), shape.length
-    x = shape.xyz[1] - shape.xyz[0]
-    sign = 1.0 if next(shape.frames(K))[0] @ x > 0.0 else -1.0
-    for name, first, second in (
-        ("EA", (0, -1.0), (6, 1.0)),
-        ("GJ", (3, -1.0), (9, 1.0)),
-        ("EIz", (5, -1.0), (11, 1.0)),
-        ("EIy", (4, -1.0), (10, 1.0)),
-    ):
-        local = np.zeros(12)
-        for at, value in (first, second):
-            local[at] = value
-        yield from _kept(name, turn @ local, shape)
-    for name, across, rotation, side in (("shear y", 1, 5, 1.0), ("shear z", 2, 4, -1.0)):
-        local = np.zeros(12)
-        local[[across, across + 6]] = -sign / L, sign / L
-        local[[rotation, rotation + 6]] = -0.5 * side
-        yield from _kept(name, turn @ local, shape)
-
-
-def _kept(name: str, b: Real, shape: ElementShape) -> Iterator[tuple[str, Real]]:
-    size = float(np.linalg.norm(b))
-    if size > NOTHING and np.abs(b @ shape.rigid).max() < 1e-8 * size:
-        yield name, b
 
 
 def _quantities(
     names: list[str], before: Real, after: Real, shape: ElementShape | None
 ) -> Iterator[Quantity]:
     old, new = (dict(zip(names, v.tolist(), strict=True)) for v in (before, after))
-    L = 1.0 if shape is None else shape.length
-    one = ("EIy" in old) != ("EIz" in old)  # a beam in a plane has one EI
-    for name, unit in (("EA", "N"), ("GJ", "N m²"), ("EIz", "N m²"), ("EIy", "N m²")):
-        if name in old:
-            yield Quantity(_shown(name, one), old[name] * L, new[name] * L, unit)
-    for axis, bend in (("y", "EIz"), ("z", "EIy")):
-        if f"shear {axis}" in old and bend in old:
-            was, now = (_shear(v[f"shear {axis}"], v[bend], L) for v in (old, new))
-            yield Quantity(_shown(f"κGA {axis}", one), was, now, "N")
+    if shape is not None:
+        yield from line_quantities(old, new, shape.length)
     if "factor" in old:
         yield Quantity("factor", old["factor"], new["factor"], "1")
     for name, unit in (("lump", "kg"), ("rotary lump", "kg m²")):
         if name in old:
             yield Quantity(f"{name} on each node", old[name], new[name], unit)
-
-
-def _shown(name: str, one: bool) -> str:
-    """Of the planes of a line (`ElementShape.frames`) the first across is the softer one: y."""
-    plane = {"EIz": "softer", "κGA y": "softer", "EIy": "stiffer", "κGA z": "stiffer"}.get(name)
-    if plane is None:
-        return name
-    stem = "EI" if name.startswith("EI") else "κGA"
-    return stem if one else f"{stem}, {plane} plane"
-
-
-def _shear(S: float, curvature: float, L: float) -> float | None:
-    """κGA of a line whose stiffness across is ``S`` and against curvature EI/L; None where it is
-    stiffer than one that does not shear (or as stiff)."""
-    if S <= 0.0 or curvature <= 0.0:
-        return None
-    left = 1.0 / S - 1.0 / (RIGID * curvature)
-    return 1.0 / (L * left) if left > SAID / S else None
 
 
 def _rigid(
@@ -260,6 +177,7 @@ def _rigid(
         float(np.linalg.norm(B[3:, axis])) * shape.length / m
         for B, m in zip(bodies, mass, strict=True)
     ]
+    offsets = [v if v > NOTHING * shape.length else 0.0 for v in offsets]
     yield Quantity("offset of its centre", offsets[0], offsets[1], "m")
 
 

@@ -83,23 +83,39 @@ class ElementShape:
     def frames(self, K: Real) -> Iterator[Real]:
         """Frames that may hold the symmetries, rows the axes (3, 3): along the first edge (a line:
         with the principal axes of its stiffness ``K`` (d, d) across), then the principal axes of
-        the nodes."""
+        the nodes.
+
+        Where another program numbered the nodes, the second may lie across a diagonal from the
+        first. A square has mirrors there too, with other classes, so edges are told from diagonals.
+        """
         r = self.xyz - self.centre
-        tiny = SAME * self.length
         edge = self.xyz - self.xyz[0]
-        first = next((e for e in edge if np.linalg.norm(e) > tiny), None)
+        first = self._outermost(edge)
         if first is None:
             yield np.eye(3)
             return
         x = first / np.linalg.norm(first)
-        off = edge - np.outer(edge @ x, x)
-        side = next((e for e in off if np.linalg.norm(e) > tiny), None)
+        side = self._outermost(edge - np.outer(edge @ x, x))
         if side is None:
             yield self._across(x, K)
             return
         y = side / np.linalg.norm(side)
         yield np.stack([x, y, np.cross(x, y)])
         yield np.linalg.svd(r)[2]
+
+    def _outermost(self, vectors: Real) -> Real | None:
+        """The first of ``vectors`` (k, 3) that is not zero nor between others, as a diagonal is
+        between two edges: no sum of the others, with factors that are not negative. The first of
+        all where every one is; None where all are zero."""
+        from scipy.optimize import nnls
+
+        some = vectors[np.linalg.norm(vectors, axis=1) > SAME * self.length]
+        rays = some / np.linalg.norm(some, axis=1, keepdims=True)
+        for ray, vector in zip(rays, some, strict=True):
+            others = rays[np.linalg.norm(rays - ray, axis=1) > SAME]
+            if not len(others) or nnls(others.T, ray)[1] > SAME:
+                return np.asarray(vector)
+        return np.asarray(some[0]) if len(some) else None
 
     def _across(self, x: Real, K: Real) -> Real:
         """The frame of a line along ``x``: y and z are the principal axes of the translational

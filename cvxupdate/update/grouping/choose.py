@@ -6,16 +6,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from cvxupdate.errors import InputError
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import Recording
 from cvxupdate.spec import Spec, Target, expand_parameters
 from cvxupdate.spec.update_parameters import ParameterRow
 from cvxupdate.update.context import ModelContext
-from cvxupdate.update.first import first_system
 from cvxupdate.update.grouping.clusters import clusters
+from cvxupdate.update.grouping.most_probable import most_probable
 from cvxupdate.update.grouping.patches import patches
-from cvxupdate.update.grouping.seen import Groups, seen
+from cvxupdate.update.grouping.seen import Groups
 from cvxupdate.update.grouping.subset import subset
 from cvxupdate.update.parts import solver_choice, step_problem
 from cvxupdate.update.result import Grouping
@@ -36,7 +37,7 @@ def grouped(
     """The problem as it would be with the chosen groups in the file, its model, and what was
     chosen; the problem as it is where no row asks for it.
 
-    Chosen once, on the first linear system: at p = 0.
+    Chosen once, on the linear system where the single parameters are most probable.
 
     Raises
     ------
@@ -51,12 +52,22 @@ def grouped(
     foreseen = dict(zip(groups, asked.known.deviations(groups).tolist(), strict=True))
     rows, found = list[ParameterRow](), list[Grouping]()
     for number, old in enumerate(table.parameters):
+        single = asked.row.count(number)
+        if not single:
+            rows.append(old)
+            continue
         own = [g for g in groups if asked.row[g[0]] == number]
         new = [asked.macro(old, g, k + 1) for k, g in enumerate(own)]
-        rows += new or [old]
-        if new:
-            named = expand_parameters(spec.model, new)
-            found.append(_grouping(old, named, [foreseen[g] for g in own], sum(map(len, own))))
+        rows += new
+        named = expand_parameters(spec.model, new) if new else ()
+        found.append(
+            _grouping(old, named, [foreseen[g] for g in own], single, single - sum(map(len, own)))
+        )
+    if not rows:
+        raise InputError(
+            f"{spec.path}: update.parameters: the recordings ask for no change of any of the "
+            f"{len(asked.row)} parameters, so there is no group to update. Leave grouping out."
+        )
     table = table.model_copy(update={"parameters": tuple(rows)})
     spec = replace(spec, update=table)
     return spec, build_model(spec), tuple(found)
@@ -73,8 +84,8 @@ class _Asked:
         self.columns = [k for k, t in enumerate(plain) if self.table[t.row].grouping is not None]
         self.targets = [plain[k] for k in self.columns]
         self.row = [t.row for t in self.targets]
-        self.system, relative = first_system(spec, model, recordings)
-        self.known = seen(self.system, self.columns, relative)
+        best = most_probable(spec, model, recordings, self.columns)
+        self.system, self.known = best.system, best.known
 
     def kind(self, column: int) -> str:
         return str(self.table[self.row[column]].grouping)
@@ -134,10 +145,13 @@ class _Asked:
 
 
 def _grouping(
-    old: ParameterRow, named: Sequence[Target], foreseen: Sequence[float], single: int
+    old: ParameterRow,
+    named: Sequence[Target],
+    foreseen: Sequence[float],
+    single: int,
+    left: int,
 ) -> Grouping:
-    many = len(named)
-    largest = max(foreseen)
+    many, largest = len(named), max(foreseen, default=0.0)
     goal = old.resolution or RESOLUTION
     whole = f"Of {single} parameters '{old.of}', chosen {WORDS[str(old.grouping)]}: "
     told = (
@@ -145,7 +159,13 @@ def _grouping(
         if many > 1 and largest <= goal
         else f"{many} groups, of which the least known has a p with a deviation of {largest:.2g}"
         if many > 1
-        else f"one for all, whose p has a deviation of {largest:.2g}"
+        else f"one group, whose p has a deviation of {largest:.2g}"
+        if many
+        else "none"
+    )
+    kept = (
+        f". The other {left} keep the value of the file: a change that all of them have in common "
+        "trades against other properties unseen, and the recordings ask for none"
     )
     return Grouping(
         old.of,
@@ -154,5 +174,5 @@ def _grouping(
         tuple(t.name for t in named),
         tuple(t.elements for t in named),
         tuple(foreseen),
-        f"{whole}{told} (foreseen before the update).",
+        f"{whole}{told} (foreseen before the update){kept if left else ''}.",
     )

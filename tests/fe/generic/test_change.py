@@ -115,6 +115,28 @@ def test_plates_that_start_at_another_corner_share_one_family() -> None:
     np.testing.assert_allclose(found[0], found[1], rtol=1e-8)
 
 
+def test_the_beam_has_eight_parameters_or_nine() -> None:
+    """7.7.4 counts 8, (7.20) and table 7.1 have x₁₂ too, which the mirror at mid-length forbids:
+    the first is the default, the second takes a row for each matrix. At x₁₂ = 0 they are one."""
+    text = lines("beam2d", POINTS[:3] * [1.0, 0.0, 0.0], [(1, 2), (2, 3)], ["z", "ry"])
+    eight = generic(text, {})
+    nine = generic(
+        text,
+        {"name": "k", "family": {"matrices": ["K"], "classes": "none"}},
+        {"name": "m", "family": {"matrices": ["M"]}},
+    )
+    names = [[q.name.split(".")[1] for q in model.parameters] for model in (eight, nine)]
+    assert len(names[0]) == 8 and sorted(set(names[1]) - set(names[0])) == ["K[1,2]"]
+    p = dict(zip(names[0], random_p(eight).tolist(), strict=True))
+    a = eight.matrices(np.array(list(p.values())))
+    b = nine.matrices(np.array([p.get(name, 0.0) for name in names[1]]))
+    for name in "KM":
+        full = getattr(a, name).toarray()
+        np.testing.assert_allclose(
+            getattr(b, name).toarray(), full, atol=1e-12 * np.abs(full).max()
+        )
+
+
 @pytest.mark.parametrize("places", [True, False], ids=["with places", "without"])
 def test_an_imported_matrix_has_a_family(places: bool, tmp_path: Path) -> None:
     """7.6: known by its numbers alone. The same classes by its places or by its own modes, held

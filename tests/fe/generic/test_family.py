@@ -166,7 +166,10 @@ def test_classes_may_be_named_and_reduced() -> None:
     named = of(piece, "K", ((1, 5, 8, 9), (2, 7), (3,), (4, 6)))
     assert len(named.entries) == 17  # the count of (7.24)
     assert named.classes[0] == (0, 4, 7, 8)
+    reduced = of(piece, "K", ((1, 5, 8, 9), (2, 7), (3,), (4, 6)), free=6)
+    assert len(reduced.entries) == 8  # (7.26), (7.27): u₇, u₈ and u₉ stay; ζ, η, λ₁ … λ₆
     low, high = of(piece, "K", free=6), of(piece, "M", free=5)
+    assert len(low.entries) == 8  # with classes of three, two, two and two as well
     assert {i for c in low.classes for i in c} == set(range(6))
     assert {i for c in high.classes for i in c} == set(range(7, 12))
     _, A = random_member(low, np.random.default_rng(1))

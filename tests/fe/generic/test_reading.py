@@ -109,3 +109,31 @@ def test_what_is_unlike_any_says_so() -> None:
     np.testing.assert_allclose(
         found.X, family.relative(p) * np.outer(family.sizes, family.sizes), rtol=1e-12
     )
+
+
+def test_a_beam_beside_its_nodes_is_read_with_its_offset() -> None:
+    """Axis and shear centre 8 mm off in one plane, 3 mm in the other (classes "none": mirrors
+    forbid both): EI and GJ are those of the section, at no distance."""
+    tables = held(lines("beam3d", SPAN, chain(1), DOFS), ([1], DOFS))
+    model = structure(
+        tables, [{"elements": "all", "of": "generic", "family": {"classes": "none"}}]
+    )[1]
+    use = next(u for u in model.families if u.matrix == "K")
+    shape = use.shapes[0]
+    assert shape is not None
+    _, y, z = next(shape.frames(nominal(model, "K")))
+    away = 0.008 * y + 0.003 * z
+    T = np.eye(12)
+    for node in (0, 6):  # u of the axis = u + θ × away
+        for k in range(3):
+            T[node : node + 3, node + 3 + k] = np.cross(np.eye(3)[k], away)
+    found = read(model, "K", T.T @ nominal(model, "K") @ T)
+    assert value(found, "offset of its axis, softer plane")[1] == pytest.approx(0.008, rel=1e-6)
+    assert value(found, "offset of its axis, stiffer plane")[1] == pytest.approx(0.003, rel=1e-6)
+    for plane, size in (("softer", 0.008), ("stiffer", 0.003)):
+        name = f"offset of its shear centre, {plane} plane"
+        assert found.distance < 1e-9
+        assert value(found, name) == (0.0, pytest.approx(size, rel=1e-6))
+    for name in ("EA", "GJ", "EI, softer plane", "EI, stiffer plane"):
+        before, after = value(found, name)
+        assert after == pytest.approx(before, rel=1e-6)

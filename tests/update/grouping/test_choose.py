@@ -15,6 +15,7 @@ from cvxupdate.report.run_page import run_page
 from validation import make_physical as made
 
 BEAM = Path(__file__).resolve().parents[3] / "problems" / "physical" / "beam" / "problem.toml"
+STRUCTURE_B = BEAM.parents[2] / "structure_b"
 
 
 def problem(tmp_path: Path, extra: str) -> Path:
@@ -68,3 +69,39 @@ def test_grouping_without_each_is_refused(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace('each = "element"', 'grouping = "clusters"'))
     with pytest.raises(InputError, match="one parameter only to choose from"):
         study.check(path)
+
+
+def test_frequencies_of_a_real_plate_show_its_strips() -> None:
+    """Structure B (Table 9.3): groups are symmetric about both middle lines, for frequencies do not
+    tell sides, and the middle lines, where strips were welded on, are the thickest."""
+    updated = study.run(STRUCTURE_B / "grouped.toml")
+    (found,) = updated.groupings
+    value = {q.name: q.p for q in updated.parameters}
+    group, p = np.zeros(140, dtype=int), np.zeros(140)
+    for k, (name, elements) in enumerate(zip(found.names, found.elements, strict=True)):
+        group[[e - 1 for e in elements]], p[[e - 1 for e in elements]] = k, value[name]
+    grid, thick = group.reshape(10, 14), p.reshape(10, 14)
+    assert np.array_equal(grid, grid[::-1]) and np.array_equal(grid, grid[:, ::-1])
+    assert len(found.names) < 13
+    strips = np.zeros((10, 14), dtype=bool)
+    strips[:, 6:8] = strips[4:6, 4:10] = True
+    assert thick[strips].min() > 0.3 and np.median(thick[~strips]) < 0.2
+    error = updated.fit["fit"]["frequency_error_percent_mean"]
+    assert error["before"] > 15.0 and error["after"] < 1.0
+
+
+def test_the_thick_elements_under_noise(tmp_path: Path) -> None:
+    """As without noise: the eight, and one of all the others."""
+    noise = 0.05
+    path = problem(tmp_path, ', grouping = "subset"')
+    H = made.bay.receptance(made.bay.build("X1"), made.BEAM_LINES, made.ALL, [made.FORCE])
+    noisy = made.bay.noisy(H, noise, 3)
+    made.bay.save_frf(tmp_path / "frf.npz", made.BEAM_LINES, noisy, made.ALL, [made.FORCE])
+    text = path.read_text().replace(f'"{BEAM.parent / "frf.npz"}"', '"frf.npz"')
+    path.write_text(text.replace("trust_radius", f"noise = {noise / np.sqrt(3):.4g}\ntrust_radius"))
+    updated = study.run(path)
+    (found,) = updated.groupings
+    assert sorted(e for g in found.elements if len(g) == 1 for e in g) == sorted(made.bay.THICK)
+    p = {q.name: q.p for q in updated.parameters}
+    for name, elements in zip(found.names, found.elements, strict=True):
+        assert abs(p[name] - (1 / 1.3 - 1 if len(elements) == 1 else 0.0)) < 0.3 * noise + 0.001
