@@ -103,17 +103,18 @@ def seen(updated: Updated) -> dict[str, np.ndarray]:
     return {"E h³": now["E"] * h**3 - 1, "nu": now["nu"] - 1, "rho h": now["rho"] * h - 1}
 
 
-def located(updated: Updated) -> tuple[int, int, int]:
+def located(updated: Updated) -> tuple[int, int, int, int]:
     """Of the elements with one wrong property: in how many that one alone changes, how many there
-    are; and how many elements change without an error."""
+    are; of those without an error: how many change, how many there are."""
     errors = {
         e: {of for of, (_, some) in made.PLATE_ERRORS.items() if e in some} for e in range(46)
     }
     moved = {of: np.abs(changes(updated, of, 45)) > KEPT for of in made.PLATE_ERRORS}
     said = {e: {of for of in moved if moved[of][e - 1]} for e in range(1, 46)}
     single = [e for e in said if len(errors[e]) == 1]
-    false = sum(bool(said[e]) for e in said if not errors[e])
-    return sum(said[e] == errors[e] for e in single), len(single), false
+    sound = [e for e in said if not errors[e]]
+    false = sum(bool(said[e]) for e in sound)
+    return sum(said[e] == errors[e] for e in single), len(single), false, len(sound)
 
 
 def plate() -> None:
@@ -150,14 +151,14 @@ def plate() -> None:
             first.setdefault(noise, took)
             groups = ", ".join(str(sum(q.of == of for q in updated.parameters)) for of in kinds)
             joined = sum(mixed(g, list(kinds[g.of][1])) for g in updated.groupings)
-            right, single, false = located(updated)
+            right, single, false, sound = located(updated)
             errors = ", ".join(
                 f"{100 * np.abs(v).max():.2g} ({100 * np.sqrt(np.mean(v**2)):.2g})"
                 for v in seen(updated).values()
             )
             print(
                 f"| {name} | {noise:.0%} | {groups} | {joined} | {right} of {single} | {false} of "
-                f"15 | {updated.iterations} {updated.status} | {errors} | "
+                f"{sound} | {updated.iterations} {updated.status} | {errors} | "
                 f"{took / first[noise]:.1f} × |",
                 flush=True,
             )

@@ -22,8 +22,14 @@ def plate(*words: str, elements: tuple[int, ...] = (1, 2)) -> Model:
     return model.with_parameters(select_parameters(wanted, model))
 
 
-def beams(material: dict[str, float], section: str, *words: str, polar: str = "Iy+Iz") -> Model:
-    model = build(lines("beam3d", POINTS, chain(3), SPACE, section, material, polar_inertia=polar))
+def beams(
+    material: dict[str, float],
+    section: str,
+    *words: str,
+    polar: str = "Iy+Iz",
+    kind: str = "beam3d",
+) -> Model:
+    model = build(lines(kind, POINTS, chain(3), SPACE, section, material, polar_inertia=polar))
     return model.with_parameters(select_parameters([Wanted(w, w) for w in words], model))
 
 
@@ -40,18 +46,21 @@ def test_a_plate_sees_three_of_its_four(at: float) -> None:
     assert says == {f"e{e}.thickness × t, e{e}.E ÷ t³ and e{e}.rho ÷ t" for e in (1, 2)}
 
 
-def test_a_beam_by_its_section_and_its_material() -> None:
+@pytest.mark.parametrize("kind", ["beam3d", "exact_beam"])
+def test_a_beam_by_its_section_and_its_material(kind: str) -> None:
     """E, G, rho × t with A, I, J ÷ t (8.2): with the inertia rho J of the thesis in one piece, with
     rho (Iy + Iz) the product G J by itself. By drawn dimensions nothing is free."""
     words = ("E", "G", "rho", "A", "I", "J")
-    (thesis,) = (invisible(m, m.zero()) for m in (beams(OWN, "general", *words, polar="J"),))
+    (thesis,) = (
+        invisible(m, m.zero()) for m in (beams(OWN, "general", *words, polar="J", kind=kind),)
+    )
     assert len(thesis) == 1
     part = thesis[0].direction
     assert np.allclose(part, np.array([1, 1, 1, -1, -1, -1.0]) * part[0])
-    model = beams(OWN, "general", *words)
+    model = beams(OWN, "general", *words, kind=kind)
     says = [f.says.split(" change")[0] for f in invisible(model, model.zero())]
     assert says == ["E × t, rho × t, A ÷ t and I ÷ t", "G × t and J ÷ t"]
-    drawn = beams(OWN, "bar", "E", "G", "rho", "width", "height")
+    drawn = beams(OWN, "bar", "E", "G", "rho", "width", "height", kind=kind)
     assert invisible(drawn, drawn.zero()) == ()
 
 
