@@ -93,7 +93,8 @@ class _Growth:
             if not grown or grown[0].left > NEARER * front[0].left:
                 break
             front = _nearest([*grown, *front])[:BEAM]
-            if self._explains(self._carried(front[:1])):
+            carried = self._carried(front[:1])
+            if carried and carried[0].fit.misfit <= EXPLAINED:
                 return front[:1]
         return front
 
