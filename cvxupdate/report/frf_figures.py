@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.report.numbers import fixed
-from cvxupdate.report.svg import AFTER, BAND, HELD, INK, draw, draw_panels
+from cvxupdate.report.svg import AFTER, BAND, HELD, INK, draw, draw_panels, over_frequency
 
 if TYPE_CHECKING:
     from cvxupdate.correlate.result import FrfComparison
@@ -38,19 +38,7 @@ def overlays(name: str, found: FrfComparison) -> str | None:
         f = found.frequency[::step]
         for ax, (i, j) in zip(axes, entries, strict=True):
             _overlay(ax, found, f, slice(None, None, step), i, j)
-        axes[len(entries) - 1].set_xlabel("frequency (Hz)")
-        handles, labels = axes[0].get_legend_handles_labels()
-        axes[0].legend(
-            handles,
-            labels,
-            loc="lower left",
-            bbox_to_anchor=(0.0, 1.13),
-            ncols=3,
-            handlelength=1.2,
-            handletextpad=0.4,
-            columnspacing=1.0,
-            borderaxespad=0.0,
-        )
+        over_frequency(axes)
 
     return draw_panels(
         name,

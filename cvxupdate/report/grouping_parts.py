@@ -58,9 +58,8 @@ def _figure(
 ) -> Markup | None:
     if geometry is None or not drawable(geometry):
         return None
-    view = view_of(
-        geometry.xyz, np.zeros(3, dtype=bool)
-    )  # nothing moves here: flat ones from above
+    still = np.zeros(3, dtype=bool)  # nothing moves here, so flat structures are seen from above
+    view = view_of(geometry.xyz, still)
     group = {e: k for k, members in enumerate(found.elements, 1) for e in members}
     mine = [p for p in geometry.parts if p.id in group]
     numbered = {p.id for p in mine} if len(mine) <= NUMBERED else {g[0] for g in found.elements}

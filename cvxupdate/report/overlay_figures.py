@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from cvxupdate.report.numbers import number
-from cvxupdate.report.svg import AFTER, BEFORE, HELD, INK, draw_panels
+from cvxupdate.report.svg import AFTER, BEFORE, HELD, INK, draw_panels, over_frequency
 
 if TYPE_CHECKING:
     from cvxupdate.correlate.overlay import FrfOverlay
@@ -38,16 +38,7 @@ def _figure(name: str, says: str, some: list[FrfOverlay], moved: bool) -> str:
             _panel(ax, o, moved)
             if k < len(some) - 1:
                 ax.tick_params(labelbottom=False)
-        axes[-1].set_xlabel("frequency (Hz)")
-        axes[0].legend(
-            loc="lower left",
-            bbox_to_anchor=(0.0, 1.13),
-            ncols=3,
-            handlelength=1.2,
-            handletextpad=0.4,
-            columnspacing=1.0,
-            borderaxespad=0.0,
-        )
+        over_frequency(axes)
 
     words = f"Measured frequency responses and the model's before and after. {says}"
     return draw_panels(name, words, WIDTH, 0.5 + 2.3 * len(some), len(some), 1, paint)

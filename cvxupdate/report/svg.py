@@ -107,6 +107,21 @@ def draw_panels(
     return inline(buffer.getvalue(), name, says)
 
 
+def over_frequency(axes: list[Any]) -> None:
+    """Panels of curves over one frequency axis: its name under the last, the legend above the
+    first."""
+    axes[-1].set_xlabel("frequency (Hz)")
+    axes[0].legend(
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.13),
+        ncols=3,
+        handlelength=1.2,
+        handletextpad=0.4,
+        columnspacing=1.0,
+        borderaxespad=0.0,
+    )
+
+
 def _laid_out(figure: Any) -> None:
     """The figure with its panels in place, and with powers of ten as plain text.
 
