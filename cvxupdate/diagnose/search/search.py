@@ -104,11 +104,10 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         if not reached:
             several = pairs(evidence, coarse, FEW_PARENTS if few else PARENTS, progress)
             singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
-        several = merged(several, grown)
-    if several:
-        if not _told_alone(evidence, singles[0]):
-            several = merged(several, further(evidence, several, progress))
-        several = elsewhere(evidence, several, progress)
+        alone = bool(several or grown) and _told_alone(evidence, singles[0])
+        ways = [] if alone else [way for way in (several, grown) if way]  # each has its own end
+        several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
+    several = elsewhere(evidence, several, progress)
     return Found(
         tuple(best_of(*rankings)),
         tuple(singles),
