@@ -93,8 +93,8 @@ def test_a_hammer_is_wrong_wherever_it_strikes_and_a_shaker_where_it_stands() ->
         for t, others in ((ForceGain(), ("n9.x",)), (DriveGain(), ()))
     )
     assert one.key != two.key and one.title != two.title
-    assert one.says({"gain": 0.82}).endswith("0.82 times what it should, wherever it drives.")
-    assert two.says({"gain": 0.82}).endswith("0.82 times what it should.")
+    assert one.says({"gain": 0.82}).endswith("0.820 times what it should, wherever it drives.")
+    assert two.says({"gain": 0.82}).endswith("0.820 times what it should.")
     assert one.says({"gain": -1.0}).endswith("has the wrong sign, wherever it drives.")
 
 
