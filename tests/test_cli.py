@@ -82,6 +82,18 @@ def command(*arguments, **keywords):
     )
 
 
+def test_the_module_is_the_command():
+    """`python -m cvxupdate`, for those whose path does not hold the script."""
+    done = subprocess.run(
+        [sys.executable, "-m", "cvxupdate", "--version"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    assert done.stdout == command("--version").stdout
+
+
 def files(folder):
     return sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file())
 

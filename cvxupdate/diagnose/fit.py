@@ -198,12 +198,12 @@ def fitted(setting: Any, start: Real, options: Options, bounds: Bounds | None = 
         columns=setting.columns,
     )
     if bounds is None:
-        options = replace(options, growing=_sizes(setting))
+        options = growing_of(setting, options)
     return _taken(setting, iterate(setting, problem, SolverChoice(), options, start).point)
 
 
-def _sizes(setting: Any) -> tuple[bool, ...]:
-    """Which unknowns are sizes of effects: in units of what is usual at their places they may be
-    thousands, and steps of one would never come there."""
+def growing_of(setting: Any, options: Options) -> Options:
+    """With trust regions that grow with the sizes of effects: in units of what is usual at their
+    places they may be thousands, and steps of one would never come there."""
     free = [q.group is None for q in setting.model.parameters]
-    return (*free, *(False for _ in range(len(setting.columns) - len(free))))
+    return replace(options, growing=(*free, *[False] * (len(setting.columns) - len(free))))

@@ -149,9 +149,28 @@ def at_nominal(evidence: Evidence, h: Hypothesis, level: int = 0) -> Hypothesis:
         return Hypothesis(h.effects, evidence.evaluated(setting, h.fit.p))
 
 
-def without(evidence: Evidence, h: Hypothesis, index: int) -> Hypothesis | None:
-    """The fitted hypothesis with one effect taken out and everything else left where it was: what
-    the rest alone leaves unexplained."""
+def silenced(evidence: Evidence, h: Hypothesis, indices: Collection[int]) -> Fit | None:
+    """The fitted hypothesis with some effects at no size and everything else left where it was;
+    None where one has no size at which it does nothing, or that is no structure."""
+    p = h.fit.p.copy()
+    at, fault = len(evidence.model.parameters), len(p) - len(h.fit.setting.faults)
+    for k, e in enumerate(h.effects):
+        if k in indices:
+            if e.change is None and e.fault is None:
+                return None
+            p[at : at + e.columns] = 0.0
+            p[fault : fault + (not e.columns)] = 0.0
+        at += e.columns
+        fault += not e.columns
+    try:
+        return evidence.evaluated(h.fit.setting, p)
+    except ModelError:
+        return None
+
+
+def without(evidence: Evidence, h: Hypothesis, *indices: int) -> Hypothesis | None:
+    """The fitted hypothesis with one effect (or several) taken out and everything else left where
+    it was: what the rest alone leaves unexplained."""
     setting, p = h.fit.setting, h.fit.p
     at, fault = len(evidence.model.parameters), len(p) - len(setting.faults)
     model, values = evidence.model, list(p[:at])
@@ -159,14 +178,14 @@ def without(evidence: Evidence, h: Hypothesis, index: int) -> Hypothesis | None:
     faults: list[tuple[Fault, float]] = []
     for k, effect in enumerate(h.effects):
         if not effect.columns:
-            if k != index:
+            if k not in indices:
                 faults.append((setting.faults[fault - len(p)], float(p[fault])))
                 effects.append(effect)
             fault += 1
             continue
         own = p[at : at + effect.columns]
         at += effect.columns
-        if k == index:
+        if k in indices:
             continue
         moved = effect.on(evidence.context(model))
         if moved is None:

@@ -186,6 +186,11 @@ class Evidence(Protocol):
     def columns(self, fit: Fit, effects: Sequence[Effect]) -> list[Real | None]:
         """Weighted derivative columns (rows, count) of effects; None where one has none."""
 
+    @property
+    def approach(self) -> Any:
+        """The first steps beside a model that is far off (`cvxupdate.diagnose.search.guided`);
+        None where there are none."""
+
     def errors(self, fit: Fit) -> Errors:
         """On what was fitted and on what was held out."""
 

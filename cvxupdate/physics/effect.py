@@ -37,14 +37,15 @@ class EffectType(ABC):
 
     ``name`` is the contract's, ``noun`` what it is in a sentence; ``damping`` says that it takes
     out energy and nothing else; ``unlimited`` that beyond some size more of it changes nothing;
-    ``told_by`` which recordings can tell it; ``writers`` how the elements that it adds are written
-    into a problem file, by their kind.
+    ``rig`` that hardly a test is without it; ``told_by`` which recordings can tell it; ``writers``
+    how the elements that it adds are written into a problem file, by their kind.
     """
 
     name: ClassVar[str]
     noun: ClassVar[str]
     damping: ClassVar[bool] = False
     unlimited: ClassVar[bool] = False
+    rig: ClassVar[bool] = False
     told_by: ClassVar[frozenset[str]] = frozenset({RESPONSES, MODES})
     writers: ClassVar[tuple[tuple[str, Writer], ...]] = ()
 
@@ -64,9 +65,9 @@ class ModelChange:
     ``grow`` makes the `model` that carries them at the end of its list; ``tangent`` gives for each
     its derivative blocks on the DOFs of the model without them. ``members`` are the elements of a
     set; ``additive``: K and M move in proportion, and those of a set as the sum of its members';
-    ``series``: a compliance beside that of its place, so sizes p act as p / (1 + p); ``cubic``:
-    stiffness goes with the third power of the size; ``along``: its directions at any size, where
-    the tangent does not tell them; ``start``: all its unknowns from the size of the first.
+    ``series``: a compliance beside that of its place: sizes p act as p / (1 + p); ``cubic``:
+    stiffness goes with (1 + p)³; ``along``: its directions at any size, where the tangent does not
+    tell them; ``start``: all its unknowns from the size of the first; ``others``: further starts.
     """
 
     grow: Callable[[], Model]
@@ -77,6 +78,7 @@ class ModelChange:
     cubic: bool = False
     along: LowRank | None = None
     start: Callable[[float], Real] | None = None
+    others: Callable[[Real], Sequence[Real]] | None = None
 
     @cached_property
     def model(self) -> Model:

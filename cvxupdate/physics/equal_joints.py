@@ -44,6 +44,7 @@ class EqualJoints(EffectType):
 
     name = "joint_flexibility"
     noun = "the flexibility"
+    rig = True
     writers = (("compliance", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:

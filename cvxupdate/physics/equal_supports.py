@@ -27,6 +27,7 @@ class EqualSupports(EffectType):
 
     name = "grounding_spring"
     noun = "the flexibility"
+    rig = True
     writers = (("compliance", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:

@@ -109,7 +109,7 @@ class Rates:
     """
 
     blocks: Mapping[int, tuple[Index, Mapping[str, Real], Mapping[str, NDArray[np.bool_]]]]
-    places: Mapping[int, tuple[tuple[int, int], ...]]
+    places: Mapping[int, Sequence[tuple[int, int]]]
 
     @classmethod
     def of(cls, model: Model, of: str, scale: float | None = None) -> Rates:
@@ -117,7 +117,7 @@ class Rates:
         `select_parameters`)."""
         names = property_names(of)
         blocks: dict[int, tuple[Index, Mapping[str, Real], Mapping[str, NDArray[np.bool_]]]] = {}
-        places: dict[int, tuple[tuple[int, int], ...]] = {}
+        places: dict[int, list[tuple[int, int]]] = {}  # a given matrix has a block for each entry
         for number, block in enumerate(model.blocks):
             if has_property(block, of):
                 base = np.array([block.properties[n] for n in names])
@@ -133,7 +133,7 @@ class Rates:
                     {m: np.any(v != 0.0, axis=(1, 2)) for m, v in rates.items()},
                 )
                 for row, element in enumerate(block.ids.tolist()):
-                    places[element] = (*places.get(element, ()), (number, row))
+                    places.setdefault(element, []).append((number, row))
         return cls(blocks, places)
 
     def tangent(self, ids: Sequence[int]) -> tuple[DerivativeBlock, ...]:

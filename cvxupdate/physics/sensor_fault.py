@@ -58,6 +58,7 @@ class ForceGain(EffectType):
 
     name = "sensor_fault"
     noun = "a wrong gain of the force channel"
+    rig = True
     told_by = frozenset({RESPONSES})
 
     def candidates(self, context: SearchContext) -> list[Effect]:

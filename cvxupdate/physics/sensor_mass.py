@@ -33,6 +33,7 @@ class SensorMass(EffectType):
 
     name = "sensor_mass"
     noun = "the mass of the accelerometers"
+    rig = True
 
     def candidates(self, context: SearchContext) -> list[Effect]:
         """One, of the whole structure, where there are accelerometers that can move it."""

@@ -27,6 +27,7 @@ class SoftSupport(EffectType):
 
     name = "grounding_spring"
     noun = "a support that gives way"
+    rig = True
     writers = (("compliance", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:

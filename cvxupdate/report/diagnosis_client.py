@@ -51,10 +51,15 @@ GLOSSARY = (
 """(word, what it means)."""
 
 
+def held_out(found: Diagnosis) -> bool:
+    """Whether a recording was held out, so that there is a figure of what was not fitted."""
+    return found.fit.get("hold_out", {}).get("before") is not None
+
+
 def untested(found: Diagnosis) -> str:
     """A sentence where findings were not tested on anything; empty where they were, or where
     there are none."""
-    if not found.findings or found.fit.get("hold_out", {}).get("before") is not None:
+    if not found.findings or held_out(found):
         return ""
     return (
         "Nothing was held out, so what was found is untested on recordings that were not fitted. "

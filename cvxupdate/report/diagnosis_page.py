@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from cvxupdate.report.diagnosis_client import GLOSSARY, not_tried, untested
+from cvxupdate.report.diagnosis_client import GLOSSARY, held_out, not_tried, untested
 from cvxupdate.report.diagnosis_curves import mode_bars, other_curves, overlay, remains
 from cvxupdate.report.diagnosis_figures import fit_bars
 from cvxupdate.report.diagnosis_modes import mode_rows, moving_modes
@@ -29,8 +29,9 @@ if TYPE_CHECKING:
 
 BARS_SAY = (
     "How far the model's answer lies from the recordings: 0 is perfect, 1 is an error as large "
-    "as the signal. Held-out recordings were never fitted."
+    "as the signal."
 )
+HELD_SAY = " Held-out recordings were never fitted."
 MODES_SAY = (
     "Each line is a measured natural frequency: how far the model was off, and how far it is now."
 )
@@ -52,7 +53,7 @@ def diagnosis_page(found: Diagnosis, spec: Spec) -> str:
             "meaning": meaning,
             "place": _svg(place_picture(found, spec)),
             "bars": _svg(fit_bars(found)),
-            "bars_say": BARS_SAY,
+            "bars_say": BARS_SAY + (HELD_SAY if held_out(found) else ""),
             "fit": fit_rows(found),
             "overlay": _svg(first[0] if first else modes),
             "overlay_says": first[1] if first else MODES_SAY,

@@ -149,7 +149,17 @@ def _minds(updated: Updated) -> list[str]:
             "determined from these recordings; the report lists them."
         )
     together = together_sentence(updated)
-    return [*out, together] if together else out
+    return [line for line in (*out, together, _untested(updated)) if line]
+
+
+def _untested(updated: Updated) -> str:
+    """A sentence where something was fitted and nothing held out; empty elsewhere."""
+    if not updated.fit.get("fit") or updated.fit.get("hold_out"):
+        return ""
+    return (
+        "Nothing was held out, so the update is untested on recordings that were not fitted. A "
+        'further recording with use = "hold-out" would test it.'
+    )
 
 
 def together_sentence(updated: Updated) -> str:

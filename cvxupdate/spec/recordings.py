@@ -76,7 +76,8 @@ class ChannelRow(Part):
         "dB = 20 log10 of the unit",
     )
     pair: Column | None = Field(
-        default=None, description="FRF in columns: column of the imaginary part or phase"
+        default=None,
+        description="FRF in columns: column of the imaginary part or phase; needs `form`",
     )
     phase_unit: Literal["deg", "rad"] = Field(default="deg", description="unit of the phase")
     coherence: Column | None = Field(

@@ -140,6 +140,7 @@ class PlainEvidence:
     hurried: bool = False
     unfinished: bool = False
     drift: str | None = None
+    approach: None = None
     next: bool = False
     neighbours: Sequence[Effect] = ()
     one: Sequence[Effect] = ()  # and those that nothing tells apart

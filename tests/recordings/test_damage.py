@@ -156,3 +156,51 @@ def test_declared_channels_choose_turn_and_convert(tmp_path: Path) -> None:
 def test_what_contradicts_the_file_is_refused(tmp_path: Path, keys: str, words: str) -> None:
     with pytest.raises(RecordingError, match=words):
         loaded(write(tmp_path, keys, uff_text(TABLE), "beam.uff"))
+
+
+@pytest.mark.parametrize(
+    ("header", "column", "form"),
+    [
+        ("frequency,re_5,im_5", "re_5", "real-imaginary"),
+        ("f [Hz],H5 real,H5 imag", "H5 real", "real-imaginary"),
+        ("f [Hz],Mag 5,Phase 5", "Mag 5", "magnitude-phase"),
+        ("f [Hz],n5 [dB],n5 phase [deg]", "n5 [dB]", "db-phase"),
+    ],
+)
+def test_half_of_a_complex_number_is_refused(
+    tmp_path: Path, header: str, column: str, form: str
+) -> None:
+    """A real part, or a modulus, whose other half stands unread beside it: refused with the keys
+    that read both; those keys do."""
+    rows = "\n".join(",".join(f"{v:.8g}" for v in row[:3]) for row in TABLE[:20])
+    where = 'references = [{ node = 9, dof = "y" }]\n'
+    row = 'channels = [{{ column = "{}", quantity = "acceleration", node = 5, dof = "y"{} }}]\n'
+    other = 'pair = "(im_5|H5 imag|Phase 5|n5 phase)"'
+    with pytest.raises(RecordingError, match=f'form = "{form}" and {other}') as refused:
+        loaded(write(tmp_path, where + row.format(column, ""), f"{header}\n{rows}\n"))
+    said = str(refused.value)
+    pair = said[said.index("pair = ") :].rstrip(".")
+    with pytest.raises(RecordingError, match=f"pair is given, but not how .*{form}"):
+        loaded(write(tmp_path, where + row.format(column, f", {pair}"), f"{header}\n{rows}\n"))
+    keys = f', form = "{form}", {pair}'
+    frf = loaded(write(tmp_path, where + row.format(column, keys), f"{header}\n{rows}\n"))
+    if form == "real-imaginary":
+        np.testing.assert_allclose(frf.H[:, 0, 0], TABLE[:20, 1] + 1j * TABLE[:20, 2], rtol=1e-6)
+
+
+def test_an_imaginary_part_is_no_channel_of_its_own(tmp_path: Path) -> None:
+    text = channels().replace('pair = "im_5", form = "real-imaginary"', 'form = "complex"')
+    with pytest.raises(RecordingError, match='form = "real-imaginary" and pair = "im_5"'):
+        loaded(write(tmp_path, text, good_text()))
+    twice = (
+        channels()
+        .replace("node = 9, dof", "node = 5, dof")
+        .replace("references = [{ node = 5", "references = [{ node = 9")
+    )
+    with pytest.raises(RecordingError, match="declared twice .* the pair of one"):
+        loaded(write(tmp_path, twice, good_text()))
+
+
+def test_a_table_without_channels_points_to_inspect(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match="which column is which sensor.*cvxupdate inspect"):
+        loaded(write(tmp_path, "", good_text()))

@@ -212,13 +212,13 @@ def _write(kind: str, folder: Path) -> Path:
             file["measurement/freq"], file["measurement/frf"] = F, H
     else:
         scipy.io.savemat(path, {"freq": F, "H1": H})
-        if kind == "blank":
+        if kind in ("blank", "zeros"):
             blob = path.read_bytes()
-            path.write_bytes(b" " * 116 + blob[116:])
+            path.write_bytes((b" " if kind == "blank" else b"\0") * 116 + blob[116:])
     return path
 
 
-@pytest.mark.parametrize("kind", ["uff", "npz", "h5", "mat", "blank"])
+@pytest.mark.parametrize("kind", ["uff", "npz", "h5", "mat", "blank", "zeros"])
 def test_files_of_other_writers(tmp_path: Path, kind: str) -> None:
     found = pasted(_write(kind, tmp_path))
     assert isinstance(found, FrequencyResponse)

@@ -108,6 +108,27 @@ def test_the_first_screen_has_sentence_place_and_held_out_overlay() -> None:
     )
 
 
+def test_a_finding_tested_on_nothing_is_said_to_be_untested() -> None:
+    """On the page and on the terminal, without a nan; not where something was held out, nor where
+    nothing was found."""
+    said = "Nothing was held out, so what was found is untested on recordings that were not fitted."
+    fit = {"fit": FOUND.fit["fit"], "hold_out": {"before": None, "nuisance": None, "after": None}}
+    alone = replace(
+        FOUND,
+        fit=fit,
+        shown=replace(SHOWN, curves=(replace(CURVE, use="fit"),), spectra=()),
+    )
+    for bare in (alone, replace(alone, fit={"fit": fit["fit"]})):
+        text = page(bare)
+        assert said in text[: text.index("<h2>")] and "never fitted" not in text
+        assert not re.search(r"\bnan\b", re.sub(r"<[^>]*>", " ", text))
+        console = Console(width=400, file=io.StringIO())
+        console.print(diagnosis_summary(bare, Path("out")))
+        assert said in str(console.file.getvalue())  # type: ignore[attr-defined]
+    assert said not in page(FOUND)
+    assert said not in page(replace(alone, findings=(), verdict="consistent"))
+
+
 def test_below_stand_proof_map_remains_and_other_channels() -> None:
     text = page(FOUND)
     drawn = " ".join(captions(text[text.index("<h2>") :]))

@@ -1,6 +1,8 @@
 """report.html: one self-contained page that says what the result says, with nothing from outside
 let through."""
 
+import dataclasses
+import io
 import re
 from pathlib import Path
 
@@ -124,8 +126,6 @@ def test_same_result_same_page(updated):
 
 
 def test_a_result_without_modes_or_history_still_has_a_page(updated):
-    import dataclasses
-
     bare = dataclasses.replace(
         updated,
         modes=(),
@@ -142,9 +142,24 @@ def test_a_result_without_modes_or_history_still_has_a_page(updated):
     assert "svg" not in page.tags and "The update converged." in page.text
 
 
-def test_worse_hold_out_is_said(updated):
-    import dataclasses
+def test_what_was_tested_on_nothing_is_said_to_be_untested(updated, infeasible):
+    """On the page and on the terminal, without a nan; not where something was held out, nor where
+    nothing was fitted."""
+    alone = dataclasses.replace(
+        updated,
+        fit={"fit": updated.fit["fit"]},
+        modes=[m for m in updated.modes if m.use == "fit"],
+    )
+    said = "Nothing was held out, so the update is untested on recordings that were not fitted."
+    text = Page(page_of(alone)).text
+    assert said in text and "nan" not in text.lower().split()
+    console = Console(width=400, file=io.StringIO())
+    console.print(run_summary(alone, Path("out")))
+    assert said in console.file.getvalue()
+    assert "Nothing was held out" not in page_of(updated) + page_of(infeasible)
 
+
+def test_worse_hold_out_is_said(updated):
     fit = {
         "fit": {"mac_mean": {"before": 0.8, "after": 0.9}},
         "hold_out": {"mac_mean": {"before": 0.8, "after": 0.7}},
@@ -155,8 +170,6 @@ def test_worse_hold_out_is_said(updated):
 
 
 def test_many_parameters_keep_the_page_small(updated):
-    import dataclasses
-
     many = tuple(
         dataclasses.replace(updated.parameters[0], name=f"e{k}.k", p=1e-3 * k) for k in range(1000)
     )
@@ -224,8 +237,6 @@ def test_solvers_page_and_summary(updated, infeasible, tmp_path):
 
 
 def test_indefinite_matrices_are_said(updated):
-    import dataclasses
-
     assert "it is positive definite" in Page(page_of(updated)).text
     for name in ("mass", "stiffness"):
         bad = dataclasses.replace(updated, model={**updated.model, f"{name}_eigenvalue_min": -1e-3})

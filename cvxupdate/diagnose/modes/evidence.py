@@ -79,6 +79,7 @@ class ModesEvidence(Linear):
     told_by = MODES
     levels = 1
     delay_unit = 1.0
+    approach = None
 
     @property
     def band(self) -> tuple[float, float]:

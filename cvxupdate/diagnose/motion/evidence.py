@@ -70,7 +70,7 @@ class MotionEvidence(Timed):
     scores: LawScores = field(default_factory=LawScores)
     budget: Budget = field(default_factory=Budget)
 
-    told_by = MOTION
+    told_by, approach = MOTION, None
 
     @property
     def model(self) -> Model:

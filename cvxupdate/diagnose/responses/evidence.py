@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from cvxupdate.correlate.response_error import Stated, stated_errors
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
-from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
+from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.nominal.mesh import mesh_line
 from cvxupdate.diagnose.nominal.refinement import PLAIN, Mesh, has_sheets, mesh_lines, mesh_notes
 from cvxupdate.diagnose.nominal.supports import on_the_file, regrown
@@ -22,18 +22,16 @@ from cvxupdate.diagnose.responses.columns import columns_of, delay_unit
 from cvxupdate.diagnose.responses.data import Data
 from cvxupdate.diagnose.responses.errors import ContractErrors, channel_errors, noise_errors, stated
 from cvxupdate.diagnose.responses.figures import responses_shown
-from cvxupdate.diagnose.responses.finite_size import few_directions, whole_member
 from cvxupdate.diagnose.responses.first_order import first_order, linearised
+from cvxupdate.diagnose.responses.guide import Guide, at_finite_sizes
 from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.remains import remains
 from cvxupdate.diagnose.responses.resampling import halves
-from cvxupdate.diagnose.responses.sets import sets_of_elements
 from cvxupdate.diagnose.responses.setting import EFFORTS, around, followed, let_go, setting_for
 from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
-from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
 from cvxupdate.diagnose.settings import (
     CLEAR,
     EXPLAINED,
@@ -41,8 +39,6 @@ from cvxupdate.diagnose.settings import (
     MOST_ALLOWANCE,
     OPEN,
     SHEET_DISCREPANCY,
-    WHOLE,
-    WHOLES,
 )
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import (
@@ -208,17 +204,14 @@ class ResponseEvidence(Linear):
     def finite_size(
         self, nominal: Fit, parent: Fit, placed: tuple[Effect, ...], effects: Sequence[Effect]
     ) -> FiniteSize:
-        """In closed form where an effect acts along few directions, in the basis of the lowest
-        modes for sets of elements, and by a model for each size for whole members."""
-        point = nominal.point
-        left = Projection.of(linearised(point))
-        linear = first_order(point, effects, left)
-        exact = best_of(few_directions(point, linear, left), sets_of_elements(point, linear, left))
-        seeds = seeds_from(
-            self, Hypothesis(placed, nominal), not_among(members(linear), exact)[:WHOLES], 0
-        )
-        ranked = sorted((whole_member(point, s, left) for s in seeds), key=lambda pair: -pair[1])
-        return FiniteSize(exact, [seed for seed, _ in ranked[:WHOLE]])
+        """By weighted squares, less what nuisance parameters can take up."""
+        left = Projection.of(linearised(nominal.point))
+        return at_finite_sizes(self, Hypothesis(placed, nominal), effects, left, left)
+
+    @property
+    def approach(self) -> Guide:
+        """Beside a model that is far off."""
+        return Guide(self)
 
     def errors(self, found: Fit) -> Errors:
         """Channel by channel."""

@@ -14,50 +14,57 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
+from typing import Protocol
 
 import numpy as np
 
+from cvxupdate.diagnose.responses.few import MASSES, Few, Tunings
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.screen.sizes import best_size
 from cvxupdate.diagnose.types import Score, Seed
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.synthesis.pieces import Receptances, Response
-from cvxupdate.fe.synthesis.products import times
-from cvxupdate.physics.effect import Effect, HiddenOscillator
-from cvxupdate.physics.low_rank import DIRECTIONS, LowRank, low_rank
+from cvxupdate.physics.effect import HiddenOscillator
+from cvxupdate.physics.low_rank import LowRank, low_rank
 
-# sizes: from this much of the one that rules the receptance at its own place where that is largest,
-# to this much of the typical one
-REACH = (0.2, 10.0)
-# ratio of two sizes, as narrow as a resonance is on the widest lines; how many at most
-STEP, MOST = 1.5, 48
-MASSES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.2)  # of hidden oscillators, of the structure's
-GIVEN = (0.1, 0.3, 0.6, 0.9, 0.97)  # how far what is joined rigidly gives way
 OSCILLATORS = 40  # hidden oscillators looked at: those with the largest first-order fractions
 FIXTURES = 16  # supports with a mass of their own: those of which a faint one explains most
 SLIGHT = 1e-3  # size of a faint one: its compliance in units of its place
 SIZES = (-0.45, -0.2, -0.08, 0.08, 0.2, 0.45, 1.0)  # of what acts on elements and whole members
 
 
-def few_directions(point: ResponsePoint, scores: Sequence[Score], left: Projection) -> list[Score]:
+class Measure(Protocol):
+    """What is left of the recordings after a change of the model."""
+
+    @property
+    def total(self) -> float:
+        """Without any."""
+
+    def remaining(self, J: Real) -> Real:
+        """(n,) after each of the weighted changes J (rows, n)."""
+
+
+def few_directions(
+    point: ResponsePoint, scores: Sequence[Score], left: Measure, sift: Projection | None = None
+) -> list[Score]:
     """The scores of effects that act along few directions, each at the best of several sizes
     within its bounds; fractions are exact but for nuisance parameters (``left``). An effect that no
-    size helps has none."""
+    size helps has none. ``sift``: of hidden oscillators and resonating supports only those that
+    promise most by it."""
     total = left.total
     if total <= 0.0:
         return []
-    weights = [1.0 / s.scale() for s in point.setting.signals]
-    heavy = float(point.setting.model.total_mass())
-    modal = [_modal_receptance(point, r) for r in point.responses]
+    few = Few.of(point)
     out = []
 
-    def promise(change: LowRank) -> float:
-        J = left.freed(_rows(change, np.array([SLIGHT]), point, modal, weights))[:, 0]
-        return float((J @ left.residual) ** 2 / max(float(J @ J), 1e-300))
+    def promise(change: LowRank, by: Projection) -> float:
+        J = by.freed(few.rows(change, np.array([SLIGHT])))[:, 0]
+        return float((J @ by.residual) ** 2 / max(float(J @ J), 1e-300))
 
-    for score in _looked_at(scores, promise):
+    looked = scores if sift is None else _looked_at(scores, partial(promise, by=sift))
+    for score in _tuned(few, looked, left):
         change = low_rank(score.effect)
         if change is None:
             continue
@@ -66,17 +73,38 @@ def few_directions(point: ResponsePoint, scores: Sequence[Score], left: Projecti
 
         def squares(sizes: Real, lr: LowRank = change) -> Real:
             try:
-                return left.remaining(_rows(lr, sizes, point, modal, weights))
+                return left.remaining(few.rows(lr, sizes))
             except np.linalg.LinAlgError:
                 return np.full(len(sizes), np.inf)
 
-        best = best_size(squares, _sizes(score.effect, change, point, modal[0], heavy), total)
+        best = best_size(squares, few.sizes(score.effect, change), total)
         if best is not None:
             own = score.effect.change
             p = np.array([best[0], *np.zeros(score.effect.count - 1)])
             p = p if own is None or own.start is None else own.start(best[0])
             out.append(replace(score, fraction=1.0 - best[1] / total, p=p, exact=True))
     return out
+
+
+def _tuned(few: Few, scores: Sequence[Score], left: Measure) -> list[Score]:
+    """Scores without the hidden oscillators that leave more than others: those of a place differ by
+    their tuning alone, so all are tried at once, at few masses, and the best are looked at."""
+    at: dict[int, list[Score]] = {}
+    for score in scores:
+        if isinstance(score.effect.action, HiddenOscillator):
+            at.setdefault(score.effect.action.row, []).append(score)
+    if sum(map(len, at.values())) <= OSCILLATORS:
+        return list(scores)
+    sizes = few.heavy * np.array(MASSES)
+    found: list[tuple[float, int]] = []
+    for group in at.values():
+        changes = [lr for score in group if (lr := low_rank(score.effect)) is not None]
+        remains = left.remaining(few.tuned(Tunings(tuple(changes)), sizes))
+        best = remains.reshape(len(changes), len(sizes)).min(axis=1)
+        found += [(float(b), id(score)) for b, score in zip(best, group, strict=True)]
+    kept = {number for _, number in sorted(found)[:OSCILLATORS]}
+    dropped = {number for _, number in found} - kept
+    return [s for s in scores if id(s) not in dropped]
 
 
 def _with_loss(change: LowRank, point: ResponsePoint) -> LowRank:
@@ -104,7 +132,7 @@ def _looked_at(scores: Sequence[Score], promise: Callable[[LowRank], float]) -> 
     return [s for s in scores if id(s) not in dropped]
 
 
-def whole_member(parent: ResponsePoint, seed: Seed, left: Projection) -> tuple[Seed, float]:
+def whole_member(parent: ResponsePoint, seed: Seed, left: Measure) -> tuple[Seed, float]:
     """A seed with the best of several sizes of its last effect to begin with, and the fraction it
     then explains beside ``parent``.
 
@@ -137,89 +165,3 @@ def whole_member(parent: ResponsePoint, seed: Seed, left: Projection) -> tuple[S
     if best is None:
         return seed, 0.0
     return replace(seed, start=start(best[0])), 1.0 - best[1] / left.total
-
-
-def _modal_receptance(point: ResponsePoint, r: Response) -> Complex:
-    """1 over the dynamic stiffness of every mode (points, modes); damping that couples modes is
-    left out."""
-    s = r.signal.s[:, None]
-    lam = np.maximum(point.modes.eigenvalues, 0.0)
-    return np.asarray(1.0 / (s**2 + point.loss.viscous(lam) * s + point.loss.stiffness(lam)))
-
-
-def _at(change: LowRank, point: ResponsePoint, modal: Complex) -> Complex:
-    """Receptances Wᵀ G W (points, r, r)."""
-    phi = change.W.T @ point.modes.shapes[change.used]
-    r, m = phi.shape
-    pairs = (phi[:, None, :] * phi[None, :, :]).reshape(r * r, m).T
-    return np.asarray((modal.real @ pairs + 1j * (modal.imag @ pairs)).reshape(len(modal), r, r))
-
-
-def _sizes(
-    effect: Effect, change: LowRank, point: ResponsePoint, modal: Complex, heavy: float
-) -> Real:
-    """Sizes to try, in order."""
-    if isinstance(effect.action, HiddenOscillator):
-        return heavy * np.array(MASSES)
-    s = point.responses[0].signal.s
-    diagonal = np.einsum("sii,i->si", _at(change, point, modal), change.weights)
-    own = np.abs(change.f(s)[:, None] * diagonal).max(axis=1)
-    largest, typical = max(float(own.max()), 1e-300), max(float(np.median(own)), 1e-300)
-    reach = REACH[0] / largest, REACH[1] / typical
-    steps = np.geomspace(*reach, min(MOST, 2 + int(np.log(reach[1] / reach[0]) / np.log(STEP))))
-    if effect.change is not None and effect.change.series:
-        # a compliance beside the place's own: what is joined rigidly gives way at most wholly
-        gamma = np.unique(np.concatenate([steps[steps < 1.0], GIVEN]))
-        return np.asarray(gamma / (1.0 - gamma))
-    p = steps if effect.sign > 0 else np.concatenate([-steps[::-1], steps])
-    return p[(p > effect.limits[0]) & (p < effect.limits[1])]
-
-
-def _rows(
-    change: LowRank,
-    sizes: Real,
-    point: ResponsePoint,
-    modal: Sequence[Complex],
-    weights: Sequence[Real],
-) -> Real:
-    """Weighted change of every row for each size, (rows, sizes)."""
-    parts = []
-    for r, own, g, w in zip(point.responses, modal, point.green, weights, strict=True):
-        moved = _moved(change, sizes, point, r, own, g)
-        points, sensors, cases, count = moved.shape
-        flat = point.faulty(r.signal, moved.reshape(points, sensors, cases * count))
-        rows = r.rows(flat).reshape(-1, sensors, cases, count)
-        weighted = (w[..., None] * rows).reshape(-1, count)
-        parts += [weighted.real, weighted.imag]
-    return np.vstack(parts)
-
-
-def _moved(
-    change: LowRank,
-    sizes: Real,
-    point: ResponsePoint,
-    r: Response,
-    modal: Complex,
-    g: Receptances,
-) -> Complex:
-    """The responses' change (points, sensors, cases, sizes)."""
-    s = r.signal.s
-    G = _at(change, point, modal)
-    left, right = (times(change.W.T, x[change.used]) for x in (g.left, g.right))
-    left = left * r.drive[:, None]
-    if len(change.weights) == 1:
-        amount = change.at(sizes, s)[:, :, 0]
-        factor = amount / (1.0 + amount * G[:, 0, 0, None])
-        outer = left[0][:, :, None, None] * right[0][:, None, :, None]
-        return np.asarray(-outer * factor[:, None, None, :])
-    one = 1.0 / (sizes * change.f(s)[:, None])  # (points, sizes)
-    G = G + np.diag(change.behind)
-    if len(change.weights) <= DIRECTIONS:
-        inverse = np.linalg.inv(np.diag(1.0 / change.weights) * one[:, :, None, None] + G[:, None])
-        return np.asarray(-np.einsum("ips,pgij,jpc->pscg", left, inverse, right, optimize=True))
-    # all sizes at one cost: (Λ⁻¹ a + G)⁻¹ = Λ V (a + μ)⁻¹ V⁻¹ with G Λ = V μ V⁻¹
-    mu, V = np.linalg.eig(G * change.weights)
-    left = np.einsum("ips,i,pij->psj", left, change.weights, V, optimize=True)
-    right = np.asarray(np.linalg.solve(V, np.moveaxis(right, 0, 1)), dtype=complex)
-    factor = 1.0 / (one[:, :, None] + mu[:, None, :])
-    return np.asarray(-np.einsum("psj,pgj,pjc->pscg", left, factor, right, optimize=True))

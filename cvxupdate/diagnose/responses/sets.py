@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cvxupdate.diagnose.responses.finite_size import SIZES
+from cvxupdate.diagnose.responses.finite_size import SIZES, Measure
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.responses.signals import Complex, Real
-from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.screen.sizes import best_size
 from cvxupdate.diagnose.types import Score
 from cvxupdate.fe.synthesis.derivatives import modal_blocks
@@ -58,9 +57,7 @@ class Today:
         return cls(r.q[:low] / r.inverse[:low, :, None], r.at[:low], y)
 
 
-def sets_of_elements(
-    point: ResponsePoint, scores: Sequence[Score], left: Projection
-) -> list[Score]:
+def sets_of_elements(point: ResponsePoint, scores: Sequence[Score], left: Measure) -> list[Score]:
     """The scores of factors with one parameter that act along many directions, sets of elements
     first of all, each at the best of several sizes: those with the largest first-order
     fractions."""

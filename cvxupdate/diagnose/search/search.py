@@ -13,6 +13,7 @@ from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
 from cvxupdate.diagnose.screen.stability import stability
 from cvxupdate.diagnose.search.alike import elsewhere
 from cvxupdate.diagnose.search.beside import beside
+from cvxupdate.diagnose.search.guided import guided
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.several import further, in_their_place, pairs, simpler
 from cvxupdate.diagnose.settings import (
@@ -22,10 +23,12 @@ from cvxupdate.diagnose.settings import (
     FEW_PARENTS,
     FINE,
     HALVED,
+    HOPELESS,
     OPEN,
     PARENTS,
     SPARE,
     STABLE,
+    STAYING,
     TWICE,
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Score
@@ -85,7 +88,11 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         seeds += beside(evidence, start, level=0, scores=rankings[0])
     entries = entered(evidence, seeds, progress)
     coarse = raced(evidence, entries, COARSE, progress)
-    if not pattern and coarse and coarse[0].penalised > OPEN * EXPLAINED:
+    grown = guided(evidence, progress) if not pattern and _far_off(coarse) else []
+    reached = bool(grown) and grown[0].fit.misfit <= OPEN * EXPLAINED
+    if reached:
+        coarse = coarse[:STAYING]  # no single effect comes near
+    elif not pattern and coarse and coarse[0].penalised > OPEN * EXPLAINED:
         coarse = in_their_place(evidence, coarse, progress)
     singles = raced(evidence, coarse, FINE, progress)
     if pattern:
@@ -94,12 +101,13 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     several: list[Hypothesis] = []
     if not pattern and not _enough(evidence, singles):
         few = bool(singles) and _mesh_may(evidence, singles[0])
-        several = pairs(evidence, coarse, FEW_PARENTS if few else PARENTS, progress)
-    if several:
-        singles = merged(singles, simpler(evidence, several[0], progress))
-        if not _told_alone(evidence, singles[0]):
-            several = merged(several, further(evidence, several, progress))
-        several = elsewhere(evidence, several, progress)
+        if not reached:
+            several = pairs(evidence, coarse, FEW_PARENTS if few else PARENTS, progress)
+            singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
+        alone = bool(several or grown) and _told_alone(evidence, singles[0])
+        ways = [] if alone else [way for way in (several, grown) if way]  # each has its own end
+        several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
+    several = elsewhere(evidence, several, progress)
     return Found(
         tuple(best_of(*rankings)),
         tuple(singles),
@@ -107,6 +115,11 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         {s.effect.key: part for s, part in stable},
         tuple((h, h.fit.misfit / bases[0].misfit) for h in entries),
     )
+
+
+def _far_off(coarse: Sequence[Hypothesis]) -> bool:
+    """Whether no single effect comes near."""
+    return bool(coarse) and coarse[0].fit.misfit > HOPELESS * EXPLAINED
 
 
 def _enough(evidence: Evidence, singles: Sequence[Hypothesis]) -> bool:

@@ -9,16 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cvxupdate.recordings.read.column_words import FORM, PARTNER, role_of
 from cvxupdate.recordings.read.contents import AnyArray
 
-_ROLES = (
-    ("coherence", r"coherence|coher|coh|gamma2?|γ²?"),
-    ("imaginary", r"imaginary|imag|im"),
-    ("real", r"real|re"),
-    ("decibel", r"decibels?|db"),
-    ("phase", r"phase|phi|angle|arg|ang"),
-    ("magnitude", r"magnitude|modulus|amplitude|mag|ampl|amp|abs"),
-)
 _PLACE = re.compile(
     r"(?<![A-Za-z0-9.])(?:n|p|node|point|pt|ch|channel|sensor)?[ _-]*(?P<node>\d{1,6})"
     r"(?:\s*[:._ ]?\s*(?P<sign>[+-]?)(?P<dof>r?[xyz])(?![a-z]))?",
@@ -47,7 +40,7 @@ def frf_columns(data: AnyArray, names: Sequence[str], units: Sequence[str]) -> l
     count = data.shape[1]
     if data.dtype.kind == "c":
         return [_placed(FrfColumns(k, name=names[k])) for k in range(1, count)]
-    roles = [_role(names[k], units[k]) for k in range(count)]
+    roles = [role_of(names[k], units[k]) for k in range(count)]
     known = [role for role, _ in roles[1:]]
     if not any(known):
         return _by_values(data, names)
@@ -55,7 +48,7 @@ def frf_columns(data: AnyArray, names: Sequence[str], units: Sequence[str]) -> l
     out = []
     for k in range(1, count):
         role, rest = roles[k]
-        partner = {"real": "imaginary", "magnitude": "phase", "decibel": "phase"}.get(role)
+        partner = PARTNER.get(role)
         if partner is None and (role or k in used):
             continue
         pair = next(
@@ -64,7 +57,7 @@ def frf_columns(data: AnyArray, names: Sequence[str], units: Sequence[str]) -> l
         if pair is None and partner is not None and k + 1 < count and roles[k + 1][0] == partner:
             pair = k + 1
         used |= {k} if pair is None else {k, pair}
-        form = {"real": "real-imaginary", "decibel": "db-phase"}.get(role, "magnitude-phase")
+        form = FORM.get(role, "magnitude-phase")
         coherence = next((j for j in range(1, count) if roles[j] == ("coherence", rest)), None)
         if coherence is None and known.count("coherence") == 1 and len(used) + 2 == count:
             coherence = next(j for j in range(1, count) if roles[j][0] == "coherence")
@@ -81,21 +74,6 @@ def frf_columns(data: AnyArray, names: Sequence[str], units: Sequence[str]) -> l
             )
         )
     return out
-
-
-def _role(name: str, unit: str) -> tuple[str, str]:
-    """What a column holds of a complex number ("": not said), and its name without that word."""
-    for role, words in _ROLES:
-        found = re.search(rf"(?<![A-Za-z])({words})(?![A-Za-z])", name, re.IGNORECASE)
-        if found is not None:
-            rest = name[: found.start()] + " " + name[found.end() :]
-            rest = re.sub(r"[\s_()\[\]|:.-]+", " ", re.sub(r"\b(deg|rad|dB)\b", "", rest))
-            if role == "magnitude" and "db" in unit.lower():
-                role = "decibel"
-            return role, rest.strip()
-    if unit.lower() in ("deg", "°", "rad"):
-        return "phase", name.strip()
-    return ("decibel", name.strip()) if "db" in unit.lower() else ("", name.strip())
 
 
 def _by_values(data: AnyArray, names: Sequence[str]) -> list[FrfColumns]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.errors import RecordingError
+from cvxupdate.recordings.read.column_words import FORM, PARTNER, role_of
 from cvxupdate.recordings.read.contents import Contents
 from cvxupdate.recordings.read.frf_parts import FrfParts, distinct
 from cvxupdate.recordings.read.wanted import (
@@ -31,6 +32,7 @@ def _column_frf(contents: Contents, want: Wanted, names: Names) -> NDArray[np.co
     if want.form not in FORMS:
         raise RecordingError(f"{where}: form {want.form!r} is not one of {', '.join(FORMS)}.")
     if want.form == "complex":
+        _whole(contents, want, where)
         if first.dtype.kind not in "biufc":
             raise RecordingError(f"{where}: it does not hold numbers.")
         return np.asarray(first, dtype=complex)
@@ -53,6 +55,35 @@ def _column_frf(contents: Contents, want: Wanted, names: Names) -> NDArray[np.co
     return np.asarray(magnitude * np.exp(1j * parse_unit(unit).factor * second))
 
 
+def _whole(contents: Contents, want: Wanted, where: str) -> None:
+    """Raise `RecordingError` where a channel of form "complex" would lose half of its number: a
+    ``pair`` is given, or its column is by its name the first of two."""
+    if want.pair is not None:
+        raise RecordingError(
+            f"{where}: pair is given, but not how the two columns write a number. Set form = "
+            '"real-imaginary", "magnitude-phase" or "db-phase".'
+        )
+    if isinstance(want.column, str):
+        at = contents.columns.index(want.column) if want.column in contents.columns else -1
+    else:
+        at = want.column
+    if not 0 <= at < len(contents.columns):
+        return
+    units = contents.units or ("",) * len(contents.columns)
+    roles = [role_of(*both) for both in zip(contents.columns, units, strict=True)]
+    role, rest = roles[at]
+    partner = (PARTNER.get(role, ""), rest)
+    if partner in roles:
+        other = contents.columns[roles.index(partner)]
+        raise RecordingError(
+            f"{where}: by its name this column is the {role} part of a number, and {other!r} "
+            f'beside it the other: set form = "{FORM[role]}" and pair = "{other}".'
+            if role == "real"
+            else f"{where}: by its name this column is a {role}, and {other!r} beside it its "
+            f'phase: set form = "{FORM[role]}" and pair = "{other}".'
+        )
+
+
 def frf_of_columns(
     contents: Contents,
     wanted: Sequence[Wanted],
@@ -65,7 +96,9 @@ def frf_of_columns(
     where = contents.file
     if not wanted or not references:
         raise RecordingError(
-            f"{where}: FRFs in columns need channels and references in the [[recordings]] block."
+            f"{where}: FRFs in columns need channels and references in the [[recordings]] block: "
+            "which column is which sensor, and where it was excited. 'cvxupdate inspect' writes "
+            "a block to start from."
         )
     axis = _axis(contents, frequency_column, names)
     kind = _quantity_of(wanted, quantity, where)
@@ -88,7 +121,10 @@ def frf_of_columns(
             )
         r = places.index((want.node, want.dof))
         if not np.isnan(H[0, r, want.reference]):
-            raise RecordingError(f"{where}: {want.label} is declared twice for one reference.")
+            raise RecordingError(
+                f"{where}: {want.label} is declared twice for one reference. Leave one out; an "
+                "imaginary part or a phase is no channel of its own, but the pair of one."
+            )
         H[:, r, want.reference] = values * channel.scale
         if want.coherence is not None:
             coherence[:, r, want.reference] = real_values(

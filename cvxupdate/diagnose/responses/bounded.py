@@ -1,0 +1,154 @@
+"""A comparison that no line can dominate: how far a model is off, for one that is far off.
+
+Weighted squares say how likely recordings are beside a model that is nearly right. Beside one that
+lacks several things they are those of the few lines where its resonances stand on antiresonances of
+the recording, off a hundredfold: what flattens these (a dashpot anywhere) scores above the truth.
+|Ŷ − Y|² / (|Y|² + |Ŷ|² + 2 σ²) is between 0 and 2 on every line, and small only where both are
+alike (a global amplitude criterion, line by line: Grafe 1998); so it guides the first steps, and
+weighted squares judge.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cvxupdate.convex import SolverChoice, StepProblem, Tikhonov
+from cvxupdate.diagnose.fit import Fit, bounds_of, fitted_at, growing_of
+from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
+from cvxupdate.diagnose.responses.signals import Complex, Real
+from cvxupdate.system import LinearSystem
+from cvxupdate.update.trust_region import Options, iterate
+
+
+@dataclass(frozen=True)
+class Gap:
+    """``measured`` and ``modelled`` rows (rows,), ``noise`` (rows,) their variance, ``weights``
+    (2 rows,) of columns that come weighted; ``parts`` (signals,) how many rows each has."""
+
+    measured: Complex
+    modelled: Complex
+    noise: Real
+    weights: Real
+    parts: tuple[int, ...]
+
+    @classmethod
+    def of(cls, point: ResponsePoint) -> Gap:
+        """Between model and recordings at a point."""
+        signals = point.setting.signals
+        measured, modelled = (
+            np.concatenate([v.reshape(-1) for v in values])
+            for values in ([s.Y for s in signals], point.modelled())
+        )
+        noise = np.concatenate([s.std.reshape(-1) ** 2 for s in signals])
+        weights = [np.tile(1.0 / s.scale().reshape(-1), 2) for s in signals]
+        parts = tuple(s.Y.size for s in signals)
+        return cls(measured, modelled, noise, np.concatenate(weights), parts)
+
+    def complex_rows(self, J: Real) -> Complex:
+        """Columns (2 rows, n), signal by signal real parts before imaginary ones, as (rows, n)."""
+        out, at = [], 0
+        for n in self.parts:
+            out.append(J[at : at + n] + 1j * J[at + n : at + 2 * n])
+            at += 2 * n
+        return np.concatenate(out)
+
+    def real_rows(self, rows: Complex) -> Real:
+        """The reverse, of (rows,) or (rows, n)."""
+        pieces = np.split(rows, np.cumsum(self.parts)[:-1])
+        return np.concatenate([half for v in pieces for half in (v.real, v.imag)])
+
+    def _whole(self, modelled: Complex) -> Real:
+        """|Y|² + |Ŷ|² + 2 σ² of (rows, n)."""
+        own = np.abs(self.measured) ** 2 + 2.0 * self.noise
+        return np.asarray(own[:, None] + np.abs(modelled) ** 2 + np.finfo(float).tiny)
+
+    @property
+    def total(self) -> float:
+        """The sum over all rows as it is."""
+        return float(self.remaining(np.zeros((len(self.weights), 1)))[0])
+
+    def remaining(self, J: Real) -> Real:
+        """The sums (n,) after each of the weighted changes J (2 rows, n) of the model."""
+        moved = self.modelled[:, None] + self.complex_rows(J / self.weights[:, None])
+        off = np.abs(moved - self.measured[:, None]) ** 2 / self._whole(moved)
+        return np.asarray(np.sum(np.where(np.isfinite(off), off, 2.0), axis=0))
+
+    @property
+    def mean(self) -> float:
+        """Over all rows."""
+        return self.total / max(1, len(self.measured))
+
+    @property
+    def values(self) -> Real:
+        """(Ŷ − Y) / √(|Y|² + |Ŷ|² + 2 σ²), (2 rows,)."""
+        whole = self._whole(self.modelled[:, None])[:, 0]
+        return self.real_rows((self.modelled - self.measured) / np.sqrt(whole))
+
+    def rates(self, J: Real) -> Real:
+        """Derivatives (2 rows, n) of ``values`` from those of the model (2 rows, n)."""
+        whole = self._whole(self.modelled[:, None])
+        gap, dY = (self.modelled - self.measured)[:, None], self.complex_rows(J)
+        growth = np.real(np.conj(self.modelled[:, None]) * dY) / whole
+        return self.real_rows((dY - gap * growth) / np.sqrt(whole))
+
+
+@dataclass(frozen=True)
+class BoundedPoint:
+    """A point with its bounded comparison."""
+
+    point: ResponsePoint
+
+    @property
+    def p(self) -> Real:
+        """The unknowns."""
+        return self.point.p
+
+    @cached_property
+    def gap(self) -> Gap:
+        """Between model and recordings."""
+        return Gap.of(self.point)
+
+    @cached_property
+    def differences(self) -> tuple[Real, Real, tuple[str, ...]]:
+        """Bounded ones, all of one weight."""
+        values = self.gap.values
+        return values, np.ones(len(values)), ("",) * len(values)
+
+    def system(self) -> LinearSystem:
+        """Linearised at this point."""
+        values, weights, labels = self.differences
+        A = self.gap.rates(self.point.jacobian())
+        return LinearSystem(A, A @ self.p - values, weights, self.point.setting.columns, labels)
+
+
+@dataclass(frozen=True)
+class Bounded:
+    """A setting by its bounded comparison, for the trust-region loop."""
+
+    setting: ResponseSetting
+
+    def evaluate(self, p: Real, before: BoundedPoint | None = None) -> BoundedPoint:
+        """ModelError where the model is no structure."""
+        return BoundedPoint(self.setting.evaluate(p, None if before is None else before.point))
+
+
+def approached(setting: ResponseSetting, start: Real, options: Options) -> tuple[Fit, float]:
+    """Fitted by the bounded comparison (with the priors of the unknowns) from ``start``: the point
+    as weighted squares see it, and the mean over rows of what is left (0 to 2).
+
+    Raises
+    ------
+    ModelError
+        When the model is no structure at ``start``.
+    """
+    problem = StepProblem(
+        regularisers=(Tikhonov(1.0, 0.0, setting.scales),),
+        constraints=(bounds_of(setting),),
+        columns=setting.columns,
+    )
+    options = growing_of(setting, options)
+    found = iterate(Bounded(setting), problem, SolverChoice(), options, start).point
+    return fitted_at(setting, found.p, found.point), found.gap.mean

@@ -1,0 +1,135 @@
+"""Effects at finite sizes, by a measure of what they leave; and the first steps of a model that is
+far off."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cvxupdate.diagnose.fit import Fit
+from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, seeds_from
+from cvxupdate.diagnose.responses.bounded import Gap, approached
+from cvxupdate.diagnose.responses.finite_size import Measure, few_directions, whole_member
+from cvxupdate.diagnose.responses.first_order import first_order
+from cvxupdate.diagnose.responses.sets import sets_of_elements
+from cvxupdate.diagnose.responses.setting import EFFORTS
+from cvxupdate.diagnose.screen.projection import Projection
+from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
+from cvxupdate.diagnose.settings import STARTS, WHOLE, WHOLES
+from cvxupdate.diagnose.types import Evidence, FiniteSize, Key, Score, Seed
+from cvxupdate.physics import effect_types
+from cvxupdate.physics.effect import RESPONSES, Effect, EffectType
+
+
+def at_finite_sizes(
+    evidence: Evidence,
+    parent: Hypothesis,
+    effects: Sequence[Effect],
+    left: Measure,
+    sift: Projection | None = None,
+) -> FiniteSize:
+    """Effects beside those of a parent, which stays as it is: in closed form where one acts along
+    few directions, in the basis of the lowest modes for sets of elements, and by a model for each
+    size for whole members. ``left`` measures what each leaves; ``sift`` as in `few_directions`."""
+    point = parent.fit.point
+    linear = first_order(point, effects, sift)
+    exact = best_of(
+        few_directions(point, linear, left, sift), sets_of_elements(point, linear, left)
+    )
+    whole = not_among(members(linear), exact)[:WHOLES]
+    seeds = seeds_from(evidence, parent, whole, parent.fit.setting.level)
+    ranked = sorted((whole_member(point, s, left) for s in seeds), key=lambda pair: -pair[1])
+    return FiniteSize(exact, [seed for seed, _ in ranked[:WHOLE]])
+
+
+@dataclass(frozen=True)
+class Guide:
+    """How a model that is far off is brought near: by a comparison that no line can dominate
+    (`cvxupdate.diagnose.responses.bounded`)."""
+
+    evidence: Evidence
+
+    def rigged(self, parent: Hypothesis) -> Hypothesis | None:
+        """A parent with all that a rig does, as yet of no size: what hardly a test is without, in
+        some measure. The fit tells in what."""
+        found = parent
+        for effect in _classes(self._rig(parent)):
+            moved = effect.on(self.evidence.context(found.fit.setting.model))
+            if moved is None:
+                continue
+            nothing = Score(moved, 0.0, np.zeros(moved.count))
+            seed = seed_from(self.evidence, found, nothing, found.fit.setting.level)
+            if seed is not None:
+                fit = self.evidence.evaluated(seed.setting, seed.start)
+                found = Hypothesis(seed.effects, fit)
+        return None if found is parent else found
+
+    def _rig(self, parent: Hypothesis) -> list[Effect]:
+        context = self.evidence.context(parent.fit.setting.model)
+        effects = [e for t in self._types() for e in t.candidates(context)]
+        return [e for e in effects if e.key not in parent.keys]
+
+    def _types(self) -> list[EffectType]:
+        known = (t for t in effect_types() if t.rig and t.name in self.evidence.names)
+        return [t for t in known if RESPONSES in t.told_by]
+
+    def beside(self, parent: Hypothesis, count: int) -> list[Seed]:
+        """The ``count`` effects that bring a parent, as it is, nearest, each at its best size."""
+        fit = parent.fit
+        effects = [
+            c for c in self.evidence.candidates(fit.setting.model) if c.key not in parent.keys
+        ]
+        sized = at_finite_sizes(self.evidence, parent, effects, Gap.of(fit.point))
+        nearest = _several(sorted(sized.scores, key=lambda s: -s.fraction), count)
+        nearest += [other for s in nearest for other in _otherwise(s)]
+        seeds = seeds_from(self.evidence, parent, nearest, fit.setting.level)
+        return [self._damped(parent, s) for s in (*seeds, *sized.seeds)]
+
+    @staticmethod
+    def _damped(parent: Hypothesis, seed: Seed) -> Seed:
+        """With the damping of the parent, which is beside its parameters in both."""
+        old, new = parent.fit.setting, seed.setting
+        a, b = len(old.model.parameters), len(new.model.parameters)
+        count = min(old.ratios.stop - a, new.ratios.stop - b)
+        start = seed.start.copy()
+        start[b : b + count] = parent.fit.p[a : a + count]
+        return Seed(seed.effects, new, start, seed.continued)
+
+    def taken(self, seed: Seed, effort: str) -> tuple[Fit, float]:
+        """Fitted by that comparison from a seed, and what it leaves (0: nothing; 1: as much as two
+        responses that have nothing to do with one another)."""
+        return approached(seed.setting, seed.start, EFFORTS[effort])
+
+    def left(self, h: Hypothesis) -> float:
+        """What it leaves of a hypothesis as it is."""
+        return Gap.of(h.fit.point).mean
+
+
+def _classes(effects: Sequence[Effect]) -> list[Effect]:
+    """Without those at one place of a class that is there as a whole."""
+    several = [e for e in effects if len(e.place.nodes) > 1]
+    return [e for e in effects if not any(_within(e, c) for c in several)]
+
+
+def _within(effect: Effect, several: Effect) -> bool:
+    same = effect.physics == several.physics and effect.place.dof == several.place.dof
+    return same and set(effect.place.nodes) < set(several.place.nodes)
+
+
+def _otherwise(score: Score) -> list[Score]:
+    """The same effect from other starts."""
+    change = score.effect.change
+    if change is None or change.others is None:
+        return []
+    return [replace(score, p=p) for p in change.others(score.p)]
+
+
+def _several(scores: Sequence[Score], count: int) -> list[Score]:
+    """Of the first ``count`` effects the first sizes."""
+    found: dict[Key, list[Score]] = {}
+    for s in scores:
+        if s.effect.key in found or len(found) < count:
+            found.setdefault(s.effect.key, []).append(s)
+    return [s for own in found.values() for s in own[:STARTS]]

@@ -1,0 +1,248 @@
+"""Sets of effects grown from a model that is far off.
+
+Where several things are missing at once no single effect explains much, and what scores best by
+weighted squares is what flattens the few worst lines. A comparison that no line can dominate
+(`Evidence.approach`) says which effects bring the whole nearer: sets are grown by it, several
+abreast (a beam search), from the bare model and from one with all that a rig does; effects without
+which a set is as near are dropped again. Weighted squares take over from where that ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from cvxupdate.diagnose.budget import Budget
+from cvxupdate.diagnose.fit import Fit
+from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, silenced, without
+from cvxupdate.diagnose.search.beside import beside
+from cvxupdate.diagnose.search.race import merged, raced, tenable
+from cvxupdate.diagnose.search.several import Pool
+from cvxupdate.diagnose.settings import (
+    BEAM,
+    BUDGET,
+    EXPLAINED,
+    FINE_SEVERAL,
+    GROWING,
+    MOST_EFFECTS,
+    NEARER,
+    NEAREST,
+    OPEN,
+    SEVERAL_LEVEL,
+    SPARE,
+)
+from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
+from cvxupdate.errors import CvxupdateError
+
+GROWN, RIVALS = "sets of effects that bring the whole nearer", "rivals of members of the best set"
+
+
+class Approach(Protocol):
+    """A comparison that no figure can dominate, however far off the model is."""
+
+    def rigged(self, parent: Hypothesis) -> Hypothesis | None:
+        """A parent with all that a rig does, as yet of no size; None where there is no such
+        thing."""
+
+    def beside(self, parent: Hypothesis, count: int) -> list[Seed]:
+        """The ``count`` effects that bring a fitted parent nearest, as it is."""
+
+    def taken(self, seed: Seed, effort: str) -> tuple[Fit, float]:
+        """Fitted by that comparison, and what it leaves (0: nothing)."""
+
+    def left(self, h: Hypothesis) -> float:
+        """What it leaves of a hypothesis as it is."""
+
+
+@dataclass(frozen=True)
+class Reached:
+    """A hypothesis and what the bounded comparison leaves of it."""
+
+    hypothesis: Hypothesis
+    left: float
+
+
+def guided(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
+    """The best sets of two effects and more that grow step by step, sharpened, best first; none of
+    evidence without an approach. It takes a part of the time at most: what is sought by weighted
+    squares has its turn, too."""
+    if evidence.approach is None:
+        return []
+    growth = _Growth(evidence, evidence.approach, progress, Budget(GROWING * BUDGET, np.inf))
+    return growth.finished(growth.found())
+
+
+@dataclass(frozen=True)
+class _Growth:
+    evidence: Evidence
+    approach: Approach
+    progress: Progress
+    budget: Budget
+
+    def found(self) -> list[Reached]:
+        """The nearest sets, nearest first."""
+        front = self._begun()
+        while front and self._goes_on(front[0].hypothesis):
+            if self.evidence.hurried or self.budget.over():
+                self.evidence.leave(GROWN)
+                break
+            grown = self._further(front)
+            if not grown or grown[0].left > NEARER * front[0].left:
+                break
+            front = _nearest([*grown, *front])[:BEAM]
+            carried = self._carried(front[:1])
+            if carried and carried[0].fit.misfit <= EXPLAINED:
+                return front[:1]
+        return front
+
+    def _begun(self) -> list[Reached]:
+        """The bare model, and that with all that a rig does as far as it brings it nearer."""
+        bases = self.evidence.bases
+        bare = at_nominal(self.evidence, Hypothesis((), bases[0]), SEVERAL_LEVEL)
+        self.progress("seeking what of a rig brings the model nearer")
+        rigged = self.approach.rigged(bare)
+        seeds = [_onward(h) for h in (bare, rigged) if h is not None]
+        return self._pruned(self._taken(seeds, "sharp"))
+
+    def _further(self, front: Sequence[Reached]) -> list[Reached]:
+        """The nearest sets with one effect more than those of the front have, or with all that a
+        rig does beside them, nearest first."""
+        seeds: list[Seed] = []
+        for r in front:
+            self.progress(f"seeking what brings {r.hypothesis.name} nearer")
+            for seed in self.approach.beside(r.hypothesis, NEAREST):
+                seeds += [seed, *self._rigged(seed)]
+        entered = self._nearer(seeds, "first pass")
+        best = {r.hypothesis.keys for r in _nearest(entered)[:BEAM]}
+        field = [r.hypothesis for r in entered if r.hypothesis.keys in best]
+        return self._pruned(self._taken([_onward(h) for h in field], "sharp"))
+
+    def _rigged(self, seed: Seed) -> list[Seed]:
+        try:
+            found = self.approach.rigged(self._as_it_is(seed))
+        except CvxupdateError:
+            return []
+        return [] if found is None else [_onward(found)]
+
+    def _as_it_is(self, seed: Seed) -> Hypothesis:
+        return Hypothesis(seed.effects, self.evidence.evaluated(seed.setting, seed.start))
+
+    def _taken(self, seeds: Sequence[Seed], effort: str) -> list[Reached]:
+        """Seeds brought as near as they come, nearest first, each set once."""
+        return _nearest(self._nearer(seeds, effort))
+
+    def _nearer(self, seeds: Sequence[Seed], effort: str) -> list[Reached]:
+        """Seeds brought as near as they come, nearest first; without those that are no
+        structure."""
+        found: list[Reached] = []
+        for seed in seeds:
+            if found and self.evidence.hurried:
+                break
+            try:
+                fit, left = self.approach.taken(seed, effort)
+            except CvxupdateError:
+                continue
+            h = Hypothesis(seed.effects, fit)
+            found += [Reached(h, left)] if tenable(self.evidence, h) else []
+        return sorted(found, key=lambda r: r.left)
+
+    def _pruned(self, sets: Sequence[Reached]) -> list[Reached]:
+        """Each without the effects that hardly bring it nearer."""
+        return _nearest([self._sparse(r) for r in sets])
+
+    def _sparse(self, whole: Reached) -> Reached:
+        """Without the effects that do little as it is, all at once; then, one by one, the one that
+        does least where the others take its part when they are fitted again."""
+        whole = self._busy(whole)
+        while whole.hypothesis.effects:
+            h = whole.hypothesis
+            least = min(range(len(h.effects)), key=lambda k: self._left(h, (k,)))
+            rest = without(self.evidence, h, least)
+            again = [] if rest is None else self._taken([_onward(rest)], "sharp")
+            if not again or NEARER * again[0].left > whole.left:
+                break
+            whole = again[0]
+        return whole
+
+    def _busy(self, whole: Reached) -> Reached:
+        """Without the effects that do little as it is."""
+        h = whole.hypothesis
+        idle: tuple[int, ...] = ()
+        for k in sorted(range(len(h.effects)), key=lambda k: self._left(h, (k,))):
+            if NEARER * self._left(h, (*idle, k)) > whole.left:
+                break
+            idle = (*idle, k)
+        rest = without(self.evidence, h, *idle) if idle else None
+        return whole if rest is None else Reached(rest, self.approach.left(rest))
+
+    def _left(self, h: Hypothesis, indices: tuple[int, ...]) -> float:
+        """What is left without some effects, as it is."""
+        fit = silenced(self.evidence, h, indices)
+        rest = without(self.evidence, h, *indices) if fit is None else Hypothesis(h.effects, fit)
+        return np.inf if rest is None else self.approach.left(rest)
+
+    def _goes_on(self, h: Hypothesis) -> bool:
+        spare = h.fit.rows - len(self.evidence.model.parameters) - h.unknowns
+        return len(h.effects) < MOST_EFFECTS and spare >= SPARE
+
+    def _explains(self, carried: Sequence[Hypothesis]) -> bool:
+        """Whether the best leaves no more than the discrepancy of a sound model; what it leaves
+        beyond noise is sought by weighted squares."""
+        return bool(carried) and carried[0].fit.misfit <= OPEN * EXPLAINED
+
+    def _carried(self, sets: Sequence[Reached]) -> list[Hypothesis]:
+        """Brought nearer level by level, then by weighted squares, beside the sharp recordings;
+        best first."""
+        found = list(sets)
+        for level in range(SEVERAL_LEVEL + 1, self.evidence.levels):
+            onward = [
+                Seed(h.effects, self.evidence.at_level(h.fit.setting, level), h.fit.p)
+                for h in (r.hypothesis for r in found)
+            ]
+            found = self._taken(onward, "sharp")
+        return self._sharpened([r.hypothesis for r in found])
+
+    def _sharpened(self, sets: Sequence[Hypothesis]) -> list[Hypothesis]:
+        last = self.evidence.levels - 1
+        return raced(self.evidence, sets, ((last, len(sets)),), self.progress)
+
+    def finished(self, sets: Sequence[Reached]) -> list[Hypothesis]:
+        """Sets by weighted squares; the best of them also without each of its effects (backward),
+        and where it explains with others in the place of each, against which it must stand."""
+        known = self._carried([r for r in sets if r.hypothesis.effects])
+        if not known:
+            return []
+        best, explains = known[0], self._explains(known)
+        order = sorted(range(len(best.effects)), key=lambda k: best.effects[k].type.rig)
+        rests = [without(self.evidence, best, k) for k in order]  # what is sought comes first
+        kept = [r for r in rests if r is not None and r.effects]
+        fewer = self._sharpened(kept)
+        pool = Pool(self.evidence, self.progress, {h.keys: h for h in known})
+        pool.tried.update(pool.found, (h.keys for h in fewer))
+        for rest in kept if explains else ():
+            if self.evidence.hurried:
+                self.evidence.leave(RIVALS)
+                break
+            self.progress(f"seeking beside {rest.name} again")
+            pool.refit(beside(self.evidence, rest))
+        rivals = [h for h in pool.found.values() if len(h.effects) > 1 and h not in known]
+        return merged(
+            [h for h in known if len(h.effects) > 1],
+            [h for h in fewer if len(h.effects) > 1],
+            raced(self.evidence, rivals, FINE_SEVERAL, self.progress),
+        )
+
+
+def _onward(h: Hypothesis) -> Seed:
+    return Seed(h.effects, h.fit.setting, h.fit.p)
+
+
+def _nearest(found: Sequence[Reached]) -> list[Reached]:
+    """Nearest first, each set once."""
+    best: dict[frozenset[Key], Reached] = {}
+    for r in sorted(found, key=lambda r: r.left):
+        best.setdefault(r.hypothesis.keys, r)
+    return list(best.values())

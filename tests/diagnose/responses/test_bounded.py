@@ -1,0 +1,60 @@
+"""A comparison that no line can dominate: its derivative, its bounds, and what it brings near."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cvxupdate.diagnose.nominal.damping import undamped
+from cvxupdate.diagnose.nominal.scatter import with_nuisance
+from cvxupdate.diagnose.responses.bounded import Bounded, Gap, approached
+from cvxupdate.diagnose.responses.setting import EFFORTS, setting_for
+from tests.cases.signals import signal_of
+
+
+@pytest.fixture
+def setting(chain, lab, measure):
+    """The chain beside two recordings of one that has a lump."""
+    _, model = chain
+    real = lab(m=(0, 0.8, 0, 0))
+    signals = tuple(signal_of(measure(real, k, seed=k), e) for k, e in ((4, 0.03), (1, 0.1)))
+    made = setting_for(with_nuisance(undamped(model)), model, signals, 75.0)
+    return replace(made, mixed=True)
+
+
+def test_its_derivative_is_that_of_differences(setting):
+    rng = np.random.default_rng(2)
+    p = 0.03 * rng.normal(size=len(setting.columns))
+    bounded = Bounded(setting)
+    here = bounded.evaluate(p)
+    A = here.system().A
+    for j in range(len(p)):
+        step = np.zeros(len(p))
+        step[j] = 1e-6
+        ends = [bounded.evaluate(p + sign * step, here).differences[0] for sign in (1, -1)]
+        wanted = (ends[0] - ends[1]) / 2e-6
+        # modal damping is held while stiffness and mass move
+        assert np.linalg.norm(A[:, j] - wanted) < 0.011 * np.linalg.norm(wanted)
+
+
+def test_every_line_is_between_nothing_and_two(setting):
+    point = setting.evaluate(np.zeros(len(setting.columns)))
+    gap = Gap.of(point)
+    assert 0.0 < gap.total < 2.0 * len(gap.measured)
+    assert gap.total == pytest.approx(float(np.sum(gap.values**2)))
+    exact = (gap.measured - gap.modelled)[:, None]
+    J = gap.real_rows(np.hstack([exact, 1e9 * exact, 0.0 * exact])) * gap.weights[:, None]
+    nothing, much, same = gap.remaining(J)
+    assert nothing < 1e-20 and same == pytest.approx(gap.total)
+    assert much == pytest.approx(len(gap.measured), rel=1e-3)
+
+
+def test_what_is_wrong_by_a_group_is_brought_near(setting):
+    """The lump is no group's: the mass of all floors and the springs come as near as they may."""
+    start = np.zeros(len(setting.columns))
+    before = Gap.of(setting.evaluate(start)).total
+    fit, left = approached(setting, start, EFFORTS["coarse"])
+    assert left * len(Gap.of(fit.point).measured) < 0.9 * before
+    assert fit.rows == 2 * len(Gap.of(fit.point).measured)

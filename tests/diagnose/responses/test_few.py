@@ -1,0 +1,58 @@
+"""Changes along few directions, at any size: those of the models that grow; several tunings at once
+are each by itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cvxupdate.diagnose.responses.few import Few, Tunings
+from cvxupdate.diagnose.responses.setting import setting_for
+from cvxupdate.physics.low_rank import low_rank
+from tests.diagnose.responses.undamped import UNDAMPED, candidates, without_damping
+
+
+@pytest.mark.parametrize(
+    "name", ["grounding_spring", "added_mass", "viscous_damper", "stiffness_change"]
+)
+def test_a_change_of_any_size_is_that_of_the_model_that_grows(make_scene, name):
+    model, start, signals, context = make_scene()
+    n = len(start.parameters)
+    point = without_damping(start, model, signals)
+    few = Few.of(point)
+    compared = 0
+    for c in candidates(context, name):
+        change = low_rank(c)
+        if change is None:
+            continue
+        sizes = np.array([0.4, 25.0]) if c.limits[1] > 30.0 else np.array([0.2, 0.9])
+        J = few.rows(change, sizes)
+        for k, size in enumerate(sizes):
+            grown = setting_for(c.change.model, model, signals, 75.0)
+            q = np.zeros(len(grown.columns))
+            q[n], q[n + 1] = size, UNDAMPED
+            wanted = point.differences[1] * (
+                grown.evaluate(q).differences[0] - point.differences[0]
+            )
+            np.testing.assert_allclose(
+                J[:, k],
+                wanted,
+                rtol=1e-6,
+                atol=1e-8 * np.abs(wanted).max(),
+                err_msg=f"{c.name} {size}",
+            )
+            compared += 1
+    assert compared >= 4
+
+
+def test_tunings_of_a_place_are_tried_together(make_scene):
+    model, start, signals, context = make_scene()
+    few = Few.of(without_damping(start, model, signals))
+    every = candidates(context, "attached_resonator")
+    here = [c for c in every if c.action.row == every[0].action.row]
+    changes = tuple(low_rank(c) for c in here)
+    assert len(changes) > 3
+    sizes = few.sizes(here[0], changes[0])
+    together = few.tuned(Tunings(changes), sizes)
+    each = np.hstack([few.rows(change, sizes) for change in changes])
+    np.testing.assert_allclose(together, each, rtol=1e-12, atol=1e-12 * np.abs(each).max())

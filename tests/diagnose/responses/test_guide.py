@@ -1,0 +1,44 @@
+"""Where several things are missing, the guide names those that are, not what flattens lines."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cvxupdate.diagnose import gather
+from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal
+from cvxupdate.diagnose.search.guided import guided
+
+
+def quiet(_: str) -> None:
+    """Progress that nobody reads."""
+
+
+@pytest.fixture(scope="module")
+def evidence(chain, lab, measure):
+    """A spring far softer, a lump far heavier than the mass there."""
+    spec, model = chain
+    real = lab(k=(1, 0.4, 1, 1), m=(0, 0, 2.2, 0))
+    recordings = (measure(real, 4, seed=11), measure(real, 1, "hold-out", seed=12))
+    return gather.gathered(spec, model, recordings, quiet)
+
+
+def test_effects_that_bring_nearest_are_true_ones(evidence):
+    bare = at_nominal(evidence, Hypothesis((), evidence.bases[0]), 1)
+    seeds = evidence.approach.beside(bare, 5)
+    assert len(seeds) >= 5 and all(s.setting.level == 1 for s in seeds)
+    assert ("added_mass", (3,)) in {(e.physics, e.place.nodes) for s in seeds for e in s.effects}
+    fit, left = evidence.approach.taken(seeds[0], "first pass")
+    assert 0.0 < left < 2.0 and np.isfinite(fit.misfit)
+
+
+def test_a_set_grows_to_what_is_missing(evidence):
+    few = replace(evidence, names=("added_mass", "grounding_spring", "stiffness_change"))
+    sets = guided(few, quiet)
+    pair = next(h for h in sets if len(h.effects) == 2)
+    assert pair.fit.misfit < 1.0
+    found = {e.physics: f.values for e, f in zip(pair.effects, pair.figures, strict=True)}
+    assert found["added_mass"]["m"] == pytest.approx(2.2, rel=0.02)
+    assert found["stiffness_change"]["factor"] == pytest.approx(0.4, rel=0.02)

@@ -1,0 +1,49 @@
+"""Sets of effects grown from a model that is far off, with what a rig does among them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from cvxupdate.diagnose import gather
+from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal
+from cvxupdate.diagnose.search.guided import guided
+
+
+def quiet(_: str) -> None:
+    """Progress that nobody reads."""
+
+
+@pytest.fixture(scope="module")
+def evidence(chain, lab, measure):
+    """Accelerometers that weigh, a force channel that reads low, a lump heavier than the mass where
+    it is."""
+    spec, model = chain
+    real = lab(m=(0.3, 0.3, 2.5, 0.3))
+    gains = (1 / 0.8,) * 4
+    recordings = (
+        measure(real, 4, seed=11, gain=gains),
+        measure(real, 1, "hold-out", seed=12, gain=gains),
+    )
+    names = ("added_mass", "sensor_mass", "sensor_fault", "grounding_spring", "stiffness_change")
+    return replace(gather.gathered(spec, model, recordings, quiet), names=names)
+
+
+def test_all_that_a_rig_does_is_placed_at_once_and_does_nothing_yet(evidence):
+    bare = at_nominal(evidence, Hypothesis((), evidence.bases[0]), 1)
+    rigged = evidence.approach.rigged(bare)
+    assert all(e.type.rig for e in rigged.effects)
+    assert {"sensor_mass", "sensor_fault"} <= {e.physics for e in rigged.effects}
+    left = evidence.approach.left
+    assert left(rigged) == pytest.approx(left(bare), rel=1e-3)
+    assert evidence.approach.rigged(rigged) is None
+
+
+def test_what_is_sought_stands_beside_the_rig(evidence):
+    best = min(guided(evidence, quiet), key=lambda h: h.penalised)
+    found = {e.physics: f.values for e, f in zip(best.effects, best.figures, strict=True)}
+    assert set(found) == {"added_mass", "sensor_mass", "sensor_fault"}
+    assert found["sensor_mass"]["m"] == pytest.approx(0.3, rel=0.1)
+    assert found["added_mass"]["m"] == pytest.approx(2.2, rel=0.05)
+    assert found["sensor_fault"]["gain"] == pytest.approx(0.8, rel=0.03)
