@@ -155,7 +155,7 @@ PARTNERS, MOVES, ROUNDS, ALTERNATIVES = 6, 2, 6, 6
 # of what the bounded comparison leaves, the most that a further effect may leave: noise and scatter
 # of the nuisance parameters make a few per cent of it.
 # Each is begun at so many sizes, and with as many carried on: valleys lie side by side.
-NEAREST, BEAM, NEARER, STARTS = 5, 3, 0.95, 2
+NEAREST, BEAM, NEARER, STARTS = 8, 3, 0.95, 2
 # Part of the time for one diagnosis that growing them may take.
 GROWING = 0.5
 # Effects in one hypothesis, at most: a rig of four things and one that is sought.
