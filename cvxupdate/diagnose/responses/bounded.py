@@ -72,9 +72,7 @@ class Gap:
 
     def remaining(self, J: Real) -> Real:
         """The sums (n,) after each of the weighted changes J (2 rows, n) of the model."""
-        moved = self.modelled[:, None] + self.complex_rows(J / self.weights[:, None])
-        off = np.abs(moved - self.measured[:, None]) ** 2 / self._whole(moved)
-        return np.asarray(np.sum(np.where(np.isfinite(off), off, 2.0), axis=0))
+        return np.asarray(np.sum(self.moved(J) ** 2, axis=0))
 
     def moved(self, J: Real) -> Real:
         """The bounded differences (2 rows, n) after each of the weighted changes J (2 rows, n)."""
