@@ -38,7 +38,13 @@ from cvxupdate.physics.moving_fixture import MovingFixture
 from cvxupdate.physics.orthotropy import Orthotropy
 from cvxupdate.physics.place import Place
 from cvxupdate.physics.quadratic_damping import QuadraticDamping
-from cvxupdate.physics.sensor_fault import ChannelDelay, ChannelGain, ExchangedChannels, ForceGain
+from cvxupdate.physics.sensor_fault import (
+    ChannelDelay,
+    ChannelGain,
+    DriveGain,
+    ExchangedChannels,
+    ForceGain,
+)
 from cvxupdate.physics.sensor_mass import SensorMass
 from cvxupdate.physics.shear_deformation import ShearDeformation
 from cvxupdate.physics.soft_support import SoftSupport
@@ -71,6 +77,7 @@ EFFECTS: tuple[EffectType, ...] = (
     MassProportionalDamping(),
     ChannelGain(),
     ForceGain(),
+    DriveGain(),
     ChannelDelay(),
     ExchangedChannels(),
     CubicStiffness(),

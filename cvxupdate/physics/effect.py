@@ -173,12 +173,11 @@ class ChannelFault:
     @property
     def detail(self) -> tuple[Hashable, ...]:
         """Which channels, and what they suffer from."""
-        return (self.fault.channel, self.fault.how, self.fault.other)
+        return (self.fault.how, *self.fault.labels)
 
     def label(self, place: Place) -> str:
         """Where, for tables."""
-        f = self.fault
-        return f"({f.how}) at {f.channel}" + (f" and {f.other}" if f.other else "")
+        return f"({self.fault.how}) at {self.fault.spot}"
 
     def tenable(self, values: Mapping[str, float], bottom: float, top: float) -> bool:
         """An exchange is one in full or none."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,25 +23,29 @@ class Fault:
     "swap", the readings of ``channel`` and ``other`` exchanged: each carries the share 1 + p of the
     other's and −p of its own, so p = 0 is the whole exchange (start there) and a p that a fit
     drives away from 0 says that it was none. A recording that has only one of the two channels is
-    left as it is.
+    left as it is. ``others``: the forces that the same transducer reads in other recordings.
     """
 
     channel: str
     how: str
     unit: float = 1.0
     other: str = ""
+    others: tuple[str, ...] = ()
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Of all channels that suffer from it."""
+        return (self.channel, *((self.other,) if self.other else self.others))
+
+    @property
+    def spot(self) -> str:
+        """These in words: "n1.x and n2.x"."""
+        return " and ".join(self.labels)
 
     @property
     def label(self) -> str:
         """The name of its unknown: "swap of n1.x and n2.x"."""
-        return f"{self.how} of {self.channel}" + (f" and {self.other}" if self.other else "")
-
-    @property
-    def channels(self) -> frozenset[str]:
-        """Names of the channels that suffer from it (see `named`)."""
-        if self.how == "force":
-            return frozenset((named(self.channel, "force"),))
-        return frozenset((self.channel, self.other or self.channel))
+        return f"{self.how} of {self.spot}"
 
     def applied(
         self, p: float, sensors: Sequence[str], s: Complex, y: Complex, inputs: Sequence[str] = ()
@@ -84,20 +88,24 @@ class Fault:
             out[:, own] = late * (-1j * s.imag * self.unit)[:, None, None]
         return out
 
-    def correction(self, p: float) -> dict[str, Any]:
-        """The row of ``corrections`` that takes it out of a recording."""
-        row = _row(self.channel)
+    def corrections(self, p: float, has: Collection[str]) -> list[dict[str, Any]]:
+        """The rows of ``corrections`` that take it out of a recording which ``has`` channels of
+        these names (see `named`)."""
         if self.how == "force":
-            return {**row, "quantity": "force", "gain": 1.0 / (1.0 + p)}
+            gain = {"quantity": "force", "gain": 1.0 / (1.0 + p)}
+            return [{**_row(x), **gain} for x in self.labels if named(x, "force") in has]
+        if not set(self.labels) <= set(has):
+            return []
+        row = _row(self.channel)
         if self.how == "swap":
-            return {**row, "exchanged_with": _row(self.other)}
-        return {**row, **({"gain": 1.0 + p} if self.how == "gain" else {"delay": p * self.unit})}
+            return [{**row, "exchanged_with": _row(self.other)}]
+        return [{**row, **({"gain": 1.0 + p} if self.how == "gain" else {"delay": p * self.unit})}]
 
     def _cases(self, inputs: Sequence[str], y: Complex) -> NDArray[np.bool_]:
         """Columns (cases,) that its force drives; none where several drive each."""
         if not inputs or y.shape[2] % len(inputs):
             return np.zeros(y.shape[2], dtype=bool)
-        return np.repeat([label == self.channel for label in inputs], y.shape[2] // len(inputs))
+        return np.repeat([label in self.labels for label in inputs], y.shape[2] // len(inputs))
 
     def _pairs(self, sensors: Sequence[str]) -> list[tuple[int, int]]:
         both = (_places(sensors, label) for label in (self.channel, self.other))

@@ -51,10 +51,18 @@ class ChannelGain(EffectType):
         return f"{channel} reads {number(gain)} times what it should{wrong}"
 
 
+def _reads(place: Place, gain: float, wherever: str = "") -> str:
+    channel = f"{NOT}the force channel {at(place)}"
+    if abs(gain + 1.0) < WRONG_SIGN:
+        return f"{channel} has the wrong sign{wherever}."
+    wrong = ", with the wrong sign" if gain < 0 else ""
+    return f"{channel} reads {number(gain)} times what it should{wrong}{wherever}."
+
+
 @final
 class ForceGain(EffectType):
-    """The gain of a force channel, or of the one number by which all responses to a force are
-    referred to it."""
+    """The gain of the force transducer, or of the one number by which all responses are referred to
+    the force: one instrument, a hammer or a shaker's load cell, goes from drive to drive."""
 
     name = "sensor_fault"
     noun = "a wrong gain of the force channel"
@@ -62,7 +70,35 @@ class ForceGain(EffectType):
     told_by = frozenset({RESPONSES})
 
     def candidates(self, context: SearchContext) -> list[Effect]:
-        """Of every force that acts by itself."""
+        """Of all forces that act by themselves; it stands where those fitted do."""
+        if not context.forces:
+            return []
+        first, *others = (*context.forces, *context.later)
+        places = [channel_place(c) for c in context.forces]
+        kinds = {p.dof for p in places}
+        nodes = tuple(dict.fromkeys(n for p in places for n in p.nodes))
+        place = Place(nodes=nodes, dof=kinds.pop() if len(kinds) == 1 else None)
+        fault = Fault(first, "force", others=tuple(others))
+        return [Effect(self, place, ChannelFault(fault), (inverse("gain"),))]
+
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """The gain, sign included."""
+        wherever = ", wherever it drives" if effect.fault and effect.fault.others else ""
+        return _reads(effect.place, values["gain"], wherever)
+
+
+@final
+class DriveGain(EffectType):
+    """The gain of one drive's own force transducer where there are several."""
+
+    name = "sensor_fault"
+    noun = "a wrong gain of that drive's own force channel"
+    told_by = frozenset({RESPONSES})
+
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """Of every force that acts by itself, where it is not the only one."""
+        if len(context.forces) + len(context.later) < 2:
+            return []
         return [
             Effect(self, channel_place(c), ChannelFault(Fault(c, "force")), (inverse("gain"),))
             for c in context.forces
@@ -70,11 +106,7 @@ class ForceGain(EffectType):
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """The gain, sign included."""
-        gain, channel = values["gain"], f"{NOT}the force channel {at(effect.place)}"
-        if abs(gain + 1.0) < WRONG_SIGN:
-            return f"{channel} has the wrong sign."
-        wrong = ", with the wrong sign." if gain < 0 else "."
-        return f"{channel} reads {number(gain)} times what it should{wrong}"
+        return _reads(effect.place, values["gain"])
 
 
 @final

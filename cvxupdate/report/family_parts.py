@@ -24,8 +24,8 @@ def family_parts(updated: Updated) -> list[dict[str, Any]]:
 
 
 def _part(place: int, f: dict[str, Any]) -> dict[str, Any]:
-    change = np.abs(np.asarray(f["spread"]))
-    largest = float(change.max(initial=0.0))
+    change = np.asarray(f["spread"])
+    largest = float(np.abs(change).max(initial=0.0))
     says = (
         f"Change of each entry of {f['matrix']} of element {f['element']}, of the root of the two "
         "diagonal entries in its row and column."
@@ -46,7 +46,7 @@ def _part(place: int, f: dict[str, Any]) -> dict[str, Any]:
             }
             for q in f["quantities"]
         ],
-        "eigenvalues": f"{number(f['least'], 3)} to {number(f['most'], 3)}",
+        "eigenvalues": " to ".join(dict.fromkeys(number(f[k], 3) for k in ("least", "most"))),
         "largest": number(largest, 3),
         "figure": Markup(picture) if picture else None,
     }

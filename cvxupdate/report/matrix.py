@@ -1,4 +1,4 @@
-"""A matrix of values between 0 and 1 as a figure."""
+"""A matrix of values between −1 and 1 as a figure."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def matrix(
     labels: tuple[str, str],
     paired: Sequence[tuple[int, int]] = (),
 ) -> str | None:
-    """A matrix of values between 0 and 1 as shaded cells, the larger the darker; ``paired`` cells
-    are framed."""
+    """A matrix of values between −1 and 1 as shaded cells, the larger the darker, negative ones in
+    another colour; ``paired`` cells are framed."""
     if not values.size:
         return None
     v = np.asarray(values)[:ROWS, :ROWS]
@@ -69,7 +69,7 @@ def _cells(ax: Any, v: Real) -> None:
         for j in range(m)
     ]
     shade = [
-        to_rgba(AFTER, float(np.clip(x, 0.0, 1.0)) if np.isfinite(x) else 0.0)
+        to_rgba(HELD if x < 0.0 else AFTER, min(abs(float(x)), 1.0) if np.isfinite(x) else 0.0)
         for x in v.reshape(-1)
     ]
     ax.add_collection(
@@ -82,10 +82,10 @@ def _cells(ax: Any, v: Real) -> None:
             ax.text(
                 j,
                 i,
-                fixed(float(v[i, j]), 2),
+                fixed(round(float(v[i, j]), 2) + 0.0, 2),  # no minus before 0.00
                 ha="center",
                 va="center",
                 fontsize=8.5 if max(n, m) < 9 else 7,
-                color=PAPER if v[i, j] > 0.55 else INK,
+                color=PAPER if abs(v[i, j]) > 0.55 else INK,
                 zorder=4,
             ).set_in_layout(False)

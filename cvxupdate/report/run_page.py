@@ -11,6 +11,7 @@ from markupsafe import Markup
 from cvxupdate.report import figures, parameter_figures
 from cvxupdate.report.accuracy import accuracy_sections
 from cvxupdate.report.classical import classical_parts, method_words
+from cvxupdate.report.clause_lines import clause_lines
 from cvxupdate.report.direct_rows import direct_rows
 from cvxupdate.report.family_parts import MOST_FAMILIES, family_parts
 from cvxupdate.report.grouping_parts import grouping_parts
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
 MOST_ROWS = 300
 """Rows of a table at most; result.json holds them all."""
 MOST_OPEN = 12
-"""Undetermined combinations at most."""
+"""Undetermined combinations at most, and clauses that hold with equality."""
 
 PROPERTIES = {
     "stiffness": "stiffness (p-value)",
@@ -80,7 +81,7 @@ PROPERTIES = {
     "Ixx": "rotary inertia, x",
     "Iyy": "rotary inertia, y",
     "Izz": "rotary inertia, z",
-    "generic": "entry of X or S",
+    "generic": "entry",
 }
 
 
@@ -106,6 +107,7 @@ def run_page(updated: Updated) -> str:
             "status": updated.status,
             "figure": {key: Markup(svg) if svg else None for key, svg in pictures.items()},
             "asked": asked(updated),
+            "active": clause_lines(updated.active, MOST_OPEN),
             "metrics": metric_rows(updated),
             "modes": mode_rows(updated.modes[:MOST_ROWS], stated),
             "more_modes": max(0, len(updated.modes) - MOST_ROWS),
@@ -180,7 +182,6 @@ def asked(updated: Updated) -> list[tuple[str, list[str]]]:
         )
     out.append(("Method", [method_words(updated)]))
     out.append(("Parameters", [_parameter_words(updated)]))
-    clauses = [str(c) for c in m.get("clauses", ())]
     out.append(
         (
             "Constraints",
@@ -188,8 +189,7 @@ def asked(updated: Updated) -> list[tuple[str, list[str]]]:
                 "bounds on each parameter, listed below"
                 if any(q.lower is not None or q.upper is not None for q in updated.parameters)
                 else "no bounds",
-                *clauses[:20],
-                *([f"and {len(clauses) - 20} more"] if len(clauses) > 20 else []),
+                *clause_lines([str(c) for c in m.get("clauses", ())]),
             ],
         )
     )

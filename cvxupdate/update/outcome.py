@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from cvxupdate.convex import Prior
+from cvxupdate.convex import LinearClause, Prior
 from cvxupdate.fe.generic.reading import reading
 from cvxupdate.fe.model import Model
 from cvxupdate.spec import Spec
@@ -72,7 +72,7 @@ def updated(
         method=method,
         solver=solver_of(loop),
         iterations=len(loop.history),
-        parameters=parameter_results(model, p, known, relative, len(loop.history) > 0),
+        parameters=parameter_results(model, loop, known),
         fit=fit,
         certificate=certificate_of(loop),
         time=time.perf_counter() - begin,
@@ -181,17 +181,19 @@ def model_facts(model: Model, p: Array) -> dict[str, Any]:
 
 
 def parameter_results(
-    model: Model, p: Array, known: Uncertainty, relative: bool, ran: bool
+    model: Model, loop: LoopResult[Any], known: Uncertainty
 ) -> tuple[ParameterResult, ...]:
     """Parameters in SI units with their deviations and bounds."""
-    out = []
-    for q, value, std in zip(model.parameters, p.tolist(), known.std.tolist(), strict=True):
-        width = q.upper - q.lower if np.isfinite(q.upper - q.lower) else 1.0
+    p, out = loop.point.p, []
+    for q, value, std, (low, high) in zip(
+        model.parameters, p.tolist(), known.std.tolist(), _limits(model, loop), strict=True
+    ):
+        width = high - low if np.isfinite(high - low) else 1.0
         bound = (
             "lower"
-            if value <= q.lower + AT_BOUND * width
+            if value <= low + AT_BOUND * width
             else "upper"
-            if value >= q.upper - AT_BOUND * width
+            if value >= high - AT_BOUND * width
             else None
         )
         size = abs(q.unit_size)
@@ -206,8 +208,8 @@ def parameter_results(
                 q.physical(0.0),
                 q.physical(value),
                 finite(std * size),
-                finite(q.physical(q.lower)),
-                finite(q.physical(q.upper)),
+                finite(q.physical(low)),
+                finite(q.physical(high)),
                 bound is not None,
                 bound,
                 value,
@@ -215,6 +217,22 @@ def parameter_results(
             )
         )
     return tuple(out)
+
+
+def _limits(model: Model, loop: LoopResult[Any]) -> list[tuple[float, float]]:
+    """Bounds of each parameter: its own, and those of a family of element matrices whose class has
+    one mode (`convex.constraints.generic`)."""
+    own = {n: [q.lower, q.upper] for n, q in enumerate(model.parameters)}
+    free = {n for n, q in enumerate(model.parameters) if q.of == "generic"}
+    for clause in loop.problem.clauses:
+        if not isinstance(clause, LinearClause) or not free.issuperset(clause.on):
+            continue
+        if len(clause.on) != 1 or len(clause.C) != 1 or clause.lower[0] == clause.upper[0]:
+            continue
+        ends = sorted(v / clause.C[0, 0] for v in (clause.lower[0], clause.upper[0]))
+        pair = own[clause.on[0]]
+        pair[:] = max(pair[0], ends[0]), min(pair[1], ends[1])
+    return [(low, high) for low, high in own.values()]
 
 
 def certificate_of(loop: LoopResult[Any]) -> dict[str, object]:

@@ -113,7 +113,7 @@ def update_rfm(
         method="rfm",
         solver=solver_of(loop),
         iterations=len(loop.history),
-        parameters=parameter_results(model, end.p, known, relative, len(loop.history) > 0),
+        parameters=parameter_results(model, loop, known),
         fit=metrics(model, recordings, loop),
         certificate=certificate_of(loop),
         time=time.perf_counter() - begin,

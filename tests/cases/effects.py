@@ -190,6 +190,7 @@ CASES = (
     Case("MassProportionalDamping", "shaft", {"alpha": 1.3}),
     Case("ChannelGain", "beam", {"gain": 0.5}),
     Case("ForceGain", "beam", {"gain": 0.88}),
+    Case("DriveGain", "beam", {"gain": 0.88}),
     Case("ChannelDelay", "beam", {"delay": 0.0037}),
     Case("ExchangedChannels", "beam", {"gain": 1.0}),
     Case("CubicStiffness", "beam", {"k3": 2.2e7}),
@@ -256,4 +257,5 @@ def context_of(spec: Spec, model: Model, sensors: tuple[str, ...] = ()) -> Searc
         sensors,
         sensors[:1],
         sensors[:1],
+        sensors[-1:],
     )

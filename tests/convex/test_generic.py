@@ -61,7 +61,7 @@ def test_clauses_name_family_and_modes() -> None:
     assert names == [
         "e1.M, modes 1, 3: at least 0.01 of the nominal element",
         "e1.M, modes 1, 3: at most 4 of the nominal element",
-        "e1.M, modes 2: at least 0.01 of the nominal element",
-        "e1.M, modes 2: at most 4 of the nominal element",
+        "e1.M, mode 2: at least 0.01 of the nominal element",
+        "e1.M, mode 2: at most 4 of the nominal element",
         "e1.M: mass kept",
     ]

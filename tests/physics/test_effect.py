@@ -10,7 +10,13 @@ from cvxupdate.physics import EFFECTS, effect_names, told
 from cvxupdate.physics.effect import ChannelFault, Effect
 from cvxupdate.physics.fault import Fault
 from cvxupdate.physics.place import Place, at, drive_point
-from cvxupdate.physics.sensor_fault import ChannelDelay, ExchangedChannels
+from cvxupdate.physics.quantity import factor
+from cvxupdate.physics.sensor_fault import (
+    ChannelDelay,
+    DriveGain,
+    ExchangedChannels,
+    ForceGain,
+)
 from cvxupdate.physics.soft_support import SoftSupport
 from tests.cases.places import PLACES
 
@@ -79,6 +85,17 @@ def test_signs_change_the_words() -> None:
     assert "comes early" in ChannelDelay().says(told("sensor_fault", node), {"delay": -0.0037})
     assert "3000 turns a minute" in sentence("gyroscopic", PLACES[5], {"omega": -314.159})
     assert "N·m/rad" in sentence("grounding_spring", Place(nodes=(1,), dof="ry"), {"k": 20.0})
+
+
+def test_a_hammer_is_wrong_wherever_it_strikes_and_a_shaker_where_it_stands() -> None:
+    one, two = (
+        Effect(t, PLACES[0], ChannelFault(Fault("n5.x", "force", others=others)), (factor("gain"),))
+        for t, others in ((ForceGain(), ("n9.x",)), (DriveGain(), ()))
+    )
+    assert one.key != two.key and one.title != two.title
+    assert one.says({"gain": 0.82}).endswith("0.820 times what it should, wherever it drives.")
+    assert two.says({"gain": 0.82}).endswith("0.820 times what it should.")
+    assert one.says({"gain": -1.0}).endswith("has the wrong sign, wherever it drives.")
 
 
 def test_an_effect_type_knows_more_than_the_contract_s_name() -> None:

@@ -28,6 +28,12 @@ def test_a_family_has_numbers_and_a_figure_of_its_change() -> None:
     assert row["before"] == "unbounded" and row["after"].startswith("2.5")
     assert parts[0]["eigenvalues"] == "0.900 to 1.25" and parts[0]["largest"] == "0.200"
     assert "<svg" in parts[0]["figure"] and "element 3" in parts[0]["figure"]
+    assert "−1.00" in parts[0]["figure"] and "−0.00" not in parts[0]["figure"]
+
+
+def test_one_eigenvalue_is_said_once() -> None:
+    alike = SimpleNamespace(families=({**family(0.2), "least": 1.25},))
+    assert family_parts(alike)[0]["eigenvalues"] == "1.25"  # type: ignore[arg-type]
 
 
 def test_nothing_is_drawn_of_nothing_and_of_many_only_some() -> None:

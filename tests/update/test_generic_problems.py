@@ -90,6 +90,11 @@ def test_the_mesh_of_a_plate_is_mended_in_the_iterations_of_the_source(
     assert found.status == "converged" and found.iterations <= iterations
     assert found.fit["hold_out"]["frf_error"]["after"] < limit
     assert found.model["mass_after"] == pytest.approx(0.1755, rel=1e-9)
+    for q in found.parameters:  # a class of one mode: its clauses are bounds of its entry
+        assert q.lower == pytest.approx(0.05 * q.before) and q.upper == pytest.approx(20 * q.before)
+    on = sum(q.at_bound for q in found.parameters)
+    assert on == sum("nominal element" in clause for clause in found.active) > 1
+    assert found.judgement.on_bounds == on
 
 
 def test_what_run_writes_has_the_errors_that_run_ended_with(tmp_path: Path) -> None:

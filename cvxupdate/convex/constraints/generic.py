@@ -112,7 +112,8 @@ class _Block:
         F = sp.csr_array((values, (rows, cols)), shape=(k * k, len(some)))
         f = np.diag([float(family.nominal[m]) for m in members]).ravel(order="F")
         modes = ", ".join(str(m + 1) for m in members)
-        return cls(f"{family.name}, modes {modes}", on, F, f, k)
+        word = "mode" if k == 1 else "modes"
+        return cls(f"{family.name}, {word} {modes}", on, F, f, k)
 
     def clause(self, floor: float, sign: float, word: str) -> Clause:
         """sign · (N + P) ⪰ floor · I."""

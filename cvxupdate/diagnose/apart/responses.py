@@ -161,13 +161,7 @@ class Responses:
         """The same response once more with another transducer: no fault of the first is left."""
         if not any(h.fit.setting.faults for h in self.hypotheses):
             return []
-        faulty = {
-            x
-            for h in self.hypotheses
-            for f in h.fit.setting.faults
-            for x in (f.channel, f.other)
-            if x
-        }
+        faulty = {x for h in self.hypotheses for f in h.fit.setting.faults for x in f.labels}
         points, roots = [], []
         for h, root in zip(self.hypotheses, self._roots, strict=True):
             p = h.fit.point

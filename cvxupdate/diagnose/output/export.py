@@ -175,7 +175,7 @@ def _recordings(
     for number, recording in enumerate(draft.tables.get("recordings", ())):
         has = channels[number] if number < len(channels) else frozenset()
         corrections = [
-            fault.correction(value) for fault, value in reversed(faults) if fault.channels <= has
+            row for fault, value in reversed(faults) for row in fault.corrections(value, has)
         ]
         if corrections and recording["kind"] != "modes":
             recording["corrections"] = [*recording.get("corrections", ()), *corrections]

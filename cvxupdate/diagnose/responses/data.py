@@ -67,8 +67,12 @@ class Data:
     @cached_property
     def forces(self) -> tuple[str, ...]:
         """Those that act by themselves wherever they act."""
-        mixed = {label for s in self.sharp if not s.plain for label in s.inputs}
-        return tuple(label for label in self.driven if label not in mixed)
+        return _by_themselves(self.sharp)
+
+    @cached_property
+    def later(self) -> tuple[str, ...]:
+        """Such forces that are held out only."""
+        return tuple(x for x in _by_themselves(self.sharp_hold_out) if x not in self.driven)
 
     def mesh_of(self, model: Model) -> MeshError:
         """The mesh error of a hypothesis: where it lets beams deform in shear, that of beams which
@@ -84,6 +88,12 @@ class Data:
         state says of each mode."""
         mesh = self.mesh_of(model)
         return mesh if self.common is None or mesh is self.sheared else self.common.shift
+
+
+def _by_themselves(signals: Sequence[Signal]) -> tuple[str, ...]:
+    mixed = {label for s in signals if not s.plain for label in s.inputs}
+    driven = dict.fromkeys(label for s in signals for label in s.inputs)
+    return tuple(label for label in driven if label not in mixed)
 
 
 def prepare(

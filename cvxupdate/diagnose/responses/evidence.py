@@ -154,7 +154,7 @@ class ResponseEvidence(Linear):
 
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
         d = self.data
-        rig = (self._zeta, d.accelerometers, d.driven, d.forces)
+        rig = (self._zeta, d.accelerometers, d.driven, d.forces, d.later)
         return SearchContext(model, m.K, m.M, d.top, d.bottom, d.sensors, held, released, *rig)
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:

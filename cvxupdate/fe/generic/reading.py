@@ -6,8 +6,8 @@ stretch EA/L, twist GJ/L, curvature EI/L about two axes, and, across them, the d
 chord from the mean end rotation, whose flexibility is L/(12 EI) + 1/(κGA L). Where stretch goes
 with curvature, its axis lies beside the line of its nodes, where twist goes with shear, its shear
 centre; EI and GJ are about them. Any other stiffness is read as a factor on its nominal matrix. A
-mass is read as a factor on its nominal matrix with equal lumps and rotary inertias on its nodes;
-its rigid-body mass and centre are exact, not read.
+mass is read as a factor on its nominal matrix with equal lumps and rotary inertias on its nodes,
+none of them negative; its rigid-body mass and centre are exact, not read.
 """
 
 from __future__ import annotations
@@ -31,6 +31,8 @@ from cvxupdate.fe.generic.line import (
 from cvxupdate.fe.generic.shape import ElementShape
 from cvxupdate.fe.generic.use import FamilyUse
 from cvxupdate.fe.labels import KINDS
+
+READ = 0.05  # of the change: what is less is not worth a number
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,10 +70,14 @@ class Reading:
             return f"{self.name}: as it was."
         moved = [_words(q) for q in self.quantities if _moved(q)]
         physical = ", ".join(moved) if moved else "the nominal element"
-        kept = "the whole change" if self.unread < 0.05 else f"{1.0 - self.unread:.0%} of it"
+        changed = f"{self.name}: changed by {self.change:.2g} of itself"
+        if self.unread < READ:
+            return f"{changed}, all of it as a physical element: {physical}."
+        part = 1.0 - self.unread
+        brings = "hardly any" if part < READ else f"{100.0 * part:.0f} %"
         return (
-            f"{self.name}: changed by {self.change:.2g} of itself; nearest physical element: "
-            f"{physical}, which is {kept}; {self.distance:.2g} of the matrix is of no such kind."
+            f"{changed}. Nearest physical element: {physical}, {brings} of that change; "
+            f"{100.0 * self.distance:.2g} % of the matrix is of no physical kind."
         )
 
 
@@ -84,7 +90,8 @@ def reading(use: FamilyUse, p: Real) -> Reading:
     parts = list(_parts(family, shape, before))
     columns = np.array([_measured(family, part) for part, _ in parts]).T
     names = [name for _, name in parts]
-    was, now = (nearest(names, columns, _vector(R)) for R in (family.nominal, relative))
+    solve = _of_masses if family.matrix == "M" else nearest
+    was, now = (solve(names, columns, _vector(R)) for R in (family.nominal, relative))
     left = relative - (columns @ now).reshape(relative.shape)
     heard = np.linalg.norm(columns, axis=0)
     was, now = (np.where(np.abs(v) * heard > NOTHING, v, 0.0) for v in (was, now))
@@ -146,6 +153,15 @@ def _parts(family: Family, shape: ElementShape | None, before: Real) -> Iterator
     yield from lumps
 
 
+def _of_masses(names: list[str], columns: Real, of: Real) -> Real:
+    """Least squares of parts that no mass has less than nothing of."""
+    from scipy.optimize import nnls
+
+    size = np.linalg.norm(columns, axis=0)
+    size = np.where(size > 0.0, size, 1.0)
+    return np.asarray(nnls(columns / size, of)[0] / size)
+
+
 def _quantities(
     names: list[str], before: Real, after: Real, shape: ElementShape | None
 ) -> Iterator[Quantity]:
@@ -190,5 +206,8 @@ def _moved(q: Quantity) -> bool:
 
 
 def _words(q: Quantity) -> str:
-    old, new = ("unbounded" if v is None else f"{v:.4g}" for v in (q.before, q.after))
+    old, new = (
+        "unbounded" if v is None else f"{'−' if v < 0.0 else ''}{abs(v):.4g}"
+        for v in (q.before, q.after)
+    )
     return f"{q.name} {old} → {new}{'' if q.unit == '1' else ' ' + q.unit}"

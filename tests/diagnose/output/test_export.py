@@ -422,3 +422,18 @@ def test_damping_found_in_tables_stands_beside_that_of_the_file(
         else:  # there the model under diagnosis has kept what stands beside modal damping
             assert abs(got.C - extra.C).max() <= 1e-12 * abs(extra.C).max()
         assert abs(got.K - was.K).max() == 0.0
+
+
+def test_one_force_transducer_is_put_right_wherever_it_drives() -> None:
+    """In each recording the drives that it has; nothing where it does not drive."""
+    fault = Fault("n2.z", "force", others=("n3.z",))
+    both = fault.corrections(0.25, {"force n2.z", "force n3.z", "n5.z"})
+    assert [(row["node"], row["quantity"], row["gain"]) for row in both] == [
+        (2, "force", 0.8),
+        (3, "force", 0.8),
+    ]
+    assert [row["node"] for row in fault.corrections(0.25, {"force n3.z"})] == [3]
+    assert fault.corrections(0.25, {"n2.z", "n3.z"}) == []
+    y = np.ones((2, 3, 3), dtype=complex)
+    seen = fault.applied(0.25, ("n5.z",) * 3, np.zeros(2), y, ("n2.z", "n4.z", "n3.z"))
+    np.testing.assert_allclose(seen[0, 0], [1.25, 1.0, 1.25])

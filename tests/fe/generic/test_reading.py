@@ -137,3 +137,18 @@ def test_a_beam_beside_its_nodes_is_read_with_its_offset() -> None:
     for name in ("EA", "GJ", "EI, softer plane", "EI, stiffer plane"):
         before, after = value(found, name)
         assert after == pytest.approx(before, rel=1e-6)
+
+
+def test_what_a_mass_lost_is_no_negative_lump() -> None:
+    """Nine tenths of a mass whose centre line was made lighter than that: no part of the nearest
+    physical element is less than nothing, and the sentence says how much of the change it has."""
+    model = one()
+    M = nominal(model, "M")
+    lump = np.diag([0.01] * 3 + [1e-6] * 3 + [0.01] * 3 + [1e-6] * 3)
+    found = read(model, "M", 0.9 * M - lump * 0.1)
+    assert all(q.after is not None and q.after >= 0.0 for q in found.quantities)
+    assert value(found, "lump on each node") == (0.0, 0.0)
+    factor = value(found, "factor")[1]
+    assert factor is not None and 0.7 < factor < 0.9
+    assert "all of it as a physical element" in read(model, "M", 0.9 * M).says
+    assert " % of that change; " in found.says or "all of it" in found.says
