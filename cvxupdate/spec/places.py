@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from cvxupdate.errors import Fault
 from cvxupdate.keys import Loc
 from cvxupdate.spec.prepare import Complaint, Prepared
-from cvxupdate.spec.tables import Source
+from cvxupdate.spec.tables import LISTS, Source, TableFile
 
 MOST_ALIKE = 10
 """Faults of one kind in one list that are written out; of the rest only the number is said."""
@@ -47,6 +47,9 @@ class Places:
             rest = loc[length:]
             if not rest or not isinstance(rest[0], int):
                 continue
+            found = _of_header(table, rest[1:], complaint)
+            if found is not None:
+                return found
             key = f"line {table.lines[rest[0]]}" + (
                 f", column {_key(rest[1:])}" if rest[1:] else ""
             )
@@ -59,6 +62,22 @@ class Places:
         if complaint.source is not None:
             return complaint.source, complaint.loc
         return self.prepared.origin(complaint.loc)
+
+
+def _of_header(table: TableFile, rest: Loc, complaint: Complaint) -> Fault | None:
+    """A column that has no business in a table, or is not in it, told of its header and so once for
+    all rows; None where the fault is that of a row."""
+    if len(rest) != 1:
+        return None
+    name, key = str(rest[0]), f"line {table.header}, column {_key(rest)}"
+    if complaint.problem.startswith("unknown key") and name in table.columns:
+        return Fault(str(table.path), key, f"unknown column '{name}'.", complaint.remedy)
+    if complaint.problem == "is missing." and name not in table.columns:
+        remedy = complaint.remedy.replace(f"Add `{name} = …`", f"Add a column `{name}`")
+        if name in LISTS:
+            remedy += " One cell holds them all, separated by blanks, as in `1 2`."
+        return Fault(str(table.path), key, complaint.problem, remedy)
+    return None
 
 
 def gather(complaints: Sequence[Complaint], places: Places) -> tuple[Fault, ...]:

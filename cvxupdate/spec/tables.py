@@ -53,10 +53,12 @@ class TableError(Exception):
 @dataclass(frozen=True)
 class TableFile:
     """Where the rows of a table came from; ``lines[i]`` is the line of row i (the first line is
-    1)."""
+    1), ``header`` that of the ``columns``' names."""
 
     path: Path
     lines: tuple[int, ...]
+    header: int
+    columns: frozenset[str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +174,8 @@ def read_table(path: Path) -> tuple[list[dict[str, Any]], TableFile]:
                 if v.strip()
             }
         )
-    return rows, TableFile(path, tuple(number for number, _ in lines[1:]))
+    numbers = tuple(number for number, _ in lines)
+    return rows, TableFile(path, numbers[1:], numbers[0], frozenset(header))
 
 
 def _pointed(column: str, text: str, delimiter: str) -> str:

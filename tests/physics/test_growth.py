@@ -3,16 +3,22 @@ the refit uses, its limits are the known ones."""
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
+from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import natural_modes
 from cvxupdate.physics import EFFECTS, candidates_of
 from cvxupdate.physics.attached_resonator import attach
 from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.growth import Rates
+from cvxupdate.spec import load_problem
 
 
 def context_of(problem):
@@ -105,6 +111,29 @@ def test_tangents_are_derivatives_of_the_refitted_model(request, which, name):
                     np.abs(wanted).max(), 1e-12
                 ) + 1e-9 * np.abs(before[what]).max() / h * 1e-4
                 assert np.abs(got - wanted).max() <= tolerance, (candidate.name, what)
+
+
+def test_the_rates_of_a_given_matrix_take_time_in_proportion_to_its_entries(tmp_path):
+    """Each stored entry is a block of the one element: 16 times as many take not 256 times as long.
+    And the tangent of the element is the matrix."""
+    took = {}
+    for n in (500, 8000):
+        K = sp.diags([np.full(n - 1, -1.0), np.full(n, 2.5), np.full(n - 1, -1.0)], (-1, 0, 1))
+        sp.save_npz(tmp_path / f"K{n}.npz", K.tocsr())
+        problem = tmp_path / "problem.toml"
+        problem.write_text(
+            '[model]\ndofs = ["x"]\n[[model.elements]]\ntype = "matrix"\n'
+            f'rows = [{{ id = 7, stiffness = "K{n}.npz", group = "all" }}]\n'
+        )
+        model = build_model(load_problem(problem))
+        took[n] = np.inf
+        for _ in range(3):
+            began = time.thread_time()
+            rates = Rates.of(model, "stiffness")
+            took[n] = min(took[n], time.thread_time() - began)
+        if n == 500:
+            np.testing.assert_array_equal(assembled(model, rates.tangent((7,)), "K"), K.toarray())
+    assert took[8000] < 64 * took[500]
 
 
 @pytest.mark.parametrize("which", ["chain", "bar"])

@@ -107,6 +107,33 @@ def test_columns_of_frfs(tmp_path: Path, header: str, parts: tuple[str, str]) ->
         assert [c.label for c in found.responses] == ["n5.z", "n9.z"]
 
 
+@pytest.mark.parametrize(
+    ("header", "said"),
+    [
+        ("Frequency [Hz],A1 Real,A1 Imag,A2 Real,A2 Imag", "nodes are counted, directions guessed"),
+        ("frequency,re_5,im_5,re_9,im_9", "directions are guessed"),
+        ("f (Hz),Re(5:+Z),Im(5:+Z),Re(9:+Z),Im(9:+Z)", ""),
+    ],
+)
+def test_places_that_the_file_does_not_say_are_said_to_be_guessed(
+    tmp_path: Path, header: str, said: str
+) -> None:
+    """And counted channels keep their own names beside them."""
+    columns = [FLAT[p][:, k] for k in range(2) for p in ("re", "im")]
+    block = inspect_file(_csv(tmp_path / "frf.csv", header, F, *columns)).block
+    (line,) = [row for row in block.splitlines() if row.startswith("channels = [")]
+    assert line == (f"channels = [   # {said}: correct them" if said else "channels = [")
+    assert ("# A1" in block) == ("counted" in said)
+
+
+def test_matrices_of_a_model_are_told_from_recordings(tmp_path: Path) -> None:
+    np.savez(tmp_path / "km.npz", K=np.eye(3), M=np.eye(3), K1=np.eye(3))
+    np.savez(tmp_path / "k.npz", K=np.eye(3), other=np.ones((2, 3)))
+    (said,) = [n for n in inspect_file(tmp_path / "km.npz").notes if "matrices of a model" in n]
+    assert said.startswith("K, M, K1 look like")
+    assert not any("of a model" in n for n in inspect_file(tmp_path / "k.npz").notes)
+
+
 def test_a_coherence_beside_is_taken_as_one(tmp_path: Path) -> None:
     coherence = np.full(F.size, 0.98)
     path = _csv(

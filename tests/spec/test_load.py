@@ -149,8 +149,13 @@ def test_tables_from_csv(spoil: Spoil, good: Path) -> None:
         ("id,nodes\n1,1 2\n2,2 x\n", "line 3, column nodes[1]", ("'x' is not a whole number",)),
         (
             "id,nodes,grp\n1,1 2,a\n2,2 3,b\n",
-            "line 2, column grp",
-            ("unknown key 'grp'", "Did you mean 'group'?"),
+            "line 1, column grp",
+            ("unknown column 'grp'", "Did you mean 'group'?"),
+        ),
+        (
+            "# of the drawing\nid,node 1,node 2\n1,1,2\n2,2,3\n",
+            "line 2, column nodes",
+            ("is missing. Add a column `nodes`", "One cell holds them all", "`1 2`"),
         ),
         (
             "id,nodes\n1,1 2\n\n# note\n2,2 93\n",
@@ -178,7 +183,7 @@ def test_faults_in_a_csv_file_name_its_line(
     for word in words:
         assert word in str(faults[0])
     if key.startswith("line"):
-        assert faults[0].file.endswith("beams.csv")
+        assert faults[0].file.endswith("beams.csv") and len(faults) == 1
 
 
 def test_data_sets(spoil: Spoil, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

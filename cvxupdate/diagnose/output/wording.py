@@ -16,6 +16,7 @@ from cvxupdate.physics.effect import MOTION
 from cvxupdate.physics.place import capital, listed
 
 MOST = 6  # equivalents that are named
+FEW = 2  # effects that a sentence names together
 RIVALS = 3  # other hypotheses whose errors are stated
 LEVEL = (
     "Something in the structure depends on the vibration level (contact, friction, a stiffening "
@@ -101,6 +102,8 @@ def _undetermined(judgement: Judgement) -> str:
             "Something differs, but these recordings cannot tell what: "
             f"{listed([*names[:RIVALS], *rest])} explain them about equally well."
         )
+    if evidence.unfinished:
+        return _ended_early(judgement)
     if judgement.final is not None and nearest is not None:
         most = max((len(w.hypothesis.effects) for w in judgement.several), default=2)
         few = "one or two effects explain" if most <= 2 else f"{most} effects or fewer explain"
@@ -113,6 +116,22 @@ def _undetermined(judgement: Judgement) -> str:
         "Something differs that none of the known effects explains at any one or two places; "
         f"what remains is {evidence.left(Errors(base.errors.fit, float('nan')))}."
     )
+
+
+def _ended_early(judgement: Judgement) -> str:
+    """Where time ended the search: no word of what no effect explains, for not all were tried."""
+    evidence, nearest = judgement.case.evidence, judgement.nearest
+    start = (
+        "Something differs, and the time for one diagnosis ended the search before what it is was "
+        "found (--thorough goes on)"
+    )
+    if nearest is None:
+        base = evidence.left(Errors(judgement.case.base.errors.fit, float("nan")))
+        return f"{start}; what remains is {base}."
+    left = evidence.left(_worst(nearest.errors))
+    if len(nearest.hypothesis.effects) > FEW:
+        return f"{start}; the nearest of what was tried leaves {left}."
+    return f"{start}: {nearest.hypothesis.title} comes nearest, but leaves {left}."
 
 
 def _worst(errors: Errors) -> Errors:

@@ -7,7 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from cvxupdate.recordings.inspect.block import channel_row, rate_line, recordings_block
+from cvxupdate.recordings.inspect.block import (
+    channel_row,
+    channels_line,
+    rate_line,
+    recordings_block,
+)
 from cvxupdate.recordings.inspect.channels import Column, channel_views, guessed_quantity
 from cvxupdate.recordings.inspect.frf_arrays import frf_names, inspect_arrays
 from cvxupdate.recordings.inspect.functions import inspect_functions
@@ -73,9 +78,8 @@ def _vectors(path: Path, contents: Contents, progress: Progress | None) -> Inspe
             f"{name}: {' x '.join(map(str, a.shape)) or 'one number'}, {a.dtype}"
             for name, a in contents.arrays.items()
         )
-        return Inspection(
-            str(path), contents.format, "arrays", rate, 0, (), (), (*contents.notes, *arrays), ""
-        )
+        notes = (*contents.notes, *arrays, *_of_a_model(contents))
+        return Inspection(str(path), contents.format, "arrays", rate, 0, (), (), notes, "")
     rows = [channel_row(view.name, view) for view in views]
     return Inspection(
         str(path),
@@ -86,5 +90,20 @@ def _vectors(path: Path, contents: Contents, progress: Progress | None) -> Inspe
         views,
         (),
         contents.notes,
-        recordings_block(path, "time", [rate_line(rate), "channels = [", *rows, "]"]),
+        recordings_block(path, "time", [rate_line(rate), channels_line(views), *rows, "]"]),
+    )
+
+
+def _of_a_model(contents: Contents) -> tuple[str, ...]:
+    """A line where arrays by their names and shapes are stiffness and mass, not a recording."""
+    square = [
+        name
+        for name, a in contents.arrays.items()
+        if name[:1] in "KM" and a.ndim == 2 and a.shape[0] == a.shape[1] > 1
+    ]
+    if not {"K", "M"} <= {name[:1] for name in square}:
+        return ()
+    return (
+        f"{', '.join(square)} look like matrices of a model: they go into an element of type "
+        '"matrix", not into a recording',
     )

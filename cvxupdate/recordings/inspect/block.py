@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from cvxupdate.recordings.inspect.result import ChannelView
-from cvxupdate.spec.mode_columns import dof_columns
+from cvxupdate.spec.mode_columns import DofColumn, dof_columns
 
+_NOWHERE = ("voltage", "unknown")  # such channels need no place
 _UNIT = re.compile(r"\s*[\[(][^\])]*[\])]\s*$")
 
 
@@ -42,6 +44,21 @@ def rate_line(rate: float) -> str:
     )
 
 
+def channels_line(views: Sequence[ChannelView]) -> str:
+    """The line that begins ``channels``; it says where places stand in that are not the file's."""
+    return (
+        "channels = [   # nodes and directions are guessed where the names do not say them"
+        if any(v.quantity not in _NOWHERE and not _named(v) for v in views)
+        else "channels = ["
+    )
+
+
+def _named(view: ChannelView) -> tuple[DofColumn, ...]:
+    """The place that a channel's name states, as in ``4:-Z [m/s^2]``."""
+    named = dof_columns([_UNIT.sub("", view.name)])
+    return () if named and named[0].part else named
+
+
 def channel_row(
     column: int | str, view: ChannelView, node: int | None = None, dof: str = ""
 ) -> str:
@@ -50,11 +67,11 @@ def channel_row(
     key = column if isinstance(column, int) else _quoted(column)
     unit = f", unit = {_quoted(view.unit)}" if view.unit else ""
     sign = ""
-    named = dof_columns([_UNIT.sub("", view.name)]) if node is None else ()
-    if named and not named[0].part:
+    named = _named(view) if node is None else ()
+    if named:
         node, dof = named[0].node, named[0].dof
         sign = ", sign = -1" if named[0].sign < 0 else ""
     place = f', node = {node if node is not None else 1}, dof = "{dof or "z"}"{sign}'
-    if view.quantity in ("voltage", "unknown"):
+    if view.quantity in _NOWHERE:
         place = ""
     return f'  {{ column = {key}, quantity = "{view.quantity}"{place}{unit} }},'

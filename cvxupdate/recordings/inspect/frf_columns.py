@@ -137,11 +137,16 @@ def _placed(found: FrfColumns) -> FrfColumns:
 
 
 def frf_rows(found: Sequence[FrfColumns], quantity: str) -> list[str]:
-    """Rows of ``channels``: nodes as the columns name them, else counted, for no two channels may
-    share a place."""
+    """``channels``: nodes as the columns name them, else counted, for no two channels may share a
+    place; what is not the file's own is said."""
     stated = [(f.node, f.dof or "z") for f in found]
     counted = None in [f.node for f in found] or len(set(stated)) < len(stated)
-    rows = []
+    guessed = "nodes are counted, directions guessed" if counted else "directions are guessed"
+    rows = [
+        f"channels = [   # {guessed}: correct them"
+        if counted or not all(f.dof for f in found)
+        else "channels = ["
+    ]
     for number, f in enumerate(found, 1):
         node, dof = (number, "z") if counted else (f.node, f.dof or "z")
         row = f'  {{ column = {f.column}, quantity = "{quantity}", node = {node}, dof = "{dof}"'
@@ -150,5 +155,6 @@ def frf_rows(found: Sequence[FrfColumns], quantity: str) -> list[str]:
         row += ', phase_unit = "rad"' if f.pair is not None and f.phase_unit == "rad" else ""
         row += f", coherence = {f.coherence}" if f.coherence is not None else ""
         row += ", sign = -1" if f.sign < 0 and not counted else ""
-        rows.append(row + " },")
-    return rows
+        name = "".join(c for c in f.name if c.isprintable())
+        rows.append(row + " }," + (f"   # {name}" if counted and name else ""))
+    return [*rows, "]"]

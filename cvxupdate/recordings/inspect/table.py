@@ -7,7 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.inspect.block import channel_row, rate_line, recordings_block
+from cvxupdate.recordings.inspect.block import (
+    channel_row,
+    channels_line,
+    rate_line,
+    recordings_block,
+)
 from cvxupdate.recordings.inspect.channels import Column, channel_views, guessed_quantity
 from cvxupdate.recordings.inspect.frf_columns import frf_columns, frf_rows
 from cvxupdate.recordings.inspect.result import Inspection
@@ -75,9 +80,7 @@ def _spectra(table: _Table, progress: Progress | None) -> Inspection:
             f'response = "{quantity}"',
             "frequency_column = 0",
             'references = [{ node = 1, dof = "z" }]   # where it was excited',
-            "channels = [",
             *rows,
-            "]",
         ],
     )
     return Inspection(
@@ -134,5 +137,5 @@ def _histories(table: _Table, progress: Progress | None) -> Inspection:
         views,
         (),
         (*table.contents.notes, *notes),
-        recordings_block(table.path, "time", [head, "channels = [", *rows, "]"]),
+        recordings_block(table.path, "time", [head, channels_line(views), *rows, "]"]),
     )

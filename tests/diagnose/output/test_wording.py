@@ -141,6 +141,28 @@ def test_where_no_effect_helps_the_rest_is_stated() -> None:
     )
 
 
+def test_a_search_that_time_ended_does_not_say_that_nothing_explains_it() -> None:
+    """Not all was tried: the remedy is named, and a long list of effects is not."""
+    cut = replace(EMPTY, case=case_of(PlainEvidence((BASE,), unfinished=True)))
+    start = (
+        "Something differs, and the time for one diagnosis ended the search before what it is was "
+        "found (--thorough goes on)"
+    )
+    three = weighed(PlainFit(9.0, errors=Errors(0.1, 0.12)), A, B, effect("grounding_spring"))
+    for found, rest in (
+        (cut, "; what remains is 0.5 of the response."),
+        (
+            replace(cut, singles=(ONE,), single=ONE, final=ONE),
+            ": some added mass at node 2 comes nearest, but leaves 0.12 of the response.",
+        ),
+        (
+            replace(cut, several=(three,), final=three),
+            "; the nearest of what was tried leaves 0.12 of the response.",
+        ),
+    ):
+        assert verdict_of(found, (), False) == ("undetermined", start + rest)
+
+
 @pytest.mark.parametrize(
     ("noise", "said"), [(0.01, " (noise alone: 0.01 of the response)."), (NAN, ".")]
 )
