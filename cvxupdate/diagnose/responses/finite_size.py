@@ -30,7 +30,7 @@ from cvxupdate.physics.effect import HiddenOscillator
 from cvxupdate.physics.low_rank import LowRank, low_rank
 
 OSCILLATORS = 40  # hidden oscillators looked at: those with the largest first-order fractions
-SHARPENED = 60  # effects whose sizes are refined: more than any short list takes
+RESIZED = 60  # effects whose sizes are refined: more than any short list takes
 FIXTURES = 16  # supports with a mass of their own: those of which a faint one explains most
 SLIGHT = 1e-3  # size of a faint one: its compliance in units of its place
 SIZES = (-0.45, -0.2, -0.08, 0.08, 0.2, 0.45, 1.0)  # of what acts on elements and whole members
@@ -77,7 +77,7 @@ def few_directions(
             rough.append((score, sizing, best))
     rough.sort(key=lambda item: item[2][1])
     return [
-        _sized(score, *(sizing.finer(best) if k < SHARPENED else best), total)
+        _sized(score, *(sizing.finer(best) if k < RESIZED else best), total)
         for k, (score, sizing, best) in enumerate(rough)
     ]
 
