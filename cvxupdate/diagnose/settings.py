@@ -151,11 +151,12 @@ CLOSE = 4.0
 # Seconds refitted that are carried on; best singles in whose place others are sought; exchanges
 # of one effect of the best set; alternatives that may take an effect's place.
 PARTNERS, MOVES, ROUNDS, ALTERNATIVES = 6, 2, 6, 6
-# Of a model that is far off: effects taken up beside each of so many sets, how many sets are kept;
+# Of a model that is far off: effects taken up beside each of so many sets (those of one type that
+# share a node count once: a joint beside a fixture stood behind seven others), how many are kept;
 # of what the bounded comparison leaves, the most that a further effect may leave: noise and scatter
 # of the nuisance parameters make a few per cent of it.
 # Each is begun at so many sizes, and with as many carried on: valleys lie side by side.
-NEAREST, BEAM, NEARER, STARTS = 5, 3, 0.95, 2
+NEAREST, BEAM, NEARER, STARTS = 8, 3, 0.95, 2
 # Part of the time for one diagnosis that growing them may take.
 GROWING = 0.5
 # Effects in one hypothesis, at most: a rig of four things and one that is sought.

@@ -72,9 +72,13 @@ class Gap:
 
     def remaining(self, J: Real) -> Real:
         """The sums (n,) after each of the weighted changes J (2 rows, n) of the model."""
+        return np.asarray(np.sum(self.moved(J) ** 2, axis=0))
+
+    def moved(self, J: Real) -> Real:
+        """The bounded differences (2 rows, n) after each of the weighted changes J (2 rows, n)."""
         moved = self.modelled[:, None] + self.complex_rows(J / self.weights[:, None])
-        off = np.abs(moved - self.measured[:, None]) ** 2 / self._whole(moved)
-        return np.asarray(np.sum(np.where(np.isfinite(off), off, 2.0), axis=0))
+        off = (moved - self.measured[:, None]) / np.sqrt(self._whole(moved))
+        return self.real_rows(np.where(np.isfinite(off), off, np.sqrt(2.0)))
 
     @property
     def mean(self) -> float:
@@ -122,6 +126,37 @@ class BoundedPoint:
         values, weights, labels = self.differences
         A = self.gap.rates(self.point.jacobian())
         return LinearSystem(A, A @ self.p - values, weights, self.point.setting.columns, labels)
+
+
+@dataclass(frozen=True)
+class Yielding:
+    """What is left of a gap after changes of the model where its unknowns yield to each, to first
+    order: ``basis`` (2 rows + unknowns, unknowns) spans what they can take up within their priors,
+    ``held`` (unknowns,) is how far they are from these."""
+
+    gap: Gap
+    basis: Real
+    held: Real
+
+    @classmethod
+    def of(cls, point: ResponsePoint) -> Yielding:
+        """At a point."""
+        bounded = BoundedPoint(point)
+        scales = point.setting.scales
+        A = np.vstack([bounded.gap.rates(point.jacobian()), np.diag(1.0 / scales)])
+        return cls(bounded.gap, np.linalg.qr(A)[0], point.p / scales)
+
+    @property
+    def total(self) -> float:
+        """The sum over all rows as it is."""
+        return float(self.remaining(np.zeros((len(self.gap.weights), 1)))[0])
+
+    def remaining(self, J: Real) -> Real:
+        """The sums (n,) after each of the weighted changes J (2 rows, n) of the model."""
+        values = self.gap.moved(J)
+        whole = np.vstack([values, np.tile(self.held[:, None], values.shape[1])])
+        taken = self.basis.T @ whole
+        return np.asarray(np.sum(whole**2, axis=0) - np.sum(taken**2, axis=0))
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ and slender elements are of that kind.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol
 
@@ -23,13 +23,14 @@ from cvxupdate.diagnose.responses.few import MASSES, Few, Tunings
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.diagnose.screen.projection import Projection
-from cvxupdate.diagnose.screen.sizes import best_size
+from cvxupdate.diagnose.screen.sizes import FINER, best_size, between
 from cvxupdate.diagnose.types import Score, Seed
 from cvxupdate.errors import ModelError
 from cvxupdate.physics.effect import HiddenOscillator
 from cvxupdate.physics.low_rank import LowRank, low_rank
 
 OSCILLATORS = 40  # hidden oscillators looked at: those with the largest first-order fractions
+SHARPENED = 60  # effects whose sizes are refined: more than any short list takes
 FIXTURES = 16  # supports with a mass of their own: those of which a faint one explains most
 SLIGHT = 1e-3  # size of a faint one: its compliance in units of its place
 SIZES = (-0.45, -0.2, -0.08, 0.08, 0.2, 0.45, 1.0)  # of what acts on elements and whole members
@@ -57,33 +58,57 @@ def few_directions(
     if total <= 0.0:
         return []
     few = Few.of(point)
-    out = []
 
     def promise(change: LowRank, by: Projection) -> float:
         J = by.freed(few.rows(change, np.array([SLIGHT])))[:, 0]
         return float((J @ by.residual) ** 2 / max(float(J @ J), 1e-300))
 
     looked = scores if sift is None else _looked_at(scores, partial(promise, by=sift))
+    rough = []
     for score in _tuned(few, looked, left):
         change = low_rank(score.effect)
         if change is None:
             continue
         if score.effect.type.unlimited and point.modes.rigid:
             change = _with_loss(change, point)
-
-        def squares(sizes: Real, lr: LowRank = change) -> Real:
-            try:
-                return left.remaining(few.rows(lr, sizes))
-            except np.linalg.LinAlgError:
-                return np.full(len(sizes), np.inf)
-
-        best = best_size(squares, few.sizes(score.effect, change), total)
+        sizing = Sizing(few, left, change, few.sizes(score.effect, change))
+        best = best_size(sizing.squares, sizing.sizes, total, rounds=0)
         if best is not None:
-            own = score.effect.change
-            p = np.array([best[0], *np.zeros(score.effect.count - 1)])
-            p = p if own is None or own.start is None else own.start(best[0])
-            out.append(replace(score, fraction=1.0 - best[1] / total, p=p, exact=True))
-    return out
+            rough.append((score, sizing, best))
+    rough.sort(key=lambda item: item[2][1])
+    return [
+        _sized(score, *(sizing.finer(best) if k < SHARPENED else best), total)
+        for k, (score, sizing, best) in enumerate(rough)
+    ]
+
+
+@dataclass(frozen=True)
+class Sizing:
+    """A change at several ``sizes``, and what it leaves."""
+
+    few: Few
+    left: Measure
+    change: LowRank
+    sizes: Real
+
+    def squares(self, sizes: Real) -> Real:
+        """What is left at each size (n,)."""
+        try:
+            return self.left.remaining(self.few.rows(self.change, sizes))
+        except np.linalg.LinAlgError:
+            return np.full(len(sizes), np.inf)
+
+    def finer(self, best: tuple[float, float]) -> tuple[float, float]:
+        """The best of ``sizes`` and what it leaves, or one between its neighbours."""
+        around = between(self.sizes, int(np.argmin(np.abs(self.sizes - best[0]))))
+        return best_size(self.squares, around, best[1], rounds=FINER - 1) or best
+
+
+def _sized(score: Score, size: float, left: float, total: float) -> Score:
+    own = score.effect.change
+    p = np.array([size, *np.zeros(score.effect.count - 1)])
+    p = p if own is None or own.start is None else own.start(size)
+    return replace(score, fraction=1.0 - left / total, p=p, exact=True)
 
 
 def _tuned(few: Few, scores: Sequence[Score], left: Measure) -> list[Score]:

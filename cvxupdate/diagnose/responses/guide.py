@@ -10,7 +10,7 @@ import numpy as np
 
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, seeds_from
-from cvxupdate.diagnose.responses.bounded import Gap, approached
+from cvxupdate.diagnose.responses.bounded import Gap, Yielding, approached
 from cvxupdate.diagnose.responses.finite_size import Measure, few_directions, whole_member
 from cvxupdate.diagnose.responses.first_order import first_order
 from cvxupdate.diagnose.responses.sets import sets_of_elements
@@ -81,7 +81,7 @@ class Guide:
         effects = [
             c for c in self.evidence.candidates(fit.setting.model) if c.key not in parent.keys
         ]
-        sized = at_finite_sizes(self.evidence, parent, effects, Gap.of(fit.point))
+        sized = at_finite_sizes(self.evidence, parent, effects, Yielding.of(fit.point))
         nearest = _several(sorted(sized.scores, key=lambda s: -s.fraction), count)
         nearest += [other for s in nearest for other in _otherwise(s)]
         seeds = seeds_from(self.evidence, parent, nearest, fit.setting.level)
@@ -127,9 +127,21 @@ def _otherwise(score: Score) -> list[Score]:
 
 
 def _several(scores: Sequence[Score], count: int) -> list[Score]:
-    """Of the first ``count`` effects the first sizes."""
+    """Of the first ``count`` effects the first sizes; of one effect on places that share a node or
+    an element only the first place, for the others do nearly the same."""
     found: dict[Key, list[Score]] = {}
     for s in scores:
-        if s.effect.key in found or len(found) < count:
-            found.setdefault(s.effect.key, []).append(s)
+        own = found.get(s.effect.key)
+        if own is not None:
+            own.append(s)
+        elif len(found) < count and not any(_shares(s.effect, o[0].effect) for o in found.values()):
+            found[s.effect.key] = [s]
     return [s for own in found.values() for s in own[:STARTS]]
+
+
+def _shares(one: Effect, other: Effect) -> bool:
+    if one.physics != other.physics or one.place.dof != other.place.dof:
+        return False
+    if one.place.elements or other.place.elements:
+        return bool(set(one.place.elements) & set(other.place.elements))
+    return bool(set(one.place.nodes) & set(other.place.nodes))

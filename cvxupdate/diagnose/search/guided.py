@@ -85,14 +85,17 @@ class _Growth:
     def found(self) -> list[Reached]:
         """The nearest sets, nearest first."""
         front = self._begun()
+        tried: set[frozenset[Key]] = set()
         while front and self._goes_on(front[0].hypothesis):
             if self.evidence.hurried or self.budget.over():
                 self.evidence.leave(GROWN)
                 break
-            grown = self._further(front)
+            fresh = [r for r in front if r.hypothesis.keys not in tried]
+            tried.update(r.hypothesis.keys for r in fresh)
+            grown = self._further(fresh)
             if not grown or grown[0].left > NEARER * front[0].left:
                 break
-            front = _nearest([*grown, *front])[:BEAM]
+            front = _abreast([*grown, *front])
             carried = self._carried(front[:1])
             if carried and carried[0].fit.misfit <= EXPLAINED:
                 return front[:1]
@@ -108,27 +111,25 @@ class _Growth:
         return self._pruned(self._taken(seeds, "sharp"))
 
     def _further(self, front: Sequence[Reached]) -> list[Reached]:
-        """The nearest sets with one effect more than those of the front have, or with all that a
-        rig does beside them, nearest first."""
+        """The nearest sets with one effect more than those of the front have, the nearest of these
+        with all that a rig does beside them, too; nearest first."""
         seeds: list[Seed] = []
         for r in front:
             self.progress(f"seeking what brings {r.hypothesis.name} nearer")
-            for seed in self.approach.beside(r.hypothesis, NEAREST):
-                seeds += [seed, *self._rigged(seed)]
-        entered = self._nearer(seeds, "first pass")
-        best = {r.hypothesis.keys for r in _nearest(entered)[:BEAM]}
+            seeds += self.approach.beside(r.hypothesis, NEAREST)
+        plain = self._nearer(seeds, "first pass")
+        rigged = [s for r in _nearest(plain)[:BEAM] for s in self._rigged(r.hypothesis)]
+        entered = sorted([*plain, *self._nearer(rigged, "first pass")], key=lambda r: r.left)
+        best = {r.hypothesis.keys for r in _abreast(entered)}
         field = [r.hypothesis for r in entered if r.hypothesis.keys in best]
         return self._pruned(self._taken([_onward(h) for h in field], "sharp"))
 
-    def _rigged(self, seed: Seed) -> list[Seed]:
+    def _rigged(self, h: Hypothesis) -> list[Seed]:
         try:
-            found = self.approach.rigged(self._as_it_is(seed))
+            found = self.approach.rigged(h)
         except CvxupdateError:
             return []
         return [] if found is None else [_onward(found)]
-
-    def _as_it_is(self, seed: Seed) -> Hypothesis:
-        return Hypothesis(seed.effects, self.evidence.evaluated(seed.setting, seed.start))
 
     def _taken(self, seeds: Sequence[Seed], effort: str) -> list[Reached]:
         """Seeds brought as near as they come, nearest first, each set once."""
@@ -238,6 +239,18 @@ class _Growth:
 
 def _onward(h: Hypothesis) -> Seed:
     return Seed(h.effects, h.fit.setting, h.fit.p)
+
+
+def _abreast(found: Sequence[Reached]) -> list[Reached]:
+    """Those to go on from, nearest first: none of as few effects is nearer, as far as there are
+    such. Among sets of any number alone, many small effects would crowd out the one that they
+    stand for."""
+    ranked, leading = _nearest(found), list[Reached]()
+    for r in ranked:
+        if not leading or len(r.hypothesis.effects) < len(leading[-1].hypothesis.effects):
+            leading.append(r)
+    others = [r for r in ranked if r not in leading]
+    return sorted([*leading, *others][:BEAM], key=lambda r: r.left)
 
 
 def _nearest(found: Sequence[Reached]) -> list[Reached]:

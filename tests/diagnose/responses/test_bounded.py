@@ -9,7 +9,7 @@ import pytest
 
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
-from cvxupdate.diagnose.responses.bounded import Bounded, Gap, approached
+from cvxupdate.diagnose.responses.bounded import Bounded, BoundedPoint, Gap, Yielding, approached
 from cvxupdate.diagnose.responses.setting import EFFORTS, setting_for
 from tests.cases.signals import signal_of
 
@@ -58,3 +58,20 @@ def test_what_is_wrong_by_a_group_is_brought_near(setting):
     fit, left = approached(setting, start, EFFORTS["coarse"])
     assert left * len(Gap.of(fit.point).measured) < 0.9 * before
     assert fit.rows == 2 * len(Gap.of(fit.point).measured)
+
+
+def test_the_unknowns_yield_to_a_change_as_least_squares_would(setting):
+    """What is left is the least of the linearised gap and the priors together; a change that the
+    unknowns make themselves leaves nothing more, one that is nothing to them the same."""
+    rng = np.random.default_rng(5)
+    point = setting.evaluate(0.02 * rng.normal(size=len(setting.columns)))
+    left, gap, scales = Yielding.of(point), Gap.of(point), setting.scales
+    A = np.vstack([gap.rates(point.jacobian()), np.diag(1.0 / scales)])
+    J = 0.1 * rng.normal(size=(len(gap.weights), 3))
+    for k in range(3):
+        whole = np.concatenate([gap.moved(J[:, [k]])[:, 0], point.p / scales])
+        d = np.linalg.lstsq(A, -whole, rcond=None)[0]
+        assert left.remaining(J[:, [k]])[0] == pytest.approx(np.sum((whole + A @ d) ** 2))
+    assert left.total < gap.total + np.sum((point.p / scales) ** 2)
+    np.testing.assert_allclose(np.sum(gap.moved(J) ** 2, axis=0), gap.remaining(J), rtol=1e-12)
+    assert BoundedPoint(point).gap.total == gap.total

@@ -34,6 +34,17 @@ def test_effects_that_bring_nearest_are_true_ones(evidence):
     assert 0.0 < left < 2.0 and np.isfinite(fit.misfit)
 
 
+def test_places_that_overlap_are_taken_up_once(evidence):
+    """What shares an element or a node with what is taken up already does nearly the same."""
+    bare = at_nominal(evidence, Hypothesis((), evidence.bases[0]), 1)
+    effects = [e for s in evidence.approach.beside(bare, 8) for e in s.effects]
+    taken = {e.key: e for e in effects}.values()
+    for kind in {(e.physics, e.place.dof) for e in taken}:
+        own = [e.place for e in taken if (e.physics, e.place.dof) == kind]
+        elements = [x for place in own for x in place.elements]
+        assert len(elements) == len(set(elements)), kind
+
+
 def test_a_set_grows_to_what_is_missing(evidence):
     few = replace(evidence, names=("added_mass", "grounding_spring", "stiffness_change"))
     sets = guided(few, quiet)

@@ -8,7 +8,8 @@ import pytest
 
 from cvxupdate.diagnose import gather
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal
-from cvxupdate.diagnose.search.guided import guided
+from cvxupdate.diagnose.search.guided import Reached, _abreast, guided
+from cvxupdate.diagnose.settings import BEAM
 
 
 def quiet(_: str) -> None:
@@ -47,3 +48,17 @@ def test_what_is_sought_stands_beside_the_rig(evidence):
     assert found["sensor_mass"]["m"] == pytest.approx(0.3, rel=0.1)
     assert found["added_mass"]["m"] == pytest.approx(2.2, rel=0.05)
     assert found["sensor_fault"]["gain"] == pytest.approx(0.8, rel=0.03)
+
+
+def test_few_effects_are_not_crowded_out_by_many(evidence):
+    """Of sets to go on from none of as few effects is nearer; then the nearest of the others."""
+
+    def reached(left: float, *places: int) -> Reached:
+        bare = at_nominal(evidence, Hypothesis((), evidence.bases[0]), 1)
+        lumps = [c for c in evidence.candidates(evidence.model) if c.physics == "added_mass"]
+        return Reached(Hypothesis(tuple(lumps[k] for k in places), bare.fit), left)
+
+    one, other = reached(0.5, 0), reached(0.6, 1)
+    many = [reached(0.1 + 0.01 * k, *(j for j in range(4) if j != k)) for k in range(4)]
+    assert _abreast([one, other, *many]) == [many[0], many[1], one]
+    assert _abreast([other, one]) == [one, other] and len(_abreast(many)) == BEAM
