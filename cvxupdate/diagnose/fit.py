@@ -192,18 +192,26 @@ def fitted(setting: Any, start: Real, options: Options, bounds: Bounds | None = 
     ModelError
         When the model is no structure at ``start``.
     """
+    return _taken(setting, stepped(setting, setting, start, options, bounds))
+
+
+def stepped(
+    compared: Any, setting: Any, start: Real, options: Options, bounds: Bounds | None = None
+) -> Any:
+    """The point where trust-region convex steps from ``start`` end that lower what ``compared``, a
+    comparison of the setting's points, makes of them, with the setting's Gaussian priors."""
     problem = StepProblem(
         regularisers=(Tikhonov(1.0, 0.0, setting.scales),),
         constraints=(bounds_of(setting) if bounds is None else bounds,),
         columns=setting.columns,
     )
     if bounds is None:
-        options = growing_of(setting, options)
-    return _taken(setting, iterate(setting, problem, SolverChoice(), options, start).point)
+        options = replace(options, growing=_sizes(setting))
+    return iterate(compared, problem, SolverChoice(), options, start).point
 
 
-def growing_of(setting: Any, options: Options) -> Options:
-    """With trust regions that grow with the sizes of effects: in units of what is usual at their
-    places they may be thousands, and steps of one would never come there."""
+def _sizes(setting: Any) -> tuple[bool, ...]:
+    """Which unknowns are sizes of effects: in units of what is usual at their places they may be
+    thousands, and steps of one would never come there."""
     free = [q.group is None for q in setting.model.parameters]
-    return replace(options, growing=(*free, *[False] * (len(setting.columns) - len(free))))
+    return (*free, *[False] * (len(setting.columns) - len(free)))

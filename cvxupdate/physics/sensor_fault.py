@@ -10,7 +10,7 @@ the channels were not exchanged (`EXCHANGED` is how near it must end).
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import final
 
 from cvxupdate.physics.context import SearchContext
@@ -18,13 +18,26 @@ from cvxupdate.physics.effect import EXCHANGED as EXCHANGED
 from cvxupdate.physics.effect import RESPONSES, ChannelFault, Effect, EffectType
 from cvxupdate.physics.fault import Fault as Fault
 from cvxupdate.physics.place import Place, at, channel_place
-from cvxupdate.physics.quantity import delay, factor, inverse
+from cvxupdate.physics.quantity import Quantity, delay, factor, inverse
 from cvxupdate.physics.units import number, quantity
 
 # of channels tried for an exchange; beyond, only those at one node and neighbours in the recording
 MOST_PAIRS = 500
 WRONG_SIGN = 0.1  # a gain that near −1 is a wrong sign
 NOT = "The measurement, not the structure: "
+
+
+def _alone(kind: EffectType, labels: Sequence[str], how: str, figure: Quantity) -> list[Effect]:
+    """The same fault of each of these channels by itself."""
+    return [Effect(kind, channel_place(c), ChannelFault(Fault(c, how)), (figure,)) for c in labels]
+
+
+def _reads(channel: str, gain: float, wherever: str = "") -> str:
+    """What a gain makes of a channel, or that the sign is wrong."""
+    if abs(gain + 1.0) < WRONG_SIGN:
+        return f"{NOT}{channel} has the wrong sign{wherever}."
+    wrong = ", with the wrong sign" if gain < 0 else ""
+    return f"{NOT}{channel} reads {number(gain)} times what it should{wrong}{wherever}."
 
 
 @final
@@ -37,26 +50,11 @@ class ChannelGain(EffectType):
 
     def candidates(self, context: SearchContext) -> list[Effect]:
         """Of every channel."""
-        return [
-            Effect(self, channel_place(c), ChannelFault(Fault(c, "gain")), (factor("gain"),))
-            for c in context.sensors
-        ]
+        return _alone(self, context.sensors, "gain", factor("gain"))
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """The gain, or that the sign is wrong."""
-        gain, channel = values["gain"], f"{NOT}the channel {at(effect.place)}"
-        if abs(gain + 1.0) < WRONG_SIGN:
-            return f"{channel} has the wrong sign."
-        wrong = ", with the wrong sign." if gain < 0 else "."
-        return f"{channel} reads {number(gain)} times what it should{wrong}"
-
-
-def _reads(place: Place, gain: float, wherever: str = "") -> str:
-    channel = f"{NOT}the force channel {at(place)}"
-    if abs(gain + 1.0) < WRONG_SIGN:
-        return f"{channel} has the wrong sign{wherever}."
-    wrong = ", with the wrong sign" if gain < 0 else ""
-    return f"{channel} reads {number(gain)} times what it should{wrong}{wherever}."
+        return _reads(f"the channel {at(effect.place)}", values["gain"])
 
 
 @final
@@ -84,7 +82,7 @@ class ForceGain(EffectType):
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """The gain, sign included."""
         wherever = ", wherever it drives" if effect.fault and effect.fault.others else ""
-        return _reads(effect.place, values["gain"], wherever)
+        return _reads(f"the force channel {at(effect.place)}", values["gain"], wherever)
 
 
 @final
@@ -99,14 +97,11 @@ class DriveGain(EffectType):
         """Of every force that acts by itself, where it is not the only one."""
         if len(context.forces) + len(context.later) < 2:
             return []
-        return [
-            Effect(self, channel_place(c), ChannelFault(Fault(c, "force")), (inverse("gain"),))
-            for c in context.forces
-        ]
+        return _alone(self, context.forces, "force", inverse("gain"))
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """The gain, sign included."""
-        return _reads(effect.place, values["gain"])
+        return _reads(f"the force channel {at(effect.place)}", values["gain"])
 
 
 @final
@@ -119,10 +114,7 @@ class ChannelDelay(EffectType):
 
     def candidates(self, context: SearchContext) -> list[Effect]:
         """Of every channel."""
-        return [
-            Effect(self, channel_place(c), ChannelFault(Fault(c, "delay")), (delay("delay"),))
-            for c in context.sensors
-        ]
+        return _alone(self, context.sensors, "delay", delay("delay"))
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """Late or early, by how much."""

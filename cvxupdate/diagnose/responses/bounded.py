@@ -15,12 +15,11 @@ from functools import cached_property
 
 import numpy as np
 
-from cvxupdate.convex import SolverChoice, StepProblem, Tikhonov
-from cvxupdate.diagnose.fit import Fit, bounds_of, fitted_at, growing_of
+from cvxupdate.diagnose.fit import Fit, fitted_at, stepped
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.system import LinearSystem
-from cvxupdate.update.trust_region import Options, iterate
+from cvxupdate.update.trust_region import Options
 
 
 @dataclass(frozen=True)
@@ -179,11 +178,5 @@ def approached(setting: ResponseSetting, start: Real, options: Options) -> tuple
     ModelError
         When the model is no structure at ``start``.
     """
-    problem = StepProblem(
-        regularisers=(Tikhonov(1.0, 0.0, setting.scales),),
-        constraints=(bounds_of(setting),),
-        columns=setting.columns,
-    )
-    options = growing_of(setting, options)
-    found = iterate(Bounded(setting), problem, SolverChoice(), options, start).point
+    found = stepped(Bounded(setting), setting, start, options)
     return fitted_at(setting, found.p, found.point), found.gap.mean
