@@ -19,6 +19,8 @@ WIDE = 0.3
 # Standard deviations of log ζ: of all modes together, of each mode by itself. Damping is hardly
 # known beforehand, and the ratios of one structure scatter by about a third.
 COMMON_DAMPING_STD, MODE_DAMPING_STD = 1.0, 0.35
+# Of those deviations: a mode's own ratio beyond is one in twenty, and looked at again.
+STRAYED = 2.0
 # Standard deviation of the share of the loss that is hysteretic, about a half: as far as none and
 # all are, for the word in a file is no evidence (programs ask for a ratio or a loss factor, and
 # one is made from the other).

@@ -48,16 +48,20 @@ class EqualJoints(EffectType):
     writers = (("compliance", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:
-        """One for every two groups that meet at several nodes, and one for all joints."""
+        """One for every two groups that meet at several nodes, one for all joints, and one for
+        every end of a member at a joint."""
         model = context.model
         found: dict[frozenset[tuple[int, int]], Effect] = {}
-        for met, groups in classes(model):
+        kinds = [(met, groups, "joints") for met, groups in classes(model)]
+        for met, groups, what in (*kinds, (every_end(model), (), "ends of members at joints")):
             if 1 < len(met) <= MOST:
                 key = frozenset((m.element, m.node) for m in met)
-                found.setdefault(key, self._one(model, met, groups))
+                found.setdefault(key, self._one(model, met, groups, what))
         return list(found.values())
 
-    def _one(self, model: Model, met: Sequence[Met], groups: tuple[str, ...]) -> Effect:
+    def _one(
+        self, model: Model, met: Sequence[Met], groups: tuple[str, ...], what: str
+    ) -> Effect:
         ends = [m.end for m in met]
         blocks, along, unit = _opened(model, ends)
         turning = {
@@ -79,7 +83,7 @@ class EqualJoints(EffectType):
         if groups:
             a, b = (f"group '{g}'" if g else "what has no group" for g in groups)
             between = f"between {a} and {b}"
-        spot = f"of the {len(ends)} joints {between}"
+        spot = f"of the {len(ends)} {what} {between}"
         figures = (stiffness("k", "N·m/rad", unit / RIGID),)
         return Effect(self, place, change, figures, 1, LIMITS, spot)
 
@@ -103,6 +107,14 @@ def classes(model: Model) -> list[tuple[list[Met], tuple[str, ...]]]:
     whole = [m for met in meetings for m in _ending(met)]
     covered = any({m.node for m in whole} <= {m.node for m in ends} for ends, _ in out)
     return out if covered else [*out, (whole, ())]
+
+
+def every_end(model: Model) -> list[Met]:
+    """All ends of members where more than two meet, or two at an angle: where each is fastened to
+    the joint by a spring of its own, none goes through. None where no more than two meet anywhere:
+    there the springs of both ends are one."""
+    joints = [met for met in _meetings(model) if _ending(met)]
+    return [m for met in joints for m in met] if any(len(met) > 2 for met in joints) else []
 
 
 def _meetings(model: Model) -> list[list[Met]]:

@@ -17,6 +17,7 @@ import numpy as np
 
 from cvxupdate.diagnose.fit import Fit, fitted_at, stepped
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
+from cvxupdate.diagnose.responses.setting import counted, unstrayed
 from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.system import LinearSystem
 from cvxupdate.update.trust_region import Options
@@ -178,5 +179,10 @@ def approached(setting: ResponseSetting, start: Real, options: Options) -> tuple
     ModelError
         When the model is no structure at ``start``.
     """
-    found = stepped(Bounded(setting), setting, start, options)
+    setting, start = counted(setting, start)
+    bounded = Bounded(setting)
+    found = stepped(bounded, setting, start, options)
+    usual = unstrayed(setting, found.p)
+    if usual is not None and bounded.evaluate(usual, found).gap.total < found.gap.total:
+        found = stepped(bounded, setting, usual, options)
     return fitted_at(setting, found.p, found.point), found.gap.mean

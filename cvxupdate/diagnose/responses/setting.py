@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from cvxupdate.diagnose.fit import Fit, fitted
+from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.nominal.damping import file_damping
 from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
 from cvxupdate.diagnose.nominal.theory import GROUP
 from cvxupdate.diagnose.responses.point import ResponseSetting
 from cvxupdate.diagnose.responses.signals import Real, Signal
-from cvxupdate.diagnose.settings import WIDE
+from cvxupdate.diagnose.settings import MODE_DAMPING_STD, STRAYED, WIDE
 from cvxupdate.diagnose.types import Evidence
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.synthesis.shapes import EveryDof, Shapes
@@ -24,6 +24,7 @@ from cvxupdate.update.trust_region import Options
 # of a parameter: so far from its centre a space is as good as there (2e-5 of the frequencies of a
 # plate where a patch is 31 % thicker); and where a fit is to be sharp
 FAR, NEARBY = 0.3, 0.05
+BEYOND = 1.25  # of the band's top: modes up to there have a damping ratio of their own
 # tolerance, iterations and first trust region of a fit by its effort
 EFFORTS = {
     "first pass": Options(1e-2, 3, 0.5),
@@ -50,7 +51,7 @@ def setting_for(
         grown = base.grown(model, _far(model))
         shapes = around(model, model.zero(), top) if grown is None else grown
     flexible = shapes.lowest()
-    f = flexible[: int(np.sum(flexible < 1.25 * top))]
+    f = flexible[: int(np.sum(flexible < BEYOND * top))]
     damping = file_damping(original, f)
     return ResponseSetting(model, tuple(signals), damping, top, shapes, tuple(faults), mesh.at(f))
 
@@ -74,13 +75,50 @@ def recentred(setting: ResponseSetting, p: Real, far: float) -> ResponseSetting:
     return replace(setting, shapes=space.recentred(own))
 
 
+def counted(setting: ResponseSetting, p: Real) -> tuple[ResponseSetting, Real]:
+    """The same with a damping ratio for every mode that is in the band at ``p``, and its unknowns:
+    what yields (a fixture, a soft support) brings modes into it that the nominal model has above,
+    or not at all."""
+    modes = setting.shapes.modes(p[: len(setting.model.parameters)]).modes
+    known = modes.rigid + setting.damped
+    more = int(np.sum(modes.frequencies[known:] < BEYOND * setting.top))
+    if more <= 0 or not setting.damped:
+        return setting, p
+    mesh, ends = setting.mesh, [setting.ratios.stop]
+    if setting.tuned:
+        ends.append(setting.ratios.stop + setting.damped)
+    typical = np.full(more, np.median(setting.zeta))
+    grown = replace(
+        setting,
+        zeta=np.concatenate([setting.zeta, typical]),
+        mesh=None if mesh is None else np.concatenate([mesh, np.full(more, mesh[-1])]),
+    )
+    return grown, np.insert(p, np.repeat(ends, more), 0.0)
+
+
+def unstrayed(setting: ResponseSetting, p: Real) -> Real | None:
+    """The unknowns with the usual damping of modes that strayed from it: beside a recording whose
+    resonance stands elsewhere a mode is damped away, and stays so when it has come there. None
+    where none did."""
+    far = np.abs(p[setting.ratios]) > STRAYED * MODE_DAMPING_STD
+    out = p.copy()
+    out[setting.ratios][far] = 0.0
+    return out if far.any() else None
+
+
 def followed(setting: ResponseSetting, start: Real, effort: str) -> Fit:
     """Fitted by trust-region convex steps; to be sharp, on from there in the space around where
-    they end."""
+    they end, and from the usual damping where that is nearer already."""
+    setting, start = counted(setting, start)
     setting = recentred(setting, start, FAR)
     found = fitted(setting, start, EFFORTS[effort])
     again = setting if effort != "sharp" else recentred(setting, found.p, NEARBY)
-    return found if again is setting else fitted(again, found.p, EFFORTS[effort])
+    if again is not setting:
+        found = fitted(again, found.p, EFFORTS[effort])
+    usual = unstrayed(again, found.p)
+    if usual is None or fitted_at(again, usual, found.point).cost >= found.cost:
+        return found
+    return fitted(again, usual, EFFORTS[effort])
 
 
 def let_go(evidence: Evidence) -> Fit:

@@ -85,9 +85,9 @@ def _sharper(evidence: Evidence, h: Hypothesis, level: int) -> Fit:
     found = evidence.fitted(Seed(h.effects, setting, h.fit.p), effort)
     if level != AGAIN or found.excess <= CLEAR:
         return found
-    start = nominal_unknowns(evidence, setting, found.p)
+    start = nominal_unknowns(evidence, found.setting, found.p)
     try:
-        other = evidence.fitted(Seed(h.effects, setting, start), "coarse")
+        other = evidence.fitted(Seed(h.effects, found.setting, start), "coarse")
     except CvxupdateError:
         return found
     return min(found, other, key=lambda f: f.misfit)
