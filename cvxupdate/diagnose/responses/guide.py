@@ -3,7 +3,7 @@ far off."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -51,11 +51,12 @@ class Guide:
 
     evidence: Evidence
 
-    def rigged(self, parent: Hypothesis) -> Hypothesis | None:
+    def rigged(self, parent: Hypothesis, held: bool = True) -> Hypothesis | None:
         """A parent with all that a rig does, as yet of no size: what hardly a test is without, in
-        some measure. The fit tells in what."""
-        found = parent
-        for effect in _classes(self._rig(parent)):
+        some measure. The fit tells in what. ``held``: supports that give way among it; else they
+        are left to a fixture, and of joints there is the widest class."""
+        found, rig = parent, _classes(self._rig(parent))
+        for effect in rig if held else _widest(rig):
             moved = effect.on(self.evidence.context(found.fit.setting.model))
             if moved is None:
                 continue
@@ -75,12 +76,15 @@ class Guide:
         known = (t for t in effect_types() if t.rig and t.name in self.evidence.names)
         return [t for t in known if RESPONSES in t.told_by]
 
-    def beside(self, parent: Hypothesis, count: int) -> list[Seed]:
-        """The ``count`` effects that bring a parent, as it is, nearest, each at its best size."""
+    def beside(
+        self, parent: Hypothesis, count: int, names: Collection[str] | None = None
+    ) -> list[Seed]:
+        """The ``count`` effects (None: of any name) that bring a parent, as it is, nearest, each at
+        its best size."""
         fit = parent.fit
-        effects = [
-            c for c in self.evidence.candidates(fit.setting.model) if c.key not in parent.keys
-        ]
+        wanted = None if names is None else [n for n in self.evidence.names if n in names]
+        found = self.evidence.candidates(fit.setting.model, wanted)
+        effects = [c for c in found if c.key not in parent.keys]
         sized = at_finite_sizes(self.evidence, parent, effects, Yielding.of(fit.point))
         nearest = _several(sorted(sized.scores, key=lambda s: -s.fraction), count)
         nearest += [other for s in nearest for other in _otherwise(s)]
@@ -116,6 +120,16 @@ def _classes(effects: Sequence[Effect]) -> list[Effect]:
 def _within(effect: Effect, several: Effect) -> bool:
     same = effect.physics == several.physics and effect.place.dof == several.place.dof
     return same and set(effect.place.nodes) < set(several.place.nodes)
+
+
+def _widest(effects: Sequence[Effect]) -> list[Effect]:
+    """Without supports, and without joints that are a part of a larger class."""
+
+    def within(e: Effect, other: Effect) -> bool:
+        return set(e.place.elements) < set(other.place.elements)
+
+    free = [e for e in effects if e.fault or e.place.elements or not e.place.nodes]
+    return [e for e in free if not (e.place.elements and any(within(e, o) for o in free))]
 
 
 def _otherwise(score: Score) -> list[Score]:
