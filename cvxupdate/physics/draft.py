@@ -41,8 +41,9 @@ class Draft:
     """The file in the making: its tables, rows and blocks by element number, the last numbers of
     nodes and elements.
 
-    ``known`` (element, property) of the model → (element, key) here; ``split`` (node, element) →
-    the node of an opened end; ``loss`` element → the loss factor that the file gave it.
+    ``known`` (element, property) of the model → (element, key) here; ``split`` label of what
+    turns by itself, without its direction → its node; ``loss`` element → the loss factor that the
+    file gave it.
     """
 
     tables: dict[str, Any]
@@ -51,7 +52,7 @@ class Draft:
     node: int
     element: int
     known: dict[tuple[int, str], tuple[int, str]] = field(default_factory=dict)
-    split: dict[tuple[int, int], int] = field(default_factory=dict)
+    split: dict[str, int] = field(default_factory=dict)
     loss: dict[int, float] = field(default_factory=dict)
 
     @property
@@ -105,9 +106,20 @@ class Draft:
             del self.model["supports"]
 
     def end(self, model: Model, dof: int) -> int:
-        """The node of a DOF here: that of the opened end of an element for its own DOFs."""
+        """The node of a DOF here: one of its own for what turns by itself, tied to that where it
+        stands in all else."""
         node, name = node_of(model, dof), model.labels[dof].split(".")[0]
-        return self.split[node, int(name.split("@e")[1])] if "@e" in name else node
+        if "@" not in name:
+            return node
+        if name not in self.split:
+            self.split[name] = self.fresh_node(node)
+            own = [d for d, label in enumerate(model.labels) if label.split(".")[0] == name]
+            turning = {kind_of(model, d) for d in own}
+            tied = [k for k in self.model["dofs"] if k not in turning]
+            if tied:
+                tie = {"nodes": [node, self.split[name]], "dofs": tied}
+                self.model.setdefault("ties", []).append(tie)
+        return self.split[name]
 
     def fresh_group(self, what: str, node: int) -> str:
         """A group of its own."""
@@ -179,21 +191,10 @@ def change(
             row["section"],
             _section(draft.model["sections"][row["section"]], block, e, now, moved),
         )
-    for node in dict.fromkeys(
-        node_of(model, d)
-        for d in block.dofs[e].tolist()
-        if d >= 0 and f"@e{number}." in model.labels[d]
-    ):
-        _open_joint(
-            draft,
-            number,
-            node,
-            {
-                kind_of(model, d)
-                for d in block.dofs[e].tolist()
-                if d >= 0 and model.labels[d].startswith(f"n{node}@e{number}.")
-            },
-        )
+    for dof in block.dofs[e].tolist():
+        if dof >= 0 and f"@e{number}." in model.labels[dof]:
+            node, fresh = node_of(model, dof), draft.end(model, dof)
+            row["nodes"] = [fresh if n == node else n for n in row["nodes"]]
 
 
 def _file_loss(draft: Draft, row: Mapping[str, Any]) -> float:
@@ -201,18 +202,6 @@ def _file_loss(draft: Draft, row: Mapping[str, Any]) -> float:
     return float(
         row.get("eta", material.get("eta", draft.model.get("damping", {}).get("eta", 0.0)))
     )
-
-
-def _open_joint(draft: Draft, number: int, node: int, turning: set[str]) -> None:
-    """The end of an element gets a node of its own, tied to the old one in all but the DOFs that
-    turn on a spring."""
-    if (node, number) not in draft.split:
-        draft.split[node, number] = draft.fresh_node(node)
-    fresh = draft.split[node, number]
-    draft.rows[number]["nodes"] = [fresh if n == node else n for n in draft.rows[number]["nodes"]]
-    tied = [k for k in draft.model["dofs"] if k not in turning]
-    if tied:
-        draft.model.setdefault("ties", []).append({"nodes": [node, fresh], "dofs": tied})
 
 
 def not_negative(number: int, key: str, value: float) -> float:

@@ -59,9 +59,7 @@ class EqualJoints(EffectType):
                 found.setdefault(key, self._one(model, met, groups, what))
         return list(found.values())
 
-    def _one(
-        self, model: Model, met: Sequence[Met], groups: tuple[str, ...], what: str
-    ) -> Effect:
+    def _one(self, model: Model, met: Sequence[Met], groups: tuple[str, ...], what: str) -> Effect:
         ends = [m.end for m in met]
         blocks, along, unit = _opened(model, ends)
         turning = {

@@ -17,11 +17,12 @@ from cvxupdate.physics.compliance import RIGID, SOFTEST, Compliance, write
 from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
 from cvxupdate.physics.growth import append_parameters, limited, small_block
-from cvxupdate.physics.place import Place, capital, where
+from cvxupdate.physics.place import Place, at, capital, where
 from cvxupdate.physics.quantity import stiffness
 from cvxupdate.physics.units import quantity
 
 LIMITS = (0.0, SOFTEST)
+OPENED = "@"  # in the label of a rotation of an end that turns by itself
 End = tuple[int, int, tuple[int, ...]]  # number of a block, row in it, columns that turn
 
 
@@ -37,7 +38,7 @@ class JointFlexibility(EffectType):
         """One at every beam end that meets another element: the rotations of that end get DOFs of
         their own, joined to the node by one compliance about every active axis. The tangent is −k_i
         k_iᵀ of the element, exact for a rigid joint. At a node of two beams in line, one end stands
-        for both."""
+        for both. One that gives way as all of its class do may give way more than these."""
         beams = [(n, b) for n, b in enumerate(context.model.blocks) if is_beam(b)]
         meeting = Counter(int(b.dofs[e, turning[0]]) for _, b in beams for e, turning in ends_of(b))
         out, done = [], set()
@@ -47,10 +48,13 @@ class JointFlexibility(EffectType):
                 continue
             for e, columns in ends_of(block):
                 first = int(block.dofs[e, columns[0]])
-                if meeting[first] < 2 or (meeting[first] == 2 and first in done):
+                alone = meeting[first] < 2 and OPENED not in context.model.labels[first]
+                if alone or (meeting[first] == 2 and first in done):
                     continue
                 done.add(first)
-                out.append(self._one(context.model, number, e, columns, np.asarray(matrices[e])))
+                one = self._one(context.model, number, e, columns, np.asarray(matrices[e]))
+                more = f"{at(one.place)} more than its class does"
+                out.append(one if meeting[first] > 1 else replace(one, spot=more))
         return out
 
     def _one(self, model: Model, number: int, e: int, columns: list[int], k: Real) -> Effect:
@@ -71,10 +75,11 @@ class JointFlexibility(EffectType):
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """The spring that it turns on."""
-        return (
-            f"{capital(where(effect.place))} gives way: it turns on a spring of "
-            f"{quantity(values['k'], 'N·m/rad')}, while the model joins it rigidly."
-        )
+        k = quantity(values["k"], "N·m/rad")
+        joint, rigid = capital(where(effect.place)), "while the model joins it rigidly"
+        if effect.spot:
+            return f"{joint} gives way more than its class: by a further spring of {k} in series."
+        return f"{joint} gives way: it turns on a spring of {k}, {rigid}."
 
 
 def is_beam(block: Block) -> bool:
@@ -109,7 +114,8 @@ def opened_model(model: Model, ends: Sequence[End], unit: float, name: str) -> M
             row, kind = int(block.dofs[e, c]), int(block.direction[0, c])
             node, element = int(model.node_ids[model.dof_node[row]]), int(block.ids[e])
             dofs[number][e, c] = len(labels)
-            labels.append(f"n{node}@e{element}.{KINDS[kind]}")
+            times = 1 + labels[row].count(OPENED)
+            labels.append(f"n{node}{OPENED * times}e{element}.{KINDS[kind]}")
             rows.append(row)
             kinds.append(kind)
     grown: Model = replace(

@@ -69,13 +69,15 @@ def frame() -> Structure:
     }
 
 
-def with_joints(structure: Structure, k: float) -> Structure:
-    """Every beam's ends turn on springs of k."""
+def with_joints(
+    structure: Structure, k: float, joints: Sequence[tuple[int, int]] = JOINTS
+) -> Structure:
+    """Ends of members turn on springs of k: every beam's."""
     out = copy.deepcopy(structure)
     rows = {r["id"]: r for block in out["elements"] for r in block["rows"]}
     place = {n["id"]: (n["x"], n["z"]) for n in out["nodes"]}
     springs, ties = [], []
-    for at, towards in JOINTS:
+    for at, towards in joints:
         way = np.subtract(place[towards], place[at])
 
         def goes(row: Structure, at: int = at, way: Any = way) -> bool:

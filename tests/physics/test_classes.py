@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 
 import numpy as np
@@ -9,14 +10,27 @@ import pytest
 import scipy.linalg
 
 from cvxupdate.diagnose.nominal.damping import undamped
+from cvxupdate.diagnose.output.export import problem_file
+from cvxupdate.diagnose.results import Updated
 from cvxupdate.fe.build import build_model
 from cvxupdate.physics.cords import MOST, Cords
 from cvxupdate.physics.equal_joints import EqualJoints, classes
 from cvxupdate.physics.equal_supports import EqualSupports
+from cvxupdate.physics.joint_flexibility import JointFlexibility
 from cvxupdate.spec import load_problem
 from tests.cases.effects import STRUCTURES, context_of, nuisance, problem
 from tests.cases.elements import toml
-from tests.cases.rigs import FEET, frame, freed, hung_bar, with_joints, with_springs
+from tests.cases.rigs import (
+    BEAMS,
+    FEET,
+    JOINTS,
+    POSTS,
+    frame,
+    freed,
+    hung_bar,
+    with_joints,
+    with_springs,
+)
 
 
 def context(folder: Path, structure):
@@ -35,7 +49,14 @@ def by_hand(folder: Path, structure):
     return undamped(build_model(load_problem(path)))
 
 
-def at(effect, k):
+def held(model, p=None, count=8):
+    """Of a structure that is held, where a joint turns without mass."""
+    m = model.matrices(p)
+    slow = scipy.linalg.eigh(m.M.toarray(), m.K.toarray(), eigvals_only=True)[-count:]
+    return 1.0 / slow[::-1]
+
+
+def at(effect, k, eigenvalues=eigenvalues):
     """The eigenvalues of the model of an effect with one figure k."""
     model = effect.change.model
     unit, rigid = model.parameters[-1].unit_size, 0.0
@@ -52,9 +73,65 @@ def at(effect, k):
 
 @pytest.mark.parametrize("k", [80.0, 2e4])
 def test_equal_joints_are_the_frame_put_together_by_hand(tmp_path: Path, k: float) -> None:
-    (whole,) = EqualJoints().candidates(context(tmp_path, frame()))
+    whole, _ = EqualJoints().candidates(context(tmp_path, frame()))
     wanted = eigenvalues(by_hand(tmp_path, with_joints(frame(), k)))
     np.testing.assert_allclose(at(whole, k), wanted, rtol=1e-7)
+
+
+@pytest.mark.parametrize("k", [80.0, 2e4])
+def test_all_ends_at_joints_are_the_frame_put_together_by_hand(tmp_path: Path, k: float) -> None:
+    """Every end where members meet turns on its own spring, posts that go on as well."""
+    _, every = EqualJoints().candidates(context(tmp_path, frame()))
+    ends = [(a, b) for a, b in (*POSTS, *BEAMS)]
+    meeting = [end for pair in ends for end in (pair, pair[::-1]) if end[0] not in FEET]
+    assert len(every.place.elements) == len(meeting)
+    wanted = held(by_hand(tmp_path, with_joints(frame(), k, meeting)))
+    np.testing.assert_allclose(at(every, k, held), wanted, rtol=1e-7)
+
+
+def test_one_joint_gives_way_more_than_its_class(tmp_path: Path) -> None:
+    """Its spring is in series with that of all; written and read again it is the same model."""
+    k, further = 900.0, 400.0
+    spec = problem(tmp_path, frame())
+    whole, _ = EqualJoints().candidates(context_of(spec, nuisance(undamped(build_model(spec)))))
+    grown = context_of(spec, whole.change.model)
+    (one,) = (
+        e
+        for e in JointFlexibility().candidates(grown)
+        if e.place.nodes == (7,) and e.place.elements[0] in whole.place.elements
+    )
+    assert "more than its class" in one.says({"k": further}) and "more than" in one.title
+    model = one.change.model
+    p = model.zero()
+    for at, stiff in ((-2, k), (-1, further)):
+        block = next(b for b in model.blocks[at:] if b.kind.name == "compliance")
+        p[at] = (1.0 / stiff - float(block.properties["a0"][0])) / model.parameters[at].unit_size
+    real = with_joints(frame(), k)
+    real["elements"][-1]["rows"][JOINTS.index((7, 8))]["k"] = 1.0 / (1.0 / k + 1.0 / further)
+    wanted = eigenvalues(by_hand(tmp_path, real))
+    np.testing.assert_allclose(held(model, p), wanted, rtol=1e-7)
+    path = tmp_path / "again.toml"
+    text = problem_file(spec, Updated(model, p, zeta=np.zeros(1)), says=["found"]).text
+    path.write_text(text, encoding="utf-8")
+    np.testing.assert_allclose(held(undamped(build_model(load_problem(path)))), wanted, rtol=1e-6)
+
+
+def test_where_two_meet_the_springs_of_both_ends_are_one(tmp_path: Path) -> None:
+    """A portal has no class of all ends: no recording tells it from that of its joints."""
+    portal = copy.deepcopy(frame())
+    for block in portal["elements"]:
+        block["rows"] = [r for r in block["rows"] if not crosses(portal, r)]
+    used = {n for block in portal["elements"] for r in block["rows"] for n in r["nodes"]}
+    portal["nodes"] = [n for n in portal["nodes"] if n["id"] in used]
+    portal["supports"][1]["nodes"] = [1, 3]
+    found = EqualJoints().candidates(context(tmp_path, portal))
+    assert [len(e.place.elements) for e in found] == [2]
+
+
+def crosses(structure, row) -> bool:
+    """Whether an element is not of the portal over the first two feet."""
+    x, z = np.mean([(n["x"], n["z"]) for n in structure["nodes"] if n["id"] in row["nodes"]], 0)
+    return x > 0.5 + 1e-9 or (0.0 < x < 0.5 and z < 0.7 - 1e-9)
 
 
 @pytest.mark.parametrize(("dof", "k"), [("ry", 300.0), ("x", 2e5), ("z", 1e6)])
