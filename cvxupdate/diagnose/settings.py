@@ -159,6 +159,8 @@ PARTNERS, MOVES, ROUNDS, ALTERNATIVES = 6, 2, 6, 6
 # of the nuisance parameters make a few per cent of it.
 # Each is begun at so many sizes, and with as many carried on: valleys lie side by side.
 NEAREST, BEAM, NEARER, STARTS = 8, 3, 0.95, 2
+# Times what the nearest set leaves: from one further behind, one effect more does not come abreast.
+FALLEN = 3.0
 # Part of the time for one diagnosis that growing them may take.
 GROWING = 0.5
 # Effects in one hypothesis, at most: a rig of four things and one that is sought.

@@ -55,6 +55,7 @@ class Guide:
         """A parent with all that a rig does, as yet of no size: what hardly a test is without, in
         some measure. The fit tells in what. ``held``: supports that give way among it; else they
         are left to a fixture, and of joints there is the widest class."""
+        held = held and not any(e.physics == "flexible_support" for e in parent.effects)
         found, rig = parent, _classes(self._rig(parent))
         for effect in rig if held else _widest(rig):
             moved = effect.on(self.evidence.context(found.fit.setting.model))

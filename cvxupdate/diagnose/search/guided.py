@@ -25,6 +25,7 @@ from cvxupdate.diagnose.settings import (
     BEAM,
     BUDGET,
     EXPLAINED,
+    FALLEN,
     FINE_SEVERAL,
     GROWING,
     MOST_EFFECTS,
@@ -94,7 +95,8 @@ class _Growth:
             if self.evidence.hurried or self.budget.over():
                 self.evidence.leave(GROWN)
                 break
-            fresh = [r for r in front if r.hypothesis.keys not in tried]
+            abreast = [r for r in front if r.left <= FALLEN * front[0].left]
+            fresh = [r for r in abreast if r.hypothesis.keys not in tried]
             tried.update(r.hypothesis.keys for r in fresh)
             grown = self._further(fresh)
             if not grown or grown[0].left > NEARER * front[0].left:

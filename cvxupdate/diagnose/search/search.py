@@ -89,7 +89,10 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     entries = entered(evidence, seeds, progress)
     coarse = raced(evidence, entries, COARSE, progress)
     grown = guided(evidence, progress) if not pattern and _far_off(coarse) else []
-    reached = bool(grown) and grown[0].fit.misfit <= OPEN * EXPLAINED
+    reached = bool(grown) and (
+        grown[0].fit.misfit <= OPEN * EXPLAINED
+        or HOPELESS * grown[0].penalised <= coarse[0].penalised
+    )
     if reached:
         coarse = coarse[:STAYING]  # no single effect comes near
     elif not pattern and coarse and coarse[0].penalised > OPEN * EXPLAINED:
