@@ -19,9 +19,15 @@ DIRECT = (
     "luk",
     "sidhu-ewins",
     "second-order",
+    "he-ewins",
+    "park-lee",
     "gysin",
     "lieven-ewins",
     "minas-inman",
+    "inman-minas",
+    "zimmerman-widengren",
+    "pole-placement",
+    "modal-control",
 )
 """The direct methods; a test compares them with `cvxupdate.direct.methods`."""
 
