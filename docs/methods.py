@@ -33,7 +33,6 @@ WAYS: tuple[tuple[str, str], ...] = (
     ("cvxupdate.recordings.appropriate", "`identify --method appropriation --indicator …`; `plan`"),
     ("cvxupdate.recordings.realise", "`identify --normal …`; `realise` of a recording"),
     ("cvxupdate.recordings.identify", "`identify --method …`"),
-    ("cvxupdate.update.classic_loop", '`run`, `form = "additive"` or `"multiplicative"`'),
     ("cvxupdate.update.classic", "`run`, `solution = …`"),
     ("cvxupdate.update.modal", '`run`, `method = "frequencies"` or `"sensitivity"`'),
     ("cvxupdate.update.minimum_variance", '`run`, `method = "minimum-variance"`'),
