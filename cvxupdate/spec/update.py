@@ -17,7 +17,7 @@ from cvxupdate.keys import (
 )
 from cvxupdate.registry import REGULARISERS
 from cvxupdate.spec.update_parameters import ParameterRow
-from cvxupdate.spec.whole import DIRECT, Whole
+from cvxupdate.spec.whole import DIRECT, EXPANSIONS, Whole
 
 NonNegativeCount = Annotated[int, Field(ge=0)]
 SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "QUADPROG", "HIGHS")
@@ -209,19 +209,7 @@ class Update(Part):
         default=None,
         description="rfm: relative standard deviation of the FRFs; absent: what the recordings say",
     )
-    expansion: Literal[
-        "dynamic",
-        "kidder",
-        "petersmann",
-        "null-space",
-        "guyan",
-        "irs",
-        "gysin",
-        "serep",
-        "serepa",
-        "tam",
-        "hybrid",
-    ] = Field(
+    expansion: Literal[EXPANSIONS] = Field(  # type: ignore[valid-type]
         default="null-space",
         description="ceam, direct: how DOFs that were not measured are found; null-space, "
         "dynamic, its series kidder and petersmann (2.54 to 2.56), and gysin are repeated by ceam "
