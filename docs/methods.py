@@ -17,14 +17,17 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE, TESTS, PAGE = ROOT / "cvxupdate", ROOT / "tests", ROOT / "docs" / "methods.md"
 STUDIES = ROOT / "validation" / "studies"
-CITED = re.compile(r"\(((?:[2-6]|9)\.\d[^()]*)\)")
-NUMBER = re.compile(r"(?<![\d.])(?:[2-6]|9)\.\d{1,3}(?:\.\d)?")
+CITED = re.compile(r"\(([^()]*(?:[2-6]|9)\.\d[^()]*)\)")
+BEGINS = re.compile(r"\s*(?:[2-6]|9)\.\d{1,3}(?!\d)")
+NUMBER = re.compile(r"(?<![\d.])(?:[2-6]|9)\.\d{1,3}(?:\.\d)?(?!\d)")
+RANGE = re.compile(r"(?<![\d.])([2-69])\.(\d{1,3})(?: to |–)\1\.(\d{1,3})(?!\d)")
 DOORS = ("cvxupdate.cli", "cvxupdate.commands", "cvxupdate.study", "cvxupdate.api")
 # lists that the registry reads by name
 LISTS = ("cvxupdate.convex.regularisers", "cvxupdate.convex.constraints", "cvxupdate.fe.elements")
 
 WAYS: tuple[tuple[str, str], ...] = (
     ("cvxupdate.direct", '`run`, `method = "direct"`, `direct = "…"` ([page](direct-methods.md))'),
+    ("cvxupdate.update.ceam", '`run`, `method = "ceam"`'),
     ("cvxupdate.residual.ceam", '`run`, `method = "ceam"`'),
     ("cvxupdate.residual.frf_filled", '`run`, `method = "rfm"`, `residual = "filled"`'),
     ("cvxupdate.residual.frf_modal", '`run`, `method = "rfm"`, `residual = "modal-balance"`'),
@@ -97,7 +100,7 @@ def methods() -> tuple[Method, ...]:
             if given_back and not module.startswith(LISTS):
                 continue
             text = ast.get_docstring(node) or ""
-            cites = [n for part in CITED.findall(text) for n in NUMBER.findall(part)]
+            cites = cited(text)
             if cites:
                 says = " ".join(text.split("\n\n")[0].split())
                 found.append(
@@ -112,6 +115,33 @@ def methods() -> tuple[Method, ...]:
                     )
                 )
     return tuple(sorted(found, key=lambda m: (_order(m.cites[0]), m.code)))
+
+
+def cited(text: str) -> list[str]:
+    """The numbers in brackets of a docstring, as (2.76, 2.77), (Baruch 1978; 2.76) or (2.17 to
+    2.21); those of a range one by one."""
+    out = []
+    for brackets in CITED.findall(text):
+        for part in brackets.split(";"):
+            if not BEGINS.match(part):
+                continue
+            wide = RANGE.sub(
+                lambda m: ", ".join(f"{m[1]}.{k}" for k in range(int(m[2]), int(m[3]) + 1)), part
+            )
+            out += NUMBER.findall(wide)
+    return list(dict.fromkeys(out))
+
+
+def _ranges(numbers: tuple[str, ...]) -> str:
+    """Numbers as text, three in a row or more as a range."""
+    rows: list[list[str]] = []
+    for number in numbers:
+        last = _order(rows[-1][-1]) if rows else ()
+        if last and len(last) == 2 and _order(number) == (last[0], last[1] + 1):
+            rows[-1].append(number)
+        else:
+            rows.append([number])
+    return ", ".join(f"{r[0]} to {r[-1]}" if len(r) > 2 else ", ".join(r) for r in rows)
 
 
 def _order(number: str) -> tuple[int, ...]:
@@ -267,7 +297,7 @@ def page() -> str:
         says = re.split(r"(?<=[.:;])\s", m.says)[0].replace("|", "\\|").rstrip(":;")
         tests = ", ".join(f"`{t}`" for t in m.tests[:2])
         used = ", ".join(f"`{s}`" for s in m.studies[:2])
-        out.append(f"| {', '.join(m.cites)} | `{m.code}`: {says} | {way} | {tests} | {used} |")
+        out.append(f"| {_ranges(m.cites)} | `{m.code}`: {says} | {way} | {tests} | {used} |")
     return "\n".join(out) + "\n"
 
 

@@ -28,7 +28,7 @@ def minas_inman(
     D1: Real | None = None,
 ) -> DirectUpdate:
     """K_U = K − B₀ G D₀, C_U = C − B₀ G D₁ with the gain G that gives the structure the modes
-    (2.96, 2.97); not symmetric as a rule.
+    (2.93 to 2.97); not symmetric as a rule.
 
     Parameters
     ----------

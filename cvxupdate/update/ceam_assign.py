@@ -31,8 +31,8 @@ def assign(
     progress: Callable[[Iteration], None] | None = None,
     passes: int = 8,
 ) -> tuple[LoopResult[CeamPoint], int]:
-    """Solve, whiten the rows at the solution, solve again, until p settles: (last loop, number of
-    passes).
+    """Solve the assignment (6.13 to 6.22), whiten the rows at the solution, solve again, until p
+    settles: (last loop, number of passes).
 
     With complete shapes and a model linear in p each pass is one convex step, exact for its
     weights; exact data need one pass only. Incomplete shapes are expanded anew in each pass, but
