@@ -44,7 +44,11 @@ WAYS: tuple[tuple[str, str], ...] = (
     ("cvxupdate.correlate", "`correlate`"),
     ("cvxupdate.convex.regularisers", "`run`, `[[regularisation]]`"),
     ("cvxupdate.reduction", "`run`, `reduction` or `expansion`; `correlate`"),
-    ("cvxupdate.fe.damping", "`[model.damping]`"),
+    (
+        "cvxupdate.fe.damping",
+        "`identify` (`damping.toml`, `damping_measured.toml`); `[model.damping]`",
+    ),
+    ("cvxupdate.commands.identify_damping", "`identify` (`damping_measured.toml`)"),
     ("cvxupdate.commands.plan", "`plan`"),
 )
 """The longest prefix of a module says how its methods are reached."""

@@ -168,6 +168,8 @@ def change(
     for key in OWN:
         if key in moved:
             row[key] = not_negative(number, key, now[key])
+    if "damping" in moved:
+        _damping_factor(row, block, number, now)
     if moved & set(MADE_OF):
         material = {k: v for k, v in draft.model["materials"][row["material"]].items() if k != "G"}
         made = {k: now[k] for k in MADE_OF if k in now and (k != "G" or now[k] != 0.0)}
@@ -194,6 +196,16 @@ def change(
                 if d >= 0 and model.labels[d].startswith(f"n{node}@e{number}.")
             },
         )
+
+
+def _damping_factor(
+    row: dict[str, Any], block: Block, number: int, now: Mapping[str, float]
+) -> None:
+    """The factor on an element's damping; of a dashpot in its c."""
+    if block.kind.name == "dashpot":
+        row["c"] = not_negative(number, "c", now["c"] * now["damping"])
+    else:
+        row["damping_factor"] = not_negative(number, "damping_factor", now["damping"])
 
 
 def _file_loss(draft: Draft, row: Mapping[str, Any]) -> float:
