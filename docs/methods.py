@@ -16,6 +16,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE, TESTS, PAGE = ROOT / "cvxupdate", ROOT / "tests", ROOT / "docs" / "methods.md"
+STUDIES = ROOT / "validation" / "studies"
 CITED = re.compile(r"\(((?:[2-6]|9)\.\d[^()]*)\)")
 NUMBER = re.compile(r"(?<![\d.])(?:[2-6]|9)\.\d{1,3}(?:\.\d)?")
 DOORS = ("cvxupdate.cli", "cvxupdate.commands", "cvxupdate.study", "cvxupdate.api")
@@ -33,7 +34,6 @@ WAYS: tuple[tuple[str, str], ...] = (
     ("cvxupdate.recordings.appropriate", "`identify --method appropriation --indicator …`; `plan`"),
     ("cvxupdate.recordings.realise", "`identify --normal …`; `realise` of a recording"),
     ("cvxupdate.recordings.identify", "`identify --method …`"),
-    ("cvxupdate.update.classic_loop", '`run`, `form = "additive"` or `"multiplicative"`'),
     ("cvxupdate.update.classic", "`run`, `solution = …`"),
     ("cvxupdate.update.modal", '`run`, `method = "frequencies"` or `"sensitivity"`'),
     ("cvxupdate.update.minimum_variance", '`run`, `method = "minimum-variance"`'),
@@ -57,7 +57,7 @@ WAYS: tuple[tuple[str, str], ...] = (
 @dataclass(frozen=True)
 class Method:
     """A public function or class: ``cites`` equations, ``says`` the first sentence of its
-    docstring, ``way`` in, ``tests`` the test modules that name it."""
+    docstring, ``way`` in, ``tests`` the test modules and ``studies`` the studies that name it."""
 
     module: str
     name: str
@@ -65,6 +65,7 @@ class Method:
     says: str
     way: str
     tests: tuple[str, ...]
+    studies: tuple[str, ...]
 
     @property
     def code(self) -> str:
@@ -107,6 +108,7 @@ def methods() -> tuple[Method, ...]:
                         says,
                         way_of(module) if (module, node.name) in reached() else "",
                         naming(node.name, module),
+                        studied(node.name, module),
                     )
                 )
     return tuple(sorted(found, key=lambda m: (_order(m.cites[0]), m.code)))
@@ -145,6 +147,22 @@ def naming(name: str, module: str) -> tuple[str, ...]:
         elif part in words and package in text:
             others.append(t)
     return tuple(own or others)
+
+
+@cache
+def _study_texts() -> Mapping[str, tuple[str, frozenset[str]]]:
+    """Text and words of every study."""
+    out = {}
+    for p in sorted(STUDIES.glob("*.py")):
+        text = p.read_text(encoding="utf-8")
+        out[p.stem] = text, frozenset(re.findall(r"\w+", text))
+    return out
+
+
+def studied(name: str, module: str) -> tuple[str, ...]:
+    """The studies that name it and import from its package."""
+    package = ".".join(module.split(".")[:2])
+    return tuple(s for s, (t, words) in _study_texts().items() if name in words and package in t)
 
 
 @cache
@@ -236,18 +254,20 @@ def page() -> str:
         "",
         "Every part of the package that works by a numbered equation of chapters 2 to 6 or 9 of",
         "the thesis that [theory.md](theory.md) names: the way in, and tests that fail where it",
-        "is wrong. Chapters 7 and 8 have pages of their own ([generic",
-        "elements](generic-elements.md), [exact elements](exact-elements.md)). Written by",
+        "is wrong, and the [studies](studies.md) that use it by name. Chapters 7 and 8 have pages",
+        "of their own ([generic elements](generic-elements.md), [exact",
+        "elements](exact-elements.md)). Written by",
         "`python -m docs.methods` from the docstrings.",
         "",
-        "| equation | what | way in | tests |",
-        "|---|---|---|---|",
+        "| equation | what | way in | tests | studies |",
+        "|---|---|---|---|---|",
     ]
     for m in methods():
         way = m.way or f"none yet; in Python `from {m.module} import {m.name}`"
         says = re.split(r"(?<=[.:;])\s", m.says)[0].replace("|", "\\|").rstrip(":;")
         tests = ", ".join(f"`{t}`" for t in m.tests[:2])
-        out.append(f"| {', '.join(m.cites)} | `{m.code}`: {says} | {way} | {tests} |")
+        used = ", ".join(f"`{s}`" for s in m.studies[:2])
+        out.append(f"| {', '.join(m.cites)} | `{m.code}`: {says} | {way} | {tests} | {used} |")
     return "\n".join(out) + "\n"
 
 

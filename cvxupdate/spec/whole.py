@@ -30,6 +30,20 @@ DIRECT = (
     "modal-control",
 )
 """The direct methods; a test compares them with `cvxupdate.direct.methods`."""
+EXPANSIONS = (
+    "dynamic",
+    "kidder",
+    "petersmann",
+    "null-space",
+    "guyan",
+    "irs",
+    "gysin",
+    "serep",
+    "serepa",
+    "tam",
+    "hybrid",
+)
+"""From measured DOFs to all; a test compares them with `cvxupdate.residual.ceam_expand`."""
 
 
 class Whole(Part):

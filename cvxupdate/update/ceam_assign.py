@@ -18,7 +18,7 @@ from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterat
 
 SETTLED = 1e-6
 """Change of p below which whitening and expanding once more is left out."""
-REPEATED = ("null-space", "dynamic", "gysin")
+REPEATED = ("null-space", "dynamic", "kidder", "petersmann", "gysin")
 """Expansions that become exact as the model does, so that they are made anew at every solution."""
 
 
