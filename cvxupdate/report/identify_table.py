@@ -44,8 +44,8 @@ def modes_csv(s: ModeSetResult) -> str:
         if np.all(np.isfinite(values)) and (key == "damping" or np.all(np.array(values) > 0.0)):
             head.append(key)
             figures.append(values)
-    std = np.sqrt(np.mean(np.asarray(s.shape_std)[:, columns or [0]] ** 2, axis=1))
-    if columns and np.all(np.isfinite(std)) and np.all(std > 0.0):
+    std = np.sqrt(np.mean(np.asarray(s.shape_std)[:, columns] ** 2, axis=1)) if columns else None
+    if std is not None and np.all(np.isfinite(std)) and np.all(std > 0.0):
         head.append("shape_std")
         figures.append(std.tolist())
     for k in columns:

@@ -129,6 +129,16 @@ def test_a_table_gives_the_damping_of_the_whole_model_as_well(tmp_path):
     assert "a table of modes" in files["report.html"]
 
 
+def test_frequencies_and_ratios_alone_are_enough(tmp_path):
+    """Without shapes no damping matrices of single modes, but the averages, and a page."""
+    rows = ", ".join(f"{{ frequency = {30.0 * k}, damping = 0.0{k} }}" for k in (1, 2))
+    text = f'\n[[recordings]]\nkind = "modes"\nrows = [{rows}]\n'
+    files = written(tmp_path, model() + text)
+    assert "damping_measured.toml" not in files and "frequency,damping" in files["modes.csv"]
+    assert tomllib.loads(files["damping.toml"])["model"]["damping"]["kind"] == "rayleigh"
+    assert "0.015" in files["damping.toml"] or "eta = 0.03" in files["damping.toml"]
+
+
 def test_a_table_without_ratios_has_nothing_to_give(tmp_path):
     path = tmp_path / "problem.toml"
     path.write_text(model() + table(zeta=np.zeros(3)), encoding="utf-8")
