@@ -9,8 +9,9 @@ demo: $(VENV)/.base
 	$(BIN)/cvxupdate run problems/structure_a/problem.toml
 	@echo "Open out/structure_a/run/report.html"
 
+# Byte code is kept, whatever the shell says: tests start Python some fifty times.
 test: $(VENV)/.test
-	$(BIN)/python -m pytest -n auto --dist worksteal
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto --dist worksteal
 
 lint: $(VENV)/.test
 	$(BIN)/ruff check .

@@ -16,14 +16,18 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE, TESTS, PAGE = ROOT / "cvxupdate", ROOT / "tests", ROOT / "docs" / "methods.md"
-CITED = re.compile(r"\(((?:[2-6]|9)\.\d[^()]*)\)")
-NUMBER = re.compile(r"(?<![\d.])(?:[2-6]|9)\.\d{1,3}(?:\.\d)?")
+STUDIES = ROOT / "validation" / "studies"
+CITED = re.compile(r"\(([^()]*(?:[2-6]|9)\.\d[^()]*)\)")
+BEGINS = re.compile(r"\s*(?:[2-6]|9)\.\d{1,3}(?!\d)")
+NUMBER = re.compile(r"(?<![\d.])(?:[2-6]|9)\.\d{1,3}(?:\.\d)?(?!\d)")
+RANGE = re.compile(r"(?<![\d.])([2-69])\.(\d{1,3})(?: to |–)\1\.(\d{1,3})(?!\d)")
 DOORS = ("cvxupdate.cli", "cvxupdate.commands", "cvxupdate.study", "cvxupdate.api")
 # lists that the registry reads by name
 LISTS = ("cvxupdate.convex.regularisers", "cvxupdate.convex.constraints", "cvxupdate.fe.elements")
 
 WAYS: tuple[tuple[str, str], ...] = (
     ("cvxupdate.direct", '`run`, `method = "direct"`, `direct = "…"` ([page](direct-methods.md))'),
+    ("cvxupdate.update.ceam", '`run`, `method = "ceam"`'),
     ("cvxupdate.residual.ceam", '`run`, `method = "ceam"`'),
     ("cvxupdate.residual.frf_filled", '`run`, `method = "rfm"`, `residual = "filled"`'),
     ("cvxupdate.residual.frf_modal", '`run`, `method = "rfm"`, `residual = "modal-balance"`'),
@@ -33,7 +37,6 @@ WAYS: tuple[tuple[str, str], ...] = (
     ("cvxupdate.recordings.appropriate", "`identify --method appropriation --indicator …`; `plan`"),
     ("cvxupdate.recordings.realise", "`identify --normal …`; `realise` of a recording"),
     ("cvxupdate.recordings.identify", "`identify --method …`"),
-    ("cvxupdate.update.classic_loop", '`run`, `form = "additive"` or `"multiplicative"`'),
     ("cvxupdate.update.classic", "`run`, `solution = …`"),
     ("cvxupdate.update.modal", '`run`, `method = "frequencies"` or `"sensitivity"`'),
     ("cvxupdate.update.minimum_variance", '`run`, `method = "minimum-variance"`'),
@@ -44,7 +47,11 @@ WAYS: tuple[tuple[str, str], ...] = (
     ("cvxupdate.correlate", "`correlate`"),
     ("cvxupdate.convex.regularisers", "`run`, `[[regularisation]]`"),
     ("cvxupdate.reduction", "`run`, `reduction` or `expansion`; `correlate`"),
-    ("cvxupdate.fe.damping", "`[model.damping]`"),
+    (
+        "cvxupdate.fe.damping",
+        "`identify` (`damping.toml`, `damping_measured.toml`); `[model.damping]`",
+    ),
+    ("cvxupdate.commands.identify_damping", "`identify` (`damping_measured.toml`)"),
     ("cvxupdate.commands.plan", "`plan`"),
 )
 """The longest prefix of a module says how its methods are reached."""
@@ -53,7 +60,7 @@ WAYS: tuple[tuple[str, str], ...] = (
 @dataclass(frozen=True)
 class Method:
     """A public function or class: ``cites`` equations, ``says`` the first sentence of its
-    docstring, ``way`` in, ``tests`` the test modules that name it."""
+    docstring, ``way`` in, ``tests`` the test modules and ``studies`` the studies that name it."""
 
     module: str
     name: str
@@ -61,6 +68,7 @@ class Method:
     says: str
     way: str
     tests: tuple[str, ...]
+    studies: tuple[str, ...]
 
     @property
     def code(self) -> str:
@@ -92,7 +100,7 @@ def methods() -> tuple[Method, ...]:
             if given_back and not module.startswith(LISTS):
                 continue
             text = ast.get_docstring(node) or ""
-            cites = [n for part in CITED.findall(text) for n in NUMBER.findall(part)]
+            cites = cited(text)
             if cites:
                 says = " ".join(text.split("\n\n")[0].split())
                 found.append(
@@ -103,9 +111,37 @@ def methods() -> tuple[Method, ...]:
                         says,
                         way_of(module) if (module, node.name) in reached() else "",
                         naming(node.name, module),
+                        studied(node.name, module),
                     )
                 )
     return tuple(sorted(found, key=lambda m: (_order(m.cites[0]), m.code)))
+
+
+def cited(text: str) -> list[str]:
+    """The numbers in brackets of a docstring, as (2.76, 2.77), (Baruch 1978; 2.76) or (2.17 to
+    2.21); those of a range one by one."""
+    out = []
+    for brackets in CITED.findall(text):
+        for part in brackets.split(";"):
+            if not BEGINS.match(part):
+                continue
+            wide = RANGE.sub(
+                lambda m: ", ".join(f"{m[1]}.{k}" for k in range(int(m[2]), int(m[3]) + 1)), part
+            )
+            out += NUMBER.findall(wide)
+    return list(dict.fromkeys(out))
+
+
+def _ranges(numbers: tuple[str, ...]) -> str:
+    """Numbers as text, three in a row or more as a range."""
+    rows: list[list[str]] = []
+    for number in numbers:
+        last = _order(rows[-1][-1]) if rows else ()
+        if last and len(last) == 2 and _order(number) == (last[0], last[1] + 1):
+            rows[-1].append(number)
+        else:
+            rows.append([number])
+    return ", ".join(f"{r[0]} to {r[-1]}" if len(r) > 2 else ", ".join(r) for r in rows)
 
 
 def _order(number: str) -> tuple[int, ...]:
@@ -141,6 +177,22 @@ def naming(name: str, module: str) -> tuple[str, ...]:
         elif part in words and package in text:
             others.append(t)
     return tuple(own or others)
+
+
+@cache
+def _study_texts() -> Mapping[str, tuple[str, frozenset[str]]]:
+    """Text and words of every study."""
+    out = {}
+    for p in sorted(STUDIES.glob("*.py")):
+        text = p.read_text(encoding="utf-8")
+        out[p.stem] = text, frozenset(re.findall(r"\w+", text))
+    return out
+
+
+def studied(name: str, module: str) -> tuple[str, ...]:
+    """The studies that name it and import from its package."""
+    package = ".".join(module.split(".")[:2])
+    return tuple(s for s, (t, words) in _study_texts().items() if name in words and package in t)
 
 
 @cache
@@ -232,18 +284,20 @@ def page() -> str:
         "",
         "Every part of the package that works by a numbered equation of chapters 2 to 6 or 9 of",
         "the thesis that [theory.md](theory.md) names: the way in, and tests that fail where it",
-        "is wrong. Chapters 7 and 8 have pages of their own ([generic",
-        "elements](generic-elements.md), [exact elements](exact-elements.md)). Written by",
+        "is wrong, and the [studies](studies.md) that use it by name. Chapters 7 and 8 have pages",
+        "of their own ([generic elements](generic-elements.md), [exact",
+        "elements](exact-elements.md)). Written by",
         "`python -m docs.methods` from the docstrings.",
         "",
-        "| equation | what | way in | tests |",
-        "|---|---|---|---|",
+        "| equation | what | way in | tests | studies |",
+        "|---|---|---|---|---|",
     ]
     for m in methods():
         way = m.way or f"none yet; in Python `from {m.module} import {m.name}`"
         says = re.split(r"(?<=[.:;])\s", m.says)[0].replace("|", "\\|").rstrip(":;")
         tests = ", ".join(f"`{t}`" for t in m.tests[:2])
-        out.append(f"| {', '.join(m.cites)} | `{m.code}`: {says} | {way} | {tests} |")
+        used = ", ".join(f"`{s}`" for s in m.studies[:2])
+        out.append(f"| {_ranges(m.cites)} | `{m.code}`: {says} | {way} | {tests} | {used} |")
     return "\n".join(out) + "\n"
 
 

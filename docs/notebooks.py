@@ -15,7 +15,8 @@ from typing import Any
 
 TUTORIALS = Path(__file__).resolve().parent / "tutorials"
 BLOCK = re.compile(r"```(\w+)([^\n]*)\n(.*?)```\n?", re.DOTALL)
-NAMED = re.compile(r'(title|replace)="([^"]+)"')
+NAMED = re.compile(r'title="(in )?([^",]+)(?:, instead)?"')
+"""Beside a block: ``title="FILE"`` is the file, ``title="in FILE, instead"`` its new lines."""
 KEY = re.compile(r"^(\w+) = ", re.MULTILINE)
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 
@@ -54,7 +55,7 @@ def code(language: str, beside: str, text: str) -> list[str]:
     named = NAMED.search(beside)
     if named is None:
         return []
-    if named[1] == "title":
+    if not named[1]:
         return [f"%%writefile {named[2]}\n{text.strip()}"]
     lines = [
         f"text = re.sub(r'(?m)^{key} = .*$', {line!r}, text)"

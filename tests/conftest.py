@@ -11,6 +11,7 @@ from pathlib import Path  # noqa: E402
 
 import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
+from hypothesis.internal.conjecture import providers  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
 if str(ROOT) not in sys.path:
@@ -20,7 +21,12 @@ if str(ROOT) not in sys.path:
 # `make test` draws the same examples every time; `make fuzz` draws new ones, and more of them.
 settings.register_profile("test", derandomize=True)
 settings.register_profile("fuzz", derandomize=False, max_examples=2000, deadline=None)
-settings.load_profile(os.environ.get("CVXUPDATE_FUZZ", "test"))
+PROFILE = os.environ.get("CVXUPDATE_FUZZ", "test")
+settings.load_profile(PROFILE)
+if PROFILE == "test" and hasattr(providers, "_get_local_constants"):
+    # Newer versions of hypothesis also draw what stands as a constant in those files of the package
+    # that are loaded by then: examples would depend on the tests that a worker did before.
+    providers._get_local_constants = lambda: providers.Constants()
 
 
 @pytest.fixture

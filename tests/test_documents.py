@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from cvxupdate import cli
-from docs.notebooks import notebook, path_of
+from docs.notebooks import NAMED, notebook, path_of
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -35,12 +35,13 @@ def squeezed(text: str) -> str:
 
 
 def written(beside: str, text: str) -> None:
-    """A block with ``title="FILE"`` is the file, one with ``replace="FILE"`` its new lines."""
-    name = re.search(r'(title|replace)="([^"]+)"', beside)
+    """A block with ``title="FILE"`` is the file, one with ``title="in FILE, instead"`` its new
+    lines."""
+    name = NAMED.search(beside)
     if name is None:
         return
     path = Path(name[2])
-    if name[1] == "title":
+    if not name[1]:
         path.write_text(text, encoding="utf-8")
         return
     old = path.read_text(encoding="utf-8")
@@ -109,6 +110,15 @@ def test_a_notebook_is_its_tutorial(page) -> None:
         lines = [x[4:] for x in block.splitlines() if x.startswith((">>> ", "... "))]
         lines += ["!" + x[2:] for x in block.splitlines() if x.startswith("$ ")]
         assert language == "toml" or (lines and all(line in ran for line in lines))
+
+
+def test_every_block_is_drawn_as_one() -> None:
+    """The site knows a title beside a block's language; anything else makes prose of the block, and
+    of what follows."""
+    for page in DOCS.rglob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        for beside in re.findall(r"(?m)^```(.+)$", text):
+            assert re.fullmatch(r'\w+( title="[^"]+")?', beside), (page.name, beside)
 
 
 def test_links_lead_somewhere() -> None:

@@ -1,7 +1,9 @@
-"""What the package says of itself: its dependencies, its extras, its citation."""
+"""What the package says of itself: its dependencies, its extras, its citation; that its tests are
+the same every time."""
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import shutil
@@ -13,6 +15,8 @@ import venv
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -60,6 +64,29 @@ def test_the_hooks_before_a_commit_are_those_of_make_lint() -> None:
 
 
 @pytest.mark.slow
+def test_examples_are_the_same_whatever_was_loaded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two workers draw the same, though one has loaded more of the package than the other."""
+
+    def drawn() -> list[int]:
+        some: list[int] = []
+
+        @settings(derandomize=True, database=None, max_examples=200)
+        @given(st.integers(0, 10**6))
+        def keep(number: int) -> None:
+            some.append(number)
+
+        keep()
+        return some
+
+    first = drawn()
+    (tmp_path / "loaded_later.py").write_text(f"NUMBERS = {tuple(range(1000, 1900))}\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert len(importlib.import_module("loaded_later").NUMBERS) == 900
+    assert drawn() == first and len(set(first)) > 100
+
+
 def test_the_wheel_works_by_itself(tmp_path: Path) -> None:
     """Built, put into an environment that has nothing but the dependencies, and used there, far
     from the checkout: templates and commands are in it."""

@@ -44,6 +44,13 @@ def modes_of(model, count, damped=False):
     ]
 
 
+def modes_of_matrices(K, M, count):
+    """The lowest ``count`` flexible modes of two matrices: (λ, shapes)."""
+    values, shapes = la.eigh(K, M)
+    flexible = np.flatnonzero(values > (2 * np.pi) ** 2)[:count]
+    return values[flexible], shapes[:, flexible]
+
+
 def lossy_toml():
     """Model X1 whose elements LOSSY alone have a loss factor: not proportional."""
     text = b.model_toml("X1")

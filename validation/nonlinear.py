@@ -193,7 +193,7 @@ def law(kind: int, s: Real, x: float, v: float, z: float) -> tuple[float, float]
     return 0.0, 0.0
 
 
-_law = numba.njit(law)
+_law = numba.njit(law, cache=True)
 
 
 def rate_of(
@@ -221,10 +221,10 @@ def rate_of(
     out[2 * n] = memory
 
 
-_rate = numba.njit(rate_of)
+_rate = numba.njit(rate_of, cache=True)
 
 
-@numba.njit
+@numba.njit(cache=True)
 def _march(n, lam, slow, push, place, kind, s, force, h, steps, drift, Y, A):  # type: ignore[no-untyped-def]
     """Classical Runge and Kutta, the force straight between the points of a clock FINE times as
     fast as the samples'."""

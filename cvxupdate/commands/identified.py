@@ -56,14 +56,32 @@ class InitialDamping:
     zeta: Real
 
 
+@dataclass(frozen=True, eq=False)
+class MeasuredDamping:
+    """(3.44) mode by mode: C_r = v vᵀ with ``vectors`` v = √(2 ω ζ) M φ_X (modes, N) over the DOFs
+    ``labels``, of measured shapes at unit modal mass, and ``frequency`` (Hz) and ``zeta`` (modes,).
+
+    ``coupling`` is the largest |φ_rᵀ M φ_s| of two of them: by as much, to first order, the damping
+    of one mode is not its own alone. ``first`` is the lowest element number that is free.
+    """
+
+    labels: tuple[str, ...]
+    frequency: Real
+    zeta: Real
+    vectors: Real
+    coupling: float
+    first: int
+
+
 @dataclass(frozen=True)
 class ModeSetResult:
     """The modes of one recording.
 
-    ``kind`` is "frf", "time" (FRFs estimated from it) or "ambient"; ``shapes`` (modes, channels)
-    complex, largest entry 1, with ``shape_std``; ``labels`` (channels,) as n6.y, ``nodes`` and
-    ``dofs`` likewise; ``auto_mac`` (modes, modes). ``spectrum`` is (curves, lines) over
-    ``spectrum_lines`` Hz, what stands behind the diagram; ``file`` the name of its table.
+    ``kind`` is "frf", "time" (FRFs estimated from it), "ambient" or "modes" (a table as it is);
+    ``shapes`` (modes, channels) complex, largest entry 1, with ``shape_std``; ``labels``
+    (channels,) as n6.y, ``nodes`` and ``dofs`` likewise; ``auto_mac`` (modes, modes). ``spectrum``
+    is (curves, lines) over ``spectrum_lines`` Hz, what stands behind the diagram; ``file`` the name
+    of its table; ``measured`` the modes' own damping matrices, where there is a model.
     """
 
     recording: str
@@ -87,6 +105,7 @@ class ModeSetResult:
     laws: DecayRates | None
     notes: tuple[str, ...]
     file: str = "modes.csv"
+    measured: MeasuredDamping | None = None
 
     @property
     def frequency(self) -> Real:

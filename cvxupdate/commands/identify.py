@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from cvxupdate.commands.identified import Identified, ModeSetResult
 from cvxupdate.commands.identify_ambient import of_responses
+from cvxupdate.commands.identify_damping import of_table, with_measured_damping
 from cvxupdate.commands.identify_frf import of_frf, routes_of
 from cvxupdate.commands.identify_options import LONGEST, METHODS, Options
 from cvxupdate.commands.sources import Source, open_source
@@ -47,6 +48,8 @@ def identify(
             skipped.append(f"{recording.origin.name}: {error}")
     if not sets:
         raise InputError("; ".join(skipped) or f"{source.path}: no recording to identify.")
+    if source.model is not None:
+        sets = with_measured_damping(sets, source.model)
     if len(sets) > 1:
         sets = [replace(s, file=f"modes_{k}.csv") for k, s in enumerate(sets, start=1)]
     return Identified(
@@ -80,7 +83,7 @@ def _one(recording: Recording, o: Options) -> ModeSetResult:
     from cvxupdate.recordings.types import FrequencyResponse, ModeTable
 
     if isinstance(recording, ModeTable):
-        raise RecordingError("a table of modes; there is nothing to identify")
+        return of_table(recording)
     if isinstance(recording, FrequencyResponse):
         return of_frf(recording, "frf", o, ())
     return _of_time(recording, o)

@@ -16,14 +16,15 @@ from cvxupdate.spec.read import read_toml
 
 if TYPE_CHECKING:
     from cvxupdate.correlate.result import Geometry
+    from cvxupdate.fe.model import Model
     from cvxupdate.recordings.read.contents import Progress
     from cvxupdate.recordings.types import Recording
 
 
 @dataclass(frozen=True)
 class Source:
-    """Recordings with the name and title of where they come from; ``geometry`` where a model goes
-    with them; ``notes`` what was taken for granted."""
+    """Recordings with the name and title of where they come from; ``geometry`` and ``model`` where
+    a model goes with them; ``notes`` what was taken for granted."""
 
     name: str
     title: str
@@ -31,6 +32,7 @@ class Source:
     recordings: tuple[Recording, ...]
     geometry: Geometry | None = None
     notes: tuple[str, ...] = ()
+    model: Model | None = None
 
 
 def open_source(
@@ -74,7 +76,8 @@ def _problem(given: Path | Spec, progress: Progress | None) -> Source:
     from cvxupdate.study import open_problem
 
     spec, model, recordings = open_problem(given, progress)
-    return Source(spec.name, spec.title, spec.shown, recordings, geometry_of(spec, model))
+    geometry = geometry_of(spec, model)
+    return Source(spec.name, spec.title, spec.shown, recordings, geometry, model=model)
 
 
 def _alone(spec: Spec, progress: Progress | None, notes: Iterable[str] = ()) -> Source:

@@ -46,7 +46,14 @@ class Certificate:
     @property
     def worst(self) -> float:
         """The largest of the six residuals; infinite when one is not a number."""
-        values = list(asdict(self).values())
+        values = (
+            self.primal,
+            self.dual,
+            self.gap,
+            self.complementarity,
+            self.primal_cone,
+            self.dual_cone,
+        )
         return max(values) if all(map(math.isfinite, values)) else math.inf
 
     def is_optimal(self, tolerance: float = 1e-6) -> bool:

@@ -23,7 +23,7 @@ def solve_certified(
     """Solve, certify by our own figures, and polish a quadratic program whose certificate is not
     yet good."""
     raw = solver.solve(program, choice)
-    certificate = certify(program, raw.x, raw.s, raw.z)
+    certificate = raw.certificate or certify(program, raw.x, raw.s, raw.z)
     if (
         not choice.polish
         or program.cones.beyond_qp
@@ -67,5 +67,10 @@ def polish(program: ConeProgram, raw: RawSolution) -> RawSolution:
     x, z = v[:n], np.zeros(program.b.size)
     z[active] = v[n:]
     return replace(
-        raw, x=x, z=z, s=program.b - program.A @ x, note=f"{raw.note}, polished".strip(", ")
+        raw,
+        x=x,
+        z=z,
+        s=program.b - program.A @ x,
+        note=f"{raw.note}, polished".strip(", "),
+        certificate=None,
     )

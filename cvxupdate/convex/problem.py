@@ -12,7 +12,15 @@ import numpy as np
 
 from ..errors import InputError
 from ..system import Array, LinearSystem
-from .constraints.clauses import Clause, ConicClause, Constraint, LinearClause, LinearRows, stack
+from .constraints.clauses import (
+    ACTIVE,
+    Clause,
+    ConicClause,
+    Constraint,
+    LinearClause,
+    LinearRows,
+    stack,
+)
 from .losses import LeastSquares, Loss
 from .regularisers.common import Regulariser
 from .regularisers.prior import Prior
@@ -105,21 +113,37 @@ def of_move(regulariser: Regulariser) -> bool:
 FINE = 1e3
 
 
-def box_clauses(columns: tuple[str, ...], centre: Array, radius: Array) -> tuple[LinearClause, ...]:
-    """The trust region |p − centre| ≤ radius as named clauses, one for each parameter with a finite
-    radius."""
-    one = np.ones((1, 1))
-    return tuple(
-        LinearClause(
-            f"trust region on {name}: within {r:g} of {c:g}",
-            (i,),
-            one,
-            np.array([c - r]),
-            np.array([c + r]),
+@dataclass(frozen=True, eq=False)
+class TrustRegion:
+    """|p − centre| ≤ radius, both (n,), for parameters of these names; free where the radius is
+    infinite."""
+
+    columns: tuple[str, ...]
+    centre: Array
+    radius: Array
+
+    @property
+    def clauses(self) -> tuple[LinearClause, ...]:
+        """A clause for each parameter with a finite radius."""
+        one = np.ones((1, 1))
+        return tuple(
+            LinearClause(self._name(i), (i,), one, np.array([c - r]), np.array([c + r]))
+            for i, (c, r) in enumerate(zip(self.centre, self.radius, strict=True))
+            if np.isfinite(r)
         )
-        for i, (name, c, r) in enumerate(zip(columns, centre, radius, strict=True))
-        if np.isfinite(r)
-    )
+
+    def active(self, p: Array) -> tuple[str, ...]:
+        """Names of the clauses that are active at p (n,), as `is_active` says of each: a loop asks
+        at every step, and writes a thousand clauses down for one that is."""
+        radius = np.where(np.isfinite(self.radius), self.radius, 0.0)
+        near = np.zeros(len(p), dtype=bool)
+        for limit in (self.centre - radius, self.centre + radius):
+            near |= np.abs(p - limit) <= ACTIVE * np.maximum(1e-3, np.abs(limit))
+        on = np.flatnonzero(near & np.isfinite(self.radius))
+        return tuple(self._name(i) for i in on.tolist())
+
+    def _name(self, i: int) -> str:
+        return f"trust region on {self.columns[i]}: within {self.radius[i]:g} of {self.centre[i]:g}"
 
 
 @dataclass(frozen=True, eq=False)

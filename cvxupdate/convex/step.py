@@ -16,7 +16,7 @@ from .conflict import Conflict, find_conflict
 from .constraints.clauses import Clause, is_active
 from .matrix_form import ConeProgram, cone_program
 from .polish import solve_certified
-from .problem import Model, StepProblem, box_clauses, compile_projection, compile_step
+from .problem import Model, StepProblem, TrustRegion, compile_projection, compile_step
 from .quadratic import quadratic_program, written
 from .relaxation import Relaxation
 from .solvers import SolverChoice, solver_named
@@ -139,7 +139,7 @@ class CompiledStep:
         """`solve` from the loss's reduced data and given weights; the objective lacks the constant
         of the reduction."""
         n = len(self.problem.columns)
-        box: tuple[Clause, ...] = ()
+        box = None
         region = None
         if radius is not None:
             middle = np.zeros(n) if centre is None else np.asarray(centre, dtype=float)
@@ -149,21 +149,21 @@ class CompiledStep:
                     f"trust region: the centre must be {n} finite numbers and the radius 0 or more."
                 )
             region = middle, size
-            box = box_clauses(self.problem.columns, middle, size)
-        clauses = (*self.problem.clauses, *box)
+            box = TrustRegion(self.problem.columns, middle, size)
         if self._written:
             step = run_program(
                 *quadratic_program(self.problem, R, d, tuple(weights), region, centre),
                 n,
-                clauses,
+                self.problem.clauses,
                 self.solver,
+                box,
             )
         else:
             model = self.plain if region is None else self.boxed
             if region is not None:
                 model.set_box(*region)
             model.set_data(R, d, weights, centre)
-            step = run_model(model, clauses, self.solver)
+            step = run_model(model, self.problem.clauses, self.solver, box)
         penalty = self.problem.penalty(step.p, centre, weights)
         return replace(step, objective=self.problem.loss.value(R @ step.p - d) + penalty)
 
@@ -176,17 +176,24 @@ class CompiledStep:
         return replace(step, objective=float(np.sum((step.p - p) ** 2)))
 
 
-def run_model(model: Model, clauses: tuple[Clause, ...], choice: SolverChoice) -> Step:
+def run_model(
+    model: Model, clauses: tuple[Clause, ...], choice: SolverChoice, box: TrustRegion | None = None
+) -> Step:
     """`run_program` of a model at its present Parameters."""
     program, (at,) = cone_program(model.problem, model.p)
-    return run_program(program, at, model.p.size, clauses, choice)
+    return run_program(program, at, model.p.size, clauses, choice, box)
 
 
 def run_program(
-    program: ConeProgram, at: int, n: int, clauses: tuple[Clause, ...], choice: SolverChoice
+    program: ConeProgram,
+    at: int,
+    n: int,
+    clauses: tuple[Clause, ...],
+    choice: SolverChoice,
+    box: TrustRegion | None = None,
 ) -> Step:
     """Solve a program whose n parameters begin at ``at``, certify the answer, and explain an
-    infeasible one."""
+    infeasible one; ``clauses`` and ``box`` are what it was made of."""
     start = time.perf_counter()
     solver = solver_named(choice.name)
     refusal = solver.refusal(program)
@@ -198,6 +205,7 @@ def run_program(
     if certificate.is_optimal(max(ACCEPTED, 10 * choice.tolerance)):
         p = raw.x[at : at + n]
         active = tuple(clause.name for clause in clauses if is_active(clause, p))
+        active += () if box is None else box.active(p)
         return Step(
             p,
             "optimal",
@@ -209,7 +217,7 @@ def run_program(
             iterations=raw.iterations,
             note=raw.note,
         )
-    conflict = find_conflict(clauses, n)
+    conflict = find_conflict((*clauses, *(() if box is None else box.clauses)), n)
     if conflict is not None:
         return infeasible_step(conflict, n, solver.name, time.perf_counter() - start)
     found = (

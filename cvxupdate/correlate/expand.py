@@ -50,7 +50,7 @@ def balanced(
 
     Dynamic expansion at each measured frequency balances every unmeasured DOF and is the sharpest,
     but it keeps the noise of the shapes, which stiffness turns into force. Where more than half of
-    the elastic forces is out of balance, that is noise: the shapes are then smoothed by SEREP.
+    the elastic forces is out of balance, noise is likely: the shapes are then smoothed by SEREP.
     """
     try:
         split = partition(m.K, m.M, sensors)
@@ -69,7 +69,7 @@ def balanced(
         return several, ()
     said = (
         f"{100 * level:.0f} % of the elastic forces of the measured shapes is out of balance: "
-        "that is noise rather than a fault of the model"
+        "noise in the shapes does that, and so do large faults of the model"
     )
     try:
         smooth = serep(flexible.shapes[:, : smooth_modes(flexible, sensors)], sensors)

@@ -13,9 +13,12 @@ from cvxupdate.direct.error_matrix import (
     sidhu_ewins,
 )
 from cvxupdate.direct.fuh_chen import fuh_chen
+from cvxupdate.direct.inman_minas import inman_minas
 from cvxupdate.direct.mixing import caesar_link, luk, ross, thoren
-from cvxupdate.direct.result import DirectUpdate, Faults, faults, reproduced
+from cvxupdate.direct.placement import modal_control, pole_placement, single_input
+from cvxupdate.direct.result import DirectUpdate, Faults, change_by_dof, faults, reproduced
 from cvxupdate.direct.wei import wei
+from cvxupdate.direct.weighted import error_deviation, he_ewins, park_lee
 
 __all__ = [
     "DirectUpdate",
@@ -26,17 +29,25 @@ __all__ = [
     "berman_nagy",
     "caesar",
     "caesar_link",
+    "change_by_dof",
+    "error_deviation",
     "faults",
     "flexibility",
     "fuh_chen",
     "gysin",
+    "he_ewins",
+    "inman_minas",
     "lieven_ewins",
     "luk",
     "minas_inman",
+    "modal_control",
+    "park_lee",
+    "pole_placement",
     "reproduced",
     "ross",
     "second_order",
     "sidhu_ewins",
+    "single_input",
     "symmetric_gain",
     "thoren",
     "wei",

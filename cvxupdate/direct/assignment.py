@@ -28,7 +28,7 @@ def minas_inman(
     D1: Real | None = None,
 ) -> DirectUpdate:
     """K_U = K − B₀ G D₀, C_U = C − B₀ G D₁ with the gain G that gives the structure the modes
-    (2.96, 2.97); not symmetric as a rule.
+    (2.93 to 2.97); not symmetric as a rule.
 
     Parameters
     ----------
@@ -114,13 +114,47 @@ def symmetric_gain(
 def zimmerman_widengren(
     K: Real, M: Real, C: Real, Phi: NDArray[Any], rates: NDArray[Any]
 ) -> DirectUpdate:
-    """Symmetric changes of C and K, of rank 2m, that give the structure the modes (Zimmerman and
-    Widengren 1990); see `symmetric_gain`."""
+    """Symmetric changes of C and K, in the span of the force residuals, that give the structure the
+    modes (Zimmerman and Widengren 1990); see `symmetric_gain`.
+
+    Real shapes uncouple the two: C Φ = −2 M Φ Re s, K Φ = M Φ |s|², and each change is the only
+    symmetric one of rank m, Y (Yᵀ Φ)⁻¹ Yᵀ.
+    """
     check(len(M), Phi.real)
+    name = "Zimmerman and Widengren"
+    if not np.any(np.imag(Phi)):
+        X = np.asarray(Phi.real)
+        MX = M @ X
+        return DirectUpdate(
+            name,
+            M.copy(),
+            K + _of_least_rank(X, MX * np.abs(rates)[None, :] ** 2, K @ X),
+            C + _of_least_rank(X, -2.0 * MX * np.real(rates)[None, :], C @ X),
+        )
     Y, Hc, Hk, _ = symmetric_gain(K, M, C, Phi, rates)
-    return DirectUpdate(
-        "Zimmerman and Widengren",
-        M.copy(),
-        symmetric(K + Y @ Hk @ Y.T),
-        symmetric(C + Y @ Hc @ Y.T),
-    )
+    return DirectUpdate(name, M.copy(), symmetric(K + Y @ Hk @ Y.T), symmetric(C + Y @ Hc @ Y.T))
+
+
+def _of_least_rank(X: Real, wanted: Real, now: Real) -> Real:
+    """Δ = Y (Yᵀ X)⁻¹ Yᵀ with Δ X = Y = ``wanted`` − ``now``; of modes that are right already
+    nothing."""
+    Y = wanted - now
+    size = np.linalg.norm(wanted, axis=0) + np.linalg.norm(now, axis=0)
+    moved = np.linalg.norm(Y, axis=0) > 1e-12 * size
+    if not np.any(moved):
+        return np.zeros((len(X), len(X)))
+    Y = Y[:, moved]
+    T = Y.T @ X[:, moved]
+    bound = 1e-9 * np.outer(size[moved], np.linalg.norm(X[:, moved], axis=0))
+    if np.any(np.abs(T - T.T) > np.maximum(bound, bound.T)):
+        raise InputError(
+            "symmetric assignment: no symmetric change gives these modes: the shapes are not "
+            "orthogonal in the mass matrix. Correct them first (baruch_shapes)."
+        )
+    T = symmetric(T)
+    if np.linalg.cond(T) > 1e13:
+        raise InputError(
+            "symmetric assignment: the force residuals of the modes cannot be told apart by the "
+            "shapes. Leave a mode out."
+        )
+    return symmetric(Y @ la.solve(T, Y.T, assume_a="sym"))

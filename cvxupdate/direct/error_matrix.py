@@ -36,11 +36,12 @@ def sidhu_ewins(K: Real, flexibility_x: Real, flexibility_a: Real | None = None)
     return symmetric(K @ (flexibility_a - flexibility_x) @ K)
 
 
-def second_order(K: Real, flexibility_x: Real) -> Real:
-    """ΔK ≈ ΔK₁ + ΔK₁ K_A⁻¹ ΔK₁ with ΔK₁ of `sidhu_ewins` (Zhang and Lallement 1987); the error is
-    of third order."""
-    first = sidhu_ewins(K, flexibility_x)
-    return symmetric(first + first @ la.solve(K, first, assume_a="sym"))
+def second_order(K: Real, flexibility_x: Real, flexibility_a: Real | None = None) -> Real:
+    """ΔK ≈ ΔK₁ + ΔK₁ K_A⁻¹ ΔK₁ with ΔK₁ of `sidhu_ewins` (Zhang and Lallement 1987), (N, N); the
+    error is of third order. Of the same few modes of both, ``flexibility_a`` those of the model."""
+    first = sidhu_ewins(K, flexibility_x, flexibility_a)
+    own = la.inv(K) if flexibility_a is None else flexibility_a
+    return symmetric(first + first @ (own - flexibility_x) @ K)
 
 
 def gysin(

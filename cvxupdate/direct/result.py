@@ -17,13 +17,14 @@ Real = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class DirectUpdate:
-    """Updated matrices (N, N), dense: ``M`` kg, ``K`` N/m, ``C`` N·s/m (None where the method has
-    no damping)."""
+    """Updated matrices (N, N), dense: ``M`` kg, ``K`` N/m, ``C`` N·s/m, ``D`` N/m (hysteretic; each
+    None where the method has no such damping)."""
 
     method: str
     M: Real
     K: Real
     C: Real | None = None
+    D: Real | None = None
 
 
 @dataclass(frozen=True)
@@ -61,11 +62,11 @@ def faults(
     Parameters
     ----------
     K_A, M_A : (N, N) initial matrices, sparse or dense; Phi : (N, m) assigned shapes.
-    eigenvalues : (m,) real λ = ω² (K φ = λ M φ), or complex rates s ((s² M + s C + K) φ = 0) when
-    the update has C.
+    eigenvalues : (m,) real λ = ω² (K φ = λ M φ), complex rates s ((s² M + s C + K) φ = 0) when the
+    update has C, complex λ ((K + i D) φ = λ M φ) when it has D.
     """
     K0, M0 = _dense(K_A), _dense(M_A)
-    matrices = [m for m in (update.M, update.K, update.C) if m is not None]
+    matrices = [m for m in (update.M, update.K, update.C, update.D) if m is not None]
     mass_min, stiffness_min = _smallest(update.M, M0), _smallest(update.K, K0)
     values, vectors = (
         la.eigh(K0, M0) if np.all(la.eigvalsh(M0) > 0) else (np.zeros(0), np.zeros((len(K0), 0)))
@@ -139,7 +140,10 @@ def _rigid_force(update: DirectUpdate, values: Real, vectors: Real) -> float:
 def reproduced(update: DirectUpdate, Phi: NDArray[Any], eigenvalues: NDArray[Any]) -> float:
     """Largest relative force residual of the assigned modes; see `faults`."""
     if update.C is None:
-        terms = [-(update.M @ Phi) * eigenvalues[None, :], update.K @ Phi]
+        stiff = update.K @ Phi
+        if update.D is not None:
+            stiff = stiff + 1j * (update.D @ Phi)
+        terms = [-(update.M @ Phi) * eigenvalues[None, :], stiff]
     else:
         terms = [
             (update.M @ Phi) * eigenvalues[None, :] ** 2,
@@ -151,6 +155,20 @@ def reproduced(update: DirectUpdate, Phi: NDArray[Any], eigenvalues: NDArray[Any
     # summed, as in any product.
     size = np.linalg.norm(np.abs(update.K) @ np.abs(Phi), axis=0)
     return float((force / np.where(size > 0, size, 1.0)).max())
+
+
+def change_by_dof(update: DirectUpdate, K_A: Any, M_A: Any) -> Real:
+    """The part (N,) of the squared change of K, M and D, each scaled to the unit diagonal of the
+    initial one, that stands in the row of each DOF; they add up to 1 (to 0 where nothing changed).
+    """
+    K0, M0 = _dense(K_A), _dense(M_A)
+    part = np.zeros(len(K0))
+    for change, first in ((update.K - K0, K0), (update.M - M0, M0), (update.D, K0)):
+        if change is not None:
+            s = _scale(first)
+            part += np.sum((s[:, None] * change * s[None, :]) ** 2, axis=1)
+    whole = float(part.sum())
+    return part / whole if whole > 0.0 else part
 
 
 def _dense(A: Any) -> Real:

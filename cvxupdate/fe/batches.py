@@ -86,7 +86,7 @@ def _loss(text: sm.Model) -> dict[str, float]:
 def _own(row: Row, text: sm.Model) -> dict[str, float]:
     """What an element says of itself: factors on its matrices, its loss factor (else that of its
     material)."""
-    out = {word: row.get(f"{word}_factor", 1.0) for word in ("stiffness", "mass")}
+    out = {word: row.get(f"{word}_factor", 1.0) for word in ("stiffness", "mass", "damping")}
     material = text.materials.get(row.get("material", ""))
     eta = row.get("eta")
     eta = eta if eta is not None or material is None else material.eta

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.linalg as la
@@ -83,6 +84,12 @@ class Problem:
         return np.asarray(out - self.R @ (self.carried.T @ x))
 
 
+def filled(A: sp.csc_array) -> Any:
+    """(N,) whether a column holds anything but zeros."""
+    until = np.concatenate([[0], np.cumsum(A.data != 0.0)])
+    return until[A.indptr[1:]] > until[A.indptr[:-1]]
+
+
 def flexible_modes(problem: Problem, count: int, dense: int) -> tuple[Real, Real]:
     """The lowest ``count`` flexible eigenvalues, ascending, and shapes (N, ≤ count), by LAPACK up
     to ``dense`` DOFs.
@@ -94,7 +101,7 @@ def flexible_modes(problem: Problem, count: int, dense: int) -> tuple[Real, Real
     """
     if problem.check_mass:
         check_mass(problem.M, dense)
-    heavy = np.flatnonzero(abs(problem.mass).sum(axis=0) > 0.0)
+    heavy = np.flatnonzero(filled(problem.mass))
     count = min(count, len(heavy))
     if count <= 0:
         return np.zeros(0), np.zeros((problem.size, 0))

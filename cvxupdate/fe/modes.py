@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Index
-from cvxupdate.fe.eigen import Problem, flexible_modes, unresisted
+from cvxupdate.fe.eigen import Problem, filled, flexible_modes, unresisted
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.rigid import free_motions, mass_normalised, pins, rigid_motions, rounding
@@ -177,9 +177,7 @@ def _besides_rigid(model: Model, shape: Real) -> Real:
 
 def _bare(K: sp.csc_array, M: sp.csc_array) -> Index:
     """DOFs that have neither stiffness nor mass."""
-    return np.flatnonzero((abs(K).sum(axis=0) == 0.0) & (abs(M).sum(axis=0) == 0.0)).astype(
-        np.int64
-    )
+    return np.flatnonzero(~filled(K) & ~filled(M)).astype(np.int64)
 
 
 def _negative_mass(model: Model, p: Real | None) -> bool:

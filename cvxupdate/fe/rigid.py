@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import weakref
+from typing import Any
+
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
@@ -20,9 +23,26 @@ TURNS = np.array(
 """r @ TURNS[k] is the motion of a point at r that turns about axis k by a unit."""
 
 
+_SEEN: dict[int, tuple[tuple[weakref.ref[Any], ...], Real]] = {}
+"""Motions by the number of the places they were made of, as long as those are there: a fit looks at
+one geometry thousands of times, through models that differ in their parameters."""
+
+
 def rigid_motions(model: Model) -> Real:
     """Three translations and three rotations about the centroid on the free DOFs, orthonormal
-    columns of full rank, (N, ≤ 6)."""
+    columns of full rank, (N, ≤ 6), read-only."""
+    made_of, key = (model.xyz, model.dof_node, model.dof_kind), id(model.xyz)
+    there = _SEEN.get(key)
+    if there is not None and all(ref() is a for ref, a in zip(there[0], made_of, strict=True)):
+        return there[1]
+    found = _rigid_motions(model)
+    found.setflags(write=False)
+    refs = tuple(weakref.ref(a, lambda _: _SEEN.pop(key, None)) for a in made_of)
+    _SEEN[key] = refs, found
+    return found
+
+
+def _rigid_motions(model: Model) -> Real:
     r = model.xyz[model.dof_node] - model.xyz.mean(axis=0)
     size = np.abs(r).max() or 1.0
     R = np.zeros((model.size, 6))

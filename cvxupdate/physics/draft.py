@@ -180,6 +180,8 @@ def change(
     for key in OWN:
         if key in moved:
             row[key] = not_negative(number, key, now[key])
+    if "damping" in moved:
+        _damping_factor(row, block, number, now)
     if moved & set(MADE_OF):
         material = {k: v for k, v in draft.model["materials"][row["material"]].items() if k != "G"}
         made = {k: now[k] for k in MADE_OF if k in now and (k != "G" or now[k] != 0.0)}
@@ -195,6 +197,16 @@ def change(
         if dof >= 0 and f"@e{number}." in model.labels[dof]:
             node, fresh = node_of(model, dof), draft.end(model, dof)
             row["nodes"] = [fresh if n == node else n for n in row["nodes"]]
+
+
+def _damping_factor(
+    row: dict[str, Any], block: Block, number: int, now: Mapping[str, float]
+) -> None:
+    """The factor on an element's damping; of a dashpot in its c."""
+    if block.kind.name == "dashpot":
+        row["c"] = not_negative(number, "c", now["c"] * now["damping"])
+    else:
+        row["damping_factor"] = not_negative(number, "damping_factor", now["damping"])
 
 
 def _file_loss(draft: Draft, row: Mapping[str, Any]) -> float:

@@ -54,8 +54,8 @@ def inspect_json(found: Inspection) -> str:
 
 def run_files(updated: Updated, folder: Path = Path()) -> tuple[dict[str, str], str]:
     """The files of `run`, {"result.json": text, "report.html": text, "updated/problem.toml": text}
-    (the last one where the updated model can be written as a problem file), and the JSON text by
-    itself; ``folder`` is where they will lie."""
+    (the last one where the updated model can be written as a problem file, of a direct method with
+    its matrices beside it), and the JSON text by itself; ``folder`` is where they will lie."""
     from cvxupdate.report.as_json import dumps, run_data
     from cvxupdate.report.run_page import run_page
 
@@ -63,6 +63,7 @@ def run_files(updated: Updated, folder: Path = Path()) -> tuple[dict[str, str], 
     files = {"result.json": text, "report.html": run_page(updated)}
     if updated.written is not None:
         files["updated/problem.toml"] = updated.written.text_in(folder / "updated")
+        files |= {f"updated/{name}": matrix for name, matrix in updated.matrix_files.items()}
     return files, text
 
 

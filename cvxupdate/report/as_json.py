@@ -35,8 +35,8 @@ FIRST = (
 
 def run_data(updated: Updated) -> dict[str, Any]:
     """`Updated` as plain data: what `result.json` of ``run`` holds."""
-    raw = asdict(replace(updated, written=None, geometry=None, overlays=()))
-    del raw["written"], raw["geometry"], raw["overlays"]
+    raw = asdict(replace(updated, written=None, geometry=None, overlays=(), matrix_files={}))
+    del raw["written"], raw["geometry"], raw["overlays"], raw["matrix_files"]
     if updated.status == "infeasible":
         raw["certificate"] = {
             **raw["certificate"],

@@ -28,6 +28,7 @@ def _row(d: DirectResult, chosen: bool) -> dict[str, Any]:
         "held": fixed(d.hold_out_error),
         "new": NOTHING if d.new_entries is None else str(d.new_entries),
         "definite": _definite(d),
+        "where": ", ".join(d.where),
         "spurious": NOTHING if d.spurious is None else str(d.spurious),
     }
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from cvxupdate.report.as_json import dumps, plain
 from cvxupdate.report.identify_page import identify_page
-from cvxupdate.report.identify_table import block, damping_block, modes_csv
+from cvxupdate.report.identify_table import block, damping_block, measured_damping_files, modes_csv
 
 if TYPE_CHECKING:
     from cvxupdate.commands.identified import Identified, ModeSetResult
@@ -18,6 +18,7 @@ def identify_files(found: Identified) -> tuple[dict[str, str], str]:
     files = {"result.json": text, "report.html": identify_page(found)}
     for s in found.sets:
         files[s.file] = modes_csv(s)
+        files |= measured_damping_files(s)
     blocks = [damping_block(s) for s in found.sets]
     if any(blocks):
         files["damping.toml"] = "\n".join(b for b in blocks if b)
@@ -70,5 +71,8 @@ def _set(s: ModeSetResult) -> dict[str, Any]:
         "normal": [vars(n) for n in s.normal],
         "block": block(s),
         "initial_damping": None if s.initial is None else vars(s.initial),
+        "measured_damping": None
+        if s.measured is None
+        else {k: getattr(s.measured, k) for k in ("frequency", "zeta", "coupling")},
         "notes": s.notes,
     }

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from cvxupdate.report import identify_figures as figures
 from cvxupdate.report.correlate_parts import svg
-from cvxupdate.report.identify_table import block, damping_block
+from cvxupdate.report.identify_table import block, damping_block, measured_damping_files
 from cvxupdate.report.moving import Motion, moving_shape
 from cvxupdate.report.numbers import count, fixed, number, seconds, with_deviation
 from cvxupdate.report.page import command, render
@@ -30,6 +30,7 @@ HOW = {
     "realisation": "poles by the eigensystem realisation algorithm, shapes by least squares",
     "ibrahim": "poles by Ibrahim's time-domain method (2.18 to 2.21), shapes by least squares",
     "appropriation": "appropriated forces (2.35 to 2.44)",
+    "table": "as the table has them",
     "ssi": "covariance-driven stochastic subspace identification: responses alone",
 }
 
@@ -90,6 +91,7 @@ def _part(k: int, s: ModeSetResult, found: Identified) -> dict[str, Any]:
         "normal": [_normal(s, n) for n in s.normal],
         "block": block(s),
         "damping_block": damping_block(s),
+        "measured": next(iter(measured_damping_files(s).items()), None),
     }
 
 

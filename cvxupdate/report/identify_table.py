@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
     from cvxupdate.commands.identified import ModeSetResult
+    from cvxupdate.recordings.types import Real
 
 REAL = 1e-9
 """Imaginary parts below this are none."""
@@ -42,8 +44,8 @@ def modes_csv(s: ModeSetResult) -> str:
         if np.all(np.isfinite(values)) and (key == "damping" or np.all(np.array(values) > 0.0)):
             head.append(key)
             figures.append(values)
-    std = np.sqrt(np.mean(np.asarray(s.shape_std)[:, columns or [0]] ** 2, axis=1))
-    if columns and np.all(np.isfinite(std)) and np.all(std > 0.0):
+    std = np.sqrt(np.mean(np.asarray(s.shape_std)[:, columns] ** 2, axis=1)) if columns else None
+    if std is not None and np.all(np.isfinite(std)) and np.all(std > 0.0):
         head.append("shape_std")
         figures.append(std.tolist())
     for k in columns:
@@ -71,6 +73,46 @@ def damping_block(s: ModeSetResult) -> str:
         f'# kind = "structural"    # the same loss factor everywhere\n# eta = {d.eta:.6g}\n\n'
         f'# kind = "modal"         # each mode its own\n# zeta = [{ratios}]\n'
     ).replace("\r", " ")
+
+
+def measured_damping_files(s: ModeSetResult) -> dict[str, str]:
+    """The damping matrices of the modes as matrix rows of a problem file, each with a file of its
+    own; empty where there are none."""
+    d = s.measured
+    if d is None:
+        return {}
+    stem = s.file.removeprefix("modes").removesuffix(".csv")  # "" or "_2"
+    names = [f"damping{stem}_mode{k}.mtx" for k in range(1, len(d.zeta) + 1)]
+    labels = json.dumps(list(d.labels))
+    lines = [
+        f"# (3.44): C = 2 omega zeta (M phi)(M phi)^T of each of {s.recording}'s "
+        f"{len(d.zeta)} modes,".replace("\n", " "),
+        "# phi its measured shape on all DOFs, instead of a [model.damping] table. Two of the",
+        f"# shapes are coupled in the mass by {d.coupling:.2g} at most. The ratios as parameters:",
+        '# parameters = [{ group = "measured damping", of = "damping", each = "element" }]',
+        "[[model.elements]]",
+        'type = "matrix"',
+        'group = "measured damping"',
+        f"labels = {labels}",
+        "rows = [",
+    ]
+    for k, name in enumerate(names):
+        lines.append(
+            f'  {{ id = {d.first + k}, damping = "{name}" }},'
+            f"  # {d.frequency[k]:.5g} Hz, zeta {d.zeta[k]:.4g}"
+        )
+    out = {f"damping_measured{stem}.toml": "\n".join([*lines, "]", ""])}
+    return out | {name: _rank_one(v) for name, v in zip(names, d.vectors, strict=True)}
+
+
+def _rank_one(v: Real) -> str:
+    """v vᵀ as Matrix Market text, its lower triangle."""
+    i, j = np.tril_indices(len(v))
+    keep = (v[i] != 0.0) & (v[j] != 0.0)
+    i, j = i[keep], j[keep]
+    entries = zip((i + 1).tolist(), (j + 1).tolist(), (v[i] * v[j]).tolist(), strict=True)
+    head = f"%%MatrixMarket matrix coordinate real symmetric\n{len(v)} {len(v)} {len(i)}\n"
+    return head + "".join(f"{a} {b} {c!r}\n" for a, b, c in entries)
 
 
 def block(s: ModeSetResult) -> str:

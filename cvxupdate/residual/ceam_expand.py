@@ -3,6 +3,7 @@ section 2.5."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,9 @@ from cvxupdate.reduction import (
     gysin,
     hybrid_tam,
     irs,
+    kidder,
     partition,
+    petersmann,
     serep,
     serepa,
     tam,
@@ -35,7 +38,21 @@ Index = NDArray[np.int64]
 FORCE_WEIGHT = 1e6
 REFINED = 3
 DENSE = 300  # DOFs up to which the null-space basis itself is formed
-EXPANSIONS = ("dynamic", "null-space", "guyan", "irs", "gysin", "serep", "serepa", "tam", "hybrid")
+EXPANSIONS = (
+    "dynamic",
+    "kidder",
+    "petersmann",
+    "null-space",
+    "guyan",
+    "irs",
+    "gysin",
+    "serep",
+    "serepa",
+    "tam",
+    "hybrid",
+)
+TERMS, SLAVES = 3, 20
+"""Terms of Kidder's series, modes of Petersmann's: enough well below the slaves' resonances."""
 
 
 def null_space_basis(Z: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -149,31 +166,32 @@ def transformation(
 ) -> Transformation:
     """The expansion matrix of section 2.5 over the masters ``at``, in their order; ``modes`` for
     the modal ones (as many as were measured)."""
-    if expansion in ("guyan", "irs", "gysin", "hybrid", "dynamic"):
+    if expansion not in (*BY_MODES, "hybrid"):
         split = partition(m.K, m.M, at)
-        if expansion == "hybrid":
-            return hybrid_tam(_shapes(modes, len(at)), m.M, guyan(split))
-        if expansion == "dynamic":
-            return dynamic(split, frequency)
-        return (
-            guyan(split)
-            if expansion == "guyan"
-            else irs(split)
-            if expansion == "irs"
-            else gysin(split, frequency)
-        )
-    if expansion not in ("serep", "serepa", "tam"):
-        raise InputError(
-            f"expansion {expansion!r} is not known; choose one of {', '.join(EXPANSIONS)}."
-        )
+        ways: dict[str, Callable[[], Transformation]] = {
+            "guyan": lambda: guyan(split),
+            "irs": lambda: irs(split),
+            "dynamic": lambda: dynamic(split, frequency),
+            "gysin": lambda: gysin(split, frequency),
+            "kidder": lambda: kidder(split, frequency, TERMS),
+            "petersmann": lambda: petersmann(split, frequency, min(SLAVES, split.slaves.size)),
+        }
+        if expansion not in ways:
+            raise InputError(
+                f"expansion {expansion!r} is not known; choose one of {', '.join(EXPANSIONS)}."
+            )
+        return ways[expansion]()
     phi = _shapes(modes, len(at))
-    return (
-        serep(phi, at)
-        if expansion == "serep"
-        else serepa(phi, at)
-        if expansion == "serepa"
-        else tam(phi, at)
-    )
+    if expansion == "hybrid":
+        return hybrid_tam(phi, m.M, guyan(partition(m.K, m.M, at)))
+    return BY_MODES[expansion](phi, at)
+
+
+BY_MODES: Mapping[str, Callable[[Real, Index], Transformation]] = {
+    "serep": serep,
+    "serepa": serepa,
+    "tam": tam,
+}
 
 
 def _shapes(modes: Modes | None, most: int) -> Real:

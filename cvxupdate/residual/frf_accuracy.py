@@ -48,8 +48,8 @@ def accuracy(
     change: Real | float = 0.05,
     rounds: int = 8,
 ) -> Accuracy:
-    """The log function of a test: the receptance matrix of the ``measured`` DOFs with relative
-    r.m.s. ``noise`` on every entry.
+    """The log function (5.32) of a test, with the spectral radius (5.6) and the norms (5.12, 5.15):
+    the receptance matrix of the ``measured`` DOFs with relative r.m.s. ``noise`` on every entry.
 
     ``change``: the parameter error that is sought: p itself (n,) where it is known, or the
     deviation that every parameter may have (a number): then ‖ΔZ‖ is the root of the mean square

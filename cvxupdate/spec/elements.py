@@ -23,9 +23,7 @@ from pydantic import Field
 from cvxupdate.keys import (
     DofKind,
     Id,
-    NonNegative,
     Part,
-    Positive,
     Table,
     Text,
     Vector,
@@ -33,6 +31,7 @@ from cvxupdate.keys import (
 )
 from cvxupdate.registry import ELEMENTS
 from cvxupdate.spec.division import Divide, undivided
+from cvxupdate.spec.factors import DampingFactor, Loss, MassFactor, StiffnessFactor
 from cvxupdate.spec.outlines import Inspect, sound
 
 Group = Annotated[Text | None, Field(description="name of the group the element belongs to")]
@@ -41,15 +40,6 @@ OneOrTwoNodes = Annotated[tuple[Id, ...], Field(min_length=1, max_length=2)]
 TwoNodes = Annotated[tuple[Id, ...], Field(min_length=2, max_length=2)]
 FourNodes = Annotated[tuple[Id, ...], Field(min_length=4, max_length=4)]
 MassKind = Annotated[Literal["consistent", "lumped"], Field(description="mass matrix")]
-StiffnessFactor = Annotated[
-    Positive,
-    Field(description="factor on the stiffness matrix (structural damping is not scaled by it)"),
-]
-MassFactor = Annotated[Positive, Field(description="factor on the mass matrix")]
-Loss = Annotated[
-    NonNegative | None,
-    Field(description="loss factor; absent: that of the material, else of [model.damping]"),
-]
 ElementId = Annotated[Id, Field(description="element number, unique in the model")]
 Labels = Annotated[
     Literal["auto"] | Text | tuple[Text, ...],
@@ -179,6 +169,7 @@ class LineRow(Row):
     N: float = Field(default=0.0, description="axial preload of a beam, tension positive [N]")
     stiffness_factor: StiffnessFactor = 1.0
     mass_factor: MassFactor = 1.0
+    damping_factor: DampingFactor = 1.0
     eta: Loss = None
 
 
@@ -216,6 +207,7 @@ class PlateRow(Row):
     section: Text = Field(description="name of a section of shape plate")
     stiffness_factor: StiffnessFactor = 1.0
     mass_factor: MassFactor = 1.0
+    damping_factor: DampingFactor = 1.0
     eta: Loss = None
     group: Group = None
 
@@ -259,6 +251,7 @@ class MatrixRow(Row):
     )
     stiffness_factor: StiffnessFactor = 1.0
     mass_factor: MassFactor = 1.0
+    damping_factor: DampingFactor = 1.0
     eta: Loss = None
     group: Group = None
 

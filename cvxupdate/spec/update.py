@@ -17,7 +17,7 @@ from cvxupdate.keys import (
 )
 from cvxupdate.registry import REGULARISERS
 from cvxupdate.spec.update_parameters import ParameterRow
-from cvxupdate.spec.whole import DIRECT, Whole
+from cvxupdate.spec.whole import DIRECT, EXPANSIONS, Whole
 
 NonNegativeCount = Annotated[int, Field(ge=0)]
 SOLVERS = ("CLARABEL", "OSQP", "SCS", "PIQP", "PROXQP", "DAQP", "QUADPROG", "HIGHS")
@@ -149,8 +149,9 @@ class Update(Part):
     form: Literal["additive", "multiplicative", "bounded"] = Field(
         default="additive",
         description="multiplicative: the trust region is a share of each parameter's "
-        "present factor 1 + p, so that none changes its sign (the scaling of 3.50, whose own "
-        "iteration has no trust region); bounded: of the distance between its bounds",
+        "present factor 1 + p, so that none changes its sign; bounded: of the distance between its "
+        "bounds. With a classical solution, which has no trust region: multiplicative solves for "
+        "changes of the present factors, 1 + p = Π (1 + Δp) (3.50, 3.51), others for all of p",
     )
     line_search: bool = Field(
         default=False,
@@ -208,12 +209,11 @@ class Update(Part):
         default=None,
         description="rfm: relative standard deviation of the FRFs; absent: what the recordings say",
     )
-    expansion: Literal[
-        "dynamic", "null-space", "guyan", "irs", "gysin", "serep", "serepa", "tam", "hybrid"
-    ] = Field(
+    expansion: Literal[EXPANSIONS] = Field(  # type: ignore[valid-type]
         default="null-space",
-        description="ceam: how DOFs that were not measured are found; null-space, "
-        "dynamic and gysin are repeated as the model improves",
+        description="ceam, direct: how DOFs that were not measured are found; null-space, "
+        "dynamic, its series kidder and petersmann (2.54 to 2.56), and gysin are repeated by ceam "
+        "as the model improves",
     )
     self_assign: NonNegativeCount = Field(
         default=0,

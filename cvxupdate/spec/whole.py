@@ -19,11 +19,31 @@ DIRECT = (
     "luk",
     "sidhu-ewins",
     "second-order",
+    "he-ewins",
+    "park-lee",
     "gysin",
     "lieven-ewins",
     "minas-inman",
+    "inman-minas",
+    "zimmerman-widengren",
+    "pole-placement",
+    "modal-control",
 )
 """The direct methods; a test compares them with `cvxupdate.direct.methods`."""
+EXPANSIONS = (
+    "dynamic",
+    "kidder",
+    "petersmann",
+    "null-space",
+    "guyan",
+    "irs",
+    "gysin",
+    "serep",
+    "serepa",
+    "tam",
+    "hybrid",
+)
+"""From measured DOFs to all; a test compares them with `cvxupdate.residual.ceam_expand`."""
 
 
 class Whole(Part):

@@ -18,7 +18,7 @@ from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterat
 
 SETTLED = 1e-6
 """Change of p below which whitening and expanding once more is left out."""
-REPEATED = ("null-space", "dynamic", "gysin")
+REPEATED = ("null-space", "dynamic", "kidder", "petersmann", "gysin")
 """Expansions that become exact as the model does, so that they are made anew at every solution."""
 
 
@@ -31,8 +31,8 @@ def assign(
     progress: Callable[[Iteration], None] | None = None,
     passes: int = 8,
 ) -> tuple[LoopResult[CeamPoint], int]:
-    """Solve, whiten the rows at the solution, solve again, until p settles: (last loop, number of
-    passes).
+    """Solve the assignment (6.13 to 6.22), whiten the rows at the solution, solve again, until p
+    settles: (last loop, number of passes).
 
     With complete shapes and a model linear in p each pass is one convex step, exact for its
     weights; exact data need one pass only. Incomplete shapes are expanded anew in each pass, but

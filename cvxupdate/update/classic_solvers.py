@@ -24,8 +24,8 @@ class Picard:
 
 
 def svd_least_squares(A: Array, b: Array, level: int | None = None, rcond: float = 1e-12) -> Array:
-    """p = Σ σ_i⁻¹ (u_iᵀ b) v_i over the first ``level`` terms (4.11; 4.10 as the errata has it);
-    None: all above ``rcond`` σ_1.
+    """p = Σ σ_i⁻¹ (u_iᵀ b) v_i over the first ``level`` terms (2.124; 4.11; 4.10 as the errata
+    has it); None: all above ``rcond`` σ_1.
 
     Raises
     ------
@@ -151,8 +151,8 @@ def landweber(
     discrepancy: float | None = None,
     relaxation: float = 1.0,
 ) -> Iterated:
-    """Landweber–Fridman: p ← p + τ Aᵀ(b − A p), τ = relaxation/σ₁² (0 < relaxation < 2); the number
-    of iterations regularises.
+    """Landweber–Fridman (2.121): p ← p + τ Aᵀ(b − A p), τ = relaxation/σ₁² (0 < relaxation < 2);
+    the number of iterations regularises.
 
     Stops where ‖A p − b‖ ≤ ``discrepancy``.
 
@@ -183,8 +183,8 @@ def conjugate_gradients(
     discrepancy: float | None = None,
     tolerance: float = 1e-12,
 ) -> Iterated:
-    """CGLS on the normal equations without forming them (Hestenes & Stiefel 1952): p from the
-    Krylov space of Aᵀ b; stopping early regularises.
+    """CGLS (2.122, 2.123) on the normal equations without forming them (Hestenes & Stiefel 1952): p
+    from the Krylov space of Aᵀ b; stopping early regularises.
 
     Stops after ``iterations`` (None: 10 n, since rounding spoils the finite termination), where ‖A
     p − b‖ ≤ ``discrepancy``, or where ‖Aᵀ r‖ has fallen by ``tolerance``.

@@ -185,6 +185,10 @@ def fit_classical(
     """p ← the solution of the equations linearised at p, until it stays: every time for all of p,
     so that what is not determined stays that of the nominal model.
 
+    Where ``options.relative`` says so of a parameter, its equations are solved for the change Δ of
+    its present factor, 1 + p ← (1 + p)(1 + Δ) (3.50, 3.51): what is not determined then stays as it
+    is, and the regularisation holds each change, not their product.
+
     ``residual(p)`` makes the comparison whose weights belong to p. ``options.line_search`` takes
     the best of seven lengths from 1 to 2⁻⁶. The objective of the history is the squared weighted
     residual.
@@ -202,13 +206,14 @@ def fit_classical(
     says = ""
     for number in range(1, options.max_iterations + 1):
         A, b = point.system().weighted()
-        solved = solve_by_name(A, b, held)
+        factor, held_p = _factors(point.p, options)
+        solved = solve_by_name(A * factor, b - A @ held_p, held)
         says = solved.says if number <= CHOSEN else says
         if number == CHOSEN:
             held = replace(asked, level=solved.level, alpha=solved.alpha)
-        step = solved.p - point.p
+        step = held_p + factor * solved.p - point.p
         new, length = _moved(residual, problem, point, step, options.line_search)
-        if new is None or not np.all(np.abs(solved.p) < LOST):
+        if new is None or not np.all(np.abs(point.p + step) < LOST):
             reason = "the next solution is no structure: the iteration ran away"
             break
         point = new
@@ -225,6 +230,15 @@ def fit_classical(
     step_made = Step(point.p, "optimal", objective_at(problem, point), NO_CERTIFICATE, "none", 0.0)
     ends = (start, point, step_made, status, reason, tuple(history))
     return LoopResult(*ends, problem, None, classical=made)
+
+
+def _factors(p: Array, options: Options) -> tuple[Array, Array]:
+    """What one unit of an unknown is, and the p that it is counted from: 1 and 0, of a relative
+    change the present factor and the present p."""
+    if not options.relative:
+        return np.ones(len(p)), np.zeros(len(p))
+    relative = np.array(options.relative)
+    return np.where(relative, 1.0 + p, 1.0), np.where(relative, p, 0.0)
 
 
 def _line(number: int, value: float, size: float, p: Array) -> Iteration:

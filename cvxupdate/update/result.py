@@ -96,8 +96,8 @@ class AccuracyResult:
 class DirectResult:
     """One direct method on the problem's modes: what it ``changes``, relative changes of the
     matrices (Frobenius), mean errors of fitted and held-out frequencies in per cent, and the faults
-    that `cvxupdate.direct.faults` measures; ``why`` says why it could not be done (then the rest is
-    None)."""
+    that `cvxupdate.direct.faults` measures; ``where`` the nodes that change most; ``why`` says why
+    it could not be done (then the rest is None)."""
 
     name: str
     title: str
@@ -112,6 +112,7 @@ class DirectResult:
     stiffness_min: float | None = None
     new_entries: int | None = None
     spurious: int | None = None
+    where: tuple[str, ...] = ()
     says: tuple[str, ...] = ()
     why: str = ""
 
@@ -194,8 +195,9 @@ class Updated:
     ``accuracy`` is of method rfm alone; ``recordings`` holds the error of each by itself,
     ``warnings`` what is probably a mistake in the problem; ``starts`` what many starts found, where
     they were asked for;
-    ``written`` is the updated model as a problem file, where it can be one; ``caveats`` say
-    what keeps a converged update from being an improvement; ``direct`` is of method direct alone;
+    ``written`` is the updated model as a problem file, where it can be one, and ``matrix_files``
+    the texts of the matrices that it names; ``caveats`` say what keeps a converged update from
+    being an improvement; ``direct`` is of method direct alone;
     ``families`` are the element matrices that were found, X and S, and what they mean;
     ``groupings`` the macro elements that the recordings chose, and ``geometry`` what to draw them
     on; ``overlays`` are frequency responses before and after, for the page alone;
@@ -241,3 +243,4 @@ class Updated:
     correlations: Correlation | None = None
     judgement: Judgement | None = None
     overlays: tuple[FrfOverlay, ...] = ()
+    matrix_files: dict[str, str] = field(default_factory=dict)

@@ -266,3 +266,13 @@ def test_a_truncated_record_is_never_a_shorter_record(name: str, fraction: float
 def test_a_json_nested_without_end() -> None:
     assert_read_or_refused(b"[" * 100_000, ".json")
     assert_read_or_refused(b'{"data":' * 50_000, ".json")
+
+
+@pytest.mark.parametrize("name", ["a.stored.npz", "a.npy", "a.mat", "a.h5", "b.uff"])
+def test_a_nan_that_signals_is_a_nan(name: str) -> None:
+    """One bit beyond the largest number is a nan at which a processor raises a flag."""
+    raw = original(name)
+    value = DATA[57, 1].tobytes()
+    signal = np.array([0x7FF4_0000_0000_0001], dtype=np.uint64).tobytes()
+    assert raw.count(value) == 1 and np.isnan(np.frombuffer(signal)[0])
+    assert_read_or_refused(raw.replace(value, signal), Path(name).suffix)

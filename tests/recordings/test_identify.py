@@ -275,6 +275,36 @@ def test_a_silent_response_is_borne_and_a_silent_reference_named() -> None:
         identify_modes(response(H, f))
 
 
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("unit", [1.0, 1e-6])
+def test_motions_that_do_not_couple_are_identified_together(unit: float, known: bool) -> None:
+    """Each of two references moves half of the responses, and the other half not at all: every mode
+    of both halves is found, its shape zero in the other half, whatever the size of the figures."""
+    f = np.arange(5.0, 120.0, 0.1)
+    both = (np.array([22.0, 47.03, 83.0]), np.array([31.02, 64.01, 101.0]))
+    H = np.zeros((len(f), 6, 2), dtype=complex)
+    wanted = {}
+    for half, frequencies in enumerate(both):
+        shapes, participation = structure(3, [0], 3, seed=half)
+        values = poles_of(frequencies, 0.01)
+        own = slice(3 * half, 3 * half + 3)
+        H[:, own, half] = modal_frf(f, values, shapes, participation)[:, :, 0]
+        for frequency, shape in zip(frequencies, shapes, strict=True):
+            wanted[frequency] = np.zeros(6)
+            wanted[frequency][own] = shape
+    rng = np.random.default_rng(9)
+    H = unit * H
+    size = np.abs(H)
+    data = H * (1.0 + 0.02 * rng.uniform(-1.0, 1.0, H.shape))
+    variance = np.maximum((0.02 * size) ** 2 / 3.0, 1e-6 * np.median(size[size > 0.0]) ** 2)
+    found = identify_modes(response(data, f, variance if known else None), max_order=24)
+    for frequency, shape in wanted.items():
+        k = int(np.argmin(np.abs(found.frequency - frequency)))
+        assert abs(found.frequency[k] - frequency) < 1e-3 * frequency
+        like = abs(np.vdot(found.shapes[k], shape)) ** 2
+        assert like > 0.99 * np.linalg.norm(found.shapes[k]) ** 2 * np.linalg.norm(shape) ** 2
+
+
 def test_modes_that_the_diagram_cannot_tell_apart_are_found_in_the_misfit() -> None:
     """Two modes half a half-power width apart, one of them a thirtieth of the other at the only
     reference: orders up to 30 show one."""

@@ -109,7 +109,8 @@ def test_translations_alone_are_enough(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "expansion", ["null-space", "guyan", "irs", "gysin", "serep", "tam", "hybrid"]
+    "expansion",
+    ["null-space", "kidder", "petersmann", "guyan", "irs", "gysin", "serep", "tam", "hybrid"],
 )
 def test_expansions_improve_the_model(tmp_path, expansion):
     updated = study.run(

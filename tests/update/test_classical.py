@@ -136,6 +136,31 @@ def test_run_finds_exact_parameters(problem, solution):
     assert found.classical.chosen == "given"
 
 
+def test_the_multiplicative_form_holds_each_change_and_not_their_product(problem):
+    """(3.50), (3.51): where it stays no change is left, so that Tikhonov's weight no longer draws
+    the factors back to the nominal ones, as it does where all of p is solved for."""
+    keys = 'solution = "tikhonov"\nalpha = 100.0\n'
+    truth = np.array(list(TRUTH.values()))
+    ends = {}
+    for form in ("additive", "multiplicative"):
+        found = run(problem(f'{keys}form = "{form}"'))
+        assert found.status == "converged"
+        ends[form] = np.linalg.norm([q.p for q in found.parameters] - truth)
+    assert ends["multiplicative"] < 1e-5 and ends["additive"] > 1e-2
+
+
+def test_factors_multiply(problem):
+    """One step of least squares in relative changes is that of p; the second multiplies on it."""
+    p = {}
+    for form in ("additive", "multiplicative"):
+        for steps in (1, 2):
+            keys = f'solution = "truncated-svd"\nlevel = 3\nform = "{form}"\n'
+            found = run(problem(f"{keys}max_iterations = {steps}"))
+            p[form, steps] = np.array([q.p for q in found.parameters])
+    for steps in (1, 2):  # of full rank: the unknowns in other units
+        assert p["additive", steps] == pytest.approx(p["multiplicative", steps], abs=1e-9)
+
+
 def test_a_truncated_solution_leaves_what_it_does_not_see_nominal(problem):
     found = run(problem('solution = "truncated-svd"\nlevel = 1\nmax_iterations = 8'))
     p = np.array([q.p for q in found.parameters])

@@ -6,10 +6,11 @@ import json
 import numpy as np
 import pytest
 
+from cvxupdate.direct.methods import NAMES
 from cvxupdate.errors import InputError
 from cvxupdate.report import run_files
 from cvxupdate.report.words import certificate_sentence
-from cvxupdate.study import run
+from cvxupdate.study import correlate, run
 
 MODEL = """
 [model]
@@ -69,7 +70,8 @@ def test_fitted_modes_are_reproduced_and_the_faults_are_said(problem):
     assert found.method == "direct: berman-nagy" and found.parameters == ()
     assert "nothing to certify" in certificate_sentence(found)
     assert any("connectivity is lost" in line for line in found.caveats)
-    assert len(found.direct) == 13 and all(d.why or d.new_entries is not None for d in found.direct)
+    assert [d.name for d in found.direct] == list(NAMES)
+    assert all(d.why or (d.new_entries is not None and d.where) for d in found.direct)
     held = found.fit["hold_out"]["frequency_error_percent_mean"]
     # a formula knows nothing of the spring: what was not fitted stays as wrong as it was
     assert held["after"] > 0.2 * held["before"]
@@ -85,9 +87,48 @@ def test_the_page_and_the_data(problem, tmp_path):
     files, text = run_files(run(problem("wei")), tmp_path)
     page = files["report.html"]
     assert "Direct methods on the same modes" in page and "Minas and Inman" in page
-    assert "nothing to certify" in page and "updated/problem.toml" not in files
+    assert "nothing to certify" in page and "Most change at" in page
     data = json.loads(text)
-    assert data["certificate"]["none"] is True and len(data["direct"]) == 13
+    assert data["certificate"]["none"] is True and len(data["direct"]) == len(NAMES)
+
+
+def test_the_matrices_are_a_problem_of_their_own(problem, tmp_path):
+    """What is written has the modes that were assigned, also to `correlate`."""
+    files, _ = run_files(run(problem("berman-nagy")), tmp_path)
+    for name in ("updated/problem.toml", "updated/stiffness.mtx", "updated/mass.mtx"):
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(files[name], encoding="utf-8")
+    again = correlate(tmp_path / "updated" / "problem.toml")
+    assert again.fit["fit"]["frequency_error_percent_max"]["after"] < 1e-6
+    assert again.fit["fit"]["mac_min"]["after"] > 1 - 1e-9
+
+
+def test_what_is_not_symmetric_is_no_model(problem, tmp_path):
+    found = run(problem("minas-inman"))
+    files, _ = run_files(found, tmp_path)
+    assert "updated/problem.toml" not in files
+    assert any("not symmetric" in note for note in found.notes)
+
+
+def test_frequencies_alone_are_placed(tmp_path):
+    """Without shapes pole placement still moves what was measured, and nothing else."""
+    text = (
+        '\n[[recordings]]\nkind = "modes"\nrows = [{ frequency = 60.0, mode = 1 }, '
+        "{ frequency = 130.0, mode = 2 }]\n"
+        '\n[[recordings]]\nkind = "modes"\nuse = "hold-out"\n'
+        "rows = [{ frequency = 170.0, mode = 3 }]\n"
+    )
+    path = tmp_path / "problem.toml"
+    path.write_text(MODEL + text + UPDATE.format("pole-placement"), encoding="utf-8")
+    found = run(path)
+    assert found.fit["fit"]["frequency_error_percent_mean"]["after"] < 1e-9
+    held = found.fit["hold_out"]["frequency_error_percent_mean"]
+    assert held["after"] == pytest.approx(held["before"], rel=1e-9)
+    assert [d.name for d in found.direct if not d.why] == ["pole-placement", "modal-control"]
+    alone = found.direct[-1]
+    assert alone.fit_error < 1e-9 and alone.hold_out_error == pytest.approx(held["before"])
+    assert "the model's own shapes" in found.notes[0]
 
 
 def test_frequencies_alone_are_not_enough(tmp_path):

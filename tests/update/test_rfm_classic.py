@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from cvxupdate.errors import InputError
 from cvxupdate.system import LinearSystem
-from cvxupdate.update.classic_loop import classic_loop
 from cvxupdate.update.classic_solvers import (
     conjugate_gradients,
     landweber,
@@ -21,6 +20,7 @@ from cvxupdate.update.classic_solvers import (
     tikhonov,
     total_least_squares,
 )
+from validation.studies.classic_loop import classic_loop
 
 
 def problem(m=20, n=6, seed=0, noise=0.0):

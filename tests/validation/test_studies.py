@@ -89,13 +89,48 @@ def check_strings(results):
     assert min(error, key=error.get) == "middle of the short edges"
 
 
+def check_domains(found):
+    domains, _ = found
+    same, other = domains["X1"], domains["X2"]
+    assert same[0] < 1e-9 < 1e-5 < other[0]  # a second solution only where the target is one's own
+    assert same[1] < 1e-8 and other[2] < 1e-9  # of another structure p = -1 alone is left
+    assert same[3] < 1e-9
+
+
+def check_chapter4(found):
+    rows, sweeps = found
+    at = {(title, name): (p, seen) for title, name, p, seen, *_ in rows}
+    first = "chain, 10 %: truncated SVD, n_t (Fig. 4.3)"
+    assert at[first, "17"][0] < at[first, "21"][0]  # truncation pays
+    assert np.median(sweeps["landweber"]) > 10 * np.median(sweeps["conjugate gradients"])
+
+
+def check_conditions(found):
+    rows, printed = found
+    _, one, _, _, _, away, _, left, _, _ = rows[0]
+    assert one < 1e-2 and away < 1e-2 and left < 1e-4  # case 1: near the truth, by the series
+    assert rows[-1][2] < 1e-3 and rows[-1][6] < 1e-3 and rows[-1][8] < 1e-6  # case 2: near -1
+    assert max(row[9] for row in rows) < 1e-5  # (5.30) at every size
+    assert printed[0.0][0][0] < 1e-6 and printed[0.001][0][2]
+
+
+def check_plates(found):
+    updated, error, seen = found["A", False]
+    assert updated.status == "converged" and len(updated.parameters) == 140
+    assert error[1] < 0.5 * error[0] and seen[1] < 0.5 * seen[0]
+
+
 CHECKS = {
     "ceam_cases": check_ceam_cases,
+    "ceam_domains": check_domains,
     "ceam_table_6_2": check_ceam_table,
     "expansion_ranking": check_ranking,
+    "plates_rfm": check_plates,
     "rfm_accuracy": check_accuracy,
     "rfm_bay_noise": check_bay_noise,
     "rfm_chapter3": check_nothing_given,
+    "rfm_chapter4": check_chapter4,
+    "rfm_conditions": check_conditions,
     "rfm_iterations": check_iterations,
     "rfm_noise_in_a": check_noise_in_a,
     "rfm_regularisation": check_regularisation,

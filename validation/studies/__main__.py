@@ -13,7 +13,7 @@ from pathlib import Path
 from validation.studies.wish import Wish
 
 HERE = Path(__file__).resolve().parent
-PARTS = ("__init__", "__main__", "bay_case", "wish")
+PARTS = ("__init__", "__main__", "bay_case", "classic_loop", "wish")
 OUT = Path("out") / "studies"
 BLANK = "\n\n"
 

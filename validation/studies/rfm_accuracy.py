@@ -16,9 +16,9 @@ from cvxupdate.fe.modes import model_modes
 from cvxupdate.residual.frf import FrfResidual
 from cvxupdate.residual.frf_accuracy import accuracy
 from cvxupdate.residual.frf_points import choose_points
-from cvxupdate.update.classic_loop import classic_loop
 from cvxupdate.update.classic_solvers import svd_least_squares
 from validation.studies.bay_case import CORNER, NINETEEN, TRUTH, bay, data_of, error, fe1, fit
+from validation.studies.classic_loop import classic_loop
 
 NOISE = 0.005
 LEVELS = (0.001, 0.005, 0.01, 0.05, 0.1)

@@ -16,9 +16,9 @@ import numpy as np
 from cvxupdate.convex import L1, Entropy, GroupL1, Tikhonov
 from cvxupdate.residual.frf import FrfResidual
 from cvxupdate.residual.frf_points import choose_points
-from cvxupdate.update.classic_loop import classic_loop
 from cvxupdate.update.trust_region import objective_at
 from validation.studies.bay_case import CORNER, bay, data_of, error, fe1, fit, ranked
+from validation.studies.classic_loop import classic_loop
 
 LEVELS = (0.005, 0.01, 0.02, 0.05)
 POINTS = 40

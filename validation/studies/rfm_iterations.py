@@ -20,11 +20,11 @@ import numpy as np
 
 from cvxupdate.residual.frf import FrfResidual
 from cvxupdate.study import open_problem
-from cvxupdate.update.classic_loop import classic_loop
 from cvxupdate.update.parts import loop_options, solver_choice, step_problem
 from cvxupdate.update.rfm import prepare
 from cvxupdate.update.rfm_loop import fit_responses
 from validation.studies.bay_case import PROBLEMS
+from validation.studies.classic_loop import classic_loop
 
 FORMS = {
     "additive": {},

@@ -18,6 +18,9 @@ from ...errors import InputError
 from ...system import Array
 from ..context import Key
 
+ACTIVE = 1e-6
+"""Of a limit: what is nearer to it than this part of it lies on it."""
+
 
 @dataclass(frozen=True, eq=False)
 class LinearClause:
@@ -161,7 +164,7 @@ def violation(clause: Clause, p: Array) -> float:
     return float(max(0.0, np.max(clause.lower - value), np.max(value - clause.upper)))
 
 
-def is_active(clause: Clause, p: Array, tolerance: float = 1e-6) -> bool:
+def is_active(clause: Clause, p: Array, tolerance: float = ACTIVE) -> bool:
     """Whether an inequality of the clause holds with equality at p, or the clause is an equality.
 
     ``tolerance`` is relative to the limit (and to 1e-3 of the parameter's unit for limits near 0).

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -32,17 +33,18 @@ def solve(program: ConeProgram, choice: SolverChoice) -> RawSolution:
     start = time.perf_counter()
     scale = 1.0
     raw = best = _solve_scaled(program, choice, scale)
-    worst = certify(program, raw.x, raw.s, raw.z).worst
+    proof = certify(program, raw.x, raw.s, raw.z)
+    worst = proof.worst
     for _ in range(RETRIES):
         if worst <= max(GOOD, 10 * choice.tolerance):
             break
         size = abs(program.objective(raw.x) - program.constant) if raw.status == "optimal" else 0.0
         scale = scale / 1000 if size == 0.0 or abs(np.log10(scale * size / 10)) < 0.5 else 10 / size
         raw = _solve_scaled(program, choice, scale)
-        found = certify(program, raw.x, raw.s, raw.z).worst
-        if found < worst:
-            best, worst = raw, found
-    return replace(best, seconds=time.perf_counter() - start)
+        found = certify(program, raw.x, raw.s, raw.z)
+        if found.worst < worst:
+            best, proof, worst = raw, found, found.worst
+    return replace(best, seconds=time.perf_counter() - start, certificate=proof)
 
 
 def _solve_scaled(program: ConeProgram, choice: SolverChoice, scale: float) -> RawSolution:
@@ -50,7 +52,8 @@ def _solve_scaled(program: ConeProgram, choice: SolverChoice, scale: float) -> R
     if scale != 1.0:
         scaled = replace(program, P=program.P * scale, q=program.q * scale)
     if program.A.nnz + program.P.nnz <= LARGE:
-        raw = _solve(scaled, choice, "qdldl")
+        dense = sum((k * (k + 1) // 2) ** 2 for k in program.cones.psd)
+        raw = _solve(scaled, choice, "faer" if dense > LARGE else "qdldl")
         return replace(raw, z=raw.z / scale)
     if filled_by_squares(program) > program.A.nnz + program.P.nnz:
         # Far fewer residuals than parameters: their squares fill a matrix that they leave sparse.
@@ -85,7 +88,7 @@ def _solve(program: ConeProgram, choice: SolverChoice, factorisation: str) -> Ra
         clarabel.PSDTriangleConeT(k) for k in c.psd
     ]
     cones += [clarabel.ExponentialConeT() for _ in range(c.exp)]
-    P, A = sp.csc_matrix(sp.triu(program.P)), sp.csc_matrix(program.A)
+    P, A = sp.csc_matrix(_upper(program.P)), sp.csc_matrix(program.A)
     start = time.perf_counter()
     found = clarabel.DefaultSolver(P, program.q, A, program.b, cones, settings).solve()
     seconds = time.perf_counter() - start
@@ -99,6 +102,12 @@ def _solve(program: ConeProgram, choice: SolverChoice, factorisation: str) -> Ra
     )
     x, z, s = np.asarray(found.x), np.asarray(found.z), np.asarray(found.s)
     return RawSolution(x, z, s, status, seconds, int(found.iterations), word)
+
+
+def _upper(P: Any) -> Any:
+    """The upper triangle; of a diagonal matrix, as most are, itself."""
+    column = np.repeat(np.arange(P.shape[1]), np.diff(P.indptr))
+    return P if np.all(P.indices <= column) else sp.triu(P)
 
 
 SOLVER = Solver("CLARABEL", frozenset({"soc", "psd", "exp"}), solve)

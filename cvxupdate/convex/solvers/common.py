@@ -9,6 +9,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...system import Array
+from ..certificate import Certificate
 from ..matrix_form import ConeProgram
 
 CONE_WORDS = {"soc": "second-order cone", "psd": "semidefinite cone", "exp": "exponential cone"}
@@ -46,7 +47,8 @@ class RawSolution:
     infeasible, stopped, or refused (the solver cannot take such a program; ``note`` says why).
 
     With "infeasible" ``z`` is the solver's proof of it, NaN when it gives none; ``note`` is the
-    solver's own word.
+    solver's own word. ``certificate`` is `certify` of the program at (x, s, z) where the adapter
+    has looked already, None where it has not.
     """
 
     x: Array
@@ -56,6 +58,7 @@ class RawSolution:
     seconds: float
     iterations: int = 0
     note: str = ""
+    certificate: Certificate | None = None
 
 
 @dataclass(frozen=True)

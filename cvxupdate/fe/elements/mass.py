@@ -16,11 +16,11 @@ from cvxupdate.spec.elements import (
     ElementText,
     Group,
     Lacking,
-    MassFactor,
     OneNode,
     Row,
     translation_lacking,
 )
+from cvxupdate.spec.factors import DampingFactor, MassFactor
 
 _PLACES = {"m": (0, 1, 2), "Ixx": (3,), "Iyy": (4,), "Izz": (5,)}
 
@@ -38,6 +38,7 @@ class MassRow(Row):
         description="the lump is taken off what the other elements have: it counts negative",
     )
     mass_factor: MassFactor = 1.0
+    damping_factor: DampingFactor = 1.0
     group: Group = None
 
 

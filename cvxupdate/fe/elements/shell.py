@@ -27,12 +27,10 @@ from cvxupdate.spec.elements import (
     ElementText,
     Group,
     Lacking,
-    Loss,
-    MassFactor,
     MassKind,
     Row,
-    StiffnessFactor,
 )
+from cvxupdate.spec.factors import DampingFactor, Loss, MassFactor, StiffnessFactor
 from cvxupdate.spec.model import PlateSection
 
 _SIX = ("x", "y", "z", "rx", "ry", "rz")
@@ -76,6 +74,7 @@ class ShellRow(Row):
     surface: Surface = "middle"
     stiffness_factor: StiffnessFactor = 1.0
     mass_factor: MassFactor = 1.0
+    damping_factor: DampingFactor = 1.0
     eta: Loss = None
     group: Group = None
 

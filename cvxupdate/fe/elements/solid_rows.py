@@ -14,12 +14,10 @@ from cvxupdate.spec.elements import (
     Block,
     Group,
     Lacking,
-    Loss,
-    MassFactor,
     MassKind,
     Row,
-    StiffnessFactor,
 )
+from cvxupdate.spec.factors import DampingFactor, Loss, MassFactor, StiffnessFactor
 
 INCOMPRESSIBLE = 0.499
 """Poisson's ratio above which elements of displacements alone lock."""
@@ -34,6 +32,7 @@ class SolidRow(Row):
     material: Text = Field(description="name of a material")
     stiffness_factor: StiffnessFactor = 1.0
     mass_factor: MassFactor = 1.0
+    damping_factor: DampingFactor = 1.0
     eta: Loss = None
     group: Group = None
 

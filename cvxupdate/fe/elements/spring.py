@@ -15,11 +15,10 @@ from cvxupdate.spec.elements import (
     Block,
     ElementText,
     Group,
-    Loss,
     OneOrTwoNodes,
     Row,
-    StiffnessFactor,
 )
+from cvxupdate.spec.factors import DampingFactor, Loss, StiffnessFactor
 
 
 class SpringRow(Row):
@@ -32,6 +31,7 @@ class SpringRow(Row):
         default=None, description="several DOFs instead of `dof`, each with the same value"
     )
     stiffness_factor: StiffnessFactor = 1.0
+    damping_factor: DampingFactor = 1.0
     eta: Loss = None
     group: Group = None
 

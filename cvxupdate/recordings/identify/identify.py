@@ -47,22 +47,27 @@ def _weights(H: Complex, variance: Real | None) -> Real:
     that came from few averages can be tiny by chance; it is not let fall below a tenth of its
     running median over eleven lines.
     """
+    power = np.mean(np.abs(H) ** 2, axis=0)
+    # a response that is silent under one reference and not under another does not couple with it:
+    # the zero is a figure like any other. One that is silent under all says nothing.
+    alive = np.any(power > 0.0, axis=1, keepdims=True)
     if variance is None:
-        level = np.sqrt(np.mean(np.abs(H) ** 2, axis=0, keepdims=True))
+        row = np.sum(power, axis=1, keepdims=True) / np.maximum(
+            np.sum(power > 0.0, axis=1, keepdims=True), 1
+        )
+        level = np.sqrt(np.where(power > 0.0, power, row))
         return np.broadcast_to(np.sqrt(2.0) / np.where(level > 0.0, level, np.inf), H.shape).copy()
     reach = np.clip(np.arange(H.shape[0])[:, None] + np.arange(-5, 6), 0, H.shape[0] - 1)
     finite = np.where(np.isfinite(variance), variance, np.nan)
     with np.errstate(all="ignore"):
         running = np.nanmedian(finite[reach], axis=1)
-    power = np.mean(np.abs(H) ** 2, axis=0)
     floor = np.maximum(0.1 * running, 1e-16 * power)
     safe = np.maximum(
         np.where(np.isfinite(variance), variance, np.inf),
         np.where(np.isfinite(floor), floor, np.inf),
     )
-    return np.asarray(
-        np.where(power > 0.0, np.sqrt(2.0 / np.where(power > 0.0, safe, 1.0)), 0.0)
-    )  # a silent FRF says nothing
+    known = alive & (safe > 0.0)
+    return np.asarray(np.where(known, np.sqrt(2.0 / np.where(known, safe, 1.0)), 0.0))
 
 
 def _reweighted(s: Setting, fit: LinearFit) -> Setting:
@@ -219,8 +224,15 @@ def _refined(
 
 
 def _output_weights(weights: Real) -> Real:
-    """One weight per line and output: the harmonic mean of the variances over the references."""
-    return np.asarray(1.0 / np.sqrt(np.mean(1.0 / np.maximum(weights, 1e-150) ** 2, axis=2)))
+    """One weight per line and output: the harmonic mean of the variances over the references that
+    say anything of it (motions that do not couple are zero under some); all but zero where none
+    does."""
+    says = weights > 0.0
+    variance = np.where(says, 1.0 / np.where(says, weights, 1.0) ** 2, 0.0).sum(axis=2)
+    count = says.sum(axis=2)
+    return np.asarray(
+        np.sqrt(np.where(count > 0, count / np.where(count > 0, variance, 1.0), 1e-300))
+    )
 
 
 def _result(

@@ -33,12 +33,10 @@ def pieces_of(
 
     def pieces(size: int) -> Iterator[Real]:
         for at in range(0, columns[0].shape[0], size):
-            yield (
-                np.stack(
-                    [np.asarray(np.real(c[at : at + size]), dtype=float) for c in columns], axis=1
-                )
-                * scales
-            )
+            piece = [np.asarray(np.real(c[at : at + size]), dtype=float) for c in columns]
+            with np.errstate(invalid="ignore"):  # a damaged file's nan may signal; it is said later
+                scaled = np.stack(piece, axis=1) * scales
+            yield scaled
             release(*columns)
 
     return pieces
