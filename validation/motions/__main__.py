@@ -16,21 +16,17 @@ from pathlib import Path
 from typing import Any
 
 from validation import calibrate
+from validation.motions.attempts import attempted
 from validation.motions.cases import COUNT, EVALUATION, draw, secret
 from validation.motions.effects import graded
 from validation.motions.files import make
-from validation.rigs.__main__ import attempt, procedure, rows_of
+from validation.rigs.__main__ import procedure, rows_of
 from validation.rigs.totals import say, summary, told
 
 HERE = Path(__file__).resolve().parent
 OUT = HERE.parents[1] / "out" / "motions"
 FEW = 24  # cases of a run for development
 CLOCK = "follows the clock"  # what a diagnosis says of drift
-
-
-def attempted(seed: int, folder: Path, state: str, limit: float) -> dict[str, Any]:
-    """One case: generated, diagnosed, written."""
-    return attempt(seed, folder, state, limit, make=make)
 
 
 def files() -> list[Path]:

@@ -13,41 +13,19 @@ import argparse
 import json
 import shutil
 import sys
-import tempfile
-import time
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from validation import calibrate
 from validation.parallel import workers
+from validation.plates.attempts import tried
 from validation.plates.cases import COUNT, EVALUATION
 from validation.plates.files import KEPT, kept, make, remember
 
 HERE = Path(__file__).resolve().parent
 OUT = HERE.parents[1] / "out" / "plates"
 SEEN = 1.0  # what nuisance parameters leave of an effect, in noise and discretisation: visible
-
-
-def tried(seed: int, folder: Path, state: str, limit: float) -> dict[str, Any]:
-    """One case written, diagnosed and judged; its file."""
-    begin = time.process_time()
-    try:
-        with calibrate.alarmed(limit, processor=True), tempfile.TemporaryDirectory() as name:
-            case = make(seed, Path(name))
-            begin = time.process_time()
-            truth = tomllib.loads((Path(name) / "truth.toml").read_text(encoding="utf-8"))
-            row = calibrate.judged(calibrate.diagnose(Path(name) / "problem.toml"), truth)
-            row["family"] = case.design.family
-    except calibrate.TooLong:
-        row = calibrate.failed(f"longer than {limit:.0f} s of the processor")
-    except Exception as error:  # one case that fails is reported, and leaves the others alone
-        row = calibrate.failed(f"{type(error).__name__}: {error}")
-    row = {"seed": seed, "state": state, "seconds": round(time.process_time() - begin, 2), **row}
-    text = json.dumps(row, ensure_ascii=False, indent=1, allow_nan=False)
-    calibrate.save(folder / f"{seed}.json", text + "\n")
-    return row
 
 
 def visible(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:

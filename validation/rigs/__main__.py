@@ -11,15 +11,12 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import tempfile
-import time
-import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from validation import calibrate
-from validation.rigs import generate
+from validation.rigs.attempts import attempt, attempt_reference
 from validation.rigs.cases import COUNT, FIRST, LABORATORIES, labels, secret
 from validation.rigs.judge import Grade, judged
 from validation.rigs.totals import say, summary, told
@@ -27,69 +24,11 @@ from validation.rigs.totals import say, summary, told
 HERE = Path(__file__).resolve().parent
 OUT = HERE.parents[1] / "out" / "rigs"
 JUDGES = ("__main__.py", "judge.py", "totals.py")  # a case is judged anew each time
-KEPT = ("physics", "location", "parameters", "standard_deviation", "confidence", "says")
 
 
 def procedure() -> list[Path]:
     """The files that a case's recordings depend on."""
     return [p for p in sorted(HERE.glob("*.py")) if p.name not in JUDGES]
-
-
-def attempt(
-    seed: int,
-    folder: Path,
-    state: str,
-    limit: float,
-    problem: str = "problem.toml",
-    make: Callable[[int, Path], object] = generate.make,
-) -> dict[str, Any]:
-    """Generate and diagnose one case and write its file: what was said, beside the truth. A case
-    that fails or takes more than ``limit`` seconds of the processor has said nothing."""
-    said: dict[str, Any] = {}
-    why = ""
-    with tempfile.TemporaryDirectory() as name:
-        make(seed, Path(name))
-        truth = tomllib.loads((Path(name) / "truth.toml").read_text(encoding="utf-8"))
-        begin, cpu = time.perf_counter(), time.process_time()
-        try:
-            with calibrate.alarmed(limit, processor=True):
-                said = calibrate.diagnose(Path(name) / problem)
-        except calibrate.TooLong:
-            why = f"more than {limit:.0f} s of the processor"
-        except Exception as error:  # whatever goes wrong in one case is reported with it
-            why = f"{type(error).__name__}: {error}".replace(name, "…")
-    row = {
-        "seed": seed,
-        "state": state,
-        "seconds": round(time.perf_counter() - begin, 2),
-        "cpu": round(time.process_time() - cpu, 2),
-        "why": why,
-        "said": _short(said),
-        "truth": truth,
-    }
-    text = json.dumps(row, ensure_ascii=False, indent=1, allow_nan=False)
-    calibrate.save(folder / f"{seed}.json", text + "\n")
-    return row
-
-
-def attempt_reference(seed: int, folder: Path, state: str, limit: float) -> dict[str, Any]:
-    """The same with the recordings of the reference state."""
-    return attempt(seed, folder, state, limit, "reference.toml")
-
-
-def _short(said: Mapping[str, Any]) -> dict[str, Any]:
-    out = {k: said[k] for k in ("verdict", "says", "fit", "evidence") if k in said}
-    out["findings"] = [
-        {
-            **{k: f[k] for k in KEPT if k in f},
-            "equivalent": [
-                {"physics": q["physics"], "location": q["location"]}
-                for q in f.get("equivalent", ())
-            ],
-        }
-        for f in said.get("findings", ())
-    ]
-    return out
 
 
 def rows_of(raw: Sequence[Mapping[str, Any]], grade: Grade | None = None) -> list[dict[str, Any]]:

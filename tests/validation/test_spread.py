@@ -1,0 +1,35 @@
+"""What a laboratory hands to its processes can be found again in each of them."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.parametrize(
+    ("laboratory", "arguments"),
+    [
+        ("rigs", ["--laboratory", "tables", "--seed", "3000", "--only", "chain", "--count", "60"]),
+        ("motions", ["--seed", "0", "--count", "2"]),
+        ("plates", ["--seed", "0", "--count", "2"]),
+    ],
+)
+def test_two_processes_do_the_cases(tmp_path: Path, laboratory: str, arguments: list[str]) -> None:
+    """No case is diagnosed: each has less time than that takes, and says so in its file."""
+    command = [sys.executable, "-m", f"validation.{laboratory}", *arguments, "--jobs", "2"]
+    done = subprocess.run(
+        [*command, "--limit", "0.01", "--out", str(tmp_path)],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+        timeout=300,
+    )
+    assert "Traceback" not in done.stderr, done.stderr[-2000:]
+    cases = [json.loads(p.read_text(encoding="utf-8")) for p in tmp_path.rglob("cases/*.json")]
+    assert len(cases) > 1 and all("than 0 s" in c["why"] for c in cases)
