@@ -167,11 +167,14 @@ class ResponseEvidence(Linear):
     def setting(
         self, model: Model, faults: Sequence[Fault], like: ResponseSetting | None = None
     ) -> ResponseSetting:
-        """A model against the recordings at the level of another setting (None: the first)."""
+        """A model against the recordings at the level of another setting (None: the first), with a
+        damping ratio for every mode that has one there."""
         d, level = self.data, 0 if like is None else like.level
         signals, shift = d.levels[level], d.shift_of(model)
         made = setting_for(model, self.original, signals, d.top, faults, shift, self._space)
-        return replace(made, level=level, mixed=d.mixed)
+        made = replace(made, level=level, mixed=d.mixed)
+        more = like is not None and like.damped > made.damped
+        return replace(made, zeta=like.zeta, mesh=like.mesh) if like is not None and more else made
 
     def at_level(self, setting: ResponseSetting, level: int) -> ResponseSetting:
         """The same against those of another level."""

@@ -15,7 +15,7 @@ from cvxupdate.diagnose.search.alike import elsewhere
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.guided import guided
 from cvxupdate.diagnose.search.race import entered, merged, raced
-from cvxupdate.diagnose.search.several import further, in_their_place, pairs, simpler
+from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
 from cvxupdate.diagnose.settings import (
     COARSE,
     DAMPING_GAIN,
@@ -111,6 +111,9 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         ways = [] if alone else [way for way in (several, grown) if way]  # each has its own end
         several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
     several = elsewhere(evidence, several, progress)
+    lighter = busy(evidence, several, progress)
+    singles = merged(singles, [h for h in lighter if len(h.effects) == 1])
+    several = merged(several, [h for h in lighter if len(h.effects) > 1])
     return Found(
         tuple(best_of(*rankings)),
         tuple(singles),

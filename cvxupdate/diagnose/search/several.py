@@ -23,9 +23,11 @@ from cvxupdate.diagnose.settings import (
     MOST_EFFECTS,
     MOVES,
     PARTNERS,
+    PENALTY,
     ROUNDS,
     SEVERAL_LEVEL,
     SPARE,
+    STAYING,
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Score, Seed
 
@@ -171,6 +173,23 @@ def _weakest_again(pool: Pool, whole: Hypothesis) -> None:
         rest = min(known, key=lambda r: r.penalised)
         pool.progress(f"seeking beside {rest.name} again")
         pool.refit(beside(pool.evidence, rest, alternatives_to(pool.evidence, whole)))
+
+
+def busy(evidence: Evidence, sets: Sequence[Hypothesis], progress: Progress) -> list[Hypothesis]:
+    """The best sets without what does nothing in them, sharpened: what led to an effect may have
+    nothing left to do once that is there, and none would be told for company. Only those that
+    lost something."""
+    lighter = []
+    for whole in sets[:STAYING]:
+        h, idle = whole, list[int]()
+        for k in range(len(whole.effects)):
+            if len(idle) + 1 < len(whole.effects):
+                rest = without(evidence, whole, *idle, k)
+                most = 1.0 + PENALTY * (whole.unknowns - (0 if rest is None else rest.unknowns))
+                if rest is not None and rest.fit.misfit <= most * whole.fit.misfit:
+                    h, idle = rest, [*idle, k]
+        lighter += [h] if idle else []
+    return raced(evidence, lighter, ((evidence.levels - 1, len(lighter)),), progress)
 
 
 def simpler(evidence: Evidence, pair: Hypothesis, progress: Progress) -> list[Hypothesis]:
