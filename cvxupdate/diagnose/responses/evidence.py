@@ -28,7 +28,14 @@ from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.remains import remains
 from cvxupdate.diagnose.responses.resampling import halves
-from cvxupdate.diagnose.responses.setting import EFFORTS, around, followed, let_go, setting_for
+from cvxupdate.diagnose.responses.setting import (
+    EFFORTS,
+    around,
+    followed,
+    let_go,
+    setting_for,
+    with_damped,
+)
 from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
@@ -160,9 +167,8 @@ class ResponseEvidence(Linear):
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""
         wanted = self.names if names is None else names
-        return on_the_file(
-            candidates_of(self.context(model), wanted, self.told_by), self.model, self.file
-        )
+        found = candidates_of(self.context(model), wanted, self.told_by)
+        return on_the_file(found, self.model, self.file)
 
     def setting(
         self, model: Model, faults: Sequence[Fault], like: ResponseSetting | None = None
@@ -172,9 +178,7 @@ class ResponseEvidence(Linear):
         d, level = self.data, 0 if like is None else like.level
         signals, shift = d.levels[level], d.shift_of(model)
         made = setting_for(model, self.original, signals, d.top, faults, shift, self._space)
-        made = replace(made, level=level, mixed=d.mixed)
-        more = like is not None and like.damped > made.damped
-        return replace(made, zeta=like.zeta, mesh=like.mesh) if like is not None and more else made
+        return with_damped(replace(made, level=level, mixed=d.mixed), like)
 
     def at_level(self, setting: ResponseSetting, level: int) -> ResponseSetting:
         """The same against those of another level."""

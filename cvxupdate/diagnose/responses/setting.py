@@ -96,6 +96,17 @@ def counted(setting: ResponseSetting, p: Real) -> tuple[ResponseSetting, Real]:
     return grown, np.insert(p, np.repeat(ends, more), 0.0)
 
 
+def with_damped(setting: ResponseSetting, like: ResponseSetting | None) -> ResponseSetting:
+    """A setting with a damping ratio for as many modes as another one has, as far as it has so
+    many."""
+    if like is None or like.damped <= setting.damped:
+        return setting
+    modes = setting.shapes.modes(setting.model.zero()).modes
+    count = max(setting.damped, min(like.damped, len(modes.eigenvalues) - modes.rigid))
+    mesh = None if like.mesh is None else like.mesh[:count]
+    return replace(setting, zeta=like.zeta[:count], mesh=mesh)
+
+
 def unstrayed(setting: ResponseSetting, p: Real) -> Real | None:
     """The unknowns with the usual damping of modes that strayed from it: beside a recording whose
     resonance stands elsewhere a mode is damped away, and stays so when it has come there. None
