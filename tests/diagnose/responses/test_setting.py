@@ -16,6 +16,7 @@ from cvxupdate.diagnose.responses.setting import (
     followed,
     setting_for,
     unstrayed,
+    with_damped,
 )
 from cvxupdate.update.trust_region import Options
 from tests.cases.signals import signal_of
@@ -56,6 +57,17 @@ def test_modes_that_come_into_the_band_get_unknowns_of_their_own(setting, tuned)
     # modes without a ratio of their own have the median one, less each mode's own
     for a, b in zip(old, new, strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-12 * abs(a).max())
+
+
+def test_a_setting_has_as_many_ratios_as_another_but_no_more_than_modes(setting):
+    short = few(setting, 2)
+    assert with_damped(short, None) is short and with_damped(setting, short) is setting
+    whole = with_damped(short, setting)
+    np.testing.assert_array_equal(whole.zeta, setting.zeta)
+    more = replace(setting, zeta=np.full(7, 0.01), mesh=np.arange(7) * 1e-3)
+    grown = with_damped(short, more)
+    assert grown.damped == 4 and len(grown.mesh) == 4
+    grown.evaluate(np.zeros(len(grown.columns)))
 
 
 def test_a_structure_without_modes_in_the_band_is_left_alone(setting):

@@ -4,16 +4,24 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from cvxupdate.diagnose import gather
-from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal
+from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seed_from
 from cvxupdate.diagnose.search.guided import Reached, _abreast, guided
+from cvxupdate.diagnose.search.several import busy
 from cvxupdate.diagnose.settings import BEAM
+from cvxupdate.diagnose.types import Score
 
 
 def quiet(_: str) -> None:
     """Progress that nobody reads."""
+
+
+@pytest.fixture(scope="module")
+def best(evidence):
+    return min(guided(evidence, quiet), key=lambda h: h.penalised)
 
 
 @pytest.fixture(scope="module")
@@ -41,13 +49,27 @@ def test_all_that_a_rig_does_is_placed_at_once_and_does_nothing_yet(evidence):
     assert evidence.approach.rigged(rigged) is None
 
 
-def test_what_is_sought_stands_beside_the_rig(evidence):
-    best = min(guided(evidence, quiet), key=lambda h: h.penalised)
+def test_what_is_sought_stands_beside_the_rig(best):
     found = {e.physics: f.values for e, f in zip(best.effects, best.figures, strict=True)}
     assert set(found) == {"added_mass", "sensor_mass", "sensor_fault"}
     assert found["sensor_mass"]["m"] == pytest.approx(0.3, rel=0.1)
     assert found["added_mass"]["m"] == pytest.approx(2.2, rel=0.05)
     assert found["sensor_fault"]["gain"] == pytest.approx(0.8, rel=0.03)
+
+
+def test_what_does_nothing_in_a_set_is_dropped(evidence, best):
+    """And nothing else is; a set that loses nothing does not come back."""
+    assert busy(evidence, [best], quiet) == []
+    further = next(
+        c
+        for c in evidence.candidates(best.fit.setting.model)
+        if c.physics == "grounding_spring" and c.key not in best.keys
+    )
+    seed = seed_from(evidence, best, Score(further, 0.0, np.zeros(1)), evidence.levels - 1)
+    idle = Hypothesis(seed.effects, evidence.evaluated(seed.setting, seed.start))
+    (rest,) = busy(evidence, [idle], quiet)
+    assert rest.keys == best.keys
+    assert rest.fit.misfit <= 1.02 * best.fit.misfit < idle.fit.misfit
 
 
 def test_few_effects_are_not_crowded_out_by_many(evidence):
