@@ -20,6 +20,7 @@ from cvxupdate.diagnose.settings import (
     MODE_DAMPING_STD,
     TUNED_STD,
 )
+from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.fe.recent import recent
@@ -140,23 +141,22 @@ class ResponseSetting:
 
     def evaluate(self, p: Real, before: ResponsePoint | None = None) -> ResponsePoint:
         """The responses at ``p``; modes keep their damping ratio when they cross. ModelError where
-        the model is no structure."""
+        the model is no structure, or has fewer modes than that."""
         n = len(self.model.parameters)
         found = self.shapes.modes(np.asarray(p[:n], dtype=float))
         modes = found.modes
+        if len(modes.eigenvalues) - modes.rigid < self.damped:
+            raise ModelError("modes with a damping ratio of their own are none there.")
         if before is None:
             owner = np.arange(self.damped) + modes.rigid
         else:
-            likeness = self._likeness(before, found, p[:n])
-            rows, columns = linear_sum_assignment(likeness, maximize=True)
-            owner = columns[np.argsort(rows)]
+            _, owner = linear_sum_assignment(self._likeness(before, found, p[:n]), maximize=True)
         if self.mesh is not None or self.tuned:
             moved = modes.eigenvalues.copy()
             moved[owner] *= (1.0 + self.detuned(p)) ** 2
             found = replace(found, modes=Modes(moved, modes.shapes, modes.rigid))
-        return ResponsePoint(
-            self, np.asarray(p, dtype=float), found, np.asarray(owner, dtype=np.int64)
-        )
+        whole = np.asarray(p, dtype=float)
+        return ResponsePoint(self, whole, found, np.asarray(owner, dtype=np.int64))
 
     def _likeness(self, before: ResponsePoint, found: Found, p: Real) -> Real:
         """(φᵀ M φ′)² between the damped modes of another point and those found at ``p``."""

@@ -18,6 +18,7 @@ from cvxupdate.diagnose.responses.setting import (
     unstrayed,
     with_damped,
 )
+from cvxupdate.errors import ModelError
 from cvxupdate.update.trust_region import Options
 from tests.cases.signals import signal_of
 
@@ -94,3 +95,10 @@ def test_a_mode_that_was_damped_away_is_found_again(setting, monkeypatch):
     there[setting.ratios.start + 1] += 1.5
     kept = followed(strange, there, "first pass")
     np.testing.assert_allclose(kept.p, there, atol=1e-6)
+
+
+def test_where_modes_are_gone_there_is_no_structure(setting):
+    """Without rotary inertia a beam that shears has fewer: no step goes there."""
+    more = replace(setting, zeta=np.full(5, 0.01), mesh=None)
+    with pytest.raises(ModelError, match="none there"):
+        more.evaluate(np.zeros(len(more.columns)))
