@@ -131,7 +131,7 @@ def _after_bars(ax: Any, shown: Sequence[ModeResult], after: Sequence[float], ha
     """The errors after the update: fitted modes and those held out."""
     for use, colour, label in (
         ("fit", AFTER, "after"),
-        ("hold-out", HELD, "after, held out of the fit"),
+        ("hold-out", HELD, "after, held out"),
     ):
         mine = [(k + half / 2, after[k]) for k, m in enumerate(shown) if m.use == use]
         if mine:
