@@ -22,17 +22,22 @@ def flexibility(Phi: Real, eigenvalues: Real) -> Real:
     return np.asarray((Phi / eigenvalues[None, :]) @ Phi.T)
 
 
+def inverse(K: Real, method: str) -> Real:
+    """K⁻¹ (N, N). Raises InputError, in the name of a method, where K is singular."""
+    try:
+        return np.asarray(la.inv(K))
+    except la.LinAlgError as error:
+        raise InputError(
+            f"{method}: K is singular (a free structure); give flexibility_a of the flexible "
+            "modes, as gysin does."
+        ) from error
+
+
 def sidhu_ewins(K: Real, flexibility_x: Real, flexibility_a: Real | None = None) -> Real:
     """ΔK ≈ K_A (K_A⁻¹ − K_X⁻¹) K_A (2.90; Sidhu and Ewins 1984), (N, N); the error is of second
     order in ΔK."""
     if flexibility_a is None:
-        try:
-            flexibility_a = la.inv(K)
-        except la.LinAlgError as error:
-            raise InputError(
-                "sidhu_ewins: K is singular (a free structure); give flexibility_a of the "
-                "flexible modes, as gysin does."
-            ) from error
+        flexibility_a = inverse(K, "sidhu_ewins")
     return symmetric(K @ (flexibility_a - flexibility_x) @ K)
 
 

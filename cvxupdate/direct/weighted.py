@@ -6,10 +6,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import scipy.linalg as la
 from numpy.typing import NDArray
 
-from cvxupdate.direct.error_matrix import flexibility
+from cvxupdate.direct.error_matrix import flexibility, inverse
 from cvxupdate.direct.least_change import check, symmetric
 from cvxupdate.errors import InputError
 
@@ -41,13 +40,7 @@ def he_ewins(
             "modes out."
         )
     if flexibility_a is None:
-        try:
-            flexibility_a = la.inv(K)
-        except la.LinAlgError as error:
-            raise InputError(
-                "he_ewins: K is singular (a free structure); give flexibility_a of the flexible "
-                "modes."
-            ) from error
+        flexibility_a = inverse(K, "he_ewins")
     change = K @ (flexibility_a - (Phi / eigenvalues[None, :]) @ Phi.T) @ K
     return symmetric(np.real(change)), symmetric(np.imag(change))
 
