@@ -31,6 +31,7 @@ from cvxupdate.reduction import (
     tam,
 )
 from cvxupdate.residual.ceam_modes import AssignedMode, impedance
+from cvxupdate.spec.whole import EXPANSIONS
 
 Index = NDArray[np.int64]
 # of forces over displacements in (6.8), both made dimensionless: the motion with the least force,
@@ -38,19 +39,6 @@ Index = NDArray[np.int64]
 FORCE_WEIGHT = 1e6
 REFINED = 3
 DENSE = 300  # DOFs up to which the null-space basis itself is formed
-EXPANSIONS = (
-    "dynamic",
-    "kidder",
-    "petersmann",
-    "null-space",
-    "guyan",
-    "irs",
-    "gysin",
-    "serep",
-    "serepa",
-    "tam",
-    "hybrid",
-)
 TERMS, SLAVES = 3, 20
 """Terms of Kidder's series, modes of Petersmann's: enough well below the slaves' resonances."""
 

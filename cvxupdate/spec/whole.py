@@ -43,7 +43,7 @@ EXPANSIONS = (
     "tam",
     "hybrid",
 )
-"""From measured DOFs to all; a test compares them with `cvxupdate.residual.ceam_expand`."""
+"""From measured DOFs to all (`cvxupdate.residual.ceam_expand`)."""
 
 
 class Whole(Part):

@@ -3,7 +3,7 @@ far off."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -44,6 +44,9 @@ def at_finite_sizes(
     return FiniteSize(exact, [seed for seed, _ in ranked[:WHOLE]])
 
 
+FIXTURE = "flexible_support"  # what a rig stands on
+
+
 @dataclass(frozen=True)
 class Guide:
     """How a model that is far off is brought near: by a comparison that no line can dominate
@@ -51,13 +54,24 @@ class Guide:
 
     evidence: Evidence
 
-    def rigged(self, parent: Hypothesis, held: bool = True) -> Hypothesis | None:
+    def rigged(self, parent: Hypothesis) -> Hypothesis | None:
         """A parent with all that a rig does, as yet of no size: what hardly a test is without, in
-        some measure. The fit tells in what. ``held``: supports that give way among it; else they
-        are left to a fixture, and of joints there is the widest class."""
-        held = held and not any(e.physics == "flexible_support" for e in parent.effects)
-        found, rig = parent, _classes(self._rig(parent))
-        for effect in rig if held else _widest(rig):
+        some measure. The fit tells in what. Supports that stand on a fixture give way with it."""
+        rig = _classes(self._rig(parent))
+        fixed = any(e.physics == FIXTURE for e in parent.effects)
+        found = self._with(parent, _widest(rig) if fixed else rig)
+        return None if found is parent else found
+
+    def on_fixtures(self, parent: Hypothesis, count: int) -> list[Seed]:
+        """A parent on the ``count`` fixtures that bring it nearest, with all else that a rig does:
+        beside springs that give way as they should the mass of what holds them does not show."""
+        rig = _widest(_classes(self._rig(parent)))
+        return self._beside(self._with(parent, rig), count, (FIXTURE,))
+
+    def _with(self, parent: Hypothesis, effects: Sequence[Effect]) -> Hypothesis:
+        """A parent with further effects of no size."""
+        found = parent
+        for effect in effects:
             moved = effect.on(self.evidence.context(found.fit.setting.model))
             if moved is None:
                 continue
@@ -66,7 +80,7 @@ class Guide:
             if seed is not None:
                 fit = self.evidence.evaluated(seed.setting, seed.start)
                 found = Hypothesis(seed.effects, fit)
-        return None if found is parent else found
+        return found
 
     def _rig(self, parent: Hypothesis) -> list[Effect]:
         context = self.evidence.context(parent.fit.setting.model)
@@ -77,13 +91,13 @@ class Guide:
         known = (t for t in effect_types() if t.rig and t.name in self.evidence.names)
         return [t for t in known if RESPONSES in t.told_by]
 
-    def beside(
-        self, parent: Hypothesis, count: int, names: Collection[str] | None = None
-    ) -> list[Seed]:
-        """The ``count`` effects (None: of any name) that bring a parent, as it is, nearest, each at
-        its best size."""
+    def beside(self, parent: Hypothesis, count: int) -> list[Seed]:
+        """The ``count`` effects that bring a parent, as it is, nearest, each at its best size."""
+        return self._beside(parent, count, self.evidence.names)
+
+    def _beside(self, parent: Hypothesis, count: int, names: Sequence[str]) -> list[Seed]:
         fit = parent.fit
-        wanted = None if names is None else [n for n in self.evidence.names if n in names]
+        wanted = [n for n in self.evidence.names if n in names]
         found = self.evidence.candidates(fit.setting.model, wanted)
         effects = [c for c in found if c.key not in parent.keys]
         sized = at_finite_sizes(self.evidence, parent, effects, Yielding.of(fit.point))

@@ -9,7 +9,7 @@ which a set is as near are dropped again. Weighted squares take over from where 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -38,22 +38,22 @@ from cvxupdate.diagnose.settings import (
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
 
-FIXTURES = ("flexible_support",)  # what a rig stands on
 GROWN, RIVALS = "sets of effects that bring the whole nearer", "rivals of members of the best set"
 
 
 class Approach(Protocol):
     """A comparison that no figure can dominate, however far off the model is."""
 
-    def rigged(self, parent: Hypothesis, held: bool = True) -> Hypothesis | None:
-        """A parent with all that a rig does, as yet of no size; None where there is no such thing.
-        ``held``: with supports that give way; else these are left to a fixture."""
+    def rigged(self, parent: Hypothesis) -> Hypothesis | None:
+        """A parent with all that a rig does, as yet of no size; None where there is no such
+        thing."""
 
-    def beside(
-        self, parent: Hypothesis, count: int, names: Collection[str] | None = None
-    ) -> list[Seed]:
-        """The ``count`` effects (None: of any name) that bring a fitted parent nearest, as it
-        is."""
+    def on_fixtures(self, parent: Hypothesis, count: int) -> list[Seed]:
+        """A parent on the ``count`` fixtures that bring it nearest, with all else that a rig
+        does."""
+
+    def beside(self, parent: Hypothesis, count: int) -> list[Seed]:
+        """The ``count`` effects that bring a fitted parent nearest, as it is."""
 
     def taken(self, seed: Seed, effort: str) -> tuple[Fit, float]:
         """Fitted by that comparison, and what it leaves (0: nothing)."""
@@ -108,20 +108,16 @@ class _Growth:
         return front
 
     def _begun(self) -> list[Reached]:
-        """The bare model, and that with all that a rig does as far as it brings it nearer."""
+        """The bare model, that with all that a rig does, and on fixtures with the rest of a rig, as
+        far as these bring it nearer."""
         bases = self.evidence.bases
         bare = at_nominal(self.evidence, Hypothesis((), bases[0]), SEVERAL_LEVEL)
         self.progress("seeking what of a rig brings the model nearer")
         rigged = self.approach.rigged(bare)
         seeds = [_onward(h) for h in (bare, rigged) if h is not None]
-        return self._pruned(self._taken([*seeds, *self._on_fixtures(bare)], "sharp"))
-
-    def _on_fixtures(self, bare: Hypothesis) -> list[Seed]:
-        """The bare model on what fixtures bring it nearest, with all else that a rig does: beside
-        springs that give way as they should the mass of what holds them does not show."""
-        free = self.approach.rigged(bare, held=False)
-        seeds = self.approach.beside(bare if free is None else free, BEAM, FIXTURES)
-        return [_onward(r.hypothesis) for r in self._nearer(seeds, "first pass")[:BEAM]]
+        nearer = self._nearer(self.approach.on_fixtures(bare, BEAM), "first pass")[:BEAM]
+        seeds += [_onward(r.hypothesis) for r in nearer]
+        return self._pruned(self._taken(seeds, "sharp"))
 
     def _further(self, front: Sequence[Reached]) -> list[Reached]:
         """The nearest sets with one effect more than those of the front have, the nearest of these

@@ -179,17 +179,24 @@ def busy(evidence: Evidence, sets: Sequence[Hypothesis], progress: Progress) -> 
     """The best sets without what does nothing in them, sharpened: what led to an effect may have
     nothing left to do once that is there, and none would be told for company. Only those that
     lost something."""
-    lighter = []
-    for whole in sets[:STAYING]:
-        h, idle = whole, list[int]()
-        for k in range(len(whole.effects)):
-            if len(idle) + 1 < len(whole.effects):
-                rest = without(evidence, whole, *idle, k)
-                most = 1.0 + PENALTY * (whole.unknowns - (0 if rest is None else rest.unknowns))
-                if rest is not None and rest.fit.misfit <= most * whole.fit.misfit:
-                    h, idle = rest, [*idle, k]
-        lighter += [h] if idle else []
+    lighter = [rest for whole in sets[:STAYING] if (rest := _spared(evidence, whole)) is not whole]
     return raced(evidence, lighter, ((evidence.levels - 1, len(lighter)),), progress)
+
+
+def _spared(evidence: Evidence, whole: Hypothesis) -> Hypothesis:
+    """A set without the effects whose unknowns bring less than `PENALTY` each, the others as they
+    are; one stays."""
+    best, idle = whole, list[int]()
+    for k in range(len(whole.effects)):
+        if len(best.effects) == 1:
+            break
+        rest = without(evidence, whole, *idle, k)
+        if rest is None:
+            continue
+        most = 1.0 + PENALTY * (whole.unknowns - rest.unknowns)
+        if rest.fit.misfit <= most * whole.fit.misfit:
+            best, idle = rest, [*idle, k]
+    return best
 
 
 def simpler(evidence: Evidence, pair: Hypothesis, progress: Progress) -> list[Hypothesis]:
