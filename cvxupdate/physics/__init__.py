@@ -46,6 +46,7 @@ from cvxupdate.physics.sensor_fault import (
     ForceGain,
 )
 from cvxupdate.physics.sensor_mass import SensorMass
+from cvxupdate.physics.shaker import ShakerAttachment
 from cvxupdate.physics.shear_deformation import ShearDeformation
 from cvxupdate.physics.soft_support import SoftSupport
 from cvxupdate.physics.stiffness_change import StiffnessChange
@@ -66,6 +67,7 @@ EFFECTS: tuple[EffectType, ...] = (
     EqualSupports(),
     FlexibleSupport(),
     MovingFixture(),
+    ShakerAttachment(),
     JointFlexibility(),
     EqualJoints(),
     ShearDeformation(),

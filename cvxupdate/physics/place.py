@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 TRANSLATIONS = ("x", "y", "z")
 ROTATIONS = ("rx", "ry", "rz")
+DRIVE_POINT = "at the drive point"
 MOST = 12  # names in a list before the rest is only counted
 
 
@@ -102,7 +103,7 @@ def drive_point(place: Place, driven: Sequence[str]) -> str:
     for label in driven:
         there = channel_place(label)
         if not place.elements and place.nodes == there.nodes and place.dof in (None, there.dof):
-            return f"at the drive point, {where(place)}"
+            return f"{DRIVE_POINT}, {where(place)}"
     return ""
 
 

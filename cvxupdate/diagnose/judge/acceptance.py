@@ -86,6 +86,15 @@ def shown(hold_out: float, before: float, nominal: float, noise: float) -> bool:
     return bool(hold_out <= HALVED * nominal and lower)
 
 
+def refuted(w: Weighed, case: Case) -> bool:
+    """Whether what was held out says no to a hypothesis: it tells that hardly better than the
+    nuisance parameters alone, however near it comes to what was fitted."""
+    if case.damping_only:
+        return False
+    evidence, held = case.evidence, (w.errors.hold_out, case.base.errors.hold_out)
+    return not shown(*held, evidence.nominal.hold_out, evidence.noise.hold_out)
+
+
 def information(after: Fit, before: Fit, further: int) -> float:
     """Change of Bayes' information criterion (Kass and Raftery 1995) for ``further`` unknowns."""
     n = after.rows

@@ -15,6 +15,7 @@ from cvxupdate.diagnose.judge.acceptance import (
     credible,
     explained,
     needs_several,
+    refuted,
     weighed,
 )
 from cvxupdate.diagnose.judge.alternatives import equivalents
@@ -85,7 +86,7 @@ def _decided(evidence: Evidence, found: Found) -> Judgement:
     several = tuple(case.weighed(h) for h in found.several)
     one = _likeliest(singles, case)
     single = one if one is not None and better(one, case.base, case) else None
-    final, field = single, (*several, *singles)
+    final, field = single, tuple(w for w in (*several, *singles) if not refuted(w, case))
     for count in sorted({len(w.hypothesis.effects) for w in several}):
         more = _likeliest([w for w in several if len(w.hypothesis.effects) == count], case)
         open_ = final is None or not evidence.clear(final.fit)
@@ -109,10 +110,11 @@ def _decided(evidence: Evidence, found: Found) -> Judgement:
 
 
 def _likeliest(candidates: Sequence[Weighed], case: Case) -> Weighed | None:
-    """Of those that rest on sizes that are there; in the order of the search where two are as
-    likely."""
+    """Of those that rest on sizes that are there, and that what was held out does not refute as
+    long as there are such; in the order of the search where two are as likely."""
     there = [w for w in candidates if sound(w.hypothesis)]
-    return max(there, key=lambda w: round(log_odds(w, case), 6), default=None)
+    held = [w for w in there if not refuted(w, case)]
+    return max(held or there, key=lambda w: round(log_odds(w, case), 6), default=None)
 
 
 def _wide(case: Case) -> Weighed | None:

@@ -19,6 +19,7 @@ from cvxupdate.diagnose.motion.guided import guided_motions, guided_rates
 from cvxupdate.diagnose.motion.march import Variants, marched
 from cvxupdate.diagnose.motion.rates import force_rates
 from cvxupdate.diagnose.motion.runs import Run
+from cvxupdate.diagnose.nominal.mesh import MeshError
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
 from cvxupdate.errors import ModelError
@@ -64,8 +65,8 @@ class MotionSetting:
         return self.linear.faults
 
     @property
-    def mesh(self) -> Real | None:
-        """Relative error of each damped mode's frequency."""
+    def mesh(self) -> MeshError:
+        """What its mesh does to frequencies."""
         return self.linear.mesh
 
     @property
@@ -256,7 +257,7 @@ class MotionPoint:
         U = -np.einsum("dk,skc->sdc", B, amounts)
         moved = replace(s, U=U, inputs=labels)
         sensors, inputs = (sensor_rows(self.setting.model, x) for x in (s.sensors, labels))
-        C, D = self.before._further_damping()
+        C, D = self.before.further_damping()
         near = max(self.before.low, int(self.owner.max(initial=-1)) + 1)
         r = respond(moved, self.modes, sensors, inputs, Loss(self.damping), C, D, near)
         values = self.before.faulty(s, r.raw)

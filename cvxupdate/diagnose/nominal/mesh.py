@@ -2,8 +2,10 @@
 twice as fine.
 
 A diagnosis must not mistake the discretisation of the analyst's model for missing physics. The
-correction is found once, mode by mode, by Richardson extrapolation, and every later set of natural
-frequencies is moved by it; shapes and parameters stay those of the analyst's mesh.
+correction is found once, mode by mode, by Richardson extrapolation, and every later natural
+frequency is moved by it. Beside effects modes are others, and in another order (a free structure
+on cords has what were its rigid-body modes first), so each has the mean correction of the nominal
+modes that it is made of. Shapes and parameters stay those of the analyst's mesh.
 """
 
 from __future__ import annotations
@@ -16,9 +18,10 @@ from cvxupdate.correlate import pair_modes
 from cvxupdate.diagnose.settings import ANOTHER_MODE, SLENDER
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
+from cvxupdate.fe.block import Index
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
-from cvxupdate.fe.modes import model_modes
+from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.fe.refinement import refined
 from cvxupdate.fe.sections import section_constants
 from cvxupdate.fe.select import has_property
@@ -31,33 +34,43 @@ ORDER = {"plate": 2, "rod": 2, "beam2d": 4, "beam3d": 4}
 @dataclass(frozen=True)
 class MeshError:
     """``frequencies`` (modes,) Hz of the analyst's mesh and ``shift`` (modes,): converged frequency
-    over this one, less 1.
-
-    ``numbers`` (modes,) of the modes, the lowest flexible one 0, where modes are to be known by
-    them: a beam without shear has other frequencies.
-    """
+    over this one, less 1; ``carried`` (DOFs, modes) M φ of these modes at the DOFs ``labels``."""
 
     frequencies: Real
     shift: Real
     order: int = 2
-    numbers: Real | None = None
+    labels: tuple[str, ...] = ()
+    carried: Real | None = None
+
+    @classmethod
+    def of(cls, model: Model, modes: Modes, shift: Real, order: int = 2) -> MeshError:
+        """Of flexible modes of a model as it stands."""
+        carried = np.asarray(model.matrices(model.zero()).M @ modes.shapes)
+        return cls(modes.frequencies, shift, order, model.labels, carried)
 
     def at(self, frequencies: Real) -> Real:
-        """The shift of the lowest flexible modes, by their frequencies nearby or by their order:
-        that of the nearest mode; zero beyond those that were compared."""
+        """The shift of modes by their frequencies: that of the nearest mode; zero beyond those that
+        were compared."""
         if not len(self.frequencies):
             return np.zeros(len(frequencies))
-        if self.numbers is not None:
-            place = np.arange(len(frequencies))
-            return np.where(
-                place <= self.numbers.max(),
-                self.shift[np.argmin(np.abs(place[:, None] - self.numbers), axis=1)],
-                0.0,
-            )
         nearest = np.argmin(np.abs(np.asarray(frequencies)[:, None] - self.frequencies), axis=1)
         return np.where(
             np.asarray(frequencies) <= 1.1 * self.frequencies[-1], self.shift[nearest], 0.0
         )
+
+    def rows(self, model: Model) -> Index:
+        """Where a model grown from the nominal one has the DOFs of that; −1 where it has not."""
+        return np.array([model.place.get(label, -1) for label in self.labels], dtype=np.int64)
+
+    def taken_out(self, modes: Modes, rows: Index) -> Modes:
+        """Modes of a model that has the nominal one's DOFs at ``rows``, without the mesh's error:
+        ω (1 + Σ δᵣ (φᵣᵀ M φ)²). In shares of mass, not of energy: a kink, which a soft joint makes,
+        has no end of energy in modes without."""
+        if self.carried is None or not self.carried.size:
+            return modes
+        shapes = np.where(rows[:, None] >= 0, modes.shapes[rows], 0.0)
+        by = 1.0 + self.shift @ (self.carried.T @ shapes) ** 2
+        return replace(modes, eigenvalues=modes.eigenvalues * by**2)
 
     def worst(self, top: float) -> float:
         """Largest shift of a mode up to ``top`` Hz; 0 where none was compared."""
@@ -112,12 +125,13 @@ def mesh_error(spec: Spec, model: Model, top: float, sheared: bool = False) -> M
         coarse.frequencies,
         threshold=0.6,
     )
-    f, g = coarse.frequencies[found.measured], sharp.frequencies[found.model]
+    at = np.asarray(found.measured)
+    f, g = coarse.frequencies[at], sharp.frequencies[found.model]
     shift = (g + (g - f) / (2.0**order - 1.0)) / f - 1.0
     # shapes of other DOFs than the shared ones look alike now and then
     same = np.abs(shift) <= ANOTHER_MODE
-    numbers = np.asarray(found.measured, dtype=float)[same] if sheared else None
-    return MeshError(f[same], shift[same], order, numbers)
+    own = Modes(coarse.eigenvalues[at[same]], coarse.shapes[:, at[same]], 0)
+    return MeshError.of(model, own, shift[same], order)
 
 
 def shearing(model: Model) -> Model:

@@ -9,13 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cvxupdate.diagnose.fit import fitted
-from cvxupdate.diagnose.nominal.mesh import MeshError
+from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
 from cvxupdate.diagnose.responses.errors import channel_errors, on_signals
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.responses.setting import EFFORTS
 from cvxupdate.diagnose.responses.signals import Real, Signal
 from cvxupdate.diagnose.settings import MET
 from cvxupdate.diagnose.types import Errors, Evidence
+from cvxupdate.fe.modes import Modes
 
 AROUND = 0.1  # of the frequency: lines to either side over which what is left is averaged
 
@@ -82,9 +83,11 @@ def common_of(evidence: Evidence, sharp: Sequence[Signal], held: Sequence[Signal
     for level in range(1, evidence.levels):
         found = fitted(evidence.at_level(found.setting, level), found.p, EFFORTS["base"])
     point: ResponsePoint = found.point
-    start = setting.evaluate(np.zeros(len(setting.columns)))
-    own = start.modes.frequencies[start.owner] / (1.0 + setting.detuned(start.p))
-    shift = MeshError(own, point.modes.frequencies[point.owner] / own - 1.0)
+    start = replace(setting, mesh=NONE).evaluate(np.zeros(len(setting.columns)))
+    at = start.owner
+    own = Modes(start.modes.eigenvalues[at], start.modes.shapes[:, at], 0)
+    missed = point.modes.frequencies[point.owner[: len(at)]] / own.frequencies - 1.0
+    shift = MeshError.of(setting.model, own, missed)
     errors = Errors(channel_errors(point, sharp), channel_errors(point, held))
     return Common(shift, tuple(_missed(point, s) for s in (*sharp, *held)), errors)
 

@@ -21,6 +21,7 @@ from cvxupdate.diagnose.settings import STARTS, WHOLE, WHOLES
 from cvxupdate.diagnose.types import Evidence, FiniteSize, Key, Score, Seed
 from cvxupdate.physics import effect_types
 from cvxupdate.physics.effect import RESPONSES, Effect, EffectType
+from cvxupdate.physics.shaker import at_drive, marked, with_drive
 
 
 def at_finite_sizes(
@@ -58,7 +59,7 @@ class Guide:
         """A parent with all that a rig does, as yet of no size: what hardly a test is without, in
         some measure. The fit tells in what. Supports that stand on a fixture give way with it."""
         rig = _classes(self._rig(parent))
-        fixed = any(e.physics == FIXTURE for e in parent.effects)
+        fixed = any(e.physics == FIXTURE and not at_drive(e) for e in parent.effects)
         found = self._with(parent, _widest(rig) if fixed else rig)
         return None if found is parent else found
 
@@ -125,6 +126,25 @@ class Guide:
         """What it leaves of a hypothesis as it is."""
         return Gap.of(h.fit.point).mean
 
+    def with_drive(self, h: Hypothesis) -> Hypothesis | None:
+        """The same where the shaker takes along what stands where it drives; None where nothing
+        does, or no other place is driven in what was held out."""
+        if not any(map(at_drive, h.effects)):
+            return None
+        context = self.evidence.context(h.fit.setting.model)
+        if len(context.forces) != 1 or not context.later:
+            return None
+        effects, model, going = [], h.fit.setting.model, list[int]()
+        at = len(model.parameters) - sum(e.columns for e in h.effects)
+        for e in h.effects:
+            if at_drive(e):
+                going += range(at, at + e.columns)
+            effects.append(with_drive(e) if at_drive(e) else e)
+            at += e.columns
+        setting = replace(h.fit.setting, model=marked(model, going))
+        point = replace(h.fit.point, setting=setting)
+        return Hypothesis(tuple(effects), replace(h.fit, setting=setting, point=point))
+
 
 def _classes(effects: Sequence[Effect]) -> list[Effect]:
     """Without those at one place of a class that is there as a whole."""
@@ -143,7 +163,7 @@ def _widest(effects: Sequence[Effect]) -> list[Effect]:
     def within(e: Effect, other: Effect) -> bool:
         return set(e.place.elements) < set(other.place.elements)
 
-    free = [e for e in effects if e.fault or e.place.elements or not e.place.nodes]
+    free = [e for e in effects if e.fault or e.place.elements or not e.place.nodes or at_drive(e)]
     return [e for e in free if not (e.place.elements and any(within(e, o) for o in free))]
 
 

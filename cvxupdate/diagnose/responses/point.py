@@ -10,8 +10,10 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
 from cvxupdate.diagnose.nominal.scatter import prior_scales
 from cvxupdate.diagnose.responses.losses import Losses, ratios_of
+from cvxupdate.diagnose.responses.moving import driven
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
 from cvxupdate.diagnose.settings import (
     COMMON_DAMPING_STD,
@@ -21,6 +23,7 @@ from cvxupdate.diagnose.settings import (
     TUNED_STD,
 )
 from cvxupdate.errors import ModelError
+from cvxupdate.fe.block import Index
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.fe.recent import recent
@@ -46,7 +49,7 @@ HALF = 0.5  # share of the loss that is hysteretic before anything is known of i
 class ResponseSetting:
     """What is fitted: model (undamped, its parameters: nuisance ones, then the effects'), signals,
     file damping by mode, band top (Hz), the ``shapes`` among which its modes are sought, faults,
-    ``mesh`` the relative mesh error of each damped mode's frequency, ``level`` that of the signals;
+    ``mesh`` what its mesh does to frequencies, ``level`` that of the signals;
     ``tuned``: damped modes have frequencies by themselves, too; ``mixed``: whether modes lose
     energy with displacement or with velocity is unknown (`cvxupdate.fe.synthesis.loss`).
 
@@ -62,7 +65,7 @@ class ResponseSetting:
     top: float
     shapes: Shapes
     faults: tuple[Fault, ...] = ()
-    mesh: Real | None = None
+    mesh: MeshError = NONE
     level: int = 0
     tuned: bool = False
     mixed: bool = False
@@ -107,12 +110,9 @@ class ResponseSetting:
         first = len(self.model.parameters) + 1 + self.mixed
         return slice(first, first + self.damped)
 
-    def detuned(self, p: Real) -> Real:
-        """Measured over modelled frequency of each damped mode, less 1, the mesh's error in it."""
-        n = self.ratios.stop
-        mesh = np.zeros(self.damped) if self.mesh is None else self.mesh
-        own = p[n : n + self.damped] if self.tuned else np.zeros(self.damped)
-        return np.asarray((1.0 + mesh) * np.exp(own) - 1.0)
+    @cached_property
+    def _mesh_rows(self) -> Index:
+        return self.mesh.rows(self.model)
 
     def noise_parts(self, point: ResponsePoint) -> Real:
         """The part of each row's weighted square that noise alone makes, real and imaginary
@@ -144,18 +144,18 @@ class ResponseSetting:
         the model is no structure, or has fewer modes than that."""
         n = len(self.model.parameters)
         found = self.shapes.modes(np.asarray(p[:n], dtype=float))
-        modes = found.modes
+        modes = self.mesh.taken_out(found.modes, self._mesh_rows)
         if len(modes.eigenvalues) - modes.rigid < self.damped:
             raise ModelError("modes with a damping ratio of their own are none there.")
         if before is None:
             owner = np.arange(self.damped) + modes.rigid
         else:
             _, owner = linear_sum_assignment(self._likeness(before, found, p[:n]), maximize=True)
-        if self.mesh is not None or self.tuned:
-            moved = modes.eigenvalues.copy()
-            moved[owner] *= (1.0 + self.detuned(p)) ** 2
-            found = replace(found, modes=Modes(moved, modes.shapes, modes.rigid))
-        whole = np.asarray(p, dtype=float)
+        if self.tuned:
+            moved, at = modes.eigenvalues.copy(), self.ratios.stop
+            moved[owner] *= np.exp(2.0 * np.asarray(p[at : at + self.damped]))
+            modes = replace(modes, eigenvalues=moved)
+        whole, found = np.asarray(p, dtype=float), replace(found, modes=modes)
         return ResponsePoint(self, whole, found, np.asarray(owner, dtype=np.int64))
 
     def _likeness(self, before: ResponsePoint, found: Found, p: Real) -> Real:
@@ -199,15 +199,10 @@ class ResponsePoint:
     @recent
     def responses(self) -> tuple[Response, ...]:
         """The model's answer to every signal, before sensor faults."""
-        C, D = self._further_damping()
-        near = max(self.low, int(self.owner.max(initial=-1)) + 1)
-        out = []
-        for signal in self.setting.signals:
-            sensors, inputs = (
-                sensor_rows(self.setting.model, labels)
-                for labels in (signal.sensors, signal.inputs)
-            )
-            out.append(respond(signal, self.modes, sensors, inputs, self.loss, C, D, near))
+        out, model, (C, D) = [], self.setting.model, self.further_damping()
+        for s in self.setting.signals:
+            at, by = (sensor_rows(model, labels) for labels in (s.sensors, s.inputs))
+            out.append(respond(s, self.modes, at, by, self.loss, C, D, self.near))
         return tuple(out)
 
     @recent
@@ -220,7 +215,13 @@ class ResponsePoint:
         """Number of modes that carry what happens in the band."""
         return max(8, int(np.sum(self.modes.frequencies < 2.5 * self.setting.top)))
 
-    def _further_damping(self) -> tuple[Real | None, Real | None]:
+    @property
+    def near(self) -> int:
+        """Number of modes that have pieces of their own."""
+        return max(self.low, int(self.owner.max(initial=-1)) + 1)
+
+    def further_damping(self) -> tuple[Real | None, Real | None]:
+        """C and D of the model among the lowest modes (low, low); None where there is none."""
         C, D = (self.found.matrices[k] for k in "CD")
         if not (abs(C).max() or abs(D).max()):
             return None, None
@@ -250,7 +251,8 @@ class ResponsePoint:
 
     def modelled(self) -> tuple[Complex, ...]:
         """Model rows (rows, sensors, cases) of every signal, sensor faults included."""
-        return tuple(r.rows(self.faulty(r.signal, r.raw)) for r in self.responses)
+        each = zip(self.setting.signals, self.responses, strict=True)
+        return tuple(r.rows(self.faulty(s, driven(self, s, r))) for s, r in each)
 
     @cached_property
     def differences(self) -> tuple[Real, Real, tuple[str, ...]]:
@@ -276,10 +278,7 @@ class ResponsePoint:
             damped = losses.own(r, faulty)
             columns = np.concatenate([change.columns(r), losses.together(r)], axis=1)
             if self.setting.faults:
-                rates = [
-                    self.fault_rate(number, r.signal, r.raw)
-                    for number in range(len(self.setting.faults))
-                ]
+                rates = [self.fault_rate(k, r.signal, r.raw) for k in range(len(s.faults))]
                 columns = np.stack(
                     [*(self.faulty(r.signal, c) for c in np.moveaxis(columns, 1, 0)), *rates],
                     axis=1,

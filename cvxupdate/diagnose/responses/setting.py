@@ -53,7 +53,7 @@ def setting_for(
     flexible = shapes.lowest()
     f = flexible[: int(np.sum(flexible < BEYOND * top))]
     damping = file_damping(original, f)
-    return ResponseSetting(model, tuple(signals), damping, top, shapes, tuple(faults), mesh.at(f))
+    return ResponseSetting(model, tuple(signals), damping, top, shapes, tuple(faults), mesh)
 
 
 def around(model: Model, at: Real, top: float) -> Space:
@@ -84,15 +84,11 @@ def counted(setting: ResponseSetting, p: Real) -> tuple[ResponseSetting, Real]:
     more = int(np.sum(modes.frequencies[known:] < BEYOND * setting.top))
     if more <= 0 or not setting.damped:
         return setting, p
-    mesh, ends = setting.mesh, [setting.ratios.stop]
+    ends = [setting.ratios.stop]
     if setting.tuned:
         ends.append(setting.ratios.stop + setting.damped)
     typical = np.full(more, np.median(setting.zeta))
-    grown = replace(
-        setting,
-        zeta=np.concatenate([setting.zeta, typical]),
-        mesh=None if mesh is None else np.concatenate([mesh, np.full(more, mesh[-1])]),
-    )
+    grown = replace(setting, zeta=np.concatenate([setting.zeta, typical]))
     return grown, np.insert(p, np.repeat(ends, more), 0.0)
 
 
@@ -103,8 +99,7 @@ def with_damped(setting: ResponseSetting, like: ResponseSetting | None) -> Respo
         return setting
     modes = setting.shapes.modes(setting.model.zero()).modes
     count = max(setting.damped, min(like.damped, len(modes.eigenvalues) - modes.rigid))
-    mesh = None if like.mesh is None else like.mesh[:count]
-    return replace(setting, zeta=like.zeta[:count], mesh=mesh)
+    return replace(setting, zeta=like.zeta[:count])
 
 
 def unstrayed(setting: ResponseSetting, p: Real) -> Real | None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from cvxupdate.diagnose.nominal.theory import GROUP
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.results import Updated
@@ -18,8 +16,8 @@ def updated_model(point: ResponsePoint, notes: tuple[str, ...] = ()) -> Updated:
     own = [j for j, q in enumerate(model.parameters) if q.group != GROUP]  # a file has no word
     kept = model.with_parameters(tuple(model.parameters[j] for j in own))
     faults = zip(setting.faults, (float(v) for v in point.fault_values), strict=True)
-    if setting.mesh is not None and np.any(np.abs(setting.mesh) > SHIFTED):
-        shift = 100.0 * float(np.abs(setting.mesh).max())
+    shift = 100.0 * setting.mesh.worst(setting.top)
+    if shift > 100.0 * SHIFTED:
         notes = (
             *notes,
             "The diagnosis took out what the mesh shifts the frequencies (up to "

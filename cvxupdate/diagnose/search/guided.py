@@ -61,6 +61,24 @@ class Approach(Protocol):
     def left(self, h: Hypothesis) -> float:
         """What it leaves of a hypothesis as it is."""
 
+    def with_drive(self, h: Hypothesis) -> Hypothesis | None:
+        """The same where what stands at the drive goes with it, of which what was fitted says
+        nothing; None where nothing does."""
+
+
+def settled(evidence: Evidence, found: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Hypotheses in which what stands at the drive stays there or goes with it, whichever tells
+    better what was held out: what was fitted, driven from one place, is the same."""
+    approach = evidence.approach
+    return list(found) if approach is None else [_settled(evidence, approach, h) for h in found]
+
+
+def _settled(evidence: Evidence, approach: Approach, stays: Hypothesis) -> Hypothesis:
+    goes = approach.with_drive(stays)
+    if goes is None:
+        return stays
+    return min(stays, goes, key=lambda h: evidence.errors(h.fit).hold_out)
+
 
 @dataclass(frozen=True)
 class Reached:

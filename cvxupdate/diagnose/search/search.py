@@ -13,7 +13,7 @@ from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
 from cvxupdate.diagnose.screen.stability import stability
 from cvxupdate.diagnose.search.alike import elsewhere
 from cvxupdate.diagnose.search.beside import beside
-from cvxupdate.diagnose.search.guided import guided
+from cvxupdate.diagnose.search.guided import guided, settled
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
 from cvxupdate.diagnose.settings import (
@@ -116,8 +116,8 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     several = merged(several, [h for h in lighter if len(h.effects) > 1])
     return Found(
         tuple(best_of(*rankings)),
-        tuple(singles),
-        tuple(several),
+        tuple(settled(evidence, singles)),
+        tuple(settled(evidence, several)),
         {s.effect.key: part for s, part in stable},
         tuple((h, h.fit.misfit / bases[0].misfit) for h in entries),
     )

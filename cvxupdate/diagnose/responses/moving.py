@@ -1,0 +1,88 @@
+"""Responses to a drive that took along what stands at it (`cvxupdate.physics.shaker`).
+
+The model has the shaker's mass and spring where the fitted recordings were driven. Driven from
+elsewhere the structure is without them there, and has them at its new drive: a change Δ of the
+dynamic stiffness of these few DOFs by which receptances H become H − H_sr Δ (I + H_rr Δ)⁻¹ H_rd, in
+closed form (Sherman, Morrison and Woodbury; Ewins 2000, 6.4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cvxupdate.diagnose.responses.signals import Complex, Signal
+from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
+from cvxupdate.fe.synthesis.derivatives import summed
+from cvxupdate.fe.synthesis.pieces import Response, respond, sensor_rows
+from cvxupdate.physics.place import channel_place
+from cvxupdate.physics.shaker import goes_with_drive
+
+if TYPE_CHECKING:
+    from cvxupdate.diagnose.responses.point import ResponsePoint
+
+
+def driven(point: ResponsePoint, signal: Signal, response: Response) -> Complex:
+    """The model's answer (points, sensors, cases) to a signal; another than its ``response`` where
+    the signal is driven from a place to which something went along."""
+    model = point.setting.model
+    names = [q.name for q in model.parameters]
+    going = [j for j, name in enumerate(names) if goes_with_drive(name)]
+    if not going or len(signal.inputs) != 1:
+        return response.raw
+    p = point.p[: len(names)]
+    blocks = [_sized(b, float(p[j])) for j in going for b in model.derivative(j, p)]
+    pairs = [(b, _moved(model, b, signal.inputs[0])) for b in blocks]
+    if all(np.array_equal(stays.dofs, goes.dofs) for stays, goes in pairs):
+        return response.raw
+    return _changed(point, signal, pairs)
+
+
+def _moved(model: Model, block: DerivativeBlock, drive: str) -> DerivativeBlock:
+    """What a block at one drive is at another: along the same axes, but along that of the drive
+    where it acts along one alone."""
+    place = channel_place(drive)
+
+    def row(old: int) -> int:
+        kind = place.dof if block.dofs.size == 1 else KINDS[int(model.dof_kind[old])]
+        return model.place.get(f"n{place.nodes[0]}.{kind}", -1)
+
+    return replace(block, dofs=np.vectorize(row, otypes=[np.int64])(block.dofs))
+
+
+def _sized(block: DerivativeBlock, p: float) -> DerivativeBlock:
+    K, M, C, D = (None if v is None else p * v for v in (block.K, block.M, block.C, block.D))
+    return DerivativeBlock(block.dofs, K, M, C, D)
+
+
+def _changed(
+    point: ResponsePoint, signal: Signal, pairs: Sequence[tuple[DerivativeBlock, DerivativeBlock]]
+) -> Complex:
+    """Responses where each first block is taken off and the second put on."""
+    setting, s = point.setting, signal.s
+    used = np.unique(np.concatenate([b.dofs.reshape(-1) for pair in pairs for b in pair]))
+    sensors, inputs = (sensor_rows(setting.model, x) for x in (signal.sensors, signal.inputs))
+    n, m = len(sensors), len(inputs)
+    unit = np.broadcast_to(np.eye(m + len(used), dtype=complex), (len(s), *[m + len(used)] * 2))
+    free = replace(signal, order=0, U=unit)
+    H = respond(
+        free,
+        point.modes,
+        np.concatenate([sensors, used]),
+        np.concatenate([inputs, used]),
+        point.loss,
+        *point.further_damping(),
+        point.near,
+    ).raw
+    delta = np.zeros((len(s), len(used), len(used)), dtype=complex)
+    at, none = s[:, None, None], np.zeros(delta.shape[1:])
+    for sign, block in ((sign, b) for pair in pairs for sign, b in zip((-1, 1), pair, strict=True)):
+        K, M, C, D = (none if x is None else x for x in summed(block, used))
+        delta += sign * (K + at**2 * M + at * C + 1j * D)
+    inner = np.eye(len(used)) + H[:, n:, m:] @ delta
+    y = H[:, :n, :m] - H[:, :n, m:] @ delta @ np.linalg.solve(inner, H[:, n:, :m])
+    y *= (s**signal.order)[:, None, None]
+    return np.asarray(y if signal.plain else np.einsum("psi,pic->psc", y, signal.U))

@@ -1,0 +1,139 @@
+"""What a shaker brings to where it drives: armature or force cell, stinger and suspension
+(``flexible_support`` at the drive point; Ewins 2000, 3.3). Moved to another place, it takes them
+along, so the structure is another one there: masses and springs at the drive point may stay or go
+with the drive, which recordings from one place alone cannot tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from typing import final
+
+import numpy as np
+
+from cvxupdate.fe.block import Block
+from cvxupdate.fe.elements import Spring
+from cvxupdate.fe.model import KINDS, Model
+from cvxupdate.physics.added_mass import lumps, translations
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, ModelChange
+from cvxupdate.physics.growth import append_parameters, at_once, limited, small_block
+from cvxupdate.physics.place import DRIVE_POINT, Place, channel_place, drive_point
+from cvxupdate.physics.quantity import physical
+from cvxupdate.physics.units import quantity
+
+LIGHTEST = 0.01  # of the structure's mass: the unit of a shaker's
+SOFTEST = 0.02  # of the stiffness where it drives: the unit of its stinger's
+LIMITS = (0.0, 1000.0)
+WITH_DRIVE = " with the drive"  # in the name of a parameter that acts wherever the drive is
+TRAVELS = ", and wherever else the drive is"
+
+
+@final
+class ShakerAttachment(EffectType):
+    """A mass and a spring to ground where the only drive is."""
+
+    name = "flexible_support"
+    noun = "a shaker with mass and stiffness"
+    rig = True
+    told_by = frozenset({RESPONSES})
+
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """At the drive, where there is one that acts along an axis. Tell-tale: where the force
+        comes in, the structure is heavier and stiffer."""
+        if len(context.forces) != 1:
+            return []
+        model, there = context.model, channel_place(context.forces[0])
+        node, row = there.nodes[0], model.place.get(context.forces[0], -1)
+        rows = translations(model).get(node, [])
+        if row not in rows:
+            return []
+        mass = LIGHTEST * max(model.total_mass(), 1e-12)
+        stiffness, inertia = context.local(row)
+        slow = inertia * (2.0 * np.pi * context.bottom) ** 2
+        stiff = SOFTEST * stiffness if stiffness > 0.0 else slow
+        if stiff <= 0.0:
+            return []
+        tangent = (
+            *at_once(rows, "M", mass * np.eye(len(rows))),
+            *at_once((row,), "K", np.full((1, 1), stiff)),
+        )
+        change = ModelChange(partial(_grown, model, node, rows, row, (mass, stiff)), tangent)
+        figures = (physical("m", "kg"), physical("k", "N/m", 1))
+        place = Place(nodes=(node,), dof=there.dof)
+        spot = drive_point(place, context.forces)
+        return [Effect(self, place, change, figures, 1, LIMITS, spot)]
+
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """Mass and stiffness."""
+        return (
+            f"The shaker acts on the structure {effect.spot}: with a mass of "
+            f"{quantity(values['m'], 'kg')} and a spring of {quantity(values['k'], 'N/m')}, which "
+            "the model does not have."
+        )
+
+
+def _grown(model: Model, node: int, rows: list[int], row: int, units: tuple[float, float]) -> Model:
+    heavy = lumps(model, [rows])
+    grown = replace(model, blocks=(*model.blocks, heavy))
+    axis = int(model.dof_kind[row])
+    spring: Block = small_block(
+        grown, Spring(KINDS[axis], 1), np.array([[row]]), [axis], "K", np.ones((1, 1)), {"k": 0.0}
+    )
+    grown = replace(grown, blocks=(*grown.blocks, spring))
+    named = zip(("m", "k"), (heavy, spring), units, strict=True)
+    wanted = [
+        limited(f"shaker@n{node}.{of}", of, block.ids.tolist(), LIMITS, unit)
+        for of, block, unit in named
+    ]
+    return append_parameters(grown, wanted)
+
+
+def at_drive(effect: Effect) -> bool:
+    """Whether it stands where the force comes in, and may be the shaker's."""
+    return effect.change is not None and effect.spot.startswith(DRIVE_POINT)
+
+
+def goes_with_drive(name: str) -> bool:
+    """Whether a parameter of that name acts wherever the drive is."""
+    return WITH_DRIVE in name
+
+
+@dataclass(frozen=True, eq=False)
+class Travelling(ModelChange):
+    """A change at the drive point that goes with the drive. Where the drive is, it is the same."""
+
+    @property
+    def detail(self) -> tuple[str, ...]:
+        """What tells it from one that stays."""
+        return (WITH_DRIVE,)
+
+    def moved(self, effect: Effect, context: SearchContext) -> Effect | None:
+        """Of the candidate that stays."""
+        stays = (effect.physics, effect.place)
+        found = next((e for e in effect.type.candidates(context) if e.key == stays), None)
+        return None if found is None else with_drive(found)
+
+
+def with_drive(effect: Effect) -> Effect:
+    """A change at the drive point as one that goes with the drive."""
+    change = effect.change
+    if change is None or isinstance(change, Travelling):
+        return effect
+    same = {f.name: getattr(change, f.name) for f in fields(change)}
+    action = Travelling(**{**same, "grow": partial(_marked, change)})
+    return replace(effect, action=action, spot=f"{effect.spot}{TRAVELS}")
+
+
+def _marked(change: ModelChange) -> Model:
+    return marked(change.model, range(-change.count, 0))
+
+
+def marked(model: Model, which: Sequence[int]) -> Model:
+    """The model with the names of some of its parameters saying that they go with the drive."""
+    parameters = list(model.parameters)
+    for k in which:
+        parameters[k] = replace(parameters[k], name=f"{parameters[k].name}{WITH_DRIVE}")
+    return model.with_parameters(parameters)
