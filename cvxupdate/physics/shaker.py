@@ -27,13 +27,14 @@ from cvxupdate.physics.units import quantity
 LIGHTEST = 0.01  # of the structure's mass: the unit of a shaker's
 SOFTEST = 0.02  # of the stiffness where it drives: the unit of its stinger's
 LIMITS = (0.0, 1000.0)
+MOST = 2  # drives: shakers act at few places, a hammer that goes from place to place is none
 WITH_DRIVE = " with the drive"  # in the name of a parameter that acts wherever the drive is
 TRAVELS = ", and wherever else the drive is"
 
 
 @final
 class ShakerAttachment(EffectType):
-    """A mass and a spring to ground where the only drive is."""
+    """A mass and a spring to ground where a drive is."""
 
     name = "flexible_support"
     noun = "a shaker with mass and stiffness"
@@ -41,21 +42,23 @@ class ShakerAttachment(EffectType):
     told_by = frozenset({RESPONSES})
 
     def candidates(self, context: SearchContext) -> list[Effect]:
-        """At the drive, where there is one that acts along an axis. Tell-tale: where the force
+        """At each drive that acts along an axis, where they are few. Tell-tale: where the force
         comes in, the structure is heavier and stiffer."""
-        if len(context.forces) != 1:
-            return []
-        model, there = context.model, channel_place(context.forces[0])
-        node, row = there.nodes[0], model.place.get(context.forces[0], -1)
+        drives = context.forces if len(context.forces) <= MOST else ()
+        return [e for label in drives if (e := self._at(label, context)) is not None]
+
+    def _at(self, label: str, context: SearchContext) -> Effect | None:
+        model, there = context.model, channel_place(label)
+        node, row = there.nodes[0], model.place.get(label, -1)
         rows = translations(model).get(node, [])
-        if row not in rows:
-            return []
         mass = LIGHTEST * max(model.total_mass(), 1e-12)
+        if row not in rows:
+            return None
         stiffness, inertia = context.local(row)
         slow = inertia * (2.0 * np.pi * context.bottom) ** 2
         stiff = SOFTEST * stiffness if stiffness > 0.0 else slow
         if stiff <= 0.0:
-            return []
+            return None
         tangent = (
             *at_once(rows, "M", mass * np.eye(len(rows))),
             *at_once((row,), "K", np.full((1, 1), stiff)),
@@ -63,8 +66,7 @@ class ShakerAttachment(EffectType):
         change = ModelChange(partial(_grown, model, node, rows, row, (mass, stiff)), tangent)
         figures = (physical("m", "kg"), physical("k", "N/m", 1))
         place = Place(nodes=(node,), dof=there.dof)
-        spot = drive_point(place, context.forces)
-        return [Effect(self, place, change, figures, 1, LIMITS, spot)]
+        return Effect(self, place, change, figures, 1, LIMITS, drive_point(place, (label,)))
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """Mass and stiffness."""

@@ -178,6 +178,7 @@ CASES = (
     Case("EqualSupports", "beam", {"k": 2.1e6}),
     Case("FlexibleSupport", "beam", {"k": 2.1e6, "m": 3.4}),
     Case("MovingFixture", "frame", {"k": 2.1e6, "m": 3.4, "kr": 5.6e3, "J": 0.021}),
+    Case("ShakerAttachment", "beam", {"m": 0.021, "k": 4300.0}),
     Case("JointFlexibility", "beam", {"k": 2.1e6}),
     Case("EqualJoints", "frame", {"k": 2.1e6}),
     Case("ShearDeformation", "beam", {"kappa": 0.83}),

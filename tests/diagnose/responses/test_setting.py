@@ -34,7 +34,7 @@ def setting(chain, lab, measure):
 
 def few(setting, modes: int, tuned: bool = False):
     """The same where only the lowest modes were in the band when it was made."""
-    return replace(setting, zeta=setting.zeta[:modes], mesh=np.arange(modes) * 1e-3, tuned=tuned)
+    return replace(setting, zeta=setting.zeta[:modes], tuned=tuned)
 
 
 @pytest.mark.parametrize("tuned", [False, True])
@@ -52,9 +52,7 @@ def test_modes_that_come_into_the_band_get_unknowns_of_their_own(setting, tuned)
     assert all(np.linalg.norm(A[:, grown.ratios], axis=0) > 0.0)
     again, same = counted(grown, q)
     assert again is grown and same is q
-    bare = replace(short, mesh=None)
-    now, there = counted(bare, p)
-    old, new = (s.evaluate(x).modelled() for s, x in ((bare, p), (now, there)))
+    old, new = (s.evaluate(x).modelled() for s, x in ((short, p), (grown, q)))
     # modes without a ratio of their own have the median one, less each mode's own
     for a, b in zip(old, new, strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-12 * abs(a).max())
@@ -65,16 +63,16 @@ def test_a_setting_has_as_many_ratios_as_another_but_no_more_than_modes(setting)
     assert with_damped(short, None) is short and with_damped(setting, short) is setting
     whole = with_damped(short, setting)
     np.testing.assert_array_equal(whole.zeta, setting.zeta)
-    more = replace(setting, zeta=np.full(7, 0.01), mesh=np.arange(7) * 1e-3)
+    more = replace(setting, zeta=np.full(7, 0.01))
     grown = with_damped(short, more)
-    assert grown.damped == 4 and len(grown.mesh) == 4
+    assert grown.damped == 4
     grown.evaluate(np.zeros(len(grown.columns)))
 
 
 def test_a_structure_without_modes_in_the_band_is_left_alone(setting):
     short = few(setting, 0)
     p = np.zeros(len(short.columns))
-    assert counted(replace(short, mesh=None), p)[1] is p
+    assert counted(short, p)[1] is p
 
 
 def test_a_mode_that_was_damped_away_is_found_again(setting, monkeypatch):
@@ -99,6 +97,6 @@ def test_a_mode_that_was_damped_away_is_found_again(setting, monkeypatch):
 
 def test_where_modes_are_gone_there_is_no_structure(setting):
     """Without rotary inertia a beam that shears has fewer: no step goes there."""
-    more = replace(setting, zeta=np.full(5, 0.01), mesh=None)
+    more = replace(setting, zeta=np.full(5, 0.01))
     with pytest.raises(ModelError, match="none there"):
         more.evaluate(np.zeros(len(more.columns)))

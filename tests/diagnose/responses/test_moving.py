@@ -1,0 +1,129 @@
+"""What goes with the drive: responses elsewhere are those of the structure that has it there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cvxupdate.diagnose import gather
+from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, without
+from cvxupdate.diagnose.responses.errors import on_signals
+from cvxupdate.diagnose.search.guided import settled
+from cvxupdate.diagnose.types import Score
+from cvxupdate.physics.shaker import WITH_DRIVE
+
+HEAVY, STIFF = 0.4, 9e3
+
+
+def quiet(_: str) -> None:
+    """Progress that nobody reads."""
+
+
+def driven(lab, node):
+    """The chain with the shaker where it drives, of 0.4 kg on 9 kN/m."""
+    m, k = np.zeros(4), np.zeros(4)
+    m[node - 1], k[node - 1] = HEAVY, STIFF
+    real = lab(m=tuple(m))
+    return replace(real, K=real.K + np.diag(k))
+
+
+def evidence_of(chain, measure, there, names=("added_mass", "flexible_support")):
+    """Fitted where mass 4 is driven, held out where mass 1 is (``there``)."""
+    at_four, elsewhere = there
+    recordings = (
+        measure(at_four, 4, seed=1, noise=1e-4),
+        measure(elsewhere, 1, "hold-out", seed=2, noise=1e-4),
+    )
+    spec, model = chain
+    return replace(gather.gathered(spec, model, recordings, quiet), names=names)
+
+
+@pytest.fixture
+def goes(chain, lab, measure):
+    return evidence_of(chain, measure, (driven(lab, 4), driven(lab, 1)))
+
+
+@pytest.fixture
+def stays(chain, lab, measure):
+    return evidence_of(chain, measure, (driven(lab, 4), driven(lab, 4)))
+
+
+def shaken(evidence, sizes=(HEAVY, STIFF)):
+    """The hypothesis of a shaker at mass 4, of its true size, sharp."""
+    bare = Hypothesis((), evidence.bases[-1])
+    (effect,) = [c for c in evidence.candidates(evidence.model, ("flexible_support",)) if c.spot]
+    last = evidence.levels - 1
+    seed = seed_from(evidence, bare, Score(effect, 0.0, np.zeros(2)), last)
+    p, n = seed.start.copy(), len(seed.setting.model.parameters)
+    p[n - 2 : n] = np.array(sizes) / [q.unit_size for q in seed.setting.model.parameters[-2:]]
+    return Hypothesis(seed.effects, evidence.evaluated(seed.setting, p))
+
+
+def elsewhere(h, evidence):
+    (signal,) = evidence.data.sharp_hold_out
+    (row,) = on_signals(h.fit.point, [signal]).modelled()
+    return signal, row
+
+
+def test_elsewhere_it_is_the_structure_with_the_shaker_there(goes):
+    """Beside the model that has lumps and springs there; the modes' damping is that of the first
+    drive's modes, so near resonance it may differ by a part of the damping."""
+    moved = goes.approach.with_drive(shaken(goes))
+    signal, got = elsewhere(moved, goes)
+    setting, n = shaken(goes).fit.setting, len(goes.model.parameters)
+    m = setting.model.matrices(np.zeros(n + 2))
+    M, K, at = m.M.toarray(), m.K.toarray(), setting.model.place["n1.x"]
+    M[at, at] += HEAVY
+    K[at, at] += STIFF
+    s2 = -(signal.s.imag[::7] ** 2)
+    H = s2[:, None, None] * np.linalg.inv(K + s2[:, None, None] * M)
+    wanted = H[:, [setting.model.place[label] for label in signal.sensors], at]
+    far = np.abs(got[::7, :, 0] - wanted) / np.abs(wanted).max(axis=0)
+    assert np.median(far) < 2e-3
+
+
+def test_at_the_first_drive_it_is_the_same(goes):
+    h = shaken(goes)
+    moved = goes.approach.with_drive(h)
+    for one, other in zip(h.fit.point.modelled(), moved.fit.point.modelled(), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert moved.keys != h.keys and {e.physics for e in moved.effects} == {"flexible_support"}
+    assert "wherever else the drive is" in moved.effects[0].says(moved.figures[0].values)
+    assert moved.figures[0].values == h.figures[0].values
+
+
+@pytest.mark.parametrize("truth", ["goes", "stays"])
+def test_what_was_held_out_says_whether_it_went_along(request, truth):
+    evidence = request.getfixturevalue(truth)
+    h = shaken(evidence)
+    (found,) = settled(evidence, [h])
+    went = any(WITH_DRIVE in e.key for e in found.effects)
+    assert went == (truth == "goes")
+    other = evidence.approach.with_drive(h) if truth == "stays" else h
+    assert evidence.errors(found.fit).hold_out < 0.5 * evidence.errors(other.fit).hold_out
+
+
+def test_it_is_taken_out_and_placed_again_as_one_that_goes(goes):
+    moved = goes.approach.with_drive(shaken(goes))
+    context = goes.context(goes.model)
+    (effect,) = moved.effects
+    again = effect.on(context)
+    assert again.key == effect.key
+    assert all(WITH_DRIVE in q.name for q in again.change.model.parameters[-2:])
+    rest = without(goes, moved, 0)
+    assert rest.effects == () and np.isfinite(rest.fit.misfit)
+
+
+def test_nothing_goes_along_where_nothing_stands_or_no_other_place_is_driven(
+    goes, chain, lab, measure
+):
+    bare = Hypothesis((), goes.bases[-1])
+    assert goes.approach.with_drive(bare) is None
+    assert settled(goes, [bare]) == [bare]
+    spec, model = chain
+    real = driven(lab, 4)
+    one = (measure(real, 4, seed=1), measure(real, 4, "hold-out", seed=2))
+    alone = replace(gather.gathered(spec, model, one, quiet), names=("flexible_support",))
+    assert alone.approach.with_drive(shaken(alone)) is None
