@@ -126,8 +126,8 @@ def read_table(path: Path) -> tuple[list[dict[str, Any]], TableFile]:
     Raises
     ------
     TableError
-        When the file is not UTF-8 text, has no header or no rows, or a row is longer than the
-        header.
+        When the file is not UTF-8 text, has no header or no rows, or a row has not as many
+        cells as the header.
     """
     try:
         text = path.read_bytes().decode("utf-8-sig")
@@ -162,10 +162,11 @@ def read_table(path: Path) -> tuple[list[dict[str, Any]], TableFile]:
         )
     rows: list[dict[str, Any]] = []
     for (number, _), row in zip(lines[1:], cells[1:], strict=True):
-        if len(row) > len(header):
+        if len(row) != len(header):
             raise TableError(
-                f"line {number}: {len(row)} cells under {len(header)} column names.",
-                "Check the separators.",
+                f"line {number}: {len(row)} cell{'s' * (len(row) > 1)} under {len(header)} "
+                "column names.",
+                "Check the separators; a cell that is left empty keeps its separator.",
             )
         rows.append(
             {
