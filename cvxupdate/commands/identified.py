@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from cvxupdate.correlate.result import Geometry
     from cvxupdate.recordings.identify.decay import DecayRates
     from cvxupdate.recordings.identify.stabilisation import Stabilisation
-    from cvxupdate.recordings.realise.routes import NormalModes
+    from cvxupdate.recordings.realise import NormalModes
     from cvxupdate.recordings.types import Complex, Real
 
 
