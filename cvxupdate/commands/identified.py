@@ -34,7 +34,8 @@ class Fitted:
 class Mode:
     """One mode: ``frequency`` (Hz) and ``damping`` (fraction of critical) with their deviations,
     NaN where unknown; ``mpc`` 1 and ``mpd`` 0° for a real shape, NaN with fewer than two channels;
-    ``purity`` of an appropriated one, else NaN."""
+    ``purity`` of an appropriated one, else NaN; ``pair`` the number of the model's flexible mode
+    that a table pairs it with, 0 for none."""
 
     frequency: float
     frequency_std: float
@@ -43,6 +44,7 @@ class Mode:
     mpc: float
     mpd: float
     purity: float = float("nan")
+    pair: int = 0
 
 
 @dataclass(frozen=True)
