@@ -44,7 +44,7 @@ class Mode:
     mpc: float
     mpd: float
     purity: float = float("nan")
-    pair: int = 0
+    pair: int = field(default=0, kw_only=True)
 
 
 @dataclass(frozen=True)
