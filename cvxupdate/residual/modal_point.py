@@ -120,20 +120,24 @@ class ModalResidual:
             if before is None
             else (before.modes, before.places)
         )
-        modes, found = self._modes(p, m, first, places)
+        modes, found = self._modes(p, m, first, _highest(places))
         point = self._paired(p, m, modes, first, places)
         if found is not None and _highest(point.places) >= found.exact:
-            found = None  # one went among the modes that have not converged
-            point = self._paired(p, m, self._anew(p, m), first, places)
+            # one went among the modes that have not converged
+            modes, found = self._modes(p, m, found.modes, _highest(point.places))
+            point = self._paired(p, m, modes, first, places)
+            if found is not None and _highest(point.places) >= found.exact:
+                found = None
+                point = self._paired(p, m, self._anew(p, m), first, places)
         return point if found is None else replace(point, solved=found)
 
     def _modes(
-        self, p: Real, m: Matrices, first: Modes, places: Sequence[Index]
+        self, p: Real, m: Matrices, first: Modes, highest: int
     ) -> tuple[Modes, Continued | None]:
         """The modes, by continuation where that is wanted, worth while and safe."""
         if not self._continues:
             return model_modes(self.model, self.count, p, m), None
-        wanted = min(_highest(places) + 2, len(first.eigenvalues))
+        wanted = min(highest + 2, len(first.eigenvalues))
         found = continued_modes(m, first, wanted)
         return (self._anew(p, m), None) if found is None else (found.modes, found)
 
