@@ -22,8 +22,9 @@ import numpy as np
 
 from cvxupdate.parallel import Where
 from cvxupdate.study import open_problem
+from cvxupdate.update.basins import basins
 from cvxupdate.update.modal_fit import modal_fit
-from cvxupdate.update.starts import Kept, basins, mark_of, run_starts
+from cvxupdate.update.starts import Kept, mark_of, run_starts
 
 FOLDER = Path(__file__).resolve().parents[2] / "problems/real/smu-modal-data"
 ALPHA = (-0.1, 0.2, 0.2, -0.05, 0.2, 0.15, 0.15, 0.10, -0.10, -0.15, 0.20, 0.15)
