@@ -120,16 +120,15 @@ class ModalResidual:
             if before is None
             else (before.modes, before.places)
         )
-        modes, found = self._modes(p, m, first, _highest(places))
-        point = self._paired(p, m, modes, first, places)
-        if found is not None and _highest(point.places) >= found.exact:
-            # one went among the modes that have not converged
-            modes, found = self._modes(p, m, found.modes, _highest(point.places))
+        begin, highest = first, _highest(places)
+        for _ in range(2):  # again where one went among the modes that had not converged
+            modes, found = self._modes(p, m, begin, highest)
             point = self._paired(p, m, modes, first, places)
-            if found is not None and _highest(point.places) >= found.exact:
-                found = None
-                point = self._paired(p, m, self._anew(p, m), first, places)
-        return point if found is None else replace(point, solved=found)
+            highest = _highest(point.places)
+            if found is None or highest < found.exact:
+                return point if found is None else replace(point, solved=found)
+            begin = found.modes
+        return self._paired(p, m, self._anew(p, m), first, places)
 
     def _modes(
         self, p: Real, m: Matrices, first: Modes, highest: int
