@@ -105,8 +105,8 @@ class ModalResidual:
         """The model's modes at ``p`` (n,), each measured mode followed from the point ``before``
         (None: from ``start``).
 
-        The fitted modes are followed first, then those to score among what is left. Shapes of a
-        repeated eigenvalue are turned to those before.
+        Fitted modes are followed first, those to score among what is left; shapes of a repeated
+        eigenvalue are turned to those before.
 
         Raises
         ------
@@ -126,7 +126,7 @@ class ModalResidual:
             point = self._paired(p, m, modes, first, places)
             highest = _highest(point.places)
             if found is None or highest < found.exact:
-                return point if found is None else replace(point, solved=found)
+                return replace(point, solved=found)
             begin = found.modes
         return self._paired(p, m, self._anew(p, m), first, places)
 
@@ -136,8 +136,7 @@ class ModalResidual:
         """The modes, by continuation where that is wanted, worth while and safe."""
         if not self._continues:
             return model_modes(self.model, self.count, p, m), None
-        wanted = min(highest + 2, len(first.eigenvalues))
-        found = continued_modes(m, first, wanted)
+        found = continued_modes(m, first, min(highest + 2, len(first.eigenvalues)))
         return (self._anew(p, m), None) if found is None else (found.modes, found)
 
     @cached_property

@@ -99,8 +99,21 @@ def study(case, count, folder, jobs):
     return ends, basins(ends, fit.objective), there
 
 
+def draw(found, file):
+    """The ends of every case in the order of their objectives."""
+    import matplotlib.pyplot as plt
+
+    figure, ax = plt.subplots(figsize=(7, 4))
+    for name, (ends, _, _) in found.items():
+        ax.semilogy(sorted(e.objective for e in ends), ".-", label=name)
+    ax.set(xlabel="start, best first", ylabel="objective", title="Where random starts end")
+    ax.legend(fontsize=7)
+    figure.tight_layout()
+    figure.savefig(file, dpi=130)
+
+
 def main(folder, wish):
-    """Print the table; gives {case: (ends, minima, there)}."""
+    """Print the table and draw where the starts end; gives {case: (ends, minima, there)}."""
     jobs = 1 if wish.quick else 2
     found = {}
     rows = [("case", "starts", "there", "seconds", "slowest", "minimum", "ends")]
@@ -120,4 +133,5 @@ def main(folder, wish):
             rows.append((*first, b.objective, len(b.starts)))
     with (folder / "modal_starts.csv").open("w", newline="") as file:
         csv.writer(file).writerows(rows)
+    draw(found, folder / "modal_starts.png")
     return found
