@@ -13,6 +13,7 @@ import scipy.linalg
 from cvxupdate import cli
 from cvxupdate.commands.identify import METHODS, Options, identify
 from cvxupdate.errors import InputError
+from cvxupdate.recordings.realise import ROUTES
 from cvxupdate.report.identify_page import identify_page
 from cvxupdate.study import open_problem
 
@@ -176,6 +177,11 @@ def test_the_page_moves_the_shapes_and_runs_no_script(here):
     assert "Stabilisation diagram" in page and "zhang-lallement" in page
     assert "cvxupdate identify --normal all --order 24 problem.toml" in page
     assert len(re.findall("<svg", page)) >= 7
+    # several routes: one table of what they do, each by itself behind its name
+    assert page.count("<details>") == page.count("<summary>") == len(ROUTES)
+    assert page.count("Largest shift") == 1
+    alone = identify_page(identify("problem.toml", Options(order=24, normal="simple")))
+    assert "<details>" not in alone and "Largest shift" not in alone
 
 
 def test_a_channel_of_force_and_motion(here):

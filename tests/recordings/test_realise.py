@@ -178,6 +178,8 @@ def test_incomplete_sets() -> None:
     assert min(mac(a, b) for a, b in zip(real, phi, strict=False)) > 0.999
     with pytest.raises(RecordingError, match="do not make 6"):
         ibrahim_fill(poles[:3], shapes[:3], f[4:], phi[4:])
+    with pytest.raises(RecordingError, match="are dependent at these channels"):
+        ibrahim_fill(poles[:3], shapes[:3], f[3:], phi[[3, 3, 5]] * 1.0)
     with pytest.raises(RecordingError, match="at least as many channels"):
         ibrahim_state(poles, shapes[:, :4])
 

@@ -96,7 +96,7 @@ def ibrahim_fill(
     Raises
     ------
     RecordingError
-        When measured and analytical modes together are not as many as the channels.
+        When measured and analytical modes together are not as many as the channels, or dependent.
     """
     n = shapes.shape[1]
     if poles.size + analytical_frequency.size != n:
@@ -117,7 +117,13 @@ def ibrahim_fill(
     lhs = np.concatenate([top.real, top.imag], axis=1)
     rhs = np.concatenate([right.real, right.imag], axis=1)
     scale = np.concatenate([np.full(n, 1.0), np.full(n, 1.0 / float(np.median(np.abs(poles_all))))])
-    solution = scipy.linalg.lstsq((lhs * scale[:, None]).T, rhs.T)[0].T * scale
+    scaled, _, rank, _ = scipy.linalg.lstsq((lhs * scale[:, None]).T, rhs.T, cond=1e-12)
+    if rank < 2 * n - np.count_nonzero(poles_all == 0.0):
+        raise RecordingError(
+            "measured and analytical modes together are dependent at these channels: leave out a "
+            "mode that was found twice, or channels that tell the same"
+        )
+    solution = scaled.T * scale
     frequency, real = normal_modes_of(solution[:, :n], n)
     left = rivals(analytical_shapes, real)
     return frequency[left], real[left]
