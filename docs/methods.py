@@ -35,7 +35,7 @@ WAYS: tuple[tuple[str, str], ...] = (
     ("cvxupdate.residual.frf_accuracy", '`run`, `method = "rfm_accuracy"`; `plan`'),
     ("cvxupdate.residual.eigen", '`run`, `method = "sensitivity"`'),
     ("cvxupdate.recordings.appropriate", "`identify --method appropriation --indicator …`; `plan`"),
-    ("cvxupdate.recordings.realise", "`identify --normal …`; `realise` of a recording"),
+    ("cvxupdate.recordings.realise", "`identify --normal …`"),
     ("cvxupdate.recordings.identify", "`identify --method …`"),
     ("cvxupdate.update.classic", "`run`, `solution = …`"),
     ("cvxupdate.update.modal", '`run`, `method = "frequencies"` or `"sensitivity"`'),

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from cvxupdate.correlate.result import Geometry
     from cvxupdate.recordings.identify.decay import DecayRates
     from cvxupdate.recordings.identify.stabilisation import Stabilisation
-    from cvxupdate.recordings.realise.routes import NormalModes
+    from cvxupdate.recordings.realise import NormalModes
     from cvxupdate.recordings.types import Complex, Real
 
 
@@ -34,7 +34,8 @@ class Fitted:
 class Mode:
     """One mode: ``frequency`` (Hz) and ``damping`` (fraction of critical) with their deviations,
     NaN where unknown; ``mpc`` 1 and ``mpd`` 0° for a real shape, NaN with fewer than two channels;
-    ``purity`` of an appropriated one, else NaN."""
+    ``purity`` of an appropriated one, else NaN; ``pair`` the number of the model's flexible mode
+    that a table pairs it with, 0 for none."""
 
     frequency: float
     frequency_std: float
@@ -43,6 +44,7 @@ class Mode:
     mpc: float
     mpd: float
     purity: float = float("nan")
+    pair: int = field(default=0, kw_only=True)
 
 
 @dataclass(frozen=True)

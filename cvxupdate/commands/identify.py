@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING
 from cvxupdate.commands.identified import Identified, ModeSetResult
 from cvxupdate.commands.identify_ambient import of_responses
 from cvxupdate.commands.identify_damping import of_table, with_measured_damping
-from cvxupdate.commands.identify_frf import of_frf, routes_of
+from cvxupdate.commands.identify_frf import of_frf
+from cvxupdate.commands.identify_normal import routes_of
 from cvxupdate.commands.identify_options import LONGEST, METHODS, Options
 from cvxupdate.commands.sources import Source, open_source
 from cvxupdate.errors import InputError, RecordingError
 
 if TYPE_CHECKING:
+    from cvxupdate.fe.model import Model
     from cvxupdate.recordings.read.contents import Progress
     from cvxupdate.recordings.types import Recording, TimeHistory
     from cvxupdate.spec.given import Given
@@ -43,7 +45,7 @@ def identify(
     skipped: list[str] = []
     for recording in _wanted(source, chosen.recording):
         try:
-            sets.append(_one(recording, chosen))
+            sets.append(_one(recording, chosen, source.model))
         except RecordingError as error:
             skipped.append(f"{recording.origin.name}: {error}")
     if not sets:
@@ -79,17 +81,17 @@ def _wanted(source: Source, which: str | None) -> Sequence[Recording]:
     raise InputError(f"{source.path}: no recording {which!r}. There are: {listed}.")
 
 
-def _one(recording: Recording, o: Options) -> ModeSetResult:
+def _one(recording: Recording, o: Options, model: Model | None) -> ModeSetResult:
     from cvxupdate.recordings.types import FrequencyResponse, ModeTable
 
     if isinstance(recording, ModeTable):
         return of_table(recording)
     if isinstance(recording, FrequencyResponse):
-        return of_frf(recording, "frf", o, ())
-    return _of_time(recording, o)
+        return of_frf(recording, "frf", o, (), model)
+    return _of_time(recording, o, model)
 
 
-def _of_time(history: TimeHistory, o: Options) -> ModeSetResult:
+def _of_time(history: TimeHistory, o: Options, model: Model | None) -> ModeSetResult:
     from cvxupdate.recordings.impacts import struck
     from cvxupdate.recordings.spectral import frf_from_time
 
@@ -104,24 +106,26 @@ def _of_time(history: TimeHistory, o: Options) -> ModeSetResult:
         )
     o = o if o.band is not None else replace(o, band=history.band)
     if o.method == "ssi" or not forced:
-        return of_responses(history, o)
+        return of_responses(history, o, model)
     kinds = [c.quantity for c in motions]
     quantity = max(dict.fromkeys(kinds), key=kinds.count)
     if o.estimator is None and struck(history):
-        return _of_blows(history, o, quantity, len(set(kinds)) > 1)
+        return _of_blows(history, o, quantity, len(set(kinds)) > 1, model)
     way = o.estimator or ("lpm" if len(history.data) <= LONGEST else "h1")
     frf = frf_from_time(history, method=way, quantity=quantity)
     notes = [f"frequency responses estimated by {'local polynomials' if way == 'lpm' else way}"]
     if len(set(kinds)) > 1:
         notes.append(_only(quantity))
-    return of_frf(frf, "time", o, notes)
+    return of_frf(frf, "time", o, notes, model)
 
 
 def _only(quantity: str) -> str:
     return f"only its channels of {quantity} are used"
 
 
-def _of_blows(history: TimeHistory, o: Options, quantity: str, several: bool) -> ModeSetResult:
+def _of_blows(
+    history: TimeHistory, o: Options, quantity: str, several: bool, model: Model | None
+) -> ModeSetResult:
     """Of a hammer's record; the window that its blocks need comes on top of one that was applied
     when it was recorded."""
     from cvxupdate.recordings.impacts import frf_from_blows
@@ -146,7 +150,7 @@ def _of_blows(history: TimeHistory, o: Options, quantity: str, several: bool) ->
         notes.append("one blow alone: nothing tells its noise from the structure's own response")
     if several:
         notes.append(_only(quantity))
-    return of_frf(frf, "time", o, notes)
+    return of_frf(frf, "time", o, notes, model)
 
 
 __all__ = ["METHODS", "Options", "identify"]

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cvxupdate.commands.identified import Mode, ModeSetResult
-from cvxupdate.commands.identify_frf import complexity, labels_of, laws_of, normal_of
+from cvxupdate.commands.identify_frf import complexity, labels_of, laws_of
+from cvxupdate.commands.identify_normal import normal_of
 from cvxupdate.commands.identify_options import Options
 from cvxupdate.errors import RecordingError
 
 if TYPE_CHECKING:
+    from cvxupdate.fe.model import Model
     from cvxupdate.recordings.identify.ambient import AmbientModes
     from cvxupdate.recordings.types import Real, TimeHistory
 
@@ -19,7 +21,7 @@ BLOCKS = 8
 """Blocks of the spectrum behind the diagram, half overlapped: looked at, not computed with."""
 
 
-def of_responses(history: TimeHistory, o: Options) -> ModeSetResult:
+def of_responses(history: TimeHistory, o: Options, model: Model | None = None) -> ModeSetResult:
     """Modes of a record whose excitation was not measured, or is left aside.
 
     Raises
@@ -29,7 +31,6 @@ def of_responses(history: TimeHistory, o: Options) -> ModeSetResult:
     """
     from cvxupdate.correlate.mac import mac
     from cvxupdate.recordings.identify.ambient import identify_ambient
-    from cvxupdate.recordings.realise.routes import ModeSet
     from cvxupdate.recordings.types import ModeTable
 
     if o.method not in ("plscf", "ssi"):
@@ -72,7 +73,7 @@ def of_responses(history: TimeHistory, o: Options) -> ModeSetResult:
         spectrum=curves,
         spectrum_says="singular values of the responses' cross spectra",
         fit=None,
-        normal=normal_of(ModeSet(found.poles, found.shapes), o.normal),
+        normal=normal_of(found.poles, found.shapes, found.channels, o.normal, None, model),
         laws=laws_of(table),
         notes=_said(found, history),
     )

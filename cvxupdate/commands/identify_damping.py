@@ -136,7 +136,10 @@ def of_table(table: ModeTable) -> ModeSetResult:
         kind="modes",
         method="table",
         band=(float(table.frequency.min()), float(table.frequency.max())),
-        modes=tuple(Mode(*(float(v) for v in row)) for row in zip(*figures, strict=True)),
+        modes=tuple(
+            Mode(*(float(v) for v in row), pair=int(pair))
+            for *row, pair in zip(*figures, table.pairs, strict=True)
+        ),
         shapes=shapes,
         shape_std=std if table.shape_std is None else np.broadcast_to(table.shape_std, std.shape),
         labels=labels_of(channels),

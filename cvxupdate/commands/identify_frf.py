@@ -9,17 +9,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cvxupdate.commands.identified import Fitted, Mode, ModeSetResult
+from cvxupdate.commands.identify_normal import normal_of
 from cvxupdate.commands.identify_options import LONG_LIVED, Options
 from cvxupdate.errors import RecordingError
 
 if TYPE_CHECKING:
+    from cvxupdate.fe.model import Model
     from cvxupdate.recordings.identify import DecayRates, IdentifiedModes
-    from cvxupdate.recordings.realise.routes import ModeSet, NormalModes, Route
     from cvxupdate.recordings.types import Channel, Complex, FrequencyResponse, ModeTable, Real
 
 
-def of_frf(frf: FrequencyResponse, kind: str, o: Options, notes: Sequence[str]) -> ModeSetResult:
-    """Modes of one set of FRFs.
+def of_frf(
+    frf: FrequencyResponse, kind: str, o: Options, notes: Sequence[str], model: Model | None = None
+) -> ModeSetResult:
+    """Modes of one set of FRFs; ``model`` fills up what was not measured, where asked for.
 
     Raises
     ------
@@ -34,7 +37,6 @@ def of_frf(frf: FrequencyResponse, kind: str, o: Options, notes: Sequence[str]) 
     if o.method == "appropriation":
         return _appropriated(frf, kind, o, notes)
     from cvxupdate.recordings.identify import Criteria, identify_modes, synthesise
-    from cvxupdate.recordings.realise.routes import ModeSet
 
     found = identify_modes(
         frf,
@@ -66,7 +68,7 @@ def of_frf(frf: FrequencyResponse, kind: str, o: Options, notes: Sequence[str]) 
         _mode_set(frf, kind, o, _modes_of(found), found.shapes, found.shape_std, found.band),
         diagram=found.stabilisation,
         fit=fit,
-        normal=normal_of(ModeSet(found.poles, found.shapes, found), o.normal),
+        normal=normal_of(found.poles, found.shapes, frf.responses, o.normal, found, model),
         laws=laws_of(found.to_table()),
         notes=(*notes, *_said(found, o)),
     )
@@ -190,22 +192,6 @@ def _said(found: IdentifiedModes, o: Options) -> list[str]:
             "leave out what the method itself loses"
         )
     return said
-
-
-def routes_of(name: str) -> tuple[Route, ...]:
-    """The route of that name, or every one for "all"; raises where there is none."""
-    from cvxupdate.recordings.realise.routes import ROUTES, route_named
-
-    return ROUTES if name == "all" else (route_named(name),)
-
-
-def normal_of(modes: ModeSet, name: str | None) -> tuple[NormalModes, ...]:
-    """Normal modes by the route of that name, by every one for "all", none for None."""
-    if name is None:
-        return ()
-    from cvxupdate.recordings.realise.routes import realised
-
-    return tuple(realised(modes, route) for route in routes_of(name))
 
 
 def _appropriated(

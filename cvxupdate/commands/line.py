@@ -29,7 +29,8 @@ Normal = Annotated[
     typer.Option(
         "--normal",
         help="realise complex modes to normal ones: simple, rotation, mac, niedbal, ibrahim, "
-        "zhang-lallement, wei-zhang, ibrahim-fullekrug, resonance, crossings, or all",
+        "ibrahim-fill, zhang-lallement, wei-zhang, ibrahim-fullekrug, normal-frf, resonance, "
+        "crossings, or all",
         show_default=False,
     ),
 ]

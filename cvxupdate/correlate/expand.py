@@ -14,7 +14,7 @@ from cvxupdate.reduction import Transformation, dynamic, guyan, partition, serep
 
 Index = NDArray[np.int64]
 NOISY = 0.5
-"""Fraction of the elastic forces out of balance above which the shapes are taken to be noisy."""
+"""Forces out of balance over elastic forces above which the shapes are taken to be noisy."""
 
 
 def expansion(
@@ -50,7 +50,10 @@ def balanced(
 
     Dynamic expansion at each measured frequency balances every unmeasured DOF and is the sharpest,
     but it keeps the noise of the shapes, which stiffness turns into force. Where more than half of
-    the elastic forces is out of balance, noise is likely: the shapes are then smoothed by SEREP.
+    the elastic forces is out of balance, noise is likely: the shapes are then smoothed by SEREP,
+    if that brings them nearer to balance. It does not where few modes must stand for many: a shape
+    at a frequency above theirs is then thrown out of balance by the smoothing itself. What is said
+    holds no figure: the one of the balance that is shown stands beside it.
     """
     try:
         split = partition(m.K, m.M, sensors)
@@ -63,22 +66,30 @@ def balanced(
     whole = np.flatnonzero(~np.any(np.isnan(x), axis=0))
     if not len(whole):
         return several, ()
-    forces = mode_imbalances(m.K, m.M, x[:, whole], fx[whole], [several[k] for k in whole.tolist()])
-    level = float(np.sqrt(np.mean([np.sum(np.abs(mode.force) ** 2) for mode in forces])))
+    level = _level(m, x, fx, several, whole)
     if level <= NOISY:
         return several, ()
     said = (
-        f"{100 * level:.0f} % of the elastic forces of the measured shapes is out of balance: "
+        "more than half of the elastic forces of the measured shapes is out of balance: "
         "noise in the shapes does that, and so do large faults of the model"
     )
+    count = smooth_modes(flexible, sensors)
     try:
-        smooth = serep(flexible.shapes[:, : smooth_modes(flexible, sensors)], sensors)
+        smooth = [serep(flexible.shapes[:, :count], sensors)] * len(fx)
     except ModelError:
-        return several, (f"{said}, and the force balance cannot be trusted.",)
-    return [smooth] * len(fx), (
-        f"{said}. For the force balance the shapes were smoothed by SEREP on "
-        f"{smooth_modes(flexible, sensors)} modes of the model.",
-    )
+        smooth = several
+    if _level(m, x, fx, smooth, whole) < level:
+        return smooth, (
+            f"{said}. For the force balance the shapes were smoothed by SEREP on "
+            f"{count} modes of the model.",
+        )
+    return several, (f"{said}, and the force balance is a hint at most.",)
+
+
+def _level(m: Matrices, x: Real, fx: Real, several: list[Transformation], whole: Index) -> float:
+    """Forces out of balance over elastic forces, r.m.s. over the modes without gaps."""
+    forces = mode_imbalances(m.K, m.M, x[:, whole], fx[whole], [several[k] for k in whole.tolist()])
+    return float(np.sqrt(np.mean([np.sum(np.abs(mode.force) ** 2) for mode in forces])))
 
 
 def smooth_modes(flexible: Modes, sensors: Index) -> int:

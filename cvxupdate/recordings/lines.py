@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cvxupdate.recordings.peaks import prominent
 from cvxupdate.recordings.quantiles import gamma_above
 from cvxupdate.recordings.types import Complex, Real
 
@@ -127,8 +128,6 @@ def frf_peaks(
     ``H`` (lines, …). Each is refined by a parabola through the logarithms of the three highest
     lines; a first look only, see `identify`.
     """
-    from scipy.signal import find_peaks
-
     use = (frequency >= low) & (frequency <= high)
     frequency, H = frequency[use], H[use]
     if len(frequency) < 3:
@@ -138,9 +137,9 @@ def frf_peaks(
     top = max(float(np.abs(part).max(initial=0.0)) for part in (flat.real, flat.imag)) or 1.0
     power = np.sum(np.abs(flat / top) ** 2, axis=1)  # a damaged file may hold 1e300
     level = 20.0 * np.log10(top) + 10.0 * np.log10(np.maximum(power, np.finfo(float).tiny))
-    places, facts = find_peaks(level, prominence=prominence_db)
-    best = np.sort(places[np.argsort(-facts["prominences"])][:count])
-    prominence = dict(zip(places.tolist(), facts["prominences"].tolist(), strict=True))
+    places, above = prominent(level, prominence_db)
+    best = np.sort(places[np.argsort(-above)][:count])
+    prominence = dict(zip(places.tolist(), above.tolist(), strict=True))
     found = []
     for k in best:
         offset, height = vertex(level, int(k))

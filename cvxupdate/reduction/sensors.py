@@ -16,6 +16,8 @@ from cvxupdate.reduction.split import Array, Index, Real, master_rows
 HARDLY_MOVES = 0.1
 # Two modes that look more alike than this to the sensors will be taken for one another.
 LOOK_ALIKE = 0.5
+# Independence below which only rounding tells a mode from a mixture of the others.
+MIXTURE = 1e-8
 # Pairs of modes named one by one.
 MOST_SAID = 8
 
@@ -49,7 +51,9 @@ class Visibility:
             f"{self.sensors.size} sensor{'' if self.sensors.size == 1 else 's'}, {modes} "
             f"mode{'' if modes == 1 else 's'}"
         )
-        lines = [f"{counted}: rank {self.rank}, condition number {self.condition:.3g}."]
+        singular = self.rank < modes
+        condition = "" if singular else f", condition number {self.condition:.3g}"
+        lines = [f"{counted}: rank {self.rank}{condition}."]
         lines += [
             f"Mode {r + 1} hardly moves at the sensors ({100 * self.peak[r]:.1f} % of its peak)."
             for r in self.hidden
@@ -70,12 +74,13 @@ class Visibility:
         )
         weak = [r for r in range(modes) if self.independence[r] < 0.3]
         lines += [
-            f"Mode {r + 1} is nearly a mixture of the others at these sensors (independence "
-            f"{self.independence[r]:.2f}: noise grows "
-            f"{1 / max(self.independence[r], 1e-16):.1f} times)."
+            f"Mode {r + 1} is a mixture of the others at these sensors."
+            if self.independence[r] < MIXTURE
+            else f"Mode {r + 1} is nearly a mixture of the others at these sensors (independence "
+            f"{self.independence[r]:.2g}: noise grows {1 / self.independence[r]:.3g} times)."
             for r in weak
         ]
-        if self.rank < modes:
+        if singular:
             lines.append(
                 "These places cannot distinguish all modes: SEREP and TAM from these modes "
                 "are impossible."

@@ -20,7 +20,9 @@ GOOD_MAC, POOR_MAC = 0.9, 0.6
 GOOD_FRF, POOR_FRF = 0.2, 0.7
 """Error of the frequency responses, likewise."""
 TOO_MUCH = 0.5
-"""Imbalance above which nothing can be located."""
+"""Imbalance above which a place is a hint at most."""
+MOST_OF_IT = 0.5
+"""Explained fraction below which nothing is named where that much is out of balance."""
 NO_MOVE = 1e-3
 """Imbalance below which nothing is wrong with the force balance."""
 
@@ -28,11 +30,13 @@ NO_MOVE = 1e-3
 def compared_verdict(compared: Compared) -> Verdict:
     """One line that says how far model and recordings agree, and what to mind."""
     parts, marks = [], []
-    if compared.modes:
-        errors = [abs(m.error_percent) for m in compared.modes]
+    for use, said in (("fit", "{} paired with the model's"), ("hold-out", "{} held out")):
+        errors = [abs(m.error_percent) for m in compared.modes if m.use == use]
+        if not errors:
+            continue
         mean = float(np.mean(errors))
         parts.append(
-            f"{count(len(errors), 'measured mode')} paired with the model's: mean frequency "
+            f"{said.format(count(len(errors), 'measured mode'))}: mean frequency "
             f"error {fixed(mean)} %, largest {fixed(max(errors))} %"
         )
         marks.append(_mark(mean, GOOD_ERROR, POOR_ERROR))
@@ -128,7 +132,9 @@ def balance_sentence(found: ShapeComparison) -> str:
         f"{level} % of the elastic forces of the measured shapes is out of balance (r.m.s. over "
         "the modes). "
     )
-    if b.imbalance > TOO_MUCH:
+    too_much = b.imbalance > TOO_MUCH
+    if too_much and (who == "group" or fraction[best] < MOST_OF_IT):
+        # Taking away a group that holds most of the stiffness balances nearly anything.
         return (
             text + "With so much out of balance the fractions below locate nothing: noise in the "
             "shapes, or many faults at once, look like this."
@@ -150,6 +156,12 @@ def balance_sentence(found: ShapeComparison) -> str:
     return text + (
         f"{names[best]} alone explains {fixed(100 * float(fraction[best]), 0)} % of that, by a "
         f"change of its {what} of {delta}{runner}.{limit}"
+        + (
+            " With so much out of balance that is a hint at most: noise in the shapes, or many "
+            "faults at once, look like this too."
+            if too_much
+            else ""
+        )
     )
 
 

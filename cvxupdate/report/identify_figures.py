@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 Real = NDArray[Any]
 LINES = 1500
 PANELS = 6
+STILL = 1e-12
+"""Part of the largest response at a place below which a force does not move it."""
 BAR = 0.004
 """Height of the tick that marks a mode, in the axis."""
 
@@ -144,8 +146,10 @@ def synthesised(name: str, fit: Fitted) -> str | None:
 
 
 def _chosen(fit: Fitted) -> list[tuple[int, int]]:
-    """Drive points first, then others spread over the set."""
-    every = [(i, j) for j in range(len(fit.references)) for i in range(len(fit.responses))]
+    """Drive points first, then others spread over the set; none that its force does not move."""
+    size = np.max(np.abs(fit.measured), axis=0, initial=0.0)
+    moves = size > STILL * np.max(size, axis=1, keepdims=True)
+    every = [(int(i), int(j)) for j, i in np.argwhere(moves.T)]
     drive = [(i, j) for i, j in every if fit.responses[i] == fit.references[j]][: PANELS // 2]
     rest = [e for e in every if e not in drive]
     room = min(PANELS - len(drive), len(rest))

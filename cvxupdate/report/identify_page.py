@@ -12,7 +12,7 @@ from cvxupdate.report import identify_figures as figures
 from cvxupdate.report.correlate_parts import svg
 from cvxupdate.report.identify_table import block, damping_block, measured_damping_files
 from cvxupdate.report.moving import Motion, moving_shape
-from cvxupdate.report.numbers import count, fixed, number, seconds, with_deviation
+from cvxupdate.report.numbers import NOTHING, count, fixed, number, seconds, with_deviation
 from cvxupdate.report.page import command, render
 from cvxupdate.report.words import Verdict
 
@@ -169,7 +169,12 @@ def _normal(s: ModeSetResult, n: Any) -> dict[str, Any]:
         }
         for k, (m, f, c) in enumerate(zip(s.modes, n.frequency, n.mac, strict=True), start=1)
     ]
+    known = np.isfinite(n.frequency)
+    moved = np.abs(n.frequency[known] / s.frequency[known] - 1.0)
     return {
+        "found": str(int(np.count_nonzero(known))),
+        "shift": f"{number(100.0 * float(moved.max()), 3)} %" if moved.size else NOTHING,
+        "least": fixed(float(n.mac[known].min()), 4) if moved.size else NOTHING,
         "name": n.route,
         "says": n.says,
         "rows": rows,

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 REAL = 1e-9
 """Imaginary parts below this are none."""
+PAIRING = ("mode", "model_mode")
+"""The column of pairs: alone, and beside columns of places."""
 
 
 def _real(s: ModeSetResult) -> bool:
@@ -26,19 +28,26 @@ def _columns(s: ModeSetResult) -> list[int]:
     return [k for k, label in enumerate(s.labels) if "(" not in label and s.dofs[k]]
 
 
-def _given(value: float) -> str:
-    return (
-        "" if not np.isfinite(value) else repr(float(f"{value:.10g}") + 0.0)
-    )  # no minus before a zero
+def _given(value: float, column: str) -> str:
+    if not np.isfinite(value):
+        return ""
+    if column in PAIRING:
+        return f"{value:.0f}"
+    return repr(float(f"{value:.10g}") + 0.0)  # no minus before a zero
 
 
 def modes_csv(s: ModeSetResult) -> str:
     """A table with a row for each mode: frequency, damping, deviations, and a column (or one for
-    the real and one for the imaginary part) for each place; what is not known has no column."""
+    the real and one for the imaginary part) for each place; what is not known has no column. The
+    mode of the model that a mode is paired with is ``mode``, beside places ``model_mode``, as
+    there `mode` only counts."""
     columns = _columns(s)
     real = _real(s)
     head = ["frequency"]
     figures = [[m.frequency for m in s.modes]]
+    if any(m.pair for m in s.modes):
+        head.append(PAIRING[bool(columns)])
+        figures.append([m.pair or np.nan for m in s.modes])
     for key in ("frequency_std", "damping", "damping_std"):
         values = [getattr(m, key) for m in s.modes]
         if np.all(np.isfinite(values)) and (key == "damping" or np.all(np.array(values) > 0.0)):
@@ -55,7 +64,10 @@ def modes_csv(s: ModeSetResult) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(head)
-    writer.writerows([_given(float(v)) for v in row] for row in zip(*figures, strict=True))
+    writer.writerows(
+        [_given(float(v), name) for v, name in zip(row, head, strict=True)]
+        for row in zip(*figures, strict=True)
+    )
     return out.getvalue()
 
 

@@ -94,9 +94,10 @@ def with_deviation(value: float, deviation: float | None, digits: int = 5) -> st
         return f"{number(value, digits)} ± 0"
     place = 1 - math.floor(math.log10(deviation) + 1e-12)
     if not -4 < math.log10(max(abs(value), deviation)) < 5 or place > 8:
-        return f"{power(value, digits)} ± {power(deviation, 2)}"
-    shown = round(deviation, place)
-    return _signs(f"{round(value, place):.{max(place, 0)}f} ± {shown:.{max(place, 0)}f}")
+        shown = "0" if abs(value) < 0.05 * deviation else power(value, digits)
+        return f"{shown} ± {power(deviation, 2)}"
+    cut = max(place, 0)
+    return _signs(f"{round(value, place):.{cut}f} ± {round(deviation, place):.{cut}f}")
 
 
 def seconds(value: float) -> str:

@@ -61,6 +61,11 @@ def static_sentence(s: ShapeComparison) -> str:
     f = s.correlation.frequency_measured[list(s.correlation.complete)]
     return (
         f"The static forces K φ of measured and model shapes (Wada, 2.12) differ by "
-        f"{number(100.0 * float(np.median(off)), 2)} % on the median mode, at most by "
-        f"{number(100.0 * float(off[worst]), 2)} % ({number(float(f[worst]), 4)} Hz)."
+        f"{_part(float(np.median(off)))} on the median mode, at most by "
+        f"{_part(float(off[worst]))} ({number(float(f[worst]), 4)} Hz)."
     )
+
+
+def _part(value: float) -> str:
+    """A ratio in per cent, from twice upwards as a multiple."""
+    return f"{number(100.0 * value, 2)} %" if value < 2.0 else f"{number(value, 2)} times"

@@ -50,11 +50,12 @@ def run_text(updated: Updated, folder: Path) -> RenderableType:
             Text(f"  > {line}") for line in updated.relaxation[:3]
         ]
     else:
-        parts += [_fit(updated), _parameters(updated)]
+        parts.append(_fit(updated))
+        if updated.parameters:
+            parts.append(_parameters(updated))
     parts.append(
         Text(
-            f"{updated.status}, {count(updated.iterations, 'iteration')}, {updated.solver}, "
-            f"{seconds(updated.time)}",
+            f"{updated.status}, {_steps(updated)}, {seconds(updated.time)}",
             style="dim",
         )
     )
@@ -131,6 +132,12 @@ def solvers_text(
             style=TONES["bad"],
         )
     return Group(table, line, _where(folder))
+
+
+def _steps(updated: Updated) -> str:
+    if updated.direct:
+        return f"{updated.method}, a formula evaluated once"
+    return f"{count(updated.iterations, 'iteration')}, {updated.solver}"
 
 
 def _fit(updated: Updated) -> Table:

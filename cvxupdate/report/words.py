@@ -134,7 +134,7 @@ def _minds(updated: Updated) -> list[str]:
         names = " and ".join(METRICS.get(k, (k, ""))[0] for k in bad)
         out.append(
             f"The {names} of the hold-out got worse: the update follows what only the fitted "
-            "recordings contain. Use fewer parameters or more data."
+            f"recordings contain. {_remedy(updated)}"
         )
     limits = [p.name for p in updated.parameters if p.at_bound]
     if limits:
@@ -150,6 +150,16 @@ def _minds(updated: Updated) -> list[str]:
         )
     together = together_sentence(updated)
     return [line for line in (*out, together, _untested(updated)) if line]
+
+
+def _remedy(updated: Updated) -> str:
+    """A direct method has no parameters to take out: it gives the model whatever the modes ask."""
+    if updated.direct:
+        return (
+            "A direct method reproduces the fitted modes and promises nothing of others: take a "
+            'parametric method (method = "sensitivity" or "rfm"), or fit more modes.'
+        )
+    return "Use fewer parameters or more data."
 
 
 def _untested(updated: Updated) -> str:

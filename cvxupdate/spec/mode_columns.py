@@ -25,6 +25,7 @@ _DAMPING = re.compile(
 )
 _KINDS = get_args(DofKind)
 _NUMBER = ("mode", "no", "no.", "number", "#", "nr", "")
+_PAIR = re.compile(r"model[ _]mode", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def gather_modes(recording: dict[str, Any], rows: list[dict[str, Any]]) -> list[
     where it has none of its own.
 
     A column of numbers of the modes is left out beside columns of DOFs: there it counts, and fixes
-    no pairing.
+    no pairing. A column ``model_mode`` does, beside whatever columns.
     """
     header = list(dict.fromkeys(key for row in rows for key in row))
     columns = dof_columns(header)
@@ -94,6 +95,8 @@ def _key(name: str, wide: bool) -> tuple[str, float]:
     plain = name.strip()
     if _FREQUENCY.fullmatch(plain):
         return "frequency", 1.0
+    if _PAIR.fullmatch(plain):
+        return "mode", 1.0
     damping = _DAMPING.fullmatch(plain)
     if damping is not None:
         return "damping", 0.01 if damping["percent"] else 1.0

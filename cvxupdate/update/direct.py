@@ -91,7 +91,7 @@ def update_direct(spec: Spec, model: Model, recordings: Sequence[Recording]) -> 
         modes=results,
         model={"clauses": (), **model_facts(model, model.zero())},
         notes=(_how(spec, given), *((written,) if isinstance(written, str) else ())),
-        caveats=row.says,
+        caveats=tuple(f"{line[:1].upper()}{line[1:]}." for line in row.says),
         direct=tuple(rows),
         written=None if isinstance(written, str) else written[0],
         matrix_files={} if isinstance(written, str) else written[1],

@@ -13,6 +13,7 @@ import scipy.linalg
 from cvxupdate import cli
 from cvxupdate.commands.identify import METHODS, Options, identify
 from cvxupdate.errors import InputError
+from cvxupdate.recordings.realise import ROUTES
 from cvxupdate.report.identify_page import identify_page
 from cvxupdate.study import open_problem
 
@@ -142,6 +143,18 @@ def test_normal_modes_are_those_of_the_undamped_chain(here):
     assert np.max(np.abs(found.frequency - wanted)) > 3 * np.max(np.abs(normal.frequency - wanted))
 
 
+def test_modes_that_were_not_measured_are_filled_up_with_the_models(here):
+    """Two of the chain's four modes: the other two are its model's, which the problem file has."""
+    low = Options(normal="ibrahim-fill", order=24, band=(25.0, 125.0))
+    (found,) = identify("problem.toml", low).sets
+    (normal,) = found.normal
+    wanted = np.sqrt(truth()[3]) / (2 * np.pi)
+    assert normal.says == "" and len(normal.frequency) == 2
+    assert np.allclose(normal.frequency, wanted[:2], rtol=1e-3)
+    (alone,) = identify("alone.toml", low).sets
+    assert "give a problem file" in alone.normal[0].says
+
+
 @pytest.mark.parametrize("method", [m for m in METHODS if m != "ssi"])
 def test_every_method_finds_the_modes(here, method):
     (found,) = identify("problem.toml", Options(method=method, order=30)).sets
@@ -164,6 +177,11 @@ def test_the_page_moves_the_shapes_and_runs_no_script(here):
     assert "Stabilisation diagram" in page and "zhang-lallement" in page
     assert "cvxupdate identify --normal all --order 24 problem.toml" in page
     assert len(re.findall("<svg", page)) >= 7
+    # several routes: one table of what they do, each by itself behind its name
+    assert page.count("<details>") == page.count("<summary>") == len(ROUTES)
+    assert page.count("Largest shift") == 1
+    alone = identify_page(identify("problem.toml", Options(order=24, normal="simple")))
+    assert "<details>" not in alone and "Largest shift" not in alone
 
 
 def test_a_channel_of_force_and_motion(here):

@@ -2,6 +2,7 @@
 again, and a table of modes is enough."""
 
 import json
+import re
 import tomllib
 
 import numpy as np
@@ -53,6 +54,37 @@ def table(channels=range(N), zeta=ZETA):
         for i, c in enumerate(channels)
     )
     return f'\n[[recordings]]\nkind = "modes"\nchannels = [{names}]\nrows = [{rows}]\n'
+
+
+@pytest.mark.parametrize("places", [range(0), range(N)])
+def test_a_table_that_fixes_its_pairs_keeps_them(tmp_path, places):
+    """Beside columns of places a number of the mode only counts; pairs have a column of their own,
+    and a mode without a partner stays without one."""
+    pairs = (2, 0, 1)
+    rows = table(places)
+    if not places:
+        rows = (
+            '\n[[recordings]]\nkind = "modes"\nrows = ['
+            + ", ".join(
+                f"{{ frequency = {f}, damping = 0.01{f', mode = {p}' if p else ''} }}"
+                for f, p in zip((30.0, 50.0, 70.0), pairs, strict=True)
+            )
+            + "]\n"
+        )
+    else:
+        for k, p in reversed(list(enumerate(pairs))):
+            at = [m.start() for m in re.finditer("shape = ", rows)][k]
+            rows = rows[:at] + (f"mode = {p}, " if p else "") + rows[at:]
+    path = tmp_path / "first.toml"
+    path.write_text(model() + rows, encoding="utf-8")
+    files, text = identify_files(identify(path))
+    assert [m["pair"] for m in json.loads(text)["sets"][0]["modes"]] == [*pairs]
+    for name, content in files.items():
+        (tmp_path / name).write_text(content, encoding="utf-8")
+    again = tmp_path / "second.toml"
+    again.write_text(model() + files["recordings.toml"], encoding="utf-8")
+    _, _, (read,) = open_problem(again)
+    assert read.pairs.tolist() == [*pairs]
 
 
 def written(folder, problem):

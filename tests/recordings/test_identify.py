@@ -275,11 +275,16 @@ def test_a_silent_response_is_borne_and_a_silent_reference_named() -> None:
         identify_modes(response(H, f))
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize("rounding", [0.0, 1e-160])
 @pytest.mark.parametrize("known", [True, False])
 @pytest.mark.parametrize("unit", [1.0, 1e-6])
-def test_motions_that_do_not_couple_are_identified_together(unit: float, known: bool) -> None:
+def test_motions_that_do_not_couple_are_identified_together(
+    unit: float, known: bool, rounding: float
+) -> None:
     """Each of two references moves half of the responses, and the other half not at all: every mode
-    of both halves is found, its shape zero in the other half, whatever the size of the figures."""
+    of both halves is found, its shape zero in the other half, whatever the size of the figures,
+    and whether the other half reads zero or rounding."""
     f = np.arange(5.0, 120.0, 0.1)
     both = (np.array([22.0, 47.03, 83.0]), np.array([31.02, 64.01, 101.0]))
     H = np.zeros((len(f), 6, 2), dtype=complex)
@@ -297,6 +302,9 @@ def test_motions_that_do_not_couple_are_identified_together(unit: float, known: 
     size = np.abs(H)
     data = H * (1.0 + 0.02 * rng.uniform(-1.0, 1.0, H.shape))
     variance = np.maximum((0.02 * size) ** 2 / 3.0, 1e-6 * np.median(size[size > 0.0]) ** 2)
+    if rounding:  # what a simulation leaves in place of zero, and its stated deviation
+        data = np.where(size > 0.0, data, unit * rounding * (1.0 + rng.random(H.shape)))
+        variance = np.where(size > 0.0, variance, 1e-4 * np.abs(data) ** 2)
     found = identify_modes(response(data, f, variance if known else None), max_order=24)
     for frequency, shape in wanted.items():
         k = int(np.argmin(np.abs(found.frequency - frequency)))

@@ -22,6 +22,7 @@ from cvxupdate.recordings.realise import (
     imregun_ewins,
     niedbal,
     normal_frf,
+    normal_poles,
     normal_stiffness,
     phase_collinearity,
     simple,
@@ -177,8 +178,37 @@ def test_incomplete_sets() -> None:
     assert min(mac(a, b) for a, b in zip(real, phi, strict=False)) > 0.999
     with pytest.raises(RecordingError, match="do not make 6"):
         ibrahim_fill(poles[:3], shapes[:3], f[4:], phi[4:])
+    with pytest.raises(RecordingError, match="are dependent at these channels"):
+        ibrahim_fill(poles[:3], shapes[:3], f[3:], phi[[3, 3, 5]] * 1.0)
     with pytest.raises(RecordingError, match="at least as many channels"):
         ibrahim_state(poles, shapes[:, :4])
+
+
+def test_what_fills_up_is_left_out_wherever_it_lies() -> None:
+    """The second mode was missed: the model's own stands in, below some of the measured ones."""
+    f, phi, poles, shapes, _ = modes(False, 0.02)
+    own = [0, 2, 3]
+    others = [1, 4, 5]
+    frequency, real = ibrahim_fill(poles[own], shapes[own], f[others], phi[others])
+    assert frequency == pytest.approx(f[own], rel=1e-3)
+    assert min(mac(a, b) for a, b in zip(real, phi[own], strict=True)) > 0.999
+
+
+def test_rigid_body_motion_may_fill_up() -> None:
+    """A free chain: its rigid-body motion was not measured; complete with it, the method is
+    exact."""
+    m, k = np.array([2.0, 1.5, 1.0, 1.7]), np.array([6.0, 8.0, 5.0]) * 1e5
+    K = np.diag(np.append(k, 0.0) + np.append(0.0, k)) - np.diag(k, 1) - np.diag(k, -1)
+    C = 60.0 * np.array([[0, 0, 0, 0], [0, 1, -1, 0], [0, -1, 1, 0], [0, 0, 0, 0]])
+    A = np.block([[np.zeros((4, 4)), np.eye(4)], [-K / m[:, None], -C / m[:, None]]])
+    values, vectors = np.linalg.eig(A)
+    keep = np.flatnonzero(values.imag > 1.0)
+    keep = keep[np.argsort(np.abs(values[keep]))]
+    w2, phi = scipy.linalg.eigh(K, np.diag(m))
+    frequency, real = ibrahim_fill(values[keep], vectors[:4, keep].T, np.zeros(1), np.ones((1, 4)))
+    assert frequency == pytest.approx(np.sqrt(w2[1:]) / (2 * np.pi), rel=1e-8)
+    assert np.abs(np.abs(values[keep]) / np.sqrt(w2[1:]) - 1.0).max() > 1e-4
+    assert min(mac(a, b) for a, b in zip(real, phi.T[1:], strict=True)) > 1.0 - 1e-9
 
 
 @pytest.mark.parametrize("hysteretic", [False, True])
@@ -195,9 +225,29 @@ def test_frf_route_is_exact_for_any_damping(hysteretic: bool) -> None:
     assert normal_frf(H[inside]) @ undamped[inside] == pytest.approx(
         np.broadcast_to(np.eye(N), undamped[inside].shape), abs=1e-5
     )
-    frequency, shapes = chen_hsu_tsuei(lines, H)
-    assert frequency == pytest.approx(f, rel=1e-6)
-    assert min(mac(a, b) for a, b in zip(shapes, phi, strict=True)) > 0.9999
+    for frequency, shapes in (chen_hsu_tsuei(lines, H), normal_poles(lines, normal_frf(H))):
+        assert frequency == pytest.approx(f, rel=1e-6)
+        assert min(mac(a, b) for a, b in zip(shapes, phi, strict=True)) > 0.9999
+
+
+def test_as_many_forces_as_modes_act_are_enough() -> None:
+    """Two modes that heavy damping couples, six responses, two forces: exact, poles and all; with
+    one force a pole that both modes feel is not where it was."""
+    f, phi, *_ = modes(False, 0.01)
+    w2, own = (2 * np.pi * f[:2]) ** 2, phi[:2].T
+    lines = np.linspace(0.7 * f[0], 1.3 * f[1], 6000)
+    w = 2 * np.pi * lines[:, None, None]
+    coupled = np.array([[60.0, 45.0], [45.0, 90.0]])
+    inner = np.diag(w2) - w**2 * np.eye(2)
+    H = own @ np.linalg.inv(inner + 1j * w * coupled) @ own[[1, 4]].T
+    wanted = own @ np.linalg.inv(inner) @ own[[1, 4]].T
+    found = normal_frf(H)
+    assert np.abs(found[::7] / wanted[::7] - 1.0).max() < 1e-6
+    frequency, shapes = normal_poles(lines, found)
+    assert frequency == pytest.approx(f[:2], rel=1e-7)
+    assert min(mac(a, b) for a, b in zip(shapes, phi, strict=False)) > 0.9999
+    alone = normal_frf(H[:, :, :1])
+    assert np.abs(alone / wanted[:, :, :1] - 1.0).max() > 0.1
 
 
 shapes_strategy = st.integers(0, 10_000).map(
@@ -245,5 +295,5 @@ def test_complexity_of_a_real_shape_and_of_a_travelling_wave() -> None:
 def test_messages() -> None:
     with pytest.raises(RecordingError, match="independent shapes"):
         niedbal(np.ones((5, 3), dtype=complex))
-    with pytest.raises(RecordingError, match="square"):
-        normal_frf(np.ones((4, 3, 2), dtype=complex))
+    with pytest.raises(RecordingError, match="as many responses as forces"):
+        normal_frf(np.ones((4, 2, 3), dtype=complex))

@@ -1,5 +1,7 @@
 """The routes to normal modes by name: each gives the normal modes where its assumption holds."""
 
+import re
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -8,13 +10,15 @@ from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.identify import identify_modes
 from cvxupdate.recordings.realise import (
     ROUTES,
+    ModelModes,
+    ModeSet,
     mean_phase_deviation,
     realised,
     resonance_shapes,
     wei_zhang,
     zhang_lallement,
 )
-from cvxupdate.recordings.realise.routes import ModeSet, route_named
+from cvxupdate.recordings.realise.routes import route_named
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
 
 M = np.diag([2.0, 1.5, 1.0, 1.7])
@@ -27,7 +31,7 @@ K = 1e5 * np.array(
     ]
 )
 DASHPOT = np.diag([0.0, 600.0, 0.0, 0.0])  # one heavy dashpot: modes are complex
-EXACT = ("ibrahim", "zhang-lallement", "wei-zhang", "ibrahim-fullekrug", "crossings")
+EXACT = ("ibrahim", "zhang-lallement", "wei-zhang", "ibrahim-fullekrug", "normal-frf", "crossings")
 
 
 def normal_modes():
@@ -69,8 +73,9 @@ def mac(a, b):
 @pytest.mark.parametrize("route", ROUTES, ids=lambda r: r.name)
 def test_every_route_keeps_modes_that_are_normal_already(route, identified):
     modes = identified["proportional"]
-    found = realised(ModeSet(modes.poles, modes.shapes, modes), route)
     frequency, shapes = normal_modes()
+    model = ModelModes(frequency, shapes)
+    found = realised(ModeSet(modes.poles, modes.shapes, modes, model), route)
     assert found.says == ""
     assert np.allclose(found.frequency, frequency, rtol=2e-5)
     assert min(mac(a, b) for a, b in zip(found.shapes, shapes, strict=True)) > 1.0 - 1e-6
@@ -107,6 +112,37 @@ def test_two_of_four_modes_are_realised_nearly():
         assert np.allclose(np.sort(found), frequency[:2], rtol=2e-3)
         order = np.argsort(found)
         assert min(mac(vectors[order[k]], truth[k]) for k in range(2)) > 0.999
+
+
+def test_the_model_fills_up_what_was_not_measured():
+    """Two of four modes, and a model whose springs are all 10 % too stiff: its own frequencies are
+    5 % off, those of the route as near as with the right model, and a channel that is not on the
+    model is left open."""
+    poles, shapes, _, _ = damped(0.25 * DASHPOT)
+    frequency, truth = normal_modes()
+    wide = np.column_stack([shapes[:2], shapes[:2, :1]])
+    own = np.column_stack([truth, np.full(4, np.nan)])
+    for factor in (1.0, 1.1):
+        model = ModelModes(np.sqrt(factor) * frequency, own)
+        found = realised(ModeSet(poles[:2], wide, None, model), route_named("ibrahim-fill"))
+        assert np.allclose(found.frequency, frequency[:2], rtol=2e-3)
+        assert np.all(np.isnan(found.shapes[:, 4])) and np.all(np.isfinite(found.mac))
+        assert min(mac(a[:4], b) for a, b in zip(found.shapes, truth[:2], strict=True)) > 0.9995
+
+
+@pytest.mark.parametrize(
+    ("model", "says"),
+    [
+        (None, "give a problem file"),
+        (ModelModes(np.zeros(0), np.zeros((0, 4)), "n3.x has neither"), "no modes.*n3.x"),
+        (ModelModes(np.ones(4), np.full((4, 4), np.nan)), "2 modes but 0 channels"),
+        (ModelModes(np.ones(3), np.eye(4)[:3]), "1 others of the model do not make 4"),
+    ],
+)
+def test_what_cannot_be_filled_up_says_why(model, says):
+    poles, shapes, _, _ = damped(DASHPOT)
+    found = realised(ModeSet(poles[:2], shapes[:2], None, model), route_named("ibrahim-fill"))
+    assert re.search(says, found.says) and np.all(np.isnan(found.frequency))
 
 
 def test_what_cannot_be_done_says_why():

@@ -165,6 +165,7 @@ def test_worse_hold_out_is_said(updated):
         "hold_out": {"mac_mean": {"before": 0.8, "after": 0.7}},
     }
     assert "the hold-out got worse" in Page(page_of(dataclasses.replace(updated, fit=fit))).text
+    assert "Use fewer parameters" in page_of(dataclasses.replace(updated, fit=fit))
     better = {"fit": fit["fit"], "hold_out": {"mac_mean": {"before": 0.8, "after": 0.85}}}
     assert "got worse" not in page_of(dataclasses.replace(updated, fit=better))
 

@@ -1,15 +1,19 @@
 """`run` with method direct: matrices of one formula beside the others, no certificate, and the
 reasons where it cannot be done."""
 
+import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from cvxupdate.direct.methods import NAMES
 from cvxupdate.errors import InputError
 from cvxupdate.report import run_files
-from cvxupdate.report.words import certificate_sentence
+from cvxupdate.report.summary import run_text
+from cvxupdate.report.words import certificate_sentence, verdict
 from cvxupdate.study import correlate, run
 
 MODEL = """
@@ -90,6 +94,21 @@ def test_the_page_and_the_data(problem, tmp_path):
     assert "nothing to certify" in page and "Most change at" in page
     data = json.loads(text)
     assert data["certificate"]["none"] is True and len(data["direct"]) == len(NAMES)
+
+
+def test_what_a_formula_loses_is_no_matter_of_parameters(problem, tmp_path):
+    """The advice for a hold-out that got worse is that for a formula; no empty table is printed."""
+    found = run(problem("caesar-link", fit=(0, 2), held=(1,)))
+    worse = {"mac_mean": {"before": 0.9, "after": 0.5}}
+    found = replace(found, fit={"fit": found.fit["fit"], "hold_out": worse})
+    text = " ".join(verdict(found).sentences)
+    assert "got worse" in text and "A direct method reproduces the fitted modes" in text
+    assert "fewer parameters" not in text
+    assert found.caveats[0].endswith(": the connectivity is lost.")
+    console = Console(width=200, file=io.StringIO())
+    console.print(run_text(found, tmp_path))
+    said = console.file.getvalue()
+    assert "direct: caesar-link, a formula evaluated once" in said and "parameter " not in said
 
 
 def test_the_matrices_are_a_problem_of_their_own(problem, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -34,6 +35,10 @@ from cvxupdate.recordings.identify.uncertainty import (
 )
 from cvxupdate.recordings.types import Complex, FrequencyResponse, Real
 
+SILENT = 1e-24
+"""Part of the largest power in a response's row below which an FRF is rounding (1e-12 of the
+amplitude): that place does not move under that force."""
+
 
 def part_of(roots: Roots, keep: NDArray[np.bool_] | NDArray[np.int64]) -> Roots:
     """Some of the modes."""
@@ -49,13 +54,15 @@ def _weights(H: Complex, variance: Real | None) -> Real:
     """
     power = np.mean(np.abs(H) ** 2, axis=0)
     # a response that is silent under one reference and not under another does not couple with it:
-    # the zero is a figure like any other. One that is silent under all says nothing.
+    # the zero is a figure like any other, as sure as the row's. One that is silent under all says
+    # nothing.
     alive = np.any(power > 0.0, axis=1, keepdims=True)
+    coupled = power > SILENT * np.max(power, axis=1, keepdims=True)
     if variance is None:
-        row = np.sum(power, axis=1, keepdims=True) / np.maximum(
-            np.sum(power > 0.0, axis=1, keepdims=True), 1
+        row = np.sum(np.where(coupled, power, 0.0), axis=1, keepdims=True) / np.maximum(
+            np.sum(coupled, axis=1, keepdims=True), 1
         )
-        level = np.sqrt(np.where(power > 0.0, power, row))
+        level = np.sqrt(np.where(coupled, power, row))
         return np.broadcast_to(np.sqrt(2.0) / np.where(level > 0.0, level, np.inf), H.shape).copy()
     reach = np.clip(np.arange(H.shape[0])[:, None] + np.arange(-5, 6), 0, H.shape[0] - 1)
     finite = np.where(np.isfinite(variance), variance, np.nan)
@@ -66,6 +73,10 @@ def _weights(H: Complex, variance: Real | None) -> Real:
         np.where(np.isfinite(variance), variance, np.inf),
         np.where(np.isfinite(floor), floor, np.inf),
     )
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # a row that is silent under all
+        usual = np.nanmedian(np.where(coupled, safe, np.nan), axis=2, keepdims=True)
+    safe = np.where(coupled | ~alive, safe, usual)
     known = alive & (safe > 0.0)
     return np.asarray(np.where(known, np.sqrt(2.0 / np.where(known, safe, 1.0)), 0.0))
 

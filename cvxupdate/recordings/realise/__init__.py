@@ -4,6 +4,7 @@ docstring."""
 from cvxupdate.recordings.realise.frf import (
     chen_hsu_tsuei,
     normal_frf,
+    normal_poles,
     normal_stiffness,
     resonance_shapes,
 )
@@ -15,6 +16,7 @@ from cvxupdate.recordings.realise.indicators import (
 )
 from cvxupdate.recordings.realise.routes import ROUTES, NormalModes, Route, realised
 from cvxupdate.recordings.realise.shape import ahmadian_gladwell, imregun_ewins, niedbal, simple
+from cvxupdate.recordings.realise.starts import ModelModes, ModeSet
 from cvxupdate.recordings.realise.state import ibrahim_fill, ibrahim_state
 from cvxupdate.recordings.realise.subspace import (
     ibrahim_fullekrug,
@@ -24,6 +26,8 @@ from cvxupdate.recordings.realise.subspace import (
 
 __all__ = [
     "ROUTES",
+    "ModeSet",
+    "ModelModes",
     "NormalModes",
     "Route",
     "ahmadian_gladwell",
@@ -37,6 +41,7 @@ __all__ = [
     "mean_phase_deviation",
     "niedbal",
     "normal_frf",
+    "normal_poles",
     "normal_stiffness",
     "phase_collinearity",
     "realised",

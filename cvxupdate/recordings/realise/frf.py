@@ -1,5 +1,6 @@
-"""Real modes straight from FRFs: the route of Chen, Hsu and Tsuei. `normal_frf` is (2.24 to
-2.29), `resonance_shapes` (2.30 to 2.32), `chen_hsu_tsuei` the crossings of the whole band."""
+"""Real modes straight from FRFs: the route of Chen, Hsu and Tsuei. `normal_frf` is (2.26 to
+2.29), `normal_poles` its modes, `resonance_shapes` (2.30 to 2.32), `chen_hsu_tsuei` the crossings
+of the whole band (2.24, 2.25)."""
 
 from __future__ import annotations
 
@@ -10,25 +11,53 @@ from cvxupdate.recordings.types import Complex, Real
 
 
 def normal_frf(H: Complex) -> Real:
-    """Receptances of the undamped structure from those of the damped one, ``Re H + Im H (Re H)^-1
-    Im H`` (2.29).
+    """Receptances (lines, n, p) of the undamped structure from those of the damped one,
+    ``Re H + Im H (Re H)^+ Im H`` (2.26 to 2.29; of a square H the inverse).
 
-    ``H`` (lines, n, n) square. Exact at every frequency, for viscous or hysteretic damping of any
-    size, when all degrees of freedom that move are in the matrix: ``(Re H + Im H Re H^-1 Im H)^-1 =
-    Re(H^-1)``. With fewer coordinates it is exact only as far as the reduced dynamic stiffness has
-    the undamped one as its real part: light damping.
+    ``H`` (lines, n, p) of n responses to p <= n forces. Exact at every frequency, for viscous or
+    hysteretic damping of any size, when all degrees of freedom that move are responses and forces:
+    ``(Re H + Im H Re H^-1 Im H)^-1 = Re(H^-1)``; likewise when no more modes act than there are
+    forces. With fewer forces it takes the smallest G = ``-Im H (Re H)^+`` that fits, and a pole may
+    be lost.
 
     Raises
     ------
     RecordingError
-        When H is not square.
+        When there are more forces than responses.
     """
-    if H.ndim != 3 or H.shape[1] != H.shape[2]:
+    if H.ndim != 3 or H.shape[1] < H.shape[2]:
         raise RecordingError(
-            "the normal FRF needs a square matrix at each line (forces at all responses), "
-            f"got {H.shape}"
+            "the normal FRF needs at least as many responses as forces at each line, got "
+            f"{H.shape[1:]}"
         )
-    return np.asarray(H.real + H.imag @ np.linalg.solve(H.real, H.imag))
+    G = -H.imag @ np.linalg.pinv(H.real)
+    return np.asarray(H.real - G @ H.imag)
+
+
+def normal_poles(frequency: Real, H: Real) -> tuple[Real, Real]:
+    """Natural frequencies (Hz) and real shapes (modes, n) of undamped receptances (lines, n, p), as
+    `normal_frf` gives them.
+
+    Between two lines next to a pole the receptances change sign through infinity: with the
+    singular vectors u and v of the larger one, ``1 / u^T H v`` is almost linear in omega² there,
+    and its zero is the pole; the shape is u.
+    """
+    u, s, vt = np.linalg.svd(H, full_matrices=False)
+    top = s[:, 0]
+    w2 = (2.0 * np.pi * frequency) ** 2
+    found: list[tuple[float, Real]] = []
+    for a in range(frequency.size - 1):
+        near, far = (a, a + 1) if top[a] >= top[a + 1] else (a + 1, a)
+        beyond = 2 * near - far
+        if 0 <= beyond < top.size and top[beyond] > top[near]:
+            continue
+        other = float(u[near, :, 0] @ H[far] @ vt[near, 0])
+        if other >= 0.0:
+            continue
+        # the line through 1 / top > 0 and 1 / other < 0 vanishes at this fraction of the way
+        at = w2[near] + other / (other - top[near]) * (w2[far] - w2[near])
+        found.append((float(np.sqrt(at)) / (2.0 * np.pi), u[near, :, 0]))
+    return np.array([f for f, _ in found]), np.array([x for _, x in found]).reshape(-1, H.shape[1])
 
 
 def normal_stiffness(H: Complex) -> Real:
@@ -48,8 +77,9 @@ def chen_hsu_tsuei(frequency: Real, H: Complex) -> tuple[Real, Real]:
     The eigenvalues of the real dynamic stiffness (the inverse of the normal FRF, 2.28) cross zero
     at the undamped frequencies; the eigenvector there is the normal mode. Crossings are found
     between neighbouring lines and placed by linear interpolation along ``omega²``, so only FRFs
-    next to resonance are used, as in the original. H must be receptance (use `convert`). Assumes
-    that every significant degree of freedom is measured and forced; see `normal_frf`.
+    next to resonance are used, as in the original (2.24, 2.25). H must be receptance (use
+    `convert`). Assumes that every significant degree of freedom is measured and forced; see
+    `normal_frf`.
     """
     values, vectors = np.linalg.eigh(
         0.5 * (normal_stiffness(H) + normal_stiffness(H).transpose(0, 2, 1))

@@ -10,10 +10,6 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.convert import convert
-from cvxupdate.recordings.identify.result import IdentifiedModes
-from cvxupdate.recordings.identify.synthesis import synthesise
-from cvxupdate.recordings.realise.frf import chen_hsu_tsuei, resonance_shapes
 from cvxupdate.recordings.realise.shape import (
     ahmadian_gladwell,
     imregun_ewins,
@@ -21,29 +17,17 @@ from cvxupdate.recordings.realise.shape import (
     niedbal,
     simple,
 )
+from cvxupdate.recordings.realise.starts import (
+    Found,
+    ModeSet,
+    crossings,
+    filled,
+    normal_responses,
+    resonance,
+)
 from cvxupdate.recordings.realise.state import ibrahim_state
 from cvxupdate.recordings.realise.subspace import ibrahim_fullekrug, wei_zhang, zhang_lallement
 from cvxupdate.recordings.types import Complex, Real
-
-Found = tuple[Real, Real]
-BESIDE = 0.01
-"""Distance from resonance, in fractions of critical damping, at which (2.32) is evaluated: near
-enough for the mode to rule, and Re H can be inverted."""
-
-
-@dataclass(frozen=True)
-class ModeSet:
-    """What a route starts from: ``poles`` (modes,) rad/s, ``shapes`` (modes, channels) complex;
-    ``fitted`` the identification of FRFs that they come from, None for responses alone."""
-
-    poles: Complex
-    shapes: Complex
-    fitted: IdentifiedModes | None = None
-
-    @property
-    def frequency(self) -> Real:
-        """Natural frequencies |p| / 2π, Hz."""
-        return np.asarray(np.abs(self.poles) / (2.0 * np.pi))
 
 
 @dataclass(frozen=True)
@@ -86,59 +70,6 @@ def _by_state(way: Callable[[Complex, Complex], Found]) -> Callable[[ModeSet], F
     return lambda m: way(m.poles, m.shapes)
 
 
-def _fitted(m: ModeSet, name: str) -> IdentifiedModes:
-    if m.fitted is None:
-        raise RecordingError(
-            f"the route {name} needs frequency responses, and these modes come from responses "
-            "alone; take a route through the modes, e.g. ibrahim-fullekrug"
-        )
-    return m.fitted
-
-
-def _square(modes: IdentifiedModes, name: str) -> tuple[list[int], list[int]]:
-    """Rows and columns of the FRFs at the places that are both responses and references."""
-    at = {c.label: k for k, c in enumerate(modes.responses)}
-    columns = [k for k, c in enumerate(modes.references) if c.label in at]
-    if len(columns) < 2:
-        raise RecordingError(
-            f"the route {name} needs a square matrix of FRFs: at least two places that are both "
-            f"driven and measured, there {'is 1' if columns else 'are 0'}"
-        )
-    return [at[modes.references[k].label] for k in columns], columns
-
-
-def _resonance(m: ModeSet) -> Found:
-    """(2.32) on the receptances synthesised beside the natural frequencies; the force is the one
-    that moves the mode most. At the frequency itself Re H of the mode vanishes, and G with it."""
-    modes = _fitted(m, "resonance")
-    f = m.frequency * (1.0 + BESIDE * np.maximum(-m.poles.real / np.abs(m.poles), 1e-6))
-    H = convert(synthesise(modes, f, quantity="displacement"), "displacement").H
-    own = np.argmin(np.abs(modes.poles - m.poles[:, None]), axis=1)
-    force = ahmadian_gladwell(modes.participation[own])
-    force = force / np.linalg.norm(force, axis=1, keepdims=True)
-    return m.frequency, resonance_shapes(H, np.einsum("foi,fi->fo", H, force))
-
-
-def _crossings(m: ModeSet) -> Found:
-    """`chen_hsu_tsuei` on the square part, densely synthesised over the band."""
-    modes = _fitted(m, "crossings")
-    rows, columns = _square(modes, "crossings")
-    f = np.unique(
-        np.concatenate(
-            [
-                np.linspace(*modes.band, 2000),
-                *(g * (1.0 + 0.02 * np.linspace(-1, 1, 201)) for g in m.frequency),
-            ]
-        )
-    )
-    f = f[(f > 0.0) & (f >= modes.band[0]) & (f <= modes.band[1])]
-    H = synthesise(modes, f, quantity="displacement").H[:, rows][:, :, columns]
-    frequency, part = chen_hsu_tsuei(f, H)
-    shapes = np.full((frequency.size, m.shapes.shape[1]), np.nan)
-    shapes[:, rows] = part
-    return frequency, shapes
-
-
 LIGHT = "damping so heavy, or modes so close, that phases are far from 0 and 180 degrees"
 ROUTES: tuple[Route, ...] = (
     Route(
@@ -174,6 +105,14 @@ ROUTES: tuple[Route, ...] = (
         _by_state(ibrahim_state),
     ),
     Route(
+        "ibrahim-fill",
+        "2.22, 2.23",
+        "viscous damping; the model's modes that were not measured are right, and damping couples "
+        "them hardly with the measured ones",
+        "a model that is far off; heavy damping that couples modes within and outside the band",
+        filled,
+    ),
+    Route(
         "zhang-lallement",
         "2.3.1",
         "viscous damping; complex modes are combinations of as many normal ones, in the span of "
@@ -196,18 +135,26 @@ ROUTES: tuple[Route, ...] = (
         _by_state(ibrahim_fullekrug),
     ),
     Route(
+        "normal-frf",
+        "2.26 to 2.29",
+        "forces and responses hold every degree of freedom that moves, or no more modes act in the "
+        "band than there are forces",
+        "fewer forces than modes that act at once: their poles are lost",
+        normal_responses,
+    ),
+    Route(
         "resonance",
         "2.30 to 2.32",
         "responses and forces hold every degree of freedom that moves, or damping is light",
         "few forces and heavy damping: the smallest G that fits is taken",
-        _resonance,
+        resonance,
     ),
     Route(
         "crossings",
-        "2.24 to 2.29",
+        "2.24, 2.25",
         "forces at all responses, which hold every degree of freedom that moves",
         "fewer coordinates than modes in the band",
-        _crossings,
+        crossings,
     ),
 )
 """In the order of the thesis; one line makes a route known to the command line and its page."""

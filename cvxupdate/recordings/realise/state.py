@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.linalg
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.types import Complex, Real
@@ -85,15 +87,16 @@ def ibrahim_fill(
     """Ibrahim's second method (1983b; 2.22, 2.23): ``[M^-1 K, M^-1 C]`` from measured modes
     filled up with the model's.
 
-    The model's modes above the measured ones (``analytical_frequency`` Hz, ``analytical_shapes``
-    (modes, channels), as many as make the set complete) stand in for what was not measured. Assumes
-    viscous damping, that the measured modes are the lowest ones, and that the model's higher modes
-    are right. Returns frequencies (Hz) and shapes of the measured modes only.
+    Modes of the model that were not measured (``analytical_frequency`` Hz, ``analytical_shapes``
+    (modes, channels), as many as make the set complete; rigid-body modes too) stand in for them.
+    Assumes viscous damping, and that these modes are right and hardly coupled by damping with the
+    measured ones. They are solutions themselves, and are left out by their shapes: returns
+    frequencies (Hz) and shapes of the measured modes only.
 
     Raises
     ------
     RecordingError
-        When measured and analytical modes together are not as many as the channels.
+        When measured and analytical modes together are not as many as the channels, or dependent.
     """
     n = shapes.shape[1]
     if poles.size + analytical_frequency.size != n:
@@ -108,12 +111,28 @@ def ibrahim_fill(
     phi = phi / np.linalg.norm(phi, axis=0)
     # one row scale per mode: displacement in units of velocity, so that high modes do not drown the
     # low ones
-    weight = 1.0 / np.abs(poles_all)
+    weight = 1.0 / np.maximum(np.abs(poles_all), np.min(np.abs(poles)))
     top = np.concatenate([phi, phi * poles_all]) * weight
     right = -phi * poles_all**2 * weight
     lhs = np.concatenate([top.real, top.imag], axis=1)
     rhs = np.concatenate([right.real, right.imag], axis=1)
     scale = np.concatenate([np.full(n, 1.0), np.full(n, 1.0 / float(np.median(np.abs(poles_all))))])
-    solution = scipy.linalg.lstsq((lhs * scale[:, None]).T, rhs.T)[0].T * scale
-    frequency, real = normal_modes_of(solution[:, :n], poles.size)
-    return frequency, real
+    scaled, _, rank, _ = scipy.linalg.lstsq((lhs * scale[:, None]).T, rhs.T, cond=1e-12)
+    if rank < 2 * n - np.count_nonzero(poles_all == 0.0):
+        raise RecordingError(
+            "measured and analytical modes together are dependent at these channels: leave out a "
+            "mode that was found twice, or channels that tell the same"
+        )
+    solution = scaled.T * scale
+    frequency, real = normal_modes_of(solution[:, :n], n)
+    left = rivals(analytical_shapes, real)
+    return frequency[left], real[left]
+
+
+def rivals(shapes: Complex | Real, others: Real) -> NDArray[np.int64]:
+    """Which of ``others`` (modes, channels) are left, in their order, once each of ``shapes`` has
+    taken its partner: the pairs with the largest MACs in sum."""
+    one = shapes / np.linalg.norm(shapes, axis=1, keepdims=True)
+    two = others / np.maximum(np.linalg.norm(others, axis=1, keepdims=True), 1e-300)
+    taken = linear_sum_assignment(-(np.abs(one.conj() @ two.T) ** 2))[1]
+    return np.setdiff1d(np.arange(len(others)), taken)

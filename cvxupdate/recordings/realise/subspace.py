@@ -43,7 +43,7 @@ def _reduced(poles: Complex, psi: Complex, basis: Real) -> tuple[Real, Real]:
     lhs, rhs = np.hstack([top.real, top.imag]), np.hstack([right.real, right.imag])
     if np.linalg.cond(lhs) > 1e12:
         raise RecordingError(
-            "the modes do not determine M^-1 K in their own subspace: shapes are dependent, or "
+            "the modes do not determine M⁻¹K in their own subspace: shapes are dependent, or "
             "one is repeated; leave it out"
         )
     both = np.linalg.solve(lhs.T, rhs.T).T
