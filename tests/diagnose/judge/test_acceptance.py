@@ -14,6 +14,7 @@ from cvxupdate.diagnose.judge.acceptance import (
     explained,
     information,
     needs_several,
+    refuted,
     shown,
 )
 from cvxupdate.diagnose.settings import DAMPING_COST, DAMPING_GAIN, HALVED, LOWER, MET, STRONG
@@ -89,6 +90,15 @@ def test_what_halves_the_misfit_and_shows_is_better() -> None:
 def test_each_condition_by_itself_refuses(fit: PlainFit) -> None:
     case = case_of(PlainEvidence((BASE,)))
     assert not better(weighed(fit, effect()), case.base, case)
+
+
+def test_what_was_held_out_refutes_what_tells_it_no_better_than_nuisance_parameters() -> None:
+    case = case_of(PlainEvidence((BASE,)))
+    assert not refuted(weighed(GOOD, effect()), case)
+    assert refuted(weighed(replace(GOOD, errors=Errors(0.02, 0.49)), effect()), case)
+    assert not refuted(weighed(replace(GOOD, errors=Errors(0.02, NAN)), effect()), case)
+    pattern = replace(case, damping_only=True)
+    assert not refuted(weighed(replace(GOOD, errors=Errors(0.02, 0.49)), effect()), pattern)
 
 
 def test_unknowns_must_be_worth_it() -> None:

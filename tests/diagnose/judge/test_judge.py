@@ -66,6 +66,17 @@ def test_what_is_not_credible_is_named_and_not_claimed() -> None:
     assert found.last is found.case.base
 
 
+def test_what_was_held_out_refutes_is_no_rival() -> None:
+    """It is nearer to what was fitted, and no better on the rest; where all are refuted nothing is
+    claimed."""
+    wrong = replace(GOOD, misfit=0.5, errors=Errors(0.01, 0.48))
+    found = judged(EVIDENCE, [supposed(wrong, B), supposed(GOOD, A)])
+    (finding,) = found.findings
+    assert finding.place == A.place and finding.confidence == MOST_SURE
+    assert finding.equivalent == () and found.standings[0].rivals == 0
+    assert judged(EVIDENCE, [supposed(wrong, B)]).findings == ()
+
+
 def test_rivals_are_equivalents_and_share_the_confidence() -> None:
     """Misfits of 1 and 1.1 of twenty figures: odds of 1.1 to the tenth power."""
     close, share = replace(GOOD, misfit=1.1), 1.0 / (1.0 + 1.1**-10)

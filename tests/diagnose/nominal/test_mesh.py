@@ -96,3 +96,48 @@ def test_modes_that_differ_much_are_not_taken_for_one(tmp_path):
 
 def test_nothing_to_divide(chain):
     assert mesh_error(*chain, 100.0) is NONE and mesh_error(*chain, 100.0, sheared=True) is NONE
+
+
+CORDS = """
+[[model.elements]]
+type = "spring"
+dof = "z"
+rows = [{ id = 91, nodes = [2], k = 3e3 }, { id = 92, nodes = [5], k = 4e3 }]
+[[model.elements]]
+type = "mass"
+rows = [{ id = 93, nodes = [4], m = 0.05 }]
+"""
+
+
+def test_beside_cords_modes_take_the_error_of_what_they_are_made_of(tmp_path):
+    """A free bar has two rigid-body modes; on cords these are its first two modes, without error of
+    the mesh, and what was its first is its third, with its own."""
+    free = STOCKY[: STOCKY.index("[[model.supports]]")]
+    folders = [tmp_path / name for name in ("free", "hung")]
+    for folder in folders:
+        folder.mkdir()
+    spec, model = load(folders[0], free)
+    hung_spec, hung = load(folders[1], free + CORDS)
+    top = 1.1 * model_modes(model, 4).flexible().frequencies[-1]
+    error = mesh_error(spec, model, top)
+    coarse = model_modes(hung, 6)
+    true = model_modes(finest(hung_spec, 4), 6).frequencies
+    assert coarse.rigid == 0
+    moved = error.taken_out(coarse, error.rows(hung)).frequencies
+    left, before = moved / true - 1.0, coarse.frequencies / true - 1.0
+    assert np.all(np.abs(left[:2]) < 1e-4)
+    assert np.all(np.abs(left[2:]) < 0.25 * np.abs(before[2:])), (left, before)
+    np.testing.assert_array_equal(
+        NONE.taken_out(coarse, NONE.rows(hung)).eigenvalues, coarse.eigenvalues
+    )
+
+
+def test_a_kinked_mode_has_no_more_than_the_largest_error(tmp_path):
+    """A bar that is nearly a hinge amid bends far from any mode of the whole one."""
+    spec, model = load(tmp_path, STOCKY)
+    error = mesh_error(spec, model, 1.1 * model_modes(model, 4).flexible().frequencies[-1])
+    rng = np.random.default_rng(1)
+    modes = model_modes(model, 4)
+    mixed = replace(modes, shapes=modes.shapes @ np.linalg.qr(rng.normal(size=(4, 4)))[0])
+    by = error.taken_out(mixed, error.rows(model)).frequencies / mixed.frequencies - 1.0
+    assert np.all(np.abs(by) <= 1.000001 * np.abs(error.shift).max())
