@@ -93,6 +93,12 @@ def _grown(model: Model, node: int, rows: list[int], row: int, units: tuple[floa
     return append_parameters(grown, wanted)
 
 
+def parts_of(effect: Effect) -> tuple[str, ...]:
+    """The effects that a shaker's attachment is made of, in the order of its unknowns and in the
+    same units; none of others."""
+    return ("added_mass", "grounding_spring") if isinstance(effect.type, ShakerAttachment) else ()
+
+
 def at_drive(effect: Effect) -> bool:
     """Whether it stands where the force comes in, and may be the shaker's."""
     return effect.change is not None and effect.spot.startswith(DRIVE_POINT)

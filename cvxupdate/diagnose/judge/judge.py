@@ -22,7 +22,7 @@ from cvxupdate.diagnose.judge.alternatives import equivalents
 from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, standing
 from cvxupdate.diagnose.judge.graded import Graded, graded
 from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
-from cvxupdate.diagnose.judge.posterior import log_odds, rivals
+from cvxupdate.diagnose.judge.posterior import log_odds, outweighs, rivals
 from cvxupdate.diagnose.judge.soundness import sound
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.search import Found, damping_only
@@ -90,7 +90,9 @@ def _decided(evidence: Evidence, found: Found) -> Judgement:
     for count in sorted({len(w.hypothesis.effects) for w in several}):
         more = _likeliest([w for w in several if len(w.hypothesis.effects) == count], case)
         open_ = final is None or not evidence.clear(final.fit)
-        if more is not None and open_ and needs_several(more, final, case):
+        if more is None or not open_:
+            continue
+        if needs_several(more, final, case) or outweighs(more, final, case):
             final = more
     bare = Judgement(case, singles, several, single)
     if not explained(case.base, case):
@@ -111,10 +113,16 @@ def _decided(evidence: Evidence, found: Found) -> Judgement:
 
 def _likeliest(candidates: Sequence[Weighed], case: Case) -> Weighed | None:
     """Of those that rest on sizes that are there, and that what was held out does not refute as
-    long as there are such; in the order of the search where two are as likely."""
+    long as there are such; where two are as likely the one that adds less to the file's elements,
+    then in the order of the search."""
     there = [w for w in candidates if sound(w.hypothesis)]
     held = [w for w in there if not refuted(w, case)]
-    return max(held or there, key=lambda w: round(log_odds(w, case), 6), default=None)
+
+    def rank(w: Weighed) -> tuple[float, int]:
+        added = sum(e.change is not None and not e.change.members for e in w.hypothesis.effects)
+        return round(log_odds(w, case), 3), -added
+
+    return max(held or there, key=rank, default=None)
 
 
 def _wide(case: Case) -> Weighed | None:

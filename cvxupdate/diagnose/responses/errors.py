@@ -9,6 +9,7 @@ import numpy as np
 
 from cvxupdate.correlate.frf import frf_error
 from cvxupdate.correlate.response_error import FRF, TIME, Stated, pooled, together
+from cvxupdate.diagnose.fit import Fit, fitted_at
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.responses.signals import Real, Signal
 from cvxupdate.diagnose.types import Errors
@@ -32,6 +33,14 @@ def noise_errors(signals: Sequence[Signal]) -> float:
 def on_signals(point: ResponsePoint, signals: Sequence[Signal]) -> ResponsePoint:
     """The point with its model's responses to other signals."""
     return point.setting.on(signals).evaluate(point.p, point)
+
+
+def likelihood(fit: Fit, signals: Sequence[Signal]) -> float:
+    """Logarithm of the likelihood of other signals at a fit, at any level of the model's
+    discrepancy (`Fit.log_likelihood`). 0 without signals."""
+    if not signals:
+        return 0.0
+    return fitted_at(fit.setting.on(signals), fit.p, fit.point).log_likelihood
 
 
 def norms(values: Real) -> Real:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from cvxupdate.correlate.response_error import Stated, stated_errors
 from cvxupdate.diagnose.budget import Budget
-from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
+from cvxupdate.diagnose.fit import Fit, fitted_at
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.nominal.mesh import mesh_line
 from cvxupdate.diagnose.nominal.refinement import PLAIN, Mesh, has_sheets, mesh_lines, mesh_notes
@@ -20,7 +20,13 @@ from cvxupdate.diagnose.nominal.supports import on_the_file, regrown
 from cvxupdate.diagnose.nominal.theory import theory_lines
 from cvxupdate.diagnose.responses.columns import columns_of, delay_unit
 from cvxupdate.diagnose.responses.data import Data
-from cvxupdate.diagnose.responses.errors import ContractErrors, channel_errors, noise_errors, stated
+from cvxupdate.diagnose.responses.errors import (
+    ContractErrors,
+    channel_errors,
+    likelihood,
+    noise_errors,
+    stated,
+)
 from cvxupdate.diagnose.responses.figures import responses_shown
 from cvxupdate.diagnose.responses.first_order import first_order, linearised
 from cvxupdate.diagnose.responses.guide import Guide, at_finite_sizes
@@ -29,10 +35,10 @@ from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.remains import remains
 from cvxupdate.diagnose.responses.resampling import halves
 from cvxupdate.diagnose.responses.setting import (
-    EFFORTS,
     around,
     followed,
     let_go,
+    nuisance_fits,
     setting_for,
     with_damped,
 )
@@ -42,7 +48,6 @@ from cvxupdate.diagnose.screen.projection import Linearised, Projection
 from cvxupdate.diagnose.settings import (
     CLEAR,
     EXPLAINED,
-    HOPELESS,
     MOST_ALLOWANCE,
     OPEN,
     SHEET_DISCREPANCY,
@@ -105,15 +110,7 @@ class ResponseEvidence(Linear):
     @cached_property
     def bases(self) -> tuple[Fit, ...]:
         """Nuisance parameters fitted, level by level; far off, there is nothing to sharpen."""
-        out: list[Fit] = []
-        setting = self.setting(self.model, ())
-        p = np.zeros(len(setting.columns))
-        for level in range(self.levels):
-            out.append(fitted(self.at_level(setting, level), p, EFFORTS["base"]))
-            p = out[-1].p
-            if level == self.levels - 2 and out[-1].misfit > HOPELESS * EXPLAINED:
-                break
-        return tuple(out)
+        return nuisance_fits(self)
 
     @cached_property
     def nominal_point(self) -> ResponsePoint:
@@ -139,9 +136,8 @@ class ResponseEvidence(Linear):
     @cached_property
     def _space(self) -> Space | None:
         """Where modes are sought, of a model on a mesh finer than the file's."""
-        if self.fine is PLAIN:
-            return None
-        return around(self.model, self.model.zero(), self.data.top)
+        there = self.model, self.model.zero(), self.data.top
+        return None if self.fine is PLAIN else around(*there)
 
     @cached_property
     def _freed(self) -> Callable[[int, str], Model]:
@@ -219,6 +215,10 @@ class ResponseEvidence(Linear):
     def approach(self) -> Guide:
         """Beside a model that is far off."""
         return Guide(self)
+
+    def held_out(self, fit: Fit) -> float:
+        """Of what is driven from elsewhere; another record at the same drive says the same."""
+        return likelihood(fit, self.data.sharp_hold_out) if self.data.later else 0.0
 
     def errors(self, found: Fit) -> Errors:
         """Channel by channel."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit
-from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, seeds_from
+from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, seeds_from, without
 from cvxupdate.diagnose.responses.bounded import Gap, Yielding, approached
 from cvxupdate.diagnose.responses.finite_size import Measure, few_directions, whole_member
 from cvxupdate.diagnose.responses.first_order import first_order
@@ -21,7 +21,7 @@ from cvxupdate.diagnose.settings import STARTS, WHOLE, WHOLES
 from cvxupdate.diagnose.types import Evidence, FiniteSize, Key, Score, Seed
 from cvxupdate.physics import effect_types
 from cvxupdate.physics.effect import RESPONSES, Effect, EffectType
-from cvxupdate.physics.shaker import at_drive, marked, with_drive
+from cvxupdate.physics.shaker import at_drive, marked, parts_of, with_drive
 
 
 def at_finite_sizes(
@@ -126,13 +126,46 @@ class Guide:
         """What it leaves of a hypothesis as it is."""
         return Gap.of(h.fit.point).mean
 
+    def lighter(self, h: Hypothesis) -> list[Seed]:
+        """The same with the mass or the spring of a shaker only."""
+        at, out = len(h.fit.setting.model.parameters) - sum(e.columns for e in h.effects), []
+        for k, e in enumerate(h.effects):
+            parts = parts_of(e)
+            rest = without(self.evidence, h, k) if parts else None
+            if rest is not None:
+                wanted = [n for n in parts if n in self.evidence.names]
+                found = self.evidence.candidates(rest.fit.setting.model, wanted)
+                alone = [c for c in found if at_drive(c) and c.place.nodes == e.place.nodes]
+                scores = [
+                    Score(c, 1.0, h.fit.p[at + parts.index(c.physics)][None], exact=True)
+                    for c in alone
+                ]
+                out += seeds_from(self.evidence, rest, scores, h.fit.setting.level)
+            at += e.columns
+        return [self._damped(h, seed) for seed in out]
+
+    def _moves(self, h: Hypothesis) -> bool:
+        """Whether the drive is at one place in what is fitted, and elsewhere in what is not."""
+        context = self.evidence.context(h.fit.setting.model)
+        return len(context.forces) == 1 and bool(context.later)
+
+    def shaken(self, h: Hypothesis) -> Seed | None:
+        """With a shaker of no size where it drives."""
+        if (
+            any(map(at_drive, h.effects))
+            or not self._moves(h)
+            or FIXTURE not in self.evidence.names
+        ):
+            return None
+        found = self.evidence.candidates(h.fit.setting.model, (FIXTURE,))
+        nothing = [Score(e, 0.0, np.zeros(e.count)) for e in found if parts_of(e)]
+        (seed, *_) = (*seeds_from(self.evidence, h, nothing, h.fit.setting.level), None)
+        return None if seed is None else self._damped(h, seed)
+
     def with_drive(self, h: Hypothesis) -> Hypothesis | None:
         """The same where the shaker takes along what stands where it drives; None where nothing
         does, or no other place is driven in what was held out."""
-        if not any(map(at_drive, h.effects)):
-            return None
-        context = self.evidence.context(h.fit.setting.model)
-        if len(context.forces) != 1 or not context.later:
+        if not any(map(at_drive, h.effects)) or not self._moves(h):
             return None
         effects, model, going = [], h.fit.setting.model, list[int]()
         at = len(model.parameters) - sum(e.columns for e in h.effects)

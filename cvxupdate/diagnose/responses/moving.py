@@ -10,25 +10,46 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
-from cvxupdate.diagnose.responses.signals import Complex, Signal
+from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
 from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
+from cvxupdate.fe.modes import Modes
 from cvxupdate.fe.synthesis.derivatives import summed
+from cvxupdate.fe.synthesis.loss import Loss
 from cvxupdate.fe.synthesis.pieces import Response, respond, sensor_rows
 from cvxupdate.physics.place import channel_place
 from cvxupdate.physics.shaker import goes_with_drive
 
-if TYPE_CHECKING:
-    from cvxupdate.diagnose.responses.point import ResponsePoint
+
+class Point(Protocol):
+    """A model at values ``p`` of the unknowns, its parameters first."""
+
+    @property
+    def p(self) -> Real:
+        """The unknowns."""
+
+    @property
+    def modes(self) -> Modes:
+        """Its modes there."""
+
+    @property
+    def loss(self) -> Loss:
+        """How they lose energy."""
+
+    @property
+    def near(self) -> int:
+        """How many have pieces of their own."""
+
+    def further_damping(self) -> tuple[Real | None, Real | None]:
+        """C and D among the lowest of them."""
 
 
-def driven(point: ResponsePoint, signal: Signal, response: Response) -> Complex:
-    """The model's answer (points, sensors, cases) to a signal; another than its ``response`` where
-    the signal is driven from a place to which something went along."""
-    model = point.setting.model
+def driven(point: Point, model: Model, signal: Signal, response: Response) -> Complex:
+    """The ``model``'s answer (points, sensors, cases) to a signal; another than its ``response``
+    where the signal is driven from a place to which something went along."""
     names = [q.name for q in model.parameters]
     going = [j for j, name in enumerate(names) if goes_with_drive(name)]
     if not going or len(signal.inputs) != 1:
@@ -38,7 +59,7 @@ def driven(point: ResponsePoint, signal: Signal, response: Response) -> Complex:
     pairs = [(b, _moved(model, b, signal.inputs[0])) for b in blocks]
     if all(np.array_equal(stays.dofs, goes.dofs) for stays, goes in pairs):
         return response.raw
-    return _changed(point, signal, pairs)
+    return _changed(point, model, signal, pairs)
 
 
 def _moved(model: Model, block: DerivativeBlock, drive: str) -> DerivativeBlock:
@@ -59,12 +80,15 @@ def _sized(block: DerivativeBlock, p: float) -> DerivativeBlock:
 
 
 def _changed(
-    point: ResponsePoint, signal: Signal, pairs: Sequence[tuple[DerivativeBlock, DerivativeBlock]]
+    point: Point,
+    model: Model,
+    signal: Signal,
+    pairs: Sequence[tuple[DerivativeBlock, DerivativeBlock]],
 ) -> Complex:
     """Responses where each first block is taken off and the second put on."""
-    setting, s = point.setting, signal.s
+    s = signal.s
     used = np.unique(np.concatenate([b.dofs.reshape(-1) for pair in pairs for b in pair]))
-    sensors, inputs = (sensor_rows(setting.model, x) for x in (signal.sensors, signal.inputs))
+    sensors, inputs = (sensor_rows(model, x) for x in (signal.sensors, signal.inputs))
     n, m = len(sensors), len(inputs)
     unit = np.broadcast_to(np.eye(m + len(used), dtype=complex), (len(s), *[m + len(used)] * 2))
     free = replace(signal, order=0, U=unit)

@@ -251,8 +251,8 @@ class ResponsePoint:
 
     def modelled(self) -> tuple[Complex, ...]:
         """Model rows (rows, sensors, cases) of every signal, sensor faults included."""
-        each = zip(self.setting.signals, self.responses, strict=True)
-        return tuple(r.rows(self.faulty(s, driven(self, s, r))) for s, r in each)
+        model, each = self.setting.model, zip(self.setting.signals, self.responses, strict=True)
+        return tuple(r.rows(self.faulty(s, driven(self, model, s, r))) for s, r in each)
 
     @cached_property
     def differences(self) -> tuple[Real, Real, tuple[str, ...]]:

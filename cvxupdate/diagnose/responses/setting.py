@@ -13,7 +13,7 @@ from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
 from cvxupdate.diagnose.nominal.theory import GROUP
 from cvxupdate.diagnose.responses.point import ResponseSetting
 from cvxupdate.diagnose.responses.signals import Real, Signal
-from cvxupdate.diagnose.settings import MODE_DAMPING_STD, STRAYED, WIDE
+from cvxupdate.diagnose.settings import EXPLAINED, HOPELESS, MODE_DAMPING_STD, STRAYED, WIDE
 from cvxupdate.diagnose.types import Evidence
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.synthesis.shapes import EveryDof, Shapes
@@ -125,6 +125,20 @@ def followed(setting: ResponseSetting, start: Real, effort: str) -> Fit:
     if usual is None or fitted_at(again, usual, found.point).cost >= found.cost:
         return found
     return fitted(again, usual, EFFORTS[effort])
+
+
+def nuisance_fits(evidence: Evidence) -> tuple[Fit, ...]:
+    """The nuisance parameters alone, fitted level by level; far off, there is nothing to
+    sharpen."""
+    out: list[Fit] = []
+    setting = evidence.setting(evidence.model, ())
+    p = np.zeros(len(setting.columns))
+    for level in range(evidence.levels):
+        out.append(fitted(evidence.at_level(setting, level), p, EFFORTS["base"]))
+        p = out[-1].p
+        if level == evidence.levels - 2 and out[-1].misfit > HOPELESS * EXPLAINED:
+            break
+    return tuple(out)
 
 
 def let_go(evidence: Evidence) -> Fit:

@@ -18,6 +18,7 @@ import numpy as np
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, silenced, without
+from cvxupdate.diagnose.search.backward import backward
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import merged, raced, tenable
 from cvxupdate.diagnose.search.several import Pool
@@ -61,23 +62,16 @@ class Approach(Protocol):
     def left(self, h: Hypothesis) -> float:
         """What it leaves of a hypothesis as it is."""
 
+    def lighter(self, h: Hypothesis) -> list[Seed]:
+        """The same with a part of one effect only, where effects have parts."""
+
     def with_drive(self, h: Hypothesis) -> Hypothesis | None:
         """The same where what stands at the drive goes with it, of which what was fitted says
         nothing; None where nothing does."""
 
-
-def settled(evidence: Evidence, found: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Hypotheses in which what stands at the drive stays there or goes with it, whichever tells
-    better what was held out: what was fitted, driven from one place, is the same."""
-    approach = evidence.approach
-    return list(found) if approach is None else [_settled(evidence, approach, h) for h in found]
-
-
-def _settled(evidence: Evidence, approach: Approach, stays: Hypothesis) -> Hypothesis:
-    goes = approach.with_drive(stays)
-    if goes is None:
-        return stays
-    return min(stays, goes, key=lambda h: evidence.errors(h.fit).hold_out)
+    def shaken(self, h: Hypothesis) -> Seed | None:
+        """The same with a shaker where it drives, as yet of no size; None where there is something
+        already, or nothing was held out that is driven from elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -243,11 +237,8 @@ class _Growth:
         known = self._carried([r for r in sets if r.hypothesis.effects])
         if not known:
             return []
-        best, explains = known[0], self._explains(known)
-        order = sorted(range(len(best.effects)), key=lambda k: best.effects[k].type.rig)
-        rests = [without(self.evidence, best, k) for k in order]  # what is sought comes first
-        kept = [r for r in rests if r is not None and r.effects]
-        fewer = self._sharpened(kept)
+        explains = self._explains(known)
+        kept, fewer = backward(self.evidence, known[0], self.progress, self.approach.lighter)
         pool = Pool(self.evidence, self.progress, {h.keys: h for h in known})
         pool.tried.update(pool.found, (h.keys for h in fewer))
         for rest in kept if explains else ():

@@ -12,8 +12,10 @@ from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
 from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
 from cvxupdate.diagnose.screen.stability import stability
 from cvxupdate.diagnose.search.alike import elsewhere
+from cvxupdate.diagnose.search.backward import backward
 from cvxupdate.diagnose.search.beside import beside
-from cvxupdate.diagnose.search.guided import guided, settled
+from cvxupdate.diagnose.search.driven import settled, shaken
+from cvxupdate.diagnose.search.guided import guided
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
 from cvxupdate.diagnose.settings import (
@@ -111,7 +113,10 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         ways = [] if alone else [way for way in (several, grown) if way]  # each has its own end
         several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
     several = elsewhere(evidence, several, progress)
+    several = merged(several, shaken(evidence, several, progress))
     lighter = busy(evidence, several, progress)
+    if several and len(several[0].effects) > 2:
+        lighter += backward(evidence, several[0], progress)[1]
     singles = merged(singles, [h for h in lighter if len(h.effects) == 1])
     several = merged(several, [h for h in lighter if len(h.effects) > 1])
     return Found(

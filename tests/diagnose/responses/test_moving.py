@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,8 @@ import pytest
 from cvxupdate.diagnose import gather
 from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, without
 from cvxupdate.diagnose.responses.errors import on_signals
-from cvxupdate.diagnose.search.guided import settled
+from cvxupdate.diagnose.search.driven import settled
+from cvxupdate.diagnose.search.driven import shaken as with_shaker
 from cvxupdate.diagnose.types import Score
 from cvxupdate.physics.shaker import WITH_DRIVE
 
@@ -127,3 +129,32 @@ def test_nothing_goes_along_where_nothing_stands_or_no_other_place_is_driven(
     one = (measure(real, 4, seed=1), measure(real, 4, "hold-out", seed=2))
     alone = replace(gather.gathered(spec, model, one, quiet), names=("flexible_support",))
     assert alone.approach.with_drive(shaken(alone)) is None
+
+
+def test_a_set_that_tells_elsewhere_much_worse_is_tried_with_a_shaker(goes, monkeypatch):
+    """One that goes along is found, and explains what was held out; beside one that stands there
+    already, or where what was held out is told as well, nothing is tried."""
+    bare = Hypothesis((), goes.bases[-1])
+    errors = goes.errors(bare.fit)
+    assert errors.hold_out < 2.0 * errors.fit and with_shaker(goes, [bare], quiet) == []
+    monkeypatch.setattr(sys.modules["cvxupdate.diagnose.search.driven"], "TWICE", 0.0)
+    (found,) = with_shaker(goes, [bare], quiet)
+    (moved,) = settled(goes, [found])
+    assert WITH_DRIVE in moved.effects[0].key
+    assert moved.figures[0].values["m"] == pytest.approx(HEAVY, rel=0.1)
+    assert (
+        goes.errors(moved.fit).hold_out < 0.5 * errors.hold_out
+    )  # what stands there has scatter, too
+    assert with_shaker(goes, [found], quiet) == []
+
+
+def test_a_shaker_is_a_mass_or_a_spring_where_the_other_does_nothing(goes):
+    """Each alone begins with its size."""
+    h = shaken(goes)
+    seeds = goes.approach.lighter(h)
+    assert [s.effects[-1].physics for s in seeds] == ["added_mass"]  # the names that are sought
+    whole = replace(goes, names=("added_mass", "grounding_spring", "flexible_support"))
+    mass, spring = whole.approach.lighter(h)
+    for seed, key, size in ((mass, "m", HEAVY), (spring, "k", STIFF)):
+        alone = Hypothesis(seed.effects, whole.evaluated(seed.setting, seed.start))
+        assert alone.figures[0].values[key] == pytest.approx(size)

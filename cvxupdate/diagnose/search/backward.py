@@ -1,0 +1,42 @@
+"""A set of effects freed of those that its evidence is better without (backward elimination by
+Bayes' information criterion; Hastie, Tibshirani and Friedman 2009, 3.3.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from cvxupdate.diagnose.hypothesis import Hypothesis, without
+from cvxupdate.diagnose.search.race import entered, raced
+from cvxupdate.diagnose.types import Evidence, Progress, Seed
+
+
+def backward(
+    evidence: Evidence,
+    best: Hypothesis,
+    progress: Progress,
+    lighter: Callable[[Hypothesis], Sequence[Seed]] | None = None,
+) -> tuple[list[Hypothesis], list[Hypothesis]]:
+    """One effect after the other goes, what is sought before what a rig does, as long as the
+    evidence grows (``lighter``: or a part of one). What is left at the end without each effect, as
+    it is; and all that was tried, sharpened."""
+    tried: list[Hypothesis] = []
+    last = evidence.levels - 1
+    while True:
+        order = sorted(range(len(best.effects)), key=lambda k: best.effects[k].type.rig)
+        rests = [without(evidence, best, k) for k in order]
+        kept = [r for r in rests if r is not None and r.effects]
+        parts = entered(evidence, lighter(best) if lighter else (), progress)
+        fewer = raced(evidence, [*kept, *parts], ((last, len(kept) + len(parts)),), progress)
+        tried += fewer
+        likeliest = max(fewer, key=_merit, default=best)
+        done = evidence.hurried or len(likeliest.effects) < 2
+        if done or _merit(likeliest) <= _merit(best):
+            return kept, tried
+        best = likeliest
+
+
+def _merit(h: Hypothesis) -> float:
+    """Logarithm of the evidence, less half the logarithm of the figures for each unknown."""
+    return h.fit.log_evidence - 0.5 * h.unknowns * float(np.log(max(2.0, h.fit.independent)))

@@ -1,0 +1,39 @@
+"""What goes with the drive: of recordings from one place nothing tells, of what is held out from
+another it does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.search.guided import Approach
+from cvxupdate.diagnose.search.race import entered, raced
+from cvxupdate.diagnose.settings import STAYING, TWICE
+from cvxupdate.diagnose.types import Evidence, Progress
+
+
+def settled(evidence: Evidence, found: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Hypotheses in which what stands at the drive stays there or goes with it, whichever tells
+    better what was held out: what was fitted, driven from one place, is the same."""
+    approach = evidence.approach
+    return list(found) if approach is None else [_settled(evidence, approach, h) for h in found]
+
+
+def _settled(evidence: Evidence, approach: Approach, stays: Hypothesis) -> Hypothesis:
+    goes = approach.with_drive(stays)
+    if goes is None:
+        return stays
+    return min(stays, goes, key=lambda h: evidence.errors(h.fit).hold_out)
+
+
+def shaken(evidence: Evidence, sets: Sequence[Hypothesis], progress: Progress) -> list[Hypothesis]:
+    """The best sets with a shaker where they drive, sharpened, as far as they tell much worse what
+    was held out from another place than what was fitted."""
+    approach = evidence.approach
+    if approach is None:
+        return []
+    errors = [(h, evidence.errors(h.fit)) for h in sets[:STAYING]]
+    apart = [h for h, e in errors if e.hold_out > TWICE * e.fit]
+    seeds = [seed for h in apart if (seed := approach.shaken(h)) is not None]
+    found = entered(evidence, seeds, progress)
+    return raced(evidence, found, ((evidence.levels - 1, len(found)),), progress)
