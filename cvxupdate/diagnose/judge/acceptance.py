@@ -158,14 +158,18 @@ def credible(w: Weighed, case: Case) -> bool:
     return explained(w, case) or (near and clear)
 
 
+def meshed(w: Weighed, case: Case) -> bool:
+    """Whether what a hypothesis leaves may be the mesh's, or twice that: nothing is taken out of
+    it."""
+    return w.errors.fit <= TWICE * case.evidence.allowance(w.fit.setting.model)
+
+
 def needs_several(several: Weighed, single: Weighed | None, case: Case) -> bool:
     """Whether several effects are needed: they are credible, as a single one must be, and leave at
     most half of what the best single one leaves, which is more than the mesh's. What was held out
     need not be told better than by a single one that is not credible itself."""
-    evidence = case.evidence
     if single is not None:
-        mesh = evidence.allowance(single.fit.setting.model)
-        if single.errors.fit <= TWICE * mesh:
+        if meshed(single, case):
             return False
         if not credible(single, case) and several.fit.excess <= HALVED * single.fit.excess:
             single = None

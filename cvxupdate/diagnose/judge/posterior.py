@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
-from cvxupdate.diagnose.judge.acceptance import Case, Weighed, better, credible
+from cvxupdate.diagnose.judge.acceptance import Case, Weighed, better, credible, meshed
 from cvxupdate.diagnose.judge.alternatives import has
 from cvxupdate.diagnose.settings import STRONG
 from cvxupdate.diagnose.types import Real
@@ -33,7 +33,7 @@ def outweighs(more: Weighed, final: Weighed | None, case: Case) -> bool:
     """Whether a hypothesis that is credible and better than nothing is so much likelier than an
     accepted one of fewer effects that this cannot stand: by all evidence, and by what was held out
     alone, for which neither was fitted."""
-    if final is None:
+    if final is None or meshed(final, case):
         return False
     gains = log_odds(more, case) - log_odds(final, case), more.held_out - final.held_out
     strong = min(gains) > 0.5 * STRONG

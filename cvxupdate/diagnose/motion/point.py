@@ -70,6 +70,11 @@ class MotionSetting:
         return self.linear.mesh
 
     @property
+    def top(self) -> float:
+        """Of the band, Hz."""
+        return self.linear.top
+
+    @property
     def level(self) -> int:
         """Of smoothing."""
         return self.linear.level
