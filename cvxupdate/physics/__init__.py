@@ -108,7 +108,7 @@ def candidates_of(
     found = [
         effect
         for t in effect_types()
-        if told_by in t.told_by and (names is None or t.name in names)
+        if t.sought and told_by in t.told_by and (names is None or t.name in names)
         for effect in t.candidates(context)
     ]
     moved = base_labels(context.model)

@@ -39,6 +39,7 @@ class ShakerAttachment(EffectType):
     name = "flexible_support"
     noun = "a shaker with mass and stiffness"
     rig = True
+    sought = False  # by themselves a mass and a spring are
     told_by = frozenset({RESPONSES})
 
     def candidates(self, context: SearchContext) -> list[Effect]:

@@ -123,7 +123,7 @@ def test_places_are_hashable_and_each_its_own(
     everything = {
         e.key for kind in (RESPONSES, MOTION) for e in candidates_of(scene[2], None, kind)
     }
-    assert {e.key for e in found} <= everything
+    assert ({e.key for e in found} <= everything) == type_of(case).sought
     for e in found[:MOST]:
         again = e.on(scene[2])
         assert again is not None and again.key == e.key and again.physics == type_of(case).name

@@ -166,11 +166,7 @@ def meshed(w: Weighed, case: Case) -> bool:
 
 def needs_several(several: Weighed, single: Weighed | None, case: Case) -> bool:
     """Whether several effects are needed: they are credible, as a single one must be, and leave at
-    most half of what the best single one leaves, which is more than the mesh's. What was held out
-    need not be told better than by a single one that is not credible itself."""
-    if single is not None:
-        if meshed(single, case):
-            return False
-        if not credible(single, case) and several.fit.excess <= HALVED * single.fit.excess:
-            single = None
+    most half of what the best single one leaves, which is more than the mesh's."""
+    if single is not None and meshed(single, case):
+        return False
     return credible(several, case) and better(several, single or case.base, case)

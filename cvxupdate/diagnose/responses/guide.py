@@ -157,8 +157,7 @@ class Guide:
             or FIXTURE not in self.evidence.names
         ):
             return None
-        found = self.evidence.candidates(h.fit.setting.model, (FIXTURE,))
-        nothing = [Score(e, 0.0, np.zeros(e.count)) for e in found if parts_of(e)]
+        nothing = [Score(e, 0.0, np.zeros(e.count)) for e in self._rig(h) if parts_of(e)]
         (seed, *_) = (*seeds_from(self.evidence, h, nothing, h.fit.setting.level), None)
         return None if seed is None else self._damped(h, seed)
 

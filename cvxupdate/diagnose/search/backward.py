@@ -30,13 +30,13 @@ def backward(
         parts = entered(evidence, lighter(best) if lighter else (), progress)
         fewer = raced(evidence, [*kept, *parts], ((last, len(kept) + len(parts)),), progress)
         tried += fewer
-        likeliest = max(fewer, key=_merit, default=best)
+        likeliest = max(fewer, key=merit, default=best)
         done = evidence.hurried or len(likeliest.effects) < 2
-        if done or _merit(likeliest) <= _merit(best):
+        if done or merit(likeliest) <= merit(best):
             return kept, tried
         best = likeliest
 
 
-def _merit(h: Hypothesis) -> float:
+def merit(h: Hypothesis) -> float:
     """Logarithm of the evidence, less half the logarithm of the figures for each unknown."""
     return h.fit.log_evidence - 0.5 * h.unknowns * float(np.log(max(2.0, h.fit.independent)))

@@ -6,17 +6,34 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.search.backward import merit
 from cvxupdate.diagnose.search.guided import Approach
 from cvxupdate.diagnose.search.race import entered, raced
 from cvxupdate.diagnose.settings import STAYING, TWICE
 from cvxupdate.diagnose.types import Evidence, Progress
+from cvxupdate.physics.shaker import parts_of
 
 
 def settled(evidence: Evidence, found: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Hypotheses in which what stands at the drive stays there or goes with it, whichever tells
     better what was held out: what was fitted, driven from one place, is the same."""
     approach = evidence.approach
-    return list(found) if approach is None else [_settled(evidence, approach, h) for h in found]
+    if approach is None:
+        return list(found)
+    return [_settled(evidence, approach, h) for h in found if not _said_lighter(h, found)]
+
+
+def _said_lighter(h: Hypothesis, found: Sequence[Hypothesis]) -> bool:
+    """Whether another set with the mass or the spring of its shaker alone is likelier: it would
+    count twice among the rivals of others."""
+    for e in h.effects:
+        parts, rest = parts_of(e), h.keys - {e.key}
+        for other in found if parts else ():
+            alone = [x for x in other.effects if x.key not in rest]
+            same = rest <= other.keys and len(alone) == 1 and alone[0].physics in parts
+            if same and alone[0].place.nodes == e.place.nodes and merit(other) >= merit(h):
+                return True
+    return False
 
 
 def _settled(evidence: Evidence, approach: Approach, stays: Hypothesis) -> Hypothesis:

@@ -14,7 +14,7 @@ from cvxupdate.diagnose.responses.errors import on_signals
 from cvxupdate.diagnose.search.driven import settled
 from cvxupdate.diagnose.search.driven import shaken as with_shaker
 from cvxupdate.diagnose.types import Score
-from cvxupdate.physics.shaker import WITH_DRIVE
+from cvxupdate.physics.shaker import WITH_DRIVE, ShakerAttachment
 
 HEAVY, STIFF = 0.4, 9e3
 
@@ -55,7 +55,7 @@ def stays(chain, lab, measure):
 def shaken(evidence, sizes=(HEAVY, STIFF)):
     """The hypothesis of a shaker at mass 4, of its true size, sharp."""
     bare = Hypothesis((), evidence.bases[-1])
-    (effect,) = [c for c in evidence.candidates(evidence.model, ("flexible_support",)) if c.spot]
+    (effect,) = ShakerAttachment().candidates(evidence.context(evidence.model))
     last = evidence.levels - 1
     seed = seed_from(evidence, bare, Score(effect, 0.0, np.zeros(2)), last)
     p, n = seed.start.copy(), len(seed.setting.model.parameters)
