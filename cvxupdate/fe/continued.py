@@ -1,8 +1,9 @@
 """Natural modes of a structure that has changed a little since its modes were known.
 
-One factorisation of K and a few block inverse iterations with Rayleigh–Ritz in two Krylov blocks
-(Bathe and Wilson 1972; Golub and Underwood 1977), begun with the modes before. The factors stay:
-sensitivities of the shapes are solved with them (`cvxupdate.residual.nelson`).
+One factorisation of K, and Rayleigh–Ritz in a space that grows from the modes before by T = K⁻¹M
+applied to what is left of the modes wanted (block Lanczos in its residuals: Golub and Underwood
+1977; Stathopoulos and McCombs 2007). The factors stay: sensitivities of the shapes are solved with
+them (`cvxupdate.residual.nelson`).
 """
 
 from __future__ import annotations
@@ -19,8 +20,11 @@ from cvxupdate.fe.factor import Factored, factored
 from cvxupdate.fe.model import Matrices
 from cvxupdate.fe.modes import Modes
 
-ROUNDS = 12  # block iterations after which the modes are sought from nothing
-EXACT = 1e-8  # sine of the angle that is left after the last round, estimated from two rounds
+STEPS = 40  # blocks solved for, after which the modes are sought from nothing
+EXACT = 1e-7
+"""Estimated sine of the angle between a mode and what is found of it; what it really is was 10 to
+100 times less on the models of problems/real/smu-modal-data."""
+WIDE = 4  # times the modes carried: a space that has grown so far is reduced to its Ritz vectors
 INDEPENDENT = 1e-13  # relative eigenvalue of a Gram matrix below which columns are rounding
 
 
@@ -35,8 +39,11 @@ class Continued:
     mass: sp.csc_array
 
 
-def continued_modes(m: Matrices, before: Modes, wanted: int) -> Continued | None:
-    """As many modes as ``before`` has, the lowest ``wanted`` of them exact to rounding.
+def continued_modes(
+    m: Matrices, before: Modes, wanted: int, accuracy: float = EXACT
+) -> Continued | None:
+    """As many modes as ``before`` has, the lowest ``wanted`` of them to ``accuracy`` (sine of an
+    angle; eigenvalues to its square).
 
     None where they have to be sought from nothing: rigid-body modes, or no convergence. A mode that
     ``before`` does not contain may be missed; the Sturm count of `cvxupdate.fe.modes` tells.
@@ -49,7 +56,7 @@ def continued_modes(m: Matrices, before: Modes, wanted: int) -> Continued | None
     """
     if before.rigid or not 0 < wanted <= len(before.eigenvalues):
         return None
-    factor = factored(m.K, "the stiffness matrix")
+    factor = factored(m.K, "the stiffness matrix", again=True)
     if factor.negatives() != 0:  # None: rows were exchanged, for a pivot was zero
         raise ModelError(
             "the stiffness matrix is not positive definite: a stiffness parameter has gone too "
@@ -57,57 +64,86 @@ def continued_modes(m: Matrices, before: Modes, wanted: int) -> Continued | None
         )
     M = m.M.copy()
     M.eliminate_zeros()  # K and M share a pattern, and M may be far emptier
-    shapes, angle = before.shapes, 1.0
-    for _ in range(ROUNDS):
-        found = _round(factor, M, shapes)
-        if found is None:
-            return None
-        turned = _angle(shapes, found[1][:, :wanted], M)
-        (values, shapes), last, angle = found, angle, turned
-        if angle * min(1.0, angle / last) <= EXACT:
-            break
-    else:
+    found = _grown(factor, M, before.shapes, wanted, accuracy)
+    if found is None:
         return None
-    if values[0] <= 0.0:
-        return None
+    values, shapes = found
     largest = shapes[np.argmax(np.abs(shapes), axis=0), np.arange(shapes.shape[1])]
     return Continued(Modes(values, shapes * np.where(largest < 0, -1.0, 1.0), 0), wanted, factor, M)
 
 
-def _angle(old: Real, new: Real, M: sp.csc_array) -> float:
-    """Sine of the largest angle between a column of ``new`` and the span of ``old``."""
-    MO = M @ old
-    inside = MO.T @ new
-    seen = np.einsum("ij,ij->j", inside, la.solve(old.T @ MO, inside, assume_a="pos"))
-    return float(np.sqrt(max(np.max(1.0 - seen), 1e-30)))
+def _grown(
+    factor: Factored, M: sp.csc_array, X: Real, wanted: int, accuracy: float
+) -> tuple[Real, Real] | None:
+    """Eigenvalues and shapes, as many as X (N, b) has columns; None without convergence.
 
-
-def _round(factor: Factored, M: sp.csc_array, X: Real) -> tuple[Real, Real] | None:
-    """Ritz values and vectors in the span B of K⁻¹MX and (K⁻¹M)²X, as many as X (N, b) has columns;
-    None where rounding leaves fewer directions.
-
-    B = K⁻¹MP, so BᵀKB = BᵀMP: nothing is multiplied by K, whose large entries would leave rounding
-    in the small eigenvalues.
+    What is left of a mode x = B y in the space B = K⁻¹MP is x − P y/λ, for T x would be x/λ: the
+    error of P y. That of x is smaller by λ over the first eigenvalue that is not sought, because
+    errors lie along the modes from there on.
     """
-    P = np.hstack([X, np.zeros_like(X)])
-    B = np.zeros_like(P)
     b = X.shape[1]
-    for k in (0, b):
-        solved = factor.solve(M @ P[:, k : k + b])
-        scale = 1.0 / np.sqrt(np.einsum("ij,ij->j", solved, M @ solved))
-        B[:, k : k + b] = solved * scale
-        P[:, k : k + b] *= scale
-        if k == 0:
-            P[:, b:] = B[:, :b]
+    P = _orthonormal(X, M)
+    B = np.zeros((len(X), 0))
+    new = P
+    for _ in range(STEPS):
+        B = np.hstack([B, factor.solve(M @ new)])
+        ritz = _ritz(P, B, M, b)
+        if ritz is None:
+            return None
+        values, Y = ritz
+        x = B @ Y
+        left = x - P @ (Y / values)
+        size = np.sqrt(np.einsum("ij,ij->j", left, M @ left))
+        error = size * values / values[-1]
+        open_ = np.flatnonzero(error[:wanted] > accuracy)
+        if not len(open_):
+            return values, x
+        if P.shape[1] + len(open_) > WIDE * b:
+            held = la.cholesky(Y.T @ (P.T @ (M @ P)) @ Y)
+            turn = la.solve_triangular(held, Y.T, trans="T").T
+            P, B = P @ turn, B @ turn
+        new = left[:, open_] / size[open_]
+        for _ in range(2):  # twice is enough
+            new = new - P @ (P.T @ (M @ new))
+        new = _orthonormal(new, M)
+        if not new.shape[1]:
+            return None
+        P = np.hstack([P, new])
+    return None
+
+
+def _orthonormal(X: Real, M: sp.csc_array) -> Real:
+    """Columns that span the same in the inner product of M, those that rounding tells apart."""
+    X = X / np.sqrt(np.einsum("ij,ij->j", X, M @ X))
+    weights, V = la.eigh(X.T @ (M @ X), check_finite=False)
+    keep = weights > INDEPENDENT * weights[-1]
+    return np.asarray(X @ (V[:, keep] / np.sqrt(weights[keep])))
+
+
+def _ritz(P: Real, B: Real, M: sp.csc_array, count: int) -> tuple[Real, Real] | None:
+    """The lowest ``count`` Ritz values in the span of B = K⁻¹MP, and the shapes' coefficients; None
+    where rounding leaves fewer directions.
+
+    BᵀKB = BᵀMP: nothing is multiplied by K, whose large entries would leave rounding in the small
+    eigenvalues. For the same reason 1/λ is sought: the lowest modes have the largest.
+    """
     MB = M @ B
-    gram, H = B.T @ MB, P.T @ MB
+    H = P.T @ MB
+    scale = 1.0 / np.sqrt(H.diagonal())
+    H = (H + H.T) / 2.0 * scale * scale[:, None]
+    gram = B.T @ MB * scale * scale[:, None]
     if not (np.all(np.isfinite(gram)) and np.all(np.isfinite(H))):
         return None
-    weights, V = la.eigh(gram, check_finite=False)
+    weights, V = la.eigh(H, check_finite=False)
     keep = weights > INDEPENDENT * weights[-1]
-    if np.sum(keep) < b:
+    if np.sum(keep) < count:
         return None
     T = V[:, keep] / np.sqrt(weights[keep])
-    H = T.T @ H @ T
-    values, Y = la.eigh((H + H.T) / 2.0, subset_by_index=[0, b - 1], check_finite=False)
-    return values, B @ (T @ Y)
+    last = T.shape[1] - 1
+    inverse, Y = la.eigh(
+        T.T @ gram @ T, subset_by_index=[last + 1 - count, last], check_finite=False
+    )
+    inverse, Y = inverse[::-1], Y[:, ::-1]
+    if inverse[-1] <= 0.0:
+        return None
+    return 1.0 / inverse, scale[:, None] * (T @ Y) / np.sqrt(inverse)

@@ -11,8 +11,14 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import SuperLU, splu
 
 from cvxupdate.errors import ModelError
+from cvxupdate.fe.block import Index
+from cvxupdate.fe.orders import order_of
 from cvxupdate.fe.pardiso import LARGE, PardisoFactor, Perturbed, library
 
+SINGULAR = (
+    "{} is singular. The model is a mechanism, or a DOF has neither stiffness nor mass: add the "
+    "missing element or support."
+)
 SYMMETRIC = 1e-12  # of the largest entry: what assembly leaves between two halves
 
 
@@ -45,12 +51,35 @@ class Factor:
         return int(np.sum(self.lu.U.diagonal() < 0.0))
 
 
-def factored(A: sp.sparray, what: str = "the matrix", pivot: bool = False) -> Factored:
+@dataclass(frozen=True)
+class OrderedFactor:
+    """The same of a matrix in the order ``at``: A[at][:, at] = L U."""
+
+    factor: Factor
+    at: Index
+
+    def solve(self, rhs: NDArray[Any]) -> NDArray[Any]:
+        """A⁻¹ rhs."""
+        found = self.factor.solve(rhs[self.at])
+        out = np.empty_like(found)
+        out[self.at] = found
+        return out
+
+    def negatives(self) -> int | None:
+        """As of A."""
+        return self.factor.negatives()
+
+
+def factored(
+    A: sp.sparray, what: str = "the matrix", pivot: bool = False, again: bool = False
+) -> Factored:
     """Factors of a symmetric A (N, N): MKL Pardiso's where it is real and large and the extra
     ``fast`` is installed, else SuperLU's; either way the same answers.
 
     Pardiso pivots by itself (1 × 1 and 2 × 2, within the blocks of its elimination tree), so
     ``pivot`` is for SuperLU. Where that does not do, and on singular matrices, SuperLU is asked.
+    ``again``: matrices of this pattern are factored many times, so its order is kept
+    (`cvxupdate.fe.orders`).
 
     Raises
     ------
@@ -64,7 +93,13 @@ def factored(A: sp.sparray, what: str = "the matrix", pivot: bool = False) -> Fa
             return PardisoFactor(matrix, pardiso)
         except Perturbed:
             pass
-    return factorise(matrix, what, pivot)
+    order = order_of(matrix) if again and not pivot else None
+    if order is None:
+        return factorise(matrix, what, pivot)
+    try:
+        return OrderedFactor(Factor(order.factors(matrix)), order.at)
+    except RuntimeError as error:
+        raise ModelError(SINGULAR.format(what)) from error
 
 
 def _symmetric(A: sp.csc_array) -> bool:
@@ -95,8 +130,5 @@ def factorise(
             options={"SymmetricMode": not pivot},
         )
     except RuntimeError as error:
-        raise ModelError(
-            f"{what} is singular. The model is a mechanism, or a DOF has neither stiffness "
-            "nor mass: add the missing element or support."
-        ) from error
+        raise ModelError(SINGULAR.format(what)) from error
     return Factor(lu)

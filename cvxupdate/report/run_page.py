@@ -33,6 +33,7 @@ from cvxupdate.report.open_rows import open_rows, open_sentence
 from cvxupdate.report.overlay_figures import overlay_parts
 from cvxupdate.report.own_errors import own_rows
 from cvxupdate.report.page import command, render
+from cvxupdate.report.starts_parts import starts_parts
 from cvxupdate.report.words import (
     CERTIFICATE,
     METRICS,
@@ -133,6 +134,7 @@ def run_page(updated: Updated) -> str:
             "open_says": open_sentence(updated),
             "overlays": overlay_parts(updated, moved),
             "judged": judged_parts(updated) if moved else {},
+            "minima": starts_parts(updated) if moved else {},
             "groupings": grouping_parts(updated),
             "families": family_parts(updated) if moved else [],
             "more_families": max(0, len(updated.families) - MOST_FAMILIES),
@@ -291,10 +293,6 @@ def _mass(m: dict[str, Any]) -> list[str]:
 
 
 def _residual(value: float | None) -> str:
-    return (
-        NOTHING
-        if value is None or not math.isfinite(value)
-        else "0"
-        if value == 0.0
-        else power(value)
-    )
+    if value is None or not math.isfinite(value):
+        return NOTHING
+    return "0" if value == 0.0 else power(value)

@@ -115,26 +115,28 @@ def adjoint_shapes(
     Nelson's method (1976) turned round: solved for functionals of the shape (its entries at
     sensors, its MAC) instead of the parameters, so one sparse factorisation serves all of both. The
     matrix is singular, and its one free value is settled by holding y at the DOF where φ moves most
-    (a border, though shorter to write, fills the factors). ``others`` (N, k) are further shapes of
-    the same eigenvalue: y is then orthogonal to them too, and the derivative is that part which
-    does not turn the shapes among themselves.
+    (a border, though shorter to write, fills the factors): a spring there takes no force, because
+    the load does no work on φ, so y is zero there and K's pattern and order stay. ``others`` (N, k)
+    are further shapes of the same eigenvalue: y is then orthogonal to them too, and the derivative
+    is that part which does not turn the shapes among themselves.
 
     Raises
     ------
     ModelError
         When the eigenvalue is repeated and its other shapes are not given.
     """
-    N = len(shape)
     same = shape[:, None] if others is None else np.column_stack([shape, others])
-    A = sp.csc_array(m.K - eigenvalue * m.M)
     carried = m.M @ same
     load = g - carried @ (same.T @ g)
+    stiffness = m.K.diagonal()
     _, _, order = la.qr(
-        (np.sqrt(np.abs(m.K.diagonal()))[:, None] * same).T, mode="economic", pivoting=True
+        (np.sqrt(np.abs(stiffness))[:, None] * same).T, mode="economic", pivoting=True
     )
-    free = np.setdiff1d(np.arange(N), order[: same.shape[1]])
-    y = np.zeros_like(load)
-    y[free] = _solved(sp.csc_array(A[free][:, free]), load[free])
+    held = order[: same.shape[1]]
+    A = _less(m, eigenvalue)
+    for dof in held.tolist():
+        A[dof, dof] += abs(stiffness[dof]) or 1.0
+    y = _solved(A, load)
     return np.asarray(y - same @ (carried.T @ y))
 
 
@@ -166,26 +168,37 @@ def second_derivatives(modes: Modes, at: int, motion: Real, derivatives: Derivat
     return np.asarray(half + half.T - 0.5 * (own + own.T))
 
 
+def _less(m: Matrices, eigenvalue: float) -> sp.csc_array:
+    """K − λM with the pattern that both share, whatever cancels."""
+    K, M = m.K, m.M
+    if not (np.array_equal(K.indptr, M.indptr) and np.array_equal(K.indices, M.indices)):
+        return sp.csc_array(K - eigenvalue * M)
+    return sp.csc_array((K.data - eigenvalue * M.data, K.indices, K.indptr), shape=K.shape)
+
+
 def _solved(A: sp.csc_array, b: Real) -> Real:
-    """A⁻¹ b of a symmetric indefinite A: pivots on the diagonal (least fill) and one refinement;
-    with pivoting where that is not enough.
+    """A⁻¹ b of a symmetric indefinite A: pivots on the diagonal (least fill) and one refinement
+    where that leaves more than rounding; with pivoting where that is not enough.
 
     Raises
     ------
     ModelError
         When A is singular.
     """
-    size = np.abs(b).max(initial=0.0) or 1.0
+    size, largest = np.abs(b).max(initial=0.0) or 1.0, np.abs(A.data).max(initial=0.0)
     what = "K − λM, held where the mode moves most, of a repeated eigenvalue"
     for pivot in (False, True):
         try:
-            factor = factored(A, what, pivot)
+            factor = factored(A, what, pivot, again=True)
         except ModelError:
             continue
         x = factor.solve(b)
-        x = x + factor.solve(b - A @ x)
-        rounding = 1e-13 * abs(A).max() * np.abs(x).max(initial=0.0)
-        if np.all(np.isfinite(x)) and np.abs(A @ x - b).max(initial=0.0) <= 1e-8 * size + rounding:
+        left = b - A @ x
+        rounding = np.finfo(float).eps * largest * np.abs(x).max(initial=0.0)
+        if not np.abs(left).max(initial=0.0) <= rounding:
+            x = x + factor.solve(left)
+            left = b - A @ x
+        if np.all(np.isfinite(x)) and np.abs(left).max(initial=0.0) <= 1e-8 * size + 500 * rounding:
             return np.asarray(x)
     raise ModelError(
         f"{what}, is singular: its shapes are not determined one by one. Compare frequencies "

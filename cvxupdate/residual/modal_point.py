@@ -105,8 +105,8 @@ class ModalResidual:
         """The model's modes at ``p`` (n,), each measured mode followed from the point ``before``
         (None: from ``start``).
 
-        The fitted modes are followed first, then those to score among what is left. Shapes of a
-        repeated eigenvalue are turned to those before.
+        Fitted modes are followed first, those to score among what is left; shapes of a repeated
+        eigenvalue are turned to those before.
 
         Raises
         ------
@@ -120,21 +120,23 @@ class ModalResidual:
             if before is None
             else (before.modes, before.places)
         )
-        modes, found = self._modes(p, m, first, places)
-        point = self._paired(p, m, modes, first, places)
-        if found is not None and _highest(point.places) >= found.exact:
-            found = None  # one went among the modes that have not converged
-            point = self._paired(p, m, self._anew(p, m), first, places)
-        return point if found is None else replace(point, solved=found)
+        begin, highest = first, _highest(places)
+        for _ in range(2):  # again where one went among the modes that had not converged
+            modes, found = self._modes(p, m, begin, highest)
+            point = self._paired(p, m, modes, first, places)
+            highest = _highest(point.places)
+            if found is None or highest < found.exact:
+                return replace(point, solved=found)
+            begin = found.modes
+        return self._paired(p, m, self._anew(p, m), first, places)
 
     def _modes(
-        self, p: Real, m: Matrices, first: Modes, places: Sequence[Index]
+        self, p: Real, m: Matrices, first: Modes, highest: int
     ) -> tuple[Modes, Continued | None]:
         """The modes, by continuation where that is wanted, worth while and safe."""
         if not self._continues:
             return model_modes(self.model, self.count, p, m), None
-        wanted = min(_highest(places) + 2, len(first.eigenvalues))
-        found = continued_modes(m, first, wanted)
+        found = continued_modes(m, first, min(highest + 2, len(first.eigenvalues)))
         return (self._anew(p, m), None) if found is None else (found.modes, found)
 
     @cached_property

@@ -19,7 +19,7 @@ from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.factor import Factored
 
 ITERATIONS = 200
-ACCURATE = 1e-12  # relative decrease of the preconditioned residual
+ACCURATE = 1e-10  # relative decrease of the preconditioned residual: below what the modes are known
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from cvxupdate.spec import Spec
 from cvxupdate.spec.given import again
 from cvxupdate.spec.grammar import Own
 from cvxupdate.system import Array
+from cvxupdate.update.basins import basins, starts_notes, starts_report
 from cvxupdate.update.covariance import Uncertainty, uncertainty
 from cvxupdate.update.invisible import invisible
 from cvxupdate.update.measured_modes import modal_metrics, mode_results
@@ -25,17 +27,7 @@ from cvxupdate.update.outcome import RELATIVE, objective_metric, updated
 from cvxupdate.update.parts import equality_rows
 from cvxupdate.update.result import Updated
 from cvxupdate.update.score import scored as with_responses
-from cvxupdate.update.starts import (
-    Kept,
-    Many,
-    StartEnd,
-    basins,
-    mark_of,
-    random_starts,
-    run_starts,
-    starts_notes,
-    starts_report,
-)
+from cvxupdate.update.starts import Kept, Many, StartEnd, mark_of, random_starts, run_starts
 from cvxupdate.update.trust_region import Iteration, LoopResult
 
 __all__ = ["residual_of", "update_modal"]
@@ -81,7 +73,7 @@ def update_modal(
         known = replace(known, covariance=V, std=np.sqrt(np.diag(V)))
     metrics = modal_metrics(start, end)
     metrics["fit"] |= objective_metric(loop, start, end)
-    report = starts_report(ends, basins(ends, fit.objective)) if ends else {}
+    report = _basins_report(fit, ends)
     return updated(
         spec,
         model,
@@ -95,6 +87,25 @@ def update_modal(
         modes=mode_results(start, end),
         starts=report,
     )
+
+
+def _basins_report(fit: ModalFit, ends: Sequence[StartEnd]) -> dict[str, Any]:
+    """The minima that the starts reached, with the fit at each; empty where there were none."""
+    if not ends:
+        return {}
+    nominal = fit.residual.evaluate(fit.residual.model.zero())
+
+    def fit_at(p: Array) -> dict[str, float]:
+        found = modal_metrics(nominal, fit.residual.evaluate(p, nominal))["fit"]
+        return {name: value["after"] for name, value in found.items()}
+
+    local = replace(fit, shapes_first=False, release=False)
+
+    def descent(p: Array) -> Array:
+        return np.array(local.solve(0, p).p)
+
+    minima = basins(ends, fit.objective, descent)
+    return starts_report(ends, minima, fit.residual.model.parameters, fit_at)
 
 
 def _start(spec: Spec, model: Model, number: int) -> Array:

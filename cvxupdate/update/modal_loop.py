@@ -18,7 +18,7 @@ from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterat
 
 REPAIRINGS = 5  # how often the loop may go on with another pairing
 # The shapes alone are fitted only to find the way: that far, and for so many iterations.
-ROUGHLY, FIRST = 1e-2, 5
+ROUGHLY, FIRST = 1e-2, 10
 RELEASES = 2  # how often parameters on their bounds are released
 LOWER = 1e-4  # relative decrease of the objective by which another minimum is one
 ON_BOUND = 1e-4  # of the distance between the bounds

@@ -1,12 +1,12 @@
-"""Many starts of one fit: in parallel (`cvxupdate.parallel`), kept as they finish, and judged by
-the minima they reach."""
+"""Many starts of one fit: in parallel (`cvxupdate.parallel`) and kept as they finish; the minima
+they reach are judged in `cvxupdate.update.basins`."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -17,12 +17,6 @@ from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.parallel import Where, spread
 from cvxupdate.system import Array
-
-HIGHER = 0.01
-"""Two ends are one minimum where the straight way between them is nowhere higher than both by more
-than this fraction: nobody calls a model better for less (a step in that direction is judged by the
-same figure in the published comparison of problems/real/smu-modal-data)."""
-ON_THE_WAY = (0.25, 0.5, 0.75)
 
 
 @dataclass(frozen=True)
@@ -36,15 +30,6 @@ class StartEnd:
     status: str
     iterations: int
     seconds: float
-
-
-@dataclass(frozen=True)
-class Basin:
-    """A minimum: its lowest ``objective``, the ``starts`` that ended there, and where ``p``."""
-
-    objective: float
-    starts: tuple[int, ...]
-    p: tuple[float, ...]
 
 
 def random_starts(model: Model, count: int, seed: int) -> Array:
@@ -68,31 +53,6 @@ def random_starts(model: Model, count: int, seed: int) -> Array:
             "lower and upper."
         )
     return np.asarray(np.random.default_rng(seed).uniform(lower, upper, (count, len(lower))))
-
-
-def basins(ends: Iterable[StartEnd], objective: Callable[[Array], float]) -> tuple[Basin, ...]:
-    """The different minima among ``ends``, lowest first; ``objective`` is asked on the straight way
-    between two ends, inf where the model is no structure."""
-    found: list[list[StartEnd]] = []
-    for end in sorted(ends, key=lambda e: e.objective):
-        if not np.isfinite(end.objective):
-            continue
-        own = next((b for b in found if _one_valley(b[0], end, objective)), None)
-        if own is None:
-            found.append([end])
-        else:
-            own.append(end)
-    return tuple(Basin(b[0].objective, tuple(sorted(e.number for e in b)), b[0].p) for b in found)
-
-
-def _one_valley(a: StartEnd, b: StartEnd, objective: Callable[[Array], float]) -> bool:
-    """Whether no ridge stands between two ends of which ``a`` is the lower, and ``b`` is no shelf
-    far above it."""
-    limit = (1.0 + HIGHER) * b.objective
-    if b.objective > (1.0 + HIGHER) * a.objective:
-        return False
-    x, y = np.array(a.p), np.array(b.p)
-    return all(objective(x + t * (y - x)) <= limit for t in ON_THE_WAY)
 
 
 @dataclass(frozen=True)
@@ -139,42 +99,6 @@ def mark_of(*parts: bytes) -> str:
     for part in parts:
         digest.update(len(part).to_bytes(8, "little") + part)
     return digest.hexdigest()
-
-
-def starts_report(ends: Sequence[StartEnd], minima: Sequence[Basin]) -> dict[str, Any]:
-    """Plain data: how many starts, what became of each, the minima found (``share`` of the starts
-    that ended in each, within 1 % of its objective)."""
-    seconds = [e.seconds for e in ends]
-    return {
-        "count": len(ends),
-        "seconds_median": float(np.median(seconds)) if seconds else None,
-        "ends": [{k: v for k, v in asdict(e).items() if k != "p"} for e in ends],
-        "minima": [
-            {
-                "objective": b.objective,
-                "share": len(b.starts) / len(ends),
-                "starts": list(b.starts),
-                "p": list(b.p),
-            }
-            for b in minima
-        ],
-    }
-
-
-def starts_notes(report: Mapping[str, Any]) -> tuple[str, ...]:
-    """What the many starts say, in a sentence; nothing where there were none."""
-    if not report:
-        return ()
-    minima = report["minima"]
-    if not minima:
-        return ("None of the starts led to a model that is a structure.",)
-    best = minima[0]
-    others = f"; the next lowest is {minima[1]['objective']:.5g}" if len(minima) > 1 else ""
-    return (
-        f"{len(best['starts'])} of {report['count']} starts ended in the lowest minimum found "
-        f"(objective {best['objective']:.5g}), of {len(minima)} different ones{others}. A start "
-        f"took {report['seconds_median']:.2g} s of processor time (median).",
-    )
 
 
 Task = tuple[int, Array]

@@ -25,6 +25,22 @@ def test_modes_after_a_change_are_those_from_nothing() -> None:
     assert np.allclose(np.abs(likeness), 1.0, atol=1e-12)
 
 
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-7, 1e-10])
+def test_accuracy_that_is_asked_for_is_kept(accuracy: float) -> None:
+    """Far off and near, the angle to the true mode is below what was asked for."""
+    model = structure(portal(), PORTAL)[1]
+    before = model_modes(model, 8, model.zero())
+    for size in (0.3, 1e-2, 1e-5):
+        p = size * np.cos(np.arange(len(model.parameters)))
+        m = model.matrices(p)
+        found = continued_modes(m, before, 5, accuracy)
+        other = model_modes(model, 8, p, m)
+        assert found is not None
+        like = other.shapes.T @ (m.M @ found.modes.shapes[:, :5])
+        apart = found.modes.shapes[:, :5] - other.shapes[:, :5] * np.sign(np.diag(like))
+        assert np.sqrt(np.einsum("ij,ij->j", apart, m.M @ apart)).max() <= accuracy
+
+
 def test_free_structures_are_left_to_the_solver_that_knows_rigid_modes() -> None:
     model = structure(square(), [{"elements": "all", "of": "E"}])[1]
     before = model_modes(model, 8, model.zero())

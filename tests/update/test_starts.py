@@ -11,13 +11,13 @@ import pytest
 
 from cvxupdate.errors import InputError
 from cvxupdate.parallel import Where
+from cvxupdate.report.run_page import run_page
 from cvxupdate.study import run
 from cvxupdate.update.modal_fit import modal_fit
 from cvxupdate.update.modal_loop import released
 from cvxupdate.update.starts import (
     Kept,
     StartEnd,
-    basins,
     mark_of,
     random_starts,
     run_starts,
@@ -54,23 +54,6 @@ starts = 4
 seed = 3
 parameters = [{ elements = [1, 2], of = "k", each = "element", lower = -0.6, upper = 1.5 }]
 """
-
-
-def double_well(p: np.ndarray) -> float:
-    return float((p[0] ** 2 - 1.0) ** 2 + 0.1)
-
-
-def end(number: int, x: float, objective: float | None = None) -> StartEnd:
-    value = double_well(np.array([x])) if objective is None else objective
-    return StartEnd(number, value, (x,), "converged", 3, 0.1)
-
-
-def test_minima_are_different_where_a_ridge_stands_between_them() -> None:
-    found = basins([end(0, -1.0), end(1, 1.0), end(2, 1.001), end(3, -0.999)], double_well)
-    assert sorted(b.starts for b in found) == [(0, 3), (1, 2)]
-    valley = basins([end(0, -1.0, 0.1), end(1, 1.0, 0.1001)], lambda p: 0.1)
-    assert [b.starts for b in valley] == [(0, 1)]  # a flat valley is one minimum
-    assert basins([end(0, 0.0, np.inf)], double_well) == ()
 
 
 def test_random_starts_lie_inside_the_bounds_and_need_them() -> None:
@@ -126,6 +109,10 @@ def test_run_reports_the_minima(tmp_path: Path) -> None:
     best = report["minima"][0]
     assert best["objective"] == pytest.approx(updated.fit["fit"]["objective"]["after"], rel=1e-4)
     assert best["share"] == 1.0  # two springs, two modes with shapes: one minimum
+    assert best["ridge"] is None and best["differs"] == [] and best["on_bounds"] == 0
+    assert best["fit"]["mac_mean"] == pytest.approx(updated.fit["fit"]["mac_mean"]["after"])
+    page = run_page(updated)
+    assert "5 starts led to 1 minimum." in page and "5 (100 %)" in page
     assert any("5 of 5 starts" in note for note in updated.notes)
     assert any("shapes alone" in note for note in updated.notes)
     lines = [json.loads(line) for line in keep.read_text().splitlines()]

@@ -17,6 +17,7 @@ from validation.studies.wish import Wish
 
 ROOT = Path(__file__).resolve().parents[2]
 QUICK = Wish(quick=True)
+DATA = Path(os.environ.get("CVXUPDATE_DATA", ""))
 
 
 @pytest.fixture(autouse=True)
@@ -120,11 +121,18 @@ def check_plates(found):
     assert error[1] < 0.5 * error[0] and seen[1] < 0.5 * seen[0]
 
 
+def check_starts(found):
+    for (start,), minima, there in found.values():
+        assert start.status == "converged" and len(minima) == 1 and len(there) == 1
+    assert found["concrete frame"][2] == [True]
+
+
 CHECKS = {
     "ceam_cases": check_ceam_cases,
     "ceam_domains": check_domains,
     "ceam_table_6_2": check_ceam_table,
     "expansion_ranking": check_ranking,
+    "modal_starts": check_starts,
     "plates_rfm": check_plates,
     "rfm_accuracy": check_accuracy,
     "rfm_bay_noise": check_bay_noise,
@@ -141,6 +149,8 @@ CHECKS = {
 
 @pytest.mark.parametrize("name", names())
 def test_quick_look(name, tmp_path, monkeypatch, capsys):
+    if name == "modal_starts" and not (DATA / "smu-modal-data").is_dir():
+        pytest.skip("needs the data set smu-modal-data under CVXUPDATE_DATA")
     monkeypatch.chdir(tmp_path)
     out = tmp_path / "results"
     found = perform(name, out, QUICK)
