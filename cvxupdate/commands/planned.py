@@ -24,7 +24,7 @@ class Options:
     """What the user may choose: how many ``sensors``, ``exciters`` (None: as many as are needed)
     and ``modes`` from the lowest; ``band`` (lowest, highest) Hz of the frequency lines; ``noise``
     of the responses, ``accuracy`` wanted of the parameters, both fractions; ``further`` responses
-    that are to tell the explanations of a diagnosis apart together (None: `TOGETHER`)."""
+    that are to tell the explanations of a diagnosis apart together (None: `RESPONSES_TOGETHER`)."""
 
     sensors: int | None = None
     exciters: int | None = None

@@ -264,7 +264,7 @@ OWN_GAIN = 0.7
 APART_ENOUGH = 5.0
 # Responses that a plan proposes as a set: what an analyser with a force and four motions takes in
 # one run, or a roving hammer in minutes.
-TOGETHER = 4
+RESPONSES_TOGETHER = 4
 # Known mass that a plan proposes to put on, part of the structure's: two to three per cent of the
 # frequencies, which any test tells, and still a small change of the structure.
 KNOWN_MASS = 0.05

@@ -22,7 +22,7 @@ from validation.real import table
 
 ROOT = table.PROBLEMS.parents[1]
 PAGE = ROOT / "docs" / "identification.md"
-RESTS = table.PROBLEMS / "dropbear-moving-support" / "recordings_rests.toml"
+RESTS = table.PROBLEMS / "dropbear-moving-support" / "problem_rests.toml"
 BEGIN, END = "<!-- public sets -->", "<!-- end -->"
 SHOWN = 6  # frequencies in a cell
 
@@ -123,7 +123,7 @@ TRIALS: tuple[Trial, ...] = (
     ),
     Trial(
         "dropbear-moving-support",
-        "recordings_rests.toml",
+        "problem_rests.toml",
         Options(band=(15.0, 200.0), order=30),
         remark="README: 26.1, 28.2, 30.8, 33.9, 37.5, 42.0 by the roller's place",
     ),
@@ -179,7 +179,11 @@ def blocks() -> str:
     """[[recordings]] of the rests of the roller in DROPBEAR's first test, with the samples of each:
     while the roller moves, the structure is another from sample to sample."""
     record = table.load("dropbear-moving-support")[0]
-    out = ['title = "Cantilever with its roller at rest, ten rests of test 0"\n']
+    out = [
+        'title = "Cantilever with its roller at rest, ten rests of test 0"\n'
+        'source = "High-Rate-SHM-Working-Group/Dataset-8-DROPBEAR; see source.md"\n\n'
+        '[model]\ninclude = "coarse.toml"\n'
+    ]
     for k, (_, part) in enumerate(table.rests(record), start=1):  # type: ignore[arg-type]
         out.append(
             f'[[recordings]]\nkind = "time"\nname = "rest {k}"\n'

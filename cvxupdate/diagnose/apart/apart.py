@@ -20,7 +20,7 @@ from cvxupdate.diagnose.motion.component import rigs_of
 from cvxupdate.diagnose.nominal.members import divided
 from cvxupdate.diagnose.reference import brought
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
-from cvxupdate.diagnose.settings import TOGETHER
+from cvxupdate.diagnose.settings import RESPONSES_TOGETHER
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
@@ -43,7 +43,8 @@ def told_apart(
 ) -> Apart:
     """The measurements that would tell the explanations of a diagnosis apart, best first. ``told``:
     the content of `diagnosis.json`, which lies at ``where``; ``noise`` relative, of responses to
-    come in ``band`` (Hz; None: as it was); ``count`` responses make a set (None: `TOGETHER`).
+    come in ``band`` (Hz; None: as it was); ``count`` responses make a set (None:
+    `RESPONSES_TOGETHER`).
 
     Raises
     ------
@@ -85,7 +86,7 @@ def told_apart(
     if isinstance(evidence, ResponseEvidence):
         responses = responses_to_come(evidence, hypotheses, noise, band)
         order = ranked(responses.found())
-        several = together(responses, order, TOGETHER if count is None else count)
+        several = together(responses, order, RESPONSES_TOGETHER if count is None else count)
         return Apart(explained, order, together=several)
     if isinstance(evidence, ModesEvidence):
         return Apart(explained, ranked(Figures(evidence, hypotheses).found()))
