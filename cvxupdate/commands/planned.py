@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -80,6 +81,8 @@ class Diagnosed:
         InputError
             For a file that cannot be read, or is no JSON.
         """
+        if not os.path.isfile(path):  # a pipe or a device might never end
+            raise InputError(f"{path} is not a file. Give the diagnosis.json of diagnose.")
         try:
             return cls(json.loads(path.read_text(encoding="utf-8")), str(path))
         except (OSError, UnicodeError) as err:
