@@ -82,19 +82,30 @@ def told_apart(
             "nothing to tell apart."
         )
     progress("comparing what they foretell")
-    explained = tuple(Explanation(capital(h.title), h.fit.misfit) for h in hypotheses)
-    if isinstance(evidence, ResponseEvidence):
-        responses = responses_to_come(evidence, hypotheses, noise, band)
-        order = ranked(responses.found())
-        several = together(responses, order, RESPONSES_TOGETHER if count is None else count)
-        return Apart(explained, order, together=several)
-    if isinstance(evidence, ModesEvidence):
-        return Apart(explained, ranked(Figures(evidence, hypotheses).found()))
-    return Apart(explained, (), tuple(_levels(evidence, hypotheses)))
+    size = RESPONSES_TOGETHER if count is None else count
+    return _compared(evidence, hypotheses, noise, band, size)
 
 
 def _all_named(wanted: Sequence[Sequence[Named]]) -> set[str]:
     return {one.physics for effects in wanted for one in effects}
+
+
+def _compared(
+    evidence: Evidence,
+    hypotheses: tuple[Hypothesis, ...],
+    noise: float,
+    band: tuple[float, float] | None,
+    size: int,
+) -> Apart:
+    """What there is to measure for this kind of evidence; of responses also a set of ``size``."""
+    explained = tuple(Explanation(capital(h.title), h.fit.misfit) for h in hypotheses)
+    if isinstance(evidence, ResponseEvidence):
+        responses = responses_to_come(evidence, hypotheses, noise, band)
+        order = ranked(responses.found())
+        return Apart(explained, order, together=together(responses, order, size))
+    if isinstance(evidence, ModesEvidence):
+        return Apart(explained, ranked(Figures(evidence, hypotheses).found()))
+    return Apart(explained, (), tuple(_levels(evidence, hypotheses)))
 
 
 def _levels(evidence: Evidence, hypotheses: Sequence[Hypothesis]) -> list[str]:
