@@ -179,7 +179,7 @@ def test_refusals(content: Any, words: str) -> None:
 
 
 def test_a_file_that_is_none(tmp_path) -> None:
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="is not a file"):
         Diagnosed.of(tmp_path / "diagnosis.json")
     (tmp_path / "diagnosis.json").write_text("{", encoding="utf-8")
     with pytest.raises(InputError, match="is no JSON"):
