@@ -52,7 +52,8 @@ def sensor_sets(
     if not phi.shape[1] <= count <= len(places):
         raise InputError(
             f"{count} sensors for {phi.shape[1]} modes on {len(places)} free translations: give at "
-            "least as many --sensors as --modes, and no more than there are places."
+            "least as many --sensors as --modes, and no more than there are places; or ask for "
+            "fewer --modes."
         )
     energy = mass[places, None] * phi[places] ** 2
     ways: dict[str, Callable[[], np.ndarray]] = {

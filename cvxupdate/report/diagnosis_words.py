@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from cvxupdate.report.numbers import number, with_deviation
+from cvxupdate.report.numbers import number, prefix_of, with_deviation
 
 if TYPE_CHECKING:
     from cvxupdate.diagnose.output.diagnosis import Diagnosis
@@ -70,12 +70,16 @@ def unit_of(parameter: str, dof: str | None) -> str:
 def values_words(
     parameters: Mapping[str, float], deviations: Mapping[str, float], physics: str, dof: str | None
 ) -> list[tuple[str, str]]:
-    """(name, value ± standard deviation with unit) of a finding's parameters."""
+    """(name, value ± standard deviation with unit) of a finding's parameters, with the prefix that
+    its sentence has."""
     about = "ry" if physics == "joint_flexibility" and dof is None else dof
-    return [
-        (name, f"{with_deviation(value, deviations.get(name))} {unit_of(name, about)}".strip())
-        for name, value in parameters.items()
-    ]
+    out = []
+    for name, value in parameters.items():
+        factor, unit = prefix_of(unit_of(name, about).replace("·", "*"), value)
+        deviation = deviations.get(name)
+        scaled = None if deviation is None else deviation / factor
+        out.append((name, f"{with_deviation(value / factor, scaled)} {unit}".strip()))
+    return out
 
 
 def fit_rows(found: Diagnosis) -> list[tuple[str, str, str]]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from cvxupdate.errors import InputError
@@ -29,6 +31,16 @@ def must_be_writable(out: Path | None) -> None:
             f"{folder}: the results cannot be written there ({place} may not be written to). "
             "Give another --out."
         )
+    # Not everything shows in the permissions: a name too long, a file system of the kernel's. The
+    # temporary file has no name, and is gone when it is closed.
+    try:
+        with suppress(FileNotFoundError):
+            os.lstat(folder)
+        tempfile.TemporaryFile(dir=place).close()
+    except OSError as error:
+        raise InputError(
+            f"{folder}: the results cannot be written there ({error.strerror}). Give another --out."
+        ) from error
 
 
 def write_files(folder: Path, files: dict[str, str], replaced: Sequence[str] = ()) -> None:

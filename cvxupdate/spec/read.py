@@ -30,6 +30,8 @@ def read_toml(path: Path) -> dict[str, Any] | Fault:
             else "Name a problem file.",
         )
     try:
+        if path.exists() and not path.is_file():  # a pipe or a device might never end
+            return fault("is not a file.", "Name the .toml file.")
         if os.path.getsize(path) > LARGEST:
             return fault(
                 f"is larger than {LARGEST // 1_000_000} MB: surely not a problem file.",

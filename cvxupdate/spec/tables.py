@@ -126,8 +126,8 @@ def read_table(path: Path) -> tuple[list[dict[str, Any]], TableFile]:
     Raises
     ------
     TableError
-        When the file is not UTF-8 text, has no header or no rows, or a row is longer than the
-        header.
+        When the file is not UTF-8 text, has no header or no rows, or a row has not as many
+        cells as the header.
     """
     try:
         text = path.read_bytes().decode("utf-8-sig")
@@ -160,22 +160,31 @@ def read_table(path: Path) -> tuple[list[dict[str, Any]], TableFile]:
         raise TableError(
             "line 1: an empty or repeated column name.", "Give every column its own name."
         )
+    numbers = tuple(number for number, _ in lines)
+    rows = _rows(header, numbers[1:], cells[1:], delimiter)
+    return rows, TableFile(path, numbers[1:], numbers[0], frozenset(header))
+
+
+def _rows(
+    header: list[str], numbers: tuple[int, ...], cells: list[list[str]], delimiter: str
+) -> list[dict[str, Any]]:
+    """Cells as rows by column name; ``numbers`` are their lines."""
     rows: list[dict[str, Any]] = []
-    for (number, _), row in zip(lines[1:], cells[1:], strict=True):
-        if len(row) > len(header):
+    for number, row in zip(numbers, cells, strict=True):
+        if len(row) != len(header):
             raise TableError(
-                f"line {number}: {len(row)} cells under {len(header)} column names.",
-                "Check the separators.",
+                f"line {number}: {len(row)} cell{'s' * (len(row) > 1)} under {len(header)} "
+                "column names.",
+                "Check the separators; a cell that is left empty keeps its separator.",
             )
         rows.append(
             {
                 k: _cell(k, _pointed(k, v.strip(), delimiter))
-                for k, v in zip(header, row, strict=False)
+                for k, v in zip(header, row, strict=True)
                 if v.strip()
             }
         )
-    numbers = tuple(number for number, _ in lines)
-    return rows, TableFile(path, numbers[1:], numbers[0], frozenset(header))
+    return rows
 
 
 def _pointed(column: str, text: str, delimiter: str) -> str:

@@ -41,7 +41,7 @@ def test_added_mass_is_found_and_sized(lump):
     assert first.physics == "added_mass" and first.place.nodes == (2,)
     assert first.parameters["m"] == pytest.approx(0.25, rel=0.15)
     assert 0.0 < first.deviations["m"] < 0.1
-    placebo = next(line for line in found.evidence if line.startswith("Placebo: "))
+    placebo = next(line for line in found.evidence if line.startswith("Compared with chance: "))
     assert float(placebo.rpartition(" ")[2].rstrip(".")) < 0.05
 
 

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from cvxupdate.study import diagnose
+from cvxupdate.study import diagnose, run
+from tests.cases.bad_beam import channels, good_text, write
 
 STRANGERS = Path(__file__).resolve().parents[1] / "strangers"
 FOOT = {
@@ -57,3 +58,27 @@ def test_the_inertia_that_a_plane_frame_does_not_need_may_be_left_out():
     """`portal` gives Iz alone: the size of a tension is that of the way in which the bar bends."""
     found = said("portal")
     assert any(c["physics"] == "axial_preload" for c in found.candidates)
+
+
+def test_the_parts_of_own_matrices_are_found_and_sized():
+    """K of three springs and M, in NPZ: the first is 10 % stiffer, the second 20 % softer."""
+    found = said("threedof")
+    sizes = {f.place.elements: f.parameters["factor"] for f in found.findings}
+    assert {f.physics for f in found.findings} == {"stiffness_change"}
+    assert sizes == pytest.approx({(2,): 0.8, (1,): 1.1}, rel=1e-3)
+
+
+def test_the_parts_of_own_matrices_are_updated():
+    after = [q.after for q in run(STRANGERS / "threedof" / "problem.toml").parameters]
+    assert after == pytest.approx([0.1, -0.2, 0.0], abs=1e-3)
+
+
+def test_what_stands_beside_an_effect_is_no_equivalent_of_it(tmp_path):
+    """Elements at the tip, 2 % stiffer beside the lump, fit the cantilever's responses a little
+    better: "an added mass at node 13 cannot be told from a change of stiffness in element 19"."""
+    path = write(tmp_path, channels(), good_text())
+    with path.open("a", encoding="utf-8") as file:
+        file.write('[diagnose]\nphysics = ["added_mass", "stiffness_change"]\n')
+    (first,) = diagnose(path).findings
+    assert (first.physics, first.place.nodes) == ("added_mass", (13,))
+    assert first.parameters["m"] == pytest.approx(0.3, abs=0.002) and not first.equivalent

@@ -305,7 +305,7 @@ def test_mislabelled_files_are_refused_with_both_names(tmp_path: Path) -> None:
         path.write_bytes(npz)
         with pytest.raises(RecordingError, match="npz"):
             read_file(path)
-    for path, words in ((tmp_path / "none.csv", "no such file"), (tmp_path, "no such file")):
+    for path, words in ((tmp_path / "none.csv", "no such file"), (tmp_path, "is a folder")):
         with pytest.raises(RecordingError, match=words):
             read_file(path)
     (tmp_path / "empty.csv").write_bytes(b"")

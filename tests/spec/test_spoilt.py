@@ -521,6 +521,13 @@ SPOILT = [
         "there is no file",
         "rum.csv",
     ),
+    one(
+        "a modulus beyond all quantities",
+        "E = 207e9",
+        "E = 207e99",
+        "model.materials.steel.E",
+        "is larger than any quantity in SI",
+    ),
     one("folder for a file", 'file = "run.csv"', 'file = "."', "recordings[1].file", "is a folder"),
     one(
         "no file",

@@ -16,7 +16,7 @@ from cvxupdate.correlate.plausible.doubt import Doubt
 from cvxupdate.correlate.plausible.facts import PERCENT, facts, material_doubts
 from cvxupdate.correlate.plausible.quality import damage_doubts, quality_doubts
 from cvxupdate.correlate.plausible.units import QUANTITY, unit_doubts
-from cvxupdate.errors import RecordingError
+from cvxupdate.errors import ModelError, RecordingError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.recordings.types import ModeTable, Recording
@@ -47,7 +47,12 @@ def examine(
     ModelError
         The model is no structure.
     """
-    known = doubts(spec, model, model_modes(model, MODES) if recordings else None, recordings)
+    modes = model_modes(model, MODES) if recordings else None
+    if modes is not None and not len(modes.eigenvalues):
+        raise ModelError(
+            "the model has no natural modes: it carries no mass. Add density or lumped masses."
+        )
+    known = doubts(spec, model, modes, recordings)
     fatal = [d.says for d in known if d.fatal]
     if fatal:
         raise RecordingError("\n".join(dict.fromkeys(fatal)))

@@ -14,16 +14,20 @@ from cvxupdate.physics.place import Place
 
 def equivalents(effect: Effect, best: Hypothesis, near: Sequence[Hypothesis]) -> tuple[Effect, ...]:
     """What may stand for ``effect``: the odd one out of each rival that shares all other effects
-    with the best; another form of the same at its own place is none."""
+    with the best; none of a rival that has the effect itself, in any form, and something beside."""
     rest = best.keys - {effect.key}
     out: dict[object, Effect] = {}
     for rival in near:
-        if rest <= rival.keys:
-            for other in rival.effects:
-                same = (other.physics, other.place) == (effect.physics, effect.place)
-                if other.key not in best.keys and not same:
-                    out.setdefault(other.key, other)
+        if not rest <= rival.keys or any(_same(other, effect) for other in rival.effects):
+            continue
+        for other in rival.effects:
+            if other.key not in best.keys:
+                out.setdefault(other.key, other)
     return tuple(out.values())
+
+
+def _same(one: Effect, other: Effect) -> bool:
+    return (one.physics, one.place) == (other.physics, other.place)
 
 
 def overlapping(a: Place, b: Place, model: Model | None = None) -> bool:

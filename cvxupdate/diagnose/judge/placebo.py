@@ -28,10 +28,10 @@ class Placebo:
     def says(self) -> str:
         """One line of evidence."""
         return (
-            f"Placebo: {self.tried} other effects and places went through the same procedure "
-            f"({self.refitted} of them refitted); the best leaves {100 * self.left:.2g} % of the "
-            f"misfit, this leaves {100 * self.mine:.2g} %. Chance of so large an improvement by "
-            f"luck: {self.chance:.2g}."
+            f"Compared with chance: {self.tried} other effects and places went through the same "
+            f"procedure ({self.refitted} of them refitted); the best leaves "
+            f"{100 * self.left:.2g} % of the misfit, this leaves {100 * self.mine:.2g} %. "
+            f"Chance of so large an improvement by luck: {self.chance:.2g}."
         )
 
 

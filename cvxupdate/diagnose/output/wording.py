@@ -187,8 +187,8 @@ def _base_lines(evidence: Evidence, base: Weighed) -> list[str]:
         f"The nominal model leaves {evidence.left(evidence.nominal)}"
         + (f"{alone}." if np.isfinite(noise) else "."),
         "With the usual scatter of group stiffness, group mass and damping it is "
-        f"{evidence.left(base.errors)}; weighted misfit {base.fit.misfit:.3g} per row "
-        "(1: noise and discretisation).",
+        f"{evidence.left(base.errors)}: {base.fit.misfit:.3g} times the misfit that noise and "
+        "discretisation leave.",
     ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -39,7 +40,7 @@ def inspect_file(
     each.
     """
     path = Path(path)
-    if path.is_file() and (modes := mode_table_of(path)) is not None:
+    if os.path.isfile(path) and (modes := mode_table_of(path)) is not None:
         return modes
     contents = read_file(path, replace(options or Options(), progress=progress), format)
     if contents.functions or contents.shapes:

@@ -3,6 +3,7 @@ here."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from cvxupdate.errors import RecordingError
@@ -65,6 +66,15 @@ def _undisguised(path: Path, head: bytes, known: tuple[Format, ...]) -> Format |
     return hidden
 
 
+def _instead(path: Path) -> str:
+    """What a path is that is not a file."""
+    if os.path.isdir(path):
+        return "is a folder. Name a file in it."
+    if os.path.exists(path):
+        return "is not a file that can be read through (a pipe or a device). Copy it into one."
+    return "there is no such file."
+
+
 def read_file(
     path: Path | str, options: Options | None = None, format: str | None = None
 ) -> Contents:
@@ -76,8 +86,8 @@ def read_file(
     """
     path = Path(path)
     try:
-        if not path.is_file():
-            raise RecordingError(f"{path}: there is no such file.")
+        if not os.path.isfile(path):  # False, too, for a name that cannot be one
+            raise RecordingError(f"{path}: {_instead(path)}")
         with path.open("rb") as file:
             head = file.read(1024)
         if not head:

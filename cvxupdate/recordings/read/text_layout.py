@@ -211,7 +211,8 @@ def find_layout(lines: Sequence[str], encoding: str, options: Options, where: st
                 best = ((rows, columns), delimiter, decimal, place, columns)
     if best is None or best[0][0] < 2:
         raise RecordingError(
-            f"{where}: no table of numbers was found in its first {len(lines)} lines. Say "
+            f"{where}: no table of numbers was found in its first "
+            f"{f'{len(lines)} lines' if len(lines) > 1 else 'line'}. Say "
             "delimiter, decimal and header_lines in the [[recordings]] block, or check the "
             "file."
         )

@@ -42,6 +42,7 @@ from cvxupdate.spec.checks.names import (
     SectionShapes,
     SupportNodes,
 )
+from cvxupdate.spec.checks.numbers import Sizes
 from cvxupdate.spec.checks.parameters import (
     NamesUnique,
     NominalZero,
@@ -84,6 +85,7 @@ CHECKS: tuple[Check, ...] = (
     ActiveDofs(),
     Directions(),
     TypeDofs(),
+    Sizes(),
     ZeroLength(),
     Orientation(),
     SpinAxis(),

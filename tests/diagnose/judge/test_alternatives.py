@@ -27,6 +27,12 @@ def test_equivalents_are_the_odd_ones_out_of_rivals_that_share_the_rest() -> Non
     assert equivalents(a, supposed(BEST, a), [supposed(BEST, c), supposed(BEST, d)]) == (c, d)
 
 
+def test_what_a_rival_has_beside_the_effect_stands_for_nothing() -> None:
+    """The strangers' lump was said not to be told from a stiffness that went beside it."""
+    a, b, c = (effect(nodes=(n,)) for n in (1, 2, 3))
+    assert equivalents(a, supposed(BEST, a), [supposed(BEST, a, b), supposed(BEST, c)]) == (c,)
+
+
 def test_places_overlap_where_they_share_most_of_their_elements_or_a_node() -> None:
 
     def e(*ids: int) -> Place:

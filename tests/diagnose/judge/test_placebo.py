@@ -33,7 +33,9 @@ def test_chance_is_the_level_of_the_rank_test() -> None:
     assert p is not None
     assert (p.tried, p.refitted, p.left, p.mine) == (3, 3, 0.04, 0.05)
     assert p.chance == pytest.approx(2 / 4)
-    assert p.says.startswith("Placebo: 3 other effects and places") and p.says.endswith("0.5.")
+    assert p.says.startswith(
+        "Compared with chance: 3 other effects and places"
+    ) and p.says.endswith("0.5.")
 
 
 def test_what_stands_at_the_same_place_is_no_placebo() -> None:

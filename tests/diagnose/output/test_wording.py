@@ -176,7 +176,7 @@ def test_the_nominal_model_s_error_and_that_of_its_scatter_are_stated(
         "A line of the evidence.",
         f"The nominal model leaves 0.6 of the response and 0.6 (held out){said}",
         "With the usual scatter of group stiffness, group mass and damping it is 0.5 of the "
-        "response and 0.4 (held out); weighted misfit 100 per row (1: noise and discretisation).",
+        "response and 0.4 (held out): 100 times the misfit that noise and discretisation leave.",
     ]
 
 
