@@ -44,17 +44,31 @@ class Told:
         return tuple(out)
 
     @property
+    def information(self) -> float:
+        """What the responses tell of the explanations' unknowns, ln det(I + Sᵀ S), mean of the
+        pairs."""
+        return float(np.mean([np.linalg.slogdet(np.eye(len(G)) + G)[1] for G in self.inner]))
+
+    @property
     def rank(self) -> tuple[float, float]:
-        """As that of a single measurement."""
-        now = self.separations
-        return float(np.mean(np.minimum(now, APART_ENOUGH))), min(now)
+        """By the mean separation of the pairs, to a tenth of a deviation; of equals the one that
+        tells most of the unknowns. Pairs that nothing tells, or that are told for good, must not
+        choose by what is left of them: what comes up beside the explanations is ruled out by
+        knowing the structure better."""
+        worth = float(np.mean(np.minimum(self.separations, APART_ENOUGH)))
+        return round(worth, 1), self.information
 
 
 def together(
     responses: Responses, ranked: Sequence[Measurement], count: int
 ) -> MeasurementSet | None:
-    """A set of ``count`` responses, each the one that tells most beside those before it; None
-    where fewer than two were compared."""
+    """A set of ``count`` responses, each the one that tells most beside those before it, and each
+    at another place while there are any; None where fewer than two were compared.
+
+    By reciprocity a response and that with force and sensor exchanged are one and the same: it
+    would average noise, and what the model misses is in both. One place each also shows what none
+    of the explanations foretells.
+    """
     further = [m for m in ranked if m.kind == "response"]
     some = shortlist(further)
     if len(some) < 2 or count < 2:
@@ -63,11 +77,22 @@ def together(
     chosen = [max(range(len(some)), key=lambda k: known[k].rank)]
     whole = known[chosen[0]]
     while len(chosen) < min(count, len(some)):
-        grown = {k: whole + known[k] for k in range(len(some)) if k not in chosen}
+        so_far = [some[c] for c in chosen]
+        other = [k for k in range(len(some)) if is_other(some[k], so_far)]
+        free = [k for k in other if all(some[k].sensor != m.sensor for m in so_far)] or other
+        if not free:
+            break
+        grown = {k: whole + known[k] for k in free}
         best = max(grown, key=lambda k: grown[k].rank)
         chosen.append(best)
         whole = grown[best]
     return MeasurementSet(tuple(some[k] for k in chosen), whole.separations)
+
+
+def is_other(m: Measurement, chosen: Sequence[Measurement]) -> bool:
+    """Whether no chosen response is this one, with force and sensor exchanged or not."""
+    same = ((m.sensor, m.drive), (m.drive, m.sensor))
+    return all((c.sensor, c.drive) not in same for c in chosen)
 
 
 def shortlist(further: Sequence[Measurement]) -> list[Measurement]:

@@ -85,8 +85,10 @@ def test_a_set_tells_what_none_of_its_responses_tells_alone(
         alone = max(m.least for m in found.measurements if m.kind == "response")
         first = next(m for m in found.measurements if m.kind == "response")
         assert len(found.together.measurements) == size
-        assert found.together.measurements[0] == first
-        assert len({(m.sensor, m.drive) for m in found.together.measurements}) == size
+        assert found.together.measurements[0].worth > first.worth - 0.1
+        pairs = [(m.sensor, m.drive) for m in found.together.measurements]
+        assert len({sensor for sensor, _ in pairs}) == size
+        assert not any(a != b and (b, a) in pairs for a, b in pairs)  # reciprocity: the same
         least.append(found.together.least)
         assert least[-1] >= alone
     assert least[1] > least[0]
