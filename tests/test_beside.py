@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -53,6 +54,11 @@ def test_a_table_of_modes_before_and_after() -> None:
     rows = mode_rows(shown)
     assert rows[0]["measured"] != "–" and rows[0]["after_error"].endswith("%")
     assert len(moving_modes(shown)) == min(6, len(shown.modes))
+    told = replace(FOUND, beside=shown).to_json()  # the page says that it has every number
+    first = told["modes"][0]
+    assert (first["measured"], first["after"]) == (shown.modes[0].measured, shown.modes[0].after)
+    assert len(told["modes"]) == len(rows) and {"physics", "why"} == set(told["not_tried"][0])
+    json.dumps(told["modes"], allow_nan=False)
     assert all("<animate" in picture for _, picture in moving_modes(shown))
 
 

@@ -1,10 +1,11 @@
 """Is what ``plan --diagnosis`` proposes worth measuring? ``python -m validation.apart``.
 
 Generated problems of sparsely measured structures (two sensors, FRFs) are diagnosed; where a
-finding has equivalents, the laboratory makes the measurement that is proposed, and another one
-chosen at random among those that were compared, and the problem is diagnosed again with each. What
-counts is how often one explanation is left, and whether that is the true one. One file a case in
-out/apart/cases; the same command goes on where it was stopped.
+finding has equivalents, the laboratory makes the set of responses that is proposed, and as many
+others chosen at random among those that were compared, and the problem is diagnosed again with
+each; ``--singles`` likewise with one response instead of a set. What counts is how often one
+explanation is left, and whether that is the true one. The first diagnosis of each seed lies in
+out/apart/first, one file a case in out/apart/cases; the same command goes on where it was stopped.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from validation.generated.recordings import frf
 OUT = Path(__file__).resolve().parent.parent / "out" / "apart"
 FIRST, COUNT = 600, 60  # seeds for development
 SENSORS = 2  # with so few, much is alike
-WAYS = ("proposed", "random")
+SETS, SINGLES = ("together", "random set"), ("proposed", "random")
 
 
 def sparse(seed: int) -> Case | None:
@@ -49,8 +50,16 @@ def sparse(seed: int) -> Case | None:
     return replace(case, kind="frf", sensors=sensors, drives=(sensors[0], sensors[0]))
 
 
-def attempt(seed: int) -> dict[str, Any]:
-    """Diagnosed as it is; with what is proposed; with another measurement."""
+def first(seed: int, problem: Path) -> dict[str, Any]:
+    """The diagnosis of a case as it is, kept whole."""
+    path = OUT / "first" / f"{seed}.json"
+    if not path.is_file():
+        save(path, json.dumps(diagnose(problem), ensure_ascii=False) + "\n")
+    return dict(json.loads(path.read_text(encoding="utf-8")))
+
+
+def attempt(seed: int, ways: Sequence[str]) -> dict[str, Any]:
+    """Diagnosed as it is; with what is proposed; with other measurements."""
     case = sparse(seed)
     if case is None:
         return {"seed": seed, "skipped": True}
@@ -59,7 +68,7 @@ def attempt(seed: int) -> dict[str, Any]:
         folder = Path(name)
         write(case, folder)
         truth = tomllib.loads((folder / "truth.toml").read_text(encoding="utf-8"))
-        said = diagnose(folder / "problem.toml")
+        said = first(seed, folder / "problem.toml")
         row = {
             "seed": seed,
             "first": _row(said, truth),
@@ -72,33 +81,44 @@ def attempt(seed: int) -> dict[str, Any]:
             return {**row, "why": str(err)}
         assert found.apart is not None
         further = [m for m in found.apart.measurements if m.kind == "response"]
-        if not further:
+        several = found.apart.together
+        if not further or several is None:
             return row
         rng = np.random.default_rng([20261124, seed])
-        chosen = {"proposed": further[0], "random": further[int(rng.integers(len(further)))]}
+        one = further[int(rng.integers(len(further)))]
+        size = len(several.measurements)
+        other = rng.choice(len(further), size, replace=False)
+        chosen: dict[str, Sequence[Measurement]] = {
+            "together": several.measurements,
+            "random set": [further[int(k)] for k in other],
+            "proposed": further[:1],
+            "random": [one],
+        }
+        least = {"together": several.least, "proposed": further[0].least}
         row["explanations"] = [e.title for e in found.apart.explanations]
-        for way in WAYS:
-            m = chosen[way]
-            row[way] = {"says": m.says, "least": m.least, "most": max(m.separations)}
-            row[way] |= _row(diagnose(measured(case, m, folder, way)), truth)
+        for way in ways:
+            row[way] = {"says": "; ".join(m.says for m in chosen[way]), "least": least.get(way)}
+            row[way] |= _row(diagnose(measured(case, chosen[way], folder, way)), truth)
     return {**row, "seconds": round(time.perf_counter() - begin, 1)}
 
 
-def measured(case: Case, m: Measurement, folder: Path, name: str) -> Path:
-    """The problem with a further FRF made in the laboratory."""
-    drive, sensor = _dof(m.drive), _dof(m.sensor)
-    here = replace(case, sensors=(sensor,), drives=(drive, drive))
+def measured(case: Case, chosen: Sequence[Measurement], folder: Path, name: str) -> Path:
+    """The problem with further FRFs made in the laboratory, one file for each drive."""
     rng = np.random.default_rng([20261125, case.seed])
     bench = modal(build(case.design, case.scatter, case.effects), case.top, case.zeta)
-    arrays = frf(rng, bench, here, drive)
-    averages = int(arrays.pop("averages"))
-    np.savez(folder / f"{name}.npz", **arrays)
     text = (folder / "problem.toml").read_text(encoding="utf-8")
-    text += (
-        f'[[recordings]]\nkind = "frf"\nuse = "fit"\nfile = "{name}.npz"\n'
-        f'response = "acceleration"\naverages = {averages}\n'
-    )
-    path = folder / f"{name}.toml"
+    stem = name.replace(" ", "_")
+    for k, at in enumerate(dict.fromkeys(m.drive for m in chosen)):
+        drive = _dof(at)
+        sensors = tuple(_dof(m.sensor) for m in chosen if m.drive == at)
+        arrays = frf(rng, bench, replace(case, sensors=sensors, drives=(drive, drive)), drive)
+        averages = int(arrays.pop("averages"))
+        np.savez(folder / f"{stem}_{k}.npz", **arrays)
+        text += (
+            f'[[recordings]]\nkind = "frf"\nuse = "fit"\nfile = "{stem}_{k}.npz"\n'
+            f'response = "acceleration"\naverages = {averages}\n'
+        )
+    path = folder / f"{stem}.toml"
     path.write_text(text, encoding="utf-8")
     return path
 
@@ -130,19 +150,21 @@ def ruled_out(rows: Sequence[Mapping[str, Any]], way: str) -> tuple[int, int]:
 
 def told(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """The totals, line by line."""
-    alike = [r for r in rows if "proposed" in r]
-    out = [f"{len(rows)} cases, {len(alike)} with equivalents and a further measurement"]
-    for way in WAYS:
+    out = [f"{len(rows)} cases, {sum('explanations' in r for r in rows)} with equivalents"]
+    for way in (*SETS, *SINGLES):
+        alike = [r for r in rows if way in r]
+        if not alike:
+            continue
         one = [r for r in alike if r[way]["one"]]
         right = [r for r in one if r[way]["outcome"] == "right"]
         wrong = [r for r in alike if r[way]["outcome"] == "wrong"]
         out.append(
-            f"{way:9s} one explanation left {rate(len(one), len(alike))}, the true one "
+            f"{way:10s} one explanation left {rate(len(one), len(alike))}, the true one "
             f"{len(right)}; something wrong said {len(wrong)}; "
             f"equivalents ruled out {rate(*ruled_out(alike, way))}"
         )
-    sure = [r for r in alike if r["proposed"]["least"] >= 3.0]
-    one = [r for r in sure if r["proposed"]["one"]]
+    sure = [r for r in rows if r.get("together", {}).get("least", 0.0) >= 3.0]
+    one = [r for r in sure if r["together"]["one"]]
     out.append(f"of those foretold to be told (3 deviations): {rate(len(one), len(sure))}")
     return out
 
@@ -152,13 +174,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--seed", type=int, default=FIRST, help="the first")
     parser.add_argument("--count", type=int, default=COUNT)
+    parser.add_argument("--singles", action="store_true", help="one response as well")
     options = parser.parse_args(arguments)
+    ways = (*SETS, *SINGLES) if options.singles else SETS
     (OUT / "cases").mkdir(parents=True, exist_ok=True)
     rows = []
     for seed in range(options.seed, options.seed + options.count):
         path = OUT / "cases" / f"{seed}.json"
         if not path.is_file():
-            save(path, json.dumps(attempt(seed), ensure_ascii=False, indent=1) + "\n")
+            save(path, json.dumps(attempt(seed, ways), ensure_ascii=False, indent=1) + "\n")
         rows.append(json.loads(path.read_text(encoding="utf-8")))
     print("\n".join(told([r for r in rows if not r.get("skipped")])))
     return 0

@@ -101,6 +101,7 @@ def plan(
     noise: float = 0.01,
     accuracy: float = 0.05,
     diagnosis: Any = None,
+    further: int | None = None,
 ) -> PlanResult:
     """What to measure, from the model alone: sensors, exciters, frequency lines, and what accuracy
     they leave the parameters; with a diagnosis also what would tell its explanations apart.
@@ -115,13 +116,14 @@ def plan(
     noise : of the responses, accuracy : wanted of the parameters, both fractions.
     diagnosis : what `diagnose` gave back for this problem, or the path of its diagnosis.json; the
         problem's recordings are then read.
+    further : how many responses are to tell its explanations apart together; None: four.
 
     Raises
     ------
     InputError
         For a fault of the input, or a request that the model cannot meet.
     """
-    options = PlanOptions(sensors, exciters, modes, _ends(band), noise, accuracy)
+    options = PlanOptions(sensors, exciters, modes, _ends(band), noise, accuracy, further)
     wanted = (
         None if parameters is None else {"method": "rfm", "parameters": parameter_rows(parameters)}
     )

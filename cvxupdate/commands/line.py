@@ -91,6 +91,16 @@ Told = Annotated[
     ),
 ]
 
+Further = Annotated[
+    int | None,
+    typer.Option(
+        "--further",
+        help="with --diagnosis: how many responses are to tell its explanations apart together; "
+        "default 4",
+        show_default=False,
+    ),
+]
+
 Shown = Annotated[int, typer.Option("--modes", help="how many modes, from the lowest")]
 Kind = Annotated[
     str,
@@ -149,6 +159,7 @@ def plan(
     noise: Noise = 0.01,
     accuracy: Accuracy = 0.05,
     diagnosis: Told = None,
+    further: Further = None,
 ) -> None:
     """Plan a measurement from the model alone: sensors, exciters, lines, accuracy; or what would
     tell the explanations of a diagnosis apart."""
@@ -158,7 +169,7 @@ def plan(
     from cvxupdate.spec import name_of
 
     must_be_writable(out)
-    options = Options(sensors, exciters, modes, band, noise, accuracy)
+    options = Options(sensors, exciters, modes, band, noise, accuracy, further)
     told = None if diagnosis is None else Diagnosed.of(diagnosis)
     with display(as_json) as show:
         found = do(problem, options, told, None if show is None else show.say)

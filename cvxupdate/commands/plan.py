@@ -122,7 +122,9 @@ def _apart(
     spec, model, recordings = open_problem(given)
     where, tell = diagnosis.where, progress or (lambda text: None)
     told = diagnosis.content
-    return told_apart(spec, model, recordings, told, where, options.noise, options.band, tell)
+    return told_apart(
+        spec, model, recordings, told, where, options.noise, options.band, tell, options.further
+    )
 
 
 def _said(

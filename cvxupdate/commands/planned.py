@@ -24,7 +24,8 @@ Real = NDArray[np.float64]
 class Options:
     """What the user may choose: how many ``sensors``, ``exciters`` (None: as many as are needed)
     and ``modes`` from the lowest; ``band`` (lowest, highest) Hz of the frequency lines; ``noise``
-    of the responses, ``accuracy`` wanted of the parameters, both fractions."""
+    of the responses, ``accuracy`` wanted of the parameters, both fractions; ``further`` responses
+    that are to tell the explanations of a diagnosis apart together (None: `RESPONSES_TOGETHER`)."""
 
     sensors: int | None = None
     exciters: int | None = None
@@ -32,9 +33,10 @@ class Options:
     band: tuple[float, float] | None = None
     noise: float = 0.01
     accuracy: float = 0.05
+    further: int | None = None
 
     def __post_init__(self) -> None:
-        for name in ("modes", "sensors", "exciters"):
+        for name in ("modes", "sensors", "exciters", "further"):
             value = getattr(self, name)
             if value is not None and value < 1:
                 raise InputError(f"--{name} {value} is none; give 1 or more.")

@@ -262,6 +262,9 @@ OWN_GAIN = 0.7
 # Deviations from which on two explanations are told apart for good: odds of exp(d²/2), a quarter of
 # a million to one; what is told better than so is told no better.
 APART_ENOUGH = 5.0
+# Responses that a plan proposes as a set: what an analyser with a force and four motions takes in
+# one run, or a roving hammer in minutes.
+RESPONSES_TOGETHER = 4
 # Known mass that a plan proposes to put on, part of the structure's: two to three per cent of the
 # frequencies, which any test tells, and still a small change of the structure.
 KNOWN_MASS = 0.05

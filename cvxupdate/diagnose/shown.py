@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,6 +104,14 @@ class Beside:
     forces: tuple[str, ...] = ()
     modes: tuple[ModeBeside, ...] = ()
     untried: tuple[tuple[str, str], ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """The entries ``modes`` (Hz) and ``not_tried`` of diagnosis.json."""
+        numbers = ("recording", "use", "measured", "before", "after", "mac_before", "mac_after")
+        return {
+            "modes": [{key: getattr(m, key) for key in numbers} for m in self.modes],
+            "not_tried": [{"physics": name, "why": why} for name, why in self.untried],
+        }
 
 
 def places(scores: Sequence[tuple[Effect, float]]) -> tuple[dict[int, float], dict[int, float]]:

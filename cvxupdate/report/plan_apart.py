@@ -30,6 +30,13 @@ def apart_data(found: Apart | None) -> dict[str, Any] | None:
         "explanations": [vars(e) for e in found.explanations],
         "measurements": [{**vars(m), "least": m.least} for m in found.measurements],
         "lines": found.lines,
+        "together": None
+        if found.together is None
+        else {
+            "measurements": [vars(m) for m in found.together.measurements],
+            "separations": found.together.separations,
+            "least": found.together.least,
+        },
     }
 
 
@@ -57,6 +64,30 @@ def apart_says(found: Apart) -> str:
     return (
         f"The best that was tried, {best.says}, is worth {_by(best)} standard deviations: a hint, "
         "no proof. Measure with less noise, or over a wider --band."
+    )
+
+
+def together_says(found: Apart) -> str:
+    """What a set of responses tells, in a sentence; empty where there is none."""
+    s = found.together
+    if s is None:
+        return ""
+    told = sum(x >= TOLD for x in s.separations)
+    drives = list(dict.fromkeys(m.drive for m in s.measurements))
+    places = "; ".join(
+        f"{', '.join(m.sensor for m in s.measurements if m.drive == d)} to a force at {d}"
+        for d in drives
+    )
+    pairs = count(len(s.separations), "pair")
+    what = (
+        f"{'the' if told == 1 else 'all'} {pairs}"
+        if told == len(s.separations)
+        else (f"{told} of {pairs}")
+    )
+    return (
+        f"Together, the responses at {places} tell {what} of explanations, the worst by "
+        f"{number(s.least, 2)} standard deviations. They also tell what none of these explanations "
+        "is: one response seldom does."
     )
 
 
@@ -94,6 +125,10 @@ def apart_csv(found: Apart) -> list[list[str]]:
             f"{m.least:.3g}",
         ]
         for k, m in enumerate(found.measurements[:LISTED], start=1)
+    ] + [
+        ["together", str(k), m.sensor, m.drive, m.says, f"{found.together.least:.3g}"]
+        for k, m in enumerate(found.together.measurements if found.together else (), start=1)
+        if found.together is not None
     ]
 
 
@@ -105,7 +140,7 @@ def apart_map(name: str, found: Planned) -> str | None:
     worth: dict[int, tuple[float, str]] = {}
     for m in apart.measurements:
         node = m.node if m.node is not None else int(m.sensor[1:].partition(".")[0] or 0)
-        label = m.sensor or f"n{node}"
+        label = m.sensor if m.node is None else f"n{node}"
         if node and m.worth > worth.get(node, (-1.0, ""))[0]:
             worth[node] = (m.worth, label)
     at = {int(n): k for k, n in enumerate(geometry.node_ids)}

@@ -14,7 +14,14 @@ from cvxupdate.report.as_json import dumps, plain
 from cvxupdate.report.correlate_parts import svg
 from cvxupdate.report.numbers import count, fixed, number, seconds
 from cvxupdate.report.page import command, render
-from cvxupdate.report.plan_apart import apart_csv, apart_data, apart_map, apart_rows, apart_says
+from cvxupdate.report.plan_apart import (
+    apart_csv,
+    apart_data,
+    apart_map,
+    apart_rows,
+    apart_says,
+    together_says,
+)
 from cvxupdate.report.words import Verdict
 
 if TYPE_CHECKING:
@@ -127,7 +134,8 @@ def plan_verdict(found: Planned) -> Verdict:
     if found.lines:
         says.append(_accuracy(found))
     if found.apart is not None:
-        says = [apart_says(found.apart), *found.apart.lines, *says]
+        told = [together_says(found.apart), *found.apart.lines, f"From the model alone: {headline}"]
+        headline, says = apart_says(found.apart), [*(line for line in told if line), *says]
     tone = "good" if s.alike < 0.9 and all(d < 0.3 for d in found.indicator.dips) else "fair"
     return Verdict(tone, headline, tuple(says))
 

@@ -194,3 +194,9 @@ def test_a_diagnosis_names_the_spring() -> None:
 def test_bad_input_is_said_in_words(call, says: str) -> None:
     with pytest.raises(InputError, match=says):
         call()
+
+
+def test_results_are_short_at_a_prompt(updated) -> None:
+    """An update printed 117,768 characters."""
+    for shown in (updated, updated.after, updated.model):
+        assert 0 < len(repr(shown)) < 500 and "\n\n" not in repr(shown)

@@ -193,6 +193,21 @@ def test_the_deviation_of_the_error_matrix_is_that_of_its_scatter(case):
     assert np.std(z, axis=0) == pytest.approx(np.ones((N, N)), abs=0.12)
 
 
+def test_deviations_of_eigenvalues_go_through_the_derivative_of_the_error_matrix():
+    """Exact shapes: the entry's deviation is |∂(K F K)/∂λ_r| σ_r, of independent modes the root of
+    the squares; the derivatives by complex step."""
+    K, M = chain(np.array([9.0, 6.0, 8.0, 5.0, 7.0]), np.array([2.0, 1.5, 1.0, 1.7, 0.8]))
+    values, Phi = (a[..., :3] for a in la.eigh(K, M))
+    std = np.array([0.03, 0.05, 0.2])
+    squares = np.zeros(K.shape)
+    for r in range(3):
+        moved = values.astype(complex)
+        moved[r] += 1e-30j
+        squares += (std[r] * np.imag(K @ (Phi / moved) @ Phi.T @ K) / 1e-30) ** 2
+    found = d.error_deviation(K, Phi, values, np.zeros(Phi.shape), std)
+    assert found == pytest.approx(np.sqrt(squares), rel=1e-9, abs=1e-12)
+
+
 def test_weights_find_a_change_below_the_scatter_of_stiffer_places(case):
     """A soft spring changes by less than noise makes of a stiff one: the largest entry of the error
     matrix stands at the stiff one, the largest in deviations at the soft one."""

@@ -15,6 +15,7 @@ from cvxupdate.recordings.appropriate import (
     appropriate,
     asher,
     exciter_places,
+    extended_asher,
     mmif,
     modified_asher,
     nash,
@@ -55,6 +56,25 @@ def mac(a: NDArray, b: NDArray) -> float:
 
 def natural(M: NDArray, K: NDArray) -> NDArray:
     return np.sqrt(scipy.linalg.eigh(K, M, eigvals_only=True)) / (2 * np.pi)
+
+
+def test_indicators_solve_the_equations_that_they_cite() -> None:
+    """On any H, at every line: (2.38) Re H f = λ Im H f, (2.41) Re Hᵀ Re H f = α f, (2.43)
+    Re Hᵀ Re H f = β (Re Hᵀ Re H + Im Hᵀ Im H) f, (2.44) Im Hᵀ Im H f = γ (the same) f."""
+    M, K, C, _ = system(lumped=3.0)
+    H = receptance(np.linspace(40.0, 200.0, 7), M, K, C)[:, :, :3]
+    R, J = H.real, H.imag
+    RR, JJ = R.transpose(0, 2, 1) @ R, J.transpose(0, 2, 1) @ J
+    for indicator, left, right in (
+        (extended_asher, RR, np.broadcast_to(np.eye(3), RR.shape)),
+        (mmif, RR, RR + JJ),
+        (nash, JJ, RR + JJ),
+    ):
+        values, forces = indicator(H)
+        off = left @ forces - right @ forces * values[:, None, :]
+        assert np.abs(off).max(axis=(1, 2)) == pytest.approx(
+            np.zeros(7), abs=1e-10 * float(np.abs(left).max())
+        )
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 from cvxupdate.recordings.inspect import inspect_file
+from cvxupdate.recordings.inspect.result import Inspection
 from cvxupdate.recordings.load import load_recordings
 from cvxupdate.recordings.types import FrequencyResponse, ModeTable, Recording, TimeHistory
 from cvxupdate.spec import load_problem
+from tests.cases.bad_beam import csv_text, good_text
 
 F = np.arange(5.0, 105.0, 0.5)
 MOST = 3_000_000  # bytes of a file that is read here; longer ones: test_long_records.py
@@ -132,6 +134,32 @@ def test_matrices_of_a_model_are_told_from_recordings(tmp_path: Path) -> None:
     (said,) = [n for n in inspect_file(tmp_path / "km.npz").notes if "matrices of a model" in n]
     assert said.startswith("K, M, K1 look like")
     assert not any("of a model" in n for n in inspect_file(tmp_path / "k.npz").notes)
+
+
+def test_a_damaged_row_makes_no_time_history_of_frfs(tmp_path: Path) -> None:
+    """The strangers' damaged tables were offered as times of unknown channels at 1 Hz."""
+    lines = good_text().splitlines()
+    sound = [line for line in _inspected(tmp_path, lines).block.splitlines() if "file" not in line]
+    cells = lines[50].split(",")
+    for spoilt in (",".join(cells[:7]), ",".join([*cells[:3], "OVL", *cells[4:]])):
+        found = _inspected(tmp_path, [*lines[:50], spoilt, *lines[51:]])
+        assert [line for line in found.block.splitlines() if "file" not in line] == sound
+        assert any("line 51 is not a row of 11 numbers" in note for note in found.notes)
+    table = np.loadtxt(lines[1:], delimiter=",")
+    table[:, 3] = np.nan
+    dead = _inspected(tmp_path, csv_text(table).splitlines())
+    assert "acceleration, without a single number; 1993 missing" in dead.channels[2].text()
+
+
+def _inspected(folder: Path, lines: list[str]) -> Inspection:
+    (folder / "beam.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return inspect_file(folder / "beam.csv")
+
+
+def test_a_table_of_nodes_is_told_from_recordings(tmp_path: Path) -> None:
+    (tmp_path / "n.csv").write_text("id,x,y\n1,0,0\n2,0.4,0\n3,0.7,0\n")
+    said = inspect_file(tmp_path / "n.csv").notes[-1]
+    assert "id, x, y look like a table of nodes or elements" in said
 
 
 def test_a_coherence_beside_is_taken_as_one(tmp_path: Path) -> None:

@@ -168,6 +168,35 @@ def test_ibrahim_gives_undamped_frequencies(close: bool) -> None:
     )
 
 
+def test_niedbal_undoes_the_transformation_that_it_assumes() -> None:
+    """Complex shapes R (I + i T)^-1 of orthonormal real ones R, T antisymmetric (so that no shape
+    is turned by a phase of its own): (2.33) with Re of the transformation I, and (2.34) exact."""
+    rng = np.random.default_rng(4)
+    R = np.linalg.qr(rng.standard_normal((7, 3)))[0]
+    T = np.array([[0.0, 0.3, -0.2], [-0.3, 0.0, 0.4], [0.2, -0.4, 0.0]])
+    given = R @ np.linalg.inv(np.eye(3) + 1j * T)
+    found = niedbal(given.T)
+    sign = np.sign(np.sum(found * R.T, axis=1))[:, None]
+    assert found * sign == pytest.approx(R.T, abs=1e-12)
+
+
+def test_a_crossing_is_placed_between_its_lines() -> None:
+    """Lines 2 Hz apart: frequency and shape are those of the crossing, not of the line next to
+    it."""
+    f, phi, *_, (M, K, C) = modes(False, 0.02)
+    lines = np.arange(40.0, 232.0, 2.0)
+    frequency, shapes = chen_hsu_tsuei(lines, receptance(lines, M, K, C))
+    assert frequency == pytest.approx(f, rel=1e-3)
+    off = [1.0 - mac(a, b) for a, b in zip(shapes, phi, strict=True)]
+    nearest = lines[np.argmin(np.abs(lines[:, None] - f), axis=0)]
+    H = receptance(nearest, M, K, C)
+    beside = []
+    for k, part in enumerate(0.5 * (normal_stiffness(H) + normal_stiffness(H).transpose(0, 2, 1))):
+        values, vectors = np.linalg.eigh(part)
+        beside.append(1.0 - mac(vectors[:, np.argmin(np.abs(values))], phi[k]))
+    assert max(off) < 0.1 * max(beside)
+
+
 def test_incomplete_sets() -> None:
     f, phi, poles, shapes, _ = modes(False, 0.02)
     frequency, real = ibrahim_state(poles[:3], shapes[:3])

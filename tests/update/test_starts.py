@@ -144,5 +144,13 @@ def test_parameters_on_bounds_are_released_where_that_leads_lower() -> None:
     assert np.allclose(asked[0], [-0.15, -0.08, 0.15])
     assert np.allclose(loop.point.p, [0.12, -0.08, 0.1], atol=1e-6)
     assert "2 parameters on their bounds" in notes[0]
-    same, nothing = released(lambda p: (stuck, ()), stuck, *limits)
+    tried: list[np.ndarray] = []
+
+    def again(p: np.ndarray):  # type: ignore[no-untyped-def]
+        tried.append(p)
+        return stuck, ()
+
+    same, nothing = released(again, stuck, *limits)
     assert same is stuck and nothing == ()
+    assert np.allclose(tried, [[-0.15, -0.08, 0.15], [0.0, -0.08, 0.0]])  # halfway, then amid
+    assert released(run, loop, *limits)[0] is loop  # nothing is on a bound

@@ -17,6 +17,7 @@ from validation.studies.wish import Wish
 
 ROOT = Path(__file__).resolve().parents[2]
 QUICK = Wish(quick=True)
+ON_DATA = ("footbridge_front", "modal_starts")
 DATA = Path(os.environ.get("CVXUPDATE_DATA", ""))
 
 
@@ -127,11 +128,18 @@ def check_starts(found):
     assert found["concrete frame"][2] == [True]
 
 
+def check_front(found):
+    for points in found.values():
+        (error, mean, _, _), (after, kept, _, held) = points.values()
+        assert error > 8.0 and mean > 0.955 and after < 0.5 and kept < 0.945 and held < 17
+
+
 CHECKS = {
     "ceam_cases": check_ceam_cases,
     "ceam_domains": check_domains,
     "ceam_table_6_2": check_ceam_table,
     "expansion_ranking": check_ranking,
+    "footbridge_front": check_front,
     "modal_starts": check_starts,
     "plates_rfm": check_plates,
     "rfm_accuracy": check_accuracy,
@@ -149,7 +157,7 @@ CHECKS = {
 
 @pytest.mark.parametrize("name", names())
 def test_quick_look(name, tmp_path, monkeypatch, capsys):
-    if name == "modal_starts" and not (DATA / "smu-modal-data").is_dir():
+    if name in ON_DATA and not (DATA / "smu-modal-data").is_dir():
         pytest.skip("needs the data set smu-modal-data under CVXUPDATE_DATA")
     monkeypatch.chdir(tmp_path)
     out = tmp_path / "results"

@@ -8,9 +8,10 @@ from itertools import combinations
 from typing import Any
 
 from cvxupdate.diagnose.apart.explanations import Named, explanations_of, refitted
-from cvxupdate.diagnose.apart.measurement import Apart, Explanation, Measurement, ranked
+from cvxupdate.diagnose.apart.measurement import Apart, Explanation, ranked
 from cvxupdate.diagnose.apart.responses import responses_to_come
 from cvxupdate.diagnose.apart.tables import Figures
+from cvxupdate.diagnose.apart.together import together
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.gather import gathered, in_simulation
 from cvxupdate.diagnose.hypothesis import Hypothesis
@@ -19,6 +20,7 @@ from cvxupdate.diagnose.motion.component import rigs_of
 from cvxupdate.diagnose.nominal.members import divided
 from cvxupdate.diagnose.reference import brought
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
+from cvxupdate.diagnose.settings import RESPONSES_TOGETHER
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
@@ -37,10 +39,12 @@ def told_apart(
     noise: float,
     band: tuple[float, float] | None,
     progress: Progress,
+    count: int | None = None,
 ) -> Apart:
     """The measurements that would tell the explanations of a diagnosis apart, best first. ``told``:
     the content of `diagnosis.json`, which lies at ``where``; ``noise`` relative, of responses to
-    come in ``band`` (Hz; None: as it was).
+    come in ``band`` (Hz; None: as it was); ``count`` responses make a set (None:
+    `RESPONSES_TOGETHER`).
 
     Raises
     ------
@@ -78,28 +82,30 @@ def told_apart(
             "nothing to tell apart."
         )
     progress("comparing what they foretell")
-    return Apart(
-        tuple(Explanation(capital(h.title), h.fit.misfit) for h in hypotheses),
-        ranked(_found(evidence, hypotheses, noise, band)),
-        tuple(_levels(evidence, hypotheses)),
-    )
+    size = RESPONSES_TOGETHER if count is None else count
+    return _compared(evidence, hypotheses, noise, band, size)
 
 
 def _all_named(wanted: Sequence[Sequence[Named]]) -> set[str]:
     return {one.physics for effects in wanted for one in effects}
 
 
-def _found(
+def _compared(
     evidence: Evidence,
     hypotheses: tuple[Hypothesis, ...],
     noise: float,
     band: tuple[float, float] | None,
-) -> list[Measurement]:
-    if isinstance(evidence, ModesEvidence):
-        return Figures(evidence, hypotheses).found()
+    size: int,
+) -> Apart:
+    """What there is to measure for this kind of evidence; of responses also a set of ``size``."""
+    explained = tuple(Explanation(capital(h.title), h.fit.misfit) for h in hypotheses)
     if isinstance(evidence, ResponseEvidence):
-        return responses_to_come(evidence, hypotheses, noise, band).found()
-    return []
+        responses = responses_to_come(evidence, hypotheses, noise, band)
+        order = ranked(responses.found())
+        return Apart(explained, order, together=together(responses, order, size))
+    if isinstance(evidence, ModesEvidence):
+        return Apart(explained, ranked(Figures(evidence, hypotheses).found()))
+    return Apart(explained, (), tuple(_levels(evidence, hypotheses)))
 
 
 def _levels(evidence: Evidence, hypotheses: Sequence[Hypothesis]) -> list[str]:

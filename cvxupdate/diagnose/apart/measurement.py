@@ -52,13 +52,29 @@ class Measurement:
 
 
 @dataclass(frozen=True)
+class MeasurementSet:
+    """Measurements made together, the most telling first, and by how many deviations they tell each
+    pair of explanations apart (pairs,)."""
+
+    measurements: tuple[Measurement, ...]
+    separations: tuple[float, ...]
+
+    @property
+    def least(self) -> float:
+        """Of the pair that they tell worst."""
+        return min(self.separations, default=0.0)
+
+
+@dataclass(frozen=True)
 class Apart:
     """``explanations`` that do alike on what was recorded; ``measurements``, the most telling
-    first; ``lines`` what else is to be said."""
+    first; ``lines`` what else is to be said; ``together`` further responses that are worth
+    measuring as a set, where responses were compared."""
 
     explanations: tuple[Explanation, ...]
     measurements: tuple[Measurement, ...]
     lines: tuple[str, ...] = ()
+    together: MeasurementSet | None = None
 
 
 def pairs_of(count: int) -> list[tuple[int, int]]:

@@ -91,26 +91,41 @@ class Responses:
         """(sensors, pairs) of the responses to a drive, each sensor by itself."""
         signal = self.signal(sensors, drive)
         seen = [foretold(p, signal) for p in points]
-        out = []
-        for k in range(len(sensors)):
-            own = []
-            for i, j in pairs_of(len(points)):
-                own.append(self._apart((seen[i], seen[j]), (roots[i], roots[j]), k, points[i]))
-            out.append(tuple(own))
-        return out
+        return [
+            tuple(
+                separation(*self._rows((seen[i], seen[j]), (roots[i], roots[j]), k, points[i]))
+                for i, j in pairs_of(len(points))
+            )
+            for k in range(len(sensors))
+        ]
 
-    def _apart(
+    def rows(self, sensors: Sequence[str], drive: str) -> list[list[tuple[Real, Real]]]:
+        """(sensors, pairs) of the responses to a drive: gap and spread as `separation` takes them,
+        each response by itself."""
+        points, roots = self._points(), self._roots
+        seen = [foretold(p, self.signal(sensors, drive)) for p in points]
+        return [
+            [
+                self._rows((seen[i], seen[j]), (roots[i], roots[j]), k, points[i])
+                for i, j in pairs_of(len(points))
+            ]
+            for k in range(len(sensors))
+        ]
+
+    def _rows(
         self,
         seen: tuple[tuple[Complex, Complex], tuple[Complex, Complex]],
         roots: tuple[Real, Real],
         k: int,
         point: ResponsePoint,
-    ) -> float:
+    ) -> tuple[Real, Real]:
+        """Gap and spread of two predictions of one response, in deviations, each row counting as
+        much as the response has independent figures."""
         (y, J), (z, I) = ((Y[:, k], D[:, k]) for Y, D in seen)
         size = np.sqrt((np.abs(y) ** 2 + np.abs(z) ** 2) / 2.0)
         around = np.sqrt(np.mean(size**2))
         if around <= 0.0:
-            return 0.0
+            return np.zeros(1), np.zeros((1, len(roots[0].T) + len(roots[1].T)))
         std = self.noise * np.sqrt(size**2 + (EVERYWHERE * around) ** 2)
         lines = size[:, None, None]
         own = replace(self.signal(("",), ""), Y=lines.astype(np.complex128), std=std[:, None, None])
@@ -119,8 +134,10 @@ class Responses:
         spread = np.hstack([weight[:, None] * J @ roots[0], weight[:, None] * I @ roots[1]])
         rows = 2 * len(gap)
         share = min(1.0, float(point.setting.on([own]).independent(point)) / rows)
-        return separation(
-            np.concatenate([gap.real, gap.imag]), np.vstack([spread.real, spread.imag]), share
+        root = np.sqrt(share)
+        return (
+            root * np.concatenate([gap.real, gap.imag]),
+            root * np.vstack([spread.real, spread.imag]),
         )
 
     def found(self) -> list[Measurement]:

@@ -57,6 +57,7 @@ class Diagnosis:
             "warnings": [asdict(w) for w in self.warnings],
             "time": self.time,
             **self.details,
+            **({} if self.beside is None else self.beside.to_json()),
         }
 
 

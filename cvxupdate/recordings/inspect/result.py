@@ -45,8 +45,13 @@ class ChannelView:
         return (
             f"  {self.name}{' [' + self.unit + ']' if self.unit else ''}"
             f"{' at ' + self.place if self.place else ''}: "
-            f"{self.quantity}, r.m.s. {self.rms:.4g}, mean {self.mean:.3g}, "
-            f"{self.least:.4g} to {self.largest:.4g}"
+            f"{self.quantity}, "
+            + (
+                f"r.m.s. {self.rms:.4g}, mean {self.mean:.3g}, "
+                f"{self.least:.4g} to {self.largest:.4g}"
+                if self.rms == self.rms
+                else "without a single number"
+            )
             + (f"; lines at {lines} Hz" if lines else "")
             + (f"; {', '.join(faults)}" if faults else "")
         )

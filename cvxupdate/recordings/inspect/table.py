@@ -6,6 +6,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.inspect.block import (
     channel_row,
@@ -56,20 +58,27 @@ def inspect_table(
     units = contents.units or ("",) * count
     uniform = count > 0 and len(data) > 2 and rises(data[:, 0])
     table = _Table(path, contents, data, names, units, uniform)
-    if uniform and (
+    named = count > 0 and (
         names[0].lower().startswith("freq")
         or names[0].strip().lower() in ("f", "hz")
         or units[0] == "Hz"
-        or data.dtype.kind == "c"
-    ):
+    )
+    if (named and (uniform or _rises_with_gaps(data))) or (uniform and data.dtype.kind == "c"):
         return _spectra(table, progress)
     return _histories(table, progress)
+
+
+def _rises_with_gaps(data: AnyArray) -> bool:
+    """Whether the first column rises, were it not for damaged rows in between."""
+    known = data[:, 0][np.isfinite(data[:, 0])]
+    return len(known) > 2 and rises(known)
 
 
 def _spectra(table: _Table, progress: Progress | None) -> Inspection:
     columns = [table.column(k, "acceleration") for k in range(1, table.data.shape[1])]
     views = channel_views(columns, float("nan"), progress)
-    found = frf_columns(table.data, table.names, table.units)
+    whole = table.data[np.all(np.isfinite(table.data), axis=1)]
+    found = frf_columns(whole if len(whole) else table.data, table.names, table.units)
     kinds = [table.column(f.column, "acceleration").quantity for f in found]
     quantity = next((q for q in kinds if q in MOTIONS), "acceleration")
     rows = frf_rows(found, quantity)
@@ -136,6 +145,16 @@ def _histories(table: _Table, progress: Progress | None) -> Inspection:
         len(table.data),
         views,
         (),
-        (*table.contents.notes, *notes),
+        (*table.contents.notes, *notes, *_of_a_model(table)),
         recordings_block(table.path, "time", [head, channels_line(views), *rows, "]"]),
     )
+
+
+def _of_a_model(table: _Table) -> list[str]:
+    """A table of nodes or elements is often handed over for one of recordings."""
+    if table.names[0].strip().lower() != "id":
+        return []
+    return [
+        f"{', '.join(table.names[:5])} look like a table of nodes or elements: it goes into "
+        "[model], not into a recording"
+    ]

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from cvxupdate import study
-from cvxupdate.errors import RecordingError
+from cvxupdate.errors import InputError, RecordingError
+from cvxupdate.report.files import folder_for
 from tests.cases.bad_beam import channels, csv_text, good_table, good_text, uff_text, write
 
 TABLE = good_table()
@@ -159,3 +160,26 @@ def test_warnings_come_before_the_work_and_stand_in_the_result(tmp_path: Path) -
     heard: list[str] = []
     found = study.correlate(path, warn=heard.append)
     assert heard == [w.says for w in found.warnings] and "in g?" in heard[0]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda text: text.replace(f"{9:10d}   2", f"{9:10d}   3"), r"add 'z' to model\.dofs"),
+        (lambda text: text.replace("   2\n", "   0\n"), r"has no direction\. Export it with"),
+        (lambda text: text.replace(f"{5:10d}", f"{105:10d}"), r"has no node 105.*node_map"),
+    ],
+)
+def test_places_that_the_model_does_not_have(
+    tmp_path: Path, spoil: Callable[[str], str], words: str
+) -> None:
+    path = write(tmp_path, "", spoil(uff_text(TABLE)), "beam.uff")
+    with pytest.raises(InputError, match=f"(?i){words}"):
+        study.check(path)
+
+
+def test_every_command_has_a_folder_of_its_own(tmp_path: Path) -> None:
+    """`correlate` then `diagnose` mixed in one."""
+    commands = ("run", "correlate", "diagnose", "identify", "plan", "solvers", "view")
+    assert len({folder_for(None, "beam", c) for c in commands}) == len(commands)
+    assert folder_for(tmp_path, "beam", "run") == tmp_path

@@ -11,7 +11,8 @@ import cvxupdate
 from cvxupdate import Frf, InputError, Model, Modes, Problem
 from cvxupdate.commands.plan import plan
 from cvxupdate.commands.planned import Diagnosed
-from cvxupdate.report.plan_apart import apart_csv, apart_rows, apart_says
+from cvxupdate.diagnose.apart.together import Told
+from cvxupdate.report.plan_apart import apart_csv, apart_rows, apart_says, together_says
 from cvxupdate.report.plan_page import plan_csv, plan_page
 
 LINES = np.arange(3.0, 33.0, 0.1)
@@ -71,6 +72,46 @@ def test_what_stands_in_the_middle_tells_nothing_and_what_stands_aside_does(plan
     assert ("response", "n3.x", "n3.x") not in found  # was measured
 
 
+def test_a_set_tells_what_none_of_its_responses_tells_alone(
+    driven_in_the_middle: Problem,
+) -> None:
+    """Four explanations in mirrored pairs: the set tells the worst pair better than the best single
+    response does, and better the larger it is; its first response is the best one."""
+    least = []
+    for size in (2, 4):
+        found = cvxupdate.plan(
+            driven_in_the_middle, modes=3, further=size, diagnosis=told(2, 4, 1, 5)
+        ).data.apart
+        alone = max(m.least for m in found.measurements if m.kind == "response")
+        first = next(m for m in found.measurements if m.kind == "response")
+        assert len(found.together.measurements) == size
+        assert found.together.measurements[0].worth > first.worth - 0.1
+        pairs = [(m.sensor, m.drive) for m in found.together.measurements]
+        assert len({sensor for sensor, _ in pairs}) == size
+        assert not any(a != b and (b, a) in pairs for a, b in pairs)  # reciprocity: the same
+        least.append(found.together.least)
+        assert least[-1] >= alone
+    assert least[1] > least[0]
+    assert "Together, the responses at" in together_says(found)
+    rows = [row for row in apart_csv(found) if row[0] == "together"]
+    assert [(r[2], r[3]) for r in rows] == [
+        (m.sensor, m.drive) for m in found.together.measurements
+    ]
+
+
+def test_of_independent_responses_the_squares_add() -> None:
+    """The separation of a set by its definition, √(Δᵀ C⁻¹ Δ) with C = I + S Sᵀ of all its rows."""
+    rng = np.random.default_rng(3)
+    gaps, spreads = rng.standard_normal((3, 5)), rng.standard_normal((3, 5, 4))
+    parts = [
+        Told(np.array([g @ g]), (S.T @ g,), (S.T @ S,)) for g, S in zip(gaps, spreads, strict=True)
+    ]
+    g, S = gaps.ravel(), spreads.reshape(15, 4)
+    exact = np.sqrt(g @ np.linalg.solve(np.eye(15) + S @ S.T, g))
+    assert (parts[0] + parts[1] + parts[2]).separations[0] == pytest.approx(exact, rel=1e-12)
+    assert exact > max(p.separations[0] for p in parts)
+
+
 def test_less_noise_tells_more(driven_in_the_middle: Problem) -> None:
     def best(noise: float) -> float:
         found = cvxupdate.plan(
@@ -88,7 +129,7 @@ def test_the_page_and_the_files_say_it(planned: Any, tmp_path) -> None:
     assert "tells the 2 explanations apart" in says
     assert says in plan_page(planned)
     assert apart_rows(planned.apart)[0]["told"] == "1 of 1"
-    assert plan_csv(planned).splitlines()[-1].startswith("next,")
+    assert any(line.startswith("next,") for line in plan_csv(planned).splitlines())
     assert apart_csv(planned.apart)[0][2] == best.sensor
 
 
@@ -140,7 +181,7 @@ def test_refusals(content: Any, words: str) -> None:
 
 
 def test_a_file_that_is_none(tmp_path) -> None:
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="is not a file"):
         Diagnosed.of(tmp_path / "diagnosis.json")
     (tmp_path / "diagnosis.json").write_text("{", encoding="utf-8")
     with pytest.raises(InputError, match="is no JSON"):
