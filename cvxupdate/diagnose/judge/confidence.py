@@ -9,7 +9,14 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Figures
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
-from cvxupdate.diagnose.judge.posterior import field_of, rivals, support, support_at, weights
+from cvxupdate.diagnose.judge.posterior import (
+    favoured,
+    field_of,
+    rivals,
+    support,
+    support_at,
+    weights,
+)
 from cvxupdate.diagnose.settings import CUT_SHORT, MOST_SURE, STATED
 from cvxupdate.physics.effect import Effect
 
@@ -23,7 +30,8 @@ class Standing:
     ``gain``: misfit of the nuisance parameters alone over the best (log); ``left``: the best misfit
     (log); ``weight``: its size in its own deviations (log); ``rivals``: how many hypotheses are no
     less likely than strong evidence would tell; ``most`` that may be stated; ``untold``: where else
-    it may be for all that any recording says, not refitted.
+    it may be for all that any recording says, not refitted; ``otherwise``: something else there is
+    strongly favoured over it.
     """
 
     support: float
@@ -34,6 +42,7 @@ class Standing:
     rivals: int
     most: float = MOST_SURE
     untold: tuple[Effect, ...] = ()
+    otherwise: bool = False
 
     @property
     def confidence(self) -> float:
@@ -43,8 +52,9 @@ class Standing:
     @property
     def told(self) -> bool:
         """Whether it is stated: its place, with those that are hardly told from it, is likelier
-        than all others together; what does as well there is listed beside it."""
-        return min(self.here, self.most) >= STATED
+        than all others together, and nothing else there is strongly favoured over it; what does as
+        well there is listed beside it."""
+        return not self.otherwise and min(self.here, self.most) >= STATED
 
 
 def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case) -> Standing:
@@ -54,7 +64,8 @@ def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case)
     alike = case.evidence.alike(final.fit, effect)
     same = untold(effect, final, field, case)
     untried = likely[0] * len(same)  # nothing would tell them from this one: as likely
-    here = support_at((effect.place, *(e.place for e in alike)), field, likely)
+    places = (effect.place, *(e.place for e in alike))
+    here = support_at(places, field, likely)
     return Standing(
         support(effect, field, likely, case.evidence.model) / (1.0 + untried),
         (here + untried) / (1.0 + untried),
@@ -64,6 +75,7 @@ def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case)
         len(rivals(final, others, case)),
         CUT_SHORT if case.evidence.unfinished else MOST_SURE,
         same,
+        favoured(effect, places, field, likely, case.evidence.model),
     )
 
 

@@ -62,6 +62,17 @@ def support(effect: Effect, field: Sequence[Weighed], likely: Real, model: Model
     return float(np.sum(likely[np.array(there, dtype=bool)]))
 
 
+def favoured(
+    effect: Effect, places: Sequence[Place], field: Sequence[Weighed], likely: Real, model: Model
+) -> bool:
+    """Whether something else at one of the places is strongly favoured over an effect: by the
+    likeliest hypotheses that have each."""
+    own = [_same(w.hypothesis, effect, model) for w in field]
+    here = [any(_covers(e.place, p) for e in w.hypothesis.effects for p in places) for w in field]
+    mine, best = (float(np.max(likely[np.array(x)], initial=0.0)) for x in (own, here))
+    return mine < best * np.exp(-0.5 * STRONG)
+
+
 def support_at(places: Sequence[Place], field: Sequence[Weighed], likely: Real) -> float:
     """The probability of those hypotheses that have an effect of any type at one of the places, or
     around it."""

@@ -81,6 +81,16 @@ def test_places_that_are_hardly_told_apart_are_stated_together() -> None:
     assert alike.told and alike.confidence == pytest.approx(1.0 / 3.0)
 
 
+@pytest.mark.parametrize(("misfit", "told"), [(0.8, True), (0.5, False)])
+def test_what_is_strongly_favoured_at_its_place_silences_an_effect(misfit: float, told) -> None:
+    """Ten logarithms of the ratio of misfits: 2.2 and 6.9, and 3 are strong."""
+    case = case_of(PlainEvidence((BASE,)))
+    final = weighed(GOOD, effect("added_mass", nodes=(1,)))
+    other = weighed(replace(GOOD, misfit=misfit), effect("grounding_spring", nodes=(1,)))
+    s = standing(0, final, [final, other], case)
+    assert s.here == pytest.approx(1.0) and s.told == told and s.otherwise != told
+
+
 def test_places_that_move_as_one_share_though_only_one_was_refitted() -> None:
     first, second, third = (effect(nodes=(n,)) for n in (1, 2, 3))
     case = case_of(PlainEvidence((BASE,), one=(second, third)))
