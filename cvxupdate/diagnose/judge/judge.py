@@ -22,7 +22,7 @@ from cvxupdate.diagnose.judge.alternatives import equivalents
 from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, standing
 from cvxupdate.diagnose.judge.graded import Graded, graded
 from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
-from cvxupdate.diagnose.judge.posterior import log_odds, outweighs, rivals
+from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.judge.soundness import sound
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.search import Found, damping_only
@@ -90,9 +90,7 @@ def _decided(evidence: Evidence, found: Found) -> Judgement:
     for count in sorted({len(w.hypothesis.effects) for w in several}):
         more = _likeliest([w for w in several if len(w.hypothesis.effects) == count], case)
         open_ = final is None or not evidence.clear(final.fit)
-        if more is None or not open_:
-            continue
-        if needs_several(more, final, case) or outweighs(more, final, case):
+        if more is not None and open_ and needs_several(more, final, case):
             final = more
     bare = Judgement(case, singles, several, single)
     if not explained(case.base, case):

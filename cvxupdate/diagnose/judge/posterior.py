@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
-from cvxupdate.diagnose.judge.acceptance import Case, Weighed, better, credible, meshed
+from cvxupdate.diagnose.judge.acceptance import Case, Weighed
 from cvxupdate.diagnose.judge.alternatives import has
 from cvxupdate.diagnose.settings import STRONG
 from cvxupdate.diagnose.types import Real
@@ -27,17 +27,6 @@ def log_odds(w: Weighed, case: Case) -> float:
     else:
         figures, fits = w.fit.independent, w.fit.log_evidence + w.held_out
     return fits - 0.5 * w.unknowns * float(np.log(max(2.0, figures)))
-
-
-def outweighs(more: Weighed, final: Weighed | None, case: Case) -> bool:
-    """Whether a hypothesis that is credible and better than nothing is so much likelier than an
-    accepted one of fewer effects that this cannot stand: by all evidence, and by what was held out
-    alone, for which neither was fitted."""
-    if final is None or meshed(final, case):
-        return False
-    gains = log_odds(more, case) - log_odds(final, case), more.held_out - final.held_out
-    strong = min(gains) > 0.5 * STRONG
-    return strong and credible(more, case) and better(more, case.base, case)
 
 
 def field_of(final: Weighed, others: Sequence[Weighed], case: Case) -> list[Weighed]:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from cvxupdate.diagnose.judge.judge import _parts, judge
 from cvxupdate.diagnose.search.search import Found
-from cvxupdate.diagnose.settings import CLEAR, MOST_SURE, STATED, STRONG
+from cvxupdate.diagnose.settings import CLEAR, MOST_SURE, STATED
 from cvxupdate.diagnose.types import Errors
 from tests.cases.plain_evidence import (
     PlainEvidence,
@@ -30,16 +29,6 @@ GOOD = PlainFit(1.0, errors=Errors(0.02, 0.02))
 POOR = PlainFit(40.0, errors=Errors(0.3, 0.3))
 A, B, C = effect(nodes=(1,)), effect(nodes=(2,)), effect(nodes=(3,))
 EVIDENCE = PlainEvidence((BASE,))
-
-
-@dataclass(frozen=True)
-class HeldOut(PlainEvidence):
-    """``likelihood`` of what was held out, by the misfit of a fit."""
-
-    likelihood: Mapping[float, float] = field(default_factory=dict)
-
-    def held_out(self, fit: PlainFit) -> float:
-        return self.likelihood.get(fit.misfit, 0.0)
 
 
 def judged(evidence: PlainEvidence, singles=(), several=()):
@@ -173,19 +162,6 @@ def test_a_third_effect_must_halve_what_two_leave(misfit: float, effects: int) -
     two = replace(GOOD, misfit=10.0, errors=Errors(0.08, 0.04))
     pair = supposed(two, *map(fault, channels[:2]))
     three = supposed(replace(GOOD, misfit=misfit), *map(fault, channels))
-    found = judged(evidence, [supposed(left, fault("n1.x"))], [three, pair])
-    assert found.final is not None and len(found.final.hypothesis.effects) == effects
-
-
-@pytest.mark.parametrize(("gain", "effects"), [(0.51 * STRONG, 3), (0.49 * STRONG, 2)])
-def test_or_tell_so_much_better_what_was_held_out(gain: float, effects: int) -> None:
-    """Two leave little more than three; what was held out alone is strong evidence for these."""
-    channels = ("n1.x", "n2.x", "n3.x")
-    left = replace(GOOD, misfit=30.0, errors=Errors(0.1, 0.1))
-    sets = [(c,) for c in channels] + [(c, d) for c in channels for d in channels if c < d]
-    evidence = HeldOut((BASE,), alone={s: left for s in sets}, likelihood={2.0: gain})
-    pair = supposed(replace(GOOD, misfit=3.9), *map(fault, channels[:2]))
-    three = supposed(replace(GOOD, misfit=2.0), *map(fault, channels))
     found = judged(evidence, [supposed(left, fault("n1.x"))], [three, pair])
     assert found.final is not None and len(found.final.hypothesis.effects) == effects
 
