@@ -87,6 +87,12 @@ def _figures(h: Hypothesis) -> list[Figures]:
     return out
 
 
+def price(unknowns: int, figures: float) -> float:
+    """What unknowns cost of the logarithm of the evidence: half the logarithm of the figures that
+    were compared, each (Bayes' information criterion; Kass and Raftery 1995)."""
+    return 0.5 * unknowns * float(np.log(max(2.0, figures)))
+
+
 def seed_from(
     evidence: Evidence, parent: Hypothesis, score: Score, level: int, nominal: bool = False
 ) -> Seed | None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.hypothesis import Hypothesis, price
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
 from cvxupdate.diagnose.judge.alternatives import has
 from cvxupdate.diagnose.settings import STRONG
@@ -26,7 +26,7 @@ def log_odds(w: Weighed, case: Case) -> float:
         figures, fits = float(len(w.fit.p)), -0.5 * w.fit.damping_strain
     else:
         figures, fits = w.fit.independent, w.fit.log_evidence + w.held_out
-    return fits - 0.5 * w.unknowns * float(np.log(max(2.0, figures)))
+    return fits - price(w.unknowns, figures)
 
 
 def field_of(final: Weighed, others: Sequence[Weighed], case: Case) -> list[Weighed]:

@@ -158,7 +158,7 @@ class Guide:
         ):
             return None
         nothing = [Score(e, 0.0, np.zeros(e.count)) for e in self._rig(h) if parts_of(e)]
-        (seed, *_) = (*seeds_from(self.evidence, h, nothing, h.fit.setting.level), None)
+        seed = next(iter(seeds_from(self.evidence, h, nothing, h.fit.setting.level)), None)
         return None if seed is None else self._damped(h, seed)
 
     def with_drive(self, h: Hypothesis) -> Hypothesis | None:

@@ -5,9 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
-
-from cvxupdate.diagnose.hypothesis import Hypothesis, without
+from cvxupdate.diagnose.hypothesis import Hypothesis, price, without
 from cvxupdate.diagnose.search.race import entered, raced
 from cvxupdate.diagnose.types import Evidence, Progress, Seed
 
@@ -38,5 +36,5 @@ def backward(
 
 
 def merit(h: Hypothesis) -> float:
-    """Logarithm of the evidence, less half the logarithm of the figures for each unknown."""
-    return h.fit.log_evidence - 0.5 * h.unknowns * float(np.log(max(2.0, h.fit.independent)))
+    """Logarithm of the evidence, less what its unknowns cost."""
+    return h.fit.log_evidence - price(h.unknowns, h.fit.independent)
