@@ -20,6 +20,7 @@ from cvxupdate.report.plan_apart import (
     apart_map,
     apart_rows,
     apart_says,
+    boundary_says,
     together_says,
 )
 from cvxupdate.report.words import Verdict
@@ -134,7 +135,8 @@ def plan_verdict(found: Planned) -> Verdict:
     if found.lines:
         says.append(_accuracy(found))
     if found.apart is not None:
-        told = [together_says(found.apart), *found.apart.lines, f"From the model alone: {headline}"]
+        told = [together_says(found.apart), boundary_says(found.apart)]
+        told += [*found.apart.lines, f"From the model alone: {headline}"]
         headline, says = apart_says(found.apart), [*(line for line in told if line), *says]
     tone = "good" if s.alike < 0.9 and all(d < 0.3 for d in found.indicator.dips) else "fair"
     return Verdict(tone, headline, tuple(says))
