@@ -101,7 +101,7 @@ Further = Annotated[
     typer.Option(
         "--further",
         help="with --diagnosis: how many responses are to tell its explanations apart together; "
-        "default 4",
+        "default as many as are worth it",
         show_default=False,
     ),
 ]

@@ -265,8 +265,8 @@ APART_ENOUGH = 5.0
 # Responses that a plan proposes as a set: what an analyser with a force and four motions takes in
 # one run, for what nobody has named yet is told by a single one seldom; three such runs, or half an
 # hour with a roving hammer, at most. Between the two the set ends where so many others or fewer are
-# expected to be listed still, or where a further response lowers that by less than this part of it.
-FEWEST_TOGETHER, RESPONSES_TOGETHER, LEFT_ENOUGH, LEFT_LOWER = 4, 12, 0.1, 0.03
+# expected to be listed still, or where no further response lowers that.
+FEWEST_TOGETHER, RESPONSES_TOGETHER, LEFT_ENOUGH = 4, 12, 0.1
 # Known mass that a plan proposes to put on, part of the structure's: two to three per cent of the
 # frequencies, which any test tells, and still a small change of the structure.
 KNOWN_MASS = 0.05

@@ -54,7 +54,9 @@ def apart_says(found: Apart) -> str:
             f"Nothing that was tried tells the {alike} apart: to further responses and other "
             "boundaries they are one and the same."
         )
-    best = found.measurements[0]
+    best, s = found.measurements[0], found.together
+    if s is not None and best.left is not None and s.left < best.left - EVEN:
+        return together_says(found)
     pairs = len(best.separations)
     told = sum(s >= TOLD for s in best.separations)
     if told == pairs:
@@ -94,8 +96,8 @@ def together_says(found: Apart) -> str:
         else (f"{told} of {pairs}")
     )
     return (
-        f"Together, the responses at {places} tell {what} of explanations, the worst by "
-        f"{number(s.least, 2)} standard deviations. Beside the true one {_others(s.before)} "
+        f"Measure together the responses at {places}: they tell {what} of explanations, the worst "
+        f"by {number(s.least, 2)} standard deviations. Beside the true one {_others(s.before)} "
         f"expected to be listed as things are, {_others(s.after)} with these (effects that the "
         "diagnosis does not list and that do nearly as well are counted)."
     )
@@ -106,12 +108,12 @@ def boundary_says(found: Apart) -> str:
     changed = [m for m in found.measurements if m.kind in BOUNDARIES]
     if not changed or changed[0].left is None:
         return ""
-    best, s = changed[0], found.together
-    told = f"{_by(best)} standard deviations, {_others(changed[0].left)} expected to be listed"
-    if s is not None and best.left <= s.left + EVEN:
+    best, left, s = changed[0], changed[0].left, found.together
+    told = f"{_by(best)} standard deviations, {_others(left)} expected to be listed"
+    if s is not None and left <= s.left + EVEN:
         return (
-            f"Or change the boundary: {best.says} tell as much ({told} of these explanations). The "
-            "model needs the same change in a problem file of its own."
+            f"Or change the boundary: {best.says} tell as much ({told} of these explanations). "
+            "They need a problem file of their own, whose model has the same change."
         )
     return (
         f"The best change of the boundary tells less: {best.says} ({told} of these explanations)."

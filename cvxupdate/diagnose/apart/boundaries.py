@@ -102,7 +102,7 @@ def _masses(evidence: ResponseEvidence, mass: float, rows: Sequence[int]) -> Ite
             out = with_lump(evidence, m, node)
             return out, mass / out.parameters[-1].unit_size
 
-        says = f"a known mass of {mass:.3g} kg at node {node}"
+        says = f"a known mass of {quantity(mass, 'kg')} at node {node}"
         yield Boundary("mass", says, grown, node, "", mass)
 
 

@@ -106,7 +106,7 @@ def _boundaries(asked: Sequence[Asked], freed: Freed) -> Iterator[Measurement]:
         more = [told(a.responses, b) for a in asked]
         known = [x for x in more if x is not None]
         if len(known) == len(asked):
-            says = f"the responses that were measured once more with {b.says}"
+            says = f"the same responses again with {b.says}"
             bare = Measurement(b.kind, says, (), "", "", b.node, b.mass)
             yield _measurement(asked, known, bare)
 

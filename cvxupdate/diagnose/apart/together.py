@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from cvxupdate.diagnose.apart.responses import Responses
 from cvxupdate.diagnose.apart.worth import Products
-from cvxupdate.diagnose.settings import FEWEST_TOGETHER, LEFT_ENOUGH, LEFT_LOWER, RESPONSES_TOGETHER
+from cvxupdate.diagnose.settings import FEWEST_TOGETHER, LEFT_ENOUGH, RESPONSES_TOGETHER
 
 Pair = tuple[str, str]  # sensor, drive
 LOOKED = 48
@@ -57,7 +57,7 @@ def together(asked: Sequence[Asked], count: int | None) -> list[Pair]:
         free = [k for k in rest if all(k[0] != c[0] for c in chosen)] or rest
         worth = {k: sum(a.left(a.further[k]) for a in now) for k in free}
         best = min(worth, key=lambda k: worth[k])
-        enough = left <= LEFT_ENOUGH or worth[best] > (1.0 - LEFT_LOWER) * left
+        enough = left <= LEFT_ENOUGH or worth[best] >= left
         if count is None and len(chosen) >= FEWEST_TOGETHER and enough:
             break
         chosen.append(best)
