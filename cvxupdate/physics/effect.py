@@ -37,8 +37,9 @@ class EffectType(ABC):
 
     ``name`` is the contract's, ``noun`` what it is in a sentence; ``damping`` says that it takes
     out energy and nothing else; ``unlimited`` that beyond some size more of it changes nothing;
-    ``rig`` that hardly a test is without it (only so, where not ``sought``); ``told_by`` which
-    recordings can tell it; ``writers`` how the elements that it adds are written, by their kind.
+    ``rig`` that hardly a test is without it (only so, where not ``sought``); ``mount`` that it is
+    what a structure stands on or hangs from; ``told_by`` which recordings can tell it; ``writers``
+    how the elements that it adds are written, by their kind.
     """
 
     name: ClassVar[str]
@@ -46,6 +47,7 @@ class EffectType(ABC):
     damping: ClassVar[bool] = False
     unlimited: ClassVar[bool] = False
     rig: ClassVar[bool] = False
+    mount: ClassVar[bool] = False
     sought: ClassVar[bool] = True
     told_by: ClassVar[frozenset[str]] = frozenset({RESPONSES, MODES})
     writers: ClassVar[tuple[tuple[str, Writer], ...]] = ()

@@ -101,6 +101,7 @@ class MovingFixture(EffectType):
 
     name = "flexible_support"
     noun = "a fixture with a mass of its own"
+    mount = True
     told_by = frozenset({RESPONSES})
     writers = (("fixture", write),)
 
