@@ -32,6 +32,9 @@ from cvxupdate.physics.units import quantity
 
 ARMS = (0.1, 0.3)  # of the structure's extent: radii of gyration of trial fixtures
 SLENDER = (0.1, 0.01)  # of the inertia with which both resonances are alike
+# Times the resonance of its translations, beyond which that of its rotations says nothing of its
+# inertia.
+LIGHT = 100.0
 MOST = 24  # supports that are set free at a time
 
 
@@ -147,12 +150,15 @@ class MovingFixture(EffectType):
         several = len(nodes) > 1
         each = "each on" if several else "on"
         k, m, kr, J = (values[n] for n in ("k", "m", "kr", "J"))
-        alone = [math.sqrt(a / b) / (2.0 * math.pi) for a, b in ((k, m), (kr, J)) if b > 0.0]
+        heavy = J * k * LIGHT**2 > m * kr
+        turning = f"{quantity(J, 'kg·m²')} on " if heavy else ""
+        pairs = ((k, m), (kr, J if heavy else 0.0))
+        alone = [math.sqrt(a / b) / (2.0 * math.pi) for a, b in pairs if b > 0.0]
         swings = f" (alone at {listed([f'{f:.3g}' for f in alone])} Hz)" if alone else ""
         return (
             f"The clamp{'s' if several else ''} at {where(effect.place)} "
             f"stand{'' if several else 's'} {each} a fixture that moves and turns: "
-            f"{quantity(m, 'kg')} on {quantity(k, 'N/m')}, {quantity(J, 'kg·m²')} on "
+            f"{quantity(m, 'kg')} on {quantity(k, 'N/m')}, {turning}"
             f"{quantity(kr, 'N·m/rad')}{swings}, while the model holds "
             f"{'them' if several else 'it'} rigidly."
         )

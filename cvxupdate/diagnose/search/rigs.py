@@ -29,8 +29,9 @@ def beside_a_rig(
 ) -> list[Hypothesis]:
     """All that a rig does, on the mounts that bring the model nearest, and the best of the sets
     with all that a rig does beside it: both freed of what the evidence is better without (all that
-    was tried, sharpened). Nothing where the best has nothing but a rig, or without an approach."""
-    approach, best = evidence.approach, merged(sets)[:1]
+    was tried, sharpened). Nothing where one effect is enough, where the best set (``sets``: best
+    first) has nothing but a rig, or without an approach."""
+    approach, best = evidence.approach, [h for h in sets if len(h.effects) > 1][:1]
     if approach is None or not best or all(map(of_a_rig, best[0].effects)):
         return []
     if evidence.hurried:

@@ -118,7 +118,7 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     lighter = busy(evidence, several, progress)
     if several and len(several[0].effects) > 2:
         lighter += backward(evidence, several[0], progress)[1]
-    lighter += beside_a_rig(evidence, [*several, *lighter, *singles], progress)
+    lighter += beside_a_rig(evidence, merged(several, lighter), progress)
     singles = merged(singles, [h for h in lighter if len(h.effects) == 1])
     several = merged(several, [h for h in lighter if len(h.effects) > 1])
     return Found(
