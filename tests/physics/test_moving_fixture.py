@@ -79,4 +79,5 @@ def test_an_inertia_that_does_nothing_is_not_said(context) -> None:
     effect = MovingFixture().candidates(context)[0]
     assert "0.00400 kg·m² on 900 N·m/rad (alone at 117 and 75.5 Hz)" in effect.says(FIGURES)
     bare = effect.says({**FIGURES, "J": 1e-13})
-    assert "kg·m²" not in bare and "on 900 N·m/rad"[3:] in bare and "(alone at 117 Hz)" in bare
+    assert "turns: 700 kN/m, 900 N·m/rad, while" in effect.says({**FIGURES, "m": 1e-13, "J": 0.0})
+    assert "kg·m²" not in bare and "(alone at 117 Hz)" in bare

@@ -53,9 +53,9 @@ def test_what_the_rig_does_is_found_and_freed_of_the_rest(evidence, best):
     assert merit(likeliest) > merit(best)
     said = {e.physics: f for e, f in zip(likeliest.effects, likeliest.figures, strict=True)}
     assert set(said) == {"sensor_mass", "sensor_fault"}
-    weight, gain = said["sensor_mass"], said["sensor_fault"].values["gain"]
-    assert abs(weight.values["m"] - 0.12) < 2.0 * weight.deviations["m"] < 0.06
-    assert gain == pytest.approx(0.85, rel=0.05)
+    # beside groups whose masses scatter by as much as a few grams more or less
+    assert said["sensor_mass"].values["m"] == pytest.approx(0.12, rel=0.2)
+    assert said["sensor_fault"].values["gain"] == pytest.approx(0.85, rel=0.05)
 
 
 def test_not_where_nothing_is_sought_nor_one_effect_is_enough(evidence, best):
