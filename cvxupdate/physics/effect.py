@@ -25,7 +25,6 @@ from cvxupdate.physics.place import Place, at
 from cvxupdate.physics.planting import Planting
 from cvxupdate.physics.quantity import Quantity as Quantity
 
-# what tells an effect; "motion": time histories whose level counts
 RESPONSES, MODES, RATIOS, MOTION = "responses", "modes", "damping ratios", "motion"
 TUNED = (0.8, 1.1)  # of the band's bottom and top: a hidden oscillator beyond is a spring or a mass
 EXCHANGED = 0.1  # largest departure of an exchange's gain from 1
@@ -38,8 +37,8 @@ class EffectType(ABC):
     ``name`` is the contract's, ``noun`` what it is in a sentence; ``damping`` says that it only
     takes out energy; ``unlimited`` that beyond some size more of it changes nothing; ``rig`` that
     hardly a test is without it (only so, where not ``sought``); ``mount`` that a structure stands
-    on it or hangs from it; ``told_by`` which recordings tell it; ``writers`` how what it adds is
-    written, by the kind of element.
+    on it or hangs from it; ``told_by`` which recordings tell it (motion: histories whose level
+    counts); ``writers`` how what it adds is written, by the kind of element.
     """
 
     name: ClassVar[str]
