@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from cvxupdate.report.numbers import count, number
+from cvxupdate.report.numbers import NOTHING, count, number
 from cvxupdate.report.structure import drawable
 from cvxupdate.report.structure_places import place_map
 
@@ -56,7 +56,7 @@ def apart_says(found: Apart) -> str:
         )
     best, s = found.measurements[0], found.together
     if s is not None and best.left is not None and s.left < best.left - EVEN:
-        return together_says(found)
+        return together_first(found)
     pairs = len(best.separations)
     told = sum(s >= TOLD for s in best.separations)
     if told == pairs:
@@ -78,8 +78,20 @@ def apart_says(found: Apart) -> str:
     )
 
 
+def together_first(found: Apart) -> str:
+    """The set that is proposed, in a headline; empty where there is none."""
+    s = found.together
+    if s is None:
+        return ""
+    return (
+        f"Measure {count(len(s.measurements), 'response')} together: of the other "
+        f"{count(len(found.explanations) - 1, 'explanation')}, {_expected(s.left)} expected to be "
+        "listed still beside the true one."
+    )
+
+
 def together_says(found: Apart) -> str:
-    """What a set of responses tells, in a sentence; empty where there is none."""
+    """Which responses, and what they tell; empty where there is no set."""
     s = found.together
     if s is None:
         return ""
@@ -90,16 +102,13 @@ def together_says(found: Apart) -> str:
         for d in drives
     )
     pairs = count(len(s.separations), "pair")
-    what = (
-        f"{'the' if told == 1 else 'all'} {pairs}"
-        if told == len(s.separations)
-        else (f"{told} of {pairs}")
-    )
+    all_of = "the" if told == 1 else "all"
+    what = f"{all_of} {pairs}" if told == len(s.separations) else f"{told} of {pairs}"
     return (
-        f"Measure together the responses at {places}: they tell {what} of explanations, the worst "
-        f"by {number(s.least, 2)} standard deviations. Beside the true one {_others(s.before)} "
-        f"expected to be listed as things are, {_others(s.after)} with these (effects that the "
-        "diagnosis does not list and that do nearly as well are counted)."
+        f"Together, the responses at {places} tell {what} of explanations, the worst by "
+        f"{number(s.least, 2)} standard deviations. With effects counted that the diagnosis does "
+        f"not list and that do nearly as well, {_expected(s.after)} expected beside the true one; "
+        f"as things are, {number(s.before, 2)}."
     )
 
 
@@ -109,20 +118,18 @@ def boundary_says(found: Apart) -> str:
     if not changed or changed[0].left is None:
         return ""
     best, left, s = changed[0], changed[0].left, found.together
-    told = f"{_by(best)} standard deviations, {_others(left)} expected to be listed"
+    told = f"{_by(best)} standard deviations; {_expected(left)} expected to be listed still"
     if s is not None and left <= s.left + EVEN:
         return (
-            f"Or change the boundary: {best.says} tell as much ({told} of these explanations). "
-            "They need a problem file of their own, whose model has the same change."
+            f"Or change the boundary: {best.says} tell as much ({told}). They need a problem file "
+            "of their own, whose model has the same change."
         )
-    return (
-        f"The best change of the boundary tells less: {best.says} ({told} of these explanations)."
-    )
+    return f"The best change of the boundary tells less: {best.says} ({told})."
 
 
-def _others(expected: float) -> str:
-    shown = number(expected, 2) if expected >= 0.1 else "less than 0.1"
-    return f"{shown} {'other is' if shown == '1' else 'others are'}"
+def _expected(others: float) -> str:
+    shown = number(others, 2) if others >= 0.1 else "less than 0.1"
+    return f"{shown} {'is' if shown in ('1', '1.0', 'less than 0.1') else 'are'}"
 
 
 def _by(m: Measurement) -> str:
@@ -141,6 +148,7 @@ def apart_rows(found: Apart) -> list[dict[str, str]]:
             "says": m.says,
             "least": number(m.least, 2),
             "most": number(max(m.separations), 2),
+            "left": NOTHING if m.left is None else number(m.left, 2),
             "told": f"{sum(s >= TOLD for s in m.separations)} of {len(m.separations)}",
         }
         for m in best

@@ -116,6 +116,9 @@ def plan_page(found: Planned) -> str:
             "lines": [_line_row(x, found) for x in found.lines],
             "deviations": _deviation_rows(found),
             "noise": f"{number(100 * found.noise, 3)} %",
+            "apart_noise": f"{number(100 * found.noise, 3)} % noise"
+            if "--noise" in found.options
+            else "the noise of the recordings",
             "accuracy": f"{number(100 * found.accuracy, 3)} %",
             "command": command(f"plan {found.options}".strip(), found.path),
             "time": seconds(found.time),

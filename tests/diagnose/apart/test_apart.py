@@ -97,7 +97,7 @@ def test_a_set_tells_what_none_of_its_responses_tells_alone(
         least.append(found.together.least)
         assert least[-1] >= alone
     assert least[1] > least[0]
-    assert "together the responses at" in together_says(found)
+    assert "Together, the responses at" in together_says(found)
     rows = [row for row in apart_csv(found) if row[0] == "together"]
     assert [(r[2], r[3]) for r in rows] == [
         (m.sensor, m.drive) for m in found.together.measurements
