@@ -43,9 +43,11 @@ def beside_a_rig(
     for h in whole:
         if h is None or evidence.hurried:
             continue
-        found = raced(evidence, [_freed(evidence, h)], _last(evidence), progress)
-        if found:
-            out += [*found, *backward(evidence, _freed(evidence, found[0]), progress)[1]]
+        for _ in range(2):  # what does little beside the rest as fitted, and as fitted again
+            found = raced(evidence, [h], _last(evidence), progress)
+            h = _freed(evidence, found[0]) if found else h
+            out += found
+        out += backward(evidence, h, progress)[1]
     return merged(out)
 
 
