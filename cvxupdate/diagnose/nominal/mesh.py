@@ -29,6 +29,8 @@ from cvxupdate.fe.sections import section_constants
 from cvxupdate.fe.select import has_property
 from cvxupdate.spec import Spec
 
+# Of the top of the band, between which the correction fades.
+ABOVE = (1.25, 2.0)
 PARTS = 8  # of rods and beams: an order of two leaves a 64th
 # of convergence of the frequencies with the mesh (tests/fe/test_closed_forms.py)
 ORDER = {"plate": 2, "rod": 2, "beam2d": 4, "beam3d": 4}
@@ -38,7 +40,8 @@ ORDER = {"plate": 2, "rod": 2, "beam2d": 4, "beam3d": 4}
 class MeshError:
     """``frequencies`` (modes,) Hz of the analyst's mesh and ``shift`` (modes,): converged frequency
     over this one, less 1; ``carried`` (DOFs, modes) M φ of these modes at the DOFs ``labels``, or
-    ``inner`` what is inside members there; ``finer`` times so fine is the mesh that told it."""
+    ``inner`` what is inside members there, which counts up to ``top`` (Hz); ``finer`` times so fine
+    is the mesh that told it."""
 
     frequencies: Real
     shift: Real
@@ -47,6 +50,7 @@ class MeshError:
     carried: Real | None = None
     inner: Inner | None = None
     finer: int = 2
+    top: float = np.inf
 
     @classmethod
     def of(cls, model: Model, modes: Modes, shift: Real, order: int = 2) -> MeshError:
@@ -71,12 +75,15 @@ class MeshError:
     def taken_out(self, model: Model, modes: Modes, rows: Index) -> Modes:
         """Modes of a model that has the nominal one's DOFs at ``rows``, without the mesh's error:
         by what is inside its members, or ω (1 + Σ δᵣ (φᵣᵀ M φ)²): in shares of mass, not of
-        energy, for a kink, which a soft joint makes, has no end of energy in modes without."""
+        energy, for a kink, which a soft joint makes, has no end of energy in modes without. Modes
+        far above the band keep theirs, for what they give there is static, and that is exact."""
         if not self.labels:
             return modes
         if self.inner is not None:
             ratio = self.inner.ratio(model, modes.eigenvalues, modes.shapes)
-            return replace(modes, eigenvalues=modes.eigenvalues * ratio)
+            beyond = (modes.frequencies / self.top - ABOVE[0]) / (ABOVE[1] - ABOVE[0])
+            part = 1.0 - np.clip(beyond, 0.0, 1.0)
+            return replace(modes, eigenvalues=modes.eigenvalues * ratio**part)
         if self.carried is None or not self.carried.size:
             return modes
         shapes = np.where(rows[:, None] >= 0, modes.shapes[rows], 0.0)
@@ -164,7 +171,7 @@ def _by_members(
     modes = _up_to(model, top)
     shift = np.sqrt(inner.ratio(model, modes.eigenvalues, modes.shapes)) - 1.0
     order = min(order, 2) if stocky(model) else order
-    return MeshError(modes.frequencies, shift, order, model.labels, None, inner, PARTS)
+    return MeshError(modes.frequencies, shift, order, model.labels, None, inner, PARTS, top)
 
 
 def _up_to(model: Model, top: float) -> Modes:
