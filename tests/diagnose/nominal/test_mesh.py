@@ -186,3 +186,12 @@ def test_beside_a_hinge_modes_have_the_error_of_their_own_shape(tmp_path, k):
     left, before = np.sqrt(moved / true)[:4] - 1.0, np.sqrt(values / true)[:4] - 1.0
     assert before.max() > 5e-3
     assert np.all(np.abs(left) <= error.rest(before) + 1e-6), (left, before)
+
+
+def test_modes_far_above_the_band_keep_what_they_give_statically(tmp_path):
+    spec, model = load(tmp_path, STOCKY)
+    modes = model_modes(model, 10)
+    error = mesh_error(spec, model, 1.1 * modes.frequencies[1])
+    ratio = error.taken_out(model, modes, error.rows(model)).eigenvalues / modes.eigenvalues
+    far = modes.frequencies > 2.0 * 1.1 * modes.frequencies[1]
+    assert far.any() and np.all(ratio[far] == 1.0) and np.all(ratio[:2] < 1.0)
