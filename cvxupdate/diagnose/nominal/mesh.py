@@ -80,10 +80,11 @@ class MeshError:
         if not self.labels:
             return modes
         if self.inner is not None:
-            ratio = self.inner.ratio(model, modes.eigenvalues, modes.shapes)
             beyond = (modes.frequencies / self.top - ABOVE[0]) / (ABOVE[1] - ABOVE[0])
-            part = 1.0 - np.clip(beyond, 0.0, 1.0)
-            return replace(modes, eigenvalues=modes.eigenvalues * ratio**part)
+            low = np.flatnonzero(beyond < 1.0)
+            values, part = modes.eigenvalues.copy(), 1.0 - np.maximum(beyond[low], 0.0)
+            values[low] *= self.inner.ratio(model, values[low], modes.shapes[:, low]) ** part
+            return replace(modes, eigenvalues=values)
         if self.carried is None or not self.carried.size:
             return modes
         shapes = np.where(rows[:, None] >= 0, modes.shapes[rows], 0.0)
