@@ -65,7 +65,7 @@ def _alone(evidence: Evidence, approach: Approach) -> Hypothesis | None:
     bare = at_nominal(evidence, Hypothesis((), evidence.bases[0]), SEVERAL_LEVEL)
     rigged = approach.rigged(bare)
     seeds = approach.mounted(bare, MOUNTS)
-    seeds += [] if rigged is None else [_onward(rigged)]
+    seeds += [] if rigged is None else [rigged.onward]
     best, least = None, np.inf
     for seed in seeds:
         try:
@@ -98,7 +98,3 @@ def _freed(evidence: Evidence, whole: Hypothesis) -> Hypothesis:
         _, k, best = max(likelier, key=lambda x: x[:2])
         idle.append(k)
     return best
-
-
-def _onward(h: Hypothesis) -> Seed:
-    return Seed(h.effects, h.fit.setting, h.fit.p)
