@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -55,6 +55,11 @@ class Standing:
         than all others together, and nothing else there is strongly favoured over it; what does as
         well there is listed beside it."""
         return not self.otherwise and min(self.here, self.most) >= STATED
+
+    def to_json(self) -> dict[str, object]:
+        """An entry ``standing`` of diagnosis.json; effects by their words and places."""
+        untold = [{"physics": e.physics, "location": e.place.to_json()} for e in self.untold]
+        return {f.name: getattr(self, f.name) for f in fields(self)} | {"untold": untold}
 
 
 def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case) -> Standing:

@@ -94,7 +94,7 @@ def details_of(judgement: Judgement) -> dict[str, Any]:
         out["graded"] = judgement.graded.to_json()
     if last.hypothesis.effects:
         out["standing"] = [
-            {"name": e.name, **asdict(s)}
+            {"name": e.name, **s.to_json()}
             for e, s in zip(last.hypothesis.effects, judgement.standings, strict=True)
         ]
     return out

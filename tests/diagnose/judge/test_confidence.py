@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 
@@ -18,6 +19,7 @@ from cvxupdate.diagnose.judge.confidence import (
 from cvxupdate.diagnose.settings import CUT_SHORT, MOST_SURE
 from cvxupdate.diagnose.types import Errors
 from cvxupdate.physics.quantity import stiffness
+from cvxupdate.report.as_json import dumps, plain
 from tests.cases.plain_evidence import PlainEvidence, PlainFit, case_of, effect, weighed
 
 BASE = PlainFit(100.0, errors=Errors(0.5, 0.5))
@@ -100,6 +102,18 @@ def test_places_that_move_as_one_share_though_only_one_was_refitted() -> None:
     both = standing(0, final, [final, other], case)
     assert both.told and both.confidence == pytest.approx(1.0 / 3.0)
     assert untold(first, final, [final, other], case) == (second,)
+
+
+def test_places_that_were_not_refitted_can_be_written_down() -> None:
+    """A place that no recording tells from another stands in diagnosis.json as words."""
+    first, second = (effect(nodes=(n,)) for n in (1, 2))
+    case = case_of(PlainEvidence((BASE,), one=(second,)))
+    s = standing(0, weighed(GOOD, first), [], case)
+    said = plain(s.to_json())
+    (untold_one,) = said["untold"]
+    assert untold_one["physics"] == second.physics
+    assert untold_one["location"]["nodes"] == [2]
+    assert said["support"] == s.support and json.loads(dumps(said)) == said
 
 
 def test_nuisance_parameters_alone_are_a_competitor() -> None:
