@@ -98,6 +98,13 @@ class Fit:
         return float(self.setting.independent(self.point))
 
     @property
+    def free(self) -> float:
+        """Of these figures those that no unknown of the setting's own takes up (a damping ratio of
+        every mode): with as many unknowns any effects reproduce them."""
+        own = len(self.p) - len(self.setting.model.parameters) - len(self.setting.faults)
+        return self.independent - own
+
+    @property
     def log_evidence(self) -> float:
         """The likelihood with the priors of the unknowns, which count as little beside the rows as
         they did in the fit."""

@@ -113,7 +113,7 @@ def _responses(
         fine = PLAIN
         if reference is None:
             fine = mesh_for(spec, model, data, SHEAR in names, simulated)
-        if fine is PLAIN:
+        if not fine.finer:
             data = replace(data, mesh=mesh_error(spec, model, data.top))
             if SHEAR in names:
                 data = replace(data, sheared=mesh_error(spec, model, data.top, sheared=True))

@@ -9,14 +9,24 @@ from typing import Any
 import numpy as np
 
 from cvxupdate.fe.hermite import unit_matrices
-from cvxupdate.fe.sections import FACTORS, Section, section_constants, shear_modulus
+from cvxupdate.fe.sections import (
+    FACTORS,
+    Section,
+    line_properties,
+    section_constants,
+    shear_modulus,
+)
+from cvxupdate.fe.surroundings import Surroundings
 from cvxupdate.fe.terms import Real, Term, Values, rotate
 from cvxupdate.fe.triads import line_triads
-from cvxupdate.spec.elements import BENDING, ElementText, Lacking, LineKeys
+from cvxupdate.spec.elements import BENDING, ElementText, Lacking, LineKeys, LineRow
 
 # Places of (w₁, ψ₁, w₂, ψ₂) among the twelve local DOFs, and the sign of the rotation: θz = dv/dx,
 # θy = −dw/dx.
 PLANES = {"z": ((1, 5, 7, 11), 1.0), "y": ((2, 4, 8, 10), -1.0)}
+
+THEORY = ("shear", "kappa", "rotary", "corner")
+"""Properties of a beam by which its theory is more than Euler's on a centre line."""
 
 IN_SPACE = ("x", "y", "z", "rx", "ry", "rz")
 """DOFs of each node of a beam in space."""
@@ -37,7 +47,12 @@ def text_in_space(block: type[LineKeys], **own: Any) -> ElementText:
 
 def beam_properties(section: Section) -> tuple[str, ...]:
     """Material, dimensions, section factors, and the physics that is zero unless asked for."""
-    return ("E", "nu", "G", "rho", *section.properties, *FACTORS, "N", "shear", "kappa", "corner")
+    return ("E", "nu", "G", "rho", *section.properties, *FACTORS, "N", *THEORY)
+
+
+def beam_values(row: LineRow, block: LineKeys, around: Surroundings) -> dict[str, float]:
+    """Of a beam as it is drawn."""
+    return {**line_properties(row, around), "rotary": float(block.rotary_inertia)}
 
 
 def beam_terms(
@@ -45,13 +60,13 @@ def beam_terms(
     orientation: Real,
     planes: tuple[str, ...],
     lumped: bool,
-    rotary_inertia: bool,
+    turning: bool,
     torsion: bool,
 ) -> tuple[Term, ...]:
     """All terms of a beam, (e, 12, 12), in global axes.
 
     ``planes`` names the bending axes that carry stiffness ("y": bending about local y, "z": about
-    local z).
+    local z); ``turning``: it resists turning about its own axis.
     """
     e = len(xyz)
     L = np.linalg.norm(xyz[:, 1] - xyz[:, 0], axis=1)
@@ -69,7 +84,7 @@ def beam_terms(
     add("M", "rhoA", (0, 6), (half if lumped else linear) * L[:, None, None])
     if torsion:
         add("K", "GJ", (3, 9), axial / L[:, None, None])
-        if rotary_inertia or lumped:
+        if turning or lumped:
             add("M", "rhoIp", (3, 9), (half if lumped else linear) * L[:, None, None])
     unit = unit_matrices()
     for axis in planes:
@@ -88,8 +103,7 @@ def beam_terms(
             continue
         for power in (0, 1, 2):
             add("M", f"rhoA{axis}.{power}", places, SS * unit[f"M{power}"] * L[:, None, None])
-            if rotary_inertia:
-                add("M", f"rhoI{axis}.{power}", places, SS * unit[f"R{power}"] / L[:, None, None])
+            add("M", f"rhoI{axis}.{power}", places, SS * unit[f"R{power}"] / L[:, None, None])
     return tuple(terms)
 
 
@@ -105,8 +119,9 @@ def beam_coefficients(
     coefficient ``kappa``. Each plane's Φ acts on its stiffness, geometric stiffness and consistent
     mass, translational and rotary (Friedman and Kosmatka 1993); lumped mass knows none. Natural
     frequencies then converge as O(h²) where elements are shorter than deep
-    (tests/fe/test_closed_forms.py says why), else as O(h⁴). ``N`` is an axial preload in newtons,
-    tension positive. ``corner`` stiffens ends at corners (`cvxupdate.fe.analysis.corners`).
+    (tests/fe/test_closed_forms.py says why), else as O(h⁴). ``rotary`` is the share of Rayleigh's
+    rotary inertia that consistent mass has. ``N`` is an axial preload in newtons, tension positive.
+    ``corner`` stiffens ends at corners (`cvxupdate.fe.analysis.corners`).
     """
     c = section_constants(section, p)
     E, rho = p["E"], p["rho"]
@@ -126,7 +141,7 @@ def beam_coefficients(
             share = phi**power / (1.0 + phi) ** 2
             out[f"N{axis}.{power}"] = p["N"] * share
             out[f"rhoA{axis}.{power}"] = rho * c["A"] * share
-            out[f"rhoI{axis}.{power}"] = rho * I * share
+            out[f"rhoI{axis}.{power}"] = rho * I * p["rotary"] * share
         out[f"corner{axis}"] = E * I * p["corner"]
     return out
 

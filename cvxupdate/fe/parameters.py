@@ -47,6 +47,7 @@ UNITS = {
     "N": "N",
     "shear": "1",
     "kappa": "1",
+    "rotary": "1",
     "Ip": "kg*m^2",
     "omega": "rad/s",
 }

@@ -48,6 +48,7 @@ from cvxupdate.physics.sensor_fault import (
 from cvxupdate.physics.sensor_mass import SensorMass
 from cvxupdate.physics.shaker import ShakerAttachment
 from cvxupdate.physics.shear_deformation import ShearDeformation
+from cvxupdate.physics.soft_mounts import SoftMounts
 from cvxupdate.physics.soft_support import SoftSupport
 from cvxupdate.physics.stiffness_change import StiffnessChange
 from cvxupdate.physics.structural_damping import StructuralDamping
@@ -65,6 +66,7 @@ EFFECTS: tuple[EffectType, ...] = (
     Cords(),
     SoftSupport(),
     EqualSupports(),
+    SoftMounts(),
     FlexibleSupport(),
     MovingFixture(),
     ShakerAttachment(),

@@ -36,6 +36,7 @@ class Cords(EffectType):
     name = "grounding_spring"
     noun = "cords of one stiffness"
     unlimited = True
+    mount = True
     writers = (("spring", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:

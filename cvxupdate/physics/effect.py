@@ -25,8 +25,7 @@ from cvxupdate.physics.place import Place, at
 from cvxupdate.physics.planting import Planting
 from cvxupdate.physics.quantity import Quantity as Quantity
 
-RESPONSES, MODES, RATIOS = "responses", "modes", "damping ratios"
-MOTION = "motion"  # time histories whose level counts
+RESPONSES, MODES, RATIOS, MOTION = "responses", "modes", "damping ratios", "motion"
 TUNED = (0.8, 1.1)  # of the band's bottom and top: a hidden oscillator beyond is a spring or a mass
 EXCHANGED = 0.1  # largest departure of an exchange's gain from 1
 LIGHTEST, HEAVIEST = 1e-4, 0.2  # of the structure's mass: a hidden oscillator's
@@ -35,10 +34,11 @@ LIGHTEST, HEAVIEST = 1e-4, 0.2  # of the structure's mass: a hidden oscillator's
 class EffectType(ABC):
     """One kind of physics: all that is particular to it.
 
-    ``name`` is the contract's, ``noun`` what it is in a sentence; ``damping`` says that it takes
-    out energy and nothing else; ``unlimited`` that beyond some size more of it changes nothing;
-    ``rig`` that hardly a test is without it (only so, where not ``sought``); ``told_by`` which
-    recordings can tell it; ``writers`` how the elements that it adds are written, by their kind.
+    ``name`` is the contract's, ``noun`` what it is in a sentence; ``damping`` says that it only
+    takes out energy; ``unlimited`` that beyond some size more of it changes nothing; ``rig`` that
+    hardly a test is without it (only so, where not ``sought``); ``mount`` that a structure stands
+    on it or hangs from it; ``told_by`` which recordings tell it (motion: histories whose level
+    counts); ``writers`` how what it adds is written, by the kind of element.
     """
 
     name: ClassVar[str]
@@ -46,6 +46,7 @@ class EffectType(ABC):
     damping: ClassVar[bool] = False
     unlimited: ClassVar[bool] = False
     rig: ClassVar[bool] = False
+    mount: ClassVar[bool] = False
     sought: ClassVar[bool] = True
     told_by: ClassVar[frozenset[str]] = frozenset({RESPONSES, MODES})
     writers: ClassVar[tuple[tuple[str, Writer], ...]] = ()
@@ -273,8 +274,7 @@ class Effect:
     ) -> tuple[dict[str, float], dict[str, float]]:
         """The contract's figures and their deviations, of unknowns ``x`` (count,) with deviations
         ``dx``; ``parameters`` are their own on ``model``, ``unit`` the seconds of a delay."""
-        values: dict[str, float] = {}
-        deviations: dict[str, float] = {}
+        values, deviations = dict[str, float](), dict[str, float]()
         for q in self.figures:
             k = q.index
             values[q.name], deviations[q.name] = q.value(

@@ -88,6 +88,7 @@ class FlexibleSupport(EffectType):
 
     name = "flexible_support"
     noun = "a support with a mass of its own"
+    mount = True
     told_by = frozenset({RESPONSES})
     writers = (("fixture", write),)
 

@@ -32,6 +32,7 @@ from cvxupdate.physics.units import quantity
 
 ARMS = (0.1, 0.3)  # of the structure's extent: radii of gyration of trial fixtures
 SLENDER = (0.1, 0.01)  # of the inertia with which both resonances are alike
+UNHEARD = 1e5  # Hz: a mass or inertia that would resonate beyond, no vibration test hears
 MOST = 24  # supports that are set free at a time
 
 
@@ -101,6 +102,7 @@ class MovingFixture(EffectType):
 
     name = "flexible_support"
     noun = "a fixture with a mass of its own"
+    mount = True
     told_by = frozenset({RESPONSES})
     writers = (("fixture", write),)
 
@@ -146,12 +148,19 @@ class MovingFixture(EffectType):
         several = len(nodes) > 1
         each = "each on" if several else "on"
         k, m, kr, J = (values[n] for n in ("k", "m", "kr", "J"))
-        alone = [math.sqrt(a / b) / (2.0 * math.pi) for a, b in ((k, m), (kr, J)) if b > 0.0]
+        heavy = [b > 0.0 and a < b * (2.0 * math.pi * UNHEARD) ** 2 for a, b in ((k, m), (kr, J))]
+        own = (f"{quantity(m, 'kg')} on ", f"{quantity(J, 'kg·m²')} on ")
+        moving, turning = (text if h else "" for text, h in zip(own, heavy, strict=True))
+        alone = [
+            math.sqrt(a / b) / (2.0 * math.pi)
+            for (a, b), h in zip(((k, m), (kr, J)), heavy, strict=True)
+            if h
+        ]
         swings = f" (alone at {listed([f'{f:.3g}' for f in alone])} Hz)" if alone else ""
         return (
             f"The clamp{'s' if several else ''} at {where(effect.place)} "
             f"stand{'' if several else 's'} {each} a fixture that moves and turns: "
-            f"{quantity(m, 'kg')} on {quantity(k, 'N/m')}, {quantity(J, 'kg·m²')} on "
+            f"{moving}{quantity(k, 'N/m')}, {turning}"
             f"{quantity(kr, 'N·m/rad')}{swings}, while the model holds "
             f"{'them' if several else 'it'} rigidly."
         )

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from cvxupdate.report.numbers import count, number
-from cvxupdate.report.structure import WIDTH, _bare, _height, drawable, label_points, skeleton
-from cvxupdate.report.svg import AFTER, INK, draw
-from cvxupdate.report.views import view_of
+from cvxupdate.report.structure import drawable
+from cvxupdate.report.structure_places import place_map
 
 if TYPE_CHECKING:
     from cvxupdate.commands.planned import Planned
@@ -18,8 +15,6 @@ if TYPE_CHECKING:
 TOLD, HINTED = 3.0, 1.0
 """Deviations from which on a difference is seen in one measurement, and below which it is not."""
 LISTED = 10
-SHOWN = 12
-"""Places that carry their name in the figure."""
 
 
 def apart_data(found: Apart | None) -> dict[str, Any] | None:
@@ -143,27 +138,5 @@ def apart_map(name: str, found: Planned) -> str | None:
         label = m.sensor if m.node is None else f"n{node}"
         if node and m.worth > worth.get(node, (-1.0, ""))[0]:
             worth[node] = (m.worth, label)
-    at = {int(n): k for k, n in enumerate(geometry.node_ids)}
-    known = {n: w for n, w in worth.items() if n in at}
-    if not known:
-        return None
-    view = view_of(geometry.xyz, np.any(geometry.moves, axis=0))
-    flat = view.project(geometry.xyz)
-    top = max(w for w, _ in known.values()) or 1.0
-
-    def paint(ax: Any) -> None:
-        skeleton(ax, geometry, view)
-        xy = np.array([flat[at[n]] for n in known])
-        sizes = [8.0 + 110.0 * w / top for w, _ in known.values()]
-        ax.scatter(xy[:, 0], xy[:, 1], s=sizes, color=AFTER, alpha=0.65, edgecolors=INK, lw=0.5)
-        order = sorted(known, key=lambda n: -known[n][0])[:SHOWN]
-        label_points(ax, [(flat[at[n]], known[n][1]) for n in order], geometry, view)
-        _bare(ax, view)
-
-    return draw(
-        name,
-        "How far a measurement at each place tells the explanations apart",
-        WIDTH,
-        _height(view, geometry),
-        paint,
-    )
+    title = "How far a measurement at each place tells the explanations apart"
+    return place_map(name, title, geometry, worth)

@@ -12,7 +12,7 @@ from cvxupdate.report import figures, parameter_figures
 from cvxupdate.report.accuracy import accuracy_sections
 from cvxupdate.report.classical import classical_parts, method_words
 from cvxupdate.report.clause_lines import clause_lines
-from cvxupdate.report.direct_rows import direct_rows
+from cvxupdate.report.direct_rows import direct_beside, direct_rows
 from cvxupdate.report.family_parts import MOST_FAMILIES, family_parts
 from cvxupdate.report.grouping_parts import grouping_parts
 from cvxupdate.report.judged_parts import judged_parts
@@ -102,6 +102,7 @@ def run_page(updated: Updated) -> str:
             "u": updated,
             "own": own_rows(updated.recordings),
             "direct": direct_rows(updated),
+            "beside": direct_beside(updated),
             "classical": classical_parts(updated),
             "moved": moved,
             "verdict": verdict(updated),

@@ -68,7 +68,8 @@ class Update(Part):
     direct: Literal[DIRECT] = Field(  # type: ignore[valid-type]
         default="baruch",
         description="direct: the closed-form method (thesis 2.7) whose matrices are the result; "
-        "all the others are shown beside it. No parameters, bounds or clauses",
+        "all the others are shown beside it, and the constrained convex update, which alone knows "
+        "the parameters, constraints and penalties of the file",
     )
     parameters: Annotated[tuple[ParameterRow, ...], Table()] = Field(
         default=(), description="the parameters; none are needed beside `whole`"

@@ -11,12 +11,14 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
+from cvxupdate.correlate.compare import geometry_of
 from cvxupdate.direct.methods import METHODS, DirectMethod
 from cvxupdate.direct.result import DirectUpdate, change_by_dof, faults
 from cvxupdate.errors import CvxupdateError, InputError
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import Recording
 from cvxupdate.spec import Spec
+from cvxupdate.update.direct_beside import NAME, convex_version
 from cvxupdate.update.direct_modes import direct_modes
 from cvxupdate.update.direct_scene import Scene, scene
 from cvxupdate.update.direct_written import written_matrices
@@ -41,7 +43,8 @@ NO_CERTIFICATE = (
 
 
 def update_direct(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Updated:
-    """Matrices by the direct method that [update] names, beside all the others.
+    """Matrices by the direct method that [update] names, beside all the others and the constrained
+    convex update of the same request.
 
     Raises
     ------
@@ -68,6 +71,7 @@ def update_direct(spec: Spec, model: Model, recordings: Sequence[Recording]) -> 
             chosen = made
     if chosen is None:
         raise InputError(f"{spec.path}: there is no direct method {spec.update.direct!r}.")
+    rows.append(_convex(spec, given, recordings))
     results = direct_modes(given, chosen)
     written = written_matrices(spec, model, chosen)
     row = next(r for r in rows if r.name == spec.update.direct)
@@ -92,7 +96,8 @@ def update_direct(spec: Spec, model: Model, recordings: Sequence[Recording]) -> 
         model={"clauses": (), **model_facts(model, model.zero())},
         notes=(_how(spec, given), *((written,) if isinstance(written, str) else ())),
         caveats=tuple(f"{line[:1].upper()}{line[1:]}." for line in row.says),
-        direct=tuple(rows),
+        direct=tuple(r if r.name in (row.name, NAME) else replace(r, by_node=()) for r in rows),
+        geometry=geometry_of(spec, model),
         written=None if isinstance(written, str) else written[0],
         matrix_files={} if isinstance(written, str) else written[1],
     )
@@ -122,6 +127,22 @@ def _tried(given: Scene, method: DirectMethod) -> tuple[DirectResult, DirectUpda
             raise InputError("gives entries that are no numbers")
     except (CvxupdateError, la.LinAlgError, ValueError) as error:
         return replace(nothing, why=str(error)), None
+    return _measured(given, nothing, made), made
+
+
+def _convex(spec: Spec, given: Scene, recordings: Sequence[Recording]) -> DirectResult:
+    """The same figures of the constrained convex update of the same request."""
+    try:
+        found = convex_version(spec, recordings, given.shaped)
+    except CvxupdateError as error:
+        return DirectResult(NAME, "Constrained convex update", "", "", why=str(error))
+    row = DirectResult(NAME, found.title, "", found.changes)
+    return replace(_measured(given, row, found.made), says=found.says)
+
+
+def _measured(given: Scene, nothing: DirectResult, made: DirectUpdate) -> DirectResult:
+    """What was changed, what it reproduces, and what is wrong with it."""
+    r = given.request
     found = faults(made, r.K, r.M, *r.asked(made))
     results = direct_modes(given, made)
     scores = {
@@ -130,7 +151,8 @@ def _tried(given: Scene, method: DirectMethod) -> tuple[DirectResult, DirectUpda
         )
         for use in ("fit", "hold-out")
     }
-    row = replace(
+    nodes = _by_node(given.model, made, r.K, r.M)
+    return replace(
         nothing,
         stiffness_change=float(np.linalg.norm(made.K - r.K) / np.linalg.norm(r.K)),
         mass_change=float(np.linalg.norm(made.M - r.M) / np.linalg.norm(r.M)),
@@ -141,18 +163,16 @@ def _tried(given: Scene, method: DirectMethod) -> tuple[DirectResult, DirectUpda
         stiffness_min=found.stiffness_min,
         new_entries=found.new_entries,
         spurious=found.spurious,
-        where=_where(given.model, made, r.K, r.M),
+        where=tuple(f"node {n} ({100.0 * part:.2g} %)" for n, part in nodes[:NAMED]),
+        by_node=nodes,
         says=found.says,
     )
-    return row, made
 
 
-def _where(model: Model, made: DirectUpdate, K: Real, M: Real) -> tuple[str, ...]:
-    """The nodes that change most, each with its part of the change."""
+def _by_node(model: Model, made: DirectUpdate, K: Real, M: Real) -> tuple[tuple[int, float], ...]:
+    """Nodes with their parts of the change, the largest first; none that does not change."""
     part = change_by_dof(made, K, M)
     nodes, at = np.unique(model.dof_node, return_inverse=True)
-    by_node = np.bincount(at, weights=part)
-    most = np.argsort(-by_node, kind="stable")[:NAMED]
-    return tuple(
-        f"node {model.node_ids[nodes[i]]} ({by_node[i]:.0%})" for i in most if by_node[i] > 0.0
-    )
+    whole = np.bincount(at, weights=part)
+    order = np.argsort(-whole, kind="stable")
+    return tuple((int(model.node_ids[nodes[i]]), float(whole[i])) for i in order if whole[i] > 0.0)

@@ -96,8 +96,9 @@ class AccuracyResult:
 class DirectResult:
     """One direct method on the problem's modes: what it ``changes``, relative changes of the
     matrices (Frobenius), mean errors of fitted and held-out frequencies in per cent, and the faults
-    that `cvxupdate.direct.faults` measures; ``where`` the nodes that change most; ``why`` says why
-    it could not be done (then the rest is None)."""
+    that `cvxupdate.direct.faults` measures; ``where`` the nodes that change most; ``by_node``
+    (node, part of the change) of the method asked for and of the convex update beside it, which is
+    the row named "convex"; ``why`` says why it could not be done (then the rest is None)."""
 
     name: str
     title: str
@@ -113,6 +114,7 @@ class DirectResult:
     new_entries: int | None = None
     spurious: int | None = None
     where: tuple[str, ...] = ()
+    by_node: tuple[tuple[int, float], ...] = ()
     says: tuple[str, ...] = ()
     why: str = ""
 

@@ -136,6 +136,20 @@ HUNG: dict[str, Any] = {
     **grid([0.0, 0.11, 0.31, 0.42], [0.0, 0.13, 0.26], material={**STEEL, "eta": 0.003}),
     "damping": {"kind": "modal", "zeta": [0.01, 0.02]},
 }
+MOUNTED: dict[str, Any] = {  # on pads, and tied
+    **SHAFT,
+    "elements": [
+        *SHAFT["elements"],
+        {
+            "type": "spring",
+            "rows": [
+                {"id": 6, "nodes": [2], "k": 4e4, "dofs": ["y", "z"], "group": "pad"},
+                {"id": 7, "nodes": [4], "k": 3e4, "dof": "z", "group": "pad"},
+                {"id": 8, "nodes": [3, 4], "k": 3e3, "dof": "z", "group": "tie"},
+            ],
+        },
+    ],
+}
 STRUCTURES: dict[str, dict[str, Any]] = {
     "beam": BEAM,
     "plate": PLATE,
@@ -143,10 +157,12 @@ STRUCTURES: dict[str, dict[str, Any]] = {
     "shaft": SHAFT,
     "frame": FRAME,
     "hung": HUNG,
+    "mounted": MOUNTED,
 }
 ACCELEROMETERS = {
     "frame": ("n2.x", "n8.x", "n9.z"),
     "hung": ("n1.z", "n7.z"),
+    "mounted": ("n2.y", "n4.z"),
     "beam": ("n3.z", "n4.x", "n4.z", "n6.z"),
     "plate": ("n6.z", "n9.z"),
     "shell": ("n6.z", "n9.x"),
@@ -176,6 +192,7 @@ CASES = (
     Case("Cords", "hung", {"k": 320.0}),
     Case("SoftSupport", "beam", {"k": 2.1e6}),
     Case("EqualSupports", "beam", {"k": 2.1e6}),
+    Case("SoftMounts", "mounted", {"factor": 0.71}),
     Case("FlexibleSupport", "beam", {"k": 2.1e6, "m": 3.4}),
     Case("MovingFixture", "frame", {"k": 2.1e6, "m": 3.4, "kr": 5.6e3, "J": 0.021}),
     Case("ShakerAttachment", "beam", {"m": 0.021, "k": 4300.0}),

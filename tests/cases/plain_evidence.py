@@ -106,6 +106,10 @@ class PlainFit:
         return self.misfit if self.beyond_noise is None else self.beyond_noise
 
     @property
+    def free(self) -> float:
+        return self.independent
+
+    @property
     def cost(self) -> float:
         return self.misfit * self.rows
 

@@ -73,3 +73,11 @@ def test_a_clamp_may_turn_with_an_inertia_of_its_own(context) -> None:
     assert [q.name for q in turning[0].figures] == ["kr", "J"]
     said = turning[0].says({"kr": 800.0, "J": 0.002})
     assert "an inertia of its own: 0.00200 kg·m² on 800 N·m/rad" in said
+
+
+def test_an_inertia_that_does_nothing_is_not_said(context) -> None:
+    effect = MovingFixture().candidates(context)[0]
+    assert "0.00400 kg·m² on 900 N·m/rad (alone at 117 and 75.5 Hz)" in effect.says(FIGURES)
+    bare = effect.says({**FIGURES, "J": 1e-13})
+    assert "turns: 700 kN/m, 900 N·m/rad, while" in effect.says({**FIGURES, "m": 1e-13, "J": 0.0})
+    assert "kg·m²" not in bare and "(alone at 117 Hz)" in bare

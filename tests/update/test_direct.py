@@ -3,6 +3,7 @@ reasons where it cannot be done."""
 
 import io
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -67,6 +68,40 @@ def problem(tmp_path):
     return write
 
 
+def test_the_convex_update_beside_it_finds_the_spring(problem):
+    """The modes of a chain with one stiffer spring: no new entries, definite matrices, and what was
+    not fitted comes right; the formula leaves it as it was."""
+    path = problem("berman-nagy")
+    rows = {d.name: d for d in run(path).direct}
+    convex, formula = rows["convex"], rows["berman-nagy"]
+    assert convex.new_entries == 0 and formula.new_entries > 0
+    assert convex.mass_min > 0.0 and convex.stiffness_min > 0.0
+    assert convex.hold_out_error < 0.2 * formula.hold_out_error
+    assert convex.fit_error < 0.1  # per cent: a prior of 20 % each holds it back
+    assert sum(part for _, part in convex.by_node) == pytest.approx(1.0)
+    # with the file's own parameters nothing holds it back
+    own = '\nparameters = [{ elements = "all", of = "stiffness", each = "element" }]\n'
+    path.write_text(path.read_text(encoding="utf-8") + own, encoding="utf-8")
+    found = run(path)
+    convex = next(d for d in found.direct if d.name == "convex")
+    assert convex.fit_error < 1e-6 and convex.hold_out_error < 1e-6
+    assert {node for node, part in convex.by_node if part > 1e-6} == {1, 2}
+    assert "converged" in convex.says[0]
+    page = run_files(found)[0]["report.html"]
+    assert "Beside the constrained convex update" in page
+    assert "What Constrained convex update, method ceam changes where" in page
+
+
+def test_frequencies_alone_stand_beside_their_convex_update(problem):
+    path = problem("pole-placement")
+    bare = re.sub(r", shape = \[[^]]*\]", "", path.read_text(encoding="utf-8"))
+    path.write_text(re.sub(r"channels = \[[^]]*\]\n", "", bare), encoding="utf-8")
+    rows = {d.name: d for d in run(path).direct}
+    assert rows["convex"].new_entries == 0
+    assert rows["convex"].title.endswith("method frequencies")
+    assert rows["convex"].fit_error < 0.5
+
+
 def test_fitted_modes_are_reproduced_and_the_faults_are_said(problem):
     found = run(problem("berman-nagy"))
     fit = found.fit["fit"]["frequency_error_percent_mean"]
@@ -74,7 +109,7 @@ def test_fitted_modes_are_reproduced_and_the_faults_are_said(problem):
     assert found.method == "direct: berman-nagy" and found.parameters == ()
     assert "nothing to certify" in certificate_sentence(found)
     assert any("connectivity is lost" in line for line in found.caveats)
-    assert [d.name for d in found.direct] == list(NAMES)
+    assert [d.name for d in found.direct] == [*NAMES, "convex"]
     assert all(d.why or (d.new_entries is not None and d.where) for d in found.direct)
     held = found.fit["hold_out"]["frequency_error_percent_mean"]
     # a formula knows nothing of the spring: what was not fitted stays as wrong as it was
@@ -93,7 +128,7 @@ def test_the_page_and_the_data(problem, tmp_path):
     assert "Direct methods on the same modes" in page and "Minas and Inman" in page
     assert "nothing to certify" in page and "Most change at" in page
     data = json.loads(text)
-    assert data["certificate"]["none"] is True and len(data["direct"]) == len(NAMES)
+    assert data["certificate"]["none"] is True and len(data["direct"]) == len(NAMES) + 1
 
 
 def test_what_a_formula_loses_is_no_matter_of_parameters(problem, tmp_path):
@@ -144,8 +179,12 @@ def test_frequencies_alone_are_placed(tmp_path):
     assert found.fit["fit"]["frequency_error_percent_mean"]["after"] < 1e-9
     held = found.fit["hold_out"]["frequency_error_percent_mean"]
     assert held["after"] == pytest.approx(held["before"], rel=1e-9)
-    assert [d.name for d in found.direct if not d.why] == ["pole-placement", "modal-control"]
-    alone = found.direct[-1]
+    assert [d.name for d in found.direct if not d.why] == [
+        "pole-placement",
+        "modal-control",
+        "convex",
+    ]
+    alone = found.direct[-2]
     assert alone.fit_error < 1e-9 and alone.hold_out_error == pytest.approx(held["before"])
     assert "the model's own shapes" in found.notes[0]
 

@@ -3,6 +3,8 @@ noise in A that is left shows as bias."""
 
 from __future__ import annotations
 
+import importlib
+
 import numpy as np
 import pytest
 
@@ -53,6 +55,35 @@ def test_exact_data_need_no_second_weights(frame):
     data = (data_of(model, LINES[:10], exact[:10], bay.TEN, CORNER, 1e-3),)
     loop = fit_responses(model, data, step(model), SolverChoice(), OPTIONS, "flexibility")
     assert loop.point.residual.at == pytest.approx(np.zeros(40)) and error(loop.point.p) < 1e-6
+
+
+def test_weights_that_have_settled_are_not_taken_anew(frame, monkeypatch):
+    """From where the force balance with the covariance of its own solution ends, the whole method
+    solves one balance more, which stays where it is, and then the output error."""
+    model, exact = frame
+    data = (
+        data_of(
+            model,
+            LINES[:10],
+            bay.noisy(exact[:10], 0.02, 1),
+            bay.TEN,
+            CORNER,
+            0.02 / np.sqrt(3),
+        ),
+    )
+    problem, choice = step(model), SolverChoice()
+    settled = fit_responses(model, data, problem, choice, OPTIONS, "flexibility").point.p
+    loops = importlib.import_module("cvxupdate.update.rfm_loop")
+    solved = []
+
+    def watched(residual, *rest):
+        solved.append(residual.kind)
+        return iterate(residual, *rest)
+
+    monkeypatch.setattr(loops, "iterate", watched)
+    fit_responses(model, data, problem, choice, OPTIONS, p0=settled)
+    assert solved == ["flexibility", "receptance"]
+    assert np.abs(settled).max() > 0.1  # far from where the model came
 
 
 @pytest.mark.slow

@@ -62,6 +62,11 @@ class Mesh:
         """The model that is diagnosed."""
         return file if self.analysis is None else self.analysis.on(file)
 
+    @property
+    def finer(self) -> bool:
+        """Than the file's own."""
+        return self.analysis is not None
+
 
 PLAIN = Mesh()
 """The file's own."""
@@ -112,6 +117,17 @@ def fine_enough(spec: Spec, file: Model, wanted: Wanted) -> Mesh:
     except CvxupdateError:
         return PLAIN
     return Mesh(needed, shift, error, left, _advised(shift, rest, MESH_PARTS[0]), theory)
+
+
+def with_theory_of(file: Model, wanted: Wanted) -> Mesh:
+    """The file's own mesh, with what the theory of its beams may leave out."""
+    if file.size > LARGEST:
+        return PLAIN
+    try:
+        shift_of = partial(shift_between, top=wanted.top)
+        return Mesh(theory=theory_of(file, wanted.differ, shift_of, wanted.enough, SOUND_THEORY))
+    except CvxupdateError:
+        return PLAIN
 
 
 def _before(spec: Spec, file: Model, found: Analysis) -> Model:

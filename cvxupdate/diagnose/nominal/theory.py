@@ -6,7 +6,9 @@ that is small, an analyst is right to leave it out, and a diagnosis must not tak
 physics; nor may it be taken for granted, for the structure may be a model of centre lines itself,
 or hinge at plates that are welded on. So each has a size between nothing and what theory says,
 common to all beams. Where shear shifts frequencies by more than a sound model may miss, its absence
-is a finding (`shear_deformation`), and it is no nuisance parameter. A sheet that is clamped is so
+is a finding (`shear_deformation`), and it is no nuisance parameter. Sections resist turning, which
+some programs leave out: the share of rotary inertia goes from what the file says to the other. A
+sheet that is clamped is so
 from a line that is known within a part of its thickness: a face that is held is stiffer than
 Kirchhoff's line (`cvxupdate.fe.analysis.solid`).
 """
@@ -21,20 +23,22 @@ import numpy as np
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.nominal.mesh import shearing
 from cvxupdate.diagnose.settings import EXPLAINED, OPEN
+from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.block import Block
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import has_property
 from cvxupdate.physics.growth import Wanted
 from cvxupdate.physics.units import number
 
-SHEAR, CORNER, CLAMP = "shear", "corner", "clamp"
+SHEAR, ROTARY, CORNER, CLAMP = "shear", "rotary", "corner", "clamp"
 GROUP = "theory"  # to which these parameters belong, in place of a group of the file
 # of what theory says of each: most, and prior deviation. Shear: the coefficient of a section
-# is known within a fifth. Corners: overlapping members bend somewhere between as they do elsewhere
+# is known within a fifth. Rotary inertia: all or nothing, a switch of the program, so the file's
+# word is no evidence. Corners: overlapping members bend somewhere between as they do elsewhere
 # and hardly at all. Clamps, in thicknesses: a face that is held is 0.1 to 0.3 stiffer; one that
 # gives way is a finding.
-SIZES = {SHEAR: (1.2, 1.0), CORNER: (2.0, 0.5), CLAMP: (1.5, 0.5)}
-OF = {SHEAR: "beams", CORNER: "beams", CLAMP: "sheets"}
+SIZES = {SHEAR: (1.2, 1.0), ROTARY: (1.0, 1.0), CORNER: (2.0, 0.5), CLAMP: (1.5, 0.5)}
+OF = {SHEAR: "beams", ROTARY: "beams", CORNER: "beams", CLAMP: "sheets"}
 
 
 def lines_of(model: Model, word: str) -> tuple[int, ...]:
@@ -48,23 +52,44 @@ def lines_of(model: Model, word: str) -> tuple[int, ...]:
     )
 
 
+def sections_of(model: Model) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Numbers of the beams whose sections do not resist turning, and of those that do."""
+    out: tuple[list[int], list[int]] = ([], [])
+    for block in model.blocks:
+        if _may(block, ROTARY):
+            for i, v in zip(block.ids.tolist(), np.real(block.properties[ROTARY]), strict=True):
+                out[int(v > 0.0)].append(i)
+    return tuple(out[0]), tuple(out[1])
+
+
+def turned(model: Model) -> Model:
+    """The model with rotary inertia where it has none, and without where it has."""
+    return _with(model, ROTARY, lambda v: 1.0 - v)
+
+
+def _with(model: Model, word: str, change: Callable[[Real], Real]) -> Model:
+    return replace(
+        model,
+        blocks=tuple(
+            replace(b, properties={**b.properties, word: change(b.properties[word])})
+            if _may(b, word)
+            else b
+            for b in model.blocks
+        ),
+    )
+
+
 def _may(block: Block, word: str) -> bool:
     own = {CORNER, CLAMP} & set(block.kind.properties)
+    if word == ROTARY and block.exact is not None:
+        return False  # the law of an exact member has it or not
     return bool(own) and word in block.kind.properties and has_property(block, word)
 
 
 def with_theory(model: Model, word: str) -> Model:
     """The model with all that theory says of a word: members twice as stiff within half a depth of
     corners, sheets clamped from a thickness before the line on."""
-    return replace(
-        model,
-        blocks=tuple(
-            replace(b, properties={**b.properties, word: np.ones_like(b.properties[word])})
-            if _may(b, word)
-            else b
-            for b in model.blocks
-        ),
-    )
+    return _with(model, word, np.ones_like)
 
 
 def theory_of(
@@ -74,13 +99,16 @@ def theory_of(
     enough: float,
     most: float,
 ) -> tuple[str, ...]:
-    """The words that change more of the responses (``differ``) than is ``enough``; shear where it
-    shifts (``shift``) frequencies by ``most``, relative, at most."""
+    """The words that change more of the responses (``differ``) than is ``enough``; shear and rotary
+    inertia where they shift (``shift``) frequencies by ``most``, relative, at most."""
     out = []
-    if lines_of(model, SHEAR):
-        sheared = shearing(model)
-        if shift(model, sheared) <= most and differ(model, sheared) > enough:
-            out.append(SHEAR)
+    lacking = [(SHEAR, shearing)] if lines_of(model, SHEAR) else []
+    if any(sections_of(model)):
+        lacking.append((ROTARY, turned))
+    for word, change in lacking:
+        other = change(model)
+        if shift(model, other) <= most and differ(model, other) > enough:
+            out.append(word)
     for word in (CORNER, CLAMP):
         if lines_of(model, word) and differ(model, with_theory(model, word)) > enough:
             out.append(word)
@@ -91,11 +119,22 @@ def theory_parameters(model: Model, words: tuple[str, ...]) -> list[Wanted]:
     """One for each word, common to all elements that lack it."""
     out = []
     for word in words:
+        if word == ROTARY:
+            out += _turning(model)
+            continue
         ids = lines_of(model, word)
         if ids:
             most = SIZES[word][0]
             out.append(Wanted(f"{word} of {OF[word]}", word, ids, GROUP, 0.0, most, 1.0))
     return out
+
+
+def _turning(model: Model) -> list[Wanted]:
+    """Of the sections that do not resist it, and of those that do."""
+    without, have = sections_of(model)
+    most, name = SIZES[ROTARY][0], f"{ROTARY} inertia of {OF[ROTARY]}"
+    ends = ((without, name, 0.0, most), (have, f"{name} that have it", -most, 0.0))
+    return [Wanted(n, ROTARY, ids, GROUP, low, high, 1.0) for ids, n, low, high in ends if ids]
 
 
 def theory_lines(model: Model, base: Fit) -> list[str]:
@@ -116,6 +155,13 @@ def theory_lines(model: Model, base: Fit) -> list[str]:
             f"Beams may {' and '.join(words)}: what Euler's theory on centre lines leaves out was "
             "fitted beside the scatter of the groups, and is no finding."
         ]
+    if ROTARY in own:
+        q = model.parameters[own[ROTARY]]
+        share = "" if p is None else f" ({number(float(p[own[ROTARY]]) - q.lower, 2)} of it)"
+        out.append(
+            f"Sections of beams may resist turning or not{share}: rotary inertia, which programs "
+            "have or leave out, was fitted beside the scatter of the groups, and is no finding."
+        )
     if CLAMP in own:
         size = "" if p is None else f" ({number(float(p[own[CLAMP]]), 2)} of it)"
         out.append(

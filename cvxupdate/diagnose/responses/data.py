@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
+from cvxupdate.diagnose.nominal.theory import GROUP, SHEAR
 from cvxupdate.diagnose.responses.common import Common
 from cvxupdate.diagnose.responses.rest import rest_noise
 from cvxupdate.diagnose.responses.signals import Real, Signal, smoothed
@@ -76,10 +77,11 @@ class Data:
 
     def mesh_of(self, model: Model) -> MeshError:
         """The mesh error of a hypothesis: where it lets beams deform in shear, that of beams which
-        do."""
+        do. As a part of the theory, shear makes as little of it as of the frequencies."""
         return (
             self.sheared
-            if self.sheared is not NONE and any(q.of == "shear" for q in model.parameters)
+            if self.sheared is not NONE
+            and any(q.of == SHEAR and q.group != GROUP for q in model.parameters)
             else self.mesh
         )
 

@@ -15,7 +15,7 @@ from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted_at
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.nominal.mesh import mesh_line
-from cvxupdate.diagnose.nominal.refinement import PLAIN, Mesh, has_sheets, mesh_lines, mesh_notes
+from cvxupdate.diagnose.nominal.refinement import Mesh, has_sheets, mesh_lines, mesh_notes
 from cvxupdate.diagnose.nominal.supports import on_the_file, regrown
 from cvxupdate.diagnose.nominal.theory import theory_lines
 from cvxupdate.diagnose.responses.columns import columns_of, delay_unit
@@ -137,7 +137,7 @@ class ResponseEvidence(Linear):
     def _space(self) -> Space | None:
         """Where modes are sought, of a model on a mesh finer than the file's."""
         there = self.model, self.model.zero(), self.data.top
-        return None if self.fine is PLAIN else around(*there)
+        return around(*there) if self.fine.finer else None
 
     @cached_property
     def _freed(self) -> Callable[[int, str], Model]:
@@ -235,7 +235,7 @@ class ResponseEvidence(Linear):
     def allowance(self, model: Model) -> float:
         """What extrapolation to a fine mesh may miss, or on a finer one that mesh and the theory of
         sheets (that of beams has parameters); frequencies in half-power bandwidths (2 ζ f)."""
-        base, finer = self.bases[-1], self.fine is not PLAIN
+        base, finer = self.bases[-1], self.fine.finer
         if not base.setting.damped or (finer and not has_sheets(self.model)):
             return self.fine.left
         missed = SHEET_DISCREPANCY if finer else self.data.mesh_of(model).missed(self.data.top)

@@ -63,11 +63,13 @@ class Guide:
         found = self._with(parent, _widest(rig) if fixed else rig)
         return None if found is parent else found
 
-    def on_fixtures(self, parent: Hypothesis, count: int) -> list[Seed]:
-        """A parent on the ``count`` fixtures that bring it nearest, with all else that a rig does:
-        beside springs that give way as they should the mass of what holds them does not show."""
+    def mounted(self, parent: Hypothesis, count: int) -> list[Seed]:
+        """A parent on the ``count`` fixtures or cords that bring it nearest, with all else that a
+        rig does: beside springs that give way as they should the mass of what holds them does not
+        show."""
         rig = _widest(_classes(self._rig(parent)))
-        return self._beside(self._with(parent, rig), count, (FIXTURE,))
+        mounts = tuple({t.name for t in effect_types() if t.mount})
+        return self._beside(self._with(parent, rig), count, mounts, mount=True)
 
     def _with(self, parent: Hypothesis, effects: Sequence[Effect]) -> Hypothesis:
         """A parent with further effects of no size."""
@@ -96,11 +98,13 @@ class Guide:
         """The ``count`` effects that bring a parent, as it is, nearest, each at its best size."""
         return self._beside(parent, count, self.evidence.names)
 
-    def _beside(self, parent: Hypothesis, count: int, names: Sequence[str]) -> list[Seed]:
+    def _beside(
+        self, parent: Hypothesis, count: int, names: Sequence[str], mount: bool = False
+    ) -> list[Seed]:
         fit = parent.fit
         wanted = [n for n in self.evidence.names if n in names]
         found = self.evidence.candidates(fit.setting.model, wanted)
-        effects = [c for c in found if c.key not in parent.keys]
+        effects = [c for c in found if c.key not in parent.keys and c.type.mount >= mount]
         sized = at_finite_sizes(self.evidence, parent, effects, Yielding.of(fit.point))
         nearest = _several(sorted(sized.scores, key=lambda s: -s.fraction), count)
         nearest += [other for s in nearest for other in _otherwise(s)]

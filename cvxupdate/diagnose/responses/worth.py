@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from cvxupdate.diagnose.nominal.damping import undamped
-from cvxupdate.diagnose.nominal.refinement import PLAIN, Mesh, Wanted, fine_enough, wants_finer
+from cvxupdate.diagnose.nominal.refinement import (
+    PLAIN,
+    Mesh,
+    Wanted,
+    fine_enough,
+    wants_finer,
+    with_theory_of,
+)
 from cvxupdate.diagnose.responses.data import Data
 from cvxupdate.diagnose.responses.errors import averaged, noise_errors, norms
 from cvxupdate.diagnose.responses.setting import setting_for
@@ -19,9 +26,9 @@ LEAST = 1e-5  # relative: finer than this no frequency is asked for
 
 def mesh_for(spec: Spec, file: Model, data: Data, sheared: bool, simulated: bool) -> Mesh:
     """Fine enough for the responses in the band, damped as the file says; ``simulated``: laws that
-    follow the motion will be sought, on the file's own beams."""
+    follow the motion will be sought, on the file's own beams as they are."""
     bare = undamped(file.with_parameters(()))
-    if not wants_finer(bare, simulated):
+    if simulated and not wants_finer(bare, simulated):
         return PLAIN
 
     def modelled(model: Model) -> tuple[Complex, ...]:
@@ -37,4 +44,6 @@ def mesh_for(spec: Spec, file: Model, data: Data, sheared: bool, simulated: bool
     noise = max(noise_errors(data.sharp), RESPONSE_DISCREPANCY * MESH_NOISE)
     precision = max(LEAST, MESH_NOISE * RESPONSE_DISCREPANCY * typical)
     wanted = Wanted(data.top, precision, MESH_NOISE * noise, differ, sheared)
+    if not wants_finer(bare, simulated):
+        return with_theory_of(bare, wanted)
     return fine_enough(spec, bare, wanted)

@@ -49,9 +49,9 @@ class Approach(Protocol):
         """A parent with all that a rig does, as yet of no size; None where there is no such
         thing."""
 
-    def on_fixtures(self, parent: Hypothesis, count: int) -> list[Seed]:
-        """A parent on the ``count`` fixtures that bring it nearest, with all else that a rig
-        does."""
+    def mounted(self, parent: Hypothesis, count: int) -> list[Seed]:
+        """A parent on the ``count`` fixtures or cords that bring it nearest, with all else that a
+        rig does."""
 
     def beside(self, parent: Hypothesis, count: int) -> list[Seed]:
         """The ``count`` effects that bring a fitted parent nearest, as it is."""
@@ -120,14 +120,14 @@ class _Growth:
         return front
 
     def _begun(self) -> list[Reached]:
-        """The bare model, that with all that a rig does, and on fixtures with the rest of a rig, as
-        far as these bring it nearer."""
+        """The bare model, that with all that a rig does, and on fixtures or cords with the rest of
+        a rig, as far as these bring it nearer."""
         bases = self.evidence.bases
         bare = at_nominal(self.evidence, Hypothesis((), bases[0]), SEVERAL_LEVEL)
         self.progress("seeking what of a rig brings the model nearer")
         rigged = self.approach.rigged(bare)
         seeds = [_onward(h) for h in (bare, rigged) if h is not None]
-        nearer = self._nearer(self.approach.on_fixtures(bare, BEAM), "first pass")[:BEAM]
+        nearer = self._nearer(self.approach.mounted(bare, BEAM), "first pass")[:BEAM]
         seeds += [_onward(r.hypothesis) for r in nearer]
         return self._pruned(self._taken(seeds, "sharp"))
 

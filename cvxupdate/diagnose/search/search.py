@@ -17,6 +17,7 @@ from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.guided import guided
 from cvxupdate.diagnose.search.race import entered, merged, raced
+from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
 from cvxupdate.diagnose.settings import (
     COARSE,
@@ -117,6 +118,7 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     lighter = busy(evidence, several, progress)
     if several and len(several[0].effects) > 2:
         lighter += backward(evidence, several[0], progress)[1]
+    lighter += beside_a_rig(evidence, merged(several, lighter), progress)
     singles = merged(singles, [h for h in lighter if len(h.effects) == 1])
     several = merged(several, [h for h in lighter if len(h.effects) > 1])
     return Found(

@@ -9,9 +9,15 @@ from typing import ClassVar
 import numpy as np
 
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.beams import beam_coefficients, beam_lacking, beam_properties, beam_terms
+from cvxupdate.fe.beams import (
+    beam_coefficients,
+    beam_lacking,
+    beam_properties,
+    beam_terms,
+    beam_values,
+)
 from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
-from cvxupdate.fe.sections import Section, line_properties, shape_of
+from cvxupdate.fe.sections import Section, shape_of
 from cvxupdate.spec import division
 from cvxupdate.spec.elements import BENDING, ElementText, LineBlock, LineRow
 
@@ -45,7 +51,7 @@ class Beam2D:
         not."""
         plane = "xz" if "ry" in around.active and "rz" not in around.active else "xy"
         kind = cls(shape_of(around.section(row)), plane, block.mass, block.rotary_inertia)
-        yield Placed(kind, line_properties(row, around), row.orientation or (0.0, 0.0, 0.0))
+        yield Placed(kind, beam_values(row, block, around), row.orientation or (0.0, 0.0, 0.0))
 
     @property
     def dofs(self) -> tuple[str, ...]:

@@ -11,10 +11,11 @@ from cvxupdate.fe.beams import (
     beam_coefficients,
     beam_properties,
     beam_terms,
+    beam_values,
     text_in_space,
 )
 from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
-from cvxupdate.fe.sections import Section, line_properties, shape_of
+from cvxupdate.fe.sections import Section, shape_of
 from cvxupdate.spec import division
 from cvxupdate.spec.elements import ElementText, LineBlock, LineRow
 
@@ -39,7 +40,7 @@ class Beam3D:
         """One beam."""
         shape = shape_of(around.section(row))
         kind = cls(shape, block.mass, block.rotary_inertia, block.polar_inertia)
-        yield Placed(kind, line_properties(row, around), row.orientation or (0.0, 0.0, 0.0))
+        yield Placed(kind, beam_values(row, block, around), row.orientation or (0.0, 0.0, 0.0))
 
     @property
     def properties(self) -> tuple[str, ...]:

@@ -11,11 +11,12 @@ from cvxupdate.fe.beams import (
     beam_coefficients,
     beam_properties,
     beam_terms,
+    beam_values,
     text_in_space,
 )
 from cvxupdate.fe.elements.base import Placed, Real, Surroundings, Term, Values
 from cvxupdate.fe.exact.beam import ExactBeam
-from cvxupdate.fe.sections import Section, line_properties, shape_of
+from cvxupdate.fe.sections import Section, shape_of
 from cvxupdate.spec.elements import ElementText, LineKeys, LineRow
 
 
@@ -50,7 +51,7 @@ class ExactBeam3D:
         """One beam."""
         shape = shape_of(around.section(row))
         kind = cls(shape, block.rotary_inertia, block.polar_inertia)
-        yield Placed(kind, line_properties(row, around), row.orientation or (0.0, 0.0, 0.0))
+        yield Placed(kind, beam_values(row, block, around), row.orientation or (0.0, 0.0, 0.0))
 
     @property
     def properties(self) -> tuple[str, ...]:

@@ -213,3 +213,11 @@ def test_of_motion_free_runs_that_are_off_by_half_are_as_good_as_half_the_misfit
         assert not accepted(weighed(PlainFit(1.75, errors=errors), effect("quadratic_damping")))
     alone = weighed(PlainFit(1.75, errors=Errors(0.0074, NAN)), effect("quadratic_damping"))
     assert accepted(alone)
+
+
+def test_no_more_unknowns_than_figures_to_tell_them_by() -> None:
+    """As many effects as there are figures are another way to write these down."""
+    both = (effect(), effect("viscous_damper"))
+    for figures, needed in ((2.0, True), (1.0, False)):
+        fit = replace(GOOD, independent=figures)
+        assert needs_several(weighed(fit, *both), None, case_of(PlainEvidence())) == needed

@@ -10,8 +10,16 @@ import pytest
 
 from cvxupdate.diagnose.nominal.refinement import Wanted, fine_enough, shift_between
 from cvxupdate.diagnose.nominal.scatter import prior_scales, with_nuisance
-from cvxupdate.diagnose.nominal.theory import GROUP, SIZES, theory_lines, with_theory
+from cvxupdate.diagnose.nominal.theory import (
+    GROUP,
+    SIZES,
+    theory_lines,
+    theory_of,
+    turned,
+    with_theory,
+)
 from cvxupdate.fe.modes import model_modes
+from tests.cases.elements import FLAT_Y, POINTS, SPACE, build, chain, lines
 from tests.diagnose.nominal.test_refinement import STOCKY, load
 from tests.fe.analysis.test_corners import portal
 
@@ -34,7 +42,7 @@ def frame(tmp_path):
 def test_a_slender_frame_may_shear_and_be_stiff_at_its_corners(frame):
     spec, model = frame
     mesh = mesh_of(spec, model, 1e-4)
-    assert mesh.theory == ("shear", "corner")
+    assert mesh.theory == ("shear", "rotary", "corner")
     own = with_nuisance(mesh.on(model), theory=mesh.theory)
     extra = {q.of: (j, q) for j, q in enumerate(own.parameters) if q.group == GROUP}
     for word in ("shear", "corner"):
@@ -47,8 +55,9 @@ def test_a_slender_frame_may_shear_and_be_stiff_at_its_corners(frame):
         stiffer, model_modes(with_theory(mesh.on(model), "corner"), 5).frequencies
     )
     assert np.all(stiffer > model_modes(own, 5).frequencies)
-    (line,) = theory_lines(own, SimpleNamespace(p=p, misfit=1.0))
-    (bare,) = theory_lines(own, SimpleNamespace(p=p, misfit=1e3))
+    line, turning = theory_lines(own, SimpleNamespace(p=p, misfit=1.0))
+    bare, _ = theory_lines(own, SimpleNamespace(p=p, misfit=1e3))
+    assert turning.startswith("Sections of beams may resist turning or not (1.0 of it)")
     assert bare.startswith("Beams may deform in shear and be stiffer within")
     assert "shear (0 of" in line and "factor of 2" in line and "no finding" in line
 
@@ -87,3 +96,44 @@ def test_a_free_sheet_has_no_clamp(tmp_path):
 
     spec, model = read(tmp_path, sheet(4, 3))
     assert mesh_of(spec, model, 1e-4).theory == ()
+
+
+def beam(kind="beam3d", **words):
+    return build(lines(kind, POINTS, chain(3), SPACE, "bar", **words))
+
+
+def words(model, shift):
+    """Of a change that is heard and shifts frequencies by so much."""
+    return theory_of(model, lambda a, b: 1.0, lambda a, b: shift, 0.5, 0.01)
+
+
+@pytest.mark.parametrize("has", [True, False])
+def test_sections_turn_from_what_the_file_says_to_the_other(has):
+    """With the whole of the parameter a model has the modes of the file that says the other (in a
+    plane: what turns about its own axis, the file alone says)."""
+
+    def bending(has):
+        dofs = ["x", "y", "rz"]
+        return build(lines("beam2d", FLAT_Y, chain(3), dofs, "general", rotary_inertia=has))
+
+    model, other = bending(has), bending(not has)
+    own = with_nuisance(model, theory=("rotary",))
+    (j,) = [j for j, q in enumerate(own.parameters) if q.of == "rotary"]
+    q = own.parameters[j]
+    assert (q.lower, q.upper) == ((-1.0, 0.0) if has else (0.0, 1.0))
+    p = own.zero()
+    p[j] = -1.0 if has else 1.0
+    for there in (model_modes(own, 8, p), model_modes(turned(model), 8)):
+        np.testing.assert_allclose(there.eigenvalues, model_modes(other, 8).eigenvalues, rtol=1e-9)
+
+
+def test_nothing_turns_in_lumped_mass_nor_in_an_exact_member():
+    for model in (beam(mass="lumped"), beam("exact_beam")):
+        assert words(model, 0.0) == ("shear",)
+        own = with_nuisance(model, theory=("rotary",))
+        assert not [q for q in own.parameters if q.group == GROUP]
+
+
+def test_rotary_inertia_that_shifts_frequencies_by_much_is_the_files():
+    assert words(beam(), 0.005) == ("shear", "rotary")
+    assert words(beam(), 0.02) == ()

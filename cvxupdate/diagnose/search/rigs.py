@@ -1,0 +1,102 @@
+"""What a rig alone would explain, beside what was found.
+
+Hardly a test is without what a rig does, and several of its parts together look like something in
+the structure that is not there: each alone brings the whole no nearer, so a search that goes step
+by step misses them. So they are tried all at once, alone and beside the best set, and freed of
+what the evidence is better without; what is claimed must stand against that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, without
+from cvxupdate.diagnose.search.backward import backward, merit
+from cvxupdate.diagnose.search.guided import Approach
+from cvxupdate.diagnose.search.race import merged, raced, tenable
+from cvxupdate.diagnose.settings import MOUNTS, SEVERAL_LEVEL
+from cvxupdate.diagnose.types import Evidence, Progress, Seed
+from cvxupdate.errors import CvxupdateError
+from cvxupdate.physics.effect import Effect
+
+RIGS = "what a rig alone would explain"
+
+
+def beside_a_rig(
+    evidence: Evidence, sets: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """All that a rig does, on the mounts that bring the model nearest, and the best of the sets
+    with all that a rig does beside it: both freed of what the evidence is better without (all that
+    was tried, sharpened). Nothing where one effect is enough, where the best set (``sets``: best
+    first) has nothing but a rig, or without an approach."""
+    approach, best = evidence.approach, [h for h in sets if len(h.effects) > 1][:1]
+    if approach is None or not best or all(map(of_a_rig, best[0].effects)):
+        return []
+    if evidence.hurried:
+        evidence.leave(RIGS)
+        return []
+    progress("seeking what a rig alone would explain")
+    whole = [_alone(evidence, approach), approach.rigged(best[0])]
+    out: list[Hypothesis] = []
+    for h in whole:
+        if h is None or evidence.hurried:
+            continue
+        found = raced(evidence, [_freed(evidence, h)], _last(evidence), progress)
+        if found:
+            out += [*found, *backward(evidence, _freed(evidence, found[0]), progress)[1]]
+    return merged(out)
+
+
+def of_a_rig(effect: Effect) -> bool:
+    """Whether a rig does it, rather than the structure."""
+    return effect.type.rig or effect.type.mount
+
+
+def _last(evidence: Evidence) -> tuple[tuple[int, int]]:
+    return ((evidence.levels - 1, 1),)
+
+
+def _alone(evidence: Evidence, approach: Approach) -> Hypothesis | None:
+    """Nothing but what a rig does, brought as near as it comes, level by level."""
+    bare = at_nominal(evidence, Hypothesis((), evidence.bases[0]), SEVERAL_LEVEL)
+    rigged = approach.rigged(bare)
+    seeds = approach.mounted(bare, MOUNTS)
+    seeds += [] if rigged is None else [_onward(rigged)]
+    best, least = None, np.inf
+    for seed in seeds:
+        try:
+            fit, left = approach.taken(seed, "sharp")
+        except CvxupdateError:
+            continue
+        h = Hypothesis(seed.effects, fit)
+        if left < least and tenable(evidence, h):
+            best, least = h, left
+    if best is None:
+        return None
+    for level in range(SEVERAL_LEVEL + 1, evidence.levels):
+        setting = evidence.at_level(best.fit.setting, level)
+        fit, _ = approach.taken(Seed(best.effects, setting, best.fit.p), "sharp")
+        best = Hypothesis(best.effects, fit)
+    return best
+
+
+def _freed(evidence: Evidence, whole: Hypothesis) -> Hypothesis:
+    """A set without the effects that its evidence is better without as they are, those that do
+    least first; one stays."""
+    idle: list[int] = []
+    best = whole
+    while len(best.effects) > 1:
+        left = [k for k in range(len(whole.effects)) if k not in idle]
+        rests = [(without(evidence, whole, *idle, k), k) for k in left]
+        likelier = [(merit(r), k, r) for r, k in rests if r is not None and merit(r) >= merit(best)]
+        if not likelier:
+            break
+        _, k, best = max(likelier, key=lambda x: x[:2])
+        idle.append(k)
+    return best
+
+
+def _onward(h: Hypothesis) -> Seed:
+    return Seed(h.effects, h.fit.setting, h.fit.p)

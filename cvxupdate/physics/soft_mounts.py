@@ -1,0 +1,54 @@
+"""``stiffness_change`` of all springs to ground alike: the mounts on which a structure stands.
+
+Pads and feet of one kind are all softer, or all stiffer, than the catalogue says; hardly a test is
+without it, and one number says it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import final
+
+from cvxupdate.fe.model import Model
+from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.effect import Effect, EffectType
+from cvxupdate.physics.factors import factors, percent
+from cvxupdate.physics.stiffness_change import LIMITS
+
+
+@final
+class SoftMounts(EffectType):
+    """A factor on K of all springs to ground."""
+
+    name = "stiffness_change"
+    noun = "a change of stiffness"
+    rig = True
+
+    def candidates(self, context: SearchContext) -> list[Effect]:
+        """One, where there are several such springs."""
+        mounts = mounts_of(context.model)
+        if len(mounts) < 2:
+            return []
+        groups: dict[str, set[int]] = {}
+        for block in context.model.blocks:
+            for i, name in zip(block.ids.tolist(), block.groups, strict=True):
+                groups.setdefault(name, set()).add(i)
+        inside = {name: ids for name, ids in groups.items() if name and ids <= set(mounts)}
+        whole = set().union(*inside.values()) == set(mounts)
+        sets = [(mounts, tuple(inside) if whole else ())]
+        return factors(self, context.model, "stiffness", sets, LIMITS)
+
+    def says(self, effect: Effect, values: Mapping[str, float]) -> str:
+        """The change in percent."""
+        return percent(effect, values, "stiffer", "softer")
+
+
+def mounts_of(model: Model) -> tuple[int, ...]:
+    """Numbers of the springs to ground."""
+    found = {
+        int(i)
+        for b in model.blocks
+        if b.kind.name == "spring" and b.kind.nodes == 1
+        for i in b.ids.tolist()
+    }
+    return tuple(sorted(found))

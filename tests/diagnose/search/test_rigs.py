@@ -1,0 +1,70 @@
+"""What a rig alone would explain, beside a set that has something sought in it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cvxupdate.diagnose import gather
+from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seed_from
+from cvxupdate.diagnose.search.backward import merit
+from cvxupdate.diagnose.search.race import raced
+from cvxupdate.diagnose.search.rigs import beside_a_rig, of_a_rig
+from cvxupdate.diagnose.types import Score
+from cvxupdate.physics.cords import Cords
+
+NAMES = ("added_mass", "sensor_mass", "sensor_fault", "stiffness_change")
+
+
+def quiet(_: str) -> None:
+    """Progress that nobody reads."""
+
+
+@pytest.fixture(scope="module")
+def evidence(chain, lab, measure):
+    """Accelerometers that weigh, a force channel that reads low, and nothing else."""
+    spec, model = chain
+    real, gains = lab(m=(0.12, 0.12, 0.12, 0.12)), (1 / 0.85,) * 4
+    recordings = (
+        measure(real, 4, seed=11, gain=gains),
+        measure(real, 1, "hold-out", seed=12, gain=gains),
+    )
+    return replace(gather.gathered(spec, model, recordings, quiet), names=NAMES)
+
+
+@pytest.fixture(scope="module")
+def best(evidence):
+    """Two masses, where every accelerometer weighs."""
+    h = at_nominal(evidence, Hypothesis((), evidence.bases[0]), 1)
+    for node in (2, 4):
+        every = evidence.candidates(h.fit.setting.model, ("added_mass",))
+        (lump,) = [e for e in every if e.place.nodes == (node,)]
+        seed = seed_from(evidence, h, Score(lump, 0.0, np.array([0.1])), 1)
+        h = Hypothesis(seed.effects, evidence.evaluated(seed.setting, seed.start))
+    (found,) = raced(evidence, [h], ((evidence.levels - 1, 1),), quiet)
+    return found
+
+
+def test_what_the_rig_does_is_found_and_freed_of_the_rest(evidence, best):
+    found = beside_a_rig(evidence, [best], quiet)
+    likeliest = max(found, key=merit)
+    assert merit(likeliest) > merit(best)
+    said = {e.physics: f for e, f in zip(likeliest.effects, likeliest.figures, strict=True)}
+    assert set(said) == {"sensor_mass", "sensor_fault"}
+    # beside groups whose masses scatter by as much as a few grams more or less
+    assert said["sensor_mass"].values["m"] == pytest.approx(0.12, rel=0.2)
+    assert said["sensor_fault"].values["gain"] == pytest.approx(0.85, rel=0.05)
+
+
+def test_not_where_nothing_is_sought_nor_one_effect_is_enough(evidence, best):
+    rig = next(h for h in beside_a_rig(evidence, [best], quiet) if all(map(of_a_rig, h.effects)))
+    assert beside_a_rig(evidence, [rig], quiet) == []
+    alone = Hypothesis(best.effects[:1], best.fit)
+    assert beside_a_rig(evidence, [alone], quiet) == []
+    assert beside_a_rig(evidence, [], quiet) == []
+
+
+def test_a_structure_hangs_from_a_rig(best):
+    assert Cords.mount and not any(map(of_a_rig, best.effects))
