@@ -96,10 +96,28 @@ def attempt(seed: int, ways: Sequence[str]) -> dict[str, Any]:
         }
         least = {"together": several.least, "proposed": further[0].least}
         row["explanations"] = [e.title for e in found.apart.explanations]
+        row["foretold"] = [several.before, several.after, several.left]
+        # nothing tells what is one and the same to everything that was tried: said so, not counted
+        row["same"] = set(found.apart.pairs) == set(found.apart.same)
         for way in ways:
             row[way] = {"says": "; ".join(m.says for m in chosen[way]), "least": least.get(way)}
-            row[way] |= _row(diagnose(measured(case, chosen[way], folder, way)), truth)
+            again = measured(case, chosen[way], folder, way)
+            said = diagnose(again)
+            row[way] |= _row(said, truth)
+            row[way]["alike"] = not row[way]["one"] and alike(again, said)
     return {**row, "seconds": round(time.perf_counter() - begin, 1)}
+
+
+def alike(problem: Path, said: Mapping[str, Any]) -> bool:
+    """Whether what is still listed is one and the same to all that could be measured, as the plan
+    then says."""
+    if not said["findings"]:
+        return False
+    try:
+        found = plan(problem, None, Diagnosed(said, "diagnosis")).apart
+    except CvxupdateError:
+        return False
+    return found is not None and bool(found.pairs) and set(found.pairs) == set(found.same)
 
 
 def measured(case: Case, chosen: Sequence[Measurement], folder: Path, name: str) -> Path:
@@ -152,20 +170,23 @@ def told(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """The totals, line by line."""
     out = [f"{len(rows)} cases, {sum('explanations' in r for r in rows)} with equivalents"]
     for way in (*SETS, *SINGLES):
-        alike = [r for r in rows if way in r]
-        if not alike:
+        asked = [r for r in rows if way in r and not r["same"]]
+        if not asked:
             continue
-        one = [r for r in alike if r[way]["one"]]
+        one = [r for r in asked if r[way]["one"]]
         right = [r for r in one if r[way]["outcome"] == "right"]
-        wrong = [r for r in alike if r[way]["outcome"] == "wrong"]
+        wrong = [r for r in asked if r[way]["outcome"] == "wrong"]
         out.append(
-            f"{way:10s} one explanation left {rate(len(one), len(alike))}, the true one "
-            f"{len(right)}; something wrong said {len(wrong)}; "
-            f"equivalents ruled out {rate(*ruled_out(alike, way))}"
+            f"{way:10s} one explanation left {rate(len(one), len(asked))}, the true one "
+            f"{len(right)}; others that nothing tells {sum(r[way]['alike'] for r in asked)}; "
+            f"something wrong said {len(wrong)}; "
+            f"equivalents ruled out {rate(*ruled_out(asked, way))}"
         )
-    sure = [r for r in rows if r.get("together", {}).get("least", 0.0) >= 3.0]
+    sure = [r for r in rows if "together" in r and r["foretold"][1] <= 0.5]
     one = [r for r in sure if r["together"]["one"]]
-    out.append(f"of those foretold to be told (3 deviations): {rate(len(one), len(sure))}")
+    out.append(f"of those foretold to leave half another or less: {rate(len(one), len(sure))}")
+    none = sum("together" in r and r["same"] for r in rows)
+    out.append(f"{none} more where the plan says that nothing tells them")
     return out
 
 

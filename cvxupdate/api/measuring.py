@@ -98,7 +98,7 @@ def plan(
     exciters: int | None = None,
     modes: int = 6,
     band: tuple[float, float] | None = None,
-    noise: float = 0.01,
+    noise: float | None = None,
     accuracy: float = 0.05,
     diagnosis: Any = None,
     further: int | None = None,
@@ -113,10 +113,12 @@ def plan(
     sensors, exciters : how many; None: as many as the modes need.
     modes : the lowest so many are to be measured.
     band : (lowest, highest) Hz of the lines.
-    noise : of the responses, accuracy : wanted of the parameters, both fractions.
+    noise : of the responses (None: 0.01; beside a diagnosis that of its recordings), accuracy :
+        wanted of the parameters, both fractions.
     diagnosis : what `diagnose` gave back for this problem, or the path of its diagnosis.json; the
         problem's recordings are then read.
-    further : how many responses are to tell its explanations apart together; None: four.
+    further : how many responses are to tell its explanations apart together; None: as
+        many as are worth it.
 
     Raises
     ------

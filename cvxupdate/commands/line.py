@@ -79,7 +79,12 @@ Exciters = Annotated[
     typer.Option("--exciters", help="how many; default the fewest that drive and separate"),
 ]
 Modes = Annotated[int, typer.Option("--modes", help="how many modes, from the lowest")]
-Noise = Annotated[float, typer.Option("--noise", help="of the responses to come, a fraction")]
+Noise = Annotated[
+    float | None,
+    typer.Option(
+        "--noise", help="of the responses to come, a fraction (0.01; beside a diagnosis as it was)"
+    ),
+]
 Accuracy = Annotated[float, typer.Option("--accuracy", help="wanted of parameters, a fraction")]
 
 Told = Annotated[
@@ -96,7 +101,7 @@ Further = Annotated[
     typer.Option(
         "--further",
         help="with --diagnosis: how many responses are to tell its explanations apart together; "
-        "default 4",
+        "default as many as are worth it",
         show_default=False,
     ),
 ]
@@ -156,7 +161,7 @@ def plan(
     exciters: Exciters = None,
     modes: Modes = 6,
     band: Band = None,
-    noise: Noise = 0.01,
+    noise: Noise = None,
     accuracy: Accuracy = 0.05,
     diagnosis: Told = None,
     further: Further = None,

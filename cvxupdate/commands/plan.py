@@ -87,7 +87,7 @@ def plan(
         tuple(q.name for q in model.parameters),
         lines,
         log,
-        o.noise,
+        o.usual,
         o.accuracy,
         (*notes, *said),
         geometry_of(spec, model),

@@ -72,7 +72,7 @@ def information(
     f = grid(frequencies, options.band, COARSE)
     out = np.empty((len(places), len(model.parameters), len(model.parameters)))
     for k, label in enumerate(labels):
-        J = sensitivities(model, simulated(model, f, (label,), exciters, options.noise))
+        J = sensitivities(model, simulated(model, f, (label,), exciters, options.usual))
         flat = J.reshape(-1, J.shape[2])
         out[k] = flat.T @ flat
     return out
@@ -89,7 +89,7 @@ def line_sets(
     is to be said; none without parameters."""
     if not model.parameters:
         return (), ((), ()), []
-    data = simulated(model, grid(frequencies, options.band, GRID), sensors, exciters, options.noise)
+    data = simulated(model, grid(frequencies, options.band, GRID), sensors, exciters, options.usual)
     count = min(CHOSEN, len(data.frequency))
     J, notes, out = sensitivities(model, data), [], []
     for rule, says in RULES.items():
@@ -107,12 +107,12 @@ def line_sets(
                 says,
                 tuple(data.frequency[lines].tolist()),
                 tuple(deviations.tolist()),
-                options.noise * options.accuracy / worst if worst > 0.0 else float("nan"),
+                options.usual * options.accuracy / worst if worst > 0.0 else float("nan"),
             )
         )
     try:
         log = accuracy(
-            model, data.frequency, data.responses, options.noise, options.accuracy, rounds=0
+            model, data.frequency, data.responses, options.usual, options.accuracy, rounds=0
         )
         curve = (tuple(log.frequency.tolist()), tuple(log.bearable.tolist()))
     except ModelError as error:

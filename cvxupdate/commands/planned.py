@@ -18,20 +18,23 @@ if TYPE_CHECKING:
     from cvxupdate.diagnose.apart import Apart
 
 Real = NDArray[np.float64]
+USUAL_NOISE = 0.01
+"""Of responses, relative, where nothing is said: what a careful test has near resonances."""
 
 
 @dataclass(frozen=True)
 class Options:
     """What the user may choose: how many ``sensors``, ``exciters`` (None: as many as are needed)
     and ``modes`` from the lowest; ``band`` (lowest, highest) Hz of the frequency lines; ``noise``
-    of the responses, ``accuracy`` wanted of the parameters, both fractions; ``further`` responses
-    that are to tell the explanations of a diagnosis apart together (None: `RESPONSES_TOGETHER`)."""
+    of the responses (None: 0.01; beside a diagnosis that of its recordings), ``accuracy`` wanted of
+    the parameters, both fractions; ``further`` responses that are to tell the explanations of a
+    diagnosis apart together (None: as many as are worth it)."""
 
     sensors: int | None = None
     exciters: int | None = None
     modes: int = 6
     band: tuple[float, float] | None = None
-    noise: float = 0.01
+    noise: float | None = None
     accuracy: float = 0.05
     further: int | None = None
 
@@ -42,13 +45,18 @@ class Options:
                 raise InputError(f"--{name} {value} is none; give 1 or more.")
         for name in ("noise", "accuracy"):
             value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0.0):
+            if value is not None and not (np.isfinite(value) and value > 0.0):
                 raise InputError(f"--{name} {value:g} is no fraction; give one above 0, as 0.01.")
         if self.band is not None and not 0.0 <= self.band[0] < self.band[1]:
             raise InputError(
                 f"--band {self.band[0]:g} {self.band[1]:g} is no band: give the lower end "
                 "first, in Hz."
             )
+
+    @property
+    def usual(self) -> float:
+        """The noise, a hundredth where none was given."""
+        return USUAL_NOISE if self.noise is None else self.noise
 
     def line(self) -> str:
         """The options that differ from the default, as on the command line."""

@@ -265,8 +265,15 @@ OWN_GAIN = 0.7
 # a million to one; what is told better than so is told no better.
 APART_ENOUGH = 5.0
 # Responses that a plan proposes as a set: what an analyser with a force and four motions takes in
-# one run, or a roving hammer in minutes.
-RESPONSES_TOGETHER = 4
+# one run, for what nobody has named yet is told by a single one seldom; three such runs, or half an
+# hour with a roving hammer, at most. Between the two the set ends where so many others or fewer are
+# expected to be listed still, or where no further response lowers that.
+FEWEST_TOGETHER, RESPONSES_TOGETHER, LEFT_ENOUGH = 4, 12, 0.1
 # Known mass that a plan proposes to put on, part of the structure's: two to three per cent of the
 # frequencies, which any test tells, and still a small change of the structure.
 KNOWN_MASS = 0.05
+# Known spring to ground that a plan proposes, part of the structure's mass times the square of its
+# lowest natural frequency: where that mode moves most it raises its frequency by a tenth or more.
+KNOWN_SPRING = 0.25
+# Deviations below which two explanations are one and the same to a measurement.
+SAME = 1.0

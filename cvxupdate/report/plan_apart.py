@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 TOLD, HINTED = 3.0, 1.0
 """Deviations from which on a difference is seen in one measurement, and below which it is not."""
 LISTED = 10
+BOUNDARIES = ("mass", "spring", "support", "free")
+"""Kinds of measurements that change the boundary."""
+EVEN = 0.1
+"""Explanations expected to be listed: as many more are as good."""
 
 
 def apart_data(found: Apart | None) -> dict[str, Any] | None:
@@ -25,12 +29,17 @@ def apart_data(found: Apart | None) -> dict[str, Any] | None:
         "explanations": [vars(e) for e in found.explanations],
         "measurements": [{**vars(m), "least": m.least} for m in found.measurements],
         "lines": found.lines,
+        "pairs": found.pairs,
+        "same": found.same,
         "together": None
         if found.together is None
         else {
             "measurements": [vars(m) for m in found.together.measurements],
             "separations": found.together.separations,
             "least": found.together.least,
+            "before": found.together.before,
+            "after": found.together.after,
+            "left": found.together.left,
         },
     }
 
@@ -40,7 +49,14 @@ def apart_says(found: Apart) -> str:
     alike = count(len(found.explanations), "explanation")
     if not found.measurements:
         return f"No further measurement was compared for the {alike}."
-    best = found.measurements[0]
+    if found.same and len(found.same) == len(found.pairs):
+        return (
+            f"Nothing that was tried tells the {alike} apart: to further responses and other "
+            "boundaries they are one and the same."
+        )
+    best, s = found.measurements[0], found.together
+    if s is not None and best.left is not None and s.left < best.left - EVEN:
+        return together_says(found)
     pairs = len(best.separations)
     told = sum(s >= TOLD for s in best.separations)
     if told == pairs:
@@ -80,10 +96,33 @@ def together_says(found: Apart) -> str:
         else (f"{told} of {pairs}")
     )
     return (
-        f"Together, the responses at {places} tell {what} of explanations, the worst by "
-        f"{number(s.least, 2)} standard deviations. They also tell what none of these explanations "
-        "is: one response seldom does."
+        f"Measure together the responses at {places}: they tell {what} of explanations, the worst "
+        f"by {number(s.least, 2)} standard deviations. Beside the true one {_others(s.before)} "
+        f"expected to be listed as things are, {_others(s.after)} with these (effects that the "
+        "diagnosis does not list and that do nearly as well are counted)."
     )
+
+
+def boundary_says(found: Apart) -> str:
+    """What the best change of the boundary tells, beside the set; empty where none was tried."""
+    changed = [m for m in found.measurements if m.kind in BOUNDARIES]
+    if not changed or changed[0].left is None:
+        return ""
+    best, left, s = changed[0], changed[0].left, found.together
+    told = f"{_by(best)} standard deviations, {_others(left)} expected to be listed"
+    if s is not None and left <= s.left + EVEN:
+        return (
+            f"Or change the boundary: {best.says} tell as much ({told} of these explanations). "
+            "They need a problem file of their own, whose model has the same change."
+        )
+    return (
+        f"The best change of the boundary tells less: {best.says} ({told} of these explanations)."
+    )
+
+
+def _others(expected: float) -> str:
+    shown = number(expected, 2) if expected >= 0.1 else "less than 0.1"
+    return f"{shown} {'other is' if shown == '1' else 'others are'}"
 
 
 def _by(m: Measurement) -> str:

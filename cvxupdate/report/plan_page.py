@@ -20,6 +20,7 @@ from cvxupdate.report.plan_apart import (
     apart_map,
     apart_rows,
     apart_says,
+    boundary_says,
     together_says,
 )
 from cvxupdate.report.words import Verdict
@@ -134,8 +135,10 @@ def plan_verdict(found: Planned) -> Verdict:
     if found.lines:
         says.append(_accuracy(found))
     if found.apart is not None:
-        told = [together_says(found.apart), *found.apart.lines, f"From the model alone: {headline}"]
-        headline, says = apart_says(found.apart), [*(line for line in told if line), *says]
+        first = apart_says(found.apart)
+        told = [together_says(found.apart), boundary_says(found.apart), *found.apart.lines]
+        told = [line for line in told if line and line != first]
+        headline, says = first, [*told, f"From the model alone: {headline}", *says]
     tone = "good" if s.alike < 0.9 and all(d < 0.3 for d in found.indicator.dips) else "fair"
     return Verdict(tone, headline, tuple(says))
 

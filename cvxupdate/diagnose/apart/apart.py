@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from itertools import combinations
 from typing import Any
 
+from cvxupdate.diagnose.apart.boundaries import free_of
+from cvxupdate.diagnose.apart.compared import compared_responses
 from cvxupdate.diagnose.apart.explanations import Named, explanations_of, refitted
 from cvxupdate.diagnose.apart.measurement import Apart, Explanation, ranked
-from cvxupdate.diagnose.apart.responses import responses_to_come
 from cvxupdate.diagnose.apart.tables import Figures
-from cvxupdate.diagnose.apart.together import together
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.gather import gathered, in_simulation
 from cvxupdate.diagnose.hypothesis import Hypothesis
@@ -20,7 +20,6 @@ from cvxupdate.diagnose.motion.component import rigs_of
 from cvxupdate.diagnose.nominal.members import divided
 from cvxupdate.diagnose.reference import brought
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
-from cvxupdate.diagnose.settings import RESPONSES_TOGETHER
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
@@ -36,15 +35,15 @@ def told_apart(
     recordings: Sequence[Recording],
     told: Any,
     where: str,
-    noise: float,
+    noise: float | None,
     band: tuple[float, float] | None,
     progress: Progress,
     count: int | None = None,
 ) -> Apart:
     """The measurements that would tell the explanations of a diagnosis apart, best first. ``told``:
     the content of `diagnosis.json`, which lies at ``where``; ``noise`` relative, of responses to
-    come in ``band`` (Hz; None: as it was); ``count`` responses make a set (None:
-    `RESPONSES_TOGETHER`).
+    come in ``band`` (None: as they were); ``count`` responses make a set (None: as many as are
+    worth it).
 
     Raises
     ------
@@ -82,8 +81,7 @@ def told_apart(
             "nothing to tell apart."
         )
     progress("comparing what they foretell")
-    size = RESPONSES_TOGETHER if count is None else count
-    return _compared(evidence, hypotheses, noise, band, size)
+    return _compared(now.spec, evidence, hypotheses, noise, band, count)
 
 
 def _all_named(wanted: Sequence[Sequence[Named]]) -> set[str]:
@@ -91,18 +89,18 @@ def _all_named(wanted: Sequence[Sequence[Named]]) -> set[str]:
 
 
 def _compared(
+    spec: Spec,
     evidence: Evidence,
     hypotheses: tuple[Hypothesis, ...],
-    noise: float,
+    noise: float | None,
     band: tuple[float, float] | None,
-    size: int,
+    count: int | None,
 ) -> Apart:
-    """What there is to measure for this kind of evidence; of responses also a set of ``size``."""
+    """What there is to measure for this kind of evidence; of responses also a set."""
     explained = tuple(Explanation(capital(h.title), h.fit.misfit) for h in hypotheses)
     if isinstance(evidence, ResponseEvidence):
-        responses = responses_to_come(evidence, hypotheses, noise, band)
-        order = ranked(responses.found())
-        return Apart(explained, order, together=together(responses, order, size))
+        freed = free_of(spec, evidence.fine)
+        return compared_responses(evidence, hypotheses, explained, noise, band, count, freed)
     if isinstance(evidence, ModesEvidence):
         return Apart(explained, ranked(Figures(evidence, hypotheses).found()))
     return Apart(explained, (), tuple(_levels(evidence, hypotheses)))

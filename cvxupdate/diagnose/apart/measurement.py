@@ -22,10 +22,12 @@ class Explanation:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Something to measure: ``kind`` ("response", "repeat", "mass", "shape", "modes"), the DOFs of
-    its ``sensor`` and ``drive`` (empty where it is about neither), the ``node`` that carries a
-    known ``mass`` (kg), in words (``says``); ``separations`` (pairs,): by how many deviations it
-    tells each pair of explanations apart."""
+    """Something to measure: ``kind`` ("response", "repeat", "mass", "spring", "support", "free",
+    "shape", "modes"), the DOFs of its ``sensor`` and ``drive`` (empty where it is about neither),
+    the ``node`` whose boundary changes, the known ``mass`` (kg) there, in words (``says``);
+    ``separations`` (pairs,): by how many deviations it tells each pair of explanations apart;
+    ``left``: how many of them are expected to be listed still beside the true one (None: not
+    known)."""
 
     kind: str
     says: str
@@ -34,6 +36,7 @@ class Measurement:
     drive: str = ""
     node: int | None = None
     mass: float = 0.0
+    left: float | None = None
 
     @property
     def least(self) -> float:
@@ -47,17 +50,23 @@ class Measurement:
 
     @property
     def rank(self) -> tuple[float, float]:
-        """By worth; of equals the one that tells the worst pair best."""
-        return self.worth, self.least
+        """By what is left listed, to a hundredth, or by worth; of equals the one that tells the
+        worst pair best."""
+        return (self.worth if self.left is None else -round(self.left, 2)), self.least
 
 
 @dataclass(frozen=True)
 class MeasurementSet:
     """Measurements made together, the most telling first, and by how many deviations they tell each
-    pair of explanations apart (pairs,)."""
+    pair of explanations apart (pairs,). How many other effects are expected to be listed beside
+    the true one, also of those that the diagnosis does not list: ``before`` and ``after``;
+    ``left`` of those that it lists."""
 
     measurements: tuple[Measurement, ...]
     separations: tuple[float, ...]
+    before: float = 0.0
+    after: float = 0.0
+    left: float = 0.0
 
     @property
     def least(self) -> float:
@@ -69,12 +78,15 @@ class MeasurementSet:
 class Apart:
     """``explanations`` that do alike on what was recorded; ``measurements``, the most telling
     first; ``lines`` what else is to be said; ``together`` further responses that are worth
-    measuring as a set, where responses were compared."""
+    measuring as a set, where responses were compared; ``pairs`` the explanations (from 0) that each
+    separation is of (empty: all of them), ``same`` those that nothing of what was tried tells."""
 
     explanations: tuple[Explanation, ...]
     measurements: tuple[Measurement, ...]
     lines: tuple[str, ...] = ()
     together: MeasurementSet | None = None
+    pairs: tuple[tuple[int, int], ...] = ()
+    same: tuple[tuple[int, int], ...] = ()
 
 
 def pairs_of(count: int) -> list[tuple[int, int]]:

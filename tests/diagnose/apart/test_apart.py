@@ -11,8 +11,13 @@ import cvxupdate
 from cvxupdate import Frf, InputError, Model, Modes, Problem
 from cvxupdate.commands.plan import plan
 from cvxupdate.commands.planned import Diagnosed
-from cvxupdate.diagnose.apart.together import Told
-from cvxupdate.report.plan_apart import apart_csv, apart_rows, apart_says, together_says
+from cvxupdate.report.plan_apart import (
+    apart_csv,
+    apart_rows,
+    apart_says,
+    boundary_says,
+    together_says,
+)
 from cvxupdate.report.plan_page import plan_csv, plan_page
 
 LINES = np.arange(3.0, 33.0, 0.1)
@@ -92,24 +97,63 @@ def test_a_set_tells_what_none_of_its_responses_tells_alone(
         least.append(found.together.least)
         assert least[-1] >= alone
     assert least[1] > least[0]
-    assert "Together, the responses at" in together_says(found)
+    assert "together the responses at" in together_says(found)
     rows = [row for row in apart_csv(found) if row[0] == "together"]
     assert [(r[2], r[3]) for r in rows] == [
         (m.sensor, m.drive) for m in found.together.measurements
     ]
 
 
-def test_of_independent_responses_the_squares_add() -> None:
-    """The separation of a set by its definition, √(Δᵀ C⁻¹ Δ) with C = I + S Sᵀ of all its rows."""
-    rng = np.random.default_rng(3)
-    gaps, spreads = rng.standard_normal((3, 5)), rng.standard_normal((3, 5, 4))
-    parts = [
-        Told(np.array([g @ g]), (S.T @ g,), (S.T @ S,)) for g, S in zip(gaps, spreads, strict=True)
-    ]
-    g, S = gaps.ravel(), spreads.reshape(15, 4)
-    exact = np.sqrt(g @ np.linalg.solve(np.eye(15) + S @ S.T, g))
-    assert (parts[0] + parts[1] + parts[2]).separations[0] == pytest.approx(exact, rel=1e-12)
-    assert exact > max(p.separations[0] for p in parts)
+def test_a_known_spring_in_the_middle_tells_nothing_and_one_aside_does(planned: Any) -> None:
+    springs = {m.node: m for m in planned.apart.measurements if m.kind == "spring"}
+    assert springs[3].least < 0.05  # the mirror image of itself
+    assert springs[1].least > 10.0 * springs[3].least
+    assert springs[1].left < springs[3].left
+    # what has no supports is set free of none
+    assert not {"support", "free"} & {m.kind for m in planned.apart.measurements}
+
+
+def beam(lump: int | None = None) -> Model:
+    """Six elements between two clamps; ``lump``: a node with 5 % of the mass."""
+    x = np.array([[float(i) / 6.0, 0.0] for i in range(7)])
+    bars: dict[str, Any] = {
+        "type": "beam2d",
+        "material": "steel",
+        "section": "bar",
+        "nodes": [[i, i + 1] for i in range(1, 7)],
+    }
+    m = [0.12 * (i == lump) for i in range(2, 7)]
+    lumps: dict[str, Any] = {"type": "mass", "nodes": [[i] for i in range(2, 7)], "m": m}
+    return Model(
+        x,
+        [bars, lumps],
+        dofs=["x", "z", "ry"],
+        materials={"steel": {"E": 207e9, "nu": 0.3, "rho": 7850.0}},
+        sections={"bar": {"shape": "rectangle", "width": 0.03, "height": 0.01}},
+        supports=[{"nodes": [1, 7], "dofs": ["x", "z", "ry"]}],
+        damping={"kind": "modal", "zeta": 0.01},
+    )
+
+
+def test_taking_away_one_support_tells_mirror_images_and_all_of_them_does_not() -> None:
+    lines = np.arange(20.0, 320.0, 1.0)
+    exact = beam(3).frf(lines, ["n4.z"], ["n4.z"], "acceleration").H
+    rng = np.random.default_rng(6)
+    std = 0.003 * np.abs(exact)
+    noise = std * (rng.standard_normal(exact.shape) + 1j * rng.standard_normal(exact.shape))
+    keys: dict[str, Any] = {"quantity": "acceleration", "variance": 2 * std**2}
+    problem = Problem(beam(), [Frf(lines, exact + noise, ["n4.z"], ["n4.z"], **keys)])
+    place = {"elements": [], "groups": [], "dof": None}
+    at = [{"physics": "added_mass", "location": {**place, "nodes": [n]}} for n in (3, 5)]
+    content = {"findings": [{**at[0], "equivalent": at[1:]}], "candidates": []}
+    found = cvxupdate.plan(problem, modes=3, diagnosis=content).data.apart
+    kinds: dict[str, float] = {}
+    for m in found.measurements:
+        kinds[m.kind] = max(kinds.get(m.kind, 0.0), m.least)
+    assert kinds["support"] > 3.0  # one clamp away: no mirror image any more
+    assert kinds["free"] < 0.1  # both away: one again
+    assert kinds["spring"] > 1.0
+    assert "boundary" in boundary_says(found)
 
 
 def test_less_noise_tells_more(driven_in_the_middle: Problem) -> None:
