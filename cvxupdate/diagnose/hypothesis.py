@@ -62,6 +62,11 @@ class Hypothesis:
         whole = self.fit.misfit * (1.0 + PENALTY * (self.unknowns - len(self.effects)))
         return float(f"{whole:.5e}")
 
+    @property
+    def onward(self) -> Seed:
+        """To fit it on from where it is."""
+        return Seed(self.effects, self.fit.setting, self.fit.p)
+
     @cached_property
     def figures(self) -> tuple[Figures, ...]:
         """Of every effect; worked out once, for they need a linearisation."""

@@ -98,7 +98,7 @@ def prepared(
             there, missed = _beside(
                 there, common.without(there, start.places[k].tolist(), start), missed
             )
-        moved.append(_widened(there, missed, shift * 2.0**-mesh.order))
+        moved.append(_widened(there, missed, mesh.rest(shift)))
     return Tables(tuple(moved[: len(fit)]), tuple(moved[len(fit) :]), tuple(measured))
 
 

@@ -17,36 +17,56 @@ import numpy as np
 
 from cvxupdate.diagnose.fit import fitted, fitted_at
 from cvxupdate.diagnose.motion.rates import STEP
-from cvxupdate.diagnose.motion.runs import COLUMNS
+from cvxupdate.diagnose.motion.runs import COLUMNS, beginning
 from cvxupdate.diagnose.motion.smoother import Beyond
 from cvxupdate.diagnose.responses.setting import EFFORTS
 from cvxupdate.diagnose.responses.signals import Real, Signal
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.internal import internal_forces
 from cvxupdate.forces import Laws
+from cvxupdate.recordings.measured import DECAY
 from cvxupdate.update.trust_region import Options
 
 GUIDED = Options(1e-2, 8, 0.5)  # how it is fitted: where a fit begins, nothing finer counts
+SHORTER = (8.0, 4.0, 2.0)  # times as steep as the window of the records: first fits in simulation
 SETTLING = 3  # how often the motion is smoothed anew with the laws' forces
 Motions = Mapping[str, tuple[Real, Real, Real]]
 
 
 def begun(setting: Any, start: Real, smooth: Sequence[Signal]) -> Real:
-    """Where the fit of a `MotionSetting` is to begin instead of ``start``: fitted to the smoothest
-    signals (none: ``start``), along the motion that the sensors say and then, where its own signals
-    are others, in simulation; if simulation leaves less there."""
+    """Where the fit of a `MotionSetting` with laws is to begin instead of ``start``: fitted to the
+    smoothest signals (none: not at all) along the motion that the sensors say, then, where its own
+    signals are not smoothed, in simulation from the beginning of the records on; if simulation
+    leaves less there."""
     count = len(setting.model.parameters)
-    if not smooth or not internal_forces(setting.model, start[:count]).laws.size:
+    if not internal_forces(setting.model, start[:count]).laws.size:
         return start
-    first = setting.on(smooth)
+    found = start
     try:
-        found = fitted(replace(first, guided=True), start, GUIDED).p
-        if setting.level > 0:
-            found = fitted(first, found, EFFORTS["coarse"]).p
+        if smooth:
+            found = fitted(replace(setting.on(smooth), guided=True), start, GUIDED).p
+        if all(s.mix is None for s in setting.signals):
+            found = _lengthened(setting, (start, found))
         there = fitted_at(setting, found).cost
     except CvxupdateError:
         return start
     return found if there <= fitted_at(setting, start).cost else start
+
+
+def _lengthened(setting: Any, starts: Sequence[Real]) -> Real:
+    """Fitted to more and more of the records, from the better of ``starts`` on. Where parts touch,
+    motions that begin nearly alike may part exponentially; the derivative of what comes after
+    counts for nothing then, and leads nowhere, however near the truth is. Under a window that falls
+    faster than they part there is one (progressive fits of chaotic motion; Voss, Timmer and Kurths
+    2004)."""
+    found = None
+    for times in SHORTER:
+        early = [beginning(s, setting.runs[s.name], times * DECAY) for s in setting.signals]
+        stage = setting.on(early)
+        if found is None:
+            found = min(starts, key=lambda p: fitted_at(stage, p).cost)
+        found = fitted(stage, found, EFFORTS["coarse"]).p
+    return starts[-1] if found is None else found
 
 
 def guided_motions(point: Any) -> Motions:

@@ -18,7 +18,7 @@ import numpy as np
 from cvxupdate.diagnose.motion.guided import guided_motions, guided_rates
 from cvxupdate.diagnose.motion.march import Variants, marched
 from cvxupdate.diagnose.motion.rates import force_rates
-from cvxupdate.diagnose.motion.runs import Run
+from cvxupdate.diagnose.motion.runs import Run, heard_of
 from cvxupdate.diagnose.nominal.mesh import MeshError
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
@@ -120,9 +120,8 @@ class MotionSetting:
         until nothing holds it."""
         bare = self.linear.evaluate(p, None if before is None else before.before)
         point = MotionPoint(self, bare)
-        if point.forces[0].size and not all(
-            np.isfinite(m[0][-1]).all() for m in point.motions.values()
-        ):
+        laws = point.forces[0].size
+        if laws and not all(np.isfinite(f).all() for f, _, _ in point.motions.values()):
             raise ModelError("the motion grows beyond all bounds under the recorded forces.")
         return point
 
@@ -216,11 +215,16 @@ class MotionPoint:
         if self.setting.guided:
             return guided_motions(self)
         out = {}
-        for name in dict.fromkeys(s.name for s in self.setting.signals):
+        for name, part in self.heard.items():
             run = self.setting.runs[name]
-            f, x, v = marched(self.variants(run), run.fine_force, run.fine_rate)
-            out[name] = (f[0], x[0], v[0])
+            f, x, v = marched(self.variants(run), run.begun(part), run.fine_rate)
+            out[name] = (run.to_the_end(f[0]), run.to_the_end(x[0]), run.to_the_end(v[0]))
         return out
+
+    @cached_property
+    def heard(self) -> Mapping[str, float]:
+        """Part of every run that is heard (0 to 1)."""
+        return heard_of(self.setting.signals, self.setting.runs)
 
     def _ends(self) -> tuple[tuple[str, ...], Real]:
         """DOFs that internal forces act on, and how (DOFs, places)."""

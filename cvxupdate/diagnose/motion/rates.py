@@ -59,9 +59,9 @@ def force_rates(point: Any) -> tuple[list[int], Mapping[str, Real]]:
     (fine samples, places, unknowns)."""
     moves = _moves(point)
     out = {}
-    for name in point.motions:
+    for name, part in point.heard.items():
         run = point.setting.runs[name]
-        force = run.interpolated(RATES)[: int(RATES * HEARD * run.samples)]
+        force = run.interpolated(RATES)[: int(RATES * HEARD * part * run.samples)]
         given = point.variants(run)
         as_it_is, _, _ = marched(given, force, RATES * run.rate)
         many, _, _ = marched(moves.of(given), force, RATES * run.rate)

@@ -88,17 +88,30 @@ class Run:
         """The force on the clock of the march; its first sample stands for the one at rest."""
         return self.interpolated(FINER)
 
+    def begun(self, part: float) -> Real:
+        """The ``part`` (0 to 1) of `fine_force` from its beginning."""
+        return self.fine_force[: int(np.ceil(part * len(self.fine_force)))]
+
+    def to_the_end(self, fine: Real) -> Real:
+        """Values on the clock of the march (fine samples, …), 0 after what there is of them."""
+        rest = len(self.fine_force) - len(fine)
+        return np.pad(fine, ((0, rest), *((0, 0),) * (fine.ndim - 1))) if rest else fine
+
     def interpolated(self, finer: int) -> Real:
         """The force on a clock ``finer`` times as fast as the samples'."""
         return self.samples_of(self.spectra(self.force), finer)
 
+    def heard(self, s: Complex) -> float:
+        """Part of the record (0 to 1) after which e^{−st} is as small as at the end of one that is
+        heard to its end."""
+        return float(min(1.0, DECAY * self.rate / self.samples / s.real[0]))
+
     def decaying(self, fine: Real, s: Complex) -> Complex:
         """∫ e^{−st} f dt (points, …) of values on a finer clock, at points ``s`` on the record's
-        lines."""
+        lines, of one real part."""
         rate = self.rate * (len(fine) // self.samples)
         t = np.arange(len(fine)) / rate
-        delta = DECAY * self.rate / self.samples
-        decay = np.exp(-delta * t).reshape(-1, *(1,) * (fine.ndim - 1))
+        decay = np.exp(-float(s.real[0]) * t).reshape(-1, *(1,) * (fine.ndim - 1))
         lines = np.rint(s.imag / (2.0 * np.pi) * self.samples / self.rate).astype(np.int64)
         return np.asarray(rfft(decay * fine, axis=0)[lines] / rate)
 
@@ -197,6 +210,33 @@ def thinned_signals(
         keep = slice(None, None, max(1, int(np.ceil(len(s.s) / LINES))))
         thinned.append(replace(s, s=s.s[keep], Y=s.Y[keep], U=s.U[keep], std=s.std[keep]))
     return tuple(thinned)
+
+
+def heard_of(signals: Sequence[Signal], runs: Mapping[str, Run]) -> dict[str, float]:
+    """Part of each run (0 to 1) that its signals hear."""
+    out = dict.fromkeys((s.name for s in signals), 0.0)
+    for s in signals:
+        out[s.name] = max(out[s.name], runs[s.name].heard(s.s))
+    return out
+
+
+def beginning(signal: Signal, run: Run, decay: float) -> Signal:
+    """The same quantity and lines of the ``run`` under a steeper window e^{−δt}, δT = ``decay``:
+    of the record the beginning."""
+    t = np.arange(run.samples) / run.samples
+    own = [
+        k
+        for k, (label, order) in enumerate(zip(run.sensors, run.orders, strict=True))
+        if order == signal.order and label in signal.sensors
+    ]
+    lines = np.rint(signal.s.imag / (2.0 * np.pi) * run.samples / run.rate).astype(np.int64)
+    window = np.exp(-decay * t)[:, None]
+    Y, U = (
+        rfft(window * x, axis=0)[lines, :, None] / run.rate for x in (run.motion[:, own], run.force)
+    )
+    s = np.asarray(decay * run.rate / run.samples + 1j * signal.s.imag)
+    heard = np.linalg.norm(window) / np.linalg.norm(np.exp(-DECAY * t))
+    return replace(signal, s=s, Y=Y, U=U, std=signal.std * heard)
 
 
 def wide_signals(histories: Sequence[TimeHistory], runs: Sequence[Run]) -> tuple[Signal, ...]:

@@ -1,10 +1,11 @@
-"""What the mesh costs: the relative error of each natural frequency, from the same model on a mesh
-twice as fine.
+"""What the mesh costs: the relative error of each natural frequency, from the same model on a finer
+mesh.
 
-A diagnosis must not mistake the discretisation of the analyst's model for missing physics. The
-correction is found once, mode by mode, by Richardson extrapolation, and every later natural
-frequency is moved by it. Beside effects modes are others, and in another order (a free structure
-on cords has what were its rigid-body modes first), so each has the mean correction of the nominal
+A diagnosis must not mistake the discretisation of the analyst's model for missing physics. Beside
+effects modes are others, and in another order (a free structure on cords has what were its
+rigid-body modes first, a hinge brings kinks), so the correction goes with the shape of each mode.
+Of rods and beams it is the inertia of their inside (`cvxupdate.diagnose.nominal.inner`). Of sheets
+it is found mode by mode, by Richardson extrapolation, and a later mode has the mean of the nominal
 modes that it is made of. Shapes and parameters stay those of the analyst's mesh.
 """
 
@@ -15,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cvxupdate.correlate import pair_modes
+from cvxupdate.diagnose.nominal.inner import Inner, inner_of
 from cvxupdate.diagnose.settings import ANOTHER_MODE, SLENDER
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
@@ -27,6 +29,9 @@ from cvxupdate.fe.sections import section_constants
 from cvxupdate.fe.select import has_property
 from cvxupdate.spec import Spec
 
+# Of the top of the band, between which the correction fades.
+ABOVE = (1.25, 2.0)
+PARTS = 8  # of rods and beams: an order of two leaves a 64th
 # of convergence of the frequencies with the mesh (tests/fe/test_closed_forms.py)
 ORDER = {"plate": 2, "rod": 2, "beam2d": 4, "beam3d": 4}
 
@@ -34,13 +39,18 @@ ORDER = {"plate": 2, "rod": 2, "beam2d": 4, "beam3d": 4}
 @dataclass(frozen=True)
 class MeshError:
     """``frequencies`` (modes,) Hz of the analyst's mesh and ``shift`` (modes,): converged frequency
-    over this one, less 1; ``carried`` (DOFs, modes) M φ of these modes at the DOFs ``labels``."""
+    over this one, less 1; ``carried`` (DOFs, modes) M φ of these modes at the DOFs ``labels``, or
+    ``inner`` what is inside members there, which counts up to ``top`` (Hz); ``finer`` times so fine
+    is the mesh that told it."""
 
     frequencies: Real
     shift: Real
     order: int = 2
     labels: tuple[str, ...] = ()
     carried: Real | None = None
+    inner: Inner | None = None
+    finer: int = 2
+    top: float = np.inf
 
     @classmethod
     def of(cls, model: Model, modes: Modes, shift: Real, order: int = 2) -> MeshError:
@@ -62,10 +72,19 @@ class MeshError:
         """Where a model grown from the nominal one has the DOFs of that; −1 where it has not."""
         return np.array([model.place.get(label, -1) for label in self.labels], dtype=np.int64)
 
-    def taken_out(self, modes: Modes, rows: Index) -> Modes:
+    def taken_out(self, model: Model, modes: Modes, rows: Index) -> Modes:
         """Modes of a model that has the nominal one's DOFs at ``rows``, without the mesh's error:
-        ω (1 + Σ δᵣ (φᵣᵀ M φ)²). In shares of mass, not of energy: a kink, which a soft joint makes,
-        has no end of energy in modes without."""
+        by what is inside its members, or ω (1 + Σ δᵣ (φᵣᵀ M φ)²): in shares of mass, not of
+        energy, for a kink, which a soft joint makes, has no end of energy in modes without. Modes
+        far above the band keep theirs, for what they give there is static, and that is exact."""
+        if not self.labels:
+            return modes
+        if self.inner is not None:
+            beyond = (modes.frequencies / self.top - ABOVE[0]) / (ABOVE[1] - ABOVE[0])
+            low = np.flatnonzero(beyond < 1.0)
+            values, part = modes.eigenvalues.copy(), 1.0 - np.maximum(beyond[low], 0.0)
+            values[low] *= self.inner.ratio(model, values[low], modes.shapes[:, low]) ** part
+            return replace(modes, eigenvalues=values)
         if self.carried is None or not self.carried.size:
             return modes
         shapes = np.where(rows[:, None] >= 0, modes.shapes[rows], 0.0)
@@ -77,9 +96,15 @@ class MeshError:
         return float(np.abs(self.shift[self.frequencies <= top]).max(initial=0.0))
 
     def missed(self, top: float) -> float:
-        """Of the worst shift up to ``top`` Hz, what Richardson extrapolation on two meshes may
-        miss: terms of the next order in h, 2^−order of it."""
-        return self.worst(top) * 2.0**-self.order
+        """Of the worst shift up to ``top`` Hz, what may still be missed."""
+        return float(self.rest(np.array([self.worst(top)]))[0])
+
+    def rest(self, shift: Real) -> Real:
+        """What may be missed of shifts: the finer mesh (or extrapolation to none: terms of the next
+        order in h) leaves its fineness to the order of convergence; what is inside members is told
+        by the shape on this mesh, to the square."""
+        square = 0.0 if self.inner is None else shift**2
+        return np.asarray(np.abs(shift) * float(self.finer) ** -self.order + square)
 
 
 NONE = MeshError(np.zeros(0), np.zeros(0))
@@ -101,16 +126,14 @@ def mesh_error(spec: Spec, model: Model, top: float, sheared: bool = False) -> M
         return NONE
     order = min(ORDER[k] for k in kinds)
     try:
+        inside = _by_members(spec, model, top, sheared, order)
+        if inside is not None:
+            return inside
         fine = build_model(replace(spec, model=refined(spec.model).model, update=None))
         if sheared:
             model, fine = shearing(model), shearing(fine)
         order = min(order, 2) if stocky(model) else order
-        count = 16
-        while True:
-            coarse = model_modes(model, count).flexible()
-            if coarse.frequencies[-1] > top or count >= model.size - 6:
-                break
-            count *= 2
+        coarse = _up_to(model, top)
         sharp = model_modes(
             fine, min(int(1.3 * len(coarse.eigenvalues)) + 4, fine.size - 6)
         ).flexible()
@@ -132,6 +155,34 @@ def mesh_error(spec: Spec, model: Model, top: float, sheared: bool = False) -> M
     same = np.abs(shift) <= ANOTHER_MODE
     own = Modes(coarse.eigenvalues[at[same]], coarse.shapes[:, at[same]], 0)
     return MeshError.of(model, own, shift[same], order)
+
+
+def _by_members(
+    spec: Spec, model: Model, top: float, sheared: bool, order: int
+) -> MeshError | None:
+    """The mesh error of rods and beams by what is inside them; None with sheets."""
+    if any(b.kind.name in ("plate", "shell") for b in model.blocks):
+        return None
+    text = refined(spec.model, lambda block, row: PARTS).model
+    fine = build_model(replace(spec, model=text, update=None))
+    model, fine = (shearing(m) if sheared else m for m in (model, fine))
+    inner = inner_of(model, fine)
+    if inner is None:
+        return None
+    modes = _up_to(model, top)
+    shift = np.sqrt(inner.ratio(model, modes.eigenvalues, modes.shapes)) - 1.0
+    order = min(order, 2) if stocky(model) else order
+    return MeshError(modes.frequencies, shift, order, model.labels, None, inner, PARTS, top)
+
+
+def _up_to(model: Model, top: float) -> Modes:
+    """Flexible modes, at least those up to ``top`` Hz."""
+    count = 16
+    while True:
+        modes = model_modes(model, count).flexible()
+        if modes.frequencies[-1] > top or count >= model.size - 6:
+            return modes
+        count *= 2
 
 
 def shearing(model: Model) -> Model:

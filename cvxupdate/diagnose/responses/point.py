@@ -144,7 +144,7 @@ class ResponseSetting:
         the model is no structure, or has fewer modes than that."""
         n = len(self.model.parameters)
         found = self.shapes.modes(np.asarray(p[:n], dtype=float))
-        modes = self.mesh.taken_out(found.modes, self._mesh_rows)
+        modes = self.mesh.taken_out(self.model, found.modes, self._mesh_rows)
         if len(modes.eigenvalues) - modes.rigid < self.damped:
             raise ModelError("modes with a damping ratio of their own are none there.")
         if before is None:

@@ -126,9 +126,9 @@ class _Growth:
         bare = at_nominal(self.evidence, Hypothesis((), bases[0]), SEVERAL_LEVEL)
         self.progress("seeking what of a rig brings the model nearer")
         rigged = self.approach.rigged(bare)
-        seeds = [_onward(h) for h in (bare, rigged) if h is not None]
+        seeds = [h.onward for h in (bare, rigged) if h is not None]
         nearer = self._nearer(self.approach.mounted(bare, BEAM), "first pass")[:BEAM]
-        seeds += [_onward(r.hypothesis) for r in nearer]
+        seeds += [r.hypothesis.onward for r in nearer]
         return self._pruned(self._taken(seeds, "sharp"))
 
     def _further(self, front: Sequence[Reached]) -> list[Reached]:
@@ -143,14 +143,14 @@ class _Growth:
         entered = sorted([*plain, *self._nearer(rigged, "first pass")], key=lambda r: r.left)
         best = {r.hypothesis.keys for r in _abreast(entered)}
         field = [r.hypothesis for r in entered if r.hypothesis.keys in best]
-        return self._pruned(self._taken([_onward(h) for h in field], "sharp"))
+        return self._pruned(self._taken([h.onward for h in field], "sharp"))
 
     def _rigged(self, h: Hypothesis) -> list[Seed]:
         try:
             found = self.approach.rigged(h)
         except CvxupdateError:
             return []
-        return [] if found is None else [_onward(found)]
+        return [] if found is None else [found.onward]
 
     def _taken(self, seeds: Sequence[Seed], effort: str) -> list[Reached]:
         """Seeds brought as near as they come, nearest first, each set once."""
@@ -183,7 +183,7 @@ class _Growth:
             h = whole.hypothesis
             least = min(range(len(h.effects)), key=lambda k: self._left(h, (k,)))
             rest = without(self.evidence, h, least)
-            again = [] if rest is None else self._taken([_onward(rest)], "sharp")
+            again = [] if rest is None else self._taken([rest.onward], "sharp")
             if not again or NEARER * again[0].left > whole.left:
                 break
             whole = again[0]
@@ -253,10 +253,6 @@ class _Growth:
             [h for h in fewer if len(h.effects) > 1],
             raced(self.evidence, rivals, FINE_SEVERAL, self.progress),
         )
-
-
-def _onward(h: Hypothesis) -> Seed:
-    return Seed(h.effects, h.fit.setting, h.fit.p)
 
 
 def _abreast(found: Sequence[Reached]) -> list[Reached]:

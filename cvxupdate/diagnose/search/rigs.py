@@ -43,9 +43,11 @@ def beside_a_rig(
     for h in whole:
         if h is None or evidence.hurried:
             continue
-        found = raced(evidence, [_freed(evidence, h)], _last(evidence), progress)
-        if found:
-            out += [*found, *backward(evidence, _freed(evidence, found[0]), progress)[1]]
+        for _ in range(2):  # what does little beside the rest as fitted, and as fitted again
+            found = raced(evidence, [h], _last(evidence), progress)
+            h = _freed(evidence, found[0]) if found else h
+            out += found
+        out += backward(evidence, h, progress)[1]
     return merged(out)
 
 
@@ -63,7 +65,7 @@ def _alone(evidence: Evidence, approach: Approach) -> Hypothesis | None:
     bare = at_nominal(evidence, Hypothesis((), evidence.bases[0]), SEVERAL_LEVEL)
     rigged = approach.rigged(bare)
     seeds = approach.mounted(bare, MOUNTS)
-    seeds += [] if rigged is None else [_onward(rigged)]
+    seeds += [] if rigged is None else [rigged.onward]
     best, least = None, np.inf
     for seed in seeds:
         try:
@@ -96,7 +98,3 @@ def _freed(evidence: Evidence, whole: Hypothesis) -> Hypothesis:
         _, k, best = max(likelier, key=lambda x: x[:2])
         idle.append(k)
     return best
-
-
-def _onward(h: Hypothesis) -> Seed:
-    return Seed(h.effects, h.fit.setting, h.fit.p)

@@ -13,9 +13,12 @@ from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from
 from cvxupdate.diagnose.motion.evidence import MotionEvidence
 from cvxupdate.diagnose.motion.guided import begun, guided_rates
 from cvxupdate.diagnose.motion.rates import STEP
+from cvxupdate.diagnose.motion.runs import beginning
 from cvxupdate.diagnose.motion.smoother import Beyond
 from cvxupdate.diagnose.responses.setting import EFFORTS
+from cvxupdate.diagnose.settings import RESPONSE_DISCREPANCY
 from cvxupdate.diagnose.types import Score
+from cvxupdate.recordings.measured import DECAY
 from cvxupdate.study import open_problem
 from tests.diagnose.motion.test_drift import problem
 from validation.motions.laws import Law
@@ -56,6 +59,35 @@ def test_a_fit_finds_its_way_from_afar(evidence) -> None:
         assert led.misfit < 2.0, "1: noise and what a sound model leaves"
         assert begun(seed.setting, seed.start, ()) is seed.start
     assert max(caught) > 100.0
+
+
+@pytest.mark.parametrize("times", [(0.7, 0.8), (1.5, 1.2), (0.5, 1.0)])
+def test_a_fit_grows_into_motions_that_part(evidence, times) -> None:
+    """Of whole records the derivative says what happens long after motions have parted: fits that
+    begin a fifth off leave hundreds of times the noise. From the beginning of the records on they
+    find their way."""
+    seed = planted(evidence, np.array(times), level=1)
+    stuck = fitted(seed.setting, seed.start, EFFORTS["sharp"]).misfit
+    led = fitted_at(seed.setting, begun(seed.setting, seed.start, ())).misfit
+    assert led < 4.0 and stuck > 100.0 * led
+
+
+def test_what_a_steep_window_does_not_hear_is_not_marched(evidence) -> None:
+    seed = planted(evidence, 1.0, level=1)
+    signals, runs = seed.setting.signals, seed.setting.runs
+    same = [beginning(s, runs[s.name], DECAY) for s in signals]
+    for ours, theirs in zip(same, signals, strict=True):
+        np.testing.assert_allclose(ours.Y, theirs.Y, rtol=1e-9, atol=1e-12 * np.abs(ours.Y).max())
+        np.testing.assert_allclose(ours.std, theirs.std)
+    early = seed.setting.on([beginning(s, runs[s.name], 4.0 * DECAY) for s in signals])
+    part, whole = (early.evaluate(seed.start) for _ in range(2))
+    vars(whole)["heard"] = dict.fromkeys(part.heard, 1.0)
+    vars(whole).pop("motions", None)
+    assert set(part.heard.values()) == {0.25}
+    for ours, theirs in zip(part.modelled(), whole.modelled(), strict=True):
+        allowed = 0.5 * RESPONSE_DISCREPANCY * np.abs(theirs).max()
+        np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=allowed)
+    assert all(not np.any(f[len(f) // 3 :]) for f, _, _ in part.motions.values())
 
 
 def test_it_begins_where_it_is_told_where_that_is_better(evidence) -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 from cvxupdate.diagnose.nominal.mesh import (
     NONE,
@@ -16,8 +17,9 @@ from cvxupdate.diagnose.nominal.mesh import (
 )
 from cvxupdate.diagnose.settings import ANOTHER_MODE
 from cvxupdate.fe.build import build_model
-from cvxupdate.fe.modes import model_modes
+from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.fe.refinement import refined
+from tests.cases.effects import PLATE, problem
 
 STOCKY = """
 title = "Stocky bar"
@@ -87,10 +89,10 @@ def test_beams_without_shear_have_one_mesh_error(bar):
 
 
 def test_modes_that_differ_much_are_not_taken_for_one(tmp_path):
-    """High modes of the coarse stocky bar look like others of the fine one at the few shared
-    nodes."""
-    spec, model = load(tmp_path, STOCKY)
-    error = mesh_error(spec, model, 1e6, sheared=True)
+    """High modes of a coarse sheet look like others of the fine one at the few shared nodes."""
+    spec = problem(tmp_path, PLATE)
+    error = mesh_error(spec, build_model(spec), 1e6)
+    assert error.inner is None
     assert len(error.shift) and np.all(np.abs(error.shift) <= ANOTHER_MODE)
 
 
@@ -123,12 +125,12 @@ def test_beside_cords_modes_take_the_error_of_what_they_are_made_of(tmp_path):
     coarse = model_modes(hung, 6)
     true = model_modes(finest(hung_spec, 4), 6).frequencies
     assert coarse.rigid == 0
-    moved = error.taken_out(coarse, error.rows(hung)).frequencies
+    moved = error.taken_out(hung, coarse, error.rows(hung)).frequencies
     left, before = moved / true - 1.0, coarse.frequencies / true - 1.0
     assert np.all(np.abs(left[:2]) < 1e-4)
     assert np.all(np.abs(left[2:]) < 0.25 * np.abs(before[2:])), (left, before)
     np.testing.assert_array_equal(
-        NONE.taken_out(coarse, NONE.rows(hung)).eigenvalues, coarse.eigenvalues
+        NONE.taken_out(hung, coarse, NONE.rows(hung)).eigenvalues, coarse.eigenvalues
     )
 
 
@@ -139,5 +141,57 @@ def test_a_kinked_mode_has_no_more_than_the_largest_error(tmp_path):
     rng = np.random.default_rng(1)
     modes = model_modes(model, 4)
     mixed = replace(modes, shapes=modes.shapes @ np.linalg.qr(rng.normal(size=(4, 4)))[0])
-    by = error.taken_out(mixed, error.rows(model)).frequencies / mixed.frequencies - 1.0
+    by = error.taken_out(model, mixed, error.rows(model)).frequencies / mixed.frequencies - 1.0
     assert np.all(np.abs(by) <= 1.000001 * np.abs(error.shift).max())
+
+
+def jointed(x, joint, k):
+    """Eigenvalues and shapes of the stocky bar on nodes ``x`` with a turning spring (N·m/rad) in
+    node number ``joint``: Euler-Bernoulli with rotary inertia, by hand. DOFs (w, -dw/dx) node by
+    node, the far side's rotation at the joint last; the first node is held."""
+    E, rho, b = 207e9, 7850.0, 0.06
+    A, I, n = b * b, b**4 / 12.0, 2 * len(x) + 1
+    K, M = np.zeros((n, n)), np.zeros((n, n))
+    for e, h in enumerate(np.diff(x)):
+        d = [2 * e, n - 1 if e == joint else 2 * e + 1, 2 * e + 2, 2 * e + 3]
+        s = np.diag([1.0, -h, 1.0, -h])
+        bend = [[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]]
+        move = [[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]
+        turn = [[36, 3, -36, 3], [3, 4, -3, -1], [-36, -3, 36, -3], [3, -1, -3, 4]]
+        K[np.ix_(d, d)] += E * I / h**3 * (s @ bend @ s)
+        M[np.ix_(d, d)] += (
+            s @ (rho * A * h / 420 * np.array(move) + rho * I / 30 / h * np.array(turn)) @ s
+        )
+    sides = [2 * joint + 1, n - 1]
+    K[np.ix_(sides, sides)] += k * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    values, shapes = scipy.linalg.eigh(K[2:, 2:], M[2:, 2:])
+    return values[:6], shapes[:, :6]
+
+
+@pytest.mark.parametrize("k", [1e9, 1e5, 1e3])
+def test_beside_a_hinge_modes_have_the_error_of_their_own_shape(tmp_path, k):
+    """Shares of mass in modes without a kink took off up to 0.4 % where there was 0.3 % more."""
+    spec, model = load(tmp_path, STOCKY)
+    error = mesh_error(spec, model, 1.1 * model_modes(model, 4).flexible().frequencies[-1])
+    x = np.array([0.0, 0.09, 0.2, 0.31, 0.4, 0.52])
+    values, shapes = jointed(x, 3, k)
+    fine = np.interp(np.arange(81) / 16.0, np.arange(6), x)
+    true, _ = jointed(fine, 48, k)
+    (block,) = model.blocks
+    dofs = block.dofs.copy()
+    dofs[3, np.flatnonzero(dofs[3] == 5)] = model.size  # the far side of node 4
+    grown = replace(model, blocks=(replace(block, dofs=dofs),))
+    modes = Modes(values, shapes, 0)
+    moved = error.taken_out(grown, modes, np.arange(model.size)).eigenvalues
+    left, before = np.sqrt(moved / true)[:4] - 1.0, np.sqrt(values / true)[:4] - 1.0
+    assert before.max() > 5e-3
+    assert np.all(np.abs(left) <= error.rest(before) + 1e-6), (left, before)
+
+
+def test_modes_far_above_the_band_keep_what_they_give_statically(tmp_path):
+    spec, model = load(tmp_path, STOCKY)
+    modes = model_modes(model, 10)
+    error = mesh_error(spec, model, 1.1 * modes.frequencies[1])
+    ratio = error.taken_out(model, modes, error.rows(model)).eigenvalues / modes.eigenvalues
+    far = modes.frequencies > 2.0 * 1.1 * modes.frequencies[1]
+    assert far.any() and np.all(ratio[far] == 1.0) and np.all(ratio[:2] < 1.0)
