@@ -50,9 +50,9 @@ class Setting(Protocol):
     def noise_parts(self, point: Any) -> Real:
         """The part of each row's weighted square that noise alone makes."""
 
-    def independent(self, point: Any) -> float:
-        """How many independent figures the rows hold: neighbouring lines of a response say the
-        same of a model's discrepancy."""
+    def figures(self, point: Any) -> tuple[float, float]:
+        """How many independent figures the rows hold (neighbouring lines of a response say the same
+        of a model's discrepancy), and how many of them unknowns of the setting's own take up."""
 
     def damping_strain(self, p: Real) -> float:
         """Squares of the modes' own log damping ratios in units of their usual scatter: about one
@@ -95,14 +95,14 @@ class Fit:
     @cached_property
     def independent(self) -> float:
         """That of the setting."""
-        return float(self.setting.independent(self.point))
+        return float(self.setting.figures(self.point)[0])
 
     @property
     def free(self) -> float:
-        """Of these figures those that no unknown of the setting's own takes up (a damping ratio of
-        every mode): with as many unknowns any effects reproduce them."""
-        own = len(self.p) - len(self.setting.model.parameters) - len(self.setting.faults)
-        return self.independent - own
+        """Of these figures those that no unknown of the setting's own takes up: with as many
+        unknowns any effects reproduce them."""
+        every, own = self.setting.figures(self.point)
+        return float(every - own)
 
     @property
     def log_evidence(self) -> float:

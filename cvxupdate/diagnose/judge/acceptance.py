@@ -166,8 +166,8 @@ def meshed(w: Weighed, case: Case) -> bool:
 
 def needs_several(several: Weighed, single: Weighed | None, case: Case) -> bool:
     """Whether several effects are needed: they have no more unknowns than there are figures to tell
-    them by, are credible, as a single one must be, and leave at most half of what the best single
+    them by (without them: what they put in the band tells nothing), are credible, as a single one must be, and leave at most half of what the best single
     one leaves, which is more than the mesh's."""
-    if several.unknowns > several.fit.free or (single is not None and meshed(single, case)):
+    if several.unknowns > case.base.fit.free or (single is not None and meshed(single, case)):
         return False
     return credible(several, case) and better(several, single or case.base, case)

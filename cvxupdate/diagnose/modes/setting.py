@@ -54,9 +54,9 @@ class ModesSetting:
         """The part of each row's weighted square that noise alone makes."""
         return self.tables.noise_parts(point)
 
-    def independent(self, point: ModalPoint) -> float:
+    def figures(self, point: ModalPoint) -> tuple[float, float]:
         """Every entry of a table."""
-        return float(len(self.noise_parts(point)))
+        return float(len(self.noise_parts(point))), 0.0
 
     def damping_strain(self, p: Real) -> float:
         """None: damping ratios are judged apart."""

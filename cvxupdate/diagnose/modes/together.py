@@ -47,9 +47,9 @@ class Together:
         pairs = zip(self.parts, point.points, strict=True)
         return np.concatenate([part.noise_parts(own) for part, own in pairs])
 
-    def independent(self, point: TogetherPoint) -> float:
+    def figures(self, point: TogetherPoint) -> tuple[float, float]:
         """The sum of the states'."""
-        return sum(a.independent(b) for a, b in zip(self.parts, point.points, strict=True))
+        return sum(a.figures(b)[0] for a, b in zip(self.parts, point.points, strict=True)), 0.0
 
     def damping_strain(self, p: Real) -> float:
         """None."""

@@ -103,9 +103,9 @@ class MotionSetting:
         """The part of each row's weighted square that noise alone makes."""
         return self.linear.noise_parts(point.before)
 
-    def independent(self, point: MotionPoint) -> float:
-        """That of the linear part: laws add no freedom to the discrepancy of a sound model."""
-        return self.linear.independent(point.before)
+    def figures(self, point: MotionPoint) -> tuple[float, float]:
+        """Those of the linear part: laws add no freedom to the discrepancy of a sound model."""
+        return self.linear.figures(point.before)
 
     def damping_strain(self, p: Real) -> float:
         """Of the modes' own log damping ratios."""

@@ -120,16 +120,16 @@ class ResponseSetting:
         parts = [(s.std**2 / (2.0 * s.scale() ** 2)).reshape(-1) for s in self.signals]
         return np.concatenate([np.tile(part, 2) for part in parts])
 
-    def independent(self, point: ResponsePoint) -> float:
+    def figures(self, point: ResponsePoint) -> tuple[float, float]:
         """A frequency and a damping ratio for each mode in the band, a gain for each channel: what
-        the discrepancy of a sound model is made of."""
+        the discrepancy of a sound model is made of; its own are the damping ratios."""
         f = point.modes.frequencies
         band = [s.s.imag / (2.0 * np.pi) for s in self.signals]
         low, high = min(b.min() for b in band), max(b.max() for b in band)
         modes = max(1, int(np.sum((f >= low) & (f <= high))))
         channels = sum(s.Y.shape[1] * s.Y.shape[2] for s in self.signals)
         rows = sum(2 * s.Y.size for s in self.signals)
-        return float(min(rows, 2 * modes + channels))
+        return float(min(rows, 2 * modes + channels)), float(modes)
 
     def damping_strain(self, p: Real) -> float:
         """Squares of the modes' own log damping ratios in units of their usual scatter."""

@@ -219,5 +219,5 @@ def test_no_more_unknowns_than_figures_to_tell_them_by() -> None:
     """As many effects as there are figures are another way to write these down."""
     both = (effect(), effect("viscous_damper"))
     for figures, needed in ((2.0, True), (1.0, False)):
-        fit = replace(GOOD, independent=figures)
-        assert needs_several(weighed(fit, *both), None, case_of(PlainEvidence())) == needed
+        case = case_of(PlainEvidence((replace(BASE, independent=figures),)))
+        assert needs_several(weighed(GOOD, *both), None, case) == needed
