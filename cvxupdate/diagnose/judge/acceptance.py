@@ -164,10 +164,15 @@ def meshed(w: Weighed, case: Case) -> bool:
     return w.errors.fit <= TWICE * case.evidence.allowance(w.fit.setting.model)
 
 
+def saturated(w: Weighed, case: Case) -> bool:
+    """Whether several effects have as many unknowns as there are figures to tell them by: another
+    way to write these down. Counted without them, for what they put in the band tells nothing."""
+    return len(w.hypothesis.effects) > 1 and w.unknowns >= case.base.fit.free
+
+
 def needs_several(several: Weighed, single: Weighed | None, case: Case) -> bool:
-    """Whether several effects are needed: they have no more unknowns than there are figures to tell
-    them by (without them: what they put in the band tells nothing), are credible, as a single one must be, and leave at most half of what the best single
-    one leaves, which is more than the mesh's."""
-    if several.unknowns > case.base.fit.free or (single is not None and meshed(single, case)):
+    """Whether several effects are needed: they are credible, as a single one must be, and leave at
+    most half of what the best single one leaves, which is more than the mesh's."""
+    if saturated(several, case) or (single is not None and meshed(single, case)):
         return False
     return credible(several, case) and better(several, single or case.base, case)

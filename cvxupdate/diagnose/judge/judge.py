@@ -16,6 +16,7 @@ from cvxupdate.diagnose.judge.acceptance import (
     explained,
     needs_several,
     refuted,
+    saturated,
     weighed,
 )
 from cvxupdate.diagnose.judge.alternatives import equivalents
@@ -86,7 +87,9 @@ def _decided(evidence: Evidence, found: Found) -> Judgement:
     several = tuple(case.weighed(h) for h in found.several)
     one = _likeliest(singles, case)
     single = one if one is not None and better(one, case.base, case) else None
-    final, field = single, tuple(w for w in (*several, *singles) if not refuted(w, case))
+    every = (*several, *singles)
+    field = tuple(w for w in every if not (refuted(w, case) or saturated(w, case)))
+    final = single
     for count in sorted({len(w.hypothesis.effects) for w in several}):
         more = _likeliest([w for w in several if len(w.hypothesis.effects) == count], case)
         open_ = final is None or not evidence.clear(final.fit)

@@ -218,6 +218,6 @@ def test_of_motion_free_runs_that_are_off_by_half_are_as_good_as_half_the_misfit
 def test_no_more_unknowns_than_figures_to_tell_them_by() -> None:
     """As many effects as there are figures are another way to write these down."""
     both = (effect(), effect("viscous_damper"))
-    for figures, needed in ((2.0, True), (1.0, False)):
+    for figures, needed in ((3.0, True), (2.0, False)):
         case = case_of(PlainEvidence((replace(BASE, independent=figures),)))
         assert needs_several(weighed(GOOD, *both), None, case) == needed
