@@ -276,4 +276,4 @@ KNOWN_MASS = 0.05
 # lowest natural frequency: where that mode moves most it raises its frequency by a tenth or more.
 KNOWN_SPRING = 0.25
 # Deviations below which two explanations are one and the same to a measurement.
-SAME = 1.0
+UNTOLD = 1.0

@@ -23,7 +23,7 @@ from cvxupdate.diagnose.apart.worth import Products
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.point import ResponsePoint
-from cvxupdate.diagnose.settings import SAME
+from cvxupdate.diagnose.settings import UNTOLD
 
 ALIKE = "one and the same to everything that was tried"
 
@@ -58,7 +58,7 @@ def compared_responses(
     known = [m.separations for m in order] + ([chosen.separations] if chosen else [])
     best: list[float] = np.max(known, axis=0).tolist()
     pairs = _pairs(asked, hypotheses)
-    same = tuple(k for k, d in zip(pairs, best, strict=True) if d < SAME)
+    same = tuple(k for k, d in zip(pairs, best, strict=True) if d < UNTOLD)
     lines = (f"{explained[i].title} and {hypotheses[j].title}: {ALIKE}" for i, j in same)
     return Apart(explained, order, tuple(lines), chosen, pairs, same)
 

@@ -72,7 +72,9 @@ class Inner:
 
 def inner_of(model: Model, fine: Model) -> Inner | None:
     """What is inside the members that a ``fine`` model has in parts (of the same numbers, block by
-    block); None where their inside is held by nothing."""
+    block); None where blocks are others, or their inside is held by nothing."""
+    if [b.kind.name for b in model.blocks] != [b.kind.name for b in fine.blocks]:
+        return None
     found = []
     for number, (block, parts) in enumerate(zip(model.blocks, fine.blocks, strict=True)):
         if block.nodes is None or len(parts.ids) == len(block.ids):

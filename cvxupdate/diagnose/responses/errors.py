@@ -52,7 +52,8 @@ def averaged(signals: Sequence[Signal], gaps: Sequence[Real]) -> float:
     """Norms of gaps as fractions of their channels', the mean of those that respond."""
     errors: list[float] = []
     for signal, gap in zip(signals, gaps, strict=True):
-        errors += (gap / norms(np.abs(signal.Y)))[signal.audible()].tolist()
+        heard = signal.audible()
+        errors += (gap[heard] / norms(np.abs(signal.Y))[heard]).tolist()
     return float(np.mean(errors)) if errors else float("nan")
 
 
