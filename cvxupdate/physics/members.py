@@ -3,6 +3,8 @@ whole groups."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
+
 import numpy as np
 
 from cvxupdate.fe.model import Model
@@ -47,16 +49,18 @@ def member_sets(model: Model, of: str) -> list[tuple[tuple[int, ...], tuple[str,
     if len(groups) > 1:
         add(tuple(singles), tuple(name for name in groups if name))
     for member in straight(model, of):
-        inside = {name: members for name, members in groups.items() if members <= set(member)}
-        add(
-            member,
-            tuple(name for name in inside if name)
-            if set().union(*inside.values()) == set(member)
-            else (),
-        )
+        add(member, groups_that_are(member, groups))
     for run in lines:
         add(run, ())
     return out
+
+
+def groups_that_are(ids: Collection[int], groups: Mapping[str, set[int]]) -> tuple[str, ...]:
+    """The names of the groups that together are these elements; none where they are not."""
+    inside = {name: members for name, members in groups.items() if members <= set(ids)}
+    if set().union(*inside.values()) != set(ids):
+        return ()
+    return tuple(name for name in inside if name)
 
 
 def sheet_names() -> frozenset[str]:

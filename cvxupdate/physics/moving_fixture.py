@@ -148,20 +148,19 @@ class MovingFixture(EffectType):
         several = len(nodes) > 1
         each = "each on" if several else "on"
         k, m, kr, J = (values[n] for n in ("k", "m", "kr", "J"))
-        heavy = [b > 0.0 and a < b * (2.0 * math.pi * UNHEARD) ** 2 for a, b in ((k, m), (kr, J))]
-        own = (f"{quantity(m, 'kg')} on ", f"{quantity(J, 'kg·m²')} on ")
-        moving, turning = (text if h else "" for text, h in zip(own, heavy, strict=True))
-        alone = [
-            math.sqrt(a / b) / (2.0 * math.pi)
-            for (a, b), h in zip(((k, m), (kr, J)), heavy, strict=True)
-            if h
-        ]
-        swings = f" (alone at {listed([f'{f:.3g}' for f in alone])} Hz)" if alone else ""
+        springs, alone = list[str](), list[str]()
+        for stiff, heavy, units in ((k, m, ("N/m", "kg")), (kr, J, ("N·m/rad", "kg·m²"))):
+            own = math.sqrt(stiff / heavy) / (2.0 * math.pi) if heavy > 0.0 else math.inf
+            held = quantity(stiff, units[0])
+            if own < UNHEARD:
+                held = f"{quantity(heavy, units[1])} on {held}"
+                alone.append(f"{own:.3g}")
+            springs.append(held)
+        swings = f" (alone at {listed(alone)} Hz)" if alone else ""
         return (
             f"The clamp{'s' if several else ''} at {where(effect.place)} "
             f"stand{'' if several else 's'} {each} a fixture that moves and turns: "
-            f"{moving}{quantity(k, 'N/m')}, {turning}"
-            f"{quantity(kr, 'N·m/rad')}{swings}, while the model holds "
+            f"{', '.join(springs)}{swings}, while the model holds "
             f"{'them' if several else 'it'} rigidly."
         )
 

@@ -13,6 +13,7 @@ from cvxupdate.fe.model import Model
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType
 from cvxupdate.physics.factors import factors, percent
+from cvxupdate.physics.members import groups_that_are
 from cvxupdate.physics.stiffness_change import LIMITS
 
 
@@ -32,10 +33,9 @@ class SoftMounts(EffectType):
         groups: dict[str, set[int]] = {}
         for block in context.model.blocks:
             for i, name in zip(block.ids.tolist(), block.groups, strict=True):
-                groups.setdefault(name, set()).add(i)
-        inside = {name: ids for name, ids in groups.items() if name and ids <= set(mounts)}
-        whole = set().union(*inside.values()) == set(mounts)
-        sets = [(mounts, tuple(inside) if whole else ())]
+                if name:
+                    groups.setdefault(name, set()).add(i)
+        sets = [(mounts, groups_that_are(mounts, groups))]
         return factors(self, context.model, "stiffness", sets, LIMITS)
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:

@@ -115,11 +115,12 @@ def _members(model: Model, fine: Model, number: int, block: Block, parts: Block)
 
 def _columns(model: Model, block: Block, row: int) -> Iterator[tuple[int, int]]:
     """(node, kind) of an element's columns."""
-    nodes = np.zeros((0, 0)) if block.nodes is None else block.nodes
+    if block.nodes is None:
+        return
     kinds = block.direction[row if len(block.direction) > 1 else 0]
-    each = len(kinds) // nodes.shape[1]
+    each = len(kinds) // block.nodes.shape[1]
     for k, kind in enumerate(kinds.tolist()):
-        yield int(model.node_ids[nodes[row][k // each]]), int(kind)
+        yield int(model.node_ids[block.nodes[row][k // each]]), int(kind)
 
 
 def _condensed(

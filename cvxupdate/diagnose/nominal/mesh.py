@@ -27,6 +27,7 @@ from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.fe.refinement import refined
 from cvxupdate.fe.sections import section_constants
 from cvxupdate.fe.select import has_property
+from cvxupdate.physics.members import sheet_names
 from cvxupdate.spec import Spec
 
 # Of the top of the band, between which the correction fades.
@@ -161,7 +162,7 @@ def _by_members(
     spec: Spec, model: Model, top: float, sheared: bool, order: int
 ) -> MeshError | None:
     """The mesh error of rods and beams by what is inside them; None with sheets."""
-    if any(b.kind.name in ("plate", "shell") for b in model.blocks):
+    if not sheet_names().isdisjoint(b.kind.name for b in model.blocks):
         return None
     text = refined(spec.model, lambda block, row: PARTS).model
     fine = build_model(replace(spec, model=text, update=None))
