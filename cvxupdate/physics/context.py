@@ -22,7 +22,8 @@ class SearchContext:
     (node, kind); ``release(node, kind)`` builds the model without one support; ``zeta`` is a
     typical damping ratio; ``accelerometers`` those channels that measure accelerations; ``driven``
     the labels of the DOFs where a force was measured, ``forces`` those of which the recordings tell
-    the force's own gain, ``later`` those where only what is held out has such a force."""
+    the force's own gain, ``later`` those where only what is held out has such a force; ``own`` the
+    numbers of the elements that no effect added (None: of all)."""
 
     model: Model
     K: sp.csc_array
@@ -37,6 +38,7 @@ class SearchContext:
     driven: tuple[str, ...] = ()
     forces: tuple[str, ...] = ()
     later: tuple[str, ...] = ()
+    own: frozenset[int] | None = None
 
     def local(self, row: int) -> tuple[float, float]:
         """Diagonal stiffness and mass at a free DOF: the scale of what a support or lump there

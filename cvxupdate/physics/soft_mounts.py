@@ -27,7 +27,8 @@ class SoftMounts(EffectType):
 
     def candidates(self, context: SearchContext) -> list[Effect]:
         """One, where there are several such springs."""
-        mounts = mounts_of(context.model)
+        found, own = mounts_of(context.model), context.own
+        mounts = found if own is None else tuple(i for i in found if i in own)
         if len(mounts) < 2:
             return []
         groups: dict[str, set[int]] = {}

@@ -25,7 +25,7 @@ from cvxupdate.diagnose.modes.setting import ModesSetting, setting_of
 from cvxupdate.diagnose.modes.tables import Tables, chi_square, errors_of, rms
 from cvxupdate.diagnose.nominal.mesh import MeshError, mesh_line
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
-from cvxupdate.diagnose.nominal.supports import on_the_file, regrown
+from cvxupdate.diagnose.nominal.supports import elements_of, on_the_file, regrown
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised
 from cvxupdate.diagnose.settings import CHANCE, FAR_OFF
@@ -140,7 +140,9 @@ class ModesEvidence(Linear):
         top, bottom = self.tables.top, self.tables.bottom
         channels = [c for t in self.tables.measured for c in t.channels]
         heavy = tuple(dict.fromkeys(c.label for c in channels if c.quantity == "acceleration"))
-        return SearchContext(model, m.K, m.M, top, bottom, (), held, released, zeta, heavy)
+        own = elements_of(self.file or self.model)
+        told = (top, bottom, (), held, released, zeta, heavy)
+        return SearchContext(model, m.K, m.M, *told, own=own)
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""

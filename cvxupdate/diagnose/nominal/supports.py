@@ -75,7 +75,7 @@ def on_the_file(
     """Those that stand on elements of the nominal model: none changes what another effect added.
     ``file``: the model as it came, where the nominal one was brought to a reference state; then
     they stand on its nodes too, ends that were opened under the numbers that they had."""
-    known = {int(i) for b in (file or nominal).blocks for i in b.ids}
+    known = elements_of(file or nominal)
     mine = [e for e in effects if known.issuperset(e.place.elements)]
     if file is None:
         return mine
@@ -86,6 +86,11 @@ def on_the_file(
         for e, nodes in placed
         if -1 not in nodes and (nodes == e.place.nodes or e.place.elements)
     ]
+
+
+def elements_of(model: Model) -> frozenset[int]:
+    """The numbers of its elements."""
+    return frozenset(int(i) for b in model.blocks for i in b.ids)
 
 
 def _numbers(file: Model, brought: Model) -> dict[int, int]:

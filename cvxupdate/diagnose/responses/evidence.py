@@ -16,7 +16,7 @@ from cvxupdate.diagnose.fit import Fit, fitted_at
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.nominal.mesh import mesh_line
 from cvxupdate.diagnose.nominal.refinement import Mesh, has_sheets, mesh_lines, mesh_notes
-from cvxupdate.diagnose.nominal.supports import on_the_file, regrown
+from cvxupdate.diagnose.nominal.supports import elements_of, on_the_file, regrown
 from cvxupdate.diagnose.nominal.theory import theory_lines
 from cvxupdate.diagnose.responses.columns import columns_of, delay_unit
 from cvxupdate.diagnose.responses.data import Data
@@ -156,8 +156,8 @@ class ResponseEvidence(Linear):
             return regrown(self._freed(node, kind), model)
 
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
-        d = self.data
-        rig = (self._zeta, d.accelerometers, d.driven, d.forces, d.later)
+        d, own = self.data, elements_of(self.file or self.model)
+        rig = (self._zeta, d.accelerometers, d.driven, d.forces, d.later, own)
         return SearchContext(model, m.K, m.M, d.top, d.bottom, d.sensors, held, released, *rig)
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
