@@ -1,4 +1,5 @@
-"""``grounding_spring`` at a class of supports: all that hold a direction give way, one k."""
+"""``grounding_spring`` at a class of supports: all that hold a direction give way, one k; or all
+that hold feet from turning, about whatever axis."""
 
 from __future__ import annotations
 
@@ -6,19 +7,22 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import final
 
+import numpy as np
+
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.compliance import RIGID, SOFTEST, write
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
-from cvxupdate.physics.growth import with_block
-from cvxupdate.physics.place import Place, where
+from cvxupdate.physics.growth import append_parameters, limited
+from cvxupdate.physics.place import ROTATIONS, Place, where
 from cvxupdate.physics.quantity import stiffness
-from cvxupdate.physics.released import Held, Released
+from cvxupdate.physics.released import Held, Released, edge_shares
 from cvxupdate.physics.units import quantity, stiffness_unit
 
 LIMITS = (0.0, SOFTEST)
 MOST = 100  # supports of a class
 ALONG = " along the edge"
+EVERY_AXIS = ", about every axis,"
 
 
 @final
@@ -31,9 +35,10 @@ class EqualSupports(EffectType):
     writers = (("compliance", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:
-        """One for every direction that is held at several nodes."""
+        """One for every direction that is held at several nodes, and one for all rotations of
+        these."""
         out = []
-        for held in classes(context):
+        for held in (*classes(context), *feet(context)):
             free = Released.of(context, held)
             if len(free.held) < 2 or free.within.diagonal().min() <= 0.0:
                 continue
@@ -44,16 +49,19 @@ class EqualSupports(EffectType):
                 series=True,
                 along=free.along(unit),
             )
-            place = Place(nodes=tuple(n for n, _ in free.held), dof=held[0][1])
-            figures = (stiffness("k", stiffness_unit(place), unit / RIGID),)
-            along = ALONG if free.along_edge else ""
-            spot = f"of the {len(free.held)} supports{along} at {where(place)}"
+            kinds = {kind for _, kind in free.held}
+            nodes = tuple(dict.fromkeys(n for n, _ in free.held))
+            place = Place(nodes=nodes, dof=kinds.pop() if len(kinds) == 1 else None)
+            figures = (stiffness("k", stiffness_unit(Place(dof=held[0][1])), unit / RIGID),)
+            along = ALONG if free.along_edge else "" if place.dof else EVERY_AXIS
+            spot = f"of the {len(nodes)} supports{along} at {where(place)}"
             out.append(Effect(self, place, change, figures, 1, LIMITS, spot))
         return out
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """What each of them holds with."""
-        k = quantity(values["k"], stiffness_unit(effect.place))
+        unit = stiffness_unit(effect.place) if effect.place.dof else "N·m/rad"
+        k = quantity(values["k"], unit)
         share = " on the average, by the length of edge that is its own"
         k += share if ALONG in effect.spot else ""
         return f"Each {effect.spot} gives way: it holds with {k}, while the model holds it rigidly."
@@ -70,7 +78,19 @@ def classes(context: SearchContext) -> Iterator[tuple[Held, ...]]:
             yield held
 
 
+def feet(context: SearchContext) -> Iterator[tuple[Held, ...]]:
+    """All rotations that are held at several nodes, where these are the same about each axis: feet
+    on plates of one kind. Not along edges of sheets, where an axis is the edge's."""
+    turning = [held for held in classes(context) if held[0][1] in ROTATIONS]
+    nodes = {frozenset(n for n, _ in held) for held in turning}
+    edges = any(np.any(edge_shares(context.model, held) != 1.0) for held in turning)
+    if len(turning) > 1 and len(nodes) == 1 and not edges:
+        yield tuple(h for held in turning for h in held)
+
+
 def _softened(free: Released, unit: float) -> Model:
-    kind = free.held[0][1]
-    name = f"equal_supports@{kind}"
-    return with_block(free.model, free.springs(unit), name, "a", LIMITS, unit)
+    kinds = dict.fromkeys(kind for _, kind in free.held)
+    model = free.sprung(unit)
+    ids = [i for b in model.blocks[-len(kinds) :] for i in b.ids.tolist()]
+    name = f"equal_supports@{'+'.join(kinds)}"
+    return append_parameters(model, [limited(name, "a", ids, LIMITS, unit)])

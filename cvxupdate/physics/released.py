@@ -110,21 +110,28 @@ class Released:
         within = apart[:, None] * self.within * apart
         return opened(used, k * apart, within, unit, np.ones_like)
 
-    def springs(self, unit: float) -> Block:
-        """To ground, rigid but for a ten thousandth; all of one kind of DOF."""
-        kind = self.held[0][1]
+    def sprung(self, unit: float) -> Model:
+        """On springs to ground, rigid but for a ten thousandth."""
+        model = self.model
+        for kind in dict.fromkeys(k for _, k in self.held):
+            model = replace(model, blocks=(*model.blocks, self._springs(model, kind, unit)))
+        return model
+
+    def _springs(self, model: Model, kind: str, unit: float) -> Block:
+        """Of one kind of DOF."""
+        own = [k == kind for _, k in self.held]
         block = small_block(
-            self.model,
+            model,
             Compliance(1, kind),
-            self.rows[:, None],
+            self.rows[own][:, None],
             [KINDS.index(kind)],
             "K",
             np.ones((1, 1)),
             {"a": 0.0, "a0": unit / RIGID},
         )
         (term,) = block.terms
-        own = Term(term.matrix, term.coefficient, self.shares[:, None, None])
-        return replace(block, terms=(own,), geometry=np.arange(len(self.shares)))
+        shared = Term(term.matrix, term.coefficient, self.shares[own][:, None, None])
+        return replace(block, terms=(shared,), geometry=np.arange(sum(own)))
 
     @property
     def along_edge(self) -> bool:
@@ -134,7 +141,9 @@ class Released:
 
 def edge_shares(model: Model, held: Sequence[Held]) -> Real:
     """The length of edge of sheets that each of the supports holds from turning about itself, over
-    the average; ones where they are not all on such edges."""
+    the average; ones where they are not all on such edges, or about several axes."""
+    if len({kind for _, kind in held}) > 1:
+        return np.ones(len(held))
     at = {n: i for i, (n, _) in enumerate(held)}
     axis = KINDS.index(held[0][1]) - 3 if held else -1
     if axis < 0:

@@ -143,6 +143,49 @@ def test_equal_supports_are_the_frame_put_together_by_hand(tmp_path, dof, k) -> 
     np.testing.assert_allclose(at(found[dof], k), wanted, rtol=1e-7)
 
 
+def in_space():
+    """The frame that may leave its plane, clamped feet."""
+    out = frame()
+    out["dofs"] = ["x", "y", "z", "rx", "ry", "rz"]
+    out["supports"] = [{"nodes": list(FEET), "dofs": out["dofs"]}]
+    return out
+
+
+def test_feet_that_turn_alike_about_every_axis_are_put_together_by_hand(tmp_path: Path) -> None:
+    """And written and read again they are the same model."""
+    spec = problem(tmp_path, in_space())
+    context = context_of(spec, nuisance(undamped(build_model(spec))))
+    feet = next(e for e in EqualSupports().candidates(context) if e.place.dof is None)
+    assert feet.place.nodes == FEET and "3 supports, about every axis, at" in feet.spot
+    assert "300 N·m/rad" in feet.says({"k": 300.0})
+    real = in_space()
+    for k, dof in enumerate(("rx", "ry", "rz")):
+        real = freed(real, FEET, dof, 300.0)
+        for row in real["elements"][-1]["rows"]:
+            row["id"] += 100 * k
+    wanted = eigenvalues(by_hand(tmp_path, real))
+    np.testing.assert_allclose(at(feet, 300.0), wanted, rtol=1e-7)
+    model = feet.change.model
+    p = model.zero()
+    p[-1] = (1 / 300.0 - float(model.blocks[-1].properties["a0"][0])) / model.parameters[
+        -1
+    ].unit_size
+    path = tmp_path / "again.toml"
+    text = problem_file(spec, Updated(model, p, zeta=np.zeros(1)), says=["found"]).text
+    path.write_text(text, encoding="utf-8")
+    again = eigenvalues(undamped(build_model(load_problem(path))))
+    np.testing.assert_allclose(again, wanted, rtol=1e-6)
+
+
+def test_an_edge_of_a_plate_has_no_feet(tmp_path: Path) -> None:
+    """About the edge and across it are two things."""
+    plate = copy.deepcopy(STRUCTURES["plate"])
+    edge = [n["id"] for n in plate["nodes"] if n["x"] == 0.0]
+    plate["supports"] = [{"nodes": edge, "dofs": ["z", "rx", "ry"]}]
+    found = [e.place.dof for e in EqualSupports().candidates(context(tmp_path, plate))]
+    assert "ry" in found and None not in found
+
+
 def test_cords_are_the_bar_put_together_by_hand(tmp_path: Path) -> None:
     found = {e.place.nodes: e for e in Cords().candidates(context(tmp_path, hung_bar()))}
     assert set(found) == {(i, 11 - i) for i in range(1, 6)}, "mirror images in the middle"

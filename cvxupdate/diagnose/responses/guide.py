@@ -9,8 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit
-from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, seeds_from, without
-from cvxupdate.diagnose.nominal.supports import on_the_file
+from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, seeds_from
 from cvxupdate.diagnose.responses.bounded import Gap, Yielding, approached
 from cvxupdate.diagnose.responses.finite_size import Measure, few_directions, whole_member
 from cvxupdate.diagnose.responses.first_order import first_order
@@ -64,6 +63,14 @@ class Guide:
         found = self._with(parent, _widest(rig) if fixed else rig)
         return None if found is parent else found
 
+    def alike(self, parent: Hypothesis) -> Hypothesis | None:
+        """A parent with a rig of which one number says all joints, and one how all feet turn, as
+        yet of no size, and without a shaker: the fewest things that a rig may be. None where
+        `rigged` is that already."""
+        rig = _classes(self._rig(parent))
+        fewest = _covering([e for e in rig if not parts_of(e)])
+        return self._with(parent, fewest) if len(fewest) < len(rig) else None
+
     def mounted(self, parent: Hypothesis, count: int) -> list[Seed]:
         """A parent on the ``count`` fixtures or cords that bring it nearest, with all else that a
         rig does: beside springs that give way as they should the mass of what holds them does not
@@ -89,8 +96,8 @@ class Guide:
     def _rig(self, parent: Hypothesis) -> list[Effect]:
         context = self.evidence.context(parent.fit.setting.model)
         found = [e for t in self._types() for e in t.candidates(context)]
-        effects = on_the_file(found, self.evidence.model, self.evidence.file)
-        return [e for e in effects if e.key not in parent.keys]
+        own = context.own or frozenset()
+        return [e for e in found if e.key not in parent.keys and own.issuperset(e.place.elements)]
 
     def _types(self) -> list[EffectType]:
         known = (t for t in effect_types() if t.rig and t.name in self.evidence.names)
@@ -131,24 +138,6 @@ class Guide:
     def left(self, h: Hypothesis) -> float:
         """What it leaves of a hypothesis as it is."""
         return Gap.of(h.fit.point).mean
-
-    def lighter(self, h: Hypothesis) -> list[Seed]:
-        """The same with the mass or the spring of a shaker only."""
-        at, out = len(h.fit.setting.model.parameters) - sum(e.columns for e in h.effects), []
-        for k, e in enumerate(h.effects):
-            parts = parts_of(e)
-            rest = without(self.evidence, h, k) if parts else None
-            if rest is not None:
-                wanted = [n for n in parts if n in self.evidence.names]
-                found = self.evidence.candidates(rest.fit.setting.model, wanted)
-                alone = [c for c in found if at_drive(c) and c.place.nodes == e.place.nodes]
-                scores = [
-                    Score(c, 1.0, h.fit.p[at + parts.index(c.physics)][None], exact=True)
-                    for c in alone
-                ]
-                out += seeds_from(self.evidence, rest, scores, h.fit.setting.level)
-            at += e.columns
-        return [self._damped(h, seed) for seed in out]
 
     def _moves(self, h: Hypothesis) -> bool:
         """Whether the drive is at one place in what is fitted, and elsewhere in what is not."""
@@ -203,6 +192,19 @@ def _widest(effects: Sequence[Effect]) -> list[Effect]:
 
     free = [e for e in effects if e.fault or e.place.elements or not e.place.nodes or at_drive(e)]
     return [e for e in free if not (e.place.elements and any(within(e, o) for o in free))]
+
+
+def _covering(effects: Sequence[Effect]) -> list[Effect]:
+    """Without joints that are a part of a larger class, and the supports about one axis where there
+    is a class of those about all."""
+
+    def covered(e: Effect, other: Effect) -> bool:
+        about_all = e.place.turns and other.place.dof is None
+        feet = about_all and set(e.place.nodes) <= set(other.place.nodes)
+        part = set(e.place.elements) < set(other.place.elements)
+        return e.physics == other.physics and (part if e.place.elements else feet)
+
+    return [e for e in effects if not any(covered(e, o) for o in effects)]
 
 
 def _otherwise(score: Score) -> list[Score]:

@@ -3,29 +3,27 @@ Bayes' information criterion; Hastie, Tibshirani and Friedman 2009, 3.3.2)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-
 from cvxupdate.diagnose.hypothesis import Hypothesis, price, without
+from cvxupdate.diagnose.search.plainer import plainer
 from cvxupdate.diagnose.search.race import entered, raced
-from cvxupdate.diagnose.types import Evidence, Progress, Seed
+from cvxupdate.diagnose.types import Evidence, Progress
 
 
 def backward(
     evidence: Evidence,
     best: Hypothesis,
     progress: Progress,
-    lighter: Callable[[Hypothesis], Sequence[Seed]] | None = None,
 ) -> tuple[list[Hypothesis], list[Hypothesis]]:
     """One effect after the other goes, what is sought before what a rig does, as long as the
-    evidence grows (``lighter``: or a part of one). What is left at the end without each effect, as
-    it is; and all that was tried, sharpened."""
+    evidence grows, or is said in fewer unknowns. What is left at the end without each effect, as it
+    is; and all that was tried, sharpened."""
     tried: list[Hypothesis] = []
     last = evidence.levels - 1
     while True:
         order = sorted(range(len(best.effects)), key=lambda k: best.effects[k].type.rig)
         rests = [without(evidence, best, k) for k in order]
         kept = [r for r in rests if r is not None and r.effects]
-        parts = entered(evidence, lighter(best) if lighter else (), progress)
+        parts = entered(evidence, plainer(evidence, best), progress)
         fewer = raced(evidence, [*kept, *parts], ((last, len(kept) + len(parts)),), progress)
         tried += fewer
         likeliest = max(fewer, key=merit, default=best)

@@ -49,6 +49,10 @@ class Approach(Protocol):
         """A parent with all that a rig does, as yet of no size; None where there is no such
         thing."""
 
+    def alike(self, parent: Hypothesis) -> Hypothesis | None:
+        """A parent with the fewest things that a rig may be, as yet of no size; None where that is
+        nothing else."""
+
     def mounted(self, parent: Hypothesis, count: int) -> list[Seed]:
         """A parent on the ``count`` fixtures or cords that bring it nearest, with all else that a
         rig does."""
@@ -61,9 +65,6 @@ class Approach(Protocol):
 
     def left(self, h: Hypothesis) -> float:
         """What it leaves of a hypothesis as it is."""
-
-    def lighter(self, h: Hypothesis) -> list[Seed]:
-        """The same with a part of one effect only, where effects have parts."""
 
     def with_drive(self, h: Hypothesis) -> Hypothesis | None:
         """The same where what stands at the drive goes with it, of which what was fitted says
@@ -126,7 +127,8 @@ class _Growth:
         bare = at_nominal(self.evidence, Hypothesis((), bases[0]), SEVERAL_LEVEL)
         self.progress("seeking what of a rig brings the model nearer")
         rigged = self.approach.rigged(bare)
-        seeds = [h.onward for h in (bare, rigged) if h is not None]
+        alike = self.approach.alike(bare)
+        seeds = [h.onward for h in (bare, rigged, alike) if h is not None]
         nearer = self._nearer(self.approach.mounted(bare, BEAM), "first pass")[:BEAM]
         seeds += [r.hypothesis.onward for r in nearer]
         return self._pruned(self._taken(seeds, "sharp"))
@@ -238,7 +240,7 @@ class _Growth:
         if not known:
             return []
         explains = self._explains(known)
-        kept, fewer = backward(self.evidence, known[0], self.progress, self.approach.lighter)
+        kept, fewer = backward(self.evidence, known[0], self.progress)
         pool = Pool(self.evidence, self.progress, {h.keys: h for h in known})
         pool.tried.update(pool.found, (h.keys for h in fewer))
         for rest in kept if explains else ():

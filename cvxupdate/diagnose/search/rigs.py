@@ -63,9 +63,8 @@ def _last(evidence: Evidence) -> tuple[tuple[int, int]]:
 def _alone(evidence: Evidence, approach: Approach) -> Hypothesis | None:
     """Nothing but what a rig does, brought as near as it comes, level by level."""
     bare = at_nominal(evidence, Hypothesis((), evidence.bases[0]), SEVERAL_LEVEL)
-    rigged = approach.rigged(bare)
-    seeds = approach.mounted(bare, MOUNTS)
-    seeds += [] if rigged is None else [rigged.onward]
+    whole = (approach.rigged(bare), approach.alike(bare))
+    seeds = [*approach.mounted(bare, MOUNTS), *(h.onward for h in whole if h is not None)]
     best, least = None, np.inf
     for seed in seeds:
         try:

@@ -11,8 +11,10 @@ import pytest
 from cvxupdate.diagnose import gather
 from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, without
 from cvxupdate.diagnose.responses.errors import on_signals
+from cvxupdate.diagnose.search.backward import backward, merit
 from cvxupdate.diagnose.search.driven import settled
 from cvxupdate.diagnose.search.driven import shaken as with_shaker
+from cvxupdate.diagnose.search.plainer import plainer
 from cvxupdate.diagnose.types import Score
 from cvxupdate.physics.shaker import WITH_DRIVE, ShakerAttachment
 
@@ -149,12 +151,24 @@ def test_a_set_that_tells_elsewhere_much_worse_is_tried_with_a_shaker(goes, monk
 
 
 def test_a_shaker_is_a_mass_or_a_spring_where_the_other_does_nothing(goes):
-    """Each alone begins with its size."""
+    """Each alone begins where it does most."""
     h = shaken(goes)
-    seeds = goes.approach.lighter(h)
-    assert [s.effects[-1].physics for s in seeds] == ["added_mass"]  # the names that are sought
+    assert {s.effects[-1].physics for s in plainer(goes, h)} == {"added_mass"}  # names sought
     whole = replace(goes, names=("added_mass", "grounding_spring", "flexible_support"))
-    mass, spring = whole.approach.lighter(h)
-    for seed, key, size in ((mass, "m", HEAVY), (spring, "k", STIFF)):
-        alone = Hypothesis(seed.effects, whole.evaluated(seed.setting, seed.start))
-        assert alone.figures[0].values[key] == pytest.approx(size)
+    seeds = plainer(whole, h)
+    assert {s.effects[-1].physics for s in seeds} == {"added_mass", "grounding_spring"}
+    for seed in seeds:
+        assert len(seed.effects) == 1 and seed.effects[0].place.nodes == (4,)
+
+
+def test_a_shaker_without_a_spring_is_said_as_a_mass(chain, lab, measure):
+    """One unknown less, where the other tells nothing."""
+    real = lab(m=(0.0, 0.0, 0.0, HEAVY))
+    heavy = evidence_of(chain, measure, (real, real))
+    h = shaken(heavy, (HEAVY, 0.0))
+    _, tried = backward(heavy, h, quiet)
+    best = max(tried, key=merit)
+    assert merit(best) > merit(h)
+    (mass,) = best.effects
+    assert mass.physics == "added_mass"
+    assert best.figures[0].values["m"] == pytest.approx(HEAVY, rel=0.1)
