@@ -163,6 +163,8 @@ NEAREST, BEAM, NEARER, STARTS = 8, 3, 0.95, 2
 FALLEN = 3.0
 # Part of the time for one diagnosis that growing them may take.
 GROWING = 0.5
+# Larger sets of elements tried in place of one that was found: the best, and one that ties.
+WIDER = 2
 # Fixtures or cords on which a rig alone is tried: the nearest, and one on the other side of a tie.
 MOUNTS = 2
 # Effects in one hypothesis, at most: a rig of four things and one that is sought.

@@ -1,5 +1,5 @@
-"""The same said with fewer unknowns: a support without a mass of its own, one class in place of two
-effects that are a part of it."""
+"""The same said with fewer unknowns, a support without a mass of its own, one class in place of two
+effects that are a part of it; or of more of the structure, all its members for one."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 from itertools import combinations
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from, without
+from cvxupdate.diagnose.settings import WIDER
 from cvxupdate.diagnose.types import Evidence, Key, Seed
 from cvxupdate.physics.effect import Effect
 
@@ -15,15 +16,17 @@ PARTS = ("added_mass", "grounding_spring")  # what supports, shakers and fixture
 
 def plainer(evidence: Evidence, whole: Hypothesis) -> list[Seed]:
     """A fitted set with one effect, or two, said by another one that has fewer unknowns and stands
-    at the same places, at the size that does most beside the rest."""
+    at the same places, or by one of the same kind on more elements that does more beside the rest
+    as it is; each at the size that does most there."""
     known = evidence.candidates(evidence.model, _names(evidence, whole.effects))
     out: list[Seed] = []
     for count in (1, 2):
         for indices in combinations(range(len(whole.effects)), count):
             gone = [whole.effects[k] for k in indices]
             keys = {c.key for c in known if says(c, gone)} - whole.keys
-            rest = without(evidence, whole, *indices) if keys else None
-            out += [] if rest is None else _sized(evidence, rest, keys, gone)
+            more = {c.key for c in known if covers(c, gone)} - whole.keys
+            rest = without(evidence, whole, *indices) if keys or more else None
+            out += [] if rest is None else _sized(evidence, rest, keys, more, gone)
     return out
 
 
@@ -42,17 +45,36 @@ def says(one: Effect, effects: Sequence[Effect]) -> bool:
     return here and kind and along and one.count < sum(e.count for e in effects)
 
 
+def covers(one: Effect, effects: Sequence[Effect]) -> bool:
+    """Whether an effect is another one on more elements."""
+    (other, *rest) = effects
+    same = one.physics == other.physics and one.place.dof == other.place.dof
+    more = set(one.place.elements) > set(other.place.elements) != set()
+    changes = one.change is not None and other.change is not None
+    return not rest and same and more and changes and one.count == other.count
+
+
 def _names(evidence: Evidence, effects: Sequence[Effect]) -> list[str]:
     wanted = {*PARTS, *(e.physics for e in effects if e.change is not None)}
     return [n for n in evidence.names if n in wanted]
 
 
 def _sized(
-    evidence: Evidence, rest: Hypothesis, keys: Collection[Key], gone: Sequence[Effect]
+    evidence: Evidence,
+    rest: Hypothesis,
+    keys: Collection[Key],
+    more: Collection[Key],
+    gone: Sequence[Effect],
 ) -> list[Seed]:
-    """What stands in place of effects, beside the others as they are fitted."""
+    """What stands in place of effects, beside the others as they are fitted: all of ``keys``, and
+    of ``more`` what does more than what it takes the place of."""
     found = evidence.candidates(rest.fit.setting.model, _names(evidence, gone))
-    chosen = [c for c in found if c.key in keys]
+    own = gone[0].key if more else None
+    chosen = [c for c in found if c.key in keys or c.key in more or c.key == own]
     sized = evidence.finite_size(rest.fit, rest.fit, rest.effects, chosen)
-    seeds = seeds_from(evidence, rest, sized.scores, rest.fit.setting.level)
-    return [*seeds, *sized.seeds]
+    does = max((s.fraction for s in sized.scores if s.effect.key == own), default=0.0)
+    better = [s for s in sized.scores if s.effect.key in more and s.fraction > does]
+    better.sort(key=lambda s: -s.fraction)
+    scores = [s for s in sized.scores if s.effect.key in keys] + better[:WIDER]
+    seeds = seeds_from(evidence, rest, scores, rest.fit.setting.level)
+    return [*seeds, *(s for s in sized.seeds if s.effects[-1].key != own)]
