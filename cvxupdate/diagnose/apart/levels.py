@@ -66,8 +66,8 @@ class Levels:
 
     @cached_property
     def _run(self) -> Run:
-        """The loudest that was fitted."""
-        names = {s.name for s in self._signals(None)}
+        """The loudest that was fitted, of equals the first."""
+        names = dict.fromkeys(s.name for s in self._signals(None))
         return max((self.evidence.runs[n] for n in names), key=lambda r: r.level)
 
     def _signals(self, run: Run | None) -> tuple[Signal, ...]:

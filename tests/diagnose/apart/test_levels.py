@@ -57,6 +57,18 @@ def test_four_times_the_force_tells_what_a_quarter_does_not(planned: Any) -> Non
     assert apart_says(planned.apart) in page
 
 
+def test_a_gap_without_play_is_a_spring_at_every_level(quiet: Any) -> None:
+    three = content("cubic_stiffness", "grounding_spring", "clearance")
+    found = plan(quiet, None, Diagnosed(three, "diagnosis")).apart
+    assert found is not None
+    assert found.pairs == ((0, 1), (0, 2), (1, 2))
+    assert found.same == ((1, 2),)
+    assert sum("one and the same" in line for line in found.lines) == 1
+    loud = next(m for m in found.measurements if m.factor == 4.0)
+    assert loud.separations[0] == pytest.approx(loud.separations[1], rel=1e-3)
+    assert loud.separations[2] < 1e-3
+
+
 def test_what_is_foretold_comes_true(tmp_path: Any) -> None:
     """The run that is proposed, recorded: the linear spring fits no longer, the law does."""
     loud = problem(tmp_path, [(0.0, 0.0)] * 3, [1.0, 4.0, 1.0], WEAK)
