@@ -103,8 +103,9 @@ def together_says(found: Apart) -> str:
         for d in drives
     )
     pairs = count(len(s.separations), "pair")
-    all_of = "the" if told == 1 else "all"
-    what = f"{all_of} {pairs}" if told == len(s.separations) else f"{told} of {pairs}"
+    what = f"{told} of {pairs}"
+    if told == len(s.separations):
+        what = "the pair" if told == 1 else f"all {pairs}"
     return (
         f"Together, the responses at {places} tell {what} of explanations, the worst by "
         f"{number(s.least, 2)} standard deviations. With effects counted that the diagnosis does "
@@ -148,7 +149,7 @@ def laws_says(found: Apart) -> str:
 
 
 def _times(x: LawCheck) -> str:
-    return f"{number(x.factors[x.chosen], 2)} times the force"
+    return f"{x.factors[x.chosen]:g} times the force"
 
 
 def law_rows(found: Apart) -> list[dict[str, str]]:
@@ -157,8 +158,8 @@ def law_rows(found: Apart) -> list[dict[str, str]]:
         {
             "effect": x.effect,
             "law": x.law,
-            "power": number(x.power, 2),
-            "factor": number(x.factors[x.chosen], 2),
+            "power": f"{x.power:g}",
+            "factor": f"{x.factors[x.chosen]:g}",
             "told": number(x.separations[x.chosen], 2),
         }
         for x in found.laws
