@@ -119,41 +119,64 @@ def fit_filtered(
     ModelError
         When a line meets a natural frequency of the model.
     """
-    start = p = model.zero() if p0 is None else p0
+    start = model.zero() if p0 is None else p0
     whole = FrfResidual(model, tuple(data), "instrumental", start).evaluate(start)
     problem, weight = with_chosen_weight(problem, whole.system(), choice)
-    compiled = CompiledStep(problem, 2 * len(start), choice)
-    singles = single_lines(data)
-    lines: list[Line] = []
-    known: list[Known] = []
-    settled = False
-    for sweep in range(SWEEPS):
-        begun = p
-        for k, one in enumerate(singles):
-            line = turn(model, one, p)
-            v, A = line.equations(p)
-            said = Known(line.instruments.T @ line.instruments, A, A @ p - v)
-            lines[k : k + 1], known[k : k + 1] = [line], [said]
-            system = equations_of(known, start if sweep == 0 else None, problem.columns)
-            step = compiled.solve(system, centre=p, radius=options.radius * options.unit(p))
-            if step.status != "optimal":
-                break
-            p = step.p
-        settled = sweep > 0 and float(np.max(np.abs(p - begun), initial=0.0)) <= SETTLED
-        if settled or step.status != "optimal":
-            break
-    residual = Filtered(model, tuple(lines))
-    loop = iterate(residual, problem, choice, options, p, progress)
+    swept = sweeps(model, data, problem, choice, options, start)
+    residual = Filtered(model, swept.lines)
+    loop = iterate(residual, problem, choice, options, swept.p, progress)
     status, reason = loop.status, loop.reason
-    if status == "converged" and settled:
+    if status == "converged" and swept.settled:
         reason = (
-            f"the filter took in {len(lines)} lines, {sweep + 1} times, and they moved it no more"
+            f"the filter took in {len(swept.lines)} lines, {swept.count} times, and they moved it "
+            "no more"
         )
     elif status == "converged":
         status, reason = "stopped", f"the lines still moved the filter after {SWEEPS} sweeps"
     return replace(
         loop, start=residual.evaluate(start), status=status, reason=reason, weight=weight
     )
+
+
+@dataclass(frozen=True)
+class Swept:
+    """The estimate ``p`` (n,) after ``count`` sweeps, every line as it had its last turn, and
+    whether the last sweep moved p no more."""
+
+    p: Array
+    lines: tuple[Line, ...]
+    count: int
+    settled: bool
+
+
+def sweeps(
+    model: Model,
+    data: Sequence[FrfData],
+    problem: StepProblem,
+    choice: SolverChoice,
+    options: Options,
+    start: Array,
+) -> Swept:
+    """The lines one after the other, again and again: see `fit_filtered`."""
+    compiled = CompiledStep(problem, 2 * len(start), choice)
+    lines: list[Line] = []
+    known: list[Known] = []
+    p = start
+    for sweep in range(SWEEPS):
+        begun = p
+        for k, one in enumerate(single_lines(data)):
+            line = turn(model, one, p)
+            v, A = line.equations(p)
+            said = Known(line.instruments.T @ line.instruments, A, A @ p - v)
+            lines[k : k + 1], known[k : k + 1] = [line], [said]
+            system = equations_of(known, None if sweep else start, problem.columns)
+            step = compiled.solve(system, centre=p, radius=options.radius * options.unit(p))
+            if step.status != "optimal":  # the loop says why
+                return Swept(p, tuple(lines), sweep, False)
+            p = step.p
+        if sweep and float(np.max(np.abs(p - begun), initial=0.0)) <= SETTLED:
+            return Swept(p, tuple(lines), sweep + 1, True)
+    return Swept(p, tuple(lines), SWEEPS, False)
 
 
 def equations_of(
