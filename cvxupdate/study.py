@@ -62,12 +62,14 @@ def _one_state(
     spec: Spec, progress: Progress | None = None
 ) -> tuple[Spec, Model, tuple[Recording, ...]]:
     """A problem without the recordings of the reference state, where there are others: a model has
-    one state."""
+    one state; and without correlations where its method takes deviations alone."""
     from cvxupdate.recordings.states import looked_into
+    from cvxupdate.recordings.uncorrelated import METHODS, uncorrelated
 
     model, recordings = _parts(spec, progress)
     now, kept = looked_into(spec, recordings)
-    return now, model, kept
+    alone = now.update is not None and now.update.method not in METHODS
+    return now, model, uncorrelated(kept) if alone else kept
 
 
 def read_recordings(problem: Given) -> tuple[Recording, ...]:
@@ -242,9 +244,11 @@ def diagnose(
     from cvxupdate.diagnose import diagnose_problem
     from cvxupdate.physics.known import refuse_unknown
     from cvxupdate.recordings.load import load_recordings
+    from cvxupdate.recordings.uncorrelated import uncorrelated
     from cvxupdate.written import with_refined
 
     spec, model, recordings = open_problem(problem, reading)
+    recordings = uncorrelated(recordings)
     refuse_unknown(spec)
     warnings = examine(spec, model, recordings, warn)
     found = diagnose_problem(spec, model, recordings, progress, thorough)

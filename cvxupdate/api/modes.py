@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,8 @@ class Modes:
     damping : (modes,) fractions of critical, or one for all.
     frequency_std, damping_std : standard deviations (Hz; fractions), (modes,) or one for all.
     shape_std : of the entries, (channels, modes) or one for all.
+    covariance : instead of both, of the frequencies (Hz²), or of those and then of the entries of
+        the shapes, mode by mode: as many rows and columns.
     settings : further keys of [[recordings]]: ``use = "hold-out"``, ``name``, ``level``.
 
     Raises
@@ -45,6 +48,7 @@ class Modes:
         frequency_std: Any = None,
         damping_std: Any = None,
         shape_std: Any = None,
+        covariance: Any = None,
         **settings: Any,
     ) -> None:
         f = numbers(frequencies, "frequencies", 1)
@@ -82,6 +86,17 @@ class Modes:
                     "shape_std: give one number, or the shape of shapes; none below 0."
                 )
             self.shape_std = np.broadcast_to(std, self.shapes.shape).copy()
+        self.covariance: Numbers | None = None
+        if covariance is not None:
+            C = numbers(covariance, "covariance", 2)
+            n, every = len(f), len(f) * (1 + len(self.labels))
+            if C.shape not in ((n, n), (every, every)):
+                raise InputError(
+                    f"covariance: is {C.shape[0]} × {C.shape[1]}. Give {n} × {n}, of the "
+                    f"frequencies, or {every} × {every}, of the shapes' entries as well."
+                )
+            signs = np.array([p.sign for p in places] if shapes is not None else [])
+            self.covariance = C * _signs(n, len(C), signs)
         self._settings = settings_of(settings)
 
     @classmethod
@@ -95,6 +110,11 @@ class Modes:
         std = table.shape_std
         deviations = None if std is None or np.isnan(std[keep]).any() else std[keep].T
 
+        C, count, n = table.covariance, len(table.channels), len(table.frequency)
+        if C is not None:
+            at = _rows(n, keep, count, range(count) if len(C) > n else ())
+            C = C[np.ix_(at, at)]
+
         def known(values: Numbers) -> Numbers | None:
             return None if np.isnan(values[keep]).any() else values[keep]
 
@@ -106,6 +126,7 @@ class Modes:
             frequency_std=None if table.relative_only else known(table.frequency_std),
             damping_std=known(table.damping_std),
             shape_std=deviations,
+            covariance=C,
             **origin_keys(table.origin),
         )
 
@@ -158,7 +179,10 @@ class Modes:
         places = places_of(labels, None, "labels")
         rows = [self._row(p) for p in places]
         signs = np.array([p.sign for p in places])[:, None]
-        std = self.shape_std
+        std, C, n = self.shape_std, self.covariance, len(self)
+        if C is not None and len(C) > n:
+            kept = _rows(n, np.arange(n), len(self.labels), rows)
+            C = C[np.ix_(kept, kept)]
         return Modes(
             self.frequencies,
             self.shapes[rows] * signs,
@@ -167,6 +191,7 @@ class Modes:
             frequency_std=self.frequency_std,
             damping_std=self.damping_std,
             shape_std=None if std is None else std[rows],
+            covariance=None if C is None else C * _signs(n, len(C), signs.ravel()),
             **self._settings,
         )
 
@@ -200,7 +225,9 @@ class Modes:
             {"column": i, "quantity": "displacement", "node": p.node, "dof": p.dof}
             for i, p in enumerate(places)
         ]
-        shaped = {"channels": channels} if channels else {}
+        shaped: dict[str, Any] = {"channels": channels} if channels else {}
+        if self.covariance is not None:
+            shaped["covariance"] = self.covariance.tolist()
         return {"kind": "modes", "rows": rows, **shaped, **self._settings}
 
     def to_dataframe(self) -> Any:
@@ -229,6 +256,19 @@ class Modes:
         shapes = f", shapes at {counted(len(self.labels), 'DOF')}" if self.labels else ""
         more = ", …" if len(self) > 5 else ""
         return f"Modes({counted(len(self), 'mode')}: {f}{more} Hz{shapes})"
+
+
+def _rows(n: int, keep: Numbers, width: int, channels: Iterable[int]) -> list[int]:
+    """The rows of a covariance of ``n`` modes with ``width`` channels each: of the modes ``keep``,
+    and of their entries at ``channels``."""
+    entries = list(channels)
+    return [*keep.tolist(), *(n + int(m) * width + c for m in keep for c in entries)]
+
+
+def _signs(n: int, size: int, signs: Numbers) -> Numbers:
+    """What turned channels make of a covariance of ``n`` modes."""
+    every = np.concatenate([np.ones(n), np.tile(signs, n)])[:size]
+    return np.outer(every, every)
 
 
 def _each(given: Any, count: int, what: str) -> Numbers | None:

@@ -47,7 +47,8 @@ def identify(
         try:
             sets.append(_one(recording, chosen, source.model))
         except RecordingError as error:
-            skipped.append(f"{recording.origin.name}: {error}")
+            name, says = recording.origin.name, str(error)  # most name the recording already
+            skipped.append(says if says.startswith(name) else f"{name}: {says}")
     if not sets:
         raise InputError("; ".join(skipped) or f"{source.path}: no recording to identify.")
     if source.model is not None:

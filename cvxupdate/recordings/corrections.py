@@ -115,7 +115,13 @@ def _scaled(recording: Recording, columns: list[int], factor: float) -> Recordin
         if std is not None:
             std = np.broadcast_to(std, shapes.shape).copy()
             std[:, columns] *= abs(factor)
-        return replace(recording, shapes=shapes, shape_std=std)
+        C, (count, width) = recording.covariance, shapes.shape
+        if C is not None and len(C) > count:
+            rates = np.ones((count, width))
+            rates[:, columns] = factor
+            every = np.concatenate([np.ones(count), rates.ravel()])
+            C = C * np.outer(every, every)
+        return replace(recording, shapes=shapes, shape_std=std, covariance=C)
     H, variance = recording.H.copy(), recording.variance
     H[:, columns] *= factor
     if variance is not None:

@@ -15,9 +15,15 @@ from cvxupdate.recordings.fits import check_fit
 from cvxupdate.recordings.imposed import driven_by_motion
 from cvxupdate.recordings.opened import LEAVE_OUT, Opened, contents_of, key_of, said_of
 from cvxupdate.recordings.read.contents import Contents, Progress
+from cvxupdate.recordings.read.mode_covariance import by_channel, chosen, covariance_of, told
 from cvxupdate.recordings.read.time_pieces import TimeBlocks
 from cvxupdate.recordings.read.to_frf import frequency_response
-from cvxupdate.recordings.read.to_modes import ModeValues, mode_table, modes_of_contents
+from cvxupdate.recordings.read.to_modes import (
+    ModeValues,
+    mode_table,
+    modes_of_contents,
+    places_of,
+)
 from cvxupdate.recordings.read.to_time import gather, time_blocks
 from cvxupdate.recordings.read.wanted import Names, Wanted
 from cvxupdate.recordings.types import (
@@ -154,28 +160,37 @@ def _mode(row: ModeRow) -> ModeValues:
 def _modes(declared: ModesRecording, number: int, opened: Opened) -> ModeTable:
     origin = _origin(declared, number)
     wanted = [_wanted(row) for row in declared.channels or ()]
+    names, contents = Names(declared.variables), None
     if declared.rows:
         modes, channels = [_mode(row) for row in declared.rows], tuple[Channel, ...]()
     else:
         contents = contents_of(declared, opened)
         origin = _origin(declared, number, contents)
-        modes, channels = modes_of_contents(contents, Names(declared.variables), wanted)
-    if declared.band is not None:
-        low, high = declared.band
-        modes, found = [m for m in modes if low <= m.frequency <= high], modes
-        if not modes:
-            raise RecordingError(
-                f"{origin.source}: no mode lies between {low:g} and {high:g} Hz; the table has "
-                f"{', '.join(f'{m.frequency:.5g}' for m in found[:20])} Hz. Correct band."
-            )
-    return mode_table(
-        modes,
+        modes, channels = modes_of_contents(contents, names, wanted)
+    C = covariance_of(declared.covariance, contents, names, modes, origin.source)
+    low, high = declared.band or (0.0, np.inf)
+    order = sorted(range(len(modes)), key=lambda m: modes[m].frequency)
+    order = [m for m in order if low <= modes[m].frequency <= high]
+    if modes and not order:
+        raise RecordingError(
+            f"{origin.source}: no mode lies between {low:g} and {high:g} Hz; the table has "
+            f"{', '.join(f'{m.frequency:.5g}' for m in modes[:20])} Hz. Correct band."
+        )
+    C = None if C is None else chosen(C, modes, order)
+    kept = [modes[m] for m in order]
+    channels = channels if not wanted else ()
+    table = mode_table(
+        kept if C is None else told(kept, C),
         origin,
         wanted,
         frequency_std=declared.frequency_std,
-        channels=channels if not wanted else (),
+        channels=channels,
         frequency_std_relative=declared.frequency_std_relative,
     )
+    if C is None:
+        return table
+    places, _ = places_of(origin.source, wanted, channels)
+    return replace(table, covariance=by_channel(C, kept, places))
 
 
 def load_recording(

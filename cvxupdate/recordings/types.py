@@ -95,7 +95,9 @@ class ModeTable:
     None when no mode has one; ``shape_std`` likewise; ``pairs`` (modes,) the number of the model's
     flexible mode (1 = lowest above the rigid-body modes) that the problem file pairs it with, 0 for
     "find it"; ``relative_only`` is True when the deviations in ``frequency_std`` are weights (no
-    measured deviation was given).
+    measured deviation was given). ``covariance``: of the frequencies (modes, modes) in Hz², or of
+    those and then of the shapes mode by mode, modes × (1 + channels) rows, NaN where there is no
+    shape; the deviations are its own then. None where only deviations are known.
     """
 
     origin: Origin
@@ -108,6 +110,7 @@ class ModeTable:
     shape_std: Real | None
     pairs: NDArray[np.int64]
     relative_only: bool = False
+    covariance: Real | None = None
 
 
 Recording = TimeHistory | FrequencyResponse | ModeTable

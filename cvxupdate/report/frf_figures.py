@@ -60,9 +60,14 @@ def _overlay(ax: Any, found: FrfComparison, f: Real, lines: slice, i: int, j: in
         low = np.maximum(x - sd, 1e-3 * np.maximum(x, 1e-300))
         label = "measured ± 2 standard deviations"
         ax.fill_between(f, low, x + sd, color=BAND, lw=0, label=label, zorder=1)
-    ax.plot(f, x, color=INK, lw=3.0, alpha=0.3, label="measured", zorder=2)
-    ax.plot(f, a, color=AFTER, lw=1.1, label="model", zorder=3)
-    ax.set_yscale("log")
+    for y, ink, width, faint, label in (
+        (x, INK, 3.0, 0.3, "measured"),
+        (a, AFTER, 1.1, 1, "model"),
+    ):
+        shown = np.where(y > 0.0, y, np.nan)  # a response that is nothing has no logarithm
+        ax.plot(f, shown, color=ink, lw=width, alpha=faint, label=label, zorder=2)
+    if np.any(x > 0.0) or np.any(a > 0.0):
+        ax.set_yscale("log")
     if positive.size:
         ax.set_ylim(
             0.3 * float(np.quantile(positive, 0.01)),
@@ -81,8 +86,14 @@ def _overlay(ax: Any, found: FrfComparison, f: Real, lines: slice, i: int, j: in
 
 
 def chosen(found: FrfComparison) -> list[tuple[int, int]]:
-    """The responses to draw: drive points first, then the others in order, at most six."""
-    every = [(i, j) for j in range(len(found.references)) for i in range(len(found.responses))]
+    """The responses to draw: drive points first, then the others in order, at most six; none that
+    is nothing in both."""
+    every = [
+        (i, j)
+        for j in range(len(found.references))
+        for i in range(len(found.responses))
+        if np.any(found.measured[:, i, j]) or np.any(found.model[:, i, j])
+    ]
     drive = [(i, j) for i, j in every if found.responses[i] == found.references[j]]
     rest = [e for e in every if e not in drive]
     room = OVERLAYS - len(drive[:OVERLAYS])

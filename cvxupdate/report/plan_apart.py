@@ -10,7 +10,7 @@ from cvxupdate.report.structure_places import place_map
 
 if TYPE_CHECKING:
     from cvxupdate.commands.planned import Planned
-    from cvxupdate.diagnose.apart import Apart, Measurement
+    from cvxupdate.diagnose.apart import Apart, LawCheck, Measurement
 
 TOLD, HINTED = 3.0, 1.0
 """Deviations from which on a difference is seen in one measurement, and below which it is not."""
@@ -31,6 +31,7 @@ def apart_data(found: Apart | None) -> dict[str, Any] | None:
         "lines": found.lines,
         "pairs": found.pairs,
         "same": found.same,
+        "laws": [{**vars(x), "chosen": x.factors[x.chosen]} for x in found.laws],
         "together": None
         if found.together is None
         else {
@@ -102,8 +103,9 @@ def together_says(found: Apart) -> str:
         for d in drives
     )
     pairs = count(len(s.separations), "pair")
-    all_of = "the" if told == 1 else "all"
-    what = f"{all_of} {pairs}" if told == len(s.separations) else f"{told} of {pairs}"
+    what = f"{told} of {pairs}"
+    if told == len(s.separations):
+        what = "the pair" if told == 1 else f"all {pairs}"
     return (
         f"Together, the responses at {places} tell {what} of explanations, the worst by "
         f"{number(s.least, 2)} standard deviations. With effects counted that the diagnosis does "
@@ -125,6 +127,43 @@ def boundary_says(found: Apart) -> str:
             "of their own, whose model has the same change."
         )
     return f"The best change of the boundary tells less: {best.says} ({told})."
+
+
+def laws_says(found: Apart) -> str:
+    """What a second level tells of linear effects; empty where none may be a law's equivalent."""
+    told = [x for x in found.laws if x.separations[x.chosen] >= TOLD]
+    if not found.laws:
+        return ""
+    if not told:
+        return (
+            "Whether one of them is what a law looks like at one level (a cubic spring, friction), "
+            "another level does not tell either: too little of it would change."
+        )
+    best = max(told, key=lambda x: x.separations[x.chosen])
+    more = "" if len(told) == 1 else f"; {count(len(told), 'pair')} by 3 or more"
+    return (
+        "What another level does tell is whether one of them is what a law looks like at one "
+        f"level: with {_times(best)} {best.effect[0].lower()}{best.effect[1:]} and {best.law} "
+        f"there differ by {number(best.separations[best.chosen], 2)} standard deviations{more}."
+    )
+
+
+def _times(x: LawCheck) -> str:
+    return f"{x.factors[x.chosen]:g} times the force"
+
+
+def law_rows(found: Apart) -> list[dict[str, str]]:
+    """Of every linear effect and law that looks like it, for a table."""
+    return [
+        {
+            "effect": x.effect,
+            "law": x.law,
+            "power": f"{x.power:g}",
+            "factor": f"{x.factors[x.chosen]:g}",
+            "told": number(x.separations[x.chosen], 2),
+        }
+        for x in found.laws
+    ]
 
 
 def _expected(others: float) -> str:
@@ -157,21 +196,35 @@ def apart_rows(found: Apart) -> list[dict[str, str]]:
 
 def apart_csv(found: Apart) -> list[list[str]]:
     """Rows of plan.csv: what to measure next, in order."""
-    return [
+    return (
         [
-            "next",
-            str(k),
-            m.sensor or (f"n{m.node}" if m.node is not None else ""),
-            m.drive,
-            m.says,
-            f"{m.least:.3g}",
+            [
+                "next",
+                str(k),
+                m.sensor or (f"n{m.node}" if m.node is not None else ""),
+                m.drive,
+                m.says,
+                f"{m.least:.3g}",
+            ]
+            for k, m in enumerate(found.measurements[:LISTED], start=1)
         ]
-        for k, m in enumerate(found.measurements[:LISTED], start=1)
-    ] + [
-        ["together", str(k), m.sensor, m.drive, m.says, f"{found.together.least:.3g}"]
-        for k, m in enumerate(found.together.measurements if found.together else (), start=1)
-        if found.together is not None
-    ]
+        + [
+            ["together", str(k), m.sensor, m.drive, m.says, f"{found.together.least:.3g}"]
+            for k, m in enumerate(found.together.measurements if found.together else (), start=1)
+            if found.together is not None
+        ]
+        + [
+            [
+                "level",
+                str(k),
+                "",
+                "",
+                f"the same responses with {_times(x)}: {x.effect}, or {x.law}",
+                f"{x.separations[x.chosen]:.3g}",
+            ]
+            for k, x in enumerate(found.laws, start=1)
+        ]
+    )
 
 
 def apart_map(name: str, found: Planned) -> str | None:

@@ -21,6 +21,8 @@ from cvxupdate.report.plan_apart import (
     apart_rows,
     apart_says,
     boundary_says,
+    law_rows,
+    laws_says,
     together_says,
 )
 from cvxupdate.report.words import Verdict
@@ -106,6 +108,7 @@ def plan_page(found: Planned) -> str:
             "f": found,
             "verdict": plan_verdict(found),
             "apart": [] if found.apart is None else apart_rows(found.apart),
+            "laws": [] if found.apart is None else law_rows(found.apart),
             "apart_map": svg(apart_map("pa", found)),
             "places": svg(figures.places("pl", found)),
             "indicator": svg(figures.indicator("pi", found)),
@@ -140,6 +143,7 @@ def plan_verdict(found: Planned) -> Verdict:
     if found.apart is not None:
         first = apart_says(found.apart)
         told = [together_says(found.apart), boundary_says(found.apart), *found.apart.lines]
+        told.append(laws_says(found.apart))
         told = [line for line in told if line and line != first]
         headline, says = first, [*told, f"From the model alone: {headline}", *says]
     tone = "good" if s.alike < 0.9 and all(d < 0.3 for d in found.indicator.dips) else "fair"

@@ -22,8 +22,7 @@ from cvxupdate.fe.modes import Modes
 from cvxupdate.residual.contraction import Derivatives, derivatives
 from cvxupdate.residual.eigen import adjoint_shapes
 from cvxupdate.residual.repeated import clusters
-from cvxupdate.residual.shape_forms import ShapeForm
-from cvxupdate.residual.shape_gradients import ShapeRow
+from cvxupdate.residual.shape_gradients import Compared, ShapeRow
 from cvxupdate.residual.shape_rows import Index
 
 STILL = 1e-9  # of the largest entry of all shapes: no node moves but by rounding
@@ -42,7 +41,7 @@ def undamped(model: Model, p: Real) -> tuple[Model, Real]:
 
 
 def exact_rows(
-    model: Model, p: Real, modes: Modes, paired: Index, form: ShapeForm, shapes: Sequence[ShapeRow]
+    model: Model, p: Real, modes: Modes, paired: Index, form: Compared, shapes: Sequence[ShapeRow]
 ) -> list[Real]:
     """∂(eigenvalues of the modes ``paired``, rows of ``shapes``)/∂p at ``p``, each (rows,
     parameters).
@@ -71,7 +70,7 @@ def _eigenvalue(modes: Modes, at: int, changes: Derivatives) -> Real:
 
 
 def _shapes(
-    m: Matrices, modes: Modes, changes: Derivatives, form: ShapeForm, shapes: Sequence[ShapeRow]
+    m: Matrices, modes: Modes, changes: Derivatives, form: Compared, shapes: Sequence[ShapeRow]
 ) -> Iterator[Real]:
     together = clusters(modes)
     for s in shapes:

@@ -21,7 +21,8 @@ force balance (`validation/studies/rfm_noise_in_a.py` measures all of them).
 asked for on average only, against instruments that the noise of x cannot be correlated with, the
 derivatives of the model's own responses at ``at``: Gᵀ W² (A p − b) = 0. As many equations as
 parameters, linear in p like the balance; `update.rfm_loop` takes the instruments anew at each
-solution, which makes it the batch form of Mottershead's instrumental-variable filter (1988).
+solution, which makes it the batch form of Mottershead's instrumental-variable filter (1988);
+`update.rfm_filter` is the recursive one.
 
 Two other ways with DOFs that were not measured: "filled" (`residual.frf_filled`, Lin and Ewins)
 and "modal-balance" (`residual.frf_modal`, Friswell and Penny); both with `update.rfm_loop`.

@@ -12,13 +12,8 @@ from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.eigen import derivatives_of, splitting
-from cvxupdate.residual.modal_point import (
-    ModalPoint,
-    ModalResidual,
-    scaled_derivative,
-    used_places,
-)
-from cvxupdate.residual.pairing import MARGIN, pairing_modes, start_pairing
+from cvxupdate.residual.modal_point import ModalPoint, ModalResidual, scaled_derivative
+from cvxupdate.residual.pairing import MARGIN, pairing_modes, start_pairing, used_places
 from cvxupdate.residual.repeated import clusters, oriented, turned
 from cvxupdate.residual.shape_rows import Index, shape_entries, visible
 

@@ -14,19 +14,19 @@ from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import DENSE, Modes, model_modes, natural_modes
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.contraction import constant
+from cvxupdate.residual.correlated import Joint, joints
 from cvxupdate.residual.derivatives import Derivatives, derivatives_of, stacked
 from cvxupdate.residual.eigen import eigenvalue_derivatives
 from cvxupdate.residual.exact_modal import exact_rows
 from cvxupdate.residual.follow import follow
-from cvxupdate.residual.misfit import eigenvalue_row, least_misfit
-from cvxupdate.residual.pairing import Start
+from cvxupdate.residual.misfit import least_misfit
+from cvxupdate.residual.modal_rows import Rows, eigenvalue_rows, measured_shapes, rows_of_shapes
+from cvxupdate.residual.pairing import Start, highest_of, used_places
 from cvxupdate.residual.repeated import aligned
-from cvxupdate.residual.shape_forms import FORMS, ModalScale, deviations
-from cvxupdate.residual.shape_gradients import ShapeRow, shape_gradients
-from cvxupdate.residual.shape_rows import Index, channel_rows, real_shapes
+from cvxupdate.residual.shape_forms import FORMS, ModalScale
+from cvxupdate.residual.shape_gradients import Compared, Entries, ShapeRow, shape_gradients
+from cvxupdate.residual.shape_rows import Index
 from cvxupdate.system import LinearSystem
-
-UNSTATED = 0.05  # deviation of a shape's entries where the table has none, of the largest
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,8 @@ class ModalResidual:
     ``only_shapes`` leaves the eigenvalues without weight. ``continued``: modes come from those
     before (`fe.continued`), which may miss one that is not followed. ``repaired``: the
     fitted modes are paired anew at every point, by the least misfit, so that the objective is the
-    lower envelope of all pairings.
+    lower envelope of all pairings. ``correlated``: the tables' covariances weigh the rows, else the
+    deviations alone.
     """
 
     model: Model
@@ -57,6 +58,7 @@ class ModalResidual:
     only_shapes: bool = False
     continued: bool = False
     repaired: bool = False
+    correlated: bool = False
 
     @property
     def tables(self) -> tuple[ModeTable, ...]:
@@ -78,23 +80,24 @@ class ModalResidual:
 
     @cached_property
     def shape_table(self) -> tuple[ShapeRow, ...]:
-        """Every measured shape that is compared, whatever mode of the model it is paired with
-        (``place`` −1): the recordings' part of each row."""
-        out = []
-        for k, table in enumerate(self.fit):
-            if table.shapes is None:
-                continue
-            rows, shapes = channel_rows(table, self.model), real_shapes(table.shapes)
-            given = np.nan if table.shape_std is None else table.shape_std
-            stated = np.broadcast_to(given, shapes.shape)
-            for i in range(len(table.frequency)):
-                ok = (rows >= 0) & np.isfinite(shapes[i])
-                if (k, i) in self.muted | self.unseen or ok.sum() < 2:
-                    continue
-                where = f"{table.origin.source}: the mode at {table.frequency[i]:.5g} Hz"
-                std = deviations(stated[i][ok], shapes[i][ok], UNSTATED, where)
-                out.append(ShapeRow(k, i, -1, rows[ok], shapes[i][ok], std))
-        return tuple(out)
+        """Every measured shape that is compared: the recordings' part of each row."""
+        return measured_shapes(self.model, self.fit, self.muted | self.unseen)
+
+    @cached_property
+    def _joined(self) -> dict[bytes, tuple[Joint, ...]]:
+        """Joint rows by which measured modes are paired."""
+        return {}
+
+    def joints(self, places: Sequence[Index], shapes: Sequence[ShapeRow]) -> tuple[Joint, ...]:
+        """The correlated rows of a point, factored once."""
+        if not self.correlated or all(t.covariance is None for t in self.fit):
+            return ()
+        key = b"".join((q >= 0).tobytes() for q in places)
+        if key not in self._joined:
+            self._joined[key] = joints(
+                self.fit, places, shapes, self.form, self.shape_weight, not self.only_shapes
+            )
+        return self._joined[key]
 
     def derivatives(self, p: Real) -> Derivatives:
         """∂K/∂p and ∂M/∂p at ``p``."""
@@ -120,11 +123,11 @@ class ModalResidual:
             if before is None
             else (before.modes, before.places)
         )
-        begin, highest = first, _highest(places)
+        begin, highest = first, highest_of(places)
         for _ in range(2):  # again where one went among the modes that had not converged
             modes, found = self._modes(p, m, begin, highest)
             point = self._paired(p, m, modes, first, places)
-            highest = _highest(point.places)
+            highest = highest_of(point.places)
             if found is None or highest < found.exact:
                 return replace(point, solved=found)
             begin = found.modes
@@ -184,16 +187,6 @@ class ModalResidual:
         return ModalPoint(self, p, m, modes, places_now)
 
 
-def used_places(places: Sequence[Index]) -> Index:
-    """Every mode of the model that some measured mode is paired with."""
-    every = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *places]))
-    return every[every >= 0]
-
-
-def _highest(places: Sequence[Index]) -> int:
-    return int(used_places(places).max(initial=0))
-
-
 @dataclass(frozen=True)
 class ModalPoint:
     """The comparison at one parameter vector; ``places`` say which of ``modes`` each measured mode
@@ -212,41 +205,59 @@ class ModalPoint:
         return np.where(at >= 0, self.modes.frequencies[at], np.nan)
 
     @cached_property
-    def differences(self) -> tuple[Real, Real, tuple[str, ...]]:
-        """(model − measured, weights, labels) of the rows to fit: eigenvalues in (rad/s)², then
-        shapes.
+    def separate(self) -> Rows:
+        """(model − measured, weights, labels) row by row: eigenvalues in (rad/s)², then shapes."""
+        r = self.residual
+        eigen = eigenvalue_rows(r.fit, self.places, self.modes, 0.0 if r.only_shapes else 1.0)
+        labels, form = self.residual.model.labels, FORMS[r.form]
+        shaped = rows_of_shapes(r.fit, self._shapes, self.modes, form, r.shape_weight, labels)
+        values, weights = (np.concatenate([eigen[i], shaped[i]]) for i in (0, 1))
+        return values, weights, (*eigen[2], *shaped[2])
 
-        The deviation of an eigenvalue is 2 λ σ_f / f.
-        """
-        values, weights, labels = [np.zeros(0)], [np.zeros(0)], []
-        heed = 0.0 if self.residual.only_shapes else 1.0
-        for k, table in enumerate(self.residual.fit):
-            for i, at in enumerate(self.places[k].tolist()):
-                if at < 0:
-                    continue
-                measured, weight = eigenvalue_row(table, i)
-                values.append(np.array([self.modes.eigenvalues[at] - measured]))
-                weights.append(np.array([heed * weight]))
-                labels.append(f"{table.origin.name}: {table.frequency[i]:.5g} Hz")
-        form = FORMS[self.residual.form]
-        for row in self.compared_shapes() if self.residual.shapes else ():
-            found = form.rows(self.modes.shapes[row.sensors, row.place], row.measured, row.std)
-            values.append(found.values)
-            weights.append(self.residual.shape_weight * found.weights)
-            table = self.residual.fit[row.table]
-            of = f"{table.origin.name}: shape of {table.frequency[row.mode]:.5g} Hz"
-            labels += [
-                of if e < 0 else f"{of} at {self.residual.model.labels[row.sensors[e]]}"
-                for e in found.entry.tolist()
-            ]
-        return np.concatenate(values), np.concatenate(weights), tuple(labels)
+    @cached_property
+    def differences(self) -> Rows:
+        """The rows to fit: those of `separate`, combined where their errors are correlated."""
+        values, weights, labels = self.separate
+        out, weighed = values.copy(), weights.copy()
+        for joint in self.joints:
+            out[joint.at] = joint.values(values, self._seen)
+            weighed[joint.at] = 1.0
+        return out, weighed, labels
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """The rows whose errors are correlated."""
+        return self.residual.joints(self.places, self._shapes)
+
+    @cached_property
+    def _shapes(self) -> list[ShapeRow]:
+        return self.compared_shapes() if self.residual.shapes else []
+
+    @property
+    def _seen(self) -> list[Real]:
+        return [self.modes.shapes[s.sensors, s.place] for s in self._shapes]
 
     def system(self) -> LinearSystem:
         """Linearised at this point: A p − b ≈ model(p) − measured."""
         values, weights, labels = self.differences
-        A = np.vstack(self._exact_rows() if self.residual.model.exact else self._rows())
+        A = self._joined_rows() if self.joints else np.vstack(self._rows(FORMS[self.residual.form]))
         columns = tuple(q.name for q in self.residual.model.parameters)
         return LinearSystem(A, A @ self.p - values, weights, columns, labels)
+
+    def _joined_rows(self) -> Real:
+        """The derivative of `differences` where some errors are correlated."""
+        rows = self._rows(Entries())
+        first = len(rows) - len(self._shapes)
+        form, rates = FORMS[self.residual.form], rows[first:]
+        plain = [
+            form.derivative(phi, s.measured, s.std) @ rate
+            for s, phi, rate in zip(self._shapes, self._seen, rates, strict=True)
+        ]
+        A = np.vstack([*rows[:first], *plain])
+        out = A.copy()
+        for joint in self.joints:
+            out[joint.at] = joint.derivative(A, self.separate[0], self._seen, rates)
+        return out
 
     @property
     def paired(self) -> Index:
@@ -256,28 +267,17 @@ class ModalPoint:
             dtype=np.int64,
         )
 
-    def _exact_rows(self) -> list[Real]:
+    def _rows(self, form: Compared) -> list[Real]:
+        """The derivatives of the eigenvalues, and those of every shape in ``form``."""
         r = self.residual
-        shapes = self.compared_shapes() if r.shapes else []
-        return exact_rows(r.model, self.p, self.modes, self.paired, FORMS[r.form], shapes)
-
-    def _rows(self) -> list[Real]:
-        derivatives = self.residual.derivatives(self.p)
-        at = self.paired
-        rows = [
-            eigenvalue_derivatives(
-                self.modes.eigenvalues[at], self.modes.shapes[:, at], derivatives
-            )
-        ]
-        if self.residual.shapes:
-            rows += shape_gradients(
-                FORMS[self.residual.form],
-                self.compared_shapes(),
-                self.modes,
-                self.matrices,
-                derivatives,
-                self.solved,
-            )
+        if r.model.exact:
+            return exact_rows(r.model, self.p, self.modes, self.paired, form, self._shapes)
+        derivatives, at = r.derivatives(self.p), self.paired
+        values, shapes = self.modes.eigenvalues[at], self.modes.shapes[:, at]
+        rows = [eigenvalue_derivatives(values, shapes, derivatives)]
+        if r.shapes:
+            every = (self._shapes, self.modes, self.matrices, derivatives, self.solved)
+            rows += shape_gradients(form, *every)
         return rows
 
     def compared_shapes(self) -> list[ShapeRow]:

@@ -272,3 +272,14 @@ def _by_shape(model: Model, book: _Book, open_: list[tuple[int, int]]) -> list[t
         paired = {chosen[int(x)] for x in found.measured[near]}
         left += [(k, i) for i in mine if i not in paired]
     return left
+
+
+def used_places(places: Sequence[Index]) -> Index:
+    """Every mode of the model that some measured mode is paired with."""
+    every = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *places]))
+    return every[every >= 0]
+
+
+def highest_of(places: Sequence[Index]) -> int:
+    """The highest mode of the model that is paired; 0 where none is."""
+    return int(used_places(places).max(initial=0))

@@ -102,13 +102,13 @@ class Difference:
 
     def rows(self, phi: Real, x: Real, std: Real) -> ShapeRows:
         """φ x_f / φ_f − x at the other sensors."""
-        at, others = _held(x, std)
+        at, others = held_entry(x, std)
         scaled = phi[others] * _ratio(phi, x, at)
         return ShapeRows(scaled - x[others], 1.0 / std[others], others)
 
     def derivative(self, phi: Real, x: Real, std: Real) -> Real:
         """With the change of the entry that is held."""
-        at, others = _held(x, std)
+        at, others = held_entry(x, std)
         q = _ratio(phi, x, at)
         out = np.zeros((len(others), len(phi)))
         out[np.arange(len(others)), others] = q
@@ -117,7 +117,7 @@ class Difference:
 
     def misfits(self, phi: Real, x: Real, std: Real) -> Real:
         """Of all shapes together."""
-        at, others = _held(x, std)
+        at, others = held_entry(x, std)
         q = np.array([_ratio(one, x, at) for one in phi.T])
         return np.asarray(std[others] ** -2.0 @ (q * phi[others] - x[others, None]) ** 2)
 
@@ -161,7 +161,7 @@ def _scale_factor(phi: Real, x: Real, std: Real) -> float:
     return float(np.sum(w * phi * x) / np.sum(w * phi**2))
 
 
-def _held(x: Real, std: Real) -> tuple[int, Index]:
+def held_entry(x: Real, std: Real) -> tuple[int, Index]:
     """The entry at which both shapes are made equal, and the others that have a deviation."""
     fixed = np.flatnonzero(std == 0.0)
     among = fixed if len(fixed) else np.arange(len(x))

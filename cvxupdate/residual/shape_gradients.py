@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -19,7 +20,6 @@ from cvxupdate.residual.eigen import (
 )
 from cvxupdate.residual.nelson import SharedSolver
 from cvxupdate.residual.repeated import REPEATED, clusters
-from cvxupdate.residual.shape_forms import ShapeForm
 from cvxupdate.residual.shape_rows import Index
 
 # Right-hand sides of a mode up to which conjugate gradients on the factors of K take less time than
@@ -31,7 +31,8 @@ FEW = 3
 @dataclass(frozen=True)
 class ShapeRow:
     """One measured shape: its ``table`` and ``mode`` there, the ``place`` of its partner, free DOFs
-    ``sensors`` (s,), ``measured`` entries (s,) and their deviations ``std`` (s,)."""
+    ``sensors`` (s,), ``measured`` entries (s,), their deviations ``std`` (s,), and their places
+    among the table's ``channels`` (s,)."""
 
     table: int
     mode: int
@@ -39,10 +40,27 @@ class ShapeRow:
     sensors: Index
     measured: Real
     std: Real
+    channels: Index
+
+
+class Compared(Protocol):
+    """What a row of a shape is, as far as its derivative needs it."""
+
+    def derivative(self, phi: Real, x: Real, std: Real) -> Real:
+        """∂values/∂φ (rows, sensors)."""
+
+
+@dataclass(frozen=True)
+class Entries:
+    """The entries of a shape as they are."""
+
+    def derivative(self, phi: Real, x: Real, std: Real) -> Real:
+        """The identity."""
+        return np.eye(len(phi))
 
 
 def shape_gradients(
-    form: ShapeForm,
+    form: Compared,
     shapes: Sequence[ShapeRow],
     modes: Modes,
     m: Matrices,

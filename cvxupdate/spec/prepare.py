@@ -206,9 +206,12 @@ def _with_files(data: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def _resolve(table: dict[str, Any], base: Path) -> None:
-    file, dataset = table.get("file"), table.get("dataset")
-    if isinstance(file, str) and isinstance(dataset, str | None):
-        table["file"] = locate(file, dataset, base)
+    dataset = table.get("dataset")
+    if not isinstance(dataset, str | None):
+        return
+    for key in ("file", "covariance") if "kind" in table else ("file",):
+        if isinstance(table.get(key), str):
+            table[key] = locate(table[key], dataset, base)
 
 
 def _resolve_matrices(row: dict[str, Any], base: Path) -> None:

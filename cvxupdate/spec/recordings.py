@@ -30,6 +30,7 @@ def _no_bool(value: object) -> object:
 Sign = Annotated[Literal[1, -1], BeforeValidator(_no_bool)]
 
 
+Square = Annotated[tuple[tuple[float, ...], ...], Field(min_length=1)]
 NodeNumber = Annotated[str, Field(pattern=r"^[0-9]{1,9}$")]
 
 
@@ -274,6 +275,13 @@ class ModesRecording(Reading):
     )
     frequency_std_relative: Positive | None = Field(
         default=None, description="for every row without its own, as a fraction of its frequency"
+    )
+    covariance: (
+        Annotated[Path | Square, one_of("the name of a file, or a list of rows of numbers")] | None
+    ) = Field(
+        default=None,
+        description="the full covariance V_εε of the table (2.106), a file or rows: of the "
+        "frequencies [Hz²], or of the frequencies and then every entry of every shape",
     )
 
 

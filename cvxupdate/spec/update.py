@@ -169,6 +169,7 @@ class Update(Part):
         "flexibility",
         "receptance",
         "instrumental",
+        "filter",
         "filled",
         "modal-balance",
     ] = Field(
@@ -176,7 +177,7 @@ class Update(Part):
         description="rfm: force balance (3.9, 3.16), weighted by the dynamic "
         "flexibility (3.37), both with weights taken anew at the solution, "
         "or output error (3.30); instrumental: the balance against the model's own responses, "
-        "unbiased by noise in them (2.8.4); filled: "
+        "unbiased by noise in them (2.8.4); filter: the same line by line (Mottershead); filled: "
         "the model's receptances where none were measured (Lin and Ewins); modal-balance: reduced "
         "to the model's modes (Friswell and Penny); auto: flexibility, then output error",
     )

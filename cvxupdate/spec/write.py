@@ -23,7 +23,8 @@ WIDE = 150
 """Characters of a line up to which a list stands on it."""
 
 
-FILED = ("file", *MATRICES)
+FILES = ("file", "covariance")
+FILED = (*FILES, *MATRICES)
 """Keys that may hold a path."""
 
 
@@ -118,15 +119,17 @@ def _thawed(value: Any) -> Any:
 
 
 def _locate(table: dict[str, Any]) -> None:
-    file, dataset = table.get("file"), table.get("dataset")
-    if file is None:
+    """Names of files as they are found from anywhere: within their data set, else absolute."""
+    named = {k: Path(table[k]) for k in FILES if isinstance(table.get(k), str | Path)}
+    if not named:
         return
-    root = os.environ.get(DATA_VARIABLE)
-    if dataset is not None and root is not None and Path(file).is_relative_to(Path(root) / dataset):
-        table["file"] = Path(file).relative_to(Path(root) / dataset).as_posix()
+    root, dataset = os.environ.get(DATA_VARIABLE), table.get("dataset")
+    folder = None if dataset is None or root is None else Path(root) / dataset
+    if folder is not None and all(file.is_relative_to(folder) for file in named.values()):
+        table |= {key: file.relative_to(folder).as_posix() for key, file in named.items()}
         return
     table.pop("dataset", None)
-    table["file"] = Path(os.path.abspath(file)).as_posix()
+    table |= {key: Path(os.path.abspath(file)).as_posix() for key, file in named.items()}
 
 
 def to_toml(tables: Mapping[str, Any], comment: Sequence[str] = ()) -> str:

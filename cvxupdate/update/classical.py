@@ -114,6 +114,7 @@ def _fitting(spec: Spec, u: Update) -> None:
         ('basis = "reduced"', u.basis != "full"),
         ('reweight = "step"', u.reweight != "converged"),
         ("second_order", u.second_order),
+        ('residual = "filter"', u.residual == "filter"),
     ):
         if there:
             raise InputError(

@@ -42,7 +42,8 @@ def first_system(
         from cvxupdate.residual.frf import FrfResidual
         from cvxupdate.update.rfm import prepare
 
-        kind = "flexibility" if table.residual == "auto" else table.residual
+        of_all_lines = {"auto": "flexibility", "filter": "instrumental"}
+        kind = of_all_lines.get(table.residual, table.residual)
         chosen = prepare(spec, model, recordings).chosen
         system = FrfResidual(model, chosen, kind).evaluate(model.zero()).system()
         return system, all(d.relative_only for d in chosen)

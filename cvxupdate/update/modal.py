@@ -125,6 +125,7 @@ def _all_starts(
     m = model.matrices()
     data = [t.frequency.tobytes() for t in fit.residual.fit]
     data += [np.asarray(t.shapes).tobytes() for t in fit.residual.fit if t.shapes is not None]
+    data += [t.covariance.tobytes() for t in fit.residual.fit if t.covariance is not None]
     kept = Kept(many.keep, mark_of(text, m.K.data.tobytes(), m.M.data.tobytes(), *data))
     if many.open_ is None or spec.own != Own():  # objects stay in this process
         return run_starts(tasks, lambda: fit.solve, {}, kept, Where(1), many.progress)
@@ -175,6 +176,11 @@ def _notes(start: ModalPoint, relative: bool, known: Uncertainty) -> tuple[str, 
             "single shapes mean nothing there: only the frequencies of these modes were "
             "fitted."
         )
+    notes += [
+        f"The {len(j.at)} rows of {residual.fit[j.table].origin.name} were weighed by the "
+        "covariance of their errors, correlations included (V_εε of 2.106)."
+        for j in start.joints
+    ]
     unseen = [f"{residual.fit[k].frequency[i]:.5g} Hz" for k, i in sorted(residual.unseen)]
     if residual.shapes and unseen:
         notes.append(

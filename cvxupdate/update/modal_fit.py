@@ -44,7 +44,8 @@ def comparison(
     """The same of these tables; ``given`` are places of the fitted ones that are known."""
     u = spec.update
     if u is None:
-        return modal_residual(model, fit, hold_out, False, "auto", given)
+        plain = modal_residual(model, fit, hold_out, False, "auto", given)
+        return replace(plain, correlated=True)
     shapes = u.method in ("sensitivity", "minimum-variance")
     rule = "auto" if u.pairing == "misfit" else u.pairing
     return replace(
@@ -52,6 +53,7 @@ def comparison(
         form=u.shape_residual,
         shape_weight=u.shape_weight,
         repaired=u.pairing == "misfit",
+        correlated=True,
     )
 
 
@@ -144,6 +146,7 @@ def modal_fit(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Moda
             f"{spec.path}: there is no [update] table. Add one with a method and parameters."
         )
     fit, _ = modal_tables(recordings)
+    _check_covariances(spec, fit)
     residual = replace(comparison(spec, model, fit, ()), continued=True)
     if u.begin_with == "low":
         raise InputError(
@@ -181,3 +184,24 @@ def modal_fit(spec: Spec, model: Model, recordings: Sequence[Recording]) -> Moda
         u.estimates if varied else None,
         asked,
     )
+
+
+def _check_covariances(spec: Spec, fit: Sequence[ModeTable]) -> None:
+    """Refuses what covariances of tables do not go with."""
+    u, given = spec.update, [t for t in fit if t.covariance is not None]
+    if u is None or not given:
+        return
+    if u.pairing == "misfit":
+        raise InputError(
+            f'{spec.path}: update.pairing = "misfit" weighs modes one by one, but '
+            f"{given[0].origin.source} has a covariance that correlates them. Take another "
+            "pairing, or deviations."
+        )
+    shaped = [t for t in given if len(np.asarray(t.covariance)) > len(t.frequency)]
+    if shaped and u.method != "frequencies" and u.shape_residual == "mac":
+        raise InputError(
+            f'{spec.path}: update.shape_residual = "mac" is greatest where shapes agree, so to '
+            "first order their errors do not move it, and the covariance of "
+            f"{shaped[0].origin.source} gives it no weight. Take "
+            '"scale" or "difference", or a covariance of the frequencies alone.'
+        )

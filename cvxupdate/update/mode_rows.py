@@ -47,6 +47,7 @@ def mode_rows(model: Model, tables: Sequence[ModeTable], number: int, exactly: b
         damping_std=table.damping_std[i : i + 1],
         shapes=table.shapes[i : i + 1],
         pairs=table.pairs[i : i + 1],
+        covariance=None,
         shape_std=None
         if table.shape_std is None
         else np.broadcast_to(table.shape_std, np.shape(table.shapes))[i : i + 1],

@@ -15,6 +15,7 @@ from cvxupdate.residual.frf import FrfPoint, FrfResidual
 from cvxupdate.residual.frf_data import FrfData
 from cvxupdate.residual.frf_reduced import Basis, ReducedResidual, make_basis
 from cvxupdate.system import Array
+from cvxupdate.update.rfm_filter import fit_filtered
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterate, objective_at
 
 EXACT = 1e-3
@@ -45,15 +46,14 @@ def fit_responses(
     p0: Array | None = None,
     progress: Callable[[Iteration], None] | None = None,
 ) -> LoopResult[FrfPoint]:
-    """The loop over FRFs: ``kind`` one of `residual.frf.KINDS`, or "auto". A force balance (2.110,
-    2.111, 2.113; 3.7 to 3.9; 3.13 to 3.26, exactly reduced) has its rows' covariance, which depends
-    on p through Z(p), taken anew at each solution, until p settles; the output error (2.114, 2.115)
-    has the deviations of the recordings.
+    """The loop over FRFs: ``kind`` one of `residual.frf.KINDS`, "filter" (`update.rfm_filter`) or
+    "auto". A force balance (2.110, 2.111, 2.113; 3.7 to 3.9; 3.13 to 3.26, exactly reduced) has its
+    rows' covariance, which depends on p, taken anew at each solution, until p settles; the output
+    error (2.114, 2.115) has the deviations of the recordings.
 
     "auto": force balance weighted by the dynamic flexibility (3.34 to 3.37; exactly linear where
-    every DOF is measured), the weights taken anew at its solution, then the output error from the
-    best point so far; what its first part gains is kept only where the output error agrees, so the
-    end is never worse than the start in the recordings' own deviations.
+    every DOF is measured), then the output error from the best point so far; what the first gains
+    is kept only where the output error agrees, so the end is never worse than the start.
 
     Raises
     ------
@@ -64,6 +64,8 @@ def fit_responses(
     if kind == "receptance":
         output = FrfResidual(model, tuple(data), kind)
         return iterate(output, problem, choice, options, start, progress)
+    if kind == "filter":
+        return fit_filtered(model, data, problem, choice, options, start, progress)
     if kind != "auto":
         return _reweighted(model, tuple(data), problem, choice, options, kind, start, progress)
     output = FrfResidual(model, tuple(data), "receptance")

@@ -222,6 +222,7 @@ def test_a_channel_of_force_and_motion(here):
         (("problem.toml", "--method", "prony"), "no method 'prony'.*plscf"),
         (("problem.toml", "--band", "90", "20"), "no band"),
         (("problem.toml", "--band", "400", "500"), "too few"),
+        (("problem.toml", "--band", "400", "500"), "cvxupdate: frf.npz: [^:]*$"),  # named once
         (("problem.toml", "--recording", "7"), "no recording '7'.*1 frf.npz"),
         (("problem.toml", "--normal", "best"), "no route.*zhang-lallement"),
         (("nothing.csv",), "nothing.csv"),

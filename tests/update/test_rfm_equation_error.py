@@ -147,7 +147,7 @@ def test_sensors_that_do_not_tell_modes_apart_are_refused(chain: tuple[Spec, Mod
 # --- from a problem file ------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("residual", ["filled", "modal-balance"])
+@pytest.mark.parametrize("residual", ["filter", "filled", "modal-balance"])
 def test_by_name_from_a_problem_file(residual: str, tmp_path: Path) -> None:
     """A chain recorded at every mass: the command finds the truth, `solvers` has a step to
     compare."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from cvxupdate.correlate.plausible.doubt import Doubt
 from cvxupdate.recordings.quality import check, compare
-from cvxupdate.recordings.types import Recording
+from cvxupdate.recordings.types import ModeTable, Recording
 
 LEVEL = "level dependence"
 """The check that tells FRFs that change from one recording to the next."""
@@ -21,9 +21,13 @@ def damage_doubts(recordings: Sequence[Recording]) -> tuple[Doubt, ...]:
     return tuple(
         Doubt(check, f"{r.origin.name}: {line}.", r.origin.name)
         for r in recordings
-        for check, lines in (("damage", r.origin.damage), ("beginning", r.origin.remarks))
+        for check, lines in (("damage", r.origin.damage), (_remarked(r), r.origin.remarks))
         for line in lines
     )
+
+
+def _remarked(recording: Recording) -> str:
+    return "covariance" if isinstance(recording, ModeTable) else "beginning"
 
 
 def quality_doubts(recordings: Sequence[Recording]) -> tuple[Doubt, ...]:

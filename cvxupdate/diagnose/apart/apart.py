@@ -4,13 +4,15 @@ tells most of them."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
 from typing import Any
 
+import numpy as np
+
 from cvxupdate.diagnose.apart.boundaries import free_of
-from cvxupdate.diagnose.apart.compared import compared_responses
+from cvxupdate.diagnose.apart.compared import ALIKE, compared_responses
 from cvxupdate.diagnose.apart.explanations import Named, explanations_of, refitted
-from cvxupdate.diagnose.apart.measurement import Apart, Explanation, ranked
+from cvxupdate.diagnose.apart.laws import checks_of_tables, linear_says
+from cvxupdate.diagnose.apart.measurement import Apart, Explanation, pairs_of, ranked
 from cvxupdate.diagnose.apart.tables import Figures
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.gather import gathered, in_simulation
@@ -20,6 +22,7 @@ from cvxupdate.diagnose.motion.component import rigs_of
 from cvxupdate.diagnose.nominal.members import divided
 from cvxupdate.diagnose.reference import brought
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
+from cvxupdate.diagnose.settings import UNTOLD
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
 from cvxupdate.fe.model import Model
@@ -102,15 +105,43 @@ def _compared(
         freed = free_of(spec, evidence.fine)
         return compared_responses(evidence, hypotheses, explained, noise, band, count, freed)
     if isinstance(evidence, ModesEvidence):
-        return Apart(explained, ranked(Figures(evidence, hypotheses).found()))
-    return Apart(explained, (), tuple(_levels(evidence, hypotheses)))
+        figures = Figures(evidence, hypotheses)
+        laws = tuple(checks_of_tables(hypotheses, figures.moved))
+        lines = (linear_says(evidence, len(hypotheses)),)
+        return Apart(explained, ranked(figures.found()), lines, laws=laws)
+    return _in_time(evidence, hypotheses, explained, noise)
 
 
-def _levels(evidence: Evidence, hypotheses: Sequence[Hypothesis]) -> list[str]:
-    """Of laws that depend on the level, the level at which they differ most."""
-    if isinstance(evidence, ModesEvidence | ResponseEvidence):
-        return []
-    said = [
-        evidence.apart(a.fit, b.fit, (a.title, b.title)) for a, b in combinations(hypotheses, 2)
+def _in_time(
+    evidence: Evidence,
+    hypotheses: tuple[Hypothesis, ...],
+    explained: tuple[Explanation, ...],
+    noise: float | None,
+) -> Apart:
+    """Of time histories with laws among the explanations: levels, sensors and drives, and where in
+    frequency each pair differs most."""
+    # the compiler of the loops over time loads with the first simulation
+    from cvxupdate.diagnose.apart.levels import Levels
+    from cvxupdate.diagnose.motion.columns import is_law
+    from cvxupdate.diagnose.motion.evidence import MotionEvidence
+
+    if not isinstance(evidence, MotionEvidence):
+        return Apart(explained, ())
+    found = ranked(Levels(evidence, hypotheses, noise).found())
+    depends = [any(is_law(e) for e in h.effects) for h in hypotheses]
+    if not any(depends):
+        return Apart(explained, found, (linear_says(evidence, len(hypotheses)),))
+    known = [m.separations for m in found]
+    best = np.max(known, axis=0) if known else np.zeros(0)
+    pairs = tuple(pairs_of(len(hypotheses)))
+    same = tuple(k for k, d in zip(pairs, best, strict=False) if d < UNTOLD)
+    said = [f"{explained[i].title} and {hypotheses[j].title}: {ALIKE}" for i, j in same]
+    said += [
+        evidence.apart(a.fit, b.fit, (a.title, b.title))
+        for i, j in pairs
+        for a, b in [(hypotheses[i], hypotheses[j])]
+        # linear ones differ by as much at every level
+        if (depends[i] or depends[j]) and (i, j) not in same
     ]
-    return [line for line in said if line]
+    lines = tuple(line for line in said if line)
+    return Apart(explained, found, lines, pairs=pairs, same=same)

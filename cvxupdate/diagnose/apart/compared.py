@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from cvxupdate.diagnose.apart.boundaries import Freed, boundaries, told
+from cvxupdate.diagnose.apart.laws import checks_of_responses, linear_says
 from cvxupdate.diagnose.apart.measurement import (
     Apart,
     Explanation,
@@ -25,7 +26,7 @@ from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.settings import UNTOLD
 
-ALIKE = "one and the same to everything that was tried"
+ALIKE = "one and the same to everything that was tried."
 
 
 def compared_responses(
@@ -59,8 +60,10 @@ def compared_responses(
     best: list[float] = np.max(known, axis=0).tolist()
     pairs = _pairs(asked, hypotheses)
     same = tuple(k for k, d in zip(pairs, best, strict=True) if d < UNTOLD)
-    lines = (f"{explained[i].title} and {hypotheses[j].title}: {ALIKE}" for i, j in same)
-    return Apart(explained, order, tuple(lines), chosen, pairs, same)
+    lines = [f"{explained[i].title} and {hypotheses[j].title}: {ALIKE}" for i, j in same]
+    lines.append(linear_says(evidence, len(hypotheses)))
+    laws = tuple(checks_of_responses([a.responses for a in asked]))
+    return Apart(explained, order, tuple(lines), chosen, pairs, same, laws)
 
 
 def _measurement(

@@ -22,12 +22,12 @@ class Explanation:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Something to measure: ``kind`` ("response", "repeat", "mass", "spring", "support", "free",
-    "shape", "modes"), the DOFs of its ``sensor`` and ``drive`` (empty where it is about neither),
-    the ``node`` whose boundary changes, the known ``mass`` (kg) there, in words (``says``);
-    ``separations`` (pairs,): by how many deviations it tells each pair of explanations apart;
-    ``left``: how many of them are expected to be listed still beside the true one (None: not
-    known)."""
+    """Something to measure: ``kind`` ("response", "repeat", "level", "mass", "spring", "support",
+    "free", "shape", "modes"), the DOFs of its ``sensor`` and ``drive`` (empty where it is about
+    neither), the ``node`` whose boundary changes, the known ``mass`` (kg) there, in words
+    (``says``); ``separations`` (pairs,): by how many deviations it tells each pair of explanations
+    apart; ``left``: how many of them are expected to be listed still beside the true one (None: not
+    known); ``factor``: times the force of the loudest run that was recorded."""
 
     kind: str
     says: str
@@ -37,6 +37,7 @@ class Measurement:
     node: int | None = None
     mass: float = 0.0
     left: float | None = None
+    factor: float = 1.0
 
     @property
     def least(self) -> float:
@@ -75,11 +76,32 @@ class MeasurementSet:
 
 
 @dataclass(frozen=True)
+class LawCheck:
+    """A linear ``effect`` may be what a ``law`` (both in words) looks like at one level; its size
+    would then go with the level to a ``power``. ``separations`` (factors,): by how many deviations
+    the same responses at ``factors`` times the level tell one from the other."""
+
+    effect: str
+    law: str
+    power: float
+    factors: tuple[float, ...]
+    separations: tuple[float, ...]
+
+    @property
+    def chosen(self) -> int:
+        """Of the factors the nearest to 1 that tells surely, or the one that tells most."""
+        told = [k for k, d in enumerate(self.separations) if d >= APART_ENOUGH]
+        near = sorted(told, key=lambda k: (abs(np.log(self.factors[k])), self.factors[k]))
+        return near[0] if near else int(np.argmax(self.separations))
+
+
+@dataclass(frozen=True)
 class Apart:
     """``explanations`` that do alike on what was recorded; ``measurements``, the most telling
     first; ``lines`` what else is to be said; ``together`` further responses that are worth
     measuring as a set, where responses were compared; ``pairs`` the explanations (from 0) that each
-    separation is of (empty: all of them), ``same`` those that nothing of what was tried tells."""
+    separation is of (empty: all of them), ``same`` those that nothing of what was tried tells;
+    ``laws`` that single effects may be the equivalents of, which another level tells."""
 
     explanations: tuple[Explanation, ...]
     measurements: tuple[Measurement, ...]
@@ -87,6 +109,7 @@ class Apart:
     together: MeasurementSet | None = None
     pairs: tuple[tuple[int, int], ...] = ()
     same: tuple[tuple[int, int], ...] = ()
+    laws: tuple[LawCheck, ...] = ()
 
 
 def pairs_of(count: int) -> list[tuple[int, int]]:

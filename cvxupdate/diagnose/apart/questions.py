@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cvxupdate.diagnose.apart.worth import likelihoods
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis, without
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
@@ -19,7 +20,6 @@ from cvxupdate.diagnose.types import Real, Score
 from cvxupdate.physics.effect import Effect
 
 RIVALS = 24  # effects that the diagnosis does not list, the nearest to first order
-FLOOR = 0.01  # of the likeliest: an effect whose size is taken to first order may do better
 
 
 @dataclass(frozen=True)
@@ -70,11 +70,9 @@ def _question(
     unknowns = np.array(
         [float(h.unknowns) for h in members] + [float(s.effect.count + shared) for s in rivals]
     )
-    logs = -0.5 * figures * np.log(np.maximum(fits, best.fit.misfit) / best.fit.misfit)
-    logs -= 0.5 * np.log(max(2.0, figures)) * (unknowns - unknowns.min())
-    likely = np.maximum(np.exp(logs - logs.max()), FLOOR)
+    likely = likelihoods(fits, unknowns, figures, best.fit.misfit)
     point: ResponsePoint = base.point
-    return Question(point, members, rivals, likely / likely.sum(), unknowns, float(best.fit.misfit))
+    return Question(point, members, rivals, likely, unknowns, float(best.fit.misfit))
 
 
 def _rivals(

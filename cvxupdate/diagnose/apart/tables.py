@@ -77,6 +77,19 @@ class Figures:
         """All that was tried."""
         return [*self._shapes(), *self._further(), *self._masses()]
 
+    def moved(self, h: Hypothesis, p: Real) -> float:
+        """Deviations between the frequencies that were measured and the same ones with other
+        unknowns ``p`` of an explanation."""
+        point: ModalPoint = h.fit.point
+        model, own = point.residual.model, _places(point)
+        y, J, std = _frequencies(model, point.p, point.modes, np.asarray(own), self._precision)
+        m = model.matrices(p)
+        modes = model_modes(model, len(point.modes.eigenvalues), p, m)
+        at = follow(point.modes.shapes[:, own], m.M, modes, np.zeros(0, dtype=np.int64))
+        z, _, _ = _frequencies(model, p, modes, np.asarray(at), self._precision)
+        root = self._roots[self.hypotheses.index(h)]
+        return separation((z - y) / std, (J @ root) / std[:, None])
+
     def _further(self) -> list[Measurement]:
         points = [h.fit.point for h in self.hypotheses]
         first = 1 + max(max(int(q.max(initial=0)) for q in p.places) for p in points)

@@ -21,6 +21,7 @@ from cvxupdate.diagnose.types import Real
 
 RIDGE = 1e-12  # of a column's own square: below, nothing of it is left
 NEVER = 1e-9  # of an effect's square: what another one takes up entirely
+FLOOR = 0.01  # of the likeliest: an effect whose size is taken to first order may do better
 
 
 @dataclass(frozen=True)
@@ -63,29 +64,59 @@ class Scale:
         S = whole[n:, n:] - whole[n:, :n] @ np.linalg.solve(inner, whole[:n, n:])
         own = np.maximum(np.diag(S), RIDGE * np.maximum(np.diag(whole)[n:], 1e-300))
         rest = own[:, None] - S**2 / own[None, :]
-        rest = np.where(rest > NEVER * own[:, None], rest, 0.0) / max(1.0, known.rows)
-        return np.asarray(0.5 * self.figures(known) * np.log1p(rest / self.misfit))
+        rest = np.where(rest > NEVER * own[:, None], rest, 0.0)
+        return gap_of(rest, known.rows, self.misfit, self.figures(known))
 
     def listed(self, known: Products) -> Real:
         """Probability that the other one (second index) will still be listed beside the true one
         (first): that the evidence, whose deviation is √(2 gap), is no strong one."""
-        gaps = self.gaps(known)
-        price = 0.5 * np.log(max(2.0, self.figures(known)))
-        told = gaps + price * (self.unknowns[None, :] - self.unknowns[:, None])
-        out = ndtr((0.5 * STRONG - told) / np.sqrt(np.maximum(2.0 * gaps, 1.0)))
-        np.fill_diagonal(out, 0.0)
-        return np.asarray(out)
+        return still_listed(self.gaps(known), self.unknowns, self.figures(known))
 
     def left(self, known: Products, among: int | None = None) -> float:
         """How many others are expected to be listed beside the true one (``among`` the first so
         many effects only)."""
         some = slice(among)
-        likely = self.likely[some] / self.likely[some].sum()
-        return float(likely @ self.listed(known)[some, some].sum(axis=1))
+        return others_listed(self.listed(known)[some, some], self.likely[some])
 
     def separations(self, known: Products, among: int) -> list[float]:
         """Of each pair of the first effects, in deviations: √(2 gap), whichever is true the worse
         one."""
-        gaps = self.gaps(known)
-        pairs = [(i, j) for i in range(among) for j in range(i + 1, among)]
-        return [float(np.sqrt(2.0 * min(gaps[i, j], gaps[j, i]))) for i, j in pairs]
+        return separations_of(self.gaps(known)[:among, :among])
+
+
+def gap_of(rest: Real, rows: float, misfit: float, figures: float) -> Real:
+    """By how much the evidence for what is true exceeds that for what leaves ``rest`` weighted
+    squares more once refitted, without the price of unknowns: half the ``figures`` times the
+    logarithm of the misfit per row over the least, ``misfit``."""
+    return np.asarray(0.5 * figures * np.log1p(rest / max(1.0, rows) / misfit))
+
+
+def still_listed(gaps: Real, unknowns: Real, figures: float) -> Real:
+    """Probability (effects, effects) that the other one (second index) is listed beside the true
+    one (first): that the evidence, whose deviation is √(2 gap), is no strong one."""
+    price = 0.5 * np.log(max(2.0, figures))
+    told = gaps + price * (unknowns[None, :] - unknowns[:, None])
+    out = ndtr((0.5 * STRONG - told) / np.sqrt(np.maximum(2.0 * gaps, 1.0)))
+    np.fill_diagonal(out, 0.0)
+    return np.asarray(out)
+
+
+def others_listed(listed: Real, likely: Real) -> float:
+    """How many others are expected beside the true one."""
+    return float(likely @ listed.sum(axis=1) / likely.sum())
+
+
+def separations_of(gaps: Real) -> list[float]:
+    """Of each pair, in deviations: √(2 gap), whichever is true the worse one."""
+    n = len(gaps)
+    pairs = [(i, j) for i in range(n) for j in range(i + 1, n)]
+    return [float(np.sqrt(2.0 * min(gaps[i, j], gaps[j, i]))) for i, j in pairs]
+
+
+def likelihoods(misfits: Real, unknowns: Real, figures: float, least: float) -> Real:
+    """How likely effects are for what was recorded, one together: by Bayes' information criterion
+    at the level of discrepancy that the best explanation leaves (misfit ``least``)."""
+    logs = -0.5 * figures * np.log(np.maximum(misfits, least) / least)
+    logs -= 0.5 * np.log(max(2.0, figures)) * (unknowns - np.min(unknowns))
+    likely = np.maximum(np.exp(logs - np.max(logs)), FLOOR)
+    return np.asarray(likely / likely.sum())

@@ -57,7 +57,7 @@ def mode_table(
         raise RecordingError(f"{where}: a frequency is not a positive number.")
     given = _column([mode.frequency_std for mode in modes])
     std, relative_only = _deviations(frequency, given, frequency_std, frequency_std_relative, where)
-    places, labels = _places(where, wanted, channels)
+    places, labels = places_of(where, wanted, channels)
     shapes, deviations = _shapes(where, modes, places, len(labels))
     return ModeTable(
         origin,
@@ -100,10 +100,11 @@ def _deviations(
     return std, relative_only
 
 
-def _places(
+def places_of(
     where: str, wanted: Sequence[Wanted], channels: Sequence[Channel]
 ) -> tuple[list[tuple[int, float]], tuple[Channel, ...]]:
-    """Place in ``shape`` and factor (sign, scale) of each channel, and the channels."""
+    """Place in ``shape`` and factor (sign, scale) of each channel, and the channels: those
+    ``wanted``, or ``channels`` in their order."""
     if channels:
         return [(place, 1.0) for place in range(len(channels))], tuple(channels)
     places, labels = [], []

@@ -85,6 +85,8 @@ def _files(case: Case) -> Iterator[tuple[Loc, Path, str | None]]:
     for i, recording in enumerate(case.spec.recordings):
         if recording.file is not None and not (recording.kind == "modes" and recording.rows):
             yield ("recordings", i, "file"), recording.file, recording.dataset
+        if recording.kind == "modes" and isinstance(recording.covariance, Path):
+            yield ("recordings", i, "covariance"), recording.covariance, recording.dataset
     for i, block in enumerate(case.spec.model.elements):
         if not from_files(block.type):
             continue

@@ -44,6 +44,14 @@ class EmptyRecordings:
                     "is given together with `frequency_std`.",
                     "Give one of them.",
                 )
+            if isinstance(recording, ModesRecording) and recording.covariance is not None:
+                for key in ("frequency_std", "frequency_std_relative"):
+                    if getattr(recording, key) is not None:
+                        yield Complaint(
+                            ("recordings", i, key),
+                            "is given together with `covariance`, which has the deviations.",
+                            "Give one of them.",
+                        )
 
 
 @dataclass(frozen=True)
