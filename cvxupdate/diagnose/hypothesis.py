@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit, Setting
-from cvxupdate.diagnose.settings import PENALTY
+from cvxupdate.diagnose.settings import MOST_EFFECTS, PENALTY
 from cvxupdate.diagnose.types import Evidence, Key, Real, Score, Seed
 from cvxupdate.errors import CvxupdateError, ModelError
 from cvxupdate.physics.effect import Effect, plant
@@ -43,6 +43,12 @@ class Hypothesis:
     def unknowns(self) -> int:
         """Those of the effects."""
         return sum(e.count for e in self.effects)
+
+    @property
+    def full(self) -> bool:
+        """Whether it has as many effects as there may be, one that no rig does among them."""
+        few = len(self.effects) < MOST_EFFECTS
+        return not few and any(not of_a_rig(e) for e in self.effects)
 
     @property
     def name(self) -> str:
@@ -90,6 +96,11 @@ def _figures(h: Hypothesis) -> list[Figures]:
         at += e.columns
         fault += not e.columns
     return out
+
+
+def of_a_rig(effect: Effect) -> bool:
+    """Whether a rig does it, rather than the structure."""
+    return effect.type.rig or effect.type.mount
 
 
 def price(unknowns: int, figures: float) -> float:

@@ -167,7 +167,8 @@ GROWING = 0.5
 WIDER = 2
 # Fixtures or cords on which a rig alone is tried: the nearest, and one on the other side of a tie.
 MOUNTS = 2
-# Effects in one hypothesis, at most: a rig of four things and one that is sought.
+# Effects in one hypothesis, at most, but for one that is sought beside a rig of many things: a rig
+# of four and one that is sought.
 MOST_EFFECTS = 5
 # Times the best single effect's misfit: an effect that alone leaves more is nothing by itself.
 ALONE = 100.0

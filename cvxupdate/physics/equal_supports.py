@@ -14,6 +14,7 @@ from cvxupdate.physics.compliance import RIGID, SOFTEST, write
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
 from cvxupdate.physics.growth import append_parameters, limited
+from cvxupdate.physics.members import STRAIGHT
 from cvxupdate.physics.place import ROTATIONS, Place, where
 from cvxupdate.physics.quantity import stiffness
 from cvxupdate.physics.released import Held, Released, edge_shares
@@ -22,7 +23,7 @@ from cvxupdate.physics.units import quantity, stiffness_unit
 LIMITS = (0.0, SOFTEST)
 MOST = 100  # supports of a class
 ALONG = " along the edge"
-EVERY_AXIS = ", about every axis,"
+ROCKING = ", about all axes across their members,"
 
 
 @final
@@ -35,8 +36,7 @@ class EqualSupports(EffectType):
     writers = (("compliance", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:
-        """One for every direction that is held at several nodes, and one for all rotations of
-        these."""
+        """One for every direction that is held at several nodes, and one for feet that rock."""
         out = []
         for held in (*classes(context), *feet(context)):
             free = Released.of(context, held)
@@ -53,7 +53,7 @@ class EqualSupports(EffectType):
             nodes = tuple(dict.fromkeys(n for n, _ in free.held))
             place = Place(nodes=nodes, dof=kinds.pop() if len(kinds) == 1 else None)
             figures = (stiffness("k", stiffness_unit(Place(dof=held[0][1])), unit / RIGID),)
-            along = ALONG if free.along_edge else "" if place.dof else EVERY_AXIS
+            along = ALONG if free.along_edge else "" if place.dof else ROCKING
             spot = f"of the {len(nodes)} supports{along} at {where(place)}"
             out.append(Effect(self, place, change, figures, 1, LIMITS, spot))
         return out
@@ -79,13 +79,35 @@ def classes(context: SearchContext) -> Iterator[tuple[Held, ...]]:
 
 
 def feet(context: SearchContext) -> Iterator[tuple[Held, ...]]:
-    """All rotations that are held at several nodes, where these are the same about each axis: feet
-    on plates of one kind. Not along edges of sheets, where an axis is the edge's."""
-    turning = [held for held in classes(context) if held[0][1] in ROTATIONS]
+    """Rotations that are held at several nodes, the same ones about each axis, but for that along
+    which all members stand there: feet that rock on plates of one kind. Not along edges of sheets,
+    where an axis is the edge's."""
+    turning = [
+        held
+        for held in classes(context)
+        if held[0][1] in ROTATIONS and not _along_members(context.model, held)
+    ]
     nodes = {frozenset(n for n, _ in held) for held in turning}
     edges = any(np.any(edge_shares(context.model, held) != 1.0) for held in turning)
     if len(turning) > 1 and len(nodes) == 1 and not edges:
         yield tuple(h for held in turning for h in held)
+
+
+def _along_members(model: Model, held: tuple[Held, ...]) -> bool:
+    """Whether all members stand at supports along the axis that these hold from turning about: a
+    foot rocks, and twists otherwise."""
+    axis, at = ROTATIONS.index(held[0][1]), {n for n, _ in held}
+    found = False
+    for block in model.blocks:
+        if block.nodes is None or block.kind.nodes != 2:
+            continue
+        for a, b in block.nodes:
+            if a != b and not at.isdisjoint(model.node_ids[[a, b]].tolist()):
+                away = model.xyz[b] - model.xyz[a]
+                if abs(away[axis]) < STRAIGHT * float(np.linalg.norm(away)):
+                    return False
+                found = True
+    return found
 
 
 def _softened(free: Released, unit: float) -> Model:

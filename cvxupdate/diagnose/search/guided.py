@@ -29,7 +29,6 @@ from cvxupdate.diagnose.settings import (
     FALLEN,
     FINE_SEVERAL,
     GROWING,
-    MOST_EFFECTS,
     NEARER,
     NEAREST,
     OPEN,
@@ -210,7 +209,7 @@ class _Growth:
 
     def _goes_on(self, h: Hypothesis) -> bool:
         spare = h.fit.rows - len(self.evidence.model.parameters) - h.unknowns
-        return len(h.effects) < MOST_EFFECTS and spare >= SPARE
+        return not h.full and spare >= SPARE
 
     def _explains(self, carried: Sequence[Hypothesis]) -> bool:
         """Whether the best leaves no more than the discrepancy of a sound model; what it leaves

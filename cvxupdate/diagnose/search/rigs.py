@@ -12,14 +12,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, without
+from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, of_a_rig, without
 from cvxupdate.diagnose.search.backward import backward, merit
 from cvxupdate.diagnose.search.guided import Approach
 from cvxupdate.diagnose.search.race import merged, raced, tenable
 from cvxupdate.diagnose.settings import MOUNTS, SEVERAL_LEVEL
 from cvxupdate.diagnose.types import Evidence, Progress, Seed
 from cvxupdate.errors import CvxupdateError
-from cvxupdate.physics.effect import Effect
 
 RIGS = "what a rig alone would explain"
 
@@ -49,11 +48,6 @@ def beside_a_rig(
             out += found
         out += backward(evidence, h, progress)[1]
     return merged(out)
-
-
-def of_a_rig(effect: Effect) -> bool:
-    """Whether a rig does it, rather than the structure."""
-    return effect.type.rig or effect.type.mount
 
 
 def _last(evidence: Evidence) -> tuple[tuple[int, int]]:

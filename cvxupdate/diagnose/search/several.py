@@ -20,7 +20,6 @@ from cvxupdate.diagnose.settings import (
     FINE,
     FINE_SEVERAL,
     HALVED,
-    MOST_EFFECTS,
     MOVES,
     PARTNERS,
     PENALTY,
@@ -155,8 +154,7 @@ def further(
 
 def _goes_on(evidence: Evidence, h: Hypothesis) -> bool:
     spare = h.fit.rows - len(evidence.model.parameters) - h.unknowns
-    few = len(h.effects) < MOST_EFFECTS and spare >= SPARE
-    return few and not evidence.clear(h.fit)
+    return not h.full and spare >= SPARE and not evidence.clear(h.fit)
 
 
 def _at(evidence: Evidence, h: Hypothesis, level: int) -> Hypothesis:
