@@ -247,5 +247,6 @@ def test_a_shaker_is_an_explanation_like_others(driven_in_the_middle: Problem) -
     drive = {**content["findings"][0]["location"]}
     content["findings"][0]["equivalent"] = [{"physics": "flexible_support", "location": drive}]
     found = cvxupdate.plan(driven_in_the_middle, modes=3, diagnosis=content).data.apart
-    assert [e.title.split(" at ")[0] for e in found.explanations][0] == "An added mass"
-    assert len(found.explanations) == 2
+    one, shaker = found.explanations
+    assert one.title.startswith("An added mass")
+    assert "node 3 (x)" in shaker.title
