@@ -10,6 +10,7 @@ import numpy as np
 
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, seeds_from, without
+from cvxupdate.diagnose.nominal.supports import on_the_file
 from cvxupdate.diagnose.responses.bounded import Gap, Yielding, approached
 from cvxupdate.diagnose.responses.finite_size import Measure, few_directions, whole_member
 from cvxupdate.diagnose.responses.first_order import first_order
@@ -88,7 +89,8 @@ class Guide:
     def _rig(self, parent: Hypothesis) -> list[Effect]:
         context = self.evidence.context(parent.fit.setting.model)
         effects = [e for t in self._types() for e in t.candidates(context)]
-        return [e for e in effects if e.key not in parent.keys]
+        own = on_the_file(effects, self.evidence.model)  # a rig softens no spring that was added
+        return [e for e in own if e.key not in parent.keys]
 
     def _types(self) -> list[EffectType]:
         known = (t for t in effect_types() if t.rig and t.name in self.evidence.names)
