@@ -56,8 +56,8 @@ def place_picture(found: Diagnosis, spec: Spec) -> str | None:
         if found.beside is not None:
             draw_measured(ax, sketch, view, found.beside.sensors, found.beside.forces)
         up = CLEAR
-        for k, (rows, text) in enumerate(rings):
-            if found.findings[k].place.nodes:
+        for rows, text, ringed in rings:
+            if ringed:
                 _ring(ax, flat[rows])
             up += _named(ax, flat, rows, text, up, size)
         _bare(ax, view)
@@ -73,24 +73,21 @@ def place_picture(found: Diagnosis, spec: Spec) -> str | None:
 
 def _marks(
     found: Diagnosis, sketch: Sketch
-) -> tuple[dict[int, float], list[tuple[list[int], str]]]:
-    """Elements to be drawn thick, and the rows of nodes to be ringed, each with its name."""
+) -> tuple[dict[int, float], list[tuple[list[int], str, bool]]]:
+    """Elements to be drawn thick, and the rows of nodes that carry a name, with the name and
+    whether they are ringed; nothing of elements that are not drawn."""
     at_node = {int(n): k for k, n in enumerate(sketch.node_ids)}
     marked: dict[int, float] = {}
-    rings: list[tuple[list[int], str]] = []
+    rings: list[tuple[list[int], str, bool]] = []
+    drawn = {part.id: part for part in sketch.parts}
     for f in found.findings:
         marked |= {int(e): 1.0 for e in f.place.elements}
         rows = [at_node[n] for n in f.place.nodes if n in at_node]
-        if not rows and f.place.elements:
-            corners = [
-                k
-                for part in sketch.parts
-                if part.id == f.place.elements[len(f.place.elements) // 2]
-                for k in part.nodes
-            ]
-            rings.append((corners, f.title))
+        some = [drawn[e] for e in f.place.elements if e in drawn]
+        if not rows and some:
+            rings.append((list(some[len(some) // 2].nodes), f.title, False))
         elif rows:
-            rings.append((rows, f.title))
+            rings.append((rows, f.title, True))
             if len(rows) == 2:
                 marked |= {p.id: 1.0 for p in sketch.parts if set(p.nodes) == set(rows)}
     return marked, rings

@@ -112,6 +112,7 @@ def measure(method: str, size: int, clamped: bool = True) -> dict[str, Any]:
         "modes": end - assembled,
         "peak": (peak - before) / 1024,
         "frequencies": list(frequencies),
+        "rounding": float(np.finfo(float).eps * np.max(m.K.diagonal() / m.M.diagonal())),
     }
 
 
@@ -157,8 +158,11 @@ def test_time_and_memory() -> None:
                 f"{r['peak']:>8.0f} {r['frequencies'][-1]:>11.5f}"
                 f"{r['modes'] / found['cvxupdate']['modes']:>8.1f} times"
             )
+        mine = np.array(found["cvxupdate"]["frequencies"])
+        # the digits of K that stiff elements take from the lowest modes: 3e-6 of the first at 3e5
+        own = found["cvxupdate"]["rounding"] / (2.0 * (2.0 * np.pi * mine) ** 2)
         for r in found.values():
-            assert np.allclose(r["frequencies"], found["cvxupdate"]["frequencies"], rtol=1e-6)
+            assert np.all(np.abs(np.array(r["frequencies"]) / mine - 1.0) < 1e-6 + own)
 
 
 @pytest.mark.slow

@@ -256,3 +256,17 @@ def test_a_model_of_one_node_is_not_drawn(tmp_path: Path) -> None:
     path = tmp_path / "problem.toml"
     path.write_text(ONE_NODE)
     assert sketch_of(load_problem(path)) is None
+
+
+def test_a_place_that_is_not_drawn_has_no_mark_and_takes_none_of_another() -> None:
+    """An element that an effect added is not in the file; the whole structure has no node."""
+    nowhere = replace(FINDING, place=Place(elements=(901, 902)), title="added elements")
+    whole = replace(FINDING, place=Place(), title="the whole structure")
+    found = replace(FOUND, findings=(whole, nowhere, FINDING))
+    with_all, alone = page(found), page(FOUND)
+
+    def rings(text: str) -> int:
+        figure = text[text.index('aria-label="The structure') :]
+        return figure[: figure.index("</svg>")].count("<use ")
+
+    assert rings(with_all) == rings(alone)

@@ -11,6 +11,8 @@ from cvxupdate.diagnose.search.race import entered, raced
 from cvxupdate.diagnose.settings import COARSE, FINE
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
+from cvxupdate.fe.model import Model
+from cvxupdate.physics import effect_types
 from cvxupdate.physics.effect import Effect
 
 MOST = 6  # explanations that are compared: fifteen pairs
@@ -91,7 +93,11 @@ def refitted(
                 f"{where}: {one.physics} is not told by what {evidence.told_by} are fitted to, so "
                 "no further measurement can be compared for it. Leave --diagnosis out."
             )
-        placed = evidence.candidates(h.fit.setting.model, (one.physics,))
+        model = h.fit.setting.model
+        placed = [
+            *evidence.candidates(model, (one.physics,)),
+            *_parts_of_rigs(evidence, model, one),
+        ]
         effects = [c for c in placed if one.is_at(c)]
         if not effects:
             raise InputError(
@@ -113,3 +119,10 @@ def refitted(
         h = found[0]
     ended = raced(evidence, [h], (*COARSE, *FINE), progress)
     return ended[0] if ended else None
+
+
+def _parts_of_rigs(evidence: Evidence, model: Model, named: Named) -> list[Effect]:
+    """What is never sought by itself, only as part of a rig: a shaker where it drives."""
+    kinds = [t for t in effect_types() if t.name == named.physics and not t.sought]
+    context = evidence.context(model)
+    return [e for t in kinds if evidence.told_by in t.told_by for e in t.candidates(context)]

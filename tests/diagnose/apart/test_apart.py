@@ -239,3 +239,14 @@ def test_the_command_reads_the_file(tmp_path) -> None:
     found = plan(path, None, Diagnosed.of(file))
     assert found.apart is not None
     assert found.options.endswith("--diagnosis diagnosis.json")
+
+
+def test_a_shaker_is_an_explanation_like_others(driven_in_the_middle: Problem) -> None:
+    """It is never sought by itself, but a diagnosis may list it."""
+    content = told(3)
+    drive = {**content["findings"][0]["location"]}
+    content["findings"][0]["equivalent"] = [{"physics": "flexible_support", "location": drive}]
+    found = cvxupdate.plan(driven_in_the_middle, modes=3, diagnosis=content).data.apart
+    one, shaker = found.explanations
+    assert one.title.startswith("An added mass")
+    assert "node 3 (x)" in shaker.title

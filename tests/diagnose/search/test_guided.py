@@ -49,6 +49,25 @@ def test_all_that_a_rig_does_is_placed_at_once_and_does_nothing_yet(evidence):
     assert evidence.approach.rigged(rigged) is None
 
 
+def test_a_rig_softens_no_springs_that_were_added(evidence):
+    """Springs to ground that are softer alike are those of the file: two that a hypothesis has
+    brought are no rig, and no page could draw them."""
+    h = at_nominal(evidence, Hypothesis((), evidence.bases[0]), 1)
+    for node in (2, 3):
+        spring = next(
+            c
+            for c in evidence.candidates(h.fit.setting.model, ("grounding_spring",))
+            if c.place.nodes == (node,)
+        )
+        seed = seed_from(evidence, h, Score(spring, 0.0, np.ones(1)), 1)
+        h = Hypothesis(seed.effects, evidence.evaluated(seed.setting, seed.start))
+    known = {int(i) for b in evidence.model.blocks for i in b.ids}
+    added = {int(i) for b in h.fit.setting.model.blocks for i in b.ids} - known
+    assert len(added) == 2
+    rigged = evidence.approach.rigged(h)
+    assert not any(added & set(e.place.elements) for e in rigged.effects)
+
+
 def test_what_is_sought_stands_beside_the_rig(best):
     found = {e.physics: f.values for e, f in zip(best.effects, best.figures, strict=True)}
     assert set(found) == {"added_mass", "sensor_mass", "sensor_fault"}
