@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit
-from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, seeds_from
+from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, seeds_from, without
 from cvxupdate.diagnose.responses.bounded import Gap, Yielding, approached
 from cvxupdate.diagnose.responses.finite_size import Measure, few_directions, whole_member
 from cvxupdate.diagnose.responses.first_order import first_order
@@ -75,7 +75,7 @@ class Guide:
         """A parent on the ``count`` fixtures or cords that bring it nearest, with all else that a
         rig does: beside springs that give way as they should the mass of what holds them does not
         show."""
-        rig = _widest(_classes(self._rig(parent)))
+        rig = _widest([e for e in _classes(self._rig(parent)) if not parts_of(e)])
         mounts = tuple({t.name for t in effect_types() if t.mount})
         return self._beside(self._with(parent, rig), count, mounts, mount=True)
 
@@ -96,8 +96,13 @@ class Guide:
     def _rig(self, parent: Hypothesis) -> list[Effect]:
         context = self.evidence.context(parent.fit.setting.model)
         found = [e for t in self._types() for e in t.candidates(context)]
-        own = context.own or frozenset()
-        return [e for e in found if e.key not in parent.keys and own.issuperset(e.place.elements)]
+        own, seen, out = context.own or frozenset(), {k[:2] for k in parent.keys}, list[Effect]()
+        for e in found:
+            again = e.change is not None and e.key[:2] in seen  # the same another way
+            if e.key not in parent.keys and not again and own.issuperset(e.place.elements):
+                seen.add(e.key[:2])
+                out.append(e)
+        return out
 
     def _types(self) -> list[EffectType]:
         known = (t for t in effect_types() if t.rig and t.name in self.evidence.names)
@@ -119,6 +124,24 @@ class Guide:
         nearest += [other for s in nearest for other in _otherwise(s)]
         seeds = seeds_from(self.evidence, parent, nearest, fit.setting.level)
         return [self._damped(parent, s) for s in (*seeds, *sized.seeds)]
+
+    def another_way(self, h: Hypothesis) -> list[Seed]:
+        """The same with one of its changes another way at its place, of the same size."""
+        at, out = len(h.fit.setting.model.parameters) - sum(e.columns for e in h.effects), []
+        for k, e in enumerate(h.effects):
+            p, at = h.fit.p[at : at + e.columns], at + e.columns
+            found = (
+                ()
+                if e.change is None
+                else e.type.candidates(self.evidence.context(self.evidence.model))
+            )
+            keys = [c.key for c in found if c.key[:2] == e.key[:2] and c.key != e.key]
+            rest = without(self.evidence, h, k) if keys else None
+            if rest is not None:
+                there = e.type.candidates(self.evidence.context(rest.fit.setting.model))
+                scores = [Score(c, 0.0, p, exact=True) for c in there if c.key in keys]
+                out += seeds_from(self.evidence, rest, scores, h.fit.setting.level)
+        return [self._damped(h, seed) for seed in out]
 
     @staticmethod
     def _damped(parent: Hypothesis, seed: Seed) -> Seed:

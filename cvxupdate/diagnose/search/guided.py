@@ -65,6 +65,9 @@ class Approach(Protocol):
     def left(self, h: Hypothesis) -> float:
         """What it leaves of a hypothesis as it is."""
 
+    def another_way(self, h: Hypothesis) -> list[Seed]:
+        """The same with one of its changes another way at its place."""
+
     def with_drive(self, h: Hypothesis) -> Hypothesis | None:
         """The same where what stands at the drive goes with it, of which what was fitted says
         nothing; None where nothing does."""
@@ -130,7 +133,9 @@ class _Growth:
         seeds = [h.onward for h in (bare, rigged, alike) if h is not None]
         nearer = self._nearer(self.approach.mounted(bare, BEAM), "first pass")[:BEAM]
         seeds += [r.hypothesis.onward for r in nearer]
-        return self._pruned(self._taken(seeds, "sharp"))
+        front = self._pruned(self._taken(seeds, "sharp"))
+        others = self.approach.another_way(front[0].hypothesis) if front else []
+        return _nearest([*front, *self._taken(others, "sharp")])
 
     def _further(self, front: Sequence[Reached]) -> list[Reached]:
         """The nearest sets with one effect more than those of the front have, the nearest of these

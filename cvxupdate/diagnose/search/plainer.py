@@ -46,10 +46,11 @@ def says(one: Effect, effects: Sequence[Effect]) -> bool:
 
 
 def covers(one: Effect, effects: Sequence[Effect]) -> bool:
-    """Whether an effect is another one on more elements."""
+    """Whether an effect is another one on more elements, or of another kind at its place."""
     (other, *rest) = effects
     same = one.physics == other.physics and one.place.dof == other.place.dof
     more = set(one.place.elements) > set(other.place.elements) != set()
+    more |= one.place == other.place and one.key != other.key
     changes = one.change is not None and other.change is not None
     return not rest and same and more and changes and one.count == other.count
 
