@@ -19,6 +19,7 @@ from tests.cases.rigs import (
     on_fixture,
     table,
     with_joints,
+    with_lumps,
     with_springs,
 )
 
@@ -101,3 +102,16 @@ def test_a_force_channel_that_reads_low_is_the_measurement(
     written = tmp_path / "updated.toml"
     written.write_text(found.updated.text, encoding="utf-8")
     assert correlate(written).fit["hold_out"]["frf_error"]["after"] < 0.1
+
+
+@pytest.mark.parametrize("each", [1, 2])
+def test_an_accelerometer_for_all_directions_of_a_node_or_for_each(
+    tmp_path: Path, each: int
+) -> None:
+    sensors = [(2, "x"), (2, "z"), (4, "x"), (4, "z"), (7, "x"), (24, "z"), (13, "x")]
+    drives, lines = [(7, "x"), (24, "z")], np.arange(5.0, 220.0, 0.5)
+    real = with_lumps(with_lumps(frame(), (7, 24, 13), 0.03), (2, 4), each * 0.03)
+    found = diagnose(frfs(tmp_path, real, frame(), sensors, drives, lines))
+    first = sized(found, "m", 0.03)
+    assert first.physics == "sensor_mass"
+    assert ("one for each direction that is measured" in first.says) == (each == 2)

@@ -16,6 +16,7 @@ from cvxupdate.diagnose.search.driven import settled
 from cvxupdate.diagnose.search.driven import shaken as with_shaker
 from cvxupdate.diagnose.search.plainer import plainer
 from cvxupdate.diagnose.types import Score
+from cvxupdate.physics.sensor_mass import SensorMass
 from cvxupdate.physics.shaker import WITH_DRIVE, ShakerAttachment
 
 HEAVY, STIFF = 0.4, 9e3
@@ -172,3 +173,24 @@ def test_a_shaker_without_a_spring_is_said_as_a_mass(chain, lab, measure):
     (mass,) = best.effects
     assert mass.physics == "added_mass"
     assert best.figures[0].values["m"] == pytest.approx(HEAVY, rel=0.1)
+
+
+def test_another_way_begins_with_the_same_size(goes, monkeypatch):
+    """There is none where each node has one accelerometer; of two the other one is tried."""
+    names = ("sensor_mass", "added_mass")
+    heavy = replace(goes, names=names)
+    (effect,) = heavy.candidates(heavy.model, ("sensor_mass",))
+    bare = Hypothesis((), heavy.bases[-1])
+    seed = seed_from(heavy, bare, Score(effect, 0.0, np.array([0.5]), exact=True), 0)
+    h = Hypothesis(seed.effects, heavy.evaluated(seed.setting, seed.start))
+    assert heavy.approach.another_way(h) == []
+    both = SensorMass._of
+    monkeypatch.setattr(
+        SensorMass,
+        "candidates",
+        lambda self, context: [
+            both(self, context, {n: times for n in (1, 2, 3, 4)}) for times in (1, 2)
+        ],
+    )
+    (other,) = heavy.approach.another_way(h)
+    assert other.effects[0].key != effect.key and other.start[len(heavy.model.parameters)] == 0.5
