@@ -60,12 +60,9 @@ def _overlay(ax: Any, found: FrfComparison, f: Real, lines: slice, i: int, j: in
         low = np.maximum(x - sd, 1e-3 * np.maximum(x, 1e-300))
         label = "measured ± 2 standard deviations"
         ax.fill_between(f, low, x + sd, color=BAND, lw=0, label=label, zorder=1)
-    for y, ink, width, faint, label in (
-        (x, INK, 3.0, 0.3, "measured"),
-        (a, AFTER, 1.1, 1, "model"),
-    ):
-        shown = np.where(y > 0.0, y, np.nan)  # a response that is nothing has no logarithm
-        ax.plot(f, shown, color=ink, lw=width, alpha=faint, label=label, zorder=2)
+    drawn, modelled = (np.where(y > 0.0, y, np.nan) for y in (x, a))  # nothing has no logarithm
+    ax.plot(f, drawn, color=INK, lw=3.0, alpha=0.3, label="measured", zorder=2)
+    ax.plot(f, modelled, color=AFTER, lw=1.1, label="model", zorder=3)
     if np.any(x > 0.0) or np.any(a > 0.0):
         ax.set_yscale("log")
     if positive.size:
