@@ -40,7 +40,8 @@ class SensorMass(EffectType):
     def candidates(self, context: SearchContext) -> list[Effect]:
         """One, of the whole structure, where there are accelerometers that can move it; and one for
         an accelerometer in each direction, where several are measured at a node."""
-        found = Counter(n for a in dict.fromkeys(context.accelerometers) for n in nodes_of(a))
+        labels = dict.fromkeys(context.accelerometers)
+        found = Counter(n for label in labels for n in channel_place(label).nodes)
         each = [self._of(context, found)] if max(found.values(), default=0) > 1 else []
         return [e for e in (self._of(context, dict.fromkeys(found, 1)), *each) if e is not None]
 
@@ -86,11 +87,6 @@ class EachDirection(ModelChange):
     def detail(self) -> tuple[str, ...]:
         """What tells it from one for all of them."""
         return (APART,)
-
-
-def nodes_of(label: str) -> tuple[int, ...]:
-    """Where the accelerometer of a channel is."""
-    return channel_place(label).nodes
 
 
 def _along(rows: Sequence[int], unit: float) -> LowRank:

@@ -21,7 +21,7 @@ from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, silenced, with
 from cvxupdate.diagnose.search.backward import backward
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import merged, raced, tenable
-from cvxupdate.diagnose.search.several import Pool
+from cvxupdate.diagnose.search.several import Pool, room
 from cvxupdate.diagnose.settings import (
     BEAM,
     BUDGET,
@@ -33,7 +33,6 @@ from cvxupdate.diagnose.settings import (
     NEAREST,
     OPEN,
     SEVERAL_LEVEL,
-    SPARE,
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
@@ -106,7 +105,7 @@ class _Growth:
         """The nearest sets, nearest first."""
         front = self._begun()
         tried: set[frozenset[Key]] = set()
-        while front and self._goes_on(front[0].hypothesis):
+        while front and room(self.evidence, front[0].hypothesis):
             if self.evidence.hurried or self.budget.over():
                 self.evidence.leave(GROWN)
                 break
@@ -211,10 +210,6 @@ class _Growth:
         fit = silenced(self.evidence, h, indices)
         rest = without(self.evidence, h, *indices) if fit is None else Hypothesis(h.effects, fit)
         return np.inf if rest is None else self.approach.left(rest)
-
-    def _goes_on(self, h: Hypothesis) -> bool:
-        spare = h.fit.rows - len(self.evidence.model.parameters) - h.unknowns
-        return not h.full and spare >= SPARE
 
     def _explains(self, carried: Sequence[Hypothesis]) -> bool:
         """Whether the best leaves no more than the discrepancy of a sound model; what it leaves

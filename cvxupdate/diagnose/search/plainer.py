@@ -24,7 +24,7 @@ def plainer(evidence: Evidence, whole: Hypothesis) -> list[Seed]:
         for indices in combinations(range(len(whole.effects)), count):
             gone = [whole.effects[k] for k in indices]
             keys = {c.key for c in known if says(c, gone)} - whole.keys
-            more = {c.key for c in known if covers(c, gone)} - whole.keys
+            more = {c.key for c in known if count == 1 and covers(c, gone[0])} - whole.keys
             rest = without(evidence, whole, *indices) if keys or more else None
             out += [] if rest is None else _sized(evidence, rest, keys, more, gone)
     return out
@@ -45,14 +45,13 @@ def says(one: Effect, effects: Sequence[Effect]) -> bool:
     return here and kind and along and one.count < sum(e.count for e in effects)
 
 
-def covers(one: Effect, effects: Sequence[Effect]) -> bool:
-    """Whether an effect is another one on more elements, or of another kind at its place."""
-    (other, *rest) = effects
+def covers(one: Effect, other: Effect) -> bool:
+    """Whether an effect is another one on more elements, or another way at its place."""
     same = one.physics == other.physics and one.place.dof == other.place.dof
     more = set(one.place.elements) > set(other.place.elements) != set()
     more |= one.place == other.place and one.key != other.key
     changes = one.change is not None and other.change is not None
-    return not rest and same and more and changes and one.count == other.count
+    return same and more and changes and one.count == other.count
 
 
 def _names(evidence: Evidence, effects: Sequence[Effect]) -> list[str]:

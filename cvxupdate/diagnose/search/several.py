@@ -135,7 +135,7 @@ def further(
     rest (backward). Rigs bring several things at once, and what is sought stands beside them."""
     out: list[Hypothesis] = []
     best = pairs[0]
-    while _goes_on(evidence, best):
+    while room(evidence, best) and not evidence.clear(best.fit):
         if evidence.hurried:
             evidence.leave(MORE)
             break
@@ -152,9 +152,10 @@ def further(
     return out
 
 
-def _goes_on(evidence: Evidence, h: Hypothesis) -> bool:
+def room(evidence: Evidence, h: Hypothesis) -> bool:
+    """Whether a further effect may be told beside those of a set."""
     spare = h.fit.rows - len(evidence.model.parameters) - h.unknowns
-    return not h.full and spare >= SPARE and not evidence.clear(h.fit)
+    return not h.full and spare >= SPARE
 
 
 def _at(evidence: Evidence, h: Hypothesis, level: int) -> Hypothesis:
