@@ -3,7 +3,7 @@ and the figures that were found. The same for every kind of evidence."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,6 +15,10 @@ from cvxupdate.diagnose.types import Evidence, Key, Real, Score, Seed
 from cvxupdate.errors import CvxupdateError, ModelError
 from cvxupdate.physics.effect import Effect, plant
 from cvxupdate.physics.fault import Fault
+from cvxupdate.physics.shaker import at_drive
+
+FIXTURE = "flexible_support"  # what a rig stands on
+PARTS = ("added_mass", "grounding_spring")  # what supports, shakers and fixtures are made of
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,12 @@ class Hypothesis:
         """To fit it on from where it is."""
         return Seed(self.effects, self.fit.setting, self.fit.p)
 
+    def sizes(self, number: int) -> Real:
+        """The unknowns of an effect that are parameters of the model, (columns,)."""
+        before = sum(e.columns for e in self.effects[number:])
+        first = len(self.fit.setting.model.parameters) - before
+        return self.fit.p[first : first + self.effects[number].columns]
+
     @cached_property
     def figures(self) -> tuple[Figures, ...]:
         """Of every effect; worked out once, for they need a linearisation."""
@@ -101,6 +111,19 @@ def _figures(h: Hypothesis) -> list[Figures]:
 def of_a_rig(effect: Effect) -> bool:
     """Whether a rig does it, rather than the structure."""
     return effect.type.rig or effect.type.mount
+
+
+def further(candidates: Sequence[Effect], parent: Hypothesis) -> list[Effect]:
+    """Candidates that may be sought beside a parent: not what it has already, and no lump and no
+    spring where a fixture stands, whose mass and springs these are."""
+    fixed = {n for e in parent.effects if e.physics == FIXTURE for n in e.place.nodes}
+    own = [c for c in candidates if c.key not in parent.keys]
+    return [c for c in own if c.physics not in PARTS or fixed.isdisjoint(c.place.nodes)]
+
+
+def only_a_rig(h: Hypothesis) -> bool:
+    """Whether a rig does all that is supposed, what stands at the drive being the shaker's."""
+    return all(of_a_rig(e) or at_drive(e) for e in h.effects)
 
 
 def price(unknowns: int, figures: float) -> float:

@@ -26,8 +26,10 @@ class ShearDeformation(EffectType):
     noun = "deformation in shear"
 
     def candidates(self, context: SearchContext) -> list[Effect]:
-        """In every group of beams or shells."""
-        sets = [(i, g) for i, g in member_sets(context.model, "shear") if g]
+        """In every group of beams or shells; in all of them where none is in a group."""
+        known = member_sets(context.model, "shear")
+        most = max((len(i) for i, _ in known), default=0)
+        sets = [(i, g) for i, g in known if g or len(i) == most > 1]
 
         def wanted(k: int, ids: tuple[int, ...]) -> list[Wanted]:
             return [limited(f"shear@{k}", "shear", ids, LIMITS, 1.0)]

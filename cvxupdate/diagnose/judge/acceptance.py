@@ -4,11 +4,12 @@ held out, and leaves what noise and the model's discrepancy may be."""
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit
-from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig
 from cvxupdate.diagnose.settings import (
     CLEARLY,
     DAMPING_COST,
@@ -63,6 +64,12 @@ class Case:
     def weighed(self, h: Hypothesis, freed: int = 0) -> Weighed:
         """A hypothesis with its errors."""
         return weighed(self.evidence, h, freed)
+
+    @cached_property
+    def places(self) -> int:
+        """Where what is sought may stand, beside what a rig does."""
+        found = self.evidence.candidates(self.evidence.model)
+        return max(1, len({e.place for e in found if not of_a_rig(e)}))
 
     def scale(self, w: Weighed) -> float:
         """What is compared: misfit beyond noise, or the strain on damping ratios."""

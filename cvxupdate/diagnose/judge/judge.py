@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, without
+from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig, without
 from cvxupdate.diagnose.judge.acceptance import (
     Case,
     Weighed,
@@ -105,6 +105,7 @@ def _decided(evidence: Evidence, found: Found) -> Judgement:
             return replace(bare, final=wide, field=field, findings=claimed)
     if final is None:
         return bare
+    final = _a_rig_instead(several, final, case)
     standings = tuple(standing(k, final, field, case) for k in range(len(final.hypothesis.effects)))
     findings: tuple[Finding, ...] = ()
     if credible(final, case):
@@ -137,6 +138,17 @@ def _wide(case: Case) -> Weighed | None:
     wide = case.weighed(h, len(loose_groups(h)))
     good = wide.freed > 0 and explained(wide, case) and better(wide, case.base, case)
     return wide if good else None
+
+
+def _a_rig_instead(several: Sequence[Weighed], final: Weighed, case: Case) -> Weighed:
+    """Several things that a rig does, where they alone are likelier than what was decided with
+    something sought among it."""
+    if only_a_rig(final.hypothesis):
+        return final
+    alone = _likeliest([w for w in several if only_a_rig(w.hypothesis)], case)
+    if alone is None or not needs_several(alone, None, case):
+        return final
+    return alone if log_odds(alone, case) > log_odds(final, case) else final
 
 
 def _groups_instead(wide: Weighed, final: Weighed | None, case: Case) -> bool:

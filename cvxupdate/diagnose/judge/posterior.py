@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, price
+from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig, price
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
 from cvxupdate.diagnose.judge.alternatives import has
 from cvxupdate.diagnose.settings import STRONG
@@ -20,13 +20,16 @@ def log_odds(w: Weighed, case: Case) -> float:
     """Logarithm of the evidence for a hypothesis, up to what all have in common: the likelihood at
     its fit, less half the logarithm of the figures for each unknown (Bayes' information criterion;
     Kass and Raftery 1995), and the likelihood of what was held out, for which nothing was fitted.
-    Where only the pattern of damping is at stake its strain is the
-    likelihood, one figure a mode."""
+    Where only the pattern of damping is at stake its strain is the likelihood, one figure a mode.
+    That something sought is missing at all is one supposition, a rig alone another: the first
+    shares its probability among all the places where it may stand, which beside hundreds are bound
+    to have one that fits the noise of a rig better (Scott and Berger 2010 on multiplicity)."""
     if case.damping_only:
         figures, fits = float(len(w.fit.p)), -0.5 * w.fit.damping_strain
     else:
         figures, fits = w.fit.independent, w.fit.log_evidence + w.held_out
-    return fits - price(w.unknowns, figures)
+    sought = bool(w.freed) or not only_a_rig(w.hypothesis)
+    return fits - price(w.unknowns, figures) - sought * float(np.log(case.places))
 
 
 def field_of(final: Weighed, others: Sequence[Weighed], case: Case) -> list[Weighed]:
@@ -39,7 +42,7 @@ def field_of(final: Weighed, others: Sequence[Weighed], case: Case) -> list[Weig
 
 
 def weights(field: Sequence[Weighed], case: Case) -> Real:
-    """Posterior probabilities of a field, (hypotheses,): equal before, one together."""
+    """Posterior probabilities of a field, (hypotheses,), one together."""
     logs = np.array([log_odds(w, case) for w in field])
     likely: Real = np.exp(logs - logs.max())
     return likely / likely.sum()

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 
 from cvxupdate.correlate import pair_modes
 from cvxupdate.diagnose.nominal.mesh import shearing
-from cvxupdate.diagnose.nominal.theory import SHEAR, theory_of
+from cvxupdate.diagnose.nominal.theory import SHEAR, stocky, theory_of
 from cvxupdate.diagnose.settings import (
     ANOTHER_MODE,
     MESH_PARTS,
@@ -49,7 +49,8 @@ class Mesh:
     ``shift`` the largest relative error of a natural frequency in the band by the file's mesh,
     ``error`` what that mesh alone leaves of the responses; ``left`` what the finer one does;
     ``advised`` the parts of each edge with which the file's own elements would do; ``theory`` what
-    the theory of its beams may leave out (`cvxupdate.diagnose.nominal.theory`)."""
+    the theory of its beams may leave out (`cvxupdate.diagnose.nominal.theory`); ``stocky``: beams
+    are too short for theory to leave shear out."""
 
     analysis: Analysis | None = None
     shift: float = 0.0
@@ -57,6 +58,7 @@ class Mesh:
     left: float = 0.0
     advised: int = 1
     theory: tuple[str, ...] = ()
+    stocky: bool = False
 
     def on(self, file: Model) -> Model:
         """The model that is diagnosed."""
@@ -111,12 +113,14 @@ def fine_enough(spec: Spec, file: Model, wanted: Wanted) -> Mesh:
             found, model = finer, finer.on(file)
         shift_of = partial(shift_between, top=wanted.top)
         theory = theory_of(model, wanted.differ, shift_of, wanted.enough, SOUND_THEORY)
+        short = stocky(model, shift_of, SOUND_THEORY)
         needed = _needed(found, file, wanted, SHEAR in theory)
         model = needed.on(file)
         shift, error = shift_between(file, model, wanted.top), wanted.differ(file, model)
     except CvxupdateError:
         return PLAIN
-    return Mesh(needed, shift, error, left, _advised(shift, rest, MESH_PARTS[0]), theory)
+    advised = _advised(shift, rest, MESH_PARTS[0])
+    return Mesh(needed, shift, error, left, advised, theory, short)
 
 
 def with_theory_of(file: Model, wanted: Wanted) -> Mesh:
@@ -125,7 +129,8 @@ def with_theory_of(file: Model, wanted: Wanted) -> Mesh:
         return PLAIN
     try:
         shift_of = partial(shift_between, top=wanted.top)
-        return Mesh(theory=theory_of(file, wanted.differ, shift_of, wanted.enough, SOUND_THEORY))
+        theory = theory_of(file, wanted.differ, shift_of, wanted.enough, SOUND_THEORY)
+        return Mesh(theory=theory, stocky=stocky(file, shift_of, SOUND_THEORY))
     except CvxupdateError:
         return PLAIN
 

@@ -92,6 +92,12 @@ def with_theory(model: Model, word: str) -> Model:
     return _with(model, word, np.ones_like)
 
 
+def stocky(model: Model, shift: Callable[[Model, Model], float], most: float) -> bool:
+    """Whether beams that lack shear are so short that theory wants it of them: it shifts
+    (``shift``) frequencies by more than ``most``, relative."""
+    return bool(lines_of(model, SHEAR)) and shift(model, shearing(model)) > most
+
+
 def theory_of(
     model: Model,
     differ: Callable[[Model, Model], float],

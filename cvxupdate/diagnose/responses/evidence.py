@@ -214,7 +214,7 @@ class ResponseEvidence(Linear):
     @property
     def approach(self) -> Guide:
         """Beside a model that is far off."""
-        return Guide(self)
+        return Guide(self, self.fine.stocky)
 
     def held_out(self, fit: Fit) -> float:
         """Of what is driven from elsewhere; another record at the same drive says the same."""

@@ -9,7 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit
-from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, seeds_from, without
+from cvxupdate.diagnose.hypothesis import (
+    FIXTURE,
+    Hypothesis,
+    at_nominal,
+    further,
+    seed_from,
+    seeds_from,
+    without,
+)
 from cvxupdate.diagnose.responses.bounded import Gap, Yielding, approached
 from cvxupdate.diagnose.responses.finite_size import Measure, few_directions, whole_member
 from cvxupdate.diagnose.responses.first_order import first_order
@@ -17,7 +25,7 @@ from cvxupdate.diagnose.responses.sets import sets_of_elements
 from cvxupdate.diagnose.responses.setting import EFFORTS
 from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
-from cvxupdate.diagnose.settings import STARTS, WHOLE, WHOLES
+from cvxupdate.diagnose.settings import SEVERAL_LEVEL, STARTS, WHOLE, WHOLES
 from cvxupdate.diagnose.types import Evidence, FiniteSize, Key, Score, Seed
 from cvxupdate.physics import effect_types
 from cvxupdate.physics.effect import RESPONSES, Effect, EffectType
@@ -45,15 +53,39 @@ def at_finite_sizes(
     return FiniteSize(exact, [seed for seed, _ in ranked[:WHOLE]])
 
 
-FIXTURE = "flexible_support"  # what a rig stands on
+# An effect, its size by theory in parts of what the section's shear coefficient gives, and how far
+# it may be off: that coefficient is known within a fifth, of which this is two and a half.
+SHEARS, BY_THEORY, NEAR_THEORY = "shear_deformation", 1.0, 0.5
 
 
 @dataclass(frozen=True)
 class Guide:
     """How a model that is far off is brought near: by a comparison that no line can dominate
-    (`cvxupdate.diagnose.responses.bounded`)."""
+    (`cvxupdate.diagnose.responses.bounded`). ``stocky``: theory wants shear of its beams."""
 
     evidence: Evidence
+    stocky: bool = False
+
+    def begun(self) -> Hypothesis:
+        """What sets grow on: the model with nominal nuisance parameters; where theory wants shear
+        of its beams, with that. Beside what a rig does it alone brings nothing nearer, and where
+        it is wanting other effects imitate it."""
+        bare = at_nominal(self.evidence, Hypothesis((), self.evidence.bases[0]), SEVERAL_LEVEL)
+        return self.by_theory(bare) or bare
+
+    def by_theory(self, parent: Hypothesis) -> Hypothesis | None:
+        """A parent with the shear that theory wants of its beams, as large as that says; None where
+        it wants none, or the parent has that much."""
+        has = [k for k, e in enumerate(parent.effects) if e.physics == SHEARS]
+        near = any(abs(parent.sizes(k)[0] - BY_THEORY) <= NEAR_THEORY for k in has)
+        if not self.stocky or near or SHEARS not in self.evidence.names:
+            return None
+        rest = without(self.evidence, parent, *has) if has else parent
+        if rest is None:
+            return None
+        found = self.evidence.candidates(rest.fit.setting.model, (SHEARS,))
+        whole = max(found, key=lambda e: len(e.place.elements), default=None)
+        return None if whole is None else self._with(rest, [whole], BY_THEORY)
 
     def rigged(self, parent: Hypothesis) -> Hypothesis | None:
         """A parent with all that a rig does, as yet of no size: what hardly a test is without, in
@@ -79,15 +111,15 @@ class Guide:
         mounts = tuple({t.name for t in effect_types() if t.mount})
         return self._beside(self._with(parent, rig), count, mounts, mount=True)
 
-    def _with(self, parent: Hypothesis, effects: Sequence[Effect]) -> Hypothesis:
-        """A parent with further effects of no size."""
+    def _with(self, parent: Hypothesis, effects: Sequence[Effect], p: float = 0.0) -> Hypothesis:
+        """A parent with further effects, each of its unknowns ``p``: of no size."""
         found = parent
         for effect in effects:
             moved = effect.on(self.evidence.context(found.fit.setting.model))
             if moved is None:
                 continue
-            nothing = Score(moved, 0.0, np.zeros(moved.count))
-            seed = seed_from(self.evidence, found, nothing, found.fit.setting.level)
+            size = Score(moved, 0.0, np.full(moved.count, p))
+            seed = seed_from(self.evidence, found, size, found.fit.setting.level)
             if seed is not None:
                 fit = self.evidence.evaluated(seed.setting, seed.start)
                 found = Hypothesis(seed.effects, fit)
@@ -118,7 +150,7 @@ class Guide:
         fit = parent.fit
         wanted = [n for n in self.evidence.names if n in names]
         found = self.evidence.candidates(fit.setting.model, wanted)
-        effects = [c for c in found if c.key not in parent.keys and c.type.mount >= mount]
+        effects = [c for c in further(found, parent) if c.type.mount >= mount]
         sized = at_finite_sizes(self.evidence, parent, effects, Yielding.of(fit.point))
         nearest = _several(sorted(sized.scores, key=lambda s: -s.fraction), count)
         nearest += [other for s in nearest for other in _otherwise(s)]

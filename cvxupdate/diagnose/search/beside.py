@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seeds_from
+from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, further, seeds_from
 from cvxupdate.diagnose.screen.shortlist import shortlist
 from cvxupdate.diagnose.settings import ALTERNATIVES, EACH_SIZED, SEVERAL_LEVEL, SHORT
 from cvxupdate.diagnose.types import Evidence, Key, Score, Seed
@@ -21,7 +21,7 @@ def beside(
     at finite sizes beside its effects alone, with nuisance parameters nominal (``also``: these
     too, however little they show). The refits are to begin at ``level``."""
     model = parent.fit.setting.model
-    effects = [c for c in evidence.candidates(model) if c.key not in parent.keys]
+    effects = further(evidence.candidates(model), parent)
     near: list[Score] = []
     if scores is None:
         near = shortlist(evidence.first_order(parent.fit, effects))

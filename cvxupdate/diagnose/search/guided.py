@@ -17,7 +17,7 @@ import numpy as np
 
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit
-from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, silenced, without
+from cvxupdate.diagnose.hypothesis import Hypothesis, silenced, without
 from cvxupdate.diagnose.search.backward import backward
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import merged, raced, tenable
@@ -42,6 +42,12 @@ GROWN, RIVALS = "sets of effects that bring the whole nearer", "rivals of member
 
 class Approach(Protocol):
     """A comparison that no figure can dominate, however far off the model is."""
+
+    def begun(self) -> Hypothesis:
+        """What sets grow on: the model with nominal nuisance parameters and what theory wants."""
+
+    def by_theory(self, parent: Hypothesis) -> Hypothesis | None:
+        """A parent with what theory wants, as large as it says; None where that is nothing."""
 
     def rigged(self, parent: Hypothesis) -> Hypothesis | None:
         """A parent with all that a rig does, as yet of no size; None where there is no such
@@ -90,7 +96,8 @@ def guided(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     squares has its turn, too."""
     if evidence.approach is None:
         return []
-    growth = _Growth(evidence, evidence.approach, progress, Budget(GROWING * BUDGET, np.inf))
+    approach, budget = evidence.approach, Budget(GROWING * BUDGET, np.inf)
+    growth = _Growth(evidence, approach, approach.begun(), progress, budget)
     return growth.finished(growth.found())
 
 
@@ -98,6 +105,7 @@ def guided(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
 class _Growth:
     evidence: Evidence
     approach: Approach
+    bare: Hypothesis
     progress: Progress
     budget: Budget
 
@@ -124,8 +132,7 @@ class _Growth:
     def _begun(self) -> list[Reached]:
         """The bare model, that with all that a rig does, and on fixtures or cords with the rest of
         a rig, as far as these bring it nearer."""
-        bases = self.evidence.bases
-        bare = at_nominal(self.evidence, Hypothesis((), bases[0]), SEVERAL_LEVEL)
+        bare = self.bare
         self.progress("seeking what of a rig brings the model nearer")
         rigged = self.approach.rigged(bare)
         alike = self.approach.alike(bare)
@@ -140,15 +147,21 @@ class _Growth:
         """The nearest sets with one effect more than those of the front have, the nearest of these
         with all that a rig does beside them, too; nearest first."""
         seeds: list[Seed] = []
-        for r in front:
-            self.progress(f"seeking what brings {r.hypothesis.name} nearer")
-            seeds += self.approach.beside(r.hypothesis, NEAREST)
+        for h in self._parents(front):
+            self.progress(f"seeking what brings {h.name} nearer")
+            seeds += self.approach.beside(h, NEAREST)
         plain = self._nearer(seeds, "first pass")
         rigged = [s for r in _nearest(plain)[:BEAM] for s in self._rigged(r.hypothesis)]
         entered = sorted([*plain, *self._nearer(rigged, "first pass")], key=lambda r: r.left)
         best = {r.hypothesis.keys for r in _abreast(entered)}
         field = [r.hypothesis for r in entered if r.hypothesis.keys in best]
         return self._pruned(self._taken([h.onward for h in field], "sharp"))
+
+    def _parents(self, front: Sequence[Reached]) -> list[Hypothesis]:
+        """As they are, and with what theory wants as large as it says: among effects that are not
+        all there yet that ends at nothing, and what it would go with is not seen beside that."""
+        found = [r.hypothesis for r in front]
+        return [*found, *(h for h in map(self.approach.by_theory, found) if h is not None)]
 
     def _rigged(self, h: Hypothesis) -> list[Seed]:
         try:
@@ -184,9 +197,9 @@ class _Growth:
         """Without the effects that do little as it is, all at once; then, one by one, the one that
         does least where the others take its part when they are fitted again."""
         whole = self._busy(whole)
-        while whole.hypothesis.effects:
+        while sought := self._sought(whole.hypothesis):
             h = whole.hypothesis
-            least = min(range(len(h.effects)), key=lambda k: self._left(h, (k,)))
+            least = min(sought, key=lambda k: self._left(h, (k,)))
             rest = without(self.evidence, h, least)
             again = [] if rest is None else self._taken([rest.onward], "sharp")
             if not again or NEARER * again[0].left > whole.left:
@@ -198,12 +211,17 @@ class _Growth:
         """Without the effects that do little as it is."""
         h = whole.hypothesis
         idle: tuple[int, ...] = ()
-        for k in sorted(range(len(h.effects)), key=lambda k: self._left(h, (k,))):
+        for k in sorted(self._sought(h), key=lambda k: self._left(h, (k,))):
             if NEARER * self._left(h, (*idle, k)) > whole.left:
                 break
             idle = (*idle, k)
         rest = without(self.evidence, h, *idle) if idle else None
         return whole if rest is None else Reached(rest, self.approach.left(rest))
+
+    def _sought(self, h: Hypothesis) -> list[int]:
+        """Numbers of the effects that a set was grown by: what theory wants stays, for it does
+        little until the others are there."""
+        return [k for k, e in enumerate(h.effects) if e.key not in self.bare.keys]
 
     def _left(self, h: Hypothesis, indices: tuple[int, ...]) -> float:
         """What is left without some effects, as it is."""

@@ -6,12 +6,12 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from itertools import combinations
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from, without
+from cvxupdate.diagnose.hypothesis import PARTS, Hypothesis, seeds_from, without
 from cvxupdate.diagnose.settings import WIDER
 from cvxupdate.diagnose.types import Evidence, Key, Seed
 from cvxupdate.physics.effect import Effect
 
-PARTS = ("added_mass", "grounding_spring")  # what supports, shakers and fixtures are made of
+SOFTER, GIVES = "stiffness_change", "joint_flexibility"
 
 
 def plainer(evidence: Evidence, whole: Hypothesis) -> list[Seed]:
@@ -33,16 +33,28 @@ def plainer(evidence: Evidence, whole: Hypothesis) -> list[Seed]:
 def says(one: Effect, effects: Sequence[Effect]) -> bool:
     """Whether a change of the model says in fewer unknowns what others do: it stands where they do
     together and nowhere else, is of their kind or a part of what they are made of, and acts along
-    what they act along, or along all."""
+    what they act along, a part of that, or all; or a run of softer elements what a softer one does
+    and a joint at its end."""
     if one.change is None or any(e.change is None for e in effects):
         return False
+    if {e.physics for e in effects} == {SOFTER, GIVES}:
+        return _run(one, effects)
     nodes = {n for e in effects for n in e.place.nodes}
     elements = {i for e in effects for i in e.place.elements}
     here = (set(one.place.nodes), set(one.place.elements)) == (nodes, elements) != (set(), set())
     part = not elements and one.physics in PARTS
     kind = part or {one.physics} == {e.physics for e in effects}
-    along = one.place.dof is None or one.place.dof in {e.place.dof for e in effects}
-    return here and kind and along and one.count < sum(e.count for e in effects)
+    along = {None, one.place.dof} & {e.place.dof for e in effects} or one.place.dof is None
+    return here and kind and bool(along) and one.count < sum(e.count for e in effects)
+
+
+def _run(one: Effect, effects: Sequence[Effect]) -> bool:
+    """Whether an effect softens the elements that others soften and the one that a joint ends, and
+    no more than one beside."""
+    elements = {i for e in effects for i in e.place.elements}
+    more = set(one.place.elements) - elements
+    within = one.physics == SOFTER and elements <= set(one.place.elements)
+    return within and len(more) < 2 and one.count < sum(e.count for e in effects)
 
 
 def covers(one: Effect, other: Effect) -> bool:

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, of_a_rig, without
+from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig, without
 from cvxupdate.diagnose.search.backward import backward, merit
 from cvxupdate.diagnose.search.guided import Approach
 from cvxupdate.diagnose.search.race import merged, raced, tenable
@@ -31,7 +31,7 @@ def beside_a_rig(
     was tried, sharpened). Nothing where one effect is enough, where the best set (``sets``: best
     first) has nothing but a rig, or without an approach."""
     approach, best = evidence.approach, [h for h in sets if len(h.effects) > 1][:1]
-    if approach is None or not best or all(map(of_a_rig, best[0].effects)):
+    if approach is None or not best or only_a_rig(best[0]):
         return []
     if evidence.hurried:
         evidence.leave(RIGS)
@@ -56,7 +56,7 @@ def _last(evidence: Evidence) -> tuple[tuple[int, int]]:
 
 def _alone(evidence: Evidence, approach: Approach) -> Hypothesis | None:
     """Nothing but what a rig does, brought as near as it comes, level by level."""
-    bare = at_nominal(evidence, Hypothesis((), evidence.bases[0]), SEVERAL_LEVEL)
+    bare = approach.begun()
     whole = (approach.rigged(bare), approach.alike(bare))
     seeds = [*approach.mounted(bare, MOUNTS), *(h.onward for h in whole if h is not None)]
     best, least = None, np.inf

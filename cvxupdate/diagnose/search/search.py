@@ -92,7 +92,10 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     entries = entered(evidence, seeds, progress)
     coarse = raced(evidence, entries, COARSE, progress)
     grown = guided(evidence, progress) if not pattern and _far_off(coarse) else []
-    reached = bool(grown) and (
+    ahead = bool(grown) and grown[0].penalised < coarse[0].penalised
+    if ahead:  # on from there first: pairs of single effects start further off
+        grown = merged(grown, further(evidence, grown, progress))
+    reached = ahead and (
         grown[0].fit.misfit <= OPEN * EXPLAINED
         or HOPELESS * grown[0].penalised <= coarse[0].penalised
     )
@@ -111,7 +114,8 @@ def search(evidence: Evidence, progress: Progress) -> Found:
             several = pairs(evidence, coarse, FEW_PARENTS if few else PARENTS, progress)
             singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
         alone = bool(several or grown) and _told_alone(evidence, singles[0])
-        ways = [] if alone else [way for way in (several, grown) if way]  # each has its own end
+        own = [several] if ahead else [several, grown]  # each has its own end
+        ways = [] if alone else [way for way in own if way]
         several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
     several = elsewhere(evidence, several, progress)
     several = merged(several, shaken(evidence, several, progress))
