@@ -43,6 +43,13 @@ class PlainType(EffectType):
         return f"A factor {next(iter(values.values())):.3g} {at(effect.place)}."
 
 
+@dataclass(frozen=True)
+class RigType(PlainType):
+    """What a rig does."""
+
+    rig: bool = True  # type: ignore[misc]
+
+
 def no_model() -> Model:
     raise ModelError("this effect has no model.")
 
@@ -55,6 +62,11 @@ def effect(
     type_ = PlainType(name, f"some {name.replace('_', ' ')}", damping)
     change = ModelChange(no_model, ((),) * count)
     return Effect(type_, Place(**(place or {"nodes": (1,)})), change, (factor(),))
+
+
+def rig(name: str = "sensor_mass", **place: Any) -> Effect:
+    """What a rig does, with one unknown."""
+    return replace(effect(name, **place), type=RigType(name, "what a rig does"))
 
 
 def fault(channel: str) -> Effect:
@@ -146,9 +158,13 @@ class PlainEvidence:
     drift: str | None = None
     approach: None = None
     next: bool = False
+    everything: Sequence[Effect] = ()  # all candidates
     neighbours: Sequence[Effect] = ()
     one: Sequence[Effect] = ()  # and those that nothing tells apart
     undone: list[str] = field(default_factory=list)
+
+    def candidates(self, model: object, names: Sequence[str] | None = None) -> list[Effect]:
+        return list(self.everything)
 
     def errors(self, fit: PlainFit) -> Errors:
         return fit.errors

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.judge.judge import _parts, judge
+from cvxupdate.diagnose.judge.judge import _a_rig_instead, _parts, judge
 from cvxupdate.diagnose.search.search import Found
 from cvxupdate.diagnose.settings import CLEAR, MOST_SURE, STATED
 from cvxupdate.diagnose.types import Errors
@@ -20,6 +20,7 @@ from tests.cases.plain_evidence import (
     effect,
     fault,
     parameter,
+    rig,
     supposed,
     weighed,
 )
@@ -296,3 +297,18 @@ def test_only_the_pattern_of_damping_is_at_stake_where_the_rest_is_explained() -
         ).findings
         == ()
     )
+
+
+def test_a_rig_alone_that_is_likelier_is_claimed_instead() -> None:
+    """Fewer things of which one is sought are tried first; with so many places where that may stand
+    it is chance."""
+    feet, sensors, gain = rig(nodes=(1,)), rig("equal_joints"), rig("sensor_fault")
+    fewer = weighed(replace(GOOD, misfit=1.1), A, feet)
+    alone = weighed(replace(GOOD, misfit=0.9), feet, sensors, gain)
+    many = tuple(effect(nodes=(n,)) for n in range(1, 200))
+    case = case_of(replace(EVIDENCE, everything=many))
+    assert _a_rig_instead([fewer, alone], fewer, case) is alone
+    assert _a_rig_instead([fewer, alone], fewer, case_of(EVIDENCE)) is fewer
+    bad = weighed(replace(POOR, misfit=60.0), feet, sensors, gain)
+    assert _a_rig_instead([fewer, bad], fewer, case) is fewer
+    assert _a_rig_instead([fewer, alone], alone, case) is alone

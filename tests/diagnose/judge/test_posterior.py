@@ -17,6 +17,7 @@ from tests.cases.plain_evidence import (
     PlainFit,
     case_of,
     effect,
+    rig,
     weighed,
 )
 
@@ -35,6 +36,18 @@ def test_each_unknown_costs_half_the_logarithm_of_the_figures() -> None:
     assert log_odds(one, CASE) - log_odds(two, CASE) == pytest.approx(0.5 * math.log(20.0))
     freed = weighed(BEST, freed=3)
     assert log_odds(one, CASE) - log_odds(freed, CASE) == pytest.approx(math.log(20.0))
+
+
+def test_what_is_sought_shares_its_probability_among_its_places() -> None:
+    """Once, however many effects; a rig alone is a supposition of its own."""
+    case = case_of(PlainEvidence(everything=(A, B, C, effect("added_mass", nodes=(3,)), rig())))
+    assert case.places == 3 and CASE.places == 1
+    for what in (weighed(BEST, A), weighed(BEST, A, B), weighed(BEST, rig(), A)):
+        assert log_odds(what, CASE) - log_odds(what, case) == pytest.approx(math.log(3.0))
+    freed = weighed(BEST, freed=1)
+    assert log_odds(freed, CASE) - log_odds(freed, case) == pytest.approx(math.log(3.0))
+    for what in (weighed(BEST, rig()), weighed(BEST)):
+        assert log_odds(what, case) == log_odds(what, CASE)
 
 
 def test_what_was_held_out_decides_between_near_ties() -> None:

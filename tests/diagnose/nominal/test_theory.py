@@ -8,11 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from cvxupdate.diagnose.nominal.mesh import shearing
 from cvxupdate.diagnose.nominal.refinement import Wanted, fine_enough, shift_between
 from cvxupdate.diagnose.nominal.scatter import prior_scales, with_nuisance
 from cvxupdate.diagnose.nominal.theory import (
     GROUP,
     SIZES,
+    stocky,
     theory_lines,
     theory_of,
     turned,
@@ -42,7 +44,7 @@ def frame(tmp_path):
 def test_a_slender_frame_may_shear_and_be_stiff_at_its_corners(frame):
     spec, model = frame
     mesh = mesh_of(spec, model, 1e-4)
-    assert mesh.theory == ("shear", "rotary", "corner")
+    assert mesh.theory == ("shear", "rotary", "corner") and not mesh.stocky
     own = with_nuisance(mesh.on(model), theory=mesh.theory)
     extra = {q.of: (j, q) for j, q in enumerate(own.parameters) if q.group == GROUP}
     for word in ("shear", "corner"):
@@ -71,7 +73,10 @@ def test_where_it_changes_nothing_that_is_heard_there_is_none(frame):
 def test_shear_that_shifts_frequencies_by_much_is_a_finding(tmp_path):
     """Of a bar eight depths long it is no matter of theory; a bar has no corners."""
     spec, model = load(tmp_path, STOCKY)
-    assert mesh_of(spec, model, 1e-4).theory == ()
+    mesh = mesh_of(spec, model, 1e-4)
+    assert mesh.theory == () and mesh.stocky
+    own = shearing(model)
+    assert not stocky(own, lambda a, b: 1.0, 0.01), "it has shear already"
 
 
 def test_a_clamped_edge_may_hold_from_before_its_line_on(tmp_path):

@@ -9,10 +9,13 @@ import pytest
 
 from cvxupdate.diagnose import gather
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seed_from
-from cvxupdate.diagnose.search.guided import Reached, _abreast, guided
+from cvxupdate.diagnose.nominal.mesh import shearing
+from cvxupdate.diagnose.search.guided import Reached, _abreast, _Growth, guided
 from cvxupdate.diagnose.search.several import busy
 from cvxupdate.diagnose.settings import BEAM
 from cvxupdate.diagnose.types import Score
+from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
+from tests.diagnose.nominal.test_refinement import STOCKY, load
 
 
 def quiet(_: str) -> None:
@@ -103,3 +106,52 @@ def test_few_effects_are_not_crowded_out_by_many(evidence):
     many = [reached(0.1 + 0.01 * k, *(j for j in range(4) if j != k)) for k in range(4)]
     assert _abreast([one, other, *many]) == [many[0], many[1], one]
     assert _abreast([other, one]) == [one, other] and len(_abreast(many)) == BEAM
+
+
+@pytest.fixture(scope="module")
+def short_bar(tmp_path_factory):
+    """A cantilever of five depths and a half that deforms in shear, without that in the file."""
+    spec, model = load(tmp_path_factory.mktemp("short"), STOCKY)
+    real = shearing(model)
+    m = real.matrices(real.zero())
+    lines = np.linspace(100.0, 6000.0, 600)
+    w = 2.0 * np.pi * lines
+    K, M = m.K.toarray() * (1.0 + 0.01j), m.M.toarray()
+    drive = real.place["n6.z"]
+    sensors = [real.place[f"n{n}.z"] for n in (3, 4, 6)]
+    H = np.array([-(v**2) * np.linalg.inv(K - v**2 * M)[sensors, drive] for v in w])
+    rng, std = np.random.default_rng(3), 0.01 * np.abs(H)
+    H = H + std * (rng.normal(size=H.shape) + 1j * rng.normal(size=H.shape)) / np.sqrt(2.0)
+    recording = FrequencyResponse(
+        Origin("short", "test", "fit"),
+        lines,
+        H[:, :, None],
+        "acceleration",
+        tuple(Channel(n, "z", "acceleration") for n in (3, 4, 6)),
+        (Channel(6, "z", "force"),),
+        std[:, :, None] ** 2,
+    )
+    return gather.gathered(spec, model, (recording,), quiet)
+
+
+def test_sets_grow_on_the_shear_that_theory_wants(short_bar):
+    """As large as the section says; it is no effect that is pruned while the rest is not there."""
+    approach = short_bar.approach
+    begun = approach.begun()
+    (shear,), (said,) = begun.effects, begun.figures
+    assert shear.physics == "shear_deformation" and shear.place.elements == (1, 2, 3, 4, 5)
+    assert said.values["kappa"] == pytest.approx(5.0 / 6.0, rel=0.05)
+    assert approach.by_theory(begun) is None, "it is that large"
+    gone = Hypothesis(begun.effects, short_bar.evaluated(begun.fit.setting, 0.0 * begun.fit.p))
+    (again,) = approach.by_theory(gone).figures
+    assert again.values == pytest.approx(said.values)
+    growth = _Growth(short_bar, approach, begun, quiet, None)
+    assert growth._sought(begun) == []
+    assert growth._parents([Reached(begun, 0.1)]) == [begun]
+    names = [h.name for h in growth._parents([Reached(gone, 0.1)])]
+    assert len(names) == 2
+
+
+def test_slender_or_sheared_beams_want_none(evidence):
+    assert evidence.approach.begun().effects == ()
+    assert evidence.approach.by_theory(evidence.approach.begun()) is None

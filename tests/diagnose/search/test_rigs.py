@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from cvxupdate.diagnose import gather
-from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seed_from
+from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, of_a_rig, only_a_rig, seed_from
 from cvxupdate.diagnose.search.backward import merit
 from cvxupdate.diagnose.search.race import raced
-from cvxupdate.diagnose.search.rigs import beside_a_rig, of_a_rig
+from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.types import Score
 from cvxupdate.physics.cords import Cords
 
@@ -60,7 +60,7 @@ def test_what_the_rig_does_is_found_and_freed_of_the_rest(evidence, best):
 
 
 def test_not_where_nothing_is_sought_nor_one_effect_is_enough(evidence, best):
-    rig = next(h for h in beside_a_rig(evidence, [best], quiet) if all(map(of_a_rig, h.effects)))
+    rig = next(h for h in beside_a_rig(evidence, [best], quiet) if only_a_rig(h))
     assert beside_a_rig(evidence, [rig], quiet) == []
     alone = Hypothesis(best.effects[:1], best.fit)
     assert beside_a_rig(evidence, [alone], quiet) == []
