@@ -304,11 +304,12 @@ def test_a_rig_alone_that_is_likelier_is_claimed_instead() -> None:
     it is chance."""
     feet, sensors, gain = rig(nodes=(1,)), rig("equal_joints"), rig("sensor_fault")
     fewer = weighed(replace(GOOD, misfit=1.1), A, feet)
-    alone = weighed(replace(GOOD, misfit=0.9), feet, sensors, gain)
+    alone = weighed(GOOD, feet, sensors, gain)
     many = tuple(effect(nodes=(n,)) for n in range(1, 200))
     case = case_of(replace(EVIDENCE, everything=many))
     assert _a_rig_instead([fewer, alone], fewer, case) is alone
-    assert _a_rig_instead([fewer, alone], fewer, case_of(EVIDENCE)) is fewer
+    few = case_of(replace(EVIDENCE, everything=(A,)))
+    assert _a_rig_instead([fewer, alone], fewer, few) is fewer
     bad = weighed(replace(POOR, misfit=60.0), feet, sensors, gain)
     assert _a_rig_instead([fewer, bad], fewer, case) is fewer
     assert _a_rig_instead([fewer, alone], alone, case) is alone
