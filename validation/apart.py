@@ -3,7 +3,9 @@
 Generated problems of sparsely measured structures (two sensors, FRFs) are diagnosed; where a
 finding has equivalents, the laboratory makes the set of responses that is proposed, and as many
 others chosen at random among those that were compared, and the problem is diagnosed again with
-each; ``--singles`` likewise with one response instead of a set. What counts is how often one
+each; ``--singles`` likewise with one response instead of a set. Where the plan's headline is
+another boundary, the laboratory makes that, and another one at random, and the structure is
+diagnosed there; left is what both diagnoses list. What counts is how often one
 explanation is left, and whether that is the true one. The first diagnosis of each seed lies in
 out/apart/first, one file a case in out/apart/cases; the same command goes on where it was stopped.
 """
@@ -24,8 +26,10 @@ import numpy as np
 
 from cvxupdate.commands.plan import plan
 from cvxupdate.commands.planned import Diagnosed
-from cvxupdate.diagnose.apart import Measurement
+from cvxupdate.diagnose.apart import Apart, Measurement
 from cvxupdate.errors import CvxupdateError
+from cvxupdate.report.plan_apart import BOUNDARIES
+from validation.boundary import left_of, under
 from validation.calibrate import diagnose, judged, rate, save
 from validation.generated.cases import Case, draw
 from validation.generated.files import modal, write
@@ -36,6 +40,7 @@ OUT = Path(__file__).resolve().parent.parent / "out" / "apart"
 FIRST, COUNT = 600, 60  # seeds for development
 SENSORS = 2  # with so few, much is alike
 SETS, SINGLES = ("together", "random set"), ("proposed", "random")
+HEADLINE, ANY = "headline", "random like it"  # what the plan proposes first; another of the kind
 
 
 def sparse(seed: int) -> Case | None:
@@ -99,6 +104,7 @@ def attempt(seed: int, ways: Sequence[str]) -> dict[str, Any]:
         row["foretold"] = [several.before, several.after, several.left]
         # nothing tells what is one and the same to everything that was tried: said so, not counted
         row["same"] = set(found.apart.pairs) == set(found.apart.same)
+        row |= headline(case, found.apart, folder, row, truth)
         for way in ways:
             row[way] = {"says": "; ".join(m.says for m in chosen[way]), "least": least.get(way)}
             again = measured(case, chosen[way], folder, way)
@@ -106,6 +112,28 @@ def attempt(seed: int, ways: Sequence[str]) -> dict[str, Any]:
             row[way] |= _row(said, truth)
             row[way]["alike"] = not row[way]["one"] and alike(again, said)
     return {**row, "seconds": round(time.perf_counter() - begin, 1)}
+
+
+def headline(
+    case: Case, apart: Apart, folder: Path, row: Mapping[str, Any], truth: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Another boundary where that is proposed first, and one at random; nothing else."""
+    best = apart.proposed[0]
+    changes = [m for m in apart.measurements if m.kind in BOUNDARIES]
+    if best.kind not in BOUNDARIES or under(case, best) is None:
+        return {}
+    rng = np.random.default_rng([20261126, case.seed])
+    made = [m for m in changes if under(case, m) is not None]
+    out: dict[str, Any] = {}
+    for way, change in ((HEADLINE, best), (ANY, made[int(rng.integers(len(made)))])):
+        there = under(case, change)
+        assert there is not None
+        write(there, folder / way)
+        said = _row(diagnose(folder / way / "problem.toml"), truth)
+        left = left_of(row["first"]["findings"], said["findings"])
+        one = all(len(names) == 1 for names in left)
+        out[way] = said | {"says": change.says, "left": left, "one": one, "alike": False}
+    return out
 
 
 def alike(problem: Path, said: Mapping[str, Any]) -> bool:
@@ -169,7 +197,7 @@ def ruled_out(rows: Sequence[Mapping[str, Any]], way: str) -> tuple[int, int]:
 def told(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     """The totals, line by line."""
     out = [f"{len(rows)} cases, {sum('explanations' in r for r in rows)} with equivalents"]
-    for way in (*SETS, *SINGLES):
+    for way in (*SETS, *SINGLES, HEADLINE, ANY):
         asked = [r for r in rows if way in r and not r["same"]]
         if not asked:
             continue
@@ -182,6 +210,10 @@ def told(rows: Sequence[Mapping[str, Any]]) -> list[str]:
             f"something wrong said {len(wrong)}; "
             f"equivalents ruled out {rate(*ruled_out(asked, way))}"
         )
+    asked = [r for r in rows if "together" in r and not r["same"]]
+    for name, way, instead in (("proposed", "together", HEADLINE), ("random", "random set", ANY)):
+        one = [r for r in asked if r.get(instead, r[way])["one"]]
+        out.append(f"{name}, as the headline has it: one left {rate(len(one), len(asked))}")
     sure = [r for r in rows if "together" in r and r["foretold"][1] <= 0.5]
     one = [r for r in sure if r["together"]["one"]]
     out.append(f"of those foretold to leave half another or less: {rate(len(one), len(sure))}")

@@ -17,8 +17,6 @@ TOLD, HINTED = 3.0, 1.0
 LISTED = 10
 BOUNDARIES = ("mass", "spring", "support", "free")
 """Kinds of measurements that change the boundary."""
-EVEN = 0.1
-"""Explanations expected to be listed: as many more are as good."""
 
 
 def apart_data(found: Apart | None) -> dict[str, Any] | None:
@@ -55,8 +53,8 @@ def apart_says(found: Apart) -> str:
             f"Nothing that was tried tells the {alike} apart: to further responses and other "
             "boundaries they are one and the same."
         )
-    best, s = found.measurements[0], found.together
-    if s is not None and best.left is not None and s.left < best.left - EVEN:
+    best = found.measurements[0]
+    if found.proposed != (best,):
         return together_first(found)
     pairs = len(best.separations)
     told = sum(s >= TOLD for s in best.separations)
@@ -119,9 +117,9 @@ def boundary_says(found: Apart) -> str:
     changed = [m for m in found.measurements if m.kind in BOUNDARIES]
     if not changed or changed[0].left is None:
         return ""
-    best, left, s = changed[0], changed[0].left, found.together
+    best, left = changed[0], changed[0].left
     told = f"{_by(best)} standard deviations; {_expected(left)} expected to be listed still"
-    if s is not None and left <= s.left + EVEN:
+    if found.together is not None and found.as_good(best):
         return (
             f"Or change the boundary: {best.says} tell as much ({told}). They need a problem file "
             "of their own, whose model has the same change."

@@ -9,4 +9,12 @@ from cvxupdate.diagnose.apart.measurement import (
     MeasurementSet,
 )
 
-__all__ = ["Apart", "Explanation", "LawCheck", "Measurement", "MeasurementSet", "told_apart"]
+__all__ = [
+    "EVEN",
+    "Apart",
+    "Explanation",
+    "LawCheck",
+    "Measurement",
+    "MeasurementSet",
+    "told_apart",
+]

@@ -38,8 +38,8 @@ Freed = Callable[[], Model]
 class Boundary:
     """A change of the boundary: its ``kind`` ("mass", "spring", "support", "free"), in words, the
     ``node`` and ``dof`` that it is about (None, empty: the whole structure), the known ``mass``
-    (kg); ``grown`` makes the model under it, of an explanation's own, with the value of the known
-    part in units of its parameter (None: there is none)."""
+    (kg) or ``stiffness`` (N/m); ``grown`` makes the model under it, of an explanation's own, with
+    the value of the known part in units of its parameter (None: there is none)."""
 
     kind: str
     says: str
@@ -47,6 +47,7 @@ class Boundary:
     node: int | None = None
     dof: str = ""
     mass: float = 0.0
+    stiffness: float = 0.0
 
 
 def free_of(spec: Spec, mesh: Mesh) -> Freed:
@@ -116,7 +117,7 @@ def _springs(evidence: ResponseEvidence, k: float, rows: Sequence[int]) -> Itera
             return out, k / out.parameters[-1].unit_size
 
         says = f"a known spring of {quantity(k, 'N/m')} to ground at node {node} ({dof})"
-        yield Boundary("spring", says, grown, node, dof)
+        yield Boundary("spring", says, grown, node, dof, stiffness=k)
 
 
 def under(evidence: ResponseEvidence, question: Question, boundary: Boundary) -> Points:

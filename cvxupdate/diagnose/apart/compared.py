@@ -110,7 +110,9 @@ def _boundaries(asked: Sequence[Asked], freed: Freed) -> Iterator[Measurement]:
         known = [x for x in more if x is not None]
         if len(known) == len(asked):
             says = f"the same responses again with {b.says}"
-            bare = Measurement(b.kind, says, (), "", "", b.node, b.mass)
+            bare = Measurement(
+                b.kind, says, (), node=b.node, mass=b.mass, dof=b.dof, stiffness=b.stiffness
+            )
             yield _measurement(asked, known, bare)
 
 

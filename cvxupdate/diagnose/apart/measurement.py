@@ -10,6 +10,9 @@ import numpy as np
 from cvxupdate.diagnose.settings import APART_ENOUGH
 from cvxupdate.diagnose.types import Real
 
+EVEN = 0.1
+"""Explanations expected to be listed: as many more are as good."""
+
 
 @dataclass(frozen=True)
 class Explanation:
@@ -24,10 +27,11 @@ class Explanation:
 class Measurement:
     """Something to measure: ``kind`` ("response", "repeat", "level", "mass", "spring", "support",
     "free", "shape", "modes"), the DOFs of its ``sensor`` and ``drive`` (empty where it is about
-    neither), the ``node`` whose boundary changes, the known ``mass`` (kg) there, in words
-    (``says``); ``separations`` (pairs,): by how many deviations it tells each pair of explanations
-    apart; ``left``: how many of them are expected to be listed still beside the true one (None: not
-    known); ``factor``: times the force of the loudest run that was recorded."""
+    neither), the ``node`` whose boundary changes (in direction ``dof``), the known ``mass`` (kg) or
+    ``stiffness`` (N/m) there, in words (``says``); ``separations`` (pairs,): by how many deviations
+    it tells each pair of explanations apart; ``left``: how many of them are expected to be listed
+    still beside the true one (None: not known); ``factor``: times the force of the loudest run that
+    was recorded."""
 
     kind: str
     says: str
@@ -38,6 +42,8 @@ class Measurement:
     mass: float = 0.0
     left: float | None = None
     factor: float = 1.0
+    dof: str = ""
+    stiffness: float = 0.0
 
     @property
     def least(self) -> float:
@@ -110,6 +116,22 @@ class Apart:
     pairs: tuple[tuple[int, int], ...] = ()
     same: tuple[tuple[int, int], ...] = ()
     laws: tuple[LawCheck, ...] = ()
+
+    @property
+    def proposed(self) -> tuple[Measurement, ...]:
+        """What is best measured next: the set, where that leaves clearly fewer explanations listed
+        than the most telling single measurement; else that. Empty where nothing was compared."""
+        best, several = self.measurements[:1], self.together
+        if not best or several is None or self.as_good(best[0]):
+            return best
+        return several.measurements
+
+    def as_good(self, one: Measurement) -> bool:
+        """Whether a measurement leaves hardly more explanations listed than the set; so where
+        either is not known."""
+        if self.together is None or one.left is None:
+            return True
+        return one.left <= self.together.left + EVEN
 
 
 def pairs_of(count: int) -> list[tuple[int, int]]:

@@ -91,10 +91,7 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         seeds += beside(evidence, start, level=0, scores=rankings[0])
     entries = entered(evidence, seeds, progress)
     coarse = raced(evidence, entries, COARSE, progress)
-    grown = guided(evidence, progress) if not pattern and _far_off(coarse) else []
-    ahead = bool(grown) and grown[0].penalised < coarse[0].penalised
-    if ahead:  # on from there first: pairs of single effects start further off
-        grown = merged(grown, further(evidence, grown, progress))
+    grown, ahead = ([], False) if pattern else _grown(evidence, coarse, progress)
     reached = ahead and (
         grown[0].fit.misfit <= OPEN * EXPLAINED
         or HOPELESS * grown[0].penalised <= coarse[0].penalised
@@ -109,10 +106,9 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     singles = elsewhere(evidence, singles, progress)
     several: list[Hypothesis] = []
     if not pattern and not _enough(evidence, singles):
-        few = bool(singles) and _mesh_may(evidence, singles[0])
-        if not reached:
-            several = pairs(evidence, coarse, FEW_PARENTS if few else PARENTS, progress)
-            singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
+        firsts = [] if reached else coarse
+        several = _pairs(evidence, firsts, singles, progress)
+        singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
         alone = bool(several or grown) and _told_alone(evidence, singles[0])
         own = [several] if ahead else [several, grown]  # each has its own end
         ways = [] if alone else [way for way in own if way]
@@ -132,6 +128,31 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         {s.effect.key: part for s, part in stable},
         tuple((h, h.fit.misfit / bases[0].misfit) for h in entries),
     )
+
+
+def _grown(
+    evidence: Evidence, coarse: Sequence[Hypothesis], progress: Progress
+) -> tuple[list[Hypothesis], bool]:
+    """Sets that grow where no single effect comes near, and whether they are ahead of all single
+    ones: then the search has gone on from there, for pairs of those begin further off."""
+    grown = guided(evidence, progress) if _far_off(coarse) else []
+    if not grown or grown[0].penalised >= coarse[0].penalised:
+        return grown, False
+    return merged(grown, further(evidence, grown, progress)), True
+
+
+def _pairs(
+    evidence: Evidence,
+    firsts: Sequence[Hypothesis],
+    singles: Sequence[Hypothesis],
+    progress: Progress,
+) -> list[Hypothesis]:
+    """Pairs with the best of ``firsts``: fewer where what the best single effect leaves may be the
+    mesh's."""
+    if not firsts:
+        return []
+    few = bool(singles) and _mesh_may(evidence, singles[0])
+    return pairs(evidence, firsts, FEW_PARENTS if few else PARENTS, progress)
 
 
 def _far_off(coarse: Sequence[Hypothesis]) -> bool:
