@@ -193,6 +193,8 @@ def change(
             row["section"],
             _section(draft.model["sections"][row["section"]], block, e, now, moved),
         )
+    if "rotary" in moved:  # a switch of the whole block
+        draft.blocks[number]["rotary_inertia"] = now["rotary"] >= 0.5
     for dof in block.dofs[e].tolist():
         if dof >= 0 and f"@e{number}." in model.labels[dof]:
             node, fresh = node_of(model, dof), draft.end(model, dof)
