@@ -39,7 +39,8 @@ def _with(case: Case, kind: str, node: int, value: float, dof: str = "x") -> Cas
     design: Design = case.design
     number = 1 + max(e.id for e in design.elements)
     more = Element(number, kind, (node,), KNOWN, value, dof)
-    return replace(case, design=replace(design, elements=(*design.elements, more)))
+    drawn = replace(design, elements=(*design.elements, more))
+    return replace(case, design=drawn, scatter={**case.scatter, number: (1.0, 1.0)})
 
 
 def left_of(

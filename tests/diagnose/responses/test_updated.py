@@ -11,7 +11,7 @@ from cvxupdate.diagnose.nominal.mesh import NONE
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.theory import GROUP
 from cvxupdate.diagnose.output.export import problem_file
-from cvxupdate.diagnose.responses.updated import updated_model
+from cvxupdate.diagnose.responses.updated import _sayable, updated_model
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.spec import load_problem
@@ -23,7 +23,7 @@ from tests.fe.analysis.test_corners import portal
 def fitted(tmp_path):
     """A portal's model with sizes of shear, rotary inertia and corners; what is written of it."""
     spec = portal(tmp_path, 0.0)
-    model = with_nuisance(build_model(spec), theory=("shear", "rotary", "corner"))
+    model = with_nuisance(build_model(spec), theory=("shear", "rotary"))
 
     def at(**sizes):
         p = model.zero()
@@ -60,6 +60,10 @@ def test_shear_and_rotary_inertia_are_in_the_file(fitted):
 def test_what_the_file_has_no_word_for_is_said(fitted):
     (note,) = fitted(rotary=-0.4)[0].notes
     assert "0.60 of what sections have; this file has all of it" in note
-    (note,) = fitted(corner=0.7)[0].notes
+    assert fitted(shear=0.01, rotary=-0.01)[0].notes == ()
+    corner = SimpleNamespace(group=GROUP, of="corner")
+    model = SimpleNamespace(parameters=(corner,), with_parameters=lambda kept: kept)
+    kept, p, (note,) = _sayable(model, np.array([0.7]))
+    assert kept == () and p.size == 0
     assert note.startswith("Members were fitted as stiffer where they meet")
-    assert fitted(corner=0.01, shear=0.01, rotary=-0.01)[0].notes == ()
+    assert _sayable(model, np.array([0.01]))[2] == []
