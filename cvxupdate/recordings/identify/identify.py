@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.convert import derivatives
 from cvxupdate.recordings.identify.coarse import refine_coarsely
-from cvxupdate.recordings.identify.criterion import parameters, worth
+from cvxupdate.recordings.identify.criterion import parameters
 from cvxupdate.recordings.identify.lsfd import LinearFit, Setting
 from cvxupdate.recordings.identify.model import (
     Roots,
@@ -21,7 +21,9 @@ from cvxupdate.recordings.identify.model import (
     pole_from_value,
     value_from_pole,
 )
+from cvxupdate.recordings.identify.noise import level_of, variance_of
 from cvxupdate.recordings.identify.plscf import plscf
+from cvxupdate.recordings.identify.pruning import on_several_lines, pruned
 from cvxupdate.recordings.identify.pursuit import with_missed_modes
 from cvxupdate.recordings.identify.realisation import TIME_DOMAIN, time_domain_poles
 from cvxupdate.recordings.identify.refine import refine
@@ -40,17 +42,12 @@ SILENT = 1e-24
 amplitude): that place does not move under that force."""
 
 
-def part_of(roots: Roots, keep: NDArray[np.bool_] | NDArray[np.int64]) -> Roots:
-    """Some of the modes."""
-    return Roots(roots.value[keep], roots.participation[keep], roots.damping)
-
-
 def _weights(H: Complex, variance: Real | None) -> Real:
     """One over the standard deviation of a real or imaginary part, (lines, outputs, inputs).
 
-    Without a variance: one over the r.m.s. of each FRF (scaled later by the misfit). A variance
-    that came from few averages can be tiny by chance; it is not let fall below a tenth of its
-    running median over eleven lines.
+    Without a variance: one over the usual level of each FRF (`level_of`; scaled later by the
+    misfit). A variance that came from few averages can be tiny by chance; it is not let fall below
+    a tenth of its running median over eleven lines.
     """
     power = np.mean(np.abs(H) ** 2, axis=0)
     # a response that is silent under one reference and not under another does not couple with it:
@@ -62,8 +59,8 @@ def _weights(H: Complex, variance: Real | None) -> Real:
         row = np.sum(np.where(coupled, power, 0.0), axis=1, keepdims=True) / np.maximum(
             np.sum(coupled, axis=1, keepdims=True), 1
         )
-        level = np.sqrt(np.where(coupled, power, row))
-        return np.broadcast_to(np.sqrt(2.0) / np.where(level > 0.0, level, np.inf), H.shape).copy()
+        level = level_of(np.abs(H) ** 2, np.sqrt(np.where(coupled, power, row)), coupled)
+        return np.asarray(np.sqrt(2.0) / np.where(level > 0.0, level, np.inf))
     reach = np.clip(np.arange(H.shape[0])[:, None] + np.arange(-5, 6), 0, H.shape[0] - 1)
     finite = np.where(np.isfinite(variance), variance, np.nan)
     with np.errstate(all="ignore"):
@@ -82,35 +79,9 @@ def _weights(H: Complex, variance: Real | None) -> Real:
 
 
 def _reweighted(s: Setting, fit: LinearFit) -> Setting:
-    """Unknown variance: that of each FRF from its own misfit (never below rounding of the FRF
-    itself)."""
-    floor = 1e-24 * np.mean(np.abs(s.H) ** 2, axis=0)
-    variance = np.mean(np.abs(fit.misfit) ** 2, axis=0)
-    # an FRF must not rule the fit because its misfit happens to be small
-    variance = np.maximum(np.maximum(variance, 0.1 * np.median(variance, axis=0)), floor)
-    variance = np.where(variance > 0.0, variance, np.inf)
-    return replace(s, weights=np.broadcast_to(np.sqrt(2.0 / variance), s.H.shape).copy())
-
-
-def _pruned(s: Setting, roots: Roots, fit: LinearFit, iterations: int) -> tuple[Roots, LinearFit]:
-    """Drop modes one by one, weakest first, while Bayes' information criterion gets better without
-    them.
-
-    Noise that is correlated along the lines (exponential window, local polynomials) looks like
-    modes: lines count as fewer.
-    """
-    while roots.value.size:
-        one, every = parameters(s, roots.value.size)
-        scale = max(reduced_chi_square(s, fit, every), 1e-300)
-        weakest = int(np.argmin(fit.gain))
-        if worth(s, fit, float(fit.gain[weakest]) / scale, one):
-            break
-        roots, fit = refine_coarsely(
-            s,
-            part_of(roots, np.delete(np.arange(roots.value.size), weakest)),
-            iterations=iterations,
-        )
-    return roots, fit
+    """Unknown variance: that of each FRF from its own misfit."""
+    variance = variance_of(fit.misfit, s.H - fit.misfit)
+    return replace(s, weights=np.sqrt(2.0 / np.where(variance > 0.0, variance, np.inf)))
 
 
 def _within(roots: Roots, band: tuple[float, float], max_damping: float) -> NDArray[np.bool_]:
@@ -220,13 +191,14 @@ def _refined(
     roots, fit = refine(s, start, iterations=0)
     if not known:
         s = _reweighted(s, fit)
-    roots, fit = _pruned(s, *refine(s, roots, iterations=0), iterations=0)
+    roots, fit = pruned(s, *refine(s, roots, iterations=0), iterations=0)
     if iterations:
         roots, fit = refine_coarsely(s, roots, iterations=iterations)
         # before all modes are there, what is missing passes for noise, and good modes were dropped:
         # they come back here
         roots, fit = with_missed_modes(s, roots, fit, c, iterations=iterations)
-    roots, fit = _pruned(s, roots, fit, iterations)
+    roots, fit = pruned(s, roots, fit, iterations)
+    roots, fit = on_several_lines(s, roots, fit, iterations)
     roots, fit = refine(s, roots, iterations=iterations)
     if not known and iterations:
         s = _reweighted(s, fit)

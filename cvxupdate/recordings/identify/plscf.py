@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.types import Complex, Real
 
+UNDAMPED = 1e-3
+"""Damping ratio that noise makes of none: what two orders of the diagram may differ by anyway."""
+
 
 @dataclass(frozen=True)
 class PoleSet:
@@ -158,6 +161,9 @@ def plscf(
         values, vectors = _poles_of((T - removed)[:count, :count], int(order), inputs)
         with np.errstate(divide="ignore", invalid="ignore"):
             poles = np.log(values) / step + 2j * np.pi * origin
+        # without damping noise puts a pole on either side of the axis
+        near = np.abs(poles.real) < UNDAMPED * np.abs(poles)
+        poles = np.where(near, -np.abs(poles.real) + 1j * poles.imag, poles)
         keep = np.isfinite(poles) & (poles.real < 0.0) & (poles.imag > 2.0 * np.pi * origin)
         rank = np.argsort(poles[keep].imag)
         found.append(PoleSet(int(order), poles[keep][rank], vectors[:, keep].T[rank]))

@@ -46,11 +46,14 @@ class Stabilisation:
 
 
 def participation_mac(a: Complex, b: Complex) -> Real:
-    """Modal assurance between rows of a (n, references) and of b (m, references), (n, m)."""
-    product = np.abs(np.conj(a) @ b.T) ** 2
-    return np.asarray(
-        product / np.outer(np.sum(np.abs(a) ** 2, axis=1), np.sum(np.abs(b) ** 2, axis=1))
-    )
+    """Modal assurance between rows of a (n, references) and of b (m, references), (n, m); none with
+    a row of zeros."""
+
+    def unit(rows: Complex) -> Complex:
+        size = np.linalg.norm(rows, axis=1, keepdims=True)
+        return np.asarray(rows / np.where(size > 0.0, size, 1.0))
+
+    return np.asarray(np.abs(np.conj(unit(a)) @ unit(b).T) ** 2)
 
 
 def same(p: Complex, Lp: Complex, q: Complex, Lq: Complex, c: Criteria) -> NDArray[np.bool_]:
