@@ -62,11 +62,12 @@ def test_left_is_what_both_list():
     assert len(left_of(before, [])[0]) == 3 and len(left_of(before, [finding("shear")])[0]) == 3
 
 
-def test_the_set_is_proposed_where_it_leaves_clearly_fewer():
+def test_the_set_is_proposed_unless_another_boundary_leaves_clearly_fewer():
     one = Measurement("mass", "a mass", (4.0,), left=1.0)
     several = MeasurementSet((Measurement("response", "", (1.0,)),), (5.0,), left=0.5)
-    assert Apart((), (one,), together=several).proposed == several.measurements
-    for left in (0.95, np.inf):
+    for left in (0.5, 0.95, 1.05):
         even = Apart((), (one,), together=replace(several, left=left))
-        assert even.proposed == (one,) and even.as_good(one)
+        assert even.proposed == several.measurements and even.as_good(one) == (left > 0.9)
+    worse = Apart((), (one,), together=replace(several, left=1.2))
+    assert worse.proposed == (one,)
     assert Apart((), (one,)).proposed == (one,) and Apart((), ()).proposed == ()

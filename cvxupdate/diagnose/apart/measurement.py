@@ -119,12 +119,14 @@ class Apart:
 
     @property
     def proposed(self) -> tuple[Measurement, ...]:
-        """What is best measured next: the set, where that leaves clearly fewer explanations listed
-        than the most telling single measurement; else that. Empty where nothing was compared."""
+        """What is best measured next: the most telling measurement, where that leaves clearly fewer
+        explanations listed than the set; else the set, whose responses are fitted together with
+        those that are there, where another boundary is a problem of its own. Empty where nothing
+        was compared."""
         best, several = self.measurements[:1], self.together
-        if not best or several is None or self.as_good(best[0]):
+        if not best or several is None or best[0].left is None:
             return best
-        return several.measurements
+        return best if best[0].left < several.left - EVEN else several.measurements
 
     def as_good(self, one: Measurement) -> bool:
         """Whether a measurement leaves hardly more explanations listed than the set; so where
