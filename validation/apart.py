@@ -28,7 +28,6 @@ from cvxupdate.commands.plan import plan
 from cvxupdate.commands.planned import Diagnosed
 from cvxupdate.diagnose.apart import Apart, Measurement
 from cvxupdate.errors import CvxupdateError
-from cvxupdate.report.plan_apart import BOUNDARIES
 from validation.boundary import left_of, under
 from validation.calibrate import diagnose, judged, rate, save
 from validation.generated.cases import Case, draw
@@ -119,8 +118,8 @@ def headline(
 ) -> dict[str, Any]:
     """Another boundary where that is proposed first, and one at random; nothing else."""
     best = apart.proposed[0]
-    changes = [m for m in apart.measurements if m.kind in BOUNDARIES]
-    if best.kind not in BOUNDARIES or under(case, best) is None:
+    changes = [m for m in apart.measurements if m.is_boundary]
+    if not best.is_boundary or under(case, best) is None:
         return {}
     rng = np.random.default_rng([20261126, case.seed])
     made = [m for m in changes if under(case, m) is not None]

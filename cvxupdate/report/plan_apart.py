@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 TOLD, HINTED = 3.0, 1.0
 """Deviations from which on a difference is seen in one measurement, and below which it is not."""
 LISTED = 10
-BOUNDARIES = ("mass", "spring", "support", "free")
-"""Kinds of measurements that change the boundary."""
 
 
 def apart_data(found: Apart | None) -> dict[str, Any] | None:
@@ -114,7 +112,7 @@ def together_says(found: Apart) -> str:
 
 def boundary_says(found: Apart) -> str:
     """What the best change of the boundary tells, beside the set; empty where none was tried."""
-    changed = [m for m in found.measurements if m.kind in BOUNDARIES]
+    changed = [m for m in found.measurements if m.is_boundary]
     if not changed or changed[0].left is None:
         return ""
     best, left = changed[0], changed[0].left

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from cvxupdate.diagnose.apart import Apart, Measurement, MeasurementSet
@@ -68,6 +67,9 @@ def test_the_set_is_proposed_unless_another_boundary_leaves_clearly_fewer():
     for left in (0.5, 0.95, 1.05):
         even = Apart((), (one,), together=replace(several, left=left))
         assert even.proposed == several.measurements and even.as_good(one) == (left > 0.9)
+    single = replace(one, kind="response")
+    assert Apart((), (single,), together=replace(several, left=0.95)).proposed == (single,)
+    assert Apart((), (single,), together=several).proposed == several.measurements
     worse = Apart((), (one,), together=replace(several, left=1.2))
     assert worse.proposed == (one,)
     assert Apart((), (one,)).proposed == (one,) and Apart((), ()).proposed == ()

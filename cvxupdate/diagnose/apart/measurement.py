@@ -10,6 +10,8 @@ import numpy as np
 from cvxupdate.diagnose.settings import APART_ENOUGH
 from cvxupdate.diagnose.types import Real
 
+BOUNDARIES = ("mass", "spring", "support", "free")
+"""Kinds of measurements that change the boundary."""
 EVEN = 0.1
 """Explanations expected to be listed: as many more are as good."""
 
@@ -44,6 +46,11 @@ class Measurement:
     factor: float = 1.0
     dof: str = ""
     stiffness: float = 0.0
+
+    @property
+    def is_boundary(self) -> bool:
+        """Whether it changes the boundary."""
+        return self.kind in BOUNDARIES
 
     @property
     def least(self) -> float:
@@ -119,14 +126,16 @@ class Apart:
 
     @property
     def proposed(self) -> tuple[Measurement, ...]:
-        """What is best measured next: the most telling measurement, where that leaves clearly fewer
-        explanations listed than the set; else the set, whose responses are fitted together with
-        those that are there, where another boundary is a problem of its own. Empty where nothing
-        was compared."""
+        """What is best measured next: the set, or the most telling single measurement where that
+        is as good. Another boundary has to leave clearly fewer explanations listed: further
+        responses are fitted together with those that are there, and it is a problem of its own.
+        Empty where nothing was compared."""
         best, several = self.measurements[:1], self.together
         if not best or several is None or best[0].left is None:
             return best
-        return best if best[0].left < several.left - EVEN else several.measurements
+        if best[0].is_boundary:
+            return best if best[0].left < several.left - EVEN else several.measurements
+        return best if self.as_good(best[0]) else several.measurements
 
     def as_good(self, one: Measurement) -> bool:
         """Whether a measurement leaves hardly more explanations listed than the set; so where

@@ -100,6 +100,14 @@ def _poles_of(M: Real, order: int, inputs: int) -> tuple[Complex, Complex]:
     )
 
 
+def _in_time(values: Complex, step: float, origin: float) -> Complex:
+    """Poles in s of those in z. Without damping noise puts one on either side of the axis."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        poles = np.log(values) / step + 2j * np.pi * origin
+    near = np.abs(poles.real) < UNDAMPED * np.abs(poles)
+    return np.asarray(np.where(near, -np.abs(poles.real) + 1j * poles.imag, poles))
+
+
 def _even_weights(H: Complex) -> Real:
     """One over the r.m.s. of each output, (lines, outputs)."""
     level = np.sqrt(np.mean(np.abs(H) ** 2, axis=(0, 2)))
@@ -159,11 +167,7 @@ def plscf(
         used = size
         count = size * inputs
         values, vectors = _poles_of((T - removed)[:count, :count], int(order), inputs)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            poles = np.log(values) / step + 2j * np.pi * origin
-        # without damping noise puts a pole on either side of the axis
-        near = np.abs(poles.real) < UNDAMPED * np.abs(poles)
-        poles = np.where(near, -np.abs(poles.real) + 1j * poles.imag, poles)
+        poles = _in_time(values, step, origin)
         keep = np.isfinite(poles) & (poles.real < 0.0) & (poles.imag > 2.0 * np.pi * origin)
         rank = np.argsort(poles[keep].imag)
         found.append(PoleSet(int(order), poles[keep][rank], vectors[:, keep].T[rank]))
