@@ -15,6 +15,10 @@ from numpy.typing import NDArray
 from cvxupdate.recordings.types import Complex, Real
 
 SURE = 3e-3  # of the response: linearity and cross-talk of good transducers are no modes
+# Of the response, at most: what is more is not noise but a misfit (leakage, a stiffness that goes
+# with the level), which sits on resonances, too, and must not make them unsure: it is spread over
+# all lines.
+MOST = 0.1
 STEPS = 8  # of the iteration, which settles in three or four
 RANGE = 30.0  # of amplitudes within which every line counts alike at first: a mode of 1.7 % damping
 TAIL = 9.0  # times its mean: a misfit beyond, one line in 8000, is a mode that is missing
@@ -33,7 +37,8 @@ def variance_of(misfit: Complex, modelled: Complex) -> Real:
     for _ in range(STEPS):
         expected = np.maximum(floor + part * x, SMALL)
         floor, part = _solved(np.minimum(y, TAIL * expected), x, 1.0 / expected**2)
-    variance = left * floor + np.maximum(left * part, SURE**2 * mean) * x
+    variance = left * floor + np.clip(left * part, SURE**2 * mean, MOST**2 * mean) * x
+    variance *= np.maximum(left / np.where(left > 0.0, np.mean(variance, axis=0), 1.0), 1.0)
     own = np.mean(variance, axis=0)
     lift = np.maximum(LEAST * np.median(own, axis=0) - own, 0.0)
     return np.asarray(np.maximum(variance + lift, ROUNDING * mean))
