@@ -59,6 +59,10 @@ class EffectType(ABC):
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """One sentence that a technician understands; ``values`` are the contract's figures."""
 
+    def plainly(self, values: Mapping[str, float], deviations: Mapping[str, float]) -> bool:
+        """Whether figures say no more than those of a plainer effect at the same place do."""
+        return False
+
 
 @dataclass(frozen=True, eq=False)
 class ModelChange:

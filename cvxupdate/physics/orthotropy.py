@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import final
 
+import numpy as np
+
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType
 from cvxupdate.physics.factors import on_sets
@@ -16,6 +18,7 @@ from cvxupdate.physics.quantity import factor
 from cvxupdate.physics.units import number
 
 LIMITS = (-0.8, 3.0)
+ALIKE = 2.0  # deviations from a common factor within which four rigidities are those of one
 RIGIDITIES = ("Dx", "Dy", "D1", "Dxy")
 
 
@@ -35,6 +38,13 @@ class Orthotropy(EffectType):
 
         figures = [factor(n, k) for k, n in enumerate(RIGIDITIES)]
         return on_sets(self, context.model, sets, wanted, figures, limits=LIMITS)
+
+    def plainly(self, values: Mapping[str, float], deviations: Mapping[str, float]) -> bool:
+        """Whether all rigidities may have one factor: a change of stiffness, or of thickness."""
+        v, s = (np.array([x[n] for n in RIGIDITIES]) for x in (values, deviations))
+        weights = 1.0 / np.maximum(s, 1e-12) ** 2
+        common = float(weights @ v / weights.sum())
+        return bool(np.all(np.abs(v - common) <= ALIKE * s))
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """Every rigidity against the modelled one."""

@@ -24,7 +24,7 @@ from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, s
 from cvxupdate.diagnose.judge.graded import Graded, graded
 from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
-from cvxupdate.diagnose.judge.soundness import sound
+from cvxupdate.diagnose.judge.soundness import said_plainly, sound
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.search import Found, damping_only
 from cvxupdate.diagnose.settings import STATED
@@ -83,8 +83,10 @@ def judge(evidence: Evidence, found: Found) -> Judgement:
 def _decided(evidence: Evidence, found: Found) -> Judgement:
     base = Hypothesis((), evidence.bases[-1])
     case = Case(evidence, weighed(evidence, base), damping_only(evidence))
-    singles = tuple(case.weighed(h) for h in found.singles)
-    several = tuple(case.weighed(h) for h in found.several)
+    singles, several = (
+        tuple(case.weighed(h) for h in found_ if not said_plainly(h))
+        for found_ in (found.singles, found.several)
+    )
     one = _likeliest(singles, case)
     single = one if one is not None and better(one, case.base, case) else None
     every = (*several, *singles)

@@ -31,6 +31,13 @@ def sound(h: Hypothesis) -> bool:
     return True
 
 
+def said_plainly(h: Hypothesis) -> bool:
+    """Whether an effect says no more than a plainer one at its place: that is another hypothesis,
+    and a place counts once."""
+    pairs = zip(h.effects, h.figures, strict=True)
+    return any(e.type.plainly(f.values, f.deviations) for e, f in pairs if e.count > 1)
+
+
 def usual(effect: Effect, q: Parameter) -> float:
     """Standard deviation that a factor on a set of elements has without anything being wrong: what
     is drawn as equal is never quite equal. Nothing for other effects."""

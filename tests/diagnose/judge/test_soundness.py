@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import pytest
 
-from cvxupdate.diagnose.judge.soundness import sound, usual
+from cvxupdate.diagnose.judge.soundness import said_plainly, sound, usual
 from cvxupdate.diagnose.settings import AT_BOUND, LEAST_SIZE, MASS_STD, PIECE, STIFFNESS_STD
 from cvxupdate.physics.effect import ChannelFault, Effect
 from cvxupdate.physics.fault import Fault
-from tests.cases.plain_evidence import PlainFit, effect, fault, parameter, supposed
+from tests.cases.plain_evidence import (
+    PlainFit,
+    PlainType,
+    effect,
+    fault,
+    parameter,
+    supposed,
+)
 
 FIT = PlainFit(1.0)
 
@@ -69,3 +77,18 @@ def test_an_exchange_of_channels_has_no_size() -> None:
     gain = fault("n1.x")
     swap = replace(gain, action=ChannelFault(Fault("n1.x", "swap", other="n2.x")))
     assert not sound(supposed(FIT, gain, size=0.0)) and sound(supposed(FIT, swap, size=0.0))
+
+
+@dataclass(frozen=True)
+class Plain(PlainType):
+    """An effect whose figures are said more plainly where they are below one."""
+
+    def plainly(self, values: Mapping[str, float], deviations: Mapping[str, float]) -> bool:
+        return max(values.values()) < 1.0
+
+
+def test_what_a_plainer_effect_says_is_told_from_its_figures() -> None:
+    """Of effects with several unknowns; one unknown is as plain as can be."""
+    for count, size, plain in ((2, -0.5, True), (2, 0.5, False), (1, -0.5, False)):
+        one = replace(effect(count=count), type=Plain())
+        assert said_plainly(supposed(FIT, effect(nodes=(2,)), one, size=size)) == plain
