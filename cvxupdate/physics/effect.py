@@ -1,8 +1,7 @@
 """What an effect is: a type of physics that a model may lack, at a place, and what it does there.
 
 An effect acts in one of four ways (`Action`): a change of the model, a hidden oscillator whose
-mass is only known when it is planted, a fault of channels, which leaves the model as it is, or an
-internal force that no matrix says (`cvxupdate.physics.internal_force`).
+mass is known when it is planted, a fault of channels, an internal force that no matrix says.
 """
 
 from __future__ import annotations
@@ -204,9 +203,8 @@ Action = ModelChange | HiddenOscillator | ChannelFault | Planting
 
 @dataclass(frozen=True, eq=False)
 class Effect:
-    """An effect type at a place: ``figures`` are what is reported; ``sign`` +1 where its first
-    unknown cannot be negative; ``limits`` bound each unknown; ``spot`` says where in a sentence
-    (empty: as its place does)."""
+    """An effect type at a place: ``figures`` are reported; ``sign`` +1 where its first unknown is
+    not negative; ``limits`` bound each unknown; ``spot``: where, in words (empty: its place's)."""
 
     type: EffectType
     place: Place
@@ -276,21 +274,19 @@ class Effect:
         dx: Sequence[float] | Real,
         unit: float = 1.0,
     ) -> tuple[dict[str, float], dict[str, float]]:
-        """The contract's figures and their deviations, of unknowns ``x`` (count,) with deviations
-        ``dx``; ``parameters`` are their own on ``model``, ``unit`` the seconds of a delay."""
+        """The contract's figures and deviations, of unknowns ``x`` (count,) with deviations ``dx``;
+        ``parameters`` are their own on ``model``, ``unit`` the seconds of a delay."""
         values, deviations = dict[str, float](), dict[str, float]()
         for q in self.figures:
-            k = q.index
-            values[q.name], deviations[q.name] = q.value(
-                model, parameters[k] if parameters else None, float(x[k]), float(dx[k]), unit
-            )
+            own = parameters[q.index] if parameters else None
+            size, deviation = float(x[q.index]), float(dx[q.index])
+            values[q.name], deviations[q.name] = q.value(model, own, size, deviation, unit)
         return values, deviations
 
 
 @dataclass(frozen=True)
 class Planted:
-    """An effect on a model: ``start`` (columns,) where its parameters begin; its fault, where it is
-    one, and where the unknown of that begins."""
+    """An effect on a model: where its parameters begin (columns,), its fault, where that begins."""
 
     effect: Effect
     model: Model
