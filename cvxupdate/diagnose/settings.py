@@ -42,6 +42,12 @@ REFINED = SHEETS = ("plate",)
 # Relative shift of frequencies that shear makes of beams, up to which a model without it is sound:
 # half the tolerance of the modulus, which shifts them as much. Above, its absence is a finding.
 SOUND_THEORY = 0.01
+# Shear that theory wants of stocky beams, in parts of what the section's coefficient gives, and how
+# far it may be off: that is known within a fifth, of which this is two and a half.
+BY_THEORY, NEAR_THEORY = 1.0, 0.5
+# Part of what theory says of beams below which it is not written into a model: a twentieth of the
+# hundredth of a frequency from which on its absence is a finding.
+WRITTEN = 0.05
 # Relative error of a natural frequency in the band by the file's mesh of rods and beams, from which
 # on the file is diagnosed on a finer mesh: half the tolerance of a modulus shifts frequencies by 1
 # %, and of five times that extrapolation to second order may miss as much.
@@ -272,6 +278,8 @@ APART_ENOUGH = 5.0
 # hour with a roving hammer, at most. Between the two the set ends where so many others or fewer are
 # expected to be listed still, or where no further response lowers that.
 FEWEST_TOGETHER, RESPONSES_TOGETHER, LEFT_ENOUGH = 4, 12, 0.1
+# Explanations expected to be listed still: as many more are as good.
+EVEN = 0.1
 # Known mass that a plan proposes to put on, part of the structure's: two to three per cent of the
 # frequencies, which any test tells, and still a small change of the structure.
 KNOWN_MASS = 0.05

@@ -10,7 +10,6 @@ from cvxupdate.diagnose.apart.measurement import (
 )
 
 __all__ = [
-    "EVEN",
     "Apart",
     "Explanation",
     "LawCheck",

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cvxupdate.diagnose.settings import APART_ENOUGH
+from cvxupdate.diagnose.settings import APART_ENOUGH, EVEN
 from cvxupdate.diagnose.types import Real
 
 BOUNDARIES = ("mass", "spring", "support", "free")
 """Kinds of measurements that change the boundary."""
-EVEN = 0.1
-"""Explanations expected to be listed: as many more are as good."""
 
 
 @dataclass(frozen=True)

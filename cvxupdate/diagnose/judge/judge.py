@@ -84,8 +84,8 @@ def _decided(evidence: Evidence, found: Found) -> Judgement:
     base = Hypothesis((), evidence.bases[-1])
     case = Case(evidence, weighed(evidence, base), damping_only(evidence))
     singles, several = (
-        tuple(case.weighed(h) for h in found_ if not said_plainly(h))
-        for found_ in (found.singles, found.several)
+        tuple(case.weighed(h) for h in tried if not said_plainly(h))
+        for tried in (found.singles, found.several)
     )
     one = _likeliest(singles, case)
     single = one if one is not None and better(one, case.base, case) else None

@@ -25,7 +25,7 @@ from cvxupdate.diagnose.responses.sets import sets_of_elements
 from cvxupdate.diagnose.responses.setting import EFFORTS
 from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
-from cvxupdate.diagnose.settings import SEVERAL_LEVEL, STARTS, WHOLE, WHOLES
+from cvxupdate.diagnose.settings import BY_THEORY, NEAR_THEORY, SEVERAL_LEVEL, STARTS, WHOLE, WHOLES
 from cvxupdate.diagnose.types import Evidence, FiniteSize, Key, Score, Seed
 from cvxupdate.physics import effect_types
 from cvxupdate.physics.effect import RESPONSES, Effect, EffectType
@@ -53,9 +53,7 @@ def at_finite_sizes(
     return FiniteSize(exact, [seed for seed, _ in ranked[:WHOLE]])
 
 
-# An effect, its size by theory in parts of what the section's shear coefficient gives, and how far
-# it may be off: that coefficient is known within a fifth, of which this is two and a half.
-SHEARS, BY_THEORY, NEAR_THEORY = "shear_deformation", 1.0, 0.5
+SHEARS = "shear_deformation"
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,12 @@ import numpy as np
 from cvxupdate.diagnose.nominal.theory import CLAMP, CORNER, GROUP, ROTARY, SHEAR
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.results import Updated
+from cvxupdate.diagnose.settings import WRITTEN
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.units import number
 
 SHIFTED = 1e-6  # relative shift of a frequency by the mesh below which there is none to tell of
-# Of what theory says of beams: below, it is not written, for it shifts frequencies by less than a
-# twentieth of the hundredth from which on its absence is a finding.
-WRITTEN = 0.05
 WORDS = {
     CORNER: "Members were fitted as stiffer where they meet",
     CLAMP: "Clamped edges were fitted as holding from before their line on",
