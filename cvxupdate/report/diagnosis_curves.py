@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s²"}
 MODES = 40
 """Modes drawn at most."""
+WHOLE = 2.0 * WIDTH
+"""Inches of a figure across the page, of one panel or two: its letters are as large as others'."""
 
 
 def caption(c: Curve) -> str:
@@ -105,7 +107,7 @@ def other_curves(shown: Shown | None) -> tuple[str, list[str]] | None:
         draw_panels(
             "curves",
             "Measured responses with the model before and after",
-            WIDTH * columns,
+            WHOLE,
             2.9 * rows,
             rows,
             columns,
@@ -200,7 +202,7 @@ def remains(shown: Shown | None) -> str | None:
         "remains",
         "What the model leaves unexplained at each frequency before and after, against the "
         "noise of the recordings",
-        WIDTH * len(spectra),
+        WHOLE,
         3.1,
         1,
         len(spectra),

@@ -32,11 +32,20 @@ BARS_SAY = (
     "as the signal."
 )
 HELD_SAY = " Held-out recordings were never fitted."
+MEANS_SAY = (
+    " All channels together; errors in the sentences above are means over the channels, each by "
+    "itself."
+)
 MODES_SAY = (
     "Each line is a measured natural frequency: how far the model was off, and how far it is now."
 )
 MOST_ROWS = 40
 """Candidates shown at most; diagnosis.json holds them all."""
+
+
+def _bars_say(found: Diagnosis, responses: bool) -> str:
+    """What the chart of errors shows, and why other figures of responses stand above it."""
+    return BARS_SAY + (HELD_SAY if held_out(found) else "") + (MEANS_SAY if responses else "")
 
 
 def diagnosis_page(found: Diagnosis, spec: Spec) -> str:
@@ -53,7 +62,7 @@ def diagnosis_page(found: Diagnosis, spec: Spec) -> str:
             "meaning": meaning,
             "place": _svg(place_picture(found, spec)),
             "bars": _svg(fit_bars(found)),
-            "bars_say": BARS_SAY + (HELD_SAY if held_out(found) else ""),
+            "bars_say": _bars_say(found, bool(first)),
             "fit": fit_rows(found),
             "overlay": _svg(first[0] if first else modes),
             "overlay_says": first[1] if first else MODES_SAY,
