@@ -12,9 +12,10 @@ from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.modes.common import common_of as common_of_tables
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.tables import prepared, stated_tables
+from cvxupdate.diagnose.modes.worth import mesh_for as mesh_for_tables
 from cvxupdate.diagnose.nominal.coarse import Discretisation, of_sheets
 from cvxupdate.diagnose.nominal.damping import undamped
-from cvxupdate.diagnose.nominal.mesh import mesh_error
+from cvxupdate.diagnose.nominal.mesh import NONE, mesh_error
 from cvxupdate.diagnose.nominal.refinement import PLAIN
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
@@ -205,10 +206,11 @@ def _modes(
     reference: Reference | None,
     budget: Budget,
 ) -> ModesEvidence:
-    # the mesh of the file: what it does to frequencies extrapolation takes out, at a tenth of the
-    # cost of the responses' analysis model
-    start = with_nuisance(undamped(model), scatter=spec.diagnose.scatter)
-    mesh = mesh_error(spec, model, max(float(t.frequency.max()) for t in tables))
+    names, top = _names(spec, MODES), max(float(t.frequency.max()) for t in tables)
+    fine = mesh_for_tables(spec, model, top, SHEAR in names)
+    start = undamped(fine.on(model))
+    start = with_nuisance(start, scatter=spec.diagnose.scatter, theory=fine.theory)
+    mesh = NONE if fine.finer else mesh_error(spec, model, top)
     common = None
     if reference is not None:
         fitted = [t for t in tables_of(reference.recordings) if t.origin.use == "fit"]
@@ -224,10 +226,11 @@ def _modes(
         start,
         prepared(start, tables, mesh, common),
         mesh,
-        _names(spec, MODES),
+        fine,
+        names,
         _names(spec, RATIOS),
         held_dofs(spec, model),
-        release_from(spec),
+        release_from(spec, fine),
         tuple(order),
         progress,
         None if reference is None else reference.file,

@@ -13,6 +13,7 @@ from cvxupdate.fe.model import Model
 from cvxupdate.physics.draft import Draft, kind_of, not_negative
 
 SOFTEST = 1e4  # upper bound of a compliance, in units of that of its place
+WRITTEN = 0.01  # of its unit: less is none
 RIGID = 1e4  # what gives way begins this much stiffer than the structure around it
 
 
@@ -42,6 +43,8 @@ class Compliance:
 def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
     """A soft support or an opened joint as a spring, with its share of those that go together."""
     what = "joint" if block.dofs.shape[1] == 2 else "soft support"
+    if block.groups[e] and now["a"] < WRITTEN * RIGID * now["a0"]:
+        return  # a sheet that gives way where it is held, by as good as nothing
     share = float(block.terms[0].values[block.geometry[e], 0, 0])
     k = share / (now["a0"] + now["a"]) * now["stiffness"]
     put_spring(draft, model, block, e, k, "a", what)

@@ -13,6 +13,7 @@ from cvxupdate.fe.model import Model
 from cvxupdate.physics.compliance import RIGID, SOFTEST, write
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
+from cvxupdate.physics.given import Points
 from cvxupdate.physics.growth import append_parameters, limited
 from cvxupdate.physics.members import STRAIGHT
 from cvxupdate.physics.place import ROTATIONS, Place, where
@@ -56,7 +57,16 @@ class EqualSupports(EffectType):
             along = ALONG if free.along_edge else "" if place.dof else ROCKING
             spot = f"of the {len(nodes)} supports{along} at {where(place)}"
             out.append(Effect(self, place, change, figures, 1, LIMITS, spot))
-        return out
+        return out + [self._at(p) for p in Points.of(context) if 1 < len(p.ids) <= MOST]
+
+    def _at(self, points: Points) -> Effect:
+        """Where a sheet gives way itself."""
+        place = Place(nodes=points.nodes, dof=points.dof)
+        softer = partial(points.softer, f"equal_supports@{points.dof}", LIMITS)
+        change = ModelChange(softer, ((points.tangent,),), series=True, along=points.along)
+        figures = (stiffness("k", stiffness_unit(place), points.rigid),)
+        spot = f"of the {len(points.nodes)} supports at {where(place)}"
+        return Effect(self, place, change, figures, 1, LIMITS, spot)
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """What each of them holds with."""

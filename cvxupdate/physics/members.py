@@ -9,6 +9,7 @@ import numpy as np
 
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import has_property
+from cvxupdate.physics.given import is_given
 from cvxupdate.registry import ELEMENTS
 
 STRAIGHT = 0.999  # cosine of the angle within which two elements go straight on
@@ -26,7 +27,7 @@ def member_sets(model: Model, of: str) -> list[tuple[tuple[int, ...], tuple[str,
     lines: list[tuple[int, ...]] = []
     sheets = sheet_names()
     for block in model.blocks:
-        if not has_property(block, of):
+        if not has_property(block, of) or is_given(block):
             continue
         ids = block.ids.tolist()
         for i, g in zip(ids, block.groups, strict=True):

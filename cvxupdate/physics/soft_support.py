@@ -13,6 +13,7 @@ from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
 from cvxupdate.physics.compliance import RIGID, SOFTEST, Compliance, write
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
+from cvxupdate.physics.given import Points
 from cvxupdate.physics.growth import small_block, with_block
 from cvxupdate.physics.place import Place, at
 from cvxupdate.physics.quantity import stiffness
@@ -52,7 +53,18 @@ class SoftSupport(EffectType):
             )
             figures = (stiffness("k", stiffness_unit(place), unit / RIGID),)
             out.append(Effect(self, place, change, figures, 1, LIMITS))
+        for points in Points.of(context):
+            out += [self._at(points.only(k)) for k in range(len(points.ids))]
         return out
+
+    def _at(self, point: Points) -> Effect:
+        """Where a sheet gives way itself."""
+        place = Place(nodes=point.nodes, dof=point.dof)
+        name = f"soft_support@n{point.nodes[0]}.{point.dof}"
+        softer = partial(point.softer, name, LIMITS)
+        change = ModelChange(softer, ((point.tangent,),), series=True)
+        figures = (stiffness("k", stiffness_unit(place), point.rigid),)
+        return Effect(self, place, change, figures, 1, LIMITS)
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """What it holds with."""

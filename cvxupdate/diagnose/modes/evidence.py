@@ -22,10 +22,13 @@ from cvxupdate.diagnose.modes.members import whole_members
 from cvxupdate.diagnose.modes.remains import remains
 from cvxupdate.diagnose.modes.scene import scene
 from cvxupdate.diagnose.modes.setting import ModesSetting, setting_of
-from cvxupdate.diagnose.modes.tables import Tables, chi_square, errors_of, rms
+from cvxupdate.diagnose.modes.tables import Tables, chi_square, errors_of, metrics_of, rms
 from cvxupdate.diagnose.nominal.mesh import MeshError, mesh_line
+from cvxupdate.diagnose.nominal.refinement import Mesh, mesh_lines, mesh_notes
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import elements_of, on_the_file, regrown
+from cvxupdate.diagnose.nominal.theory import theory_lines
+from cvxupdate.diagnose.nominal.written import sayable
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised
 from cvxupdate.diagnose.settings import CHANCE, FAR_OFF
@@ -66,6 +69,7 @@ class ModesEvidence(Linear):
     model: Model
     tables: Tables
     mesh: MeshError
+    fine: Mesh
     names: tuple[str, ...]
     damping: tuple[str, ...]
     supports: tuple[tuple[int, str], ...]
@@ -103,9 +107,10 @@ class ModesEvidence(Linear):
     @cached_property
     def _drawn(self) -> ModalPoint:
         """The file as it came, mesh included."""
-        if self.came is None:
+        if self.came is None and not self.fine.finer:
             return self.nominal_point
-        return setting_of(self.came, self.tables).evaluate(self.came.zero())
+        file = (self.came or self.original).with_parameters(())
+        return setting_of(file, self.tables).evaluate(file.zero())
 
     @cached_property
     def _space(self) -> Space | None:
@@ -230,7 +235,8 @@ class ModesEvidence(Linear):
 
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""
-        model = with_nuisance(self.model.with_parameters(()), wide=True)
+        bare = self.model.with_parameters(())
+        model = with_nuisance(bare, wide=True, theory=self.fine.theory)
         setting = setting_of(model, self.tables, wide=True)
         return fitted_from(setting, model.zero(), space=self._space)
 
@@ -257,7 +263,8 @@ class ModesEvidence(Linear):
 
     def lines(self) -> list[str]:
         """What the mesh of the file is worth, and what time did not allow."""
-        return [*mesh_line(self.mesh.worst(self.tables.top)), *self.budget.lines]
+        mesh = [*mesh_line(self.mesh.worst(self.tables.top)), *mesh_lines(self.fine, False)]
+        return [*mesh, *theory_lines(self.model, self.bases[-1]), *self.budget.lines]
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With the pairing of each table."""
@@ -267,7 +274,9 @@ class ModesEvidence(Linear):
             for k, places in zip(self.order, point.places, strict=False)
         }
         alpha = None if further.alpha is None else further.alpha[0]
-        return Updated(point.residual.model, point.p, alpha=alpha, pairs=pairs)
+        kept, p, said = sayable(point.residual.model, point.p)
+        notes = (*mesh_notes(self.fine), *said)
+        return Updated(kept, p, alpha=alpha, pairs=pairs, notes=notes)
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Errors of every mode before and after."""
@@ -281,14 +290,4 @@ class ModesEvidence(Linear):
 
     def metrics(self, last: Fit) -> dict[str, Any]:
         """The contract's metrics."""
-        moved = (*self.tables.fit, *self.tables.hold)
-        out: dict[str, Any] = {}
-        for key, use in (("fit", True), ("hold_out", False)):
-            before = 100.0 * np.abs(errors_of(self._drawn, self.tables.measured, use))
-            after = 100.0 * np.abs(errors_of(last.point, moved, use))
-            out[key] = {}
-            if len(before) and len(after):
-                for name, f in (("mean", np.mean), ("max", np.max)):
-                    values = {"before": float(f(before)), "after": float(f(after))}
-                    out[key][f"frequency_error_percent_{name}"] = values
-        return out
+        return metrics_of(self._drawn, last.point, self.tables)

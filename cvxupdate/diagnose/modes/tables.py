@@ -173,6 +173,22 @@ def errors_of(point: ModalPoint, tables: Sequence[ModeTable], fitted: bool) -> R
     return np.array(errors)
 
 
+def metrics_of(drawn: ModalPoint, found: ModalPoint, tables: Tables) -> dict[str, Any]:
+    """The contract's metrics: of the file as it came beside what was measured, and of a diagnosed
+    model beside what it was fitted to."""
+    moved = (*tables.fit, *tables.hold)
+    out: dict[str, Any] = {}
+    for key, use in (("fit", True), ("hold_out", False)):
+        before = 100.0 * np.abs(errors_of(drawn, tables.measured, use))
+        after = 100.0 * np.abs(errors_of(found, moved, use))
+        out[key] = {}
+        if len(before) and len(after):
+            for name, f in (("mean", np.mean), ("max", np.max)):
+                values = {"before": float(f(before)), "after": float(f(after))}
+                out[key][f"frequency_error_percent_{name}"] = values
+    return out
+
+
 def rms(errors: Real) -> float:
     """NaN where there are none."""
     return float(np.sqrt(np.mean(errors**2))) if len(errors) else float("nan")

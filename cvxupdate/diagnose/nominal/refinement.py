@@ -17,7 +17,8 @@ import scipy.sparse as sp
 
 from cvxupdate.correlate import pair_modes
 from cvxupdate.diagnose.nominal.mesh import shearing
-from cvxupdate.diagnose.nominal.theory import SHEAR, stocky, theory_of
+from cvxupdate.diagnose.nominal.points import Held, giving, on_points, points_of
+from cvxupdate.diagnose.nominal.theory import POINT, SHEAR, SIZES, stocky, theory_of
 from cvxupdate.diagnose.settings import (
     ANOTHER_MODE,
     MESH_PARTS,
@@ -50,7 +51,7 @@ class Mesh:
     ``error`` what that mesh alone leaves of the responses; ``left`` what the finer one does;
     ``advised`` the parts of each edge with which the file's own elements would do; ``theory`` what
     the theory of its beams may leave out (`cvxupdate.diagnose.nominal.theory`); ``stocky``: beams
-    are too short for theory to leave shear out."""
+    are too short for theory to leave shear out; ``points`` hold sheets, which give way there."""
 
     analysis: Analysis | None = None
     shift: float = 0.0
@@ -59,10 +60,11 @@ class Mesh:
     advised: int = 1
     theory: tuple[str, ...] = ()
     stocky: bool = False
+    points: tuple[Held, ...] = ()
 
     def on(self, file: Model) -> Model:
         """The model that is diagnosed."""
-        return file if self.analysis is None else self.analysis.on(file)
+        return file if self.analysis is None else self.analysis.on(on_points(file, self.points))
 
     @property
     def finer(self) -> bool:
@@ -116,11 +118,22 @@ def fine_enough(spec: Spec, file: Model, wanted: Wanted) -> Mesh:
         short = stocky(model, shift_of, SOUND_THEORY)
         needed = _needed(found, file, wanted, SHEAR in theory)
         model = needed.on(file)
+        points = _points(file, needed, wanted)
+        theory = (*theory, POINT) if points else theory
         shift, error = shift_between(file, model, wanted.top), wanted.differ(file, model)
     except CvxupdateError:
         return PLAIN
     advised = _advised(shift, rest, MESH_PARTS[0])
-    return Mesh(needed, shift, error, left, advised, theory, short)
+    return Mesh(needed, shift, error, left, advised, theory, short, points)
+
+
+def _points(file: Model, mesh: Analysis, wanted: Wanted) -> tuple[Held, ...]:
+    """Points that hold sheets, where it is heard that these give way there."""
+    points = points_of(file)
+    if not points:
+        return ()
+    softer = giving(mesh.on(on_points(file, points)), SIZES[POINT][1])
+    return points if wanted.differ(mesh.on(file), softer) > wanted.enough else ()
 
 
 def with_theory_of(file: Model, wanted: Wanted) -> Mesh:
@@ -260,14 +273,17 @@ def mesh_notes(mesh: Mesh) -> tuple[str, ...]:
     )
 
 
-def mesh_lines(mesh: Mesh) -> list[str]:
-    """What the mesh of the file is worth, and which would do, where that is worth a line."""
+def mesh_lines(mesh: Mesh, responses: bool = True) -> list[str]:
+    """What the mesh of the file is worth, and which would do, where that is worth a line;
+    ``responses``: what it leaves is told of them, else of natural frequencies alone."""
     if mesh.analysis is None or mesh.shift <= MESH_TOLD:
         return []
+    leaves = f" and leaves {mesh.error:.2g} of the response by itself" if responses else ""
+    rest = f"{mesh.left:.1g}" if responses else f"{100 * mesh.left:.1g} % of them"
     return [
-        f"The mesh of the file shifts natural frequencies by up to {100 * mesh.shift:.2g} % and "
-        f"leaves {mesh.error:.2g} of the response by itself; the diagnosis worked on the same "
-        f"elements with the matrices of finer parts, whose mesh leaves {mesh.left:.1g}. With every "
+        f"The mesh of the file shifts natural frequencies by up to {100 * mesh.shift:.2g} %"
+        f"{leaves}; the diagnosis worked on the same "
+        f"elements with the matrices of finer parts, whose mesh leaves {rest}. With every "
         f"edge in {mesh.advised} the file's own elements would be within "
         f"{100 * MESH_TOLD:.1g} % of the frequencies."
     ]

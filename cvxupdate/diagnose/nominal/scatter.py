@@ -7,6 +7,7 @@ from cvxupdate.diagnose.settings import CREDIBLE, FREE, MASS_STD, STIFFNESS_STD,
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.fe.select import has_property, select_parameters
+from cvxupdate.physics.given import is_given
 from cvxupdate.physics.growth import Wanted
 
 MEMBER = "exact member "
@@ -26,7 +27,7 @@ def with_nuisance(
         limit = WIDE if wide else CREDIBLE * std * scatter
         groups: dict[str, list[int]] = {}
         for block in model.blocks:
-            if has_property(block, of):
+            if has_property(block, of) and not is_given(block):
                 for element, group in zip(block.ids.tolist(), block.groups, strict=True):
                     drawn = "" if group.startswith(MEMBER) else group
                     groups.setdefault(drawn or block.kind.name, []).append(element)

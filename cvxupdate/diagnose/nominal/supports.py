@@ -13,6 +13,7 @@ from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
+from cvxupdate.physics.given import is_given
 from cvxupdate.spec import Spec
 
 
@@ -89,8 +90,8 @@ def on_the_file(
 
 
 def elements_of(model: Model) -> frozenset[int]:
-    """The numbers of its elements."""
-    return frozenset(int(i) for b in model.blocks for i in b.ids)
+    """The numbers of its elements, those of springs under points of sheets apart."""
+    return frozenset(int(i) for b in model.blocks if not is_given(b) for i in b.ids)
 
 
 def _numbers(file: Model, brought: Model) -> dict[int, int]:

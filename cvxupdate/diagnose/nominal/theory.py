@@ -27,17 +27,26 @@ from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.block import Block
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import has_property
+from cvxupdate.physics.compliance import RIGID
+from cvxupdate.physics.given import is_given
 from cvxupdate.physics.growth import Wanted
 from cvxupdate.physics.units import number
 
 SHEAR, ROTARY, CORNER, CLAMP = "shear", "rotary", "corner", "clamp"
+POINT = "a"  # the compliance of `cvxupdate.diagnose.nominal.points`
 GROUP = "theory"  # to which these parameters belong, in place of a group of the file
 # of what theory says of each: most, and prior deviation. Shear: the coefficient of a section
 # is known within a fifth. Rotary inertia: all or nothing, a switch of the program, so the file's
 # word is no evidence. Corners: overlapping members bend somewhere between as they do elsewhere
 # and hardly at all. Clamps, in thicknesses: a face that is held is 0.1 to 0.3 stiffer; one that
-# gives way is a finding.
-SIZES = {SHEAR: (1.2, 1.0), ROTARY: (1.0, 1.0), CORNER: (2.0, 0.5), CLAMP: (1.5, 0.5)}
+# gives way is a finding. Points: ln(R/r₀), of holds from as wide as the sheet is thick to needles.
+SIZES = {
+    SHEAR: (1.2, 1.0),
+    ROTARY: (1.0, 1.0),
+    CORNER: (2.0, 0.5),
+    CLAMP: (1.5, 0.5),
+    POINT: (12.0, 6.0),
+}
 OF = {SHEAR: "beams", ROTARY: "beams", CORNER: "beams", CLAMP: "sheets"}
 
 
@@ -128,6 +137,9 @@ def theory_parameters(model: Model, words: tuple[str, ...]) -> list[Wanted]:
         if word == ROTARY:
             out += _turning(model)
             continue
+        if word == POINT:
+            out += _giving(model)
+            continue
         ids = lines_of(model, word)
         if ids:
             most = SIZES[word][0]
@@ -141,6 +153,16 @@ def _turning(model: Model) -> list[Wanted]:
     most, name = SIZES[ROTARY][0], f"{ROTARY} inertia of {OF[ROTARY]}"
     ends = ((without, name, 0.0, most), (have, f"{name} that have it", -most, 0.0))
     return [Wanted(n, ROTARY, ids, GROUP, low, high, 1.0) for ids, n, low, high in ends if ids]
+
+
+def _giving(model: Model) -> list[Wanted]:
+    """Of points that hold sheets."""
+    return [
+        Wanted("give of points", POINT, tuple(b.ids.tolist()), GROUP, 0.0, SIZES[POINT][0], unit)
+        for b in model.blocks
+        if is_given(b)
+        for unit in [RIGID * float(np.real(b.properties["a0"][0]))]
+    ]
 
 
 def theory_lines(model: Model, base: Fit) -> list[str]:
@@ -172,6 +194,12 @@ def theory_lines(model: Model, base: Fit) -> list[str]:
         size = "" if p is None else f" ({number(float(p[own[CLAMP]]), 2)} of it)"
         out.append(
             "Clamped edges of sheets may hold from a part of the thickness before their line on"
+            f"{size}: it was fitted beside the scatter of the groups, and is no finding."
+        )
+    if POINT in own:
+        size = "" if p is None else f" (by {number(float(p[own[POINT]]), 2)} / θκGh)"
+        out.append(
+            "A sheet may give way in shear where a point holds it (θ of the sheet around it)"
             f"{size}: it was fitted beside the scatter of the groups, and is no finding."
         )
     return out

@@ -2,7 +2,10 @@
 
 Near a free edge the twisting stresses need the width of about a thickness to close, so that a sheet
 of width b twists with b − 0.63 h (Saint-Venant's rectangle: Timoshenko and Goodier, art. 109): each
-metre of a rim has the negative torsional stiffness 0.105 G h⁴. Rotary inertia lowers frequencies by
+metre of a rim has the negative torsional stiffness 0.105 G h⁴. That holds of twist that varies
+slowly along it: waves of less than about three thicknesses it would make unstable, so that it acts
+between points of the rim that are far enough apart, and of a rim of shorter elements on the whole
+of each. Rotary inertia lowers frequencies by
 the square of thickness over wave length. Deformation in shear, of the same order, is left out: it
 needs third derivatives of the deflection.
 
@@ -28,12 +31,18 @@ from cvxupdate.fe.elements.plate import edge_curvature
 TERMS = (("K", "rim"), ("M", "turning"), ("K", "clampx"), ("K", "clampy"))
 """Matrix and coefficient of each."""
 ACROSS = 1e-6  # of an edge: a right angle
+# Thicknesses between points of a rim: from 1.4 on no shape of them has a negative stiffness (0.105
+# G h⁴ k against D, k = π over their distance); at a corner, and where the structure is thicker than
+# its model, it needs some more.
+APART = 3.0
 
 
 def beyond(fine: Fine, block: Block, rows: Index, dofs: Index, edges: Sequence[Edge]) -> list[Real]:
     """The `TERMS` of one element on the ``dofs`` (n,) of its parts, ``rows`` of a block."""
     held = [_held(fine, block, rows, dofs, edges, axis) for axis in (0, 1)]
-    return [_rim(fine, dofs, edges), _turning(fine, block, rows, dofs), *held]
+    thick = float(np.real(block.properties["thickness"][rows[0]]))
+    rim = _rim(fine, dofs, edges, thick) + _twist(fine, block, rows, dofs, edges, thick)
+    return [rim, _turning(fine, block, rows, dofs), *held]
 
 
 def _held(
@@ -56,22 +65,22 @@ def _held(
     return summed(block, rows, dofs, values)
 
 
-def _rim(fine: Fine, dofs: Index, edges: Sequence[Edge]) -> Real:
-    """1/m: a chain of bars in torsion along each free edge."""
+def _rim(fine: Fine, dofs: Index, edges: Sequence[Edge], thick: float) -> Real:
+    """1/m: a chain of bars in torsion along each free edge of a sheet so ``thick``."""
     out = np.zeros((len(dofs), len(dofs)))
     place = {
         (int(node), int(kind)): i
         for i, (node, kind) in enumerate(zip(fine.node[dofs], fine.kind[dofs], strict=True))
     }
     for edge in edges:
-        if not (edge.rim and edge.turns):
-            continue
         e, _, _, length = edge.axes
+        if not (edge.rim and edge.turns) or length < APART * thick:
+            continue
         ends = {edge.a, edge.b}
         at = {edge.a: 0.0, edge.b: 1.0}
         between = {n for n, _ in place if n in fine.made and set(fine.made[n].weights) == ends}
         at |= {n: fine.made[n].weights[edge.b] for n in between}
-        line = sorted(at, key=lambda n: at[n])
+        line = _spread(sorted(at, key=lambda n: at[n]), APART * thick / length)
         for one, two in itertools.pairwise(line):
             turn = np.zeros(len(dofs))
             for node, sign in ((one, -1.0), (two, 1.0)):
@@ -82,13 +91,37 @@ def _rim(fine: Fine, dofs: Index, edges: Sequence[Edge]) -> Real:
     return out
 
 
+def _twist(
+    fine: Fine, block: Block, rows: Index, dofs: Index, edges: Sequence[Edge], thick: float
+) -> Real:
+    """1/m: the same of free edges too short for that: of each the mean over the element."""
+    (term,) = (t for t in block.terms if t.coefficient == "Dxy")
+    nodes = np.zeros((0, 4), dtype=np.int64) if block.nodes is None else block.nodes[rows]
+    area = sum(_area(corners) for corners in fine.model.xyz[nodes])
+    short = [e.axes[3] for e in edges if e.rim and e.turns and e.axes[3] < APART * thick]
+    whole = summed(block, rows, dofs, term.values[block.geometry[rows]])  # of 4 w_xy²
+    return np.asarray(-sum(short) / (4.0 * area) * whole)
+
+
+def _area(corners: Real) -> float:
+    return float(np.linalg.norm(np.cross(corners[1] - corners[0], corners[3] - corners[0])))
+
+
+def _spread(line: Sequence[int], apart: float) -> Sequence[int]:
+    """Evenly chosen points of an evenly divided line, so far apart as a part of it or more; its
+    ends at least."""
+    parts = len(line) - 1
+    step = next((k for k in range(1, parts) if parts % k == 0 and k >= apart * parts), parts)
+    return line[::step]
+
+
 def _turning(fine: Fine, block: Block, rows: Index, dofs: Index) -> Real:
     """m²: the area that turns with each rotation about an axis in the sheet."""
     model, area = fine.model, np.zeros(len(dofs))
     place = {int(d): i for i, d in enumerate(dofs)}
     nodes = np.zeros((0, 4), dtype=np.int64) if block.nodes is None else block.nodes[rows]
     for own, corners in zip(block.dofs[rows], model.xyz[nodes], strict=True):
-        size = np.linalg.norm(np.cross(corners[1] - corners[0], corners[3] - corners[0]))
+        size = _area(corners)
         for d in own[own >= 0].tolist():
             if model.dof_kind[d] >= 3:
                 area[place[d]] += size / 4.0

@@ -9,6 +9,7 @@ from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.tables import prepared
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.mesh import NONE
+from cvxupdate.diagnose.nominal.refinement import PLAIN
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
 from cvxupdate.fe.modes import model_modes
@@ -46,6 +47,7 @@ def tried(tmp_path, request):
         start,
         data,
         NONE,
+        PLAIN,
         WORDS,
         (),
         held_dofs(spec, model),

@@ -10,8 +10,9 @@ import pytest
 from cvxupdate.diagnose.nominal.mesh import NONE
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.theory import GROUP
+from cvxupdate.diagnose.nominal.written import sayable
 from cvxupdate.diagnose.output.export import problem_file
-from cvxupdate.diagnose.responses.updated import _sayable, updated_model
+from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.spec import load_problem
@@ -63,7 +64,7 @@ def test_what_the_file_has_no_word_for_is_said(fitted):
     assert fitted(shear=0.01, rotary=-0.01)[0].notes == ()
     corner = SimpleNamespace(group=GROUP, of="corner")
     model = SimpleNamespace(parameters=(corner,), with_parameters=lambda kept: kept)
-    kept, p, (note,) = _sayable(model, np.array([0.7]))
+    kept, p, (note,) = sayable(model, np.array([0.7]))
     assert kept == () and p.size == 0
     assert note.startswith("Members were fitted as stiffer where they meet")
-    assert _sayable(model, np.array([0.01]))[2] == []
+    assert sayable(model, np.array([0.01]))[2] == []

@@ -30,7 +30,7 @@ dofs = ["z", "rx", "ry"]
 """
 
 
-def sheet(nx: int, ny: int, supports: str = "", a: float = A) -> str:
+def sheet(nx: int, ny: int, supports: str = "", a: float = A, h: float = H) -> str:
     nodes = ", ".join(
         f"{{ id = {1 + i + j * (nx + 1)}, x = {a * i / nx:.9g}, y = {B * j / ny:.9g} }}"
         for j in range(ny + 1)
@@ -44,7 +44,7 @@ def sheet(nx: int, ny: int, supports: str = "", a: float = A) -> str:
     return (
         f'title = "Sheet"\n[model]\ndofs = ["z", "rx", "ry"]\nnodes = [{nodes}]\n'
         f"[model.materials.steel]\n{STEEL}"
-        f'[model.sections.skin]\nshape = "plate"\nthickness = {H}\n'
+        f'[model.sections.skin]\nshape = "plate"\nthickness = {h}\n'
         '[[model.elements]]\ntype = "plate"\nmaterial = "steel"\nsection = "skin"\n'
         f"rows = [{rows}]\n"
         f"{supports}"
@@ -77,9 +77,11 @@ def test_it_turns_like_a_block(tmp_path):
     assert inertia == pytest.approx(7850.0 * A * B * H * (B**2 + H**2) / 12.0, rel=1e-9)
 
 
-def test_a_rim_counts_as_its_torsion_only(tmp_path):
-    """A strip twisted evenly: G (b h³ / 3 − 0.21 h⁴) a metre and radian, Saint-Venant's."""
-    spec, file = read(tmp_path, sheet(4, 3))
+@pytest.mark.parametrize("h", [H, 0.024, 0.035])
+def test_a_rim_counts_as_its_torsion_only(tmp_path, h):
+    """A strip twisted evenly: G (b h³ / 3 − 0.21 h⁴) a metre and radian, Saint-Venant's; of
+    elements that are longer than three thicknesses, some of them, and none."""
+    spec, file = read(tmp_path, sheet(4, 3, h=h))
     model = analysis_of(spec, file, 4, solid=True).on(file)
     x, y = (model.xyz[model.dof_node, k] - (A / 2.0, B / 2.0)[k] for k in (0, 1))
     kind = np.array([label.split(".")[-1] for label in model.labels])
@@ -88,8 +90,20 @@ def test_a_rim_counts_as_its_torsion_only(tmp_path):
     twist = np.where(inner, 0.0, twist + np.where(kind == "ry", -y, 0.0))
     energy = twist @ model.matrices(model.zero()).K @ twist
     G = 207e9 / 2.6
-    along = G * (A * B * H**3 / 3.0 - 0.63 / 3.0 * H**4 * (A + B))
+    along = G * (A * B * h**3 / 3.0 - 0.63 / 3.0 * h**4 * (A + B))
     assert energy == pytest.approx(along, rel=1e-6)
+
+
+@pytest.mark.parametrize("h", [0.015, 0.024, 0.035])
+@pytest.mark.parametrize("parts", [4, 8])
+def test_however_thick_and_finely_divided_nothing_pushes(tmp_path, h, parts):
+    """The rim of elements of two thicknesses, in eight parts, was unstable: a null plate had no
+    analysis model, and what its supports gave in shear was taken for a finding."""
+    spec, file = read(tmp_path, sheet(4, 3, h=h))
+    model = analysis_of(spec, file, parts, solid=True).on(file)
+    K = model.matrices(model.zero()).K.toarray()
+    stiff = np.linalg.eigvalsh(K)
+    assert stiff[0] > -1e-9 * stiff[-1] and np.sum(stiff < 1e-9 * stiff[-1]) == 3
 
 
 @pytest.mark.parametrize("turned", [False, True])

@@ -1,0 +1,44 @@
+"""What of the theory that was fitted a problem file has words for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cvxupdate.diagnose.nominal.theory import CLAMP, CORNER, GROUP, POINT, ROTARY, SHEAR
+from cvxupdate.diagnose.settings import WRITTEN
+from cvxupdate.diagnose.types import Real
+from cvxupdate.fe.model import Model
+from cvxupdate.physics.units import number
+
+WORDS = {
+    CORNER: "Members were fitted as stiffer where they meet",
+    CLAMP: "Clamped edges were fitted as holding from before their line on",
+}
+
+
+def sayable(model: Model, p: Real) -> tuple[Model, Real, list[str]]:
+    """The model with the parameters that a file has words for, their values (columns,), and what it
+    has none for: of theory it has shear, springs under points, and rotary inertia wholly or not at
+    all."""
+    own: list[int] = []
+    values, notes = p[: len(model.parameters)].copy(), list[str]()
+    for j, q in enumerate(model.parameters):
+        size = float(values[j])
+        if q.group != GROUP or q.of == POINT or (q.of == SHEAR and size >= WRITTEN):
+            own.append(j)
+        elif q.of == ROTARY:
+            own.append(j)
+            values[j] = np.round(size)
+            if abs(size - values[j]) > WRITTEN:
+                notes.append(_turning(size - q.lower, values[j] - q.lower))
+        elif abs(size) > WRITTEN and q.of in WORDS:
+            notes.append(f"{WORDS[q.of]}, for which this file has no word: its error is larger.")
+    return model.with_parameters(tuple(model.parameters[j] for j in own)), values[own], notes
+
+
+def _turning(fitted: float, written: float) -> str:
+    whole = "all" if written > 0.5 else "none"
+    return (
+        f"Rotary inertia was fitted as {number(fitted, 2)} of what sections have; this file has "
+        f"{whole} of it, so its error is larger than the diagnosis says."
+    )
