@@ -207,7 +207,7 @@ def _modes(
     budget: Budget,
 ) -> ModesEvidence:
     names, top = _names(spec, MODES), max(float(t.frequency.max()) for t in tables)
-    fine = mesh_for_tables(spec, model, top, SHEAR in names)
+    fine = PLAIN if reference else mesh_for_tables(spec, model, top, SHEAR in names)
     start = undamped(fine.on(model))
     start = with_nuisance(start, scatter=spec.diagnose.scatter, theory=fine.theory)
     mesh = NONE if fine.finer else mesh_error(spec, model, top)
