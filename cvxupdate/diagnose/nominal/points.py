@@ -15,13 +15,13 @@ import numpy as np
 
 from cvxupdate.diagnose.settings import SHEETS
 from cvxupdate.fe.block import Block, Index
+from cvxupdate.fe.elements.plate import KAPPA
 from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.physics.compliance import RIGID, Compliance
 from cvxupdate.physics.given import POINTS, is_given
 from cvxupdate.physics.growth import small_block
 
 Held = tuple[int, str]  # node, kind
-KAPPA = 5.0 / 6.0  # of a sheet in shear (Reissner)
 ACROSS = "z"  # the DOF across a sheet
 
 

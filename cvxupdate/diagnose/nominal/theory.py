@@ -45,7 +45,7 @@ SIZES = {
     ROTARY: (1.0, 1.0),
     CORNER: (2.0, 0.5),
     CLAMP: (1.5, 0.5),
-    POINT: (12.0, 6.0),
+    POINT: (8.0, 3.0),
 }
 OF = {SHEAR: "beams", ROTARY: "beams", CORNER: "beams", CLAMP: "sheets"}
 

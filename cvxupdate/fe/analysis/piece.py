@@ -73,8 +73,13 @@ def limit(file: Model, coarse: Piece, fine: Piece) -> Piece:
         Term(b.matrix, b.coefficient, (4.0 * b.values - a.values) / 3.0)
         for a, b in zip(coarse.terms, fine.terms, strict=True)
     )
-    found = replace(fine, terms=tuple(_positive(t) if t.matrix == "M" else t for t in terms))
+    found = replace(fine, terms=tuple(_positive(t) if _mass(t) else t for t in terms))
     return found if _sound(block, found) else fine
+
+
+def _mass(term: Term) -> bool:
+    """Whether it is positive by itself; what makes shear lag behind is so beside others only."""
+    return term.matrix == "M" and term.coefficient != "lag"
 
 
 def _positive(term: Term) -> Term:
@@ -85,11 +90,12 @@ def _positive(term: Term) -> Term:
 
 
 def _sound(block: Block, piece: Piece) -> bool:
-    """Whether no stiffness is negative, as the properties are today."""
+    """Whether no stiffness and no mass is negative, as the properties are today."""
     whole = replace(block, terms=piece.terms, geometry=np.arange(len(block.ids)))
-    scalars = [x for x in whole.scalars(whole.properties) if x[0] == "K"]
-    values = np.linalg.eigvalsh(whole.combine(scalars)["K"]) if scalars else np.zeros((1, 1))
-    return bool(np.all(values[:, 0] >= -RIGID * values[:, -1]))
+    scalars = [x for x in whole.scalars(whole.properties) if x[0] in "KM"]
+    made = whole.combine(scalars) if scalars else {}
+    found = [np.linalg.eigvalsh(made[m]) for m in {x[0] for x in scalars}]
+    return all(bool(np.all(v[:, 0] >= -RIGID * v[:, -1])) for v in found)
 
 
 def unstrained(file: Model, piece: Piece) -> Piece:

@@ -5,9 +5,12 @@ of width b twists with b − 0.63 h (Saint-Venant's rectangle: Timoshenko and Go
 metre of a rim has the negative torsional stiffness 0.105 G h⁴. That holds of twist that varies
 slowly along it: waves of less than about three thicknesses it would make unstable, so that it acts
 between points of the rim that are far enough apart, and of a rim of shorter elements on the whole
-of each. Rotary inertia lowers frequencies by
-the square of thickness over wave length. Deformation in shear, of the same order, is left out: it
-needs third derivatives of the deflection.
+of each. Rotary inertia lowers
+frequencies by the square of thickness over wave length. So does deformation in shear, by which a
+sheet lags behind its bending, D / κGh ∇²w (Mindlin 1951): of a free motion, where bending balances
+inertia, the mass ρh ∫ (w − ½ D / κGh ∇²w)² dA does as much. (Of free plates by a Legendre series of
+Mindlin's theory, 16 and 25 thicknesses wide, the first eight frequencies agree within 0.3 and
+0.07 %; they are up to 1.6 % lower than with rotary inertia alone.)
 
 A face that is clamped cannot become thinner where the sheet bends, so that within about a
 thickness of it the sheet is stiffer, as if the clamp reached in by a part of the thickness; how far
@@ -26,9 +29,16 @@ from cvxupdate.fe.analysis.edges import Edge
 from cvxupdate.fe.analysis.parts import Fine, summed
 from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.elements.base import Real
-from cvxupdate.fe.elements.plate import edge_curvature
+from cvxupdate.fe.elements.plate import edge_curvature, lagging
 
-TERMS = (("K", "rim"), ("M", "turning"), ("K", "clampx"), ("K", "clampy"))
+TERMS = (
+    ("K", "rim"),
+    ("M", "turning"),
+    ("K", "clampx"),
+    ("K", "clampy"),
+    ("M", "lag"),
+    ("M", "lagged"),
+)
 """Matrix and coefficient of each."""
 ACROSS = 1e-6  # of an edge: a right angle
 # Thicknesses between points of a rim: from 1.4 on no shape of them has a negative stiffness (0.105
@@ -42,7 +52,11 @@ def beyond(fine: Fine, block: Block, rows: Index, dofs: Index, edges: Sequence[E
     held = [_held(fine, block, rows, dofs, edges, axis) for axis in (0, 1)]
     thick = float(np.real(block.properties["thickness"][rows[0]]))
     rim = _rim(fine, dofs, edges, thick) + _twist(fine, block, rows, dofs, edges, thick)
-    return [rim, _turning(fine, block, rows, dofs), *held]
+    corners = fine.model.xyz[_nodes(block, rows)]
+    lag = summed(block, rows, dofs, lagging(corners))
+    bent = [t for t in block.terms if t.coefficient in ("Dx", "Dy", "D1")]
+    squared = [summed(block, rows, dofs, t.values[block.geometry[rows]]) for t in bent]
+    return [rim, _turning(fine, block, rows, dofs), *held, lag, np.sum(squared, axis=0)]
 
 
 def _held(
@@ -50,7 +64,7 @@ def _held(
 ) -> Real:
     """1/m: the squared curvature along the local x (``axis`` 0) or y, along clamped edges across
     it."""
-    nodes = np.zeros((0, 4), dtype=np.int64) if block.nodes is None else block.nodes[rows]
+    nodes = _nodes(block, rows)
     xyz = fine.model.xyz[nodes]
     values = np.zeros((len(rows), *block.terms[0].values.shape[1:]))
     for edge in edges:
@@ -96,7 +110,7 @@ def _twist(
 ) -> Real:
     """1/m: the same of free edges too short for that: of each the mean over the element."""
     (term,) = (t for t in block.terms if t.coefficient == "Dxy")
-    nodes = np.zeros((0, 4), dtype=np.int64) if block.nodes is None else block.nodes[rows]
+    nodes = _nodes(block, rows)
     area = sum(_area(corners) for corners in fine.model.xyz[nodes])
     short = [e.axes[3] for e in edges if e.rim and e.turns and e.axes[3] < APART * thick]
     whole = summed(block, rows, dofs, term.values[block.geometry[rows]])  # of 4 w_xy²
@@ -119,10 +133,15 @@ def _turning(fine: Fine, block: Block, rows: Index, dofs: Index) -> Real:
     """m²: the area that turns with each rotation about an axis in the sheet."""
     model, area = fine.model, np.zeros(len(dofs))
     place = {int(d): i for i, d in enumerate(dofs)}
-    nodes = np.zeros((0, 4), dtype=np.int64) if block.nodes is None else block.nodes[rows]
+    nodes = _nodes(block, rows)
     for own, corners in zip(block.dofs[rows], model.xyz[nodes], strict=True):
         size = _area(corners)
         for d in own[own >= 0].tolist():
             if model.dof_kind[d] >= 3:
                 area[place[d]] += size / 4.0
     return np.diag(area)
+
+
+def _nodes(block: Block, rows: Index) -> Index:
+    """Of the parts of an element, (parts, 4)."""
+    return np.zeros((0, 4), dtype=np.int64) if block.nodes is None else block.nodes[rows]

@@ -23,6 +23,7 @@ from cvxupdate.spec import division
 from cvxupdate.spec.elements import ELASTIC, INERTIAL, ElementText, Lacking, PlateBlock, PlateRow
 from cvxupdate.spec.model import PlateSection
 
+KAPPA = 5.0 / 6.0  # of a sheet in shear (Reissner)
 RIM = 0.63 / 6.0  # of G h⁴: what a free edge lacks of the torsional stiffness G h³ / 3 a metre
 _POWERS = (
     (0, 0),
@@ -58,7 +59,7 @@ def unit_matrices() -> dict[str, Real]:
     corners = np.vstack([_rows(x, y, *d) for x, y in _CORNERS for d in ((0, 0), (1, 0), (0, 1))])
     shape = np.linalg.inv(corners)
     points, weights = np.polynomial.legendre.leggauss(4)
-    out = {key: np.zeros((12, 12)) for key in ("Dx", "Dy", "D1", "Dxy", "rhoh")}
+    out = {key: np.zeros((12, 12)) for key in ("Dx", "Dy", "D1", "Dxy", "rhoh", "wxx", "wyy")}
     for px, wx in zip((points + 1) / 2, weights / 2, strict=True):
         for py, wy in zip((points + 1) / 2, weights / 2, strict=True):
             w, xx, yy, xy = (_rows(px, py, *d) @ shape for d in ((0, 0), (2, 0), (0, 2), (1, 1)))
@@ -68,6 +69,8 @@ def unit_matrices() -> dict[str, Real]:
             out["D1"] += q * (np.outer(xx, yy) + np.outer(yy, xx))
             out["Dxy"] += 4.0 * q * np.outer(xy, xy)
             out["rhoh"] += q * np.outer(w, w)
+            out["wxx"] += q / 2.0 * (np.outer(w, xx) + np.outer(xx, w))
+            out["wyy"] += q / 2.0 * (np.outer(w, yy) + np.outer(yy, w))
     return out
 
 
@@ -111,6 +114,16 @@ def edge_curvature(xyz: Real, axis: int, end: int) -> Real:
     return np.einsum("eki,kl,elj->eij", T, unit, T, optimize=True) * size[:, None, None]
 
 
+def lagging(xyz: Real) -> Real:
+    """−∫ w ∇²w dA (e, 12, 12), symmetric, of elements ``xyz`` (e, 4, 3)."""
+    ex, ey = xyz[:, 1] - xyz[:, 0], xyz[:, 3] - xyz[:, 0]
+    a, b = np.linalg.norm(ex, axis=1), np.linalg.norm(ey, axis=1)
+    T, unit = _unit_dofs(ex, ey), unit_matrices()
+    along, across = b / a, a / b
+    whole = unit["wxx"] * along[:, None, None] + unit["wyy"] * across[:, None, None]
+    return -np.einsum("eki,ekl,elj->eij", T, whole, T, optimize=True)
+
+
 @dataclass(frozen=True)
 class Plate:
     """Dx, Dy, D1, Dxy are factors on the isotropic rigidities, 1 for an isotropic sheet; ``clamp``
@@ -120,7 +133,18 @@ class Plate:
     name: str = "plate"
     nodes: int = 4
     dofs: tuple[str, ...] = ("z", "rx", "ry")
-    properties: tuple[str, ...] = ("E", "nu", "rho", "thickness", "Dx", "Dy", "D1", "Dxy", "clamp")
+    properties: tuple[str, ...] = (
+        "E",
+        "nu",
+        "rho",
+        "thickness",
+        "Dx",
+        "Dy",
+        "D1",
+        "Dxy",
+        "clamp",
+        "mindlin",
+    )
     text: ClassVar[ElementText] = ElementText(
         PlateBlock,
         changes=(*ELASTIC, *INERTIAL, "nu", "thickness", "Dx", "Dy", "D1", "Dxy"),
@@ -177,13 +201,14 @@ class Plate:
                 np.einsum("eki,kl,elj->eij", T, unit[key], T, optimize=True)
                 * scale[key][:, None, None],
             )
-            for key in unit
+            for key in scale
         )
 
     def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
         """Rigidities in N·m, mass per area in kg/m²."""
         nu, h = properties["nu"], properties["thickness"]
         D = properties["E"] * h**3 / (12.0 * (1.0 - nu**2))
+        lag = h**2 / (6.0 * KAPPA * (1.0 - nu))  # D / κGh
         return {
             "Dx": properties["Dx"] * D,
             "Dy": properties["Dy"] * D,
@@ -193,6 +218,8 @@ class Plate:
             # of a solid sheet: see cvxupdate.fe.analysis.solid
             "rim": properties["Dxy"] * RIM * properties["E"] / (2.0 * (1.0 + nu)) * h**4,
             "turning": properties["rho"] * h**3 / 12.0,
+            "lag": properties["rho"] * h * lag,
+            "lagged": properties["rho"] * h * lag**2 / 4.0,
             "clampx": properties["clamp"] * h * properties["Dx"] * D,
             "clampy": properties["clamp"] * h * properties["Dy"] * D,
         }
