@@ -9,6 +9,7 @@ from __future__ import annotations
 import doctest
 import json
 import re
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,9 @@ BLOCK = re.compile(r"```(\w+)([^\n]*)\n(.*?)```\n?", re.DOTALL)
 NAMED = re.compile(r'title="(in )?([^",]+)(?:, instead)?"')
 """Beside a block: ``title="FILE"`` is the file, ``title="in FILE, instead"`` its new lines."""
 KEY = re.compile(r"^(\w+) = ", re.MULTILINE)
+PROJECT = tomllib.loads((TUTORIALS.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))
+SITE = PROJECT["project"]["urls"]["Documentation"].replace("/tree/", "/blob/")
+"""Where the other pages are."""
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 
 
@@ -67,8 +71,10 @@ def code(language: str, beside: str, text: str) -> list[str]:
 
 
 def moved(text: str, page: Path) -> str:
-    """Links of a page as they are from beside its files."""
-    return text.replace(f"](files/{page.stem}/", "](").replace("](../", "](../../../")
+    """A page's text for its notebook, which somebody downloaded: its files lie beside it, other
+    pages are on the site, and it need not name itself."""
+    alone = re.sub(rf"(?m)^.*\b{page.stem}\.ipynb\).*\n?", "", text)
+    return alone.replace(f"](files/{page.stem}/", "](").replace("](../", f"]({SITE}/").strip()
 
 
 def notebook(page: Path) -> str:

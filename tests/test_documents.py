@@ -8,6 +8,7 @@ import json
 import re
 import shlex
 import shutil
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from cvxupdate import cli
-from docs.notebooks import NAMED, notebook, path_of
+from docs.notebooks import NAMED, SITE, notebook, path_of
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -53,9 +54,12 @@ def written(beside: str, text: str) -> None:
 
 
 def check_commands(text: str, monkeypatch, capsys) -> None:
-    """Runs every line after ``$``; what stands below it is said by it."""
+    """Runs every line after ``$``; what stands below it is said by it, but for what "…" cuts."""
     for part in re.split(r"(?m)^\$ ", text)[1:]:
         command, _, expected = part.partition("\n")
+        if not command.startswith("cvxupdate "):
+            subprocess.run(shlex.split(command), check=True)
+            continue
         capsys.readouterr()
         monkeypatch.setattr(sys, "argv", shlex.split(command))
         with pytest.raises(SystemExit) as left:
@@ -64,7 +68,8 @@ def check_commands(text: str, monkeypatch, capsys) -> None:
         assert left.value.code in (0, None), said.err
         whole = squeezed(said.out + said.err)
         for line in filter(None, map(squeezed, expected.splitlines())):
-            assert line in whole, f"{command}: {line!r} is not in\n{said.out}{said.err}"
+            shown = ".*".join(map(re.escape, line.split("…")))
+            assert re.search(shown, whole), f"{command}: {line!r} is not in\n{said.out}{said.err}"
 
 
 @pytest.mark.parametrize("page", TUTORIALS, ids=lambda p: p.stem)
@@ -95,14 +100,19 @@ def test_a_tutorial_runs_as_it_is_written(page, tmp_path, monkeypatch, capsys):
 
 @pytest.mark.parametrize("page", TUTORIALS, ids=lambda p: p.stem)
 def test_a_notebook_is_its_tutorial(page) -> None:
-    """Its cells are the steps that the test above takes; links lead where those of the page do."""
+    """Its cells are the steps that the test above takes. It is downloaded: links lead to files
+    beside it or to the site, and not to itself."""
     text = notebook(page)
     assert path_of(page).read_text(encoding="utf-8") == text, "run python -m docs.notebooks"
     cells = json.loads(text)["cells"]
     sources = ["".join(c["source"]) for c in cells]
     for cell, source in zip(cells, sources, strict=True):
         for link in re.findall(r"\]\((?!https?:|#)([^)#\s]+)", source):
-            assert cell["cell_type"] == "code" or (path_of(page).parent / link).exists(), link
+            beside = path_of(page).parent / link
+            assert cell["cell_type"] == "code" or (beside.is_file() and "/" not in link), link
+        for name in re.findall(rf"\]\({re.escape(SITE)}/([^)#\s]+)", source):
+            assert (DOCS / name).is_file(), name
+        assert f"{page.stem}.ipynb" not in source
         if cell["cell_type"] == "code" and source[0] not in "!%":
             compile(source, page.stem, "exec")
     ran = "\n".join(s for c, s in zip(cells, sources, strict=True) if c["cell_type"] == "code")

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 
 from cvxupdate import study
 from cvxupdate.api.inspected import Inspected
-from cvxupdate.api.modes import Modes
 from cvxupdate.api.problem import given_problem, listed, parameter_rows
 from cvxupdate.api.results import CorrelateResult, DiagnoseResult, UpdateResult
 from cvxupdate.errors import InputError, ProblemWarning
@@ -93,7 +92,7 @@ def update(
     """
     given = listed(recordings)
     table = {
-        "method": _method(given) if method is None else method,
+        **({} if method is None else {"method": method}),
         "parameters": parameter_rows(parameters),
         **({"loss": loss} if isinstance(loss, str) else {}),
         **settings,
@@ -110,17 +109,6 @@ def update(
     tell = _teller(progress)
     said = None if tell is None else (lambda h: tell(f"iteration {h.number}: {h.objective:.6g}"))
     return UpdateResult(study.run(spec, said, None, _warn), spec, keep)
-
-
-def _method(recordings: Sequence[Any]) -> str:
-    kinds = {
-        "modes" if isinstance(r, Modes) else r.get("kind") if isinstance(r, Mapping) else "response"
-        for r in recordings
-    }
-    if kinds - {"modes"}:
-        return "rfm"
-    shaped = any(isinstance(r, Modes) and r.shapes is not None for r in recordings)
-    return "sensitivity" if shaped else "frequencies"
 
 
 def correlate(problem: Any, recordings: Any = None) -> CorrelateResult:

@@ -30,7 +30,8 @@ class Problem:
     ----------
     model : a `Model`, or a [model] table.
     recordings : `Frf`, `TimeHistory`, `Modes`, or [[recordings]] tables; one or a list.
-    update : the [update] table; parameters may be given in words, see `parameter_rows`.
+    update : the [update] table: ``{"parameters": ["root: E"]}`` with what may change as `update`
+        takes it, in words or as rows; "method" may be left out, as there.
     constraints, regularisers : tables of [constraints] ({"bounds": {…}}) and [regularisation]
         ({"kind": "l1"}), or objects: a constraint has ``clauses(columns)``, a regulariser
         ``expression(p)`` and ``value(p)`` (`cvxupdate.convex.Constraint`, `Regulariser`).
@@ -62,7 +63,7 @@ class Problem:
             **further,
             "model": model.table() if isinstance(model, Model) else model,
             "recordings": [recording_table(r, i) for i, r in enumerate(given)],
-            "update": update,
+            "update": update_table(update, given),
             "constraints": _joined(clauses),
             "regularisation": penalties,
         }
@@ -131,8 +132,10 @@ def given_problem(problem: Any, recordings: Any, **tables: Any) -> tuple[Spec, A
         (problem.spec, problem) if isinstance(problem, Problem) else (spec_of(problem), None)
     )
     if more:
-        own = spec.own
-        spec = replace(spec_of({**tables_of(spec), **more}), own=own, name=spec.name)
+        own, whole = spec.own, {**tables_of(spec), **more}
+        if "update" in more:
+            whole["update"] = update_table(more["update"], whole.get("recordings", ()))
+        spec = replace(spec_of(whole), own=own, name=spec.name)
     return spec, keep
 
 
@@ -161,6 +164,32 @@ def recording_table(recording: Any, number: int = 0) -> dict[str, Any]:
         f"recordings[{number}]: a {type(recording).__name__} is no recording. Give Frf, "
         "TimeHistory, Modes or a table of [[recordings]]."
     )
+
+
+def update_table(update: Any, recordings: Sequence[Any]) -> Any:
+    """[update] as a file has it: parameters that are given in words as rows, and a method."""
+    if not isinstance(update, Mapping):
+        return update
+    given = update.get("parameters")
+    rows = {"parameters": parameter_rows(given)} if isinstance(given, str | list | tuple) else {}
+    return {"method": _method(recordings), **update, **rows}
+
+
+def _method(recordings: Sequence[Any]) -> str:
+    """What suits the recordings: rfm for responses, sensitivity for modes with shapes, else
+    frequencies."""
+    kinds = {
+        "modes"
+        if isinstance(r, Modes)
+        else str(r.get("kind"))
+        if isinstance(r, Mapping)
+        else "response"
+        for r in recordings
+    }
+    if kinds - {"modes"}:
+        return "rfm"
+    shaped = any(isinstance(r, Modes) and r.shapes is not None for r in recordings)
+    return "sensitivity" if shaped else "frequencies"
 
 
 def parameter_rows(parameters: Any) -> list[Any]:

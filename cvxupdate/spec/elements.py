@@ -164,7 +164,9 @@ class LineRow(Row):
     section: Text = Field(description="name of a section")
     group: Group = None
     orientation: Vector | None = Field(
-        default=None, description="vector [x, y, z] in the local x–z plane [m]"
+        default=None,
+        description="direction [x, y, z] towards local z, in the local x–z plane; absent: global "
+        "z, or global −x for an element along z. A beam2d takes no notice of it",
     )
     N: float = Field(default=0.0, description="axial preload of a beam, tension positive [N]")
     stiffness_factor: StiffnessFactor = 1.0

@@ -104,6 +104,22 @@ def test_a_problem_of_matrices_and_responses_is_saved_whole(tmp_path) -> None:
         found.plot_frf(response="n9.x")
 
 
+def test_a_problem_takes_parameters_in_words_as_update_does(tmp_path) -> None:
+    model, modes = chain(), Modes([5.0, 12.0, 17.0])
+    rows = [{"group": "k2", "of": "k"}, {"group": "k3", "of": "k", "lower": -0.3}]
+    words = Problem(model, modes, update={"parameters": ["k2: k", rows[1]]})
+    whole = Problem(model, modes, update={"method": "frequencies", "parameters": rows})
+    assert words.spec.update == whole.spec.update
+    one = cvxupdate.run(whole, update={"parameters": "k2: k"})
+    assert [q.name for q in one.parameters] == ["k2.k"]
+    assert cvxupdate.run(words.save(tmp_path)).status == cvxupdate.run(whole).status
+    with pytest.raises(InputError, match="'k2' is not understood"):
+        Problem(model, modes, update={"parameters": ["k2"]})
+    table = {"parameters": {"file": "none.csv"}}
+    with pytest.raises(InputError, match=r"none\.csv"):
+        Problem(model, modes, update=table)
+
+
 def test_files_of_arrays_go_with_their_object() -> None:
     from pathlib import Path
 

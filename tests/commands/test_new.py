@@ -44,6 +44,13 @@ def test_the_soft_foot_that_is_made_is_found(made):
     assert finding.parameters["k"] == pytest.approx(6.0e4, rel=0.1)
 
 
+def test_the_lump_on_the_plate_is_found_though_its_recordings_know_no_mesh(made):
+    """They come from a finer mesh: of the model's own the mass would be 0.265 kg."""
+    (finding,) = diagnose(made / "plate/problem.toml").findings
+    assert finding.place.nodes == (44,) and finding.physics == "added_mass"
+    assert finding.parameters["m"] == pytest.approx(0.25, abs=0.01)
+
+
 def test_matrices_are_those_of_the_chain(made):
     from cvxupdate.study import open_problem
 
