@@ -125,7 +125,7 @@ def _own_rows(recording: dict[str, Any]) -> None:
     file = recording.get("file")
     if recording["kind"] != "modes" or not recording.get("rows") or not is_table(file):
         return
-    name = Path(file).name
+    name = Path(str(file)).name
     recording.setdefault("name", name)
     recording.setdefault("source", name)
     for key in ("file", "dataset"):
