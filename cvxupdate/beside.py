@@ -106,10 +106,13 @@ def beside(
 
 
 def untried(spec: Spec, found: Diagnosis) -> tuple[tuple[str, str], ...]:
-    """(effect, reason) of every effect of the catalogue of which no place was tried."""
+    """(effect, reason) of every effect of the catalogue of which no place was tried; what explains
+    too little to be listed was."""
     from cvxupdate.registry import EFFECTS
 
     seen = {str(c.get("physics")) for c in found.candidates} | {f.physics for f in found.findings}
+    seen |= set(found.details.get("tried", ()))
+    sought = found.details.get("sought")
     asked = spec.diagnose.physics if spec.diagnose is not None else None
     kinds = {"modes" if r.kind == "modes" else "responses" for r in spec.recordings}
     kinds |= {"motion" for r in spec.recordings if r.kind == "time"}
@@ -122,8 +125,14 @@ def untried(spec: Spec, found: Diagnosis) -> tuple[tuple[str, str], ...]:
         elif not kinds & set(effect.told_by):
             needs = " or ".join(TOLD.get(k, k) for k in sorted(effect.told_by))
             why = f"these recordings cannot show it: it takes {needs}"
-        else:
+        elif sought is None:
             why = "no place for it in this model, or none that explains enough to be listed"
+        elif not sought:
+            why = "nothing was sought, for the reason that stands above"
+        elif effect.name not in sought:
+            why = "not sought: only the damping departs from the usual scatter"
+        else:
+            why = "no place for it in this model"
         out.setdefault(effect.name, why)
     return tuple(sorted(out.items()))
 

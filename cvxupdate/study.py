@@ -205,11 +205,12 @@ def solvers(problem: Given) -> tuple[Spec, tuple[SolverRow, ...], float]:
 
 def check(problem: Given) -> dict[str, object]:
     """Validate a problem file, build its model and read its recordings: counts of what was found,
-    its mass, extent and first natural frequencies, and ``warnings`` of what is probably a mistake.
+    its mass, extent and first natural frequencies, what is ``held`` and what moves ``free``, and
+    ``warnings`` of what is probably a mistake.
 
     Raises `InputError` with every fault at once, as far as they can be found.
     """
-    from cvxupdate.correlate.plausible import examine, facts
+    from cvxupdate.correlate.plausible import examine, facts, held
     from cvxupdate.physics.known import refuse_unknown
 
     spec, model, recordings = open_problem(problem)
@@ -220,6 +221,7 @@ def check(problem: Given) -> dict[str, object]:
         "free DOFs": model.size,
         "recordings": len(recordings),
         "parameters": len(model.parameters),
+        "held": held(spec),
         **facts(model),  # a mechanism or an indefinite mass shows here
         "warnings": [asdict(d) for d in examine(spec, model, recordings)],
     }

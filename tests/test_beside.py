@@ -104,6 +104,19 @@ def test_what_was_not_tried_has_a_reason() -> None:
     assert not_tried(FOUND) == ()
 
 
+def test_what_was_tried_is_not_called_without_a_place() -> None:
+    """Whatever little it explains; nor is what was not looked for."""
+    spec = open_problem(PORTAL)[0]
+    names = ["stiffness_change", "shear_deformation", "joint_flexibility"]
+    tried = {"sought": names, "tried": {"stiffness_change": 0.02, "shear_deformation": None}}
+    reasons = dict(untried(spec, replace(FOUND, details=tried)))
+    assert not {"stiffness_change", "shear_deformation"} & set(reasons)
+    assert reasons["joint_flexibility"] == "no place for it in this model"
+    assert "only the damping" in reasons["mass_change"]
+    nothing = dict(untried(spec, replace(FOUND, details={"sought": [], "tried": {}})))
+    assert "nothing was sought" in nothing["joint_flexibility"]
+
+
 @pytest.mark.parametrize(("hold_out", "said"), [({}, True), ({"before": 0.4}, False)])
 def test_a_finding_that_nothing_tested_says_so(hold_out: dict[str, float], said: bool) -> None:
     fit = {"fit": {"before": 1.0}, "hold_out": hold_out}

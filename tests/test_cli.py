@@ -187,6 +187,8 @@ def test_solvers(call, here):
         and data["spread"] < 1e-6
         and len(data["solvers"]) >= 4
     )
+    done = command("solvers", "chain/problem.toml", "--json")  # solvers print at C level
+    assert json.loads(done.stdout)["status"] == "optimal"
 
 
 def test_check_and_schema(call, here):

@@ -181,7 +181,8 @@ def _registered(own: Sequence[Any]) -> Iterator[None]:
 
 def check(problem: Any, recordings: Any = None) -> dict[str, object]:
     """Validate a problem, build its model and read its recordings: counts of what was found, mass,
-    extent and first natural frequencies, and ``warnings`` of what is probably a mistake.
+    extent and first natural frequencies, what is ``held`` and what moves ``free``, and
+    ``warnings`` of what is probably a mistake.
 
     Raises
     ------

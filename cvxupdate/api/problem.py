@@ -16,7 +16,7 @@ from cvxupdate.api.time_history import TimeHistory
 from cvxupdate.errors import InputError
 from cvxupdate.registry import CONSTRAINTS, REGULARISERS
 from cvxupdate.spec import Spec, spec_of
-from cvxupdate.spec.given import named, plain
+from cvxupdate.spec.given import UNTITLED, named, plain
 from cvxupdate.spec.grammar import Own
 from cvxupdate.spec.write import Written, compacted, tables_of
 
@@ -53,7 +53,7 @@ class Problem:
         constraints: Any = (),
         regularisers: Any = (),
         loss: Any = None,
-        name: str = "problem",
+        name: str = UNTITLED,
         **further: Any,
     ) -> None:
         given = listed(recordings)

@@ -131,12 +131,9 @@ def _modes(
 
 
 def _notes(model: Model, rigid: int, sensors: tuple[str, ...]) -> tuple[str, ...]:
-    said = []
-    if rigid:
-        said.append(
-            f"The model moves as a rigid body in {rigid} way{'s' if rigid > 1 else ''}: right for "
-            "a structure that hangs free, wrong where a support is missing"
-        )
+    from cvxupdate.correlate.plausible.facts import free_says
+
+    said = free_says(model, rigid)
     held = [s for s in sensors if s not in model.place]
     if held:
         said.append(f"The model holds, or has not, the places of {', '.join(held[:8])}")

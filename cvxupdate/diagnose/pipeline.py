@@ -18,7 +18,7 @@ from cvxupdate.diagnose.output.export import updated_problem, with_damping
 from cvxupdate.diagnose.output.telltale_words import telltale_lines
 from cvxupdate.diagnose.output.wording import evidence_lines, nonlinear, verdict_of
 from cvxupdate.diagnose.results import Further
-from cvxupdate.diagnose.search.search import Found, search
+from cvxupdate.diagnose.search.search import Found, names_tried, search
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.physics.effect import MOTION
 from cvxupdate.recordings.types import Recording
@@ -36,6 +36,7 @@ def diagnosed(
     change = evidence.level_change()
     drift = evidence.drift
     level = nonlinear(change) and evidence.told_by != MOTION
+    sought = () if level or drift else names_tried(evidence)
     found = Found() if level or drift else search(evidence, progress)
     judgement = judge(evidence, found)
     last = judgement.last
@@ -66,7 +67,7 @@ def diagnosed(
         metrics=evidence.metrics(last.fit),
         evidence=tuple(lines),
         time=time.perf_counter() - begin,
-        details=details_of(judgement),
+        details=details_of(judgement, found, sought),
         updated=updated,
         shown=evidence.shown(last.fit, found.scores),
     )

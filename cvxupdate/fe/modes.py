@@ -95,6 +95,12 @@ def model_modes(
     return modes
 
 
+def loose_dofs(model: Model) -> tuple[str, ...]:
+    """Labels of the DOFs that no stiffness acts on."""
+    free = np.flatnonzero(~filled(model.matrices().K))
+    return tuple(model.labels[i] for i in free)
+
+
 def _exact(series: Modes, m: Matrices, count: int) -> Modes:
     """The modes of a model with exact members; ``series`` those of its Taylor series, whose
     rigid-body modes are exact and whose first frequency is where the search begins."""

@@ -7,18 +7,22 @@ from typing import Any
 
 from cvxupdate.report.numbers import count
 
+MOST = 12
+"""Nodes, and sets of held DOFs, that are listed."""
 COUNTS = ("nodes", "elements", "free DOFs", "recordings", "parameters")
 
 
 def check_lines(problem: str, summary: Mapping[str, Any]) -> list[str]:
-    """Counts, then what its author can judge at a glance (mass, extent, first natural frequencies),
-    then the warnings."""
+    """Counts, then what its author can judge at a glance (mass, extent, first natural frequencies,
+    what is held and what moves free), then the warnings."""
     warnings = summary["warnings"]
     counts = ", ".join(f"{summary[k]} {k}" for k in COUNTS)
     how = "in order" if not warnings else f"no faults, but {count(len(warnings), 'warning')}"
     return [
         f"{problem}: {how}. {counts}.",
         f"{_size(summary)}.",
+        *_held(summary["held"]),
+        *(f"{says}." for says in summary["free"]),
         *(f"Warning: {w['says']}" for w in warnings),
     ]
 
@@ -32,6 +36,21 @@ def _size(summary: Mapping[str, Any]) -> str:
         parts.append(f"first natural frequencies {_joined(f, ', ')} Hz")
     line = ", ".join(parts) or "no mass, no extent"
     return line[:1].upper() + line[1:]
+
+
+def _held(supports: Sequence[Mapping[str, Any]]) -> list[str]:
+    """The line of the supports; none where there are none."""
+    parts = [f"{_nodes(s['nodes'])} ({', '.join(s['dofs'])})" for s in supports]
+    more = f"; and {len(parts) - MOST} more" if len(parts) > MOST else ""
+    return [f"Held: {'; '.join(parts[:MOST])}{more}."] if parts else []
+
+
+def _nodes(nodes: Sequence[int] | str) -> str:
+    if isinstance(nodes, str):
+        return "all nodes"
+    first = ", ".join(map(str, nodes[:MOST]))
+    more = f" and {len(nodes) - MOST} more" if len(nodes) > MOST else ""
+    return f"node{'s' if len(nodes) > 1 else ''} {first}{more}"
 
 
 def _joined(values: Sequence[float], by: str) -> str:

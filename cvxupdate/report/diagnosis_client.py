@@ -4,7 +4,7 @@ words mean."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from cvxupdate.diagnose.output.diagnosis import Diagnosis
@@ -23,6 +23,12 @@ GLOSSARY = (
         "Usual scatter",
         "the few per cent by which stiffness, mass and damping of any structure differ from the "
         "drawing; allowed before anything is called a finding",
+    ),
+    (
+        "Nuisance parameters",
+        "stiffness and mass of each group of elements, and the damping: they are fitted beside "
+        "every effect, within their usual scatter; let go far beyond it they are a rival of their "
+        "own, wrong numbers of whole groups",
     ),
     (
         "Standard deviation",
@@ -71,3 +77,39 @@ def not_tried(found: Diagnosis) -> Sequence[tuple[str, str]]:
     """(effect, reason) of every effect of the catalogue of which no place was tried."""
     beside = found.beside
     return () if beside is None else [(n.replace("_", " "), why) for n, why in beside.untried]
+
+
+NOTHING_ELSE = "nothing else that was tried explains these recordings as well."
+
+
+def untold(found: Diagnosis) -> dict[str, Any]:
+    """What cannot be told from the findings beside their equivalents: ``alone`` says that there is
+    nothing, ``apart`` the same of one finding beside others, ``rivals`` share the confidence."""
+    rivals = rivals_of(found)
+    said = [f for f in found.findings if f.alternatives]
+    alone = not said and not rivals
+    return {
+        "alone": NOTHING_ELSE.capitalize() if alone else "",
+        "apart": "" if alone or not said else NOTHING_ELSE,
+        "rivals": [line[:1].upper() + line[1:] for line in rivals],
+    }
+
+
+def rivals_of(found: Diagnosis) -> list[str]:
+    """What else explains the recordings about as well, beside the equivalents of the findings."""
+    return list(found.details.get("rivals", ()))
+
+
+def too_little(found: Diagnosis) -> str:
+    """Effects that were tried and explain too little to be listed, with what each explains at best;
+    empty where there are none."""
+    listed = {str(c.get("physics")) for c in found.candidates} | {f.physics for f in found.findings}
+    rest = {n: v for n, v in found.details.get("tried", {}).items() if n not in listed}
+    order = sorted(rest.items(), key=lambda item: -(item[1] or 0.0))
+    return ", ".join(f"{name.replace('_', ' ')} ({_part(v)})" for name, v in order)
+
+
+def _part(fraction: float | None) -> str:
+    if fraction is None:
+        return "too little to be refitted"
+    return f"{100 * fraction:.0f} %" if fraction >= 0.01 else "less than 1 %"

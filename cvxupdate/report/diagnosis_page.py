@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from cvxupdate.report.diagnosis_client import GLOSSARY, held_out, not_tried, untested
+from cvxupdate.report.diagnosis_client import (
+    GLOSSARY,
+    held_out,
+    not_tried,
+    too_little,
+    untested,
+    untold,
+)
 from cvxupdate.report.diagnosis_curves import mode_bars, other_curves, overlay, remains
 from cvxupdate.report.diagnosis_figures import fit_bars
 from cvxupdate.report.diagnosis_modes import mode_rows, moving_modes
@@ -77,6 +84,8 @@ def diagnosis_page(found: Diagnosis, spec: Spec) -> str:
             and any(m.measured is not None for m in found.beside.modes),
             "moving": moving_modes(found.beside),
             "not_tried": not_tried(found),
+            "little": too_little(found),
+            **untold(found),
             "glossary": GLOSSARY,
             "findings": [finding_part(f) for f in found.findings],
             "candidates": candidate_rows(found),

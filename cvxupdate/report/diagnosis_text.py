@@ -10,7 +10,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from cvxupdate.report.diagnosis_client import untested
+from cvxupdate.report.diagnosis_client import rivals_of, untested
 from cvxupdate.report.diagnosis_words import (
     capital,
     fit_rows,
@@ -41,6 +41,9 @@ def diagnosis_text(found: Diagnosis, folder: Path) -> RenderableType:
         parts += [
             Text(f"    cannot be told from: {title}", style="dim") for title in f.alternatives[:4]
         ]
+    parts += [
+        Text(f"  explained about as well by: {line}", style="dim") for line in rivals_of(found)[:4]
+    ]
     rows = fit_rows(found)
     if rows:
         table = Table(box=box.SIMPLE_HEAD, pad_edge=False)

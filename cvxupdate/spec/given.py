@@ -21,7 +21,9 @@ Given = str | os.PathLike[str] | Mapping[str, Any] | Spec
 DEEPEST = 30
 """Levels of a dictionary: a problem has nine at most, and one that holds itself has no end."""
 UNNAMED = Path("problem")
-"""What messages and results call a problem without a file."""
+"""What messages call a problem without a file."""
+UNTITLED = "model"
+"""Its name in results, where it has no title and none is given."""
 
 
 def spec_of(problem: Given) -> Spec:
@@ -41,9 +43,9 @@ def spec_of(problem: Given) -> Spec:
     if isinstance(problem, Spec):
         return problem
     if isinstance(problem, Mapping):
-        return load_tables(plain(problem), UNNAMED)
+        return named(load_tables(plain(problem), UNNAMED), UNTITLED)
     if isinstance(problem, str) and is_text(problem):
-        return load_tables(tables_in(problem), UNNAMED)
+        return named(load_tables(tables_in(problem), UNNAMED), UNTITLED)
     if isinstance(problem, str | os.PathLike):
         return load_problem(Path(problem))
     raise InputError(

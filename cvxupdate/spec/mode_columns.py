@@ -3,13 +3,18 @@ headers with units, turned into the rows of ours."""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, get_args
 
 from cvxupdate.keys import DofKind
+from cvxupdate.spec.tables import TableError, is_table, locate, read_table
 
+SAME = 1e-9
+"""Relative difference of numbers that are one, written twice."""
 _DOF = re.compile(
     r"n?(?P<node>\d{1,9})\s*[:._ ]\s*(?P<sign>[+-]?)(?P<dof>r?[xyz])"
     r"(?P<sign2>[+-]?)(?:[\s._(]*(?P<part>re|im)(?:al|ag|aginary)?\)?)?",
@@ -84,6 +89,39 @@ def gather_modes(recording: dict[str, Any], rows: list[dict[str, Any]]) -> list[
             made["shape"] = [_entry(row, c, columns) for c in whole.values()]
         out.append(made)
     return out
+
+
+def differing(recording: dict[str, Any], base: Path) -> str:
+    """Where a table of modes gives rows and names a CSV file, and they differ in more than the
+    pairing: in what; empty where they agree, or where there is nothing to compare."""
+    file, dataset, rows = (recording.get(k) for k in ("file", "dataset", "rows"))
+    if recording.get("kind") != "modes" or not isinstance(file, str) or not is_table(file):
+        return ""
+    if not isinstance(rows, list) or not all(isinstance(r, dict) for r in rows):
+        return ""
+    path = locate(file, dataset if isinstance(dataset, str) else None, base)
+    try:
+        there = gather_modes({}, read_table(path)[0])
+    except TableError:
+        return ""
+    start = f"differ from '{file}', which `file` names beside them: "
+    if len(there) != len(rows):
+        return f"{start}{len(rows)} here, {len(there)} there."
+    for number, (row, other) in enumerate(zip(rows, there, strict=True), start=1):
+        for key in sorted((row.keys() | other.keys()) - {"mode"}):
+            if not _alike(row.get(key), other.get(key)):
+                return (
+                    f"{start}{key} of row {number} is {row.get(key)} here, {other.get(key)} there."
+                )
+    return ""
+
+
+def _alike(one: Any, other: Any) -> bool:
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(_alike, one, other))
+    if _number(one) and _number(other):
+        return math.isclose(one, other, rel_tol=SAME)
+    return bool(one == other)
 
 
 def _number(value: object) -> bool:

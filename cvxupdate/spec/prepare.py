@@ -12,8 +12,8 @@ from typing import Any
 from cvxupdate.keys import Loc
 from cvxupdate.spec.elements import EXCLUSIVE, MATRICES, MATRIX_FILES, from_files, inherited
 from cvxupdate.spec.include import Refusal, included, merge, placed
-from cvxupdate.spec.mode_columns import gather_modes
-from cvxupdate.spec.tables import Source, TableError, locate, read_table, unusable
+from cvxupdate.spec.mode_columns import differing, gather_modes
+from cvxupdate.spec.tables import Source, TableError, is_table, locate, read_table, unusable
 
 
 @dataclass(frozen=True)
@@ -86,6 +86,11 @@ def _assemble(
 
     ``above`` are the files that led here, the problem file first.
     """
+    for i, recording in _dicts(data.get("recordings")):
+        said = differing(recording, source.path.parent)
+        if said:
+            remedy = "Remove `file`, and the rows count; or the rows, and the file is read."
+            out.complaints.append(Complaint(("recordings", i, "rows"), said, remedy, source))
     for table, key, loc in _tables(data):
         _inline(out, table, key, loc, source)
     for table in _with_files(data):
@@ -138,9 +143,8 @@ def _tables(data: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str, Loc]]:
         for i, block in _dicts(model.get("elements")):
             yield block, "rows", ("model", "elements", i)
     for i, recording in _dicts(data.get("recordings")):
-        file = recording.get("file")
-        table = isinstance(file, str) and file.lower().endswith(".csv")
-        if table and recording.get("kind") == "modes" and "rows" not in recording:
+        table = is_table(recording.get("file")) and recording.get("kind") == "modes"
+        if table and "rows" not in recording:
             recording["rows"] = {k: recording[k] for k in ("file", "dataset") if k in recording}
         yield recording, "rows", ("recordings", i)
         yield recording, "channels", ("recordings", i)

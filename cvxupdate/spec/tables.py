@@ -80,6 +80,11 @@ def locate(
     return Path(environ.get(DATA_VARIABLE) or f"${DATA_VARIABLE}") / dataset / file
 
 
+def is_table(file: object) -> bool:
+    """Whether the name of a file is that of a table of rows."""
+    return isinstance(file, str | Path) and str(file).lower().endswith(".csv")
+
+
 def unusable(
     path: Path, dataset: str | None, environ: Mapping[str, str] = os.environ
 ) -> tuple[str, str] | None:

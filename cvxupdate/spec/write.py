@@ -17,7 +17,7 @@ from typing import Any
 
 from cvxupdate.spec.elements import MATRICES, inherited
 from cvxupdate.spec.grammar import Spec
-from cvxupdate.spec.tables import DATA_VARIABLE
+from cvxupdate.spec.tables import DATA_VARIABLE, is_table
 
 WIDE = 150
 """Characters of a line up to which a list stands on it."""
@@ -70,6 +70,7 @@ def tables_of(spec: Spec) -> dict[str, Any]:
     if spec.recordings:
         out["recordings"] = [{"kind": r.kind, **_plain(r)} for r in spec.recordings]
     for recording in out.get("recordings", ()):
+        _own_rows(recording)
         _locate(recording)
     if spec.update is not None:
         out["update"] = _plain(spec.update)
@@ -116,6 +117,19 @@ def _thawed(value: Any) -> Any:
     if isinstance(value, tuple | list):
         return [_thawed(v) for v in value]
     return value
+
+
+def _own_rows(recording: dict[str, Any]) -> None:
+    """A table of modes that was read from a CSV file holds its rows, perhaps paired anew, and the
+    file no more: of two tables one would be read and the other one be looked at."""
+    file = recording.get("file")
+    if recording["kind"] != "modes" or not recording.get("rows") or not is_table(file):
+        return
+    name = Path(str(file)).name
+    recording.setdefault("name", name)
+    recording.setdefault("source", name)
+    for key in ("file", "dataset"):
+        recording.pop(key, None)
 
 
 def _locate(table: dict[str, Any]) -> None:

@@ -14,7 +14,7 @@ from cvxupdate.recordings.inspect import inspect_file
 from cvxupdate.recordings.inspect.result import Inspection
 from cvxupdate.recordings.load import load_recordings
 from cvxupdate.recordings.types import FrequencyResponse, ModeTable, Recording, TimeHistory
-from cvxupdate.spec import load_problem
+from cvxupdate.spec import check_problem, load_problem
 from tests.cases.bad_beam import csv_text, good_text
 
 F = np.arange(5.0, 105.0, 0.5)
@@ -229,6 +229,24 @@ def test_our_own_table_of_modes(tmp_path: Path) -> None:
     found = pasted(tmp_path / "modes.csv")
     assert isinstance(found, ModeTable) and found.shapes is not None
     np.testing.assert_allclose(found.shapes, [[1, 0.5, -0.2], [1, -1, 2]])
+
+
+def test_places_that_stand_in_are_called_placeholders_and_refused_once(tmp_path: Path) -> None:
+    """A table of shapes without places: the block says so, and `check` says one fault of it."""
+    (tmp_path / "modes.csv").write_text("frequency,shape\n19.7,1 0.5 -0.2\n", encoding="utf-8")
+    block = inspect_file(tmp_path / "modes.csv").block
+    assert "nodes and directions are placeholders, correct them" in block
+    rows = ", ".join(f"{{ id = {k}, nodes = [{k}], k = 1e3 }}" for k in (1, 2, 3))
+    lumps = ", ".join(f"{{ id = {k + 3}, nodes = [{k}], m = 1.0 }}" for k in (1, 2, 3))
+    (tmp_path / "p.toml").write_text(
+        '[model]\ndofs = ["x"]\nnodes = [{ id = 1, x = 0 }, { id = 2, x = 1 }, { id = 3, x = 2 }]\n'
+        f'[[model.elements]]\ntype = "spring"\ndof = "x"\nrows = [{rows}]\n'
+        f'[[model.elements]]\ntype = "mass"\nrows = [{lumps}]\n{block}',
+        encoding="utf-8",
+    )
+    (fault,) = check_problem(tmp_path / "p.toml")
+    assert fault.problem.startswith("channel 0 (and 2 more) reads DOF 'z'")
+    assert fault.remedy == "Correct the dof of the channels, or add 'z' to model.dofs."
 
 
 def _write(kind: str, folder: Path) -> Path:

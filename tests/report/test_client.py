@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import ast
+import io
 import re
+from dataclasses import replace
 from pathlib import Path
 
+from rich.console import Console
+
 from cvxupdate.report import diagnosis_client
-from tests.report.test_diagnosis import FOUND, page
+from cvxupdate.report.diagnosis import diagnosis_summary
+from tests.report.test_diagnosis import FINDING, FOUND, page
 
 REPORT = Path(diagnosis_client.__file__).parent
 OURS = ("placebo", "weighted misfit", "per row", "nan", "None", "words for physics")
@@ -37,6 +42,45 @@ def test_the_page_of_a_diagnosis_has_a_glossary_and_no_words_of_ours() -> None:
         assert word and len(says) > 20
     for word in OURS:
         assert not re.search(rf"\b{word}\b", text), word
+
+
+def test_what_cannot_be_told_has_its_section_whatever_there_is() -> None:
+    """One plain sentence where nothing is; whom the confidence is shared with, where somebody
+    is."""
+    alone = replace(FINDING, equivalent=())
+    rival = {"rivals": ["all groups let go together (nuisance parameters), which finds the same"]}
+    nothing = "othing else that was tried explains these recordings as well."
+    for findings, details, said, title in (
+        ((FINDING,), {}, "these recordings cannot tell it from", "it"),
+        ((alone,), {}, f"<p>N{nothing}", "it"),
+        ((FINDING, alone), {}, f": n{nothing}", "them"),
+        ((alone,), rival, "All groups let go together (nuisance parameters)", "it"),
+    ):
+        found = replace(FOUND, findings=findings, details=details)
+        text = page(found)
+        assert f"<h2>What cannot be told from {title}</h2>" in text and said in text
+        assert (nothing in text) == (alone in findings and not details)
+        console = Console(width=400, file=io.StringIO())
+        console.print(diagnosis_summary(found, Path("out")))
+        shown = str(console.file.getvalue())  # type: ignore[attr-defined]
+        assert ("explained about as well by: all groups let go" in shown) == bool(details)
+    assert "What cannot be told" not in page(replace(FOUND, findings=(), verdict="consistent"))
+    assert "Nuisance parameters" in dict(diagnosis_client.GLOSSARY)
+
+
+def test_what_was_tried_and_not_listed_says_what_it_explains() -> None:
+    fractions = {
+        "grounding_spring": 0.9,
+        "axial_preload": 0.12,
+        "gyroscopic": 0.001,
+        "clearance": None,
+    }
+    text = page(replace(FOUND, details={"tried": fractions}))
+    assert (
+        "that each explains at best: axial preload (12 %), gyroscopic (less than 1 %), clearance "
+        "(too little to be refitted)." in text
+    )
+    assert "not listed" not in page(FOUND)
 
 
 def test_evidence_is_said_in_plain_words() -> None:

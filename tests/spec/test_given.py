@@ -33,7 +33,7 @@ def test_a_path_a_text_and_tables_are_one_problem(tmp_path: Path) -> None:
     spec = spec_of(TABLES)
     text = to_toml(tables_of(spec))
     (tmp_path / "two.toml").write_text(text)
-    assert spec_of(spec) is spec and spec.name == "problem"
+    assert spec_of(spec) is spec and spec.name == "model"
     for other in (text, tmp_path / "two.toml", str(tmp_path / "two.toml")):
         assert tables_of(spec_of(other)) == tables_of(spec)
     assert again(spec_of(tmp_path / "two.toml")) == str(tmp_path / "two.toml")

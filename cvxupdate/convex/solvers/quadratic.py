@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from ...system import Array
 from ..eliminate import eliminate
 from ..matrix_form import ConeProgram
-from .common import RawSolution, Solver, SolverChoice, no_solution
+from .common import RawSolution, Solver, SolverChoice, no_solution, quiet
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,8 @@ class Backend:
             small.b[:zero] if zero else None,
         )
         try:
-            found = qpsolvers.solve_problem(problem, self.name, **self.keywords(choice))
+            with quiet():
+                found = qpsolvers.solve_problem(problem, self.name, **self.keywords(choice))
         except (qpsolvers.QPError, ValueError, RuntimeError, np.linalg.LinAlgError) as error:
             return no_solution(
                 program, "stopped", time.perf_counter() - start, f"{type(error).__name__}: {error}"

@@ -13,7 +13,7 @@ import numpy as np
 
 from cvxupdate.correlate.plausible.channels import channel_doubts
 from cvxupdate.correlate.plausible.doubt import Doubt
-from cvxupdate.correlate.plausible.facts import PERCENT, facts, material_doubts
+from cvxupdate.correlate.plausible.facts import PERCENT, facts, held, material_doubts
 from cvxupdate.correlate.plausible.quality import damage_doubts, quality_doubts
 from cvxupdate.correlate.plausible.units import QUANTITY, unit_doubts
 from cvxupdate.errors import ModelError, RecordingError
@@ -22,7 +22,7 @@ from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.recordings.types import ModeTable, Recording
 from cvxupdate.spec import Spec
 
-__all__ = ["Doubt", "Warn", "doubts", "examine", "facts"]
+__all__ = ["Doubt", "Warn", "doubts", "examine", "facts", "held"]
 
 MODES = 30
 """Modes of the model that measured shapes are held against."""

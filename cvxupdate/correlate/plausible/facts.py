@@ -9,7 +9,7 @@ import numpy as np
 
 from cvxupdate.correlate.plausible.doubt import Doubt
 from cvxupdate.fe.model import Model
-from cvxupdate.fe.modes import model_modes
+from cvxupdate.fe.modes import loose_dofs, model_modes
 from cvxupdate.spec import Spec
 from cvxupdate.spec.elements import Block
 
@@ -20,11 +20,13 @@ PERCENT = 0.3
 """Median damping ratio above which a table of modes is probably in per cent."""
 FIRST = 5
 """Natural frequencies that are stated."""
+MOST_NAMED = 8
+"""Loose DOFs that are named."""
 
 
 def facts(model: Model) -> dict[str, Any]:
-    """Total mass (kg; None for matrices of another program), extent (m, along x, y, z) and the
-    first natural frequencies (Hz).
+    """Total mass (kg; None for matrices of another program), extent (m, along x, y, z), the
+    first natural frequencies (Hz), and what moves ``free`` of strain, in sentences.
 
     Raises
     ------
@@ -38,7 +40,46 @@ def facts(model: Model) -> dict[str, Any]:
         "mass": None if given else float(model.total_mass()),
         "extent": [float(x) for x in extent],
         "frequencies": [float(f) for f in modes.flexible().frequencies[:FIRST]],
+        "free": free_says(model, modes.rigid),
     }
+
+
+def free_says(model: Model, motions: int) -> list[str]:
+    """What moves without strain, of so many motions in all: DOFs that no stiffness acts on by
+    their labels, and beside those the structure as a rigid body."""
+    if not motions:
+        return []
+    loose, out = loose_dofs(model), []
+    if loose:
+        more = f" and {len(loose) - MOST_NAMED} more" if len(loose) > MOST_NAMED else ""
+        names = f"{', '.join(loose[:MOST_NAMED])}{more}"
+        verb = "has" if len(loose) == 1 else "have"
+        out.append(f"{names} {verb} mass but no stiffness: nothing holds what is there")
+    rest = motions - len(loose)
+    if rest > 0:
+        drawn = not any(b.kind.name == "matrix" for b in model.blocks)
+        how = "moves as a rigid body" if drawn else "moves without strain"
+        out.append(
+            f"The model {how} in {rest} way{'s' if rest > 1 else ''}: right for a structure that "
+            "hangs free, wrong where a support is missing"
+        )
+    return out
+
+
+def held(spec: Spec) -> list[dict[str, Any]]:
+    """What supports hold: ``nodes`` (numbers, or "all") that share the same active ``dofs``."""
+    kinds: dict[int | str, set[str]] = {}
+    for support in spec.model.supports:
+        for node in ("all",) if support.nodes == "all" else support.nodes:
+            kinds.setdefault(node, set()).update(set(support.dofs) & set(spec.model.dofs))
+    alike: dict[tuple[str, ...], list[int | str]] = {}
+    for node, found in kinds.items():
+        alike.setdefault(tuple(k for k in spec.model.dofs if k in found), []).append(node)
+    return [
+        {"nodes": "all" if "all" in nodes else sorted(map(int, nodes)), "dofs": list(dofs)}
+        for dofs, nodes in alike.items()
+        if dofs
+    ]
 
 
 def material_doubts(spec: Spec) -> tuple[Doubt, ...]:

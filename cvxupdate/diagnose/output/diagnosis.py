@@ -11,6 +11,7 @@ from cvxupdate.correlate.plausible.doubt import Doubt
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.acceptance import Weighed
 from cvxupdate.diagnose.judge.judge import Judgement
+from cvxupdate.diagnose.output.rival_words import rival_titles
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.search.search import Found
 from cvxupdate.diagnose.shown import Beside, Shown
@@ -83,13 +84,18 @@ def fit_table(judgement: Judgement) -> dict[str, dict[str, float | None]]:
     }
 
 
-def details_of(judgement: Judgement) -> dict[str, Any]:
-    """Misfits, and what the confidence in each effect rests on."""
+def details_of(judgement: Judgement, found: Found, sought: Sequence[str]) -> dict[str, Any]:
+    """Misfits, what the confidence in each effect rests on and is shared with, which effects were
+    ``sought`` and tried."""
     last = judgement.last
     out: dict[str, Any] = {
         "method": f"output error of {judgement.case.evidence.told_by}, trust-region convex steps",
         "misfit": {"nuisance": judgement.case.base.fit.misfit, "after": last.fit.misfit},
+        "sought": list(sought),
+        "tried": tried(found),
     }
+    if judgement.findings:
+        out["rivals"] = rival_titles(judgement)
     if judgement.graded is not None:
         out["graded"] = judgement.graded.to_json()
     if last.hypothesis.effects:
@@ -97,6 +103,19 @@ def details_of(judgement: Judgement) -> dict[str, Any]:
             {"name": e.name, **s.to_json()}
             for e, s in zip(last.hypothesis.effects, judgement.standings, strict=True)
         ]
+    return out
+
+
+def tried(found: Found) -> dict[str, float | None]:
+    """The fraction of the mismatch that each type of effect explains at its best place, by itself:
+    to first order, or refitted; None where only finite sizes tell, and none was worth a refit."""
+    out: dict[str, float | None] = {s.effect.physics: None for s in found.scores}
+    known = [(s.effect.physics, s.fraction) for s in found.scores if s.trusted]
+    for h, left in found.entries:
+        known += [(e.physics, 1.0 - left) for e in h.effects if len(h.effects) == 1]
+    for name, fraction in known:
+        if fraction > (out.get(name) or 0.0):
+            out[name] = float(fraction)
     return out
 
 

@@ -28,6 +28,7 @@ from cvxupdate.physics.fault import Fault, named
 from cvxupdate.recordings.types import FrequencyResponse, Recording
 from cvxupdate.registry import ELEMENTS
 from cvxupdate.spec import Spec, check_text
+from cvxupdate.spec.given import UNNAMED
 from cvxupdate.spec.write import Written, compacted, to_toml
 
 NOT_KEPT = ("update", "constraints", "regularisation")  # where [update] does not fit
@@ -101,10 +102,11 @@ def problem_file(
     _damping(draft, values, updated)
     _recordings(draft, updated.faults, channels, updated.pairs)
     _update(draft, model, spec)
-    title = f"{draft.tables.get('title', '')} (updated by {command})".strip()
+    title = f"{spec.title or spec.name} (updated by {command})"
     rest = {k: v for k, v in draft.tables.items() if k != "title"}
     tables = compacted({"title": title, **rest})
-    head = (f"Written by cvxupdate {command} from {spec.shown}.", *says)
+    origin = "" if spec.path == UNNAMED else f" from {spec.shown}"
+    head = (f"Written by cvxupdate {command}{origin}.", *says)
     if "update" in tables and check_text(to_toml(tables, head), spec.path):
         tables = {k: v for k, v in tables.items() if k not in NOT_KEPT}
         head = (*head, "The [update] of that file does not fit this model, so it was left out.")

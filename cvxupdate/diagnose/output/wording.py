@@ -9,6 +9,7 @@ import numpy as np
 from cvxupdate.diagnose.judge.acceptance import Weighed, explained
 from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.judge.posterior import rivals
+from cvxupdate.diagnose.output.rival_words import named
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import EXPLAINED, HALVED, LEVEL_CHANGE, OPEN, SLIGHT_CHANGE
 from cvxupdate.diagnose.types import Errors, Evidence, LevelChange
@@ -223,7 +224,7 @@ def _finding_lines(judgement: Judgement, final: Weighed) -> list[str]:
     out += _next(judgement, final)
     others = [w for w in judgement.field if w is not final]
     out += [
-        f"The same procedure with {w.hypothesis.title} leaves {evidence.left(w.errors)}."
+        f"The same procedure with {named(w.hypothesis)} leaves {evidence.left(w.errors)}."
         for w in others[:RIVALS]
     ]
     return out

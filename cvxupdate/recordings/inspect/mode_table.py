@@ -11,6 +11,10 @@ from cvxupdate.recordings.inspect.result import Inspection
 from cvxupdate.spec.mode_columns import dof_columns, gather_modes, is_mode_table
 from cvxupdate.spec.tables import TableError, read_table
 
+PLACEHOLDERS = (
+    "channels = [   # the file does not say where the shapes were measured: nodes and directions "
+    "are placeholders, correct them"
+)
 _LONGEST = 2_000_000  # bytes of a table of modes; what is longer is no such table
 
 
@@ -35,7 +39,7 @@ def mode_table_of(path: Path) -> Inspection | None:
             f'  {{ column = {k}, quantity = "displacement", node = {k + 1}, dof = "z" }},'
             for k in range(entries)
         ]
-        lines = ["channels = [   # node and dof of each entry of the shapes", *rows_, "]"]
+        lines = [PLACEHOLDERS, *rows_, "]"]
     elif recording.get("channels"):
         places = ", ".join(
             f"n{c['node']}.{'-' if c.get('sign') == -1 else ''}{c['dof']}"

@@ -40,6 +40,7 @@ class ChannelPlaces:
         """Every channel whose place the model does not have."""
         active = case.spec.model.dofs
         for i, recording in enumerate(case.spec.recordings):
+            inactive: dict[str, list[int]] = {}
             for j, channel in enumerate(recording.channels or ()):
                 at = ("recordings", i, "channels", j)
                 free = channel.quantity in ("voltage", "unknown")
@@ -60,12 +61,17 @@ class ChannelPlaces:
                         "Correct the number, or add the node to the model.",
                     )
                 if channel.dof not in active:
-                    yield Complaint(
-                        (*at, "dof"),
-                        f"channel {channel.column} reads DOF '{channel.dof}', but the active "
-                        f"DOFs are {', '.join(active)}.",
-                        f"Add '{channel.dof}' to model.dofs, or remove the channel.",
-                    )
+                    inactive.setdefault(channel.dof, []).append(j)
+            for dof, which in inactive.items():  # once for all of them: it is one mistake
+                columns = [str((recording.channels or ())[j].column) for j in which]
+                more = f" (and {len(columns) - 1} more)" if len(columns) > 1 else ""
+                yield Complaint(
+                    ("recordings", i, "channels", which[0], "dof"),
+                    f"channel {columns[0]}{more} reads DOF '{dof}', but the active DOFs are "
+                    f"{', '.join(active)}.",
+                    f"Correct the dof of the channel{'s' if more else ''}, or add '{dof}' to "
+                    "model.dofs.",
+                )
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from cvxupdate.recordings.corrections import corrected
 from cvxupdate.recordings.load import load_recordings
 from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, Origin
 from cvxupdate.residual.modal import modal_residual
-from cvxupdate.spec import Spec, check_problem, load_problem
+from cvxupdate.spec import Spec, check_problem, load_problem, spec_of
 from tests.cases.effects import BEAM, SHAFT, context_of, nuisance, problem
 from tests.cases.elements import grid, toml
 from tests.cases.signals import signal_of
@@ -243,6 +243,18 @@ def test_what_no_file_can_say_is_refused(tmp_path: Path) -> None:
     odd = replace(odd, kind=replace(odd.kind, name="sponge"))
     with pytest.raises(ModelError, match="sponge"):
         problem_file(spec, Updated(replace(model, blocks=(*model.blocks, odd)), np.zeros(0)))
+
+
+def test_a_model_without_a_title_is_called_a_model(tmp_path: Path) -> None:
+    """In the file that is written: of tables there is neither title nor file."""
+    for given, title, origin in (
+        (replace(problem(tmp_path, BEAM), title=""), tmp_path.name, "from "),
+        (spec_of({"model": BEAM}), "model", "diagnose."),
+        (spec_of({"title": "Bar", "model": BEAM}), "Bar", "diagnose."),
+    ):
+        done = problem_file(given, Updated(build_model(given), np.zeros(0)))
+        assert done.tables["title"] == f"{title} (updated by diagnose)"
+        assert origin in done.head[0] and "from problem." not in done.head[0]
 
 
 def test_sensor_faults_are_taken_out_of_the_recordings_that_have_them(tmp_path: Path) -> None:

@@ -1,0 +1,102 @@
+"""`check` says what is held, and what moves free of strain: by a look at it a support at the wrong
+node, a missing one and a loose mass are seen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import mmwrite
+from scipy.sparse import coo_array
+
+from cvxupdate.commands.view import view
+from cvxupdate.report.checked import MOST, check_lines
+from cvxupdate.study import check
+from tests.commands.test_plan import BEAM
+
+OWN = """
+[model]
+dofs = ["x"]
+[[model.elements]]
+type = "matrix"
+rows = [{ id = 1, labels = ["n1.x", "n2.x", "n3.x", "n4.x"], stiffness = "K.mtx", mass = "M.mtx" }]
+"""
+NAMED = "n3.x, n4.x have mass but no stiffness: nothing holds what is there"
+
+
+def lines(text: str, folder: Path) -> list[str]:
+    path = folder / "p.toml"
+    path.write_text(text, encoding="utf-8")
+    return check_lines("p", check(path))
+
+
+@pytest.mark.parametrize(
+    ("supports", "says"),
+    [
+        ('[{ nodes = [1], dofs = ["y", "rz"] }]', ["Held: node 1 (y, rz)."]),
+        (
+            '[{ nodes = [5, 1], dofs = ["y"] }, { nodes = [1], dofs = ["x", "rz"] }]',
+            ["Held: node 5 (y); node 1 (y, rz)."],  # x is not active
+        ),
+        ('[{ nodes = [2, 1], dofs = ["y", "z"] }]', ["Held: nodes 1, 2 (y)."]),
+    ],
+)
+def test_what_is_held_is_said(tmp_path: Path, supports: str, says: list[str]) -> None:
+    text = BEAM.replace('[{ nodes = [1], dofs = ["y", "rz"] }]', supports)
+    assert (supports in text) and lines(text, tmp_path)[2:] == says
+
+
+def test_long_lists_are_cut_short() -> None:
+    said = check_lines(
+        "p",
+        {
+            **dict.fromkeys(("nodes", "elements", "free DOFs", "recordings", "parameters"), 1),
+            "warnings": [],
+            "mass": 1.0,
+            "extent": [],
+            "frequencies": [],
+            "free": [],
+            "held": [
+                {"nodes": list(range(1, MOST + 4)), "dofs": ["x"]},
+                {"nodes": "all", "dofs": ["z"]},
+            ],
+        },
+    )[2]
+    assert said.endswith(f", {MOST} and 3 more (x); all nodes (z).")
+
+
+def test_a_free_structure_is_in_order_and_said_to_be_free(tmp_path: Path) -> None:
+    free = BEAM.replace('supports = [{ nodes = [1], dofs = ["y", "rz"] }]\n', "")
+    assert free != BEAM
+    said = lines(free, tmp_path)
+    assert "in order" in said[0] and len(said) == 3
+    assert said[2].startswith(
+        "The model moves as a rigid body in 2 ways: right for a structure that"
+    )
+    assert not any("rigid body" in line for line in lines(BEAM, tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("pair", "says"),
+    [
+        (
+            [[9e4, -9e4], [-9e4, 9e4]],
+            [NAMED, "The model moves without strain in 1 way: right for a structure that hangs"],
+        ),
+        ([[0.0, 0.0], [0.0, 0.0]], [f"n1.x, n2.x, {NAMED}"]),
+        ([[9.5e4, -9e4], [-9e4, 9e4]], [NAMED]),
+    ],
+)
+def test_masses_without_stiffness_are_named(
+    tmp_path: Path, pair: list[list[float]], says: list[str]
+) -> None:
+    """In `check` and in `view`."""
+    K = np.zeros((4, 4))
+    K[:2, :2] = pair
+    mmwrite(tmp_path / "K.mtx", coo_array(K))
+    mmwrite(tmp_path / "M.mtx", coo_array(np.diag([2.0, 3.0, 4.0, 5.0])))
+    said = lines(OWN, tmp_path)[2:]
+    assert [a.startswith(b) for a, b in zip(said, says, strict=True)] == [True] * len(says)
+    notes = view(tmp_path / "p.toml").notes
+    assert [f"{n}." for n in notes] == said
