@@ -40,8 +40,12 @@ BARS_SAY = (
 )
 HELD_SAY = " Held-out recordings were never fitted."
 MEANS_SAY = (
-    " All channels together; errors in the sentences above are means over the channels, each by "
-    "itself."
+    " As modelled and with what was found: all channels together, as in the table of the fit. The "
+    "usual scatter and noise alone: means over the channels, each by itself."
+)
+EVIDENCE_SAYS = (
+    "Errors in these sentences are means over the channels, each by itself; the table of the fit "
+    "and the summary on the terminal take all channels together, so they differ a little."
 )
 MODES_SAY = (
     "Each line is a measured natural frequency: how far the model was off, and how far it is now."
@@ -70,6 +74,7 @@ def diagnosis_page(found: Diagnosis, spec: Spec) -> str:
             "place": _svg(place_picture(found, spec)),
             "bars": _svg(fit_bars(found)),
             "bars_say": _bars_say(found, bool(first)),
+            "evidence_says": EVIDENCE_SAYS if first else "",
             "fit": fit_rows(found),
             "overlay": _svg(first[0] if first else modes),
             "overlay_says": first[1] if first else MODES_SAY,

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+from cvxupdate.diagnose.shown import ModeError, Shown
 from cvxupdate.report import diagnosis_client
 from cvxupdate.report.diagnosis import diagnosis_summary
 from tests.report.test_diagnosis import FINDING, FOUND, page
@@ -66,6 +67,16 @@ def test_what_cannot_be_told_has_its_section_whatever_there_is() -> None:
         assert ("explained about as well by: all groups let go" in shown) == bool(details)
     assert "What cannot be told" not in page(replace(FOUND, findings=(), verdict="consistent"))
     assert "Nuisance parameters" in dict(diagnosis_client.GLOSSARY)
+
+
+def test_sentences_that_measure_errors_otherwise_say_so() -> None:
+    """Beside responses; a table of modes has one measure."""
+    says = "Errors in these sentences are means over the channels, each by itself"
+    text = page(FOUND)
+    assert text.index("What the recordings say") < text.index(says) < text.index("One line of")
+    assert "noise alone: means over the channels" in text
+    modes = Shown(modes=(ModeError(12.0, "fit", 0.1, 0.001),))
+    assert "means over the channels" not in page(replace(FOUND, shown=modes))
 
 
 def test_what_was_tried_and_not_listed_says_what_it_explains() -> None:
