@@ -23,7 +23,7 @@ from cvxupdate.diagnose.motion.runs import Run
 from cvxupdate.diagnose.motion.scene import Scene
 from cvxupdate.diagnose.nominal.supports import on_the_file
 from cvxupdate.diagnose.responses.columns import columns_of
-from cvxupdate.diagnose.responses.errors import ContractErrors, channel_errors, stated
+from cvxupdate.diagnose.responses.errors import ContractErrors, channel_errors, likelihood, stated
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.figures import responses_shown
 from cvxupdate.diagnose.responses.finite_size import few_directions
@@ -146,8 +146,8 @@ class MotionEvidence(Timed):
         """Every effect at every place of a model that the file has."""
         wanted = self.names if names is None else names
         own = candidates_of(self.context(model), [n for n in wanted if n in self.laws], MOTION)
-        linear = self.linear.candidates(model, [n for n in wanted if n not in self.laws])
-        return [*on_the_file(own, self.linear.model), *linear]
+        rest = self.linear.candidates(model, [n for n in wanted if n not in self.laws])
+        return [*on_the_file(own, self.linear.model), *rest]
 
     def setting(
         self, model: Model, faults: Sequence[Fault], like: MotionSetting | None = None
@@ -166,10 +166,13 @@ class MotionEvidence(Timed):
         return fitted_at(setting, p)
 
     def fitted(self, seed: Seed, effort: str) -> Fit:
-        """By trust-region convex steps, a first pass from where the smoothest stage leads."""
+        """By trust-region convex steps, a first pass from where the smoothest stage leads; no fit
+        (ModelError) where nothing holds the model, at last at the levels that are held out."""
         smooth = self.stages[0] if effort == "first pass" else ()
-        start = begun(seed.setting, seed.start, smooth)
-        return fitted(seed.setting, start, EFFORTS[effort])
+        found = fitted(seed.setting, begun(seed.setting, seed.start, smooth), EFFORTS[effort])
+        if effort == "sharp" and found.point.forces[0].size:
+            likelihood(found, (*self.linear.data.sharp_hold_out, *self.held))
+        return found
 
     def linearised(self, found: Fit) -> Linearised:
         """Of the nuisance parameters that can still move."""
@@ -204,8 +207,7 @@ class MotionEvidence(Timed):
         self, nominal: Fit, parent: Fit, placed: tuple[Effect, ...], effects: Sequence[Effect]
     ) -> FiniteSize:
         """Laws along the smoothed motion, linear effects at given internal forces."""
-        laws = [e for e in effects if is_law(e)]
-        rest = [e for e in effects if not is_law(e)]
+        laws, rest = ([e for e in effects if is_law(e) == law] for law in (True, False))
         scores, point = self.scores.of(self.sharp(nominal), laws), nominal.point.linear
         left = Projection.of(linearised(nominal.point))
         linear = first_order(point, rest, left)
@@ -223,9 +225,7 @@ class MotionEvidence(Timed):
 
     def held_out(self, found: Fit) -> float:
         """In free simulation: two laws that do alike at the levels fitted part there."""
-        if not self.held:
-            return 0.0
-        return fitted_at(found.setting.on(self.held), found.p, found.point).log_likelihood
+        return likelihood(found, self.held)
 
     def alike(self, found: Fit, effect: Effect, strictly: bool = False) -> Sequence[Effect]:
         """Of laws neighbours, and other forms where one leaves much; laws that act like it."""
@@ -283,9 +283,9 @@ class MotionEvidence(Timed):
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Responses before and after, what remains, and the map of explained fractions."""
-        data, scored = self.linear.data, [(s.effect, s.fraction) for s in scores]
-        sharp, held = data.sharp, data.sharp_hold_out
-        return responses_shown(self.linear.nominal_point, last.point, sharp, held, scored)
+        d, scored = self.linear.data, [(s.effect, s.fraction) for s in scores]
+        before = self.linear.nominal_point
+        return responses_shown(before, last.point, d.sharp, d.sharp_hold_out, scored)
 
     def _contract(self, last: Fit) -> ContractErrors:
         after = stated(last.point, (*self.linear.data.sharp, *self.linear.data.sharp_hold_out))

@@ -109,7 +109,7 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         firsts = [] if reached else coarse
         several = _pairs(evidence, firsts, singles, progress)
         singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
-        alone = bool(several or grown) and _told_alone(evidence, singles[0])
+        alone = bool(singles and (several or grown)) and _told_alone(evidence, singles[0])
         own = [several] if ahead else [several, grown]  # each has its own end
         ways = [] if alone else [way for way in own if way]
         several = merged(several, grown, *(further(evidence, way, progress) for way in ways))

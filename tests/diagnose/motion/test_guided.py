@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from cvxupdate.diagnose.motion.smoother import Beyond
 from cvxupdate.diagnose.responses.setting import EFFORTS
 from cvxupdate.diagnose.settings import RESPONSE_DISCREPANCY
 from cvxupdate.diagnose.types import Score
+from cvxupdate.errors import ModelError
 from cvxupdate.recordings.measured import DECAY
 from cvxupdate.study import open_problem
 from tests.diagnose.motion.test_drift import problem
@@ -132,3 +134,35 @@ def test_the_motion_of_a_place_is_what_it_was(evidence) -> None:
         off = [np.std(m[heard] - was) / np.std(was) for m in (bare, given)]
         assert off[1] < off[0] < 0.3
         assert np.max(np.abs(bare[heard])) < 1.5 * np.max(np.abs(was))
+
+
+def test_what_breaks_loose_in_what_is_held_out_is_no_fit(tmp_path, monkeypatch) -> None:
+    """A spring that softens holds at the levels that were fitted and lets go at ten times these:
+    `diagnose` ended in "grows beyond all bounds", and nothing was said."""
+    problem(tmp_path, [(0.0, 0.0)] * 3, [1.0, 2.0, 20.0], Law("play", tuple(SIZES)))
+    evidence = gathered(*open_problem(tmp_path / "problem.toml")[:3], lambda text: None)
+    assert isinstance(evidence, MotionEvidence)
+    setting = evidence.setting(evidence.model, ())
+    base = Hypothesis((), evidence.evaluated(setting, np.zeros(len(setting.columns))))
+    cubic = next(
+        e for e in evidence.candidates(evidence.model, ("cubic_stiffness",)) if e.count == 1
+    )
+    own = sys.modules[MotionEvidence.__module__]
+    monkeypatch.setattr(own, "fitted", lambda setting, start, options: fitted_at(setting, start))
+    monkeypatch.setattr(own, "begun", lambda setting, start, smooth: start)
+    held = [s.name for s in evidence.held]
+    assert held and not set(held) & {s.name for s in evidence.stages[0]}
+    for size in -np.geomspace(1e4, 1e16, 40):
+        score = Score(cubic, 1.0, np.array([size]), exact=True)
+        seed = seed_from(evidence, base, score, evidence.levels - 1)
+        try:
+            evidence.evaluated(seed.setting, seed.start)
+        except ModelError:
+            pytest.fail("no softening lets go at the high level alone")
+        try:
+            evidence.fitted(seed, "coarse")
+            evidence.fitted(seed, "sharp")
+        except ModelError as fault:
+            assert "beyond all bounds" in str(fault)
+            return
+    pytest.fail("nothing ever let go")
