@@ -133,7 +133,8 @@ def untried(spec: Spec, found: Diagnosis) -> tuple[tuple[str, str], ...]:
             why = "not sought: only the damping departs from the usual scatter"
         else:
             why = "no place for it in this model"
-        out.setdefault(effect.name, why)
+        told = set(effect.name.split("_")) <= set(effect.noun.split())
+        out.setdefault(effect.name, why if told else f"{effect.noun}: {why}")
     return tuple(sorted(out.items()))
 
 

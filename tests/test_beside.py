@@ -111,7 +111,7 @@ def test_what_was_tried_is_not_called_without_a_place() -> None:
     tried = {"sought": names, "tried": {"stiffness_change": 0.02, "shear_deformation": None}}
     reasons = dict(untried(spec, replace(FOUND, details=tried)))
     assert not {"stiffness_change", "shear_deformation"} & set(reasons)
-    assert reasons["joint_flexibility"] == "no place for it in this model"
+    assert reasons["joint_flexibility"] == "a joint that gives way: no place for it in this model"
     assert "only the damping" in reasons["mass_change"]
     nothing = dict(untried(spec, replace(FOUND, details={"sought": [], "tried": {}})))
     assert "nothing was sought" in nothing["joint_flexibility"]
