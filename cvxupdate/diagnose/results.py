@@ -92,11 +92,12 @@ class Damper:
 @dataclass(frozen=True)
 class Further:
     """What the evidence says beside its search: one rate of decay ``alpha`` (1/s, with deviation)
-    of all modes; or the ``strain`` of the pattern of damping ratios of so many ``modes``, and what
-    brings it down by more than chance, best first."""
+    of all modes, with its probability ``sure``; or the ``strain`` of the pattern of damping ratios
+    of so many ``modes``, and what brings it down by more than chance, best first."""
 
     lines: tuple[str, ...] = ()
     alpha: tuple[float, float] | None = None
     strain: float = 0.0
     modes: int = 0
     dampers: tuple[Damper, ...] = ()
+    sure: float = 0.0

@@ -236,8 +236,9 @@ LUCK = 0.002
 FEWEST_RATIOS, LAW_RATIOS = 4, 6
 # Relative growth of the misfit that an effect of damping may cost.
 DAMPING_COST = 1.05
-# Confidence in one rate of decay of all modes, which a test of its own has established.
-LAW = 0.9
+# Deviation of log ζ of a mode by itself where one rate of decay is all the damping that there is:
+# its own damping beside an exponential window, a tenth of it.
+LAW_SCATTER = 0.1
 
 # ------------------------------------------------------------------------- internal forces
 # Times what the best place leaves when any force may act there: places further off are not tried;

@@ -9,7 +9,7 @@ import numpy as np
 
 from cvxupdate.diagnose.judge.alternatives import overlapping
 from cvxupdate.diagnose.results import Damper, Finding, Further
-from cvxupdate.diagnose.settings import LAW, MOST_SURE, STATED, STRONG
+from cvxupdate.diagnose.settings import MOST_SURE, STATED, STRONG
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import told
@@ -33,11 +33,11 @@ class Pattern:
 def pattern_of(further: Further) -> Pattern:
     """One rate of decay where there is one, else the likeliest effect of damping."""
     if further.alpha is not None:
-        return Pattern((_law(*further.alpha),), further.lines)
+        return Pattern((_law(*further.alpha, further.sure),), further.lines)
     return _damper(further)
 
 
-def _law(alpha: float, deviation: float) -> Finding:
+def _law(alpha: float, deviation: float, sure: float) -> Finding:
     effect = told("mass_proportional_damping", Place())
     values, spread = {"alpha": alpha}, {"alpha": deviation}
     return Finding(
@@ -47,7 +47,7 @@ def _law(alpha: float, deviation: float) -> Finding:
         values,
         spread,
         spread,
-        LAW,
+        min(sure, MOST_SURE),
         1.0,
         (),
         effect.says(values),

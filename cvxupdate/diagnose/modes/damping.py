@@ -20,8 +20,10 @@ from cvxupdate.diagnose.settings import (
     FEWEST_RATIOS,
     HALVED,
     LAW_RATIOS,
+    LAW_SCATTER,
     LUCK,
     MODE_DAMPING_STD,
+    STATED,
     UNSTATED_DAMPING,
 )
 from cvxupdate.diagnose.types import Real
@@ -152,12 +154,35 @@ def damping_laws(
     """One rate of decay for all modes of a table, else effects that raise the damping of just the
     modes that they move; ``original`` is the file's model, ``effects(zeta)`` those of damping on
     the fitted one with a typical damping ratio."""
-    law = _one_rate(tables)
-    ratios = None if law.alpha is not None else ratios_of(point, original)
+    law, ratios = _one_rate(tables), ratios_of(point, original)
     if ratios is None:
-        return law
+        return replace(law, alpha=None)
+    if law.alpha is not None:
+        law = replace(law, sure=law_odds(ratios))
+        if law.sure >= STATED:
+            return law
+        law = replace(law, alpha=None)
     strain, dampers = damping_trials(ratios, effects(float(np.median(ratios.file))))
     return replace(law, strain=strain, modes=len(ratios.omega), dampers=tuple(dampers))
+
+
+def law_odds(ratios: Ratios) -> float:
+    """Probability that all damping is one rate of decay (ζ = α / 2ω), and not the file's pattern
+    with its usual scatter, both as likely before: a few ratios follow many a law by chance."""
+    noise = (ratios.std / ratios.measured) ** 2
+    pattern = np.log(ratios.measured / ratios.file)
+    rate = np.log(ratios.measured * ratios.omega)
+    rate -= np.mean(np.log(ratios.file * ratios.omega))
+    usual = _likelihood(pattern, noise + MODE_DAMPING_STD**2)
+    odds = usual - _likelihood(rate, noise + LAW_SCATTER**2)
+    return float(1.0 / (1.0 + np.exp(np.clip(odds, -500.0, 500.0))))
+
+
+def _likelihood(u: Real, variance: Real) -> float:
+    """Logarithm, of numbers that scatter with their variances and, all together, with
+    `COMMON_DAMPING_STD`."""
+    covariance = np.diag(variance) + COMMON_DAMPING_STD**2
+    return -0.5 * float(u @ np.linalg.solve(covariance, u) + np.linalg.slogdet(covariance)[1])
 
 
 def _one_rate(tables: Sequence[ModeTable]) -> Further:

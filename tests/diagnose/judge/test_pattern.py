@@ -9,7 +9,7 @@ import pytest
 
 from cvxupdate.diagnose.judge.pattern import MOST, pattern_of
 from cvxupdate.diagnose.results import Damper, Further
-from cvxupdate.diagnose.settings import LAW, MOST_SURE, STRONG
+from cvxupdate.diagnose.settings import MOST_SURE, STRONG
 from cvxupdate.physics.effect import Effect, ModelChange
 from tests.cases.plain_evidence import CHAIN, effect, fault
 
@@ -33,9 +33,9 @@ def test_nothing_found_says_what_the_evidence_says() -> None:
 
 def test_one_rate_of_decay_is_a_law_of_the_whole_structure() -> None:
     """It comes before any damper, and leaves the model as it is."""
-    found = pattern_of(Further(("a line",), (6.2, 0.3), 40.0, 6, (damper(1.0, nodes=(1,)),)))
+    found = pattern_of(Further(("a line",), (6.2, 0.3), 40.0, 6, (damper(1.0, nodes=(1,)),), 0.93))
     (law,) = found.findings
-    assert law.physics == "mass_proportional_damping" and law.confidence == LAW
+    assert law.physics == "mass_proportional_damping" and law.confidence == 0.93
     assert law.parameters == {"alpha": 6.2} and law.deviations == {"alpha": 0.3}
     assert law.place.nodes == () and "3.1" in law.says, "amplitudes decay at half of it"
     assert found.lines == ("a line",) and found.damped is None

@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 from scipy.linalg import eig, eigh
 
-from cvxupdate.diagnose.modes.damping import LUCK, Ratios, damping_trials, needed_drop
+from cvxupdate.diagnose.modes.damping import LUCK, Ratios, damping_trials, law_odds, needed_drop
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
+from cvxupdate.diagnose.settings import STATED
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
+from cvxupdate.recordings.identify.decay import decay_rates
+from cvxupdate.recordings.types import ModeTable, Origin
 
 WORDS = ("viscous_damper", "structural_damping", "mass_proportional_damping")
 
@@ -107,3 +110,33 @@ def test_the_drop_that_is_asked_for_is_what_luck_gives_the_best_of_the_places():
         luck = np.mean((best > 0) & (best**2 > needed_drop(places, 8)))
         assert luck == pytest.approx(LUCK, rel=0.15)
     assert needed_drop(60, 5) == needed_drop(5, 5) > needed_drop(1, 5)
+
+
+SPREAD = np.array([16.1, 25.3, 28.4, 28.9, 30.5, 58.0])  # Hz: a frame with nothing concealed
+
+
+def of(zeta, f=SPREAD, file=0.01):
+    """Ratios with a tenth of deviation, of a file that knows one for all."""
+    n = len(f)
+    return Ratios(zeta, 0.1 * zeta, np.full(n, file), np.eye(n), 2.0 * np.pi * f)
+
+
+def test_six_ratios_that_happen_to_fall_are_no_law():
+    """They pass the test of a law (robust scatter 0.2); one rate of decay was told at 90 %."""
+    zeta = np.array([0.01298, 0.01514, 0.01349, 0.01459, 0.009304, 0.007438])
+    assert law_odds(of(zeta)) < 0.2
+    assert law_odds(of(2.4 / (2.0 * np.pi * SPREAD))) > 0.8
+
+
+@pytest.mark.parametrize("scatter", [0.25, 0.35])
+def test_scattered_ratios_are_called_a_law_once_in_a_hundred_times(scatter):
+    """By the test of a law alone three to seven times."""
+    rng, n, told, both = np.random.default_rng(5), len(SPREAD), 0, 0
+    numbers = np.arange(1, n + 1)
+    for _ in range(2000):
+        zeta = 0.01 * np.exp(scatter * rng.standard_normal(n))
+        modes = (SPREAD, 1e-3 * SPREAD, zeta, 0.1 * zeta, (), None, None, numbers)
+        law = decay_rates(ModeTable(Origin("t", "t", "fit"), *modes)).verdict
+        told += law == "constant decay rate"
+        both += law == "constant decay rate" and law_odds(of(zeta)) >= STATED
+    assert both < 0.01 * 2000 < 0.03 * 2000 < told
