@@ -21,11 +21,12 @@ if TYPE_CHECKING:
     from cvxupdate.spec import Spec
 
 MODES_IN_BAND = 30  # computed for the sensors of frequency responses
+RATIOS = "damping ratios"
 TOLD = {
     "responses": "frequency responses or time histories",
     "modes": "natural frequencies and mode shapes",
     "motion": "time histories of motion at a level that matters",
-    "damping ratios": "measured damping ratios",
+    RATIOS: "measured damping ratios",
 }
 MOST = 12
 """Modes of the model that are shown beside responses."""
@@ -116,6 +117,8 @@ def untried(spec: Spec, found: Diagnosis) -> tuple[tuple[str, str], ...]:
     asked = spec.diagnose.physics if spec.diagnose is not None else None
     kinds = {"modes" if r.kind == "modes" else "responses" for r in spec.recordings}
     kinds |= {"motion" for r in spec.recordings if r.kind == "time"}
+    rows = [row for r in spec.recordings if r.kind == "modes" for row in r.rows or ()]
+    kinds |= {RATIOS for row in rows if row.damping}
     out: dict[str, str] = {}
     for effect in EFFECTS.members():
         if effect.name in seen:
@@ -125,6 +128,8 @@ def untried(spec: Spec, found: Diagnosis) -> tuple[tuple[str, str], ...]:
         elif not kinds & set(effect.told_by):
             needs = " or ".join(TOLD.get(k, k) for k in sorted(effect.told_by))
             why = f"these recordings cannot show it: it takes {needs}"
+        elif kinds & set(effect.told_by) == {RATIOS}:
+            why = "the measured damping ratios scatter as usual, or all modes follow one law"
         elif sought is None:
             why = "no place for it in this model, or none that explains enough to be listed"
         elif not sought:

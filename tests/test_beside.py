@@ -99,6 +99,7 @@ def test_what_was_not_tried_has_a_reason() -> None:
     reasons = dict(untried(spec, FOUND))
     assert "grounding_spring" not in reasons  # it was found
     assert "it takes time histories" in reasons["clearance"]
+    assert "scatter as usual" in reasons["mass_proportional_damping"], "ratios were measured"
     asked = replace(FOUND, candidates=(), findings=())
     assert "grounding_spring" in dict(untried(spec, asked))
     assert not_tried(FOUND) == ()

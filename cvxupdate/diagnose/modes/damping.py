@@ -30,6 +30,7 @@ from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect, ModelChange
+from cvxupdate.physics.place import capital
 from cvxupdate.recordings.identify.decay import decay_rates
 from cvxupdate.recordings.quantiles import chi_square_above
 from cvxupdate.recordings.types import ModeTable
@@ -196,7 +197,7 @@ def _one_rate(tables: Sequence[ModeTable]) -> Further:
             rates = decay_rates(table)
         except CvxupdateError:
             continue
-        lines.append(rates.says)
+        lines.append(f"{capital(rates.says)}.")
         if rates.verdict == "constant decay rate":
             return Further(tuple(lines), (rates.alpha, rates.alpha_std))
     return Further(tuple(lines))
