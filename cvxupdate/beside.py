@@ -85,6 +85,7 @@ def beside(
     """What the page of a diagnosis shows of the two models; None where they cannot be compared."""
     from cvxupdate.correlate.compare import geometry_of
     from cvxupdate.diagnose.shown import Beside
+    from cvxupdate.fe.analysis import as_stated
     from cvxupdate.fe.build import build_model
     from cvxupdate.recordings.types import ModeTable
     from cvxupdate.spec import read_text
@@ -96,7 +97,7 @@ def beside(
         after: tuple[Spec, Model] | None = None
         if found.updated is not None:
             other = read_text(found.updated.text, spec.path)
-            after = other, build_model(other)
+            after = other, as_stated(other, build_model(other))
         if not tables:
             return replace(where, modes=_of_models(model, after and after[1], _top(recordings)))
         first = compared(spec, model, tables)

@@ -42,6 +42,7 @@ def diagnose_problem(
     from cvxupdate.diagnose.output.mesh import with_mesh
     from cvxupdate.diagnose.reference import brought, changed, not_unchanged
     from cvxupdate.diagnose.states import states_diagnosis
+    from cvxupdate.fe.analysis import as_stated
     from cvxupdate.recordings.states import states_of
 
     begin = time.perf_counter()
@@ -60,8 +61,11 @@ def diagnose_problem(
     if states:
         return states_diagnosis(spec, model, states, tell, begin, budget)
     now = brought(spec, model, recordings, tell, budget)
-    coarse = None if now.reference else too_coarse(now.spec, now.model, now.recordings)
-    file = None
+    asked = now.spec.model.refine is not None
+    coarse = None
+    if not (now.reference or asked):
+        coarse = too_coarse(now.spec, now.model, now.recordings)
+    file = as_stated(now.spec, now.model) if asked else None
     if coarse is not None:
         tell(coarse.says)
         now, file = replace(now, spec=coarse.spec, model=coarse.model), coarse.file
