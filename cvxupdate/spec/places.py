@@ -138,8 +138,9 @@ def _headers_at_once(faults: list[Fault]) -> tuple[Fault, ...]:
         asks = ", ".join(f"'{meant[w]}' for '{w}'" for w in wrong if w in meant)
         absent, found = (", ".join(f"'{x}'" for x in names) for names in (missing, wrong))
         says = f"lacks {absent} and has columns that are unknown: {found}."
-        at = out.index(some[0])
-        remedy = f"Did you mean {asks}?" if asks else some[0].remedy
+        if not asks:
+            continue
+        at, remedy = out.index(some[0]), f"Did you mean {asks}?"
         out = [f for f in out if f not in some]
         out.insert(at, Fault(file, line, says, remedy))
     return tuple(out)
