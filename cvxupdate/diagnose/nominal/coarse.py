@@ -22,7 +22,6 @@ from cvxupdate.diagnose.settings import (
     EXACT_MESH,
     HALVED,
     MESH_TOLD,
-    REFINED,
     SHEETS,
 )
 from cvxupdate.diagnose.types import Real
@@ -132,7 +131,7 @@ def too_coarse(spec: Spec, file: Model, recordings: Sequence[Recording]) -> Coar
     fitted = [*responses] or fitted
     if (
         not kinds & set(DIVIDED)
-        or kinds & {*SHEETS, *REFINED}
+        or kinds & set(SHEETS)
         or spec.model.families
         or not fitted
         or is_nonlinear(file)

@@ -23,13 +23,13 @@ from cvxupdate.diagnose.settings import (
     ANOTHER_MODE,
     MESH_PARTS,
     MESH_TOLD,
-    REFINED,
     SHEETS,
     SOUND_THEORY,
 )
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.analysis import Analysis, analysis_of
+from cvxupdate.fe.analysis.corners import corner_nodes
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.fe.select import has_property
@@ -156,10 +156,9 @@ def _before(spec: Spec, file: Model, found: Analysis) -> Model:
 
 
 def wants_finer(model: Model, simulated: bool) -> bool:
-    """Whether any of its elements is of a type that does (`REFINED`); ``simulated``: in a
-    simulation over time, where DOFs cost, only sheets do."""
-    kinds = SHEETS if simulated else REFINED
-    return any(b.kind.name in kinds for b in model.blocks)
+    """Whether it has sheets, or beams that meet at an angle, which overlap there; ``simulated``: in
+    a simulation over time, where DOFs cost, only sheets count."""
+    return has_sheets(model) or (not simulated and bool(corner_nodes(model)))
 
 
 def has_sheets(model: Model) -> bool:
