@@ -37,7 +37,7 @@ EXACT_MESH = 1e-3
 # Types of elements whose presence brings a finer mesh: extrapolated frequencies do not bring the
 # shapes. Sheets, whose theory leaves more than their parameters can say. (Beams do where they meet
 # at an angle, for what lies within a corner: `wants_finer`; other lines are extrapolated.)
-SHEETS = ("plate",)
+SHEET_TYPES = ("plate",)
 # Relative shift of frequencies that shear makes of beams, up to which a model without it is sound:
 # half the tolerance of the modulus, which shifts them as much. Above, its absence is a finding.
 SOUND_THEORY = 0.01

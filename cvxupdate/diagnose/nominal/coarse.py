@@ -22,7 +22,7 @@ from cvxupdate.diagnose.settings import (
     EXACT_MESH,
     HALVED,
     MESH_TOLD,
-    SHEETS,
+    SHEET_TYPES,
 )
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
@@ -131,7 +131,7 @@ def too_coarse(spec: Spec, file: Model, recordings: Sequence[Recording]) -> Coar
     fitted = [*responses] or fitted
     if (
         not kinds & set(DIVIDED)
-        or kinds & set(SHEETS)
+        or kinds & set(SHEET_TYPES)
         or spec.model.families
         or not fitted
         or is_nonlinear(file)

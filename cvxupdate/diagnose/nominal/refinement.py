@@ -23,7 +23,7 @@ from cvxupdate.diagnose.settings import (
     ANOTHER_MODE,
     MESH_PARTS,
     MESH_TOLD,
-    SHEETS,
+    SHEET_TYPES,
     SOUND_THEORY,
 )
 from cvxupdate.diagnose.types import Real
@@ -163,7 +163,7 @@ def wants_finer(model: Model, simulated: bool) -> bool:
 
 def has_sheets(model: Model) -> bool:
     """Whether it has any, whose theory leaves something."""
-    return any(b.kind.name in SHEETS for b in model.blocks)
+    return any(b.kind.name in SHEET_TYPES for b in model.blocks)
 
 
 def _advised(shift: float, rest: float, parts: int) -> int:
