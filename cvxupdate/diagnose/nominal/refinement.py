@@ -21,6 +21,7 @@ from cvxupdate.diagnose.nominal.points import Held, giving, on_points, points_of
 from cvxupdate.diagnose.nominal.theory import POINT, SHEAR, SIZES, stocky, theory_of
 from cvxupdate.diagnose.settings import (
     ANOTHER_MODE,
+    FRAME_TYPES,
     MESH_PARTS,
     MESH_TOLD,
     SHEET_TYPES,
@@ -156,9 +157,10 @@ def _before(spec: Spec, file: Model, found: Analysis) -> Model:
 
 
 def wants_finer(model: Model, simulated: bool) -> bool:
-    """Whether it has sheets, or beams that meet at an angle, which overlap there; ``simulated``: in
-    a simulation over time, where DOFs cost, only sheets count."""
-    return has_sheets(model) or (not simulated and bool(corner_nodes(model)))
+    """Whether it has sheets, or is a plane frame whose beams meet at an angle, where they overlap;
+    ``simulated``: in a simulation over time, where DOFs cost, only sheets count."""
+    plane = any(b.kind.name in FRAME_TYPES for b in model.blocks)
+    return has_sheets(model) or (not simulated and plane and bool(corner_nodes(model)))
 
 
 def has_sheets(model: Model) -> bool:
