@@ -124,12 +124,15 @@ def reduced_modal(
 
 
 def _orthonormal(X: Real, M: sp.csc_array) -> Real:
-    """What the columns of X span, VᵀMV = I."""
-    gram = X.T @ (M @ X)
-    scale = 1.0 / np.sqrt(gram.diagonal())
-    weights, V = la.eigh(gram * scale * scale[:, None], check_finite=False)
-    keep = weights > INDEPENDENT * weights[-1]
-    return np.asarray(X @ (scale[:, None] * (V[:, keep] / np.sqrt(weights[keep]))))
+    """What the columns of X span, VᵀMV = I: twice, for rounding of the first is as large as the
+    directions that it tells apart are small."""
+    for _ in range(2):
+        gram = X.T @ (M @ X)
+        scale = 1.0 / np.sqrt(gram.diagonal())
+        weights, V = la.eigh(gram * scale * scale[:, None], check_finite=False)
+        keep = weights > INDEPENDENT * weights[-1]
+        X = X @ (scale[:, None] * (V[:, keep] / np.sqrt(weights[keep])))
+    return X
 
 
 def _reduced(stack: Stack, count: int, V: Real) -> Real:

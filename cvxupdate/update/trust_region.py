@@ -96,9 +96,8 @@ def iterate(
 
     The start is the point nearest to ``p0`` that satisfies the constraints. A step is accepted when
     the objective really falls (ratio of actual to predicted decrease above 1e-4); the box grows
-    after a ratio above 0.75 and shrinks below 0.25. A weight that is still a rule is chosen on the
-    first linear system. ``renew`` (here, problem, moved) makes the problem of the next step;
-    ``begin`` is the point at ``p0`` where it is known.
+    after a ratio above 0.75 and shrinks below 0.25. A weight that is a rule is chosen on the first
+    system. ``renew`` (here, problem, moved) makes the next problem; ``begin`` is the point at p0.
 
     Raises
     ------
@@ -132,18 +131,14 @@ def iterate(
             taken, accepted = _largest(trial.point.p - here.point.p, unit), True
             if renew is not None:
                 problem = renew(here.point, problem, trial.point)
-            value = objective_at(problem, trial.point)  # a new step begins here
-            here = Here(trial.point, value)
-        p = tuple(here.point.p.tolist())
-        history.append(Iteration(number, here.value, ratio, radius, taken, accepted, p))
+            here = Here(trial.point, objective_at(problem, trial.point))  # a new step begins
+        history.append(Iteration(number, here.value, ratio, radius, taken, accepted, here.p))
         if progress is not None:
             progress(history[-1])
-        if _met(here, options):
-            status, reason = "converged", MEETS.format(options.met)
-            break
         radius = _next_radius(radius, ratio, size, taken)
-        if radius < SHORTEST * max(1.0, _largest(np.array(p), unit)):
-            status, reason = "converged", FLAT
+        flat = radius < SHORTEST * max(1.0, _largest(here.point.p, unit))
+        if flat or _met(here, options):
+            status, reason = "converged", FLAT if flat else MEETS.format(options.met)
             break
     last = _taken(step)
     return LoopResult(initial, here.point, last, status, reason, tuple(history), problem, weight)
@@ -156,6 +151,11 @@ class Here(Generic[P]):
     point: P
     value: float
     linear: LinearSystem | None = None
+
+    @property
+    def p(self) -> tuple[float, ...]:
+        """Parameter values."""
+        return tuple(self.point.p.tolist())
 
     @cached_property
     def system(self) -> LinearSystem:
