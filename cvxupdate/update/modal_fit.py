@@ -103,8 +103,9 @@ class ModalFit:
         def again(
             p: Array, end: LoopResult[ModalPoint]
         ) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
+            # without going ahead: the small model, near exact, would take the same way back
             below = objective_at(end.problem, end.point) * (1.0 - LOWER)
-            back = replace(options, known=tuple(end.point.p.tolist()), below=below)
+            back = replace(options, ahead=None, known=tuple(end.point.p.tolist()), below=below)
             return with_pairing(self.residual, end.problem, self.choice, back, p, progress)
 
         best, more = released(
