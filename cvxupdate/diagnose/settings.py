@@ -103,6 +103,9 @@ FREQUENCY_DISCREPANCY, SHAPE_DISCREPANCY = 0.003, 0.02
 # what the model misses, and of what changed, that may differ between the states; the part of the
 # usual scatter of groups.
 REPEATED, SHAPE_REPEATED, COMMON, CALIBRATED = 0.001, 0.005, 0.1, 0.1
+# Likewise deviations of log ζ: of each mode by itself (cables and joints), of all modes together
+# (temperature).
+DAMPING_REPEATED, COMMON_DAMPING_REPEATED = 0.1, 0.2
 # Relative error of what a change does to a frequency, for each unit of r.m.s. relative error of the
 # frequencies: energies go with the square of shapes, and neighbouring shapes mix by somewhat more
 # than frequencies are off.

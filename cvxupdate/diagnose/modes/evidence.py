@@ -248,7 +248,7 @@ class ModesEvidence(Linear):
             context = self._context(point.residual.model, zeta)
             return candidates_of(context, self.damping, RATIOS)
 
-        return damping_laws(self.tables.fit, point, self.original, effects)
+        return damping_laws(self.tables, point, self.original, effects)
 
     def left(self, errors: Errors) -> str:
         """In words."""

@@ -34,11 +34,14 @@ def chi_square(level: float, freedoms: int) -> float:
 class Tables:
     """Tables to fit and to score only: frequencies moved to where the mesh would have them,
     standard deviations widened by the discrepancy of a sound model. ``measured``: those to fit and
-    to score as they were, deviations of noise alone in every entry."""
+    to score as they were, deviations of noise alone in every entry. ``before``: of each table to
+    fit, damping ratios and their deviations at the reference state, (2, modes), NaN where it has
+    none; empty without a reference."""
 
     fit: tuple[ModeTable, ...]
     hold: tuple[ModeTable, ...]
     measured: tuple[ModeTable, ...]
+    before: tuple[Real, ...] = ()
 
     @property
     def top(self) -> float:
@@ -99,7 +102,9 @@ def prepared(
                 there, common.without(there, start.places[k].tolist(), start), missed
             )
         moved.append(_widened(there, missed, mesh.rest(shift)))
-    return Tables(tuple(moved[: len(fit)]), tuple(moved[len(fit) :]), tuple(measured))
+    places = [start.places[k].tolist() for k in range(len(fit))]
+    before = () if common is None else tuple(common.damping(at) for at in places)
+    return Tables(tuple(moved[: len(fit)]), tuple(moved[len(fit) :]), tuple(measured), before)
 
 
 def _stated(table: ModeTable) -> ModeTable:
