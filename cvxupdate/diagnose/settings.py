@@ -229,6 +229,10 @@ GRADED, REGION = 0.8, 0.25
 # is spread over it.
 MOSTLY, SPREAD = 0.7, 0.5
 
+# Masses of hidden oscillators that are tried, parts of the structure's: what tells the smallest is
+# a resonance of its own; a fifth is a structure beside the structure.
+OSCILLATOR_MASSES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.2)
+
 # --------------------------------------------------------------------------- pattern of damping
 # Fall of the squares of log damping ratios that chance gives one parameter once in two thousand
 # times (chi-square, one degree of freedom).
