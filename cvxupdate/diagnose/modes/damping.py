@@ -62,8 +62,9 @@ class Ratios:
 
     @property
     def spread(self) -> Real:
-        """Deviation of the logarithm of each ratio: usual scatter and measurement."""
-        return np.sqrt(np.square(self.own) + (self.std / self.measured) ** 2)
+        """Deviation of the logarithm of each ratio: usual scatter, measurement, and what the first
+        order in damping leaves of a heavy one, the ratio itself as a part of it."""
+        return np.sqrt(np.square(self.own) + (self.std / self.measured) ** 2 + self.measured**2)
 
     def strain(self, added: Real) -> Real:
         """Squares of the log ratios in units of their scatter, the common shift at its best, when
@@ -136,12 +137,13 @@ def damping_trials(ratios: Ratios, candidates: Sequence[Effect]) -> tuple[float,
     names = [c.physics for c, _ in able]
     out = []
     for c, g in able:
-        most = 0.999 * float(
-            np.min(np.where(g > 0.0, ratios.measured / np.where(g > 0.0, g, 1.0), np.inf))
-        )
+        whole = np.where(g > 0.0, ratios.measured / np.where(g > 0.0, g, 1.0), np.inf)
+        most = min(0.999 * float(np.min(whole)), c.limits[1])
         sizes = most * np.linspace(0.0, 1.0, STEPS + 1)
         strains = ratios.strain(sizes[:, None] * g)
         k = int(np.argmin(strains))
+        if sizes[k] >= c.limits[1]:
+            continue  # it would rather be more than it can be
         if before - strains[k] > max(
             needed_drop(names.count(c.physics), len(ratios.omega)), HALVED * before
         ):

@@ -8,7 +8,7 @@ mass's motion; as many eigenproblems as there are tunings and masses are solved 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,8 +19,26 @@ from cvxupdate.physics.effect import Effect, HiddenOscillator
 
 MARGIN = 7  # modes above the highest that is used, in which a change can show
 FEWEST = 20  # modes of the basis at least
+EVERY, FEW = 2, OSCILLATOR_MASSES[1::2]  # of the tunings, and masses, of the first look
 PLACES = 24  # looked at closely
-STEPS = 5  # tunings and masses about the best
+STEPS, WIDE = 5, 3.0  # tunings as far as the neighbours of the best, masses as far as this factor
+
+
+@dataclass(frozen=True)
+class Tried:
+    """An oscillator at a place, at its best tuning (Hz) and mass (kg) of those that were tried."""
+
+    effect: Effect
+    action: HiddenOscillator
+    left: float
+    frequency: float
+    mass: float
+
+    @property
+    def score(self) -> tuple[Effect, Real]:
+        """The effect so tuned, and its mass."""
+        action = replace(self.action, frequency=self.frequency)
+        return replace(self.effect, action=action), np.array([self.mass])
 
 
 def tuned(where: Scene, candidates: Sequence[Effect], heavy: float) -> list[Score]:
@@ -29,38 +47,30 @@ def tuned(where: Scene, candidates: Sequence[Effect], heavy: float) -> list[Scor
     own = [(e, a) for e in candidates if isinstance(a := e.action, HiddenOscillator)]
     if not own or where.total <= 0.0:
         return []
-    masses = heavy * np.array(OSCILLATOR_MASSES)
-    best: dict[int, tuple[float, Effect, float]] = {}
-    for effect, action in own:
-        left = remaining(where, action.row, np.full(len(masses), action.frequency), masses)
-        k = int(np.argmin(left))
-        if action.row not in best or left[k] < best[action.row][0]:
-            best[action.row] = (float(left[k]), effect, float(masses[k]))
-    first = sorted(best.values(), key=lambda t: t[0])[:PLACES]
-    closer = [_closer(where, effect, mass, left) for left, effect, mass in first]
+    grid = np.unique([a.frequency for _, a in own])
+    first = dict((a.row, (e, a)) for e, a in reversed(own))
+    masses = heavy * np.array(FEW)
+    rough = [_best(where, e, a, grid[::EVERY], masses) for e, a in first.values()]
+    apart = (grid[-1] / grid[0]) ** (EVERY / max(1, len(grid) - 1))
+    about, closer = np.geomspace(1.0 / apart, apart, STEPS), np.geomspace(1.0 / WIDE, WIDE, STEPS)
+    best = [
+        _best(where, t.effect, t.action, t.frequency * about, t.mass * closer)
+        for t in sorted(rough, key=lambda t: t.left)[:PLACES]
+    ]
     return [
-        Score(effect, max(0.0, 1.0 - left / where.total), np.array([mass]), exact=True)
-        for left, effect, mass in sorted(closer, key=lambda t: t[0])
+        Score(effect, max(0.0, 1.0 - t.left / where.total), mass, exact=True)
+        for t in sorted(best, key=lambda t: t.left)
+        for effect, mass in [t.score]
     ]
 
 
-def _closer(where: Scene, effect: Effect, mass: float, left: float) -> tuple[float, Effect, float]:
-    """(left, effect, mass) about a tuning and a mass, halfway to their neighbours."""
-    action = effect.action
-    if not isinstance(action, HiddenOscillator):
-        return left, effect, mass
-    f, m = np.meshgrid(
-        action.frequency * np.geomspace(0.9, 1.1, STEPS), mass * np.geomspace(0.55, 1.8, STEPS)
-    )
-    found = remaining(where, action.row, f.ravel(), m.ravel())
-    k = int(np.argmin(found))
-    if not found[k] < left:
-        return left, effect, mass
-    return (
-        float(found[k]),
-        replace(effect, action=replace(action, frequency=float(f.flat[k]))),
-        float(m.flat[k]),
-    )
+def _best(
+    where: Scene, effect: Effect, action: HiddenOscillator, frequency: Real, mass: Real
+) -> Tried:
+    f, m = (g.ravel() for g in np.meshgrid(frequency, mass))
+    left = remaining(where, action.row, f, m)
+    k = int(np.argmin(left))
+    return Tried(effect, action, float(left[k]), float(f[k]), float(m[k]))
 
 
 def remaining(where: Scene, row: int, frequency: Real, mass: Real) -> Real:

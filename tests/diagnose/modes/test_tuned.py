@@ -34,9 +34,8 @@ def test_each_place_has_its_best_tuning_and_mass(tried):
     scores = tuned.tuned(where, candidates, heavy)
     assert len({s.effect.key for s in scores}) == len(scores) == 12
     best = scores[0]
-    for c in candidates:
-        if c.key == best.effect.key:
-            left = tuned.remaining(
-                where, c.action.row, np.array([c.action.frequency]), np.array([0.03 * heavy])
-            )
-            assert left[0] >= (1.0 - best.fraction) * where.total * (1.0 - 1e-9)
+    grid = [c.action.frequency for c in candidates if c.key == best.effect.key]
+    row = best.effect.action.row
+    for mass in 0.03 * heavy, 0.003 * heavy:
+        left = tuned.remaining(where, row, np.array(grid[:: tuned.EVERY]), np.full(12, mass))
+        assert left.min() >= (1.0 - best.fraction) * where.total * (1.0 - 1e-9)
