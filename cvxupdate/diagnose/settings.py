@@ -254,6 +254,9 @@ LOCATED, MOST_PLACES = 5.0, 16
 # Squared cosine of two places' deflections above which a law is tried at both (strain energy alike
 # to a tenth, as what screening by rank tells apart); how many such neighbours are refitted.
 NEIGHBOURING, NEIGHBOURS = 0.9, 6
+# Difference of log odds within which places that no recording tells apart are about as likely (e:
+# nothing worth a mention; Kass and Raftery 1995), so that the one in the middle is named.
+AS_LIKELY = 1.0
 # How often the neighbours of the best place are tried, if one of them is then the best.
 WALKS = 3
 # Relative difference of two predictions below which no measurement is advised: a sound model with
