@@ -103,6 +103,8 @@ FREQUENCY_DISCREPANCY, SHAPE_DISCREPANCY = 0.003, 0.02
 # what the model misses, and of what changed, that may differ between the states; the part of the
 # usual scatter of groups.
 REPEATED, SHAPE_REPEATED, COMMON, CALIBRATED = 0.001, 0.005, 0.1, 0.1
+# Likewise deviations of log ζ: of each mode (cables, joints), of all together (temperature).
+DAMPING_REPEATED, COMMON_DAMPING_REPEATED = 0.1, 0.2
 # Relative error of what a change does to a frequency, for each unit of r.m.s. relative error of the
 # frequencies: energies go with the square of shapes, and neighbouring shapes mix by somewhat more
 # than frequencies are off.
@@ -133,7 +135,7 @@ MEMBERS, WHOLES, WHOLE = 16, 6, 3
 # Fraction of the half-samples that makes a candidate worth a refit whatever its explained
 # fraction (Meinshausen and Bühlmann 2010: 0.6 to 0.9).
 STABLE = 0.7
-# r.m.s. relative error of the frequencies above which a derivative says little of a whole member.
+# r.m.s. error of the frequencies above which a derivative says little of a whole member.
 FAR_OFF = 0.05
 
 # ---------------------------------------------------------------------------------------- search
@@ -225,6 +227,9 @@ GRADED, REGION = 0.8, 0.25
 # Part of what is left that "mostly" means; part of the band, or of its logarithm, from which on it
 # is spread over it.
 MOSTLY, SPREAD = 0.7, 0.5
+
+# Masses of hidden oscillators, parts of the structure's: a fifth is a structure beside it.
+OSCILLATOR_MASSES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.2)
 
 # --------------------------------------------------------------------------- pattern of damping
 # Fall of the squares of log damping ratios that chance gives one parameter once in two thousand
