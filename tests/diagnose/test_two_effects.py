@@ -1,6 +1,6 @@
 """Something linear and a law at once, found from one set of recordings at two levels (and a third
-level held out): an added mass and a gap. Marched by `validation.nonlinear`, which shares nothing
-with the package."""
+level held out): an added mass and a gap, a loose spring and friction. Marched by
+`validation.nonlinear`, which shares nothing with the package."""
 
 from __future__ import annotations
 
@@ -73,3 +73,14 @@ def test_an_added_mass_and_a_gap(tmp_path: Path) -> None:
     assert lump.parameters["m"] == pytest.approx(LUMP, rel=0.1)
     assert gap.parameters["gap"] == pytest.approx(truth.sizes["gap"], rel=0.1)
     assert gap.parameters["k"] == pytest.approx(truth.sizes["k"], rel=0.1)
+
+
+@pytest.mark.slow
+def test_a_loose_spring_and_friction(tmp_path: Path) -> None:
+    path, truth, number = written(tmp_path, "dry_friction")
+    found = {f.physics: f for f in diagnose(path).findings}
+    spring, rubs = found["stiffness_change"], found["dry_friction"]
+    assert spring.place.elements == (100 + number,)
+    assert rubs.place.nodes == (truth.rows[0] + 1,)
+    assert spring.parameters["factor"] == pytest.approx(LOOSE, rel=0.05)
+    assert rubs.parameters["force"] == pytest.approx(truth.sizes["force"], rel=0.1)
