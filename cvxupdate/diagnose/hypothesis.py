@@ -13,7 +13,7 @@ from cvxupdate.diagnose.fit import Fit, Setting
 from cvxupdate.diagnose.settings import MOST_EFFECTS, PENALTY
 from cvxupdate.diagnose.types import Evidence, Key, Real, Score, Seed
 from cvxupdate.errors import CvxupdateError, ModelError
-from cvxupdate.physics.effect import Effect, plant
+from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.fault import Fault
 from cvxupdate.physics.shaker import at_drive
 
@@ -138,9 +138,9 @@ def seed_from(
     """A further effect beside those of a fitted parent, from the size of its score; None where it
     cannot stand there. ``nominal``: nuisance parameters begin as the parent has them at a finite
     size, to which modes are followed."""
-    fit = parent.fit
+    fit, effect = parent.fit, score.effect
     try:
-        planted = plant(score.effect, fit.setting.model, score.p, evidence.delay_unit)
+        planted = effect.action.plant(effect, fit.setting.model, score.p, evidence.delay_unit)
         fresh = () if planted.fault is None else (planted.fault,)
         setting = evidence.setting(planted.model, (*fit.setting.faults, *fresh), fit.setting)
         setting = evidence.at_level(setting, level)
@@ -235,7 +235,7 @@ def without(evidence: Evidence, h: Hypothesis, *indices: int) -> Hypothesis | No
         moved = effect.on(evidence.context(model))
         if moved is None:
             return None
-        planted = plant(moved, model, np.zeros(effect.count), evidence.delay_unit)
+        planted = moved.action.plant(moved, model, np.zeros(effect.count), evidence.delay_unit)
         effects.append(planted.effect)
         model = planted.model
         values += list(own)

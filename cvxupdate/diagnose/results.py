@@ -95,7 +95,8 @@ class Damper:
 class Further:
     """What the evidence says beside its search: one rate of decay ``alpha`` (1/s, with deviation)
     of all modes, with its probability ``sure``; or the ``strain`` of the pattern of damping ratios
-    of so many ``modes``, and what brings it down by more than chance, best first."""
+    of so many ``modes`` against what is ``known`` of them, and what brings it down by more than
+    chance, best first."""
 
     lines: tuple[str, ...] = ()
     alpha: tuple[float, float] | None = None
@@ -103,3 +104,4 @@ class Further:
     modes: int = 0
     dampers: tuple[Damper, ...] = ()
     sure: float = 0.0
+    known: str = "the file's pattern"

@@ -35,10 +35,10 @@ SLENDER = 4.0
 # of what a sound model's frequencies may miss, before the mesh's error is extrapolated as ever.
 EXACT_MESH = 1e-3
 # Types of elements whose presence brings a finer mesh: extrapolated frequencies do not bring the
-# shapes. Of these, sheets, whose theory leaves more than their parameters can say. Rods and beams
-# are not among them yet: frames take longer with them than was measured on an idle machine
-# (CHANGELOG).
-REFINED = SHEETS = ("plate",)
+# shapes. Sheets, whose theory leaves more than their parameters can say; beams of plane frames
+# where they meet at an angle, for what lies within a corner. A space frame has three times the
+# inner coordinates: the search among them did not end within `BUDGET` (140 s of 19 nodes).
+SHEET_TYPES, FRAME_TYPES = ("plate",), ("beam2d",)
 # Relative shift of frequencies that shear makes of beams, up to which a model without it is sound:
 # half the tolerance of the modulus, which shifts them as much. Above, its absence is a finding.
 SOUND_THEORY = 0.01
@@ -103,6 +103,8 @@ FREQUENCY_DISCREPANCY, SHAPE_DISCREPANCY = 0.003, 0.02
 # what the model misses, and of what changed, that may differ between the states; the part of the
 # usual scatter of groups.
 REPEATED, SHAPE_REPEATED, COMMON, CALIBRATED = 0.001, 0.005, 0.1, 0.1
+# Likewise deviations of log ζ: of each mode (cables, joints), of all together (temperature).
+DAMPING_REPEATED, COMMON_DAMPING_REPEATED = 0.1, 0.2
 # Relative error of what a change does to a frequency, for each unit of r.m.s. relative error of the
 # frequencies: energies go with the square of shapes, and neighbouring shapes mix by somewhat more
 # than frequencies are off.
@@ -133,7 +135,7 @@ MEMBERS, WHOLES, WHOLE = 16, 6, 3
 # Fraction of the half-samples that makes a candidate worth a refit whatever its explained
 # fraction (Meinshausen and Bühlmann 2010: 0.6 to 0.9).
 STABLE = 0.7
-# r.m.s. relative error of the frequencies above which a derivative says little of a whole member.
+# r.m.s. error of the frequencies above which a derivative says little of a whole member.
 FAR_OFF = 0.05
 
 # ---------------------------------------------------------------------------------------- search
@@ -226,6 +228,9 @@ GRADED, REGION = 0.8, 0.25
 # is spread over it.
 MOSTLY, SPREAD = 0.7, 0.5
 
+# Masses of hidden oscillators, parts of the structure's: a fifth is a structure beside it.
+OSCILLATOR_MASSES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.2)
+
 # --------------------------------------------------------------------------- pattern of damping
 # Fall of the squares of log damping ratios that chance gives one parameter once in two thousand
 # times (chi-square, one degree of freedom).
@@ -247,6 +252,9 @@ LOCATED, MOST_PLACES = 5.0, 16
 # Squared cosine of two places' deflections above which a law is tried at both (strain energy alike
 # to a tenth, as what screening by rank tells apart); how many such neighbours are refitted.
 NEIGHBOURING, NEIGHBOURS = 0.9, 6
+# Difference of log odds within which places that no recording tells apart are about as likely (e:
+# nothing worth a mention; Kass and Raftery 1995), so that the one in the middle is named.
+AS_LIKELY = 1.0
 # How often the neighbours of the best place are tried, if one of them is then the best.
 WALKS = 3
 # Relative difference of two predictions below which no measurement is advised: a sound model with

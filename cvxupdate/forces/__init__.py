@@ -9,6 +9,7 @@ from cvxupdate.forces.columns import (
     friction_column,
     jenkins_columns,
     quadratic_column,
+    signed_square_column,
 )
 from cvxupdate.forces.laws import (
     NAMES,
@@ -49,4 +50,5 @@ __all__ = [
     "linear",
     "quadratic",
     "quadratic_column",
+    "signed_square_column",
 ]

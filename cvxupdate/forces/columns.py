@@ -20,9 +20,14 @@ def cubic_column(x: Real) -> Real:
     return _alone(x**3)
 
 
-def even_column(x: Real) -> Real:
+def signed_square_column(x: Real) -> Real:
     """x|x|, per k2 in N/m²."""
     return _alone(x * np.abs(x))
+
+
+def even_column(x: Real) -> Real:
+    """x², per ``even`` in N/m²."""
+    return _alone(x**2)
 
 
 def quadratic_column(v: Real) -> Real:

@@ -18,5 +18,6 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 def compiled(function: Function) -> Function:
     """``function`` compiled on its first call for the types it is called with, real or complex; the
-    machine code is kept beside the module."""
+    machine code is kept beside the module, until that module changes: what calls the laws of
+    `scalar` in another module keeps them as they were there."""
     return cast(Function, numba.njit(cache=True, fastmath={"reassoc", "contract"})(function))

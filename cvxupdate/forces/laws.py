@@ -8,7 +8,7 @@ all of them at once.
 | law | force | source |
 |---|---|---|
 | `linear` | k x + c v | |
-| `cubic` | k3 x³ + k2 x·abs(x) | Worden and Tomlinson 2001, section 2.2 |
+| `cubic` | k3 x³ + k2 x·abs(x) + even x² | Worden and Tomlinson 2001, section 2.2 |
 | `clearance` | k (x − gap) in contact | the same, section 2.2 |
 | `friction` | force · sgn(v) in slip, whatever holds it in stick | Coulomb |
 | `jenkins` | spring and slider in series | Jenkin 1922; Iwan 1966, J. Appl. Mech. 33 |
@@ -45,7 +45,7 @@ NAMES = ("linear", "cubic", "clearance", "friction", "jenkins", "bouc_wen", "qua
 """By kind."""
 PARAMETERS: Mapping[str, tuple[str, ...]] = {
     "linear": ("k", "c"),
-    "cubic": ("k3", "k2"),
+    "cubic": ("k3", "k2", "even"),
     "clearance": ("k", "gap"),
     "friction": ("force",),
     "jenkins": ("k", "force", "play"),
@@ -183,9 +183,10 @@ def linear(k: ArrayLike, c: ArrayLike = 0.0) -> Laws:
     return _laws(LINEAR, k, c)
 
 
-def cubic(k3: ArrayLike, k2: ArrayLike = 0.0) -> Laws:
-    """k3 (N/m³), above 0 hardening, below softening; k2 (N/m²) of x|x|."""
-    return _laws(CUBIC, k3, k2)
+def cubic(k3: ArrayLike, k2: ArrayLike = 0.0, even: ArrayLike = 0.0) -> Laws:
+    """k3 (N/m³), above 0 hardening, below softening; k2 (N/m²) of x|x|; ``even`` (N/m²) of x²,
+    which stiffens one way and softens the other."""
+    return _laws(CUBIC, k3, k2, even)
 
 
 def clearance(k: ArrayLike, gap: ArrayLike, sides: Literal["one", "two"] = "one") -> Laws:

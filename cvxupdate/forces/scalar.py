@@ -43,9 +43,10 @@ def linear(p: Any, x: Any, v: Any, z: Any, w: Any) -> Answer:
 
 @compiled
 def cubic(p: Any, x: Any, v: Any, z: Any, w: Any) -> Answer:
-    """k3 x³ + k2 x|x|."""
+    """k3 x³ + k2 x|x| + even x²."""
     a, zero = size_of(x), 0.0 * (x + v)
-    return p[0] * x * x * x + p[1] * x * a, 3.0 * p[0] * x * x + 2.0 * p[1] * a, zero, z, w
+    force = p[0] * x * x * x + p[1] * x * a + p[2] * x * x
+    return force, 3.0 * p[0] * x * x + 2.0 * p[1] * a + 2.0 * p[2] * x, zero, z, w
 
 
 @compiled
@@ -174,7 +175,7 @@ def stored(kind: int, p: Any, x: Any, z: Any, w: Any) -> Any:
     """Energy that could be had back, J (of Bouc–Wen: along the elastic branch, force²/2k)."""
     if kind == CUBIC:
         a = size_of(x)
-        return p[0] * a * a * a * a / 4.0 + p[1] * a * a * a / 3.0
+        return p[0] * a * a * a * a / 4.0 + (p[1] * a * a * a + p[2] * x * x * x) / 3.0
     if kind in (FRICTION, QUADRATIC):
         return 0.0 * x
     f = respond(kind, p, x, 0.0 * x, z, x + 0.0 * w)[0]

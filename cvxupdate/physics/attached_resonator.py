@@ -16,7 +16,7 @@ from cvxupdate.fe.elements.base import Real, Values
 from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.draft import Draft, kind_of, not_negative
-from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, HiddenOscillator
+from cvxupdate.physics.effect import MODES, RESPONSES, Effect, EffectType, HiddenOscillator
 from cvxupdate.physics.growth import append_parameters, dof_rows, limited, new_ids
 from cvxupdate.physics.place import TRANSLATIONS, Place, at, drive_point
 from cvxupdate.physics.quantity import physical
@@ -59,6 +59,8 @@ def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, fl
     both: dict[str, Any] = {"nodes": [node, fresh], "dof": dof}
     kinds = {"m": ("mass", {"nodes": [fresh]}), "k": ("spring", both), "c": ("dashpot", both)}
     for key, (kind, row) in kinds.items():
+        if key == "c" and now[key] == 0.0:
+            continue
         own = number if key == "m" else draft.fresh_element()
         value = not_negative(own, key, now[key])
         draft.put(kind, {"id": own, **row, key: value, "group": group})
@@ -71,20 +73,24 @@ class AttachedResonator(EffectType):
 
     name = "attached_resonator"
     noun = "a hidden oscillator"
-    told_by = frozenset({RESPONSES})
+    told_by = frozenset({RESPONSES, MODES})
     writers = (("oscillator", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:
         """At every free translation, on a grid of frequencies; the model is only built for those
-        that pass the screening (`attach`)."""
+        that pass the screening (`attach`). Without dashpot for tables of modes, whose model is
+        undamped."""
         grid = np.geomspace(max(context.bottom, 1e-3), context.top, STEPS)
-        figures = (physical("m", "kg"), physical("k", "N/m", 1), physical("c", "N·s/m", 2))
+        figures = [physical("m", "kg"), physical("k", "N/m", 1)]
+        if not context.undamped:
+            figures.append(physical("c", "N·s/m", 2))
+        zeta = 0.0 if context.undamped else DAMPING
         return [
             Effect(
                 self,
                 Place(nodes=(node,), dof=kind),
-                HiddenOscillator(row, float(f), DAMPING, attach),
-                figures,
+                HiddenOscillator(row, float(f), zeta, attach),
+                tuple(figures),
                 1,
                 LIMITS,
                 drive_point(Place(nodes=(node,), dof=kind), context.driven),
@@ -108,7 +114,7 @@ class AttachedResonator(EffectType):
 
 def attach(model: Model, row: int, frequency: float, mass: float, zeta: float = DAMPING) -> Model:
     """The model with an oscillator of the given tuning; its m, k, c are parameters relative to
-    these values."""
+    these values (no c without damping)."""
     code = int(model.dof_kind[row])
     omega = 2 * np.pi * frequency
     hidden = model.size
@@ -143,5 +149,6 @@ def attach(model: Model, row: int, frequency: float, mass: float, zeta: float = 
         properties,
     )
     grown = replace(grown, blocks=(*grown.blocks, block))
-    wanted = [limited(f"resonator.{n}", n, ids.tolist(), LIMITS) for n in ("m", "k", "c")]
+    names = ("m", "k", "c") if zeta > 0.0 else ("m", "k")
+    wanted = [limited(f"resonator.{n}", n, ids.tolist(), LIMITS) for n in names]
     return append_parameters(grown, wanted)

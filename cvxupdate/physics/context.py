@@ -23,7 +23,8 @@ class SearchContext:
     typical damping ratio; ``accelerometers`` those channels that measure accelerations; ``driven``
     the labels of the DOFs where a force was measured, ``forces`` those of which the recordings tell
     the force's own gain, ``later`` those where only what is held out has such a force; ``own`` the
-    numbers of the elements that no effect added (None: of all)."""
+    numbers of the elements that no effect added (None: of all); ``undamped``: the recordings are
+    of undamped modes."""
 
     model: Model
     K: sp.csc_array
@@ -39,6 +40,7 @@ class SearchContext:
     forces: tuple[str, ...] = ()
     later: tuple[str, ...] = ()
     own: frozenset[int] | None = None
+    undamped: bool = False
 
     def local(self, row: int) -> tuple[float, float]:
         """Diagonal stiffness and mass at a free DOF: the scale of what a support or lump there

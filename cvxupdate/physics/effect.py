@@ -72,7 +72,8 @@ class ModelChange:
     set; ``additive``: K and M move in proportion, and those of a set as the sum of its members';
     ``series``: a compliance beside that of its place: sizes p act as p / (1 + p); ``cubic``:
     stiffness goes with (1 + p)³; ``along``: its directions at any size, where the tangent does not
-    tell them; ``start``: all its unknowns from the size of the first; ``others``: further starts.
+    tell them; ``start``: all its unknowns from the size of the first; ``others``: further starts;
+    ``part``: what one unit of a spring to ground is of the stiffness at its place.
     """
 
     grow: Callable[[], Model]
@@ -84,6 +85,7 @@ class ModelChange:
     along: LowRank | None = None
     start: Callable[[float], Real] | None = None
     others: Callable[[Real], Sequence[Real]] | None = None
+    part: float = 0.0
 
     @cached_property
     def model(self) -> Model:
@@ -95,10 +97,7 @@ class ModelChange:
         """Number of unknowns."""
         return len(self.tangent)
 
-    @property
-    def columns(self) -> int:
-        """Those that are parameters of the model."""
-        return self.count
+    columns = count  # all are parameters of the model
 
     @property
     def detail(self) -> tuple[Hashable, ...]:
@@ -124,15 +123,14 @@ class ModelChange:
 
     def moved(self, effect: Effect, context: SearchContext) -> Effect | None:
         """The candidate of the same kind at the same place of another model."""
-        found = effect.type.candidates(context)
-        return next((other for other in found if other.key == effect.key), None)
+        return next((o for o in effect.type.candidates(context) if o.key == effect.key), None)
 
 
 @dataclass(frozen=True, eq=False)
 class HiddenOscillator:
     """A mass on a spring and dashpot at a DOF (``row``), tuned to ``frequency`` (Hz) with damping
-    ratio ``zeta``; ``attach`` makes the model; ``mass`` (kg) is what its parameters are relative
-    to, 0 until it is planted."""
+    ratio ``zeta`` (0: no dashpot); ``attach`` makes the model; ``mass`` (kg) is what its parameters
+    are relative to, 0 until it is planted."""
 
     row: int
     frequency: float
@@ -140,9 +138,14 @@ class HiddenOscillator:
     attach: Callable[[Model, int, float, float, float], Model]
     mass: float = 0.0
 
-    count: ClassVar[int] = 3
-    columns: ClassVar[int] = 3
     detail: ClassVar[tuple[Hashable, ...]] = ()  # its tuning is refined in the fit
+
+    @property
+    def count(self) -> int:
+        """Number of unknowns: mass, stiffness and, where there is one, dashpot."""
+        return 3 if self.zeta > 0.0 else 2
+
+    columns = count  # all are parameters of the model
 
     def label(self, place: Place) -> str:
         """Where, for tables."""
@@ -158,7 +161,9 @@ class HiddenOscillator:
         whole = max(model.total_mass(), 1e-9)
         mass = self.mass or float(np.clip(guess[0], LIGHTEST * whole, HEAVIEST * whole))
         grown = self.attach(model, self.row, self.frequency, mass, self.zeta)
-        return Planted(replace(effect, action=replace(self, mass=mass)), grown, np.zeros(3))
+        return Planted(
+            replace(effect, action=replace(self, mass=mass)), grown, np.zeros(self.count)
+        )
 
     def moved(self, effect: Effect, context: SearchContext) -> Effect | None:
         """The same tuning at the same DOF of another model."""
@@ -293,8 +298,3 @@ class Planted:
     start: Real
     fault: Fault | None = None
     fault_start: float = 0.0
-
-
-def plant(effect: Effect, model: Model, guess: Real, delay_unit: float) -> Planted:
-    """An effect on the model that it was placed on, from first-order sizes ``guess`` (count,)."""
-    return effect.action.plant(effect, model, guess, delay_unit)

@@ -22,6 +22,7 @@ from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity, stiffness_unit
 
 LIMITS = (0.0, 1e5)
+UNIT = 0.02  # of the stiffness at its place
 
 
 def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
@@ -46,10 +47,12 @@ class GroundingSpring(EffectType):
             stiffness, mass = context.local(row)
             if stiffness == 0.0 and mass == 0.0:
                 continue
-            unit = 0.02 * stiffness if stiffness > 0 else mass * (2 * np.pi * context.bottom) ** 2
+            part = UNIT if stiffness > 0 else 0.0
+            unit = part * stiffness or mass * (2 * np.pi * context.bottom) ** 2
             change = ModelChange(
                 partial(_grown, context.model, row, node, kind, unit),
                 at_once((row,), "K", np.full((1, 1), unit)),
+                part=part,
             )
             place = Place(nodes=(node,), dof=kind)
             figures = (physical("k", stiffness_unit(place)),)

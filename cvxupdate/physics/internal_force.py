@@ -54,7 +54,8 @@ def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, fl
     ends = block.dofs[e].tolist()
     nodes = [draft.end(model, d) for d in ends]
     row = {"id": number, "nodes": nodes, "dof": kind_of(model, ends[0])}
-    row |= {k: now[k] for k in kind.properties if now[k] != 0.0}
+    first = kind.properties[0]  # which a row must have
+    row |= {k: now[k] for k in kind.properties if k == first or now[k] != 0.0}
     if isinstance(kind, Clearance):
         row["sides"] = kind.sides
     draft.put(kind.name, {**row, "group": draft.fresh_group(kind.name.replace("_", " "), nodes[0])})
@@ -87,8 +88,8 @@ class NonlinearForce:
 
     @property
     def detail(self) -> tuple[Hashable, ...]:
-        """One- or two-sided, which side, and the law's form."""
-        return (self.sides, self.side, *self.fixed)
+        """Its unknowns, one- or two-sided, which side, and the law's form."""
+        return (*self.names, self.sides, self.side, *self.fixed)
 
     def label(self, place: Place) -> str:
         """Where, for tables."""

@@ -30,6 +30,7 @@ UNITS = {
     "delay": "s",
     "omega": "rad/s",
     "k3": "N/m³",
+    "even": "N/m²",
     "gap": "m",
     "force": "N",
     "c2": "N·s²/m²",

@@ -8,7 +8,8 @@ end is implicit, as in Newmark's method). Coulomb friction has no value at rest:
 constant over a step and follows from the velocity at the end, stick where a force within the limit
 makes that zero (Moreau 1988), so a step in which it jumps is halved until the jump is located. The
 bubble's change from step to step is the estimate of the error and decides the length: a power of
-two of the sampling interval.
+two of the sampling interval. A change of `cvxupdate.forces.scalar` needs a change here, too: the
+machine code kept beside this module has those laws in it (last: x² beside x³).
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""From sample to sample in steps of a length that their errors decide, compiled."""
+"""From sample to sample in steps of a length that their errors decide, compiled (with
+the laws: `kernel`)."""
 
 from __future__ import annotations
 

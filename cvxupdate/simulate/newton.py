@@ -1,4 +1,5 @@
-"""The forces at the end of a step: Newton's method on one unknown for each law, compiled."""
+"""The forces at the end of a step: Newton's method on one unknown for each law, compiled
+(what calls the laws is compiled with them: `kernel`)."""
 
 from __future__ import annotations
 

@@ -358,7 +358,7 @@ def _nonlinear(kind: str, **values: Any) -> Case:
 
 
 NONLINEAR_CASES = (
-    _nonlinear("cubic_spring", k3=(2e7, -3e5), k2=(0.0, 40.0)),
+    _nonlinear("cubic_spring", k3=(2e7, -3e5), k2=(0.0, 40.0), even=(30.0, 0.0)),
     _nonlinear("clearance", k=(4e4, 7e4), gap=(-1e-3, 2e-3), sides=("one", "two")),
     _nonlinear("friction", force=(3.0, 8.0)),
     _nonlinear("jenkins", k=(4e4, 9e4), force=(3.0, 8.0), play=(0.0, 1e-4)),

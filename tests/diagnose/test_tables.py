@@ -132,3 +132,46 @@ def test_many_groups_that_are_off_are_a_matter_of_parameters(tmp_path):
         f.physics == "stiffness_change" and set(f.place.groups) <= set(off) for f in found.findings
     ), "which groups, seven frequencies do not settle"
     assert found.fit["fit"]["after"] < 2e-3 < 0.01 < found.fit["fit"]["before"]
+
+
+OSCILLATOR = """[[model.elements]]
+type = "spring"
+dof = "z"
+rows = [{ id = 90, nodes = [9, 14], k = 2.0e4 }]
+[[model.elements]]
+type = "mass"
+rows = [{ id = 91, nodes = [14], m = 0.04 }]
+[[model.supports]]
+nodes = [14]
+dofs = ["ry"]
+"""
+
+
+def test_a_hidden_oscillator_is_told_by_the_mode_that_it_brings(tmp_path):
+    """Of 0.04 kg at 112.5 Hz, with shapes at four places; its own mode is not the model's."""
+    body = text(extra=OSCILLATOR, E="205.5e9").replace(
+        "nodes = [{", "nodes = [{ id = 14, x = 0.3 }, {", 1
+    )
+    _, real = load(tmp_path, body)
+    modes, at = model_modes(real, 6), [real.place[f"n{n}.z"] for n in (3, 6, 9, 12)]
+    rng = np.random.default_rng(4)
+    rows = []
+    for k in range(6):
+        shape = modes.shapes[at, k] / np.abs(modes.shapes[at, k]).max()
+        shape = shape + 0.005 * rng.standard_normal(4)
+        f = float(modes.frequencies[k]) * (1.0 + 3e-4 * rng.standard_normal())
+        rows.append(
+            f"{{ frequency = {f:.7g}, frequency_std = {3e-4 * f:.3g}, "
+            f"shape = {[round(float(x), 5) for x in shape]}, shape_std = 0.005 }}"
+        )
+    channels = ", ".join(
+        f'{{ column = {k}, quantity = "displacement", node = {n}, dof = "z" }}'
+        for k, n in enumerate((3, 6, 9, 12))
+    )
+    spec, model = load(tmp_path, text(", ".join(rows)) + f"channels = [{channels}]\n")
+    said = diagnose_problem(spec, model, load_recordings(spec)).to_json()
+    (first,) = said["findings"]
+    assert first["physics"] == "attached_resonator" and first["location"]["nodes"] == [9]
+    assert set(first["parameters"]) == {"m", "k"}
+    assert first["parameters"]["m"] == pytest.approx(0.04, rel=0.1)
+    assert first["parameters"]["k"] == pytest.approx(2.0e4, rel=0.1)

@@ -40,7 +40,7 @@ def test_directions_are_those_of_a_spring() -> None:
 def test_properties_reach_their_laws() -> None:
     by_name = {c.name: internal_forces(c.build()).laws for c in NONLINEAR_CASES}
     wanted = {
-        "cubic_spring": nl.cubic([2e7, -3e5], [0.0, 40.0]),
+        "cubic_spring": nl.cubic([2e7, -3e5], [0.0, 40.0], [30.0, 0.0]),
         "clearance": nl.join([nl.clearance(4e4, -1e-3), nl.clearance(7e4, 2e-3, "two")]),
         "friction": nl.friction([3.0, 8.0]),
         "jenkins": nl.jenkins([4e4, 9e4], [3.0, 8.0], [0.0, 1e-4]),

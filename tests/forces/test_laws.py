@@ -13,7 +13,7 @@ from cvxupdate.errors import ModelError
 BATCH = nl.join(
     [
         nl.linear(40.0, 3.0),
-        nl.cubic([200.0, -90.0], [0.0, 30.0]),
+        nl.cubic([200.0, -90.0], [0.0, 30.0], [25.0, 0.0]),
         nl.clearance([500.0, 500.0], [0.11, -0.13]),
         nl.clearance(300.0, 0.1, "two"),
         nl.jenkins([50.0, 80.0], [4.0, 7.0], [0.0, 0.03]),
@@ -195,7 +195,8 @@ def test_columns_are_forces_per_coefficient() -> None:
         )
     pairs = [
         (nl.cubic_column(x), nl.cubic([7.0, 7.0])),
-        (nl.even_column(x), nl.cubic(0.0, [7.0, 7.0])),
+        (nl.signed_square_column(x), nl.cubic(0.0, [7.0, 7.0])),
+        (nl.even_column(x), nl.cubic(0.0, 0.0, [7.0, 7.0])),
         (nl.quadratic_column(v), nl.quadratic([7.0, 7.0])),
         (nl.friction_column(v), nl.friction([7.0, 7.0])),
         (nl.bouc_wen_columns(x, [0.1], 2.0), nl.bouc_wen(70.0, [7.0, 7.0], 2.0)),

@@ -27,7 +27,6 @@ from cvxupdate.physics.effect import (
     EffectType,
     HiddenOscillator,
     Planted,
-    plant,
 )
 from cvxupdate.physics.internal_force import NonlinearForce
 from cvxupdate.physics.low_rank import low_rank
@@ -76,7 +75,8 @@ def planted(
     found = list({e.key: e for e in type_of(case).candidates(context)}.values())
     assert found
     for effect in found[:: max(1, len(found) // MOST)]:
-        yield effect, plant(effect, model, np.array([MASS, *np.zeros(effect.count - 1)]), 1e-3)
+        guess = np.array([MASS, *np.zeros(effect.count - 1)])
+        yield effect, effect.action.plant(effect, model, guess, 1e-3)
 
 
 def dense(model: Model, p: Real) -> dict[str, Real]:

@@ -10,7 +10,6 @@ from cvxupdate.diagnose.results import Updated
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.internal import internal_forces
 from cvxupdate.forces.laws import NAMES
-from cvxupdate.physics.effect import plant
 from cvxupdate.physics.hysteresis import KNEES, Hysteresis, other_forms
 from cvxupdate.spec import load_problem
 from tests.cases.effects import STRUCTURES, context_of, problem
@@ -26,7 +25,7 @@ def joint(folder):
 
 
 def law_of(effect, model):
-    grown = plant(effect, model, np.array([K, FORCE]), 1e-3).model
+    grown = effect.action.plant(effect, model, np.array([K, FORCE]), 1e-3).model
     return internal_forces(grown, grown.zero()).laws
 
 
@@ -60,7 +59,7 @@ def test_forms_are_hypotheses_of_their_own_in_the_same_words(tmp_path) -> None:
 def test_a_problem_file_can_say_them(tmp_path) -> None:
     effect, model, spec = joint(tmp_path)
     for form in other_forms(effect):
-        grown = plant(form, model, np.array([K, FORCE]), 1e-3).model
+        grown = form.action.plant(form, model, np.array([K, FORCE]), 1e-3).model
         written = problem_file(spec, Updated(grown, grown.zero(), zeta=np.zeros(1)))
         (tmp_path / "again.toml").write_text(written.text, encoding="utf-8")
         rebuilt = internal_forces(build_model(load_problem(tmp_path / "again.toml"))).laws

@@ -9,7 +9,6 @@ import scipy.linalg
 
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.fe.build import build_model
-from cvxupdate.physics.effect import plant
 from cvxupdate.physics.sensor_mass import SensorMass
 from tests.cases.effects import context_of, nuisance, problem
 from tests.cases.rigs import frame
@@ -23,7 +22,7 @@ def placed(tmp_path, labels):
 
 def grown(effect, m):
     """The mass matrix with accelerometers of m kg."""
-    model = plant(effect, effect.change.model, np.zeros(1), 1.0).model
+    model = effect.action.plant(effect, effect.change.model, np.zeros(1), 1.0).model
     p = model.zero()
     p[-1] = m / model.parameters[-1].unit_size
     return model.matrices(p).M.toarray() - model.matrices(model.zero()).M.toarray()

@@ -17,7 +17,11 @@ from validation.studies.wish import Wish
 
 ROOT = Path(__file__).resolve().parents[2]
 QUICK = Wish(quick=True)
-ON_DATA = ("footbridge_front", "modal_starts")
+ON_DATA = {
+    "footbridge_front": "smu-modal-data",
+    "modal_starts": "smu-modal-data",
+    "silverbox_sindy": "silverbox",
+}
 DATA = Path(os.environ.get("CVXUPDATE_DATA", ""))
 
 
@@ -134,6 +138,14 @@ def check_front(found):
         assert error > 8.0 and mean > 0.955 and after < 0.5 and kept < 0.945 and held < 17
 
 
+def check_sindy(found):
+    error = {name: mv for name, (_, _, mv) in found.items()}
+    assert error["weak"] < 1.0 < error["strong"] < error["usual"]
+    (_, weak, _) = found["weak"]
+    cubes = weak.coefficients[1][np.all(weak.powers == (3, 0, 0), axis=1)]
+    assert len(cubes) == 1 and cubes[0] < 0.0  # y'' = … − y³: it hardens
+
+
 CHECKS = {
     "ceam_cases": check_ceam_cases,
     "ceam_domains": check_domains,
@@ -150,6 +162,7 @@ CHECKS = {
     "rfm_iterations": check_iterations,
     "rfm_noise_in_a": check_noise_in_a,
     "rfm_regularisation": check_regularisation,
+    "silverbox_sindy": check_sindy,
     "structure_a_mesh": check_mesh,
     "structure_a_strings": check_strings,
 }
@@ -157,8 +170,10 @@ CHECKS = {
 
 @pytest.mark.parametrize("name", names())
 def test_quick_look(name, tmp_path, monkeypatch, capsys):
-    if name in ON_DATA and not (DATA / "smu-modal-data").is_dir():
-        pytest.skip("needs the data set smu-modal-data under CVXUPDATE_DATA")
+    if name in ON_DATA and not (DATA / ON_DATA[name]).is_dir():
+        pytest.skip(f"needs the data set {ON_DATA[name]} under CVXUPDATE_DATA")
+    if name == "silverbox_sindy":
+        pytest.importorskip("pysindy", reason="needs pysindy (the extra 'bench')")
     monkeypatch.chdir(tmp_path)
     out = tmp_path / "results"
     found = perform(name, out, QUICK)

@@ -19,6 +19,7 @@ Real = NDArray[np.float64]
 Row = Mapping[str, Any]
 STIFF, FORCE, WEAK = 0.3, 0.2, 0.5  # relative errors of sizes that are right
 GAP = 0.15  # of the motion or of the gap
+EVEN = "even"  # the figure of a force in x²; in x³ it is "k3"
 RUB = 2e-3  # of the r.m.s. velocity at a place: where friction turns over
 WORDS = (
     "cubic_stiffness",
@@ -26,7 +27,6 @@ WORDS = (
     "dry_friction",
     "hysteresis",
     "quadratic_damping",
-    "quadratic_stiffness",
 )
 
 
@@ -127,13 +127,12 @@ def damping(rng: Generator, d: Drawing, s: Spot) -> Made:
 
 
 def quadratic(rng: Generator, d: Drawing, s: Spot) -> Made:
-    """A spring that stiffens to one side: the contract has no word for it. Its place may be told by
-    the words for other springs, or the case left open."""
+    """A spring that stiffens to one side, whose force goes with x². In words for other springs it
+    is told in part."""
     k2 = figures(between(rng, 0.05, 0.15) * s.k / s.x)
-    words = [("clearance", "part"), ("cubic_stiffness", "part")]
-    verdicts = ("undetermined", "missing_physics")
-    known: list[tuple[str, float, float]] = []
-    return Law("quadratic", (k2,)), _truth(d, s, "quadratic_stiffness", known, words, verdicts)
+    known = [(EVEN, k2, STIFF * k2)]
+    words = [("clearance", "part")]
+    return Law("quadratic", (k2,)), _truth(d, s, "cubic_stiffness", known, words)
 
 
 MAKERS: dict[str, Callable[[Generator, Drawing, Spot], Made]] = {
@@ -165,5 +164,7 @@ def graded(f: Row, truth: Row, groups: Mapping[str, Sequence[int]]) -> str | Non
     if not nodes or (dof and dof != truth["location"]["dof"]):
         return None
     if nodes == true:
-        return str(words[f["physics"]])
+        squares = [EVEN in p for p in (f["parameters"], {q["name"] for q in truth["parameters"]})]
+        other = f["physics"] == "cubic_stiffness" == truth["physics"] and len(set(squares)) > 1
+        return judge.PART if other else str(words[f["physics"]])  # x² for x³, or the reverse
     return judge.PART if nodes <= true | set(truth["near"]["nodes"]) else None

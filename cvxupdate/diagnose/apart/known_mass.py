@@ -7,7 +7,6 @@ import numpy as np
 from cvxupdate.diagnose.types import Evidence
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
-from cvxupdate.physics.effect import plant
 
 
 def with_lump(evidence: Evidence, model: Model, node: int) -> Model:
@@ -37,4 +36,4 @@ def with_known(
     )
     if found is None:
         raise ModelError(f"node {node} carries no {physics}.")
-    return plant(found, model, np.zeros(1), evidence.delay_unit).model
+    return found.action.plant(found, model, np.zeros(1), evidence.delay_unit).model

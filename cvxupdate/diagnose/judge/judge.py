@@ -23,6 +23,7 @@ from cvxupdate.diagnose.judge.alternatives import equivalents
 from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, standing
 from cvxupdate.diagnose.judge.graded import Graded, graded
 from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
+from cvxupdate.diagnose.judge.middle import in_the_middle
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.judge.soundness import said_plainly, sound
 from cvxupdate.diagnose.results import Finding
@@ -98,7 +99,7 @@ def _decided(evidence: Evidence, found: Found) -> Judgement:
         if more is not None and open_ and needs_several(more, final, case):
             final = more
     bare = Judgement(case, singles, several, single)
-    if not explained(case.base, case):
+    if not case.damping_only:  # explained or not: as an effect is, groups are believed from there
         wide = _wide(case)
         field = field if wide is None else (*field, wide)
         if wide is not None and _groups_instead(wide, final, case):
@@ -107,7 +108,7 @@ def _decided(evidence: Evidence, found: Found) -> Judgement:
             return replace(bare, final=wide, field=field, findings=claimed)
     if final is None:
         return bare
-    final = _a_rig_instead(several, final, case)
+    final = in_the_middle(_a_rig_instead(several, final, case), every, case)
     standings = tuple(standing(k, final, field, case) for k in range(len(final.hypothesis.effects)))
     findings: tuple[Finding, ...] = ()
     if credible(final, case):

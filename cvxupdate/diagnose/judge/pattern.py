@@ -74,7 +74,7 @@ def _damper(further: Further) -> Pattern:
     ]
     whole = float(likely.sum() + nothing)
     line = (
-        f"The damping ratios depart from the file's pattern (sum of squares {further.strain:.3g} "
+        f"The damping ratios depart from {further.known} (sum of squares {further.strain:.3g} "
         f"in units of their usual scatter, {further.modes} modes); {best.effect.title} brings it "
         f"to {best.strain:.3g}."
     )

@@ -47,12 +47,12 @@ def usual(effect: Effect, q: Parameter) -> float:
 
 
 def _deviations(effect: Effect, p: float, deviation: float) -> float:
-    """How many of its deviations a size is from nothing. That of a compliance, by the degree of
-    fixity that it leaves, 1 / (1 + p) (Monforton and Wu 1963); a support that is nearly rigid has
-    no upper limit, and whether it is there the fit without it tells."""
-    if effect.type.unlimited:
-        return np.inf
-    fixity = 1.0 + p if effect.change is not None and effect.change.series else 1.0
+    """How many of its deviations a size is from nothing: of a compliance by the degree of fixity
+    that it leaves, 1 / (1 + p) (Monforton and Wu 1963), of a spring to ground by that which it
+    brings, for a support that is nearly rigid has no upper limit."""
+    change, fixity = effect.change, 1.0
+    if change is not None:
+        fixity = 1.0 + (p if change.series else change.part * p)
     return abs(p) * abs(fixity) / max(deviation, float(np.finfo(float).tiny))
 
 

@@ -28,11 +28,13 @@ ALIKE = 0.5  # MAC of a measured shape with the model's below which they are not
 class OneMode:
     """Of one mode of the model at the reference: measured over modelled frequency, less 1, with its
     deviation; the measured shape less the model's, both scaled to the model's largest entry of 1,
-    and its deviation, for each DOF label."""
+    and its deviation, for each DOF label; the measured damping ratio with its deviation (fractions
+    of critical, NaN where none was)."""
 
     shift: float
     deviation: float
     shape: Mapping[str, tuple[float, float]]
+    damping: tuple[float, float] = (float("nan"), float("nan"))
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,14 @@ class Common:
                 shapes[i], spread[i] = _bent(table, shapes[i], known, int(at), point)
         return replace(table, frequency=f, frequency_std=std, shapes=shapes, shape_std=spread)
 
+    def damping(self, places: Sequence[int]) -> Real:
+        """Damping ratios and their deviations of the modes at some places, (2, places); NaN where
+        the reference has none."""
+        nothing = OneMode(0.0, 0.0, {})
+        return (
+            np.array([self.modes.get(int(at), nothing).damping for at in places]).reshape(-1, 2).T
+        )
+
 
 def common_of(model: Model, tables: Sequence[ModeTable]) -> Common:
     """Of the tables of the reference (deviations stated, the mesh's error taken out) beside a model
@@ -75,7 +85,8 @@ def common_of(model: Model, tables: Sequence[ModeTable]) -> Common:
             shift = float(table.frequency[i] / _own(point, at)) - 1.0
             own = float(table.frequency_std[i] / table.frequency[i])
             deviation = float(np.sqrt(own**2 + REPEATED**2 + (COMMON * shift) ** 2))
-            found[at] = OneMode(shift, deviation, _shape_of(table, i, at, point))
+            zeta = float(table.damping[i]), float(table.damping_std[i])
+            found[at] = OneMode(shift, deviation, _shape_of(table, i, at, point), zeta)
     off = float(np.sqrt(np.mean([m.shift**2 for m in found.values()]))) if found else 0.0
     return Common(found, min(1.0, COMMON + SHAPES_OFF * off))
 

@@ -3,7 +3,9 @@ the ratios of just the modes that it moves.
 
 To first order a mode keeps its shape, and an effect adds φᵀCφ / 2ω + φᵀDφ / 2ω² to its damping
 ratio (Ewins 2000, 2.7). The file's ratios scatter: all of them together, and each by itself
-(`settings.COMMON_DAMPING_STD`, `settings.MODE_DAMPING_STD`).
+(`settings.COMMON_DAMPING_STD`, `settings.MODE_DAMPING_STD`). Beside a reference state the ratios
+measured there take their place, and what scatters is what a test repeated would
+(`settings.COMMON_DAMPING_REPEATED`, `settings.DAMPING_REPEATED`).
 """
 
 from __future__ import annotations
@@ -13,10 +15,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cvxupdate.diagnose.modes.tables import Tables
 from cvxupdate.diagnose.nominal.damping import file_damping
 from cvxupdate.diagnose.results import Damper, Further
 from cvxupdate.diagnose.settings import (
+    COMMON_DAMPING_REPEATED,
     COMMON_DAMPING_STD,
+    DAMPING_REPEATED,
     FEWEST_RATIOS,
     HALVED,
     LAW_RATIOS,
@@ -42,27 +47,32 @@ STEPS = 400  # sizes tried of each effect, up to where it would take the whole o
 
 @dataclass(frozen=True)
 class Ratios:
-    """Measured damping ratios (modes,), their deviations, what the file gives, and the modes:
-    shapes (N, modes), circular frequencies."""
+    """Measured damping ratios (modes,), their deviations, what is known of them beforehand (by the
+    ``file``, or measured at the reference), and the modes: shapes (N, modes), circular frequencies;
+    deviations of log ζ about what is known, of each mode (``own``) and of all together
+    (``common``)."""
 
     measured: Real
     std: Real
     file: Real
     shapes: Real
     omega: Real
+    own: Real | float = MODE_DAMPING_STD
+    common: float = COMMON_DAMPING_STD
 
     @property
     def spread(self) -> Real:
-        """Deviation of the logarithm of each ratio: usual scatter and measurement."""
-        return np.sqrt(MODE_DAMPING_STD**2 + (self.std / self.measured) ** 2)
+        """Deviation of the logarithm of each ratio: usual scatter, measurement, and what the first
+        order in damping leaves of a heavy one, the ratio itself as a part of it."""
+        return np.sqrt(np.square(self.own) + (self.std / self.measured) ** 2 + self.measured**2)
 
     def strain(self, added: Real) -> Real:
         """Squares of the log ratios in units of their scatter, the common shift at its best, when
         ``added`` (sizes, modes) is taken off: (sizes,)."""
         u, w = np.log((self.measured - added) / self.file), 1.0 / self.spread**2
-        common = (u * w).sum(axis=1) / (w.sum() + COMMON_DAMPING_STD**-2)
+        common = (u * w).sum(axis=1) / (w.sum() + self.common**-2)
         return np.asarray(
-            (w * (u - common[:, None]) ** 2).sum(axis=1) + (common / COMMON_DAMPING_STD) ** 2
+            (w * (u - common[:, None]) ** 2).sum(axis=1) + (common / self.common) ** 2
         )
 
     def rate(self, c: ModelChange) -> Real:
@@ -77,40 +87,40 @@ class Ratios:
         return out
 
 
-def ratios_of(point: ModalPoint, original: Model) -> Ratios | None:
-    """The fitted tables' damping ratios beside the model's modes; None where there are too few."""
-    found: list[tuple[float, float, int]] = []
-    for table, places in zip(point.residual.fit, point.places, strict=False):
-        for i, place in enumerate(places.tolist()):
-            zeta, std = float(table.damping[i]), float(table.damping_std[i])
-            if (
-                place >= 0
-                and np.isfinite(zeta)
-                and zeta > 0.0
-                and point.modes.eigenvalues[place] > 0.0
-            ):
-                found.append(
-                    (
-                        zeta,
-                        std if np.isfinite(std) and std > 0.0 else UNSTATED_DAMPING * zeta,
-                        place,
-                    )
-                )
-    if len(found) < FEWEST_RATIOS:
+def ratios_of(point: ModalPoint, original: Model, before: Sequence[Real] = ()) -> Ratios | None:
+    """The fitted tables' damping ratios beside the model's modes; None where there are too few.
+    ``before``: of each table, the ratios at the reference with their deviations, (2, modes), NaN
+    where it has none."""
+    rows: list[Real] = []
+    for k, (table, places) in enumerate(zip(point.residual.fit, point.places, strict=False)):
+        at_reference = before[k] if before else np.full((2, len(places)), np.nan)
+        today = table.damping, _stated(table.damping, table.damping_std)
+        rows.append(np.column_stack([*today, places, at_reference[0], _stated(*at_reference)]))
+    of = np.concatenate(rows) if rows else np.empty((0, 5))
+    there = (of[:, 0] > 0.0) & (of[:, 2] >= 0)  # NaN is neither
+    there[there] = point.modes.eigenvalues[of[there, 2].astype(int)] > 0.0
+    if there.sum() < FEWEST_RATIOS:
         return None
-    at = np.array([place for _, _, place in found])
-    omega = np.sqrt(point.modes.eigenvalues[at])
-    given = file_damping(
-        original,
-        np.sqrt(np.maximum(point.modes.eigenvalues[point.modes.rigid :], 0.0)) / (2.0 * np.pi),
-    )[at - point.modes.rigid]
-    return Ratios(
-        np.array([z for z, _, _ in found]),
-        np.array([s for _, s, _ in found]),
-        given,
-        point.modes.shapes[:, at],
-        omega,
+    zeta, std, _, known, known_std = of[there].T
+    at = of[there, 2].astype(int)
+    flexible = np.maximum(point.modes.eigenvalues[point.modes.rigid :], 0.0)
+    given = file_damping(original, np.sqrt(flexible) / (2.0 * np.pi))[at - point.modes.rigid]
+    omega, shapes = np.sqrt(point.modes.eigenvalues[at]), point.modes.shapes[:, at]
+    measured = known > 0.0
+    if not np.any(measured):
+        return Ratios(zeta, std, given, shapes, omega)
+    relative = np.where(measured, known_std / np.where(measured, known, 1.0), 0.0)
+    own = np.where(
+        measured,
+        np.hypot(DAMPING_REPEATED, relative),
+        np.hypot(MODE_DAMPING_STD, COMMON_DAMPING_STD),
     )
+    known = np.where(measured, known, given)
+    return Ratios(zeta, std, known, shapes, omega, own, COMMON_DAMPING_REPEATED)
+
+
+def _stated(damping: Real, std: Real) -> Real:
+    return np.where(std > 0.0, std, UNSTATED_DAMPING * damping)
 
 
 def needed_drop(places: int, modes: int) -> float:
@@ -127,12 +137,13 @@ def damping_trials(ratios: Ratios, candidates: Sequence[Effect]) -> tuple[float,
     names = [c.physics for c, _ in able]
     out = []
     for c, g in able:
-        most = 0.999 * float(
-            np.min(np.where(g > 0.0, ratios.measured / np.where(g > 0.0, g, 1.0), np.inf))
-        )
+        whole = np.where(g > 0.0, ratios.measured / np.where(g > 0.0, g, 1.0), np.inf)
+        most = min(0.999 * float(np.min(whole)), c.limits[1])
         sizes = most * np.linspace(0.0, 1.0, STEPS + 1)
         strains = ratios.strain(sizes[:, None] * g)
         k = int(np.argmin(strains))
+        if sizes[k] >= c.limits[1]:
+            continue  # it would rather be more than it can be
         if before - strains[k] > max(
             needed_drop(names.count(c.physics), len(ratios.omega)), HALVED * before
         ):
@@ -150,12 +161,14 @@ def damping_trials(ratios: Ratios, candidates: Sequence[Effect]) -> tuple[float,
 
 
 def damping_laws(
-    tables: Sequence[ModeTable], point: ModalPoint, original: Model, effects: Candidates
+    tables: Tables, point: ModalPoint, original: Model, effects: Candidates
 ) -> Further:
     """One rate of decay for all modes of a table, else effects that raise the damping of just the
     modes that they move; ``original`` is the file's model, ``effects(zeta)`` those of damping on
-    the fitted one with a typical damping ratio."""
-    law, ratios = _one_rate(tables), ratios_of(point, original)
+    the fitted one with a typical damping ratio. Beside a reference state a law of all damping that
+    there is says nothing of what changed."""
+    law = Further() if tables.before else _one_rate(tables.fit)
+    ratios = ratios_of(point, original, tables.before)
     if ratios is None:
         return replace(law, alpha=None)
     if law.alpha is not None:
@@ -164,7 +177,10 @@ def damping_laws(
             return law
         law = replace(law, alpha=None)
     strain, dampers = damping_trials(ratios, effects(float(np.median(ratios.file))))
-    return replace(law, strain=strain, modes=len(ratios.omega), dampers=tuple(dampers))
+    from_what = "those of the reference" if tables.before else "the file's pattern"
+    return replace(
+        law, strain=strain, modes=len(ratios.omega), dampers=tuple(dampers), known=from_what
+    )
 
 
 def law_odds(ratios: Ratios) -> float:

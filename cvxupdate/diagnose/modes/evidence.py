@@ -23,6 +23,7 @@ from cvxupdate.diagnose.modes.remains import remains
 from cvxupdate.diagnose.modes.scene import scene
 from cvxupdate.diagnose.modes.setting import ModesSetting, setting_of
 from cvxupdate.diagnose.modes.tables import Tables, chi_square, errors_of, metrics_of, rms
+from cvxupdate.diagnose.modes.tuned import tuned
 from cvxupdate.diagnose.nominal.mesh import MeshError, mesh_line
 from cvxupdate.diagnose.nominal.refinement import Mesh, mesh_lines, mesh_notes
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
@@ -147,7 +148,7 @@ class ModesEvidence(Linear):
         heavy = tuple(dict.fromkeys(c.label for c in channels if c.quantity == "acceleration"))
         own = elements_of(self.file or self.model)
         told = (top, bottom, (), held, released, zeta, heavy)
-        return SearchContext(model, m.K, m.M, *told, own=own)
+        return SearchContext(model, m.K, m.M, *told, own=own, undamped=True)
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""
@@ -205,6 +206,7 @@ class ModesEvidence(Linear):
             for k, (left, size) in scan(around, effects).items()
             if around.total > 0.0
         ]
+        scores += tuned(around, effects, float(model.total_mass()))
         far = not placed and self.errors(parent).fit > FAR_OFF
         return FiniteSize(scores, whole_members(parent, effects, self._space) if far else [])
 
@@ -248,7 +250,7 @@ class ModesEvidence(Linear):
             context = self._context(point.residual.model, zeta)
             return candidates_of(context, self.damping, RATIOS)
 
-        return damping_laws(self.tables.fit, point, self.original, effects)
+        return damping_laws(self.tables, point, self.original, effects)
 
     def left(self, errors: Errors) -> str:
         """In words."""

@@ -73,7 +73,8 @@ def _elsewhere(
         other = e.action
         if e.physics != physics or not isinstance(other, NonlinearForce):
             continue
-        if (other.law, other.sides) != (own.law, own.sides) or set(other.rows) == set(own.rows):
+        forms = [(a.law, a.names, a.sides) for a in (own, other)]
+        if forms[0] != forms[1] or set(other.rows) == set(own.rows):
             continue
         cosine = float(here @ bent(other))
         one_sided = own.law == "clearance" and own.sides == "one"

@@ -12,6 +12,7 @@ from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.motion.runs import Run
 from cvxupdate.diagnose.responses.signals import Complex, Signal
 from cvxupdate.diagnose.settings import TELLING
+from cvxupdate.errors import ModelError
 from cvxupdate.physics.units import quantity
 
 LOUDER = (0.25, 0.5, 1.0, 2.0, 4.0)  # times the loudest run that was fitted
@@ -33,10 +34,14 @@ class Apart:
 
 def apart(a: Fit, b: Fit, run: Run, signals: Sequence[Signal]) -> Apart:
     """Of two fits with internal forces, by simulation under the force of a run and multiples of it;
-    ``signals`` are those of the run."""
+    ``signals`` are those of the run. Levels at which springs soften until nothing holds one of the
+    two are no advice."""
     tried = []
     for factor in LOUDER:
-        ours, theirs = (_foretold(f, run, signals, factor) for f in (a, b))
+        try:
+            ours, theirs = (_foretold(f, run, signals, factor) for f in (a, b))
+        except ModelError:
+            break
         off = [np.abs(x - y)[:, :, 0] for x, y in zip(ours, theirs, strict=True)]
         whole = sum(float(np.sum(np.abs(x) ** 2)) for x in (*ours, *theirs)) / 2.0
         size = float(np.sqrt(sum(float(np.sum(d**2)) for d in off) / max(whole, 1e-300)))

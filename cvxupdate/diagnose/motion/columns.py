@@ -24,6 +24,7 @@ from cvxupdate.diagnose.types import Key, Score
 from cvxupdate.forces import (
     contact_columns,
     cubic_column,
+    even_column,
     friction_column,
     jenkins_columns,
     quadratic_column,
@@ -215,7 +216,7 @@ def _family(
     def law(sizes: Real) -> Column:
         match action.law:
             case "cubic":
-                return lambda x, v: cubic_column(x)
+                return lambda x, v: (even_column if "even" in action.names else cubic_column)(x)
             case "quadratic":
                 return lambda x, v: quadratic_column(v)
             case "friction":

@@ -6,9 +6,10 @@ f = law(x⁰ − c f, v⁰ − d f), where x⁰ and v⁰ are what the motion wou
 c, d what a unit of them does to it within the step. With one place that is a scalar equation, so
 contact and stick need no smoothing: friction holds where |v⁰| ≤ d F, with the force v⁰ / d (the
 set-valued law, Moreau 1988). A change of `cvxupdate.forces.scalar` needs a change here, too: the
-machine code kept beside this module has those laws in it. Only the places of the internal forces
-are computed: what sensors say follows from the forces by receptances. `cvxupdate.simulate` follows
-one model to a tolerance; this follows thirty variants at fixed steps, for derivatives.
+machine code kept beside this module has those laws in it (last: x² beside x³). Only the places of
+the internal forces are computed: what sensors say follows from the forces by receptances.
+`cvxupdate.simulate` follows one model to a tolerance; this follows thirty variants at fixed steps,
+for derivatives.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ import numpy as np
 
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.responses.signals import Complex, Real
+from cvxupdate.diagnose.settings import OSCILLATOR_MASSES
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.synthesis.pieces import Receptances, Response
 from cvxupdate.fe.synthesis.products import times
@@ -21,7 +22,6 @@ from cvxupdate.physics.low_rank import DIRECTIONS, LowRank
 REACH = (0.2, 10.0)
 # ratio of two sizes, as narrow as a resonance is on the widest lines; how many at most
 STEP, MOST = 1.5, 48
-MASSES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.2)  # of hidden oscillators, of the structure's
 GIVEN = (0.1, 0.3, 0.6, 0.9, 0.97)  # how far what is joined rigidly gives way
 
 
@@ -94,7 +94,7 @@ class Few:
     def sizes(self, effect: Effect, change: LowRank) -> Real:
         """Sizes to try, in order."""
         if isinstance(effect.action, HiddenOscillator):
-            return self.heavy * np.array(MASSES)
+            return self.heavy * np.array(OSCILLATOR_MASSES)
         s = self.point.responses[0].signal.s
         diagonal = np.einsum("sii,i->si", self._at(change, self.modal[0]), change.weights)
         own = np.abs(change.f(s)[:, None] * diagonal).max(axis=1)

@@ -19,11 +19,12 @@ from typing import Protocol
 
 import numpy as np
 
-from cvxupdate.diagnose.responses.few import MASSES, Few, Tunings
+from cvxupdate.diagnose.responses.few import Few, Tunings
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.screen.sizes import FINER, best_size, between
+from cvxupdate.diagnose.settings import OSCILLATOR_MASSES
 from cvxupdate.diagnose.types import Score, Seed
 from cvxupdate.errors import ModelError
 from cvxupdate.physics.effect import HiddenOscillator
@@ -120,7 +121,7 @@ def _tuned(few: Few, scores: Sequence[Score], left: Measure) -> list[Score]:
             at.setdefault(score.effect.action.row, []).append(score)
     if sum(map(len, at.values())) <= OSCILLATORS:
         return list(scores)
-    sizes = few.heavy * np.array(MASSES)
+    sizes = few.heavy * np.array(OSCILLATOR_MASSES)
     found: list[tuple[float, int]] = []
     for group in at.values():
         changes = [lr for score in group if (lr := low_rank(score.effect)) is not None]

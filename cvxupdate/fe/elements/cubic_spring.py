@@ -20,6 +20,9 @@ class CubicSpringRow(AlongRow):
 
     k3: float = Field(description="coefficient of x³, below 0 softening [N/m³]")
     k2: float = Field(default=0.0, description="coefficient of x·abs(x) [N/m²]")
+    even: float = Field(
+        default=0.0, description="coefficient of x²: stiffer one way, softer the other [N/m²]"
+    )
 
 
 class CubicSpringBlock(AlongBlock):
@@ -33,16 +36,17 @@ class CubicSpringBlock(AlongBlock):
 
 
 def _laws(kind: Any, p: Mapping[str, Real]) -> Laws:
-    return cubic(p["k3"], p["k2"])
+    return cubic(p["k3"], p["k2"], p["even"])
 
 
 @dataclass(frozen=True)
 class CubicSpring(Along):
-    """Force k3 x³ + k2 x|x| along ``dof`` (Worden and Tomlinson 2001, section 2.2)."""
+    """Force k3 x³ + k2 x|x| + even x² along ``dof`` (Worden and Tomlinson 2001, section 2.2)."""
 
     name: str = "cubic_spring"
     properties: tuple[str, ...] = (
         "k3",
         "k2",
+        "even",
     )
     text: ClassVar[ElementText] = ElementText(CubicSpringBlock, changes=(), law=_laws)

@@ -64,6 +64,16 @@ def test_a_compliance_may_be_as_large_as_it_can() -> None:
     assert not sound(supposed(FIT, joint, size=-1.0))
 
 
+@pytest.mark.parametrize(("part", "there"), [(0.02, False), (10.0, True)])
+def test_a_spring_may_be_nearly_rigid_but_not_nearly_nothing(part: float, there: bool) -> None:
+    """Both as large as their deviations: a roller five times as stiff as its place is there, "210 ±
+    210 N·m/rad" of a soft spring is nothing."""
+    spring = effect()
+    assert spring.change is not None
+    spring = replace(spring, action=replace(spring.change, part=part))
+    assert sound(supposed(FIT, spring, size=0.5, std=0.5)) is there
+
+
 def test_every_effect_counts() -> None:
     a, b = effect(), effect(nodes=(2,))
     h = supposed(FIT, a, b)

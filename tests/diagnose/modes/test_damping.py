@@ -3,6 +3,8 @@ a lossy spring, against what the pattern says."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import eig, eigh
@@ -140,3 +142,20 @@ def test_scattered_ratios_are_called_a_law_once_in_a_hundred_times(scatter):
         told += law == "constant decay rate"
         both += law == "constant decay rate" and law_odds(of(zeta)) >= STATED
     assert both < 0.01 * 2000 < 0.03 * 2000 < told
+
+
+def test_no_effect_is_told_at_more_than_it_can_be(chain, lab):
+    """A loss factor is below one: ratios that a spring's share of strain energy would need more for
+    are not its."""
+    heavy = np.array([0.01, 0.6, 0.01, 0.01])
+    base = ratios(lab(), np.zeros((4, 4)), np.zeros((4, 4)))
+    _, trials = found(chain, replace(base, measured=heavy, std=0.02 * heavy))
+    assert all(0.0 < t.size < t.effect.limits[1] for t in trials)
+
+
+def test_heavy_damping_tells_less_than_light(chain, lab):
+    base = ratios(lab(), np.zeros((4, 4)), np.zeros((4, 4)))
+    light, heavy = (
+        replace(base, measured=z * np.ones(4), std=1e-3 * np.ones(4)) for z in (0.01, 0.5)
+    )
+    assert np.all(heavy.spread > 0.5) and np.all(light.spread < 1.1 * light.own)

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import eig
 
-from cvxupdate.diagnose.modes.tables import Tables, chi_square, prepared
+from cvxupdate.diagnose.modes.tables import Tables, _widened, chi_square, prepared
 from cvxupdate.diagnose.nominal.mesh import mesh_error
 from cvxupdate.diagnose.settings import FREQUENCY_DISCREPANCY
 from cvxupdate.fe.build import build_model
@@ -80,3 +81,38 @@ def test_chi_square_is_that_of_the_tables():
         for level in (0.95, 0.99)
         for n in (1, 2, 13, 400)
     )
+
+
+def damped(lab, c):
+    """(|s| / 2π, ratios) of the lab's chain with a dashpot of ``c`` at its end."""
+    C = np.diag([0.0, 0.0, 0.0, c])
+    zero, one = np.zeros((4, 4)), np.eye(4)
+    a = np.block([[zero, one], [-lab.K, -C]])
+    s = eig(a, np.block([[one, zero], [zero, lab.M]]), right=False)
+    s = s[s.imag > 0][np.argsort(s.imag[s.imag > 0])]
+    return np.abs(s) / (2.0 * np.pi), -s.real / np.abs(s)
+
+
+def test_a_dashpot_moves_undamped_frequencies_to_second_order_and_they_count_so_much_less(lab):
+    chain = lab()
+    bare, _ = damped(chain, 0.0)
+    (one, _), (two, heavy) = damped(chain, 30.0), damped(chain, 60.0)
+    ratio = (two / bare - 1.0) / (one / bare - 1.0)
+    assert ratio == pytest.approx(4.0, rel=0.1)
+    assert np.abs(two / bare - 1.0).max() < 3.0 * heavy.max() ** 2
+    nothing = np.full(4, np.nan)
+    table = ModeTable(
+        Origin("t", "t", "fit"),
+        two,
+        1e-3 * two,
+        heavy,
+        0.1 * heavy,
+        (),
+        None,
+        None,
+        np.arange(1, 5),
+    )
+    wide = _widened(table, (np.zeros(4), 0.0), np.zeros(4)).frequency_std / two
+    np.testing.assert_allclose(wide**2, 1e-6 + heavy**4)
+    plain = _widened(replace(table, damping=nothing), (np.zeros(4), 0.0), np.zeros(4))
+    np.testing.assert_allclose(plain.frequency_std, 1e-3 * two)

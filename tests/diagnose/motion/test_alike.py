@@ -10,6 +10,7 @@ from cvxupdate.diagnose.motion.alike import alike, as_one, kin
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.cubic_stiffness import EVEN
 from cvxupdate.physics.effect import MOTION
 from tests.cases.elements import build
 
@@ -51,6 +52,13 @@ def test_laws_on_what_moves_as_one_are_alike(point) -> None:
     near = alike(point, at(effects, 4), effects)
     assert {e.place.nodes for e in near[:2]} == {(5,), (6,)}
     assert not {(1,), (4,)} & {e.place.nodes for e in near}
+
+
+def test_a_force_in_the_square_is_not_alike_to_one_in_the_cube(point) -> None:
+    effects = laws(point, "cubic_stiffness")
+    square = next(e for e in effects if e.place.nodes == (4,) and e.figures[0].name == EVEN)
+    for near in (alike(point, square, effects), as_one(point, square, effects)):
+        assert near and {e.figures[0].name for e in near} == {EVEN}
 
 
 def test_what_no_recording_tells_apart_is_one(point) -> None:

@@ -11,6 +11,7 @@ from cvxupdate.diagnose.gather import gathered, in_simulation
 from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from
 from cvxupdate.diagnose.motion.apart import LOUDER, Apart, apart, next_measurement, told
 from cvxupdate.diagnose.types import Score
+from cvxupdate.errors import ModelError
 from cvxupdate.study import open_problem
 from tests.cases.shaken import FREQUENCIES
 from tests.diagnose.motion.test_drift import problem
@@ -56,6 +57,40 @@ def test_friction_is_told_at_the_lowest_level(evidence) -> None:
     own = [s for s in evidence.stages[-1] if s.name == run.name]
     none = fit(evidence, "dry_friction", 1, 1e-6)
     assert apart(rubbing, none, run, own).factor == min(LOUDER)
+
+
+def test_no_level_is_advised_at_which_nothing_holds_the_model(evidence) -> None:
+    """Springs that soften let go somewhere above the levels that were recorded."""
+    run = max(evidence.runs.values(), key=lambda r: r.level)
+    own = [s for s in evidence.stages[-1] if s.name == run.name]
+    none = fit(evidence, "cubic_stiffness", 1, 1e-3)
+    holds, size = None, -1e6
+    while holds is None:  # as soft as the loudest run allows
+        try:
+            holds = fit(evidence, "cubic_stiffness", 1, size)
+        except ModelError:
+            size /= 2.0
+    found = apart(holds, none, run, own)
+    assert found.factor < max(LOUDER) and np.isfinite(found.difference)
+
+
+def test_there_is_no_derivative_where_a_model_only_just_holds(evidence) -> None:
+    """Softer by a step of the differences it lets go: told as that, and no number."""
+    holds, gone = 0.0, -1e7
+    for _ in range(16):
+        middle = 0.5 * (holds + gone)
+        try:
+            fit(evidence, "cubic_stiffness", 1, middle)
+            holds = middle
+        except ModelError:
+            gone = middle
+    point = fit(evidence, "cubic_stiffness", 1, holds).point
+    try:
+        rows = point.system().A
+    except ModelError as error:
+        rows = np.zeros(1)
+        assert "beyond all bounds" in str(error)
+    assert np.all(np.isfinite(rows))
 
 
 def test_words() -> None:

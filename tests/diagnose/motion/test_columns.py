@@ -10,6 +10,7 @@ import pytest
 from cvxupdate.diagnose.motion import columns
 from cvxupdate.diagnose.motion.columns import CLOSER_EACH, LawScores, _family, _worth_it, nothing
 from cvxupdate.diagnose.types import Score
+from cvxupdate.physics.cubic_stiffness import EVEN
 from cvxupdate.physics.internal_force import NonlinearForce
 from tests.cases.plain_evidence import effect
 
@@ -72,6 +73,19 @@ def test_many_sizes_at_once_are_those_one_by_one(law: str, sides: str, side: int
     assert whole.shape == (400, len(sizes)) and np.any(whole[:, 0] != 0.0)
     for k, size in enumerate(sizes):
         np.testing.assert_allclose(whole[:, [k]], family(np.array([size]))(*motion[0]))
+
+
+def test_a_force_in_the_square_is_a_candidate_of_its_own() -> None:
+    """At every place, beside that in the cube: one of them pushes the same way on both sides."""
+    t = np.linspace(0.0, 1.0, 400)
+    motion = [(0.01 * np.sin(9.0 * t) * t, 0.02 * np.cos(7.0 * t) * t)]
+    cube, square = (
+        _family(NonlinearForce("cubic", (0,), (name,), (False,)), motion)[0](np.ones(1))
+        for name in ("k3", EVEN)
+    )
+    x = motion[0][0]
+    np.testing.assert_allclose(cube(*motion[0])[:, 0], x**3)
+    np.testing.assert_allclose(square(*motion[0])[:, 0], x**2)
 
 
 def test_a_finer_grid_is_for_the_best_of_each_type() -> None:

@@ -24,7 +24,7 @@ from cvxupdate.fe.modes import model_modes
 from cvxupdate.fe.responses import matrices_with_damping
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.attached_resonator import attach
-from cvxupdate.physics.effect import Effect, plant
+from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.fault import Fault
 from cvxupdate.physics.growth import Wanted, append_parameters
 from cvxupdate.recordings.corrections import corrected
@@ -141,7 +141,7 @@ def test_every_effect_at_every_place_is_written(tmp_path: Path, structure: str, 
         c.name: c for c in found
     }.values()  # a hidden oscillator has one candidate for each tuning
     for candidate in list(few)[:: max(1, len(few) // 12)]:
-        model = plant(candidate, base, np.array([0.07, 0.0, 0.0]), 1.0).model
+        model = candidate.action.plant(candidate, base, np.array([0.07, 0.0, 0.0]), 1.0).model
         p = values_for(candidate, model)
         again, rebuilt = written(tmp_path, spec, model, p)
         wanted = receptance(model, LABELS[structure], p)

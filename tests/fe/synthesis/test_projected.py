@@ -14,7 +14,6 @@ from cvxupdate.fe.synthesis.projected import grown, projected
 from cvxupdate.fe.synthesis.space import space_of
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
-from cvxupdate.physics.effect import plant
 from cvxupdate.physics.growth import append_parameters, limited
 from tests.cases.fine_plate import Plate, real
 
@@ -71,7 +70,7 @@ def test_of_a_model_with_an_effect(plate):
     assert {KINDS[k] for k in plate.dof_kind if k < 6} == {"z", "rx", "ry"}
     seen = 0
     for effect in effects_on(plate):
-        model = plant(effect, plate, np.zeros(effect.count), 1.0).model
+        model = effect.action.plant(effect, plate, np.zeros(effect.count), 1.0).model
         new = root.grown(model, range(len(plate.parameters), len(model.parameters)))
         assert new is not None
         assert not new.projected.still  # grown, not made anew
