@@ -21,7 +21,7 @@ from cvxupdate.errors import RecordingError
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.shape_forms import held_entry
-from cvxupdate.residual.shape_gradients import ShapeRow
+from cvxupdate.residual.shape_gradients import Compared, ShapeRow
 from cvxupdate.residual.shape_rows import Index
 
 LEAST = 1e-10  # eigenvalue of the rows' correlations below which a combination is known exactly
@@ -168,3 +168,32 @@ def _least(V: Real) -> float:
     """The least eigenvalue of the correlations of a covariance; 0 where a variance is."""
     std = np.sqrt(np.maximum(np.diag(V), 0.0))
     return float(np.linalg.eigvalsh(V / np.outer(std, std))[0]) if np.all(std > 0.0) else 0.0
+
+
+def joined(
+    joints: Sequence[Joint],
+    form: Compared,
+    shapes: Sequence[ShapeRow],
+    seen: Sequence[Real],
+    rows: Sequence[Real],
+    values: Real,
+) -> Real:
+    """The derivative (rows, n) of all rows, those of ``joints`` combined; of none, ``rows`` as they
+    are.
+
+    ``rows`` are the derivatives of the eigenvalues and then, entry by entry, of the ``shapes`` that
+    the model has as ``seen`` at their sensors; ``values`` are the rows before they are combined.
+    """
+    if not joints:
+        return np.vstack(rows)
+    first = len(rows) - len(shapes)
+    rates = rows[first:]
+    plain = [
+        form.derivative(phi, s.measured, s.std) @ rate
+        for s, phi, rate in zip(shapes, seen, rates, strict=True)
+    ]
+    A = np.vstack([*rows[:first], *plain])
+    out = A.copy()
+    for joint in joints:
+        out[joint.at] = joint.derivative(A, values, seen, rates)
+    return out

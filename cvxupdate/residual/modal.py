@@ -8,13 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from cvxupdate.errors import InputError, ModelError
+from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.eigen import derivatives_of, splitting
-from cvxupdate.residual.modal_point import ModalPoint, ModalResidual, scaled_derivative
+from cvxupdate.residual.modal_point import ModalPoint, ModalResidual
 from cvxupdate.residual.pairing import MARGIN, pairing_modes, start_pairing, used_places
 from cvxupdate.residual.repeated import clusters, oriented, turned
+from cvxupdate.residual.shape_forms import ModalScale
 from cvxupdate.residual.shape_rows import Index, shape_entries, visible
 
 __all__ = ["ModalPoint", "ModalResidual", "modal_residual", "scaled_derivative"]
@@ -97,3 +99,8 @@ def _unseen(
             if at >= 0 and len(rows) and not visible(modes.shapes[:, [at]], rows)[0]:
                 out.add((k, i))
     return frozenset(out)
+
+
+def scaled_derivative(phi: Real, d: Real, x: Real, std: Real) -> Real:
+    """∂(q φ)/∂p of the modal scale form for ∂φ/∂p = ``d``, (sensors, parameters)."""
+    return np.asarray(ModalScale().derivative(phi, x, std) @ d)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from cvxupdate.fe.model import Matrices, Model
 from cvxupdate.fe.modes import DENSE, Modes, model_modes, natural_modes
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.contraction import constant
-from cvxupdate.residual.correlated import Joint, joints
+from cvxupdate.residual.correlated import Joint, joined, joints
 from cvxupdate.residual.derivatives import Derivatives, derivatives_of, stacked
 from cvxupdate.residual.eigen import eigenvalue_derivatives
 from cvxupdate.residual.exact_modal import exact_rows
@@ -23,7 +24,7 @@ from cvxupdate.residual.misfit import least_misfit
 from cvxupdate.residual.modal_rows import Rows, eigenvalue_rows, measured_shapes, rows_of_shapes
 from cvxupdate.residual.pairing import Start, highest_of, used_places
 from cvxupdate.residual.repeated import aligned
-from cvxupdate.residual.shape_forms import FORMS, ModalScale
+from cvxupdate.residual.shape_forms import FORMS
 from cvxupdate.residual.shape_gradients import Compared, Entries, ShapeRow, shape_gradients
 from cvxupdate.residual.shape_rows import Index
 from cvxupdate.system import LinearSystem
@@ -70,6 +71,17 @@ class ModalResidual:
         """Whether no parameter moves the mass matrix."""
         moved = derivatives_of(self.model, self.model.zero()).terms
         return not any(t.matrix == "M" for t in moved)
+
+    def changed(self, **fields: Any) -> ModalResidual:
+        """With other ``fields`` than model and tables: what depends on these stays worked out."""
+        other, kept = replace(self, **fields), ("constant_mass", "_everywhere", "shape_table")
+        other.__dict__.update({k: v for k, v in self.__dict__.items() if k in kept})
+        return other
+
+    @property
+    def reducible(self) -> bool:
+        """Whether a small model may stand for it: K linear in p, M constant."""
+        return self._continues and self._everywhere is not None
 
     @cached_property
     def _everywhere(self) -> Derivatives | None:
@@ -118,20 +130,17 @@ class ModalResidual:
         """
         p = np.asarray(p, dtype=float)
         m = self.model.matrices(p)
-        first, places = (
-            (self.start.modes, self.start.places)
-            if before is None
-            else (before.modes, before.places)
-        )
+        known = self.start if before is None else before
+        first, places = known.modes, known.places
         begin, highest = first, highest_of(places)
         for _ in range(2):  # again where one went among the modes that had not converged
             modes, found = self._modes(p, m, begin, highest)
-            point = self._paired(p, m, modes, first, places)
+            point = self.paired_at(p, m, modes, first, places)
             highest = highest_of(point.places)
             if found is None or highest < found.exact:
                 return replace(point, solved=found)
             begin = found.modes
-        return self._paired(p, m, self._anew(p, m), first, places)
+        return self.paired_at(p, m, self._anew(p, m), first, places)
 
     def _modes(
         self, p: Real, m: Matrices, first: Modes, highest: int
@@ -157,7 +166,7 @@ class ModalResidual:
             return natural_modes(m.K, m.M, self.count, np.zeros((self.model.size, 0)))
         return model_modes(self.model, self.count, p, m)
 
-    def _paired(
+    def paired_at(
         self, p: Real, m: Matrices, modes: Modes, first: Modes, places: Sequence[Index]
     ) -> ModalPoint:
         """The point with every measured mode found again among ``modes``."""
@@ -167,7 +176,7 @@ class ModalResidual:
         )  # a fitted mode that was measured again goes with it
         modes = aligned(modes, m, first.shapes[:, np.concatenate([fitted, scored])])
         went = {-1: -1}
-        for used in (fitted, scored):
+        for used in (fitted, scored) if len(scored) else (fitted,):
             found = follow(
                 first.shapes[:, used],
                 m.M,
@@ -239,25 +248,20 @@ class ModalPoint:
 
     def system(self) -> LinearSystem:
         """Linearised at this point: A p − b ≈ model(p) − measured."""
-        values, weights, labels = self.differences
-        A = self._joined_rows() if self.joints else np.vstack(self._rows(FORMS[self.residual.form]))
+        (values, weights, labels), rows = self.differences, self._linear[0]
+        form, raw = FORMS[self.residual.form], self.separate[0]
+        A = joined(self.joints, form, self._shapes, self._seen, rows, raw)
         columns = tuple(q.name for q in self.residual.model.parameters)
         return LinearSystem(A, A @ self.p - values, weights, columns, labels)
 
-    def _joined_rows(self) -> Real:
-        """The derivative of `differences` where some errors are correlated."""
-        rows = self._rows(Entries())
-        first = len(rows) - len(self._shapes)
-        form, rates = FORMS[self.residual.form], rows[first:]
-        plain = [
-            form.derivative(phi, s.measured, s.std) @ rate
-            for s, phi, rate in zip(self._shapes, self._seen, rates, strict=True)
-        ]
-        A = np.vstack([*rows[:first], *plain])
-        out = A.copy()
-        for joint in self.joints:
-            out[joint.at] = joint.derivative(A, self.separate[0], self._seen, rates)
-        return out
+    @cached_property
+    def _linear(self) -> tuple[list[Real], list[Real]]:
+        return self._rows(Entries() if self.joints else FORMS[self.residual.form])
+
+    @property
+    def solutions(self) -> list[Real]:
+        """What the derivatives of the shapes were solved for, each (N, k)."""
+        return self._linear[1]
 
     @property
     def paired(self) -> Index:
@@ -267,18 +271,19 @@ class ModalPoint:
             dtype=np.int64,
         )
 
-    def _rows(self, form: Compared) -> list[Real]:
-        """The derivatives of the eigenvalues, and those of every shape in ``form``."""
+    def _rows(self, form: Compared) -> tuple[list[Real], list[Real]]:
+        """∂ of the eigenvalues and of every shape in ``form``; what the latter were solved for."""
         r = self.residual
         if r.model.exact:
-            return exact_rows(r.model, self.p, self.modes, self.paired, form, self._shapes)
+            return exact_rows(r.model, self.p, self.modes, self.paired, form, self._shapes), []
         derivatives, at = r.derivatives(self.p), self.paired
         values, shapes = self.modes.eigenvalues[at], self.modes.shapes[:, at]
         rows = [eigenvalue_derivatives(values, shapes, derivatives)]
-        if r.shapes:
-            every = (self._shapes, self.modes, self.matrices, derivatives, self.solved)
-            rows += shape_gradients(form, *every)
-        return rows
+        if not r.shapes:
+            return rows, []
+        every = (self._shapes, self.modes, self.matrices, derivatives, self.solved)
+        shaped, solutions = shape_gradients(form, *every)
+        return rows + shaped, solutions
 
     def compared_shapes(self) -> list[ShapeRow]:
         """Every shape that is fitted, with deviation 0 where an entry is fixed by normalisation."""
@@ -293,8 +298,3 @@ class ModalPoint:
             for s in self.compared_shapes()
             for on in [s.std > 0.0]
         ]
-
-
-def scaled_derivative(phi: Real, d: Real, x: Real, std: Real) -> Real:
-    """∂(q φ)/∂p of the modal scale form for ∂φ/∂p = ``d``, (sensors, parameters)."""
-    return np.asarray(ModalScale().derivative(phi, x, std) @ d)

@@ -66,8 +66,9 @@ def shape_gradients(
     m: Matrices,
     derivatives: Derivatives,
     solved: Continued | None,
-) -> list[Real]:
-    """∂values/∂p of every shape, each (rows, parameters).
+) -> tuple[list[Real], list[Real]]:
+    """∂values/∂p of every shape, each (rows, parameters), and what was solved for: adjoint shapes,
+    or the derivatives of the shape, each (N, k).
 
     The adjoint form (a right-hand side for each row) where a shape has fewer rows than there are
     parameters, else Nelson's own (one for each parameter); with the factors of K that found the
@@ -84,7 +85,7 @@ def shape_gradients(
     ]
     few = [len(g) <= min(FEW, derivatives.count) for g in gradients]
     shared = _shared(shapes, gradients, few, modes, solved)
-    out = []
+    out, solutions = [], []
     for k, (s, gradient) in enumerate(zip(shapes, gradients, strict=True)):
         lam, phi = float(modes.eigenvalues[s.place]), modes.shapes[:, s.place]
         mates = next((at[at != s.place] for at in together if s.place in at), None)
@@ -93,11 +94,13 @@ def shape_gradients(
             g = _spread(gradient, s.sensors, len(phi))
             y = shared[k] if k in shared else adjoint_shapes(m, lam, phi, g, others)
             out.append(functional_derivatives(lam, phi, g, y, derivatives))
+            solutions.append(y)
         else:
             solve = _own(m, lam, phi, others)
             moved = shape_motion(modes, s.place, solve, m, derivatives)
             out.append(np.asarray(gradient @ moved[s.sensors]))
-    return out
+            solutions.append(moved)
+    return out, solutions
 
 
 def _own(m: Matrices, lam: float, phi: Real, others: Real | None) -> Callable[[Real], Real]:

@@ -15,10 +15,11 @@ from cvxupdate.residual.modal import ModalPoint, ModalResidual, modal_residual
 from cvxupdate.residual.shape_rows import Index
 from cvxupdate.spec import Spec
 from cvxupdate.system import Array
+from cvxupdate.update.ahead import Ahead
 from cvxupdate.update.classical import Asked, asked_of, fit_classical
 from cvxupdate.update.measured_modes import modal_tables
 from cvxupdate.update.minimum_variance import minimum_variance
-from cvxupdate.update.modal_loop import released, shapes_first, with_pairing
+from cvxupdate.update.modal_loop import LOWER, MET, released, shapes_first, with_pairing
 from cvxupdate.update.outcome import outside
 from cvxupdate.update.parts import loop_options, solver_choice, step_problem
 from cvxupdate.update.starts import StartEnd, timed
@@ -91,13 +92,21 @@ class ModalFit:
                 progress,
             )
         first = shapes_first if self.shapes_first else with_pairing
-        loop, notes = first(self.residual, self.problem, self.choice, self.options, p0, progress)
+        options = self.options
+        if self.residual.reducible:
+            options = replace(options, met=MET, ahead=Ahead(options.radius))
+        loop, notes = first(self.residual, self.problem, self.choice, options, p0, progress)
         if not self.release:
             return loop, notes
         parameters = self.residual.model.parameters
 
-        def again(p: Array) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
-            return with_pairing(self.residual, loop.problem, self.choice, self.options, p, progress)
+        def again(
+            p: Array, end: LoopResult[ModalPoint]
+        ) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
+            # without going ahead: the small model, near exact, would take the same way back
+            below = objective_at(end.problem, end.point) * (1.0 - LOWER)
+            back = replace(options, ahead=None, known=tuple(end.point.p.tolist()), below=below)
+            return with_pairing(self.residual, end.problem, self.choice, back, p, progress)
 
         best, more = released(
             again,

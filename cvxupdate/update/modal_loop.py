@@ -17,8 +17,11 @@ from cvxupdate.system import Array
 from cvxupdate.update.trust_region import Iteration, LoopResult, Options, iterate, objective_at
 
 REPAIRINGS = 5  # how often the loop may go on with another pairing
-# The shapes alone are fitted only to find the way: that far, and for so many iterations.
-ROUGHLY, FIRST = 1e-2, 10
+# The shapes alone are fitted only to find the way: that far (decrease of the objective; fraction of
+# the deviations), and for so many iterations, each of which may be several of `update.ahead`.
+ROUGHLY, FIRST = 1e-2, 5
+# Rows are known that well, as fractions of deviations of a percent or so (`fe.continued.EXACT`).
+MET = 1e-5
 RELEASES = 2  # how often parameters on their bounds are released
 LOWER = 1e-4  # relative decrease of the objective by which another minimum is one
 ON_BOUND = 1e-4  # of the distance between the bounds
@@ -41,19 +44,20 @@ def shapes_first(
     rough = replace(
         options,
         tolerance=max(ROUGHLY, options.tolerance),
+        met=ROUGHLY,
         max_iterations=min(FIRST, options.max_iterations),
     )
-    first = iterate(replace(residual, only_shapes=True), problem, choice, rough, p0, progress)
+    first = iterate(residual.changed(only_shapes=True), problem, choice, rough, p0, progress)
     if first.status == "infeasible":
         return first, ()
-    there = replace(
-        residual,
+    there = residual.changed(
         start=replace(residual.start, modes=first.point.modes, places=first.point.places),
     )
-    loop, notes = with_pairing(there, first.problem, choice, options, first.point.p, progress)
+    begin = replace(first.point, residual=there)
+    loop, notes = with_pairing(there, first.problem, choice, options, begin.p, progress, begin)
     done = len(first.history)
     history = (*first.history, *(replace(h, number=done + h.number) for h in loop.history))
-    start = residual.evaluate(p0)
+    start = replace(first.start, residual=residual)
     said = (
         f"Iterations 1 to {done} fitted the shapes alone, so their objectives do not compare with "
         "those after them.",
@@ -63,7 +67,7 @@ def shapes_first(
 
 
 def released(
-    run: Callable[[Array], tuple[LoopResult[ModalPoint], tuple[str, ...]]],
+    run: Callable[[Array, LoopResult[ModalPoint]], tuple[LoopResult[ModalPoint], tuple[str, ...]]],
     loop: LoopResult[ModalPoint],
     lower: Array,
     upper: Array,
@@ -87,7 +91,7 @@ def released(
         amid = np.where(np.isfinite(upper - lower), (lower + upper) / 2.0, 0.5 * p)
         for to in (0.5 * p, amid):
             try:
-                again, more = run(np.where(held, to, p))
+                again, more = run(np.where(held, to, p), loop)
             except ModelError:
                 continue
             after = objective_at(loop.problem, again.point)
@@ -113,6 +117,7 @@ def with_pairing(
     options: Options,
     p0: Array,
     progress: Callable[[Iteration], None] | None = None,
+    begin: ModalPoint | None = None,
 ) -> tuple[LoopResult[ModalPoint], tuple[str, ...]]:
     """`iterate`, and again from its end where another pairing by frequency fits the updated model
     better: (one loop with the whole history, notes).
@@ -120,7 +125,7 @@ def with_pairing(
     At most `REPAIRINGS` times, within the iterations that are left. The start is the initial model
     in the final pairing.
     """
-    loop = iterate(residual, problem, choice, options, p0, progress)
+    loop = iterate(residual, problem, choice, options, p0, progress, begin=begin)
     notes: list[str] = []
     while (
         loop.status == "converged"
@@ -138,7 +143,7 @@ def with_pairing(
             break
         chain = loop.history
         again = iterate(
-            replace(residual, start=other),
+            residual.changed(start=other),
             loop.problem,
             choice,
             replace(options, max_iterations=options.max_iterations - len(chain)),

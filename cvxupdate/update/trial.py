@@ -70,11 +70,13 @@ def objective_at(problem: StepProblem, point: Point, present: Array | None = Non
     return problem.loss.value(weights * values) + problem.penalty(point.p, begin)
 
 
-def tried(residual: Residual[P], problem: StepProblem, point: P, p: Array) -> Trial[P]:
-    """``p`` evaluated after ``point``."""
+def tried(
+    residual: Residual[P], problem: StepProblem, point: P, p: Array, present: Array | None = None
+) -> Trial[P]:
+    """``p`` evaluated after ``point``; the step to it begins at ``present`` (None: there too)."""
     try:
         found = residual.evaluate(p, point)
-        return Trial(found, objective_at(problem, found, point.p))
+        return Trial(found, objective_at(problem, found, point.p if present is None else present))
     except ModelError:
         return Trial(None, np.inf)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Generic
 
 import numpy as np
@@ -21,6 +21,7 @@ from cvxupdate.convex import (
 from cvxupdate.convex.constraints.clauses import violation
 from cvxupdate.errors import InputError
 from cvxupdate.system import Array, LinearSystem
+from cvxupdate.update.options import Leader, Options
 from cvxupdate.update.result import ClassicalResult
 from cvxupdate.update.shortest import shortest
 from cvxupdate.update.trial import (
@@ -37,45 +38,16 @@ from cvxupdate.update.trial import (
     with_second_order,
 )
 
-__all__ = ["Iteration", "LoopResult", "Options", "Residual", "iterate", "objective_at"]
+__all__ = ["Iteration", "Leader", "LoopResult", "Options", "Residual", "iterate", "objective_at"]
 
 FEASIBLE = 1e-9  # a start that breaks no clause by more is taken as it is
-EXACT = 1e-10  # of the stated deviations: a residual below is rounding
 SHORTEST = 1e-10  # trust region below which a step is rounding
+PLAIN = 0.1  # decrease, of the objective, below which a step does as well alone
+MEETS = "the model meets the recordings to {:.0e} of their deviations"
 FLAT = "no shorter step decreases the objective: it is flat to rounding"
+BACK = 1e-2  # of the trust region's unit: so near a minimum that is known, it is that one
+REAL = 0.1  # a step is believed to lead there if it is not longer than BACK over this
 WIDEST = 0.9  # relative trust region at most: no factor 1 + p may change its sign
-
-
-@dataclass(frozen=True)
-class Options:
-    """``tolerance``: relative decrease of the objective below which the loop ends; ``radius``:
-    first trust region, in units of p.
-
-    ``relative`` (one for each parameter, empty: none): those whose trust region is in fractions of
-    their present factor 1 + p, the multiplicative form of (3.50). ``line_search`` along each step
-    (3.52); ``second_order`` terms along it. ``widths`` (one for each parameter, empty: 1) are units
-    of the trust region for parameters of unlike ranges. ``growing`` (one for each parameter,
-    empty: none): those whose trust region grows with them, for they may be far from 0.
-    ``shortest``: of steps that fit equally well the shortest (2.101).
-    """
-
-    tolerance: float = 1e-6
-    max_iterations: int = 30
-    radius: float = 0.3
-    relative: tuple[bool, ...] = ()
-    line_search: bool = False
-    second_order: bool = False
-    widths: tuple[float, ...] = ()
-    growing: tuple[bool, ...] = ()
-    shortest: bool = False
-
-    def unit(self, p: Array) -> Array:
-        """What one unit of the trust region is at ``p`` (n,)."""
-        if self.widths:
-            return np.array(self.widths)
-        if self.growing:
-            return np.where(self.growing, 1.0 + np.abs(p), 1.0)
-        return np.where(self.relative, np.abs(1.0 + p), 1.0) if self.relative else np.ones(len(p))
 
 
 @dataclass(frozen=True)
@@ -118,27 +90,28 @@ def iterate(
     p0: Array,
     progress: Callable[[Iteration], None] | None = None,
     renew: Callable[[P, StepProblem, P], StepProblem] | None = None,
+    begin: P | None = None,
 ) -> LoopResult[P]:
     """Sequential convex programming with a box trust region (Conn, Gould and Toint 2000, ch. 6).
 
     The start is the point nearest to ``p0`` that satisfies the constraints. A step is accepted when
     the objective really falls (ratio of actual to predicted decrease above 1e-4); the box grows
-    after a ratio above 0.75 and shrinks below 0.25. A weight that is still a rule is chosen on the
-    first linear system. ``renew`` (here, problem, moved) makes the problem of the next step.
+    after a ratio above 0.75 and shrinks below 0.25. A weight that is a rule is chosen on the first
+    system. ``renew`` (here, problem, moved) makes the next problem; ``begin`` is the point at p0.
 
     Raises
     ------
     ModelError
         When the model is no structure at the start.
     """
-    initial = residual.evaluate(p0)
+    initial = residual.evaluate(p0) if begin is None else begin
     point, step = _admissible_start(residual, problem, choice, p0, initial)
     if step is not None and step.status != "optimal":
         return LoopResult(initial, initial, step, step.status, step.says, (), problem, None)
     system = point.system()
     problem, weight = with_chosen_weight(problem, system, choice)
     compiled: CompiledStep | None = None
-    here = Here(point, system, objective_at(problem, point))
+    here = Here(point, objective_at(problem, point), system)
     radius, history = options.radius, []
     status, reason = "stopped", f"the limit of {options.max_iterations} iterations was reached"
     for number in range(1, options.max_iterations + 1):
@@ -146,7 +119,7 @@ def iterate(
         radius = min(radius, WIDEST) if options.relative else radius
         unit = options.unit(here.point.p)
         step = _step(compiled, problem, here, radius * unit, options, choice)
-        ended = _ended(step, here.value, len(system.rows), options.tolerance)
+        ended = _ended(step, here, unit, options)
         if ended is not None:
             status, reason = ended
             break
@@ -158,15 +131,14 @@ def iterate(
             taken, accepted = _largest(trial.point.p - here.point.p, unit), True
             if renew is not None:
                 problem = renew(here.point, problem, trial.point)
-            value = objective_at(problem, trial.point)  # a new step begins here
-            here = Here(trial.point, trial.point.system(), value)
-        p = tuple(here.point.p.tolist())
-        history.append(Iteration(number, here.value, ratio, radius, taken, accepted, p))
+            here = Here(trial.point, objective_at(problem, trial.point))  # a new step begins
+        history.append(Iteration(number, here.value, ratio, radius, taken, accepted, here.p))
         if progress is not None:
             progress(history[-1])
         radius = _next_radius(radius, ratio, size, taken)
-        if radius < SHORTEST * max(1.0, _largest(np.array(p), unit)):
-            status, reason = "converged", FLAT
+        flat = radius < SHORTEST * max(1.0, _largest(here.point.p, unit))
+        if flat or _met(here, options):
+            status, reason = "converged", FLAT if flat else MEETS.format(options.met)
             break
     last = _taken(step)
     return LoopResult(initial, here.point, last, status, reason, tuple(history), problem, weight)
@@ -174,11 +146,21 @@ def iterate(
 
 @dataclass(frozen=True)
 class Here(Generic[P]):
-    """Where the loop stands: the point, its linear system, its true objective."""
+    """Where the loop stands: the point, its true objective, its rows ``linear`` where known."""
 
     point: P
-    system: LinearSystem
     value: float
+    linear: LinearSystem | None = None
+
+    @property
+    def p(self) -> tuple[float, ...]:
+        """Parameter values."""
+        return tuple(self.point.p.tolist())
+
+    @cached_property
+    def system(self) -> LinearSystem:
+        """The rows linearised there."""
+        return self.point.system() if self.linear is None else self.linear
 
 
 def _step(
@@ -229,18 +211,31 @@ def _admissible_start(
     return (residual.evaluate(step.p, initial) if step.status == "optimal" else initial), step
 
 
-def _ended(step: Step, value: float, rows: int, tolerance: float) -> tuple[str, str] | None:
+def _met(here: Here[P], options: Options) -> bool:
+    """Whether nothing but what the rows are not known to is left."""
+    return here.value <= options.met**2 * len(here.point.differences[0])
+
+
+def _ended(step: Step, here: Here[P], unit: Array, options: Options) -> tuple[str, str] | None:
     """Status and reason where the loop ends at this step, before it is tried."""
     if step.status != "optimal":
         return step.status, step.says
-    if value <= EXACT**2 * rows:
-        return "converged", f"the model meets the recordings to {EXACT:.0e} of their deviations"
+    value = here.value
+    if value <= options.met**2 * len(here.system.rows):
+        return (
+            "converged",
+            f"the model meets the recordings to {options.met:.0e} of their deviations",
+        )
     predicted = value - step.objective
-    if predicted <= tolerance * value:
+    if predicted <= options.tolerance * value:
         return "converged", (
             "the step predicts a further decrease of only "
             f"{max(predicted, 0.0) / value:.1e} of the objective"
         )
+    if options.known and step.objective > options.below:
+        back = _largest(step.p - np.array(options.known), unit)
+        if max(back, REAL * _largest(step.p - here.point.p, unit)) < BACK:
+            return "converged", "the step leads back to a minimum that is known"
     return None
 
 
@@ -257,9 +252,11 @@ def _attempt(
     problem, point, value = compiled.problem, here.point, here.value
     predicted = value - step.objective
     trial: Trial[P] = Trial(None, np.inf)
-    if options.second_order:
+    if options.ahead is not None and predicted > PLAIN * value:
+        trial = options.ahead.lead(residual, compiled, point, value, radius, options)
+    if options.second_order and trial.point is None:
         trial = with_second_order(residual, compiled, point, here.system, step.p, radius)
-    if value - trial.objective < GOOD * predicted:
+    if value - trial.objective < (POOR if options.ahead else GOOD) * predicted:
         trial = min(tried(residual, problem, point, step.p), trial, key=lambda t: t.objective)
     if options.line_search and value - trial.objective < POOR * predicted:
         end = step.p if trial.point is None else trial.point.p

@@ -136,7 +136,7 @@ def test_parameters_on_bounds_are_released_where_that_leads_lower() -> None:
     limits = np.full(3, -0.3), np.full(3, 0.3)
     asked: list[np.ndarray] = []
 
-    def run(p: np.ndarray):  # type: ignore[no-untyped-def]
+    def run(p: np.ndarray, _: object = None):  # type: ignore[no-untyped-def]
         asked.append(p)
         return fit.run(p)
 
@@ -146,7 +146,7 @@ def test_parameters_on_bounds_are_released_where_that_leads_lower() -> None:
     assert "2 parameters on their bounds" in notes[0]
     tried: list[np.ndarray] = []
 
-    def again(p: np.ndarray):  # type: ignore[no-untyped-def]
+    def again(p: np.ndarray, _: object):  # type: ignore[no-untyped-def]
         tried.append(p)
         return stuck, ()
 
