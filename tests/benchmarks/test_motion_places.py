@@ -13,10 +13,11 @@ import pytest
 
 from cvxupdate.correlate.response_error import simulated_history
 from cvxupdate.study import diagnose, open_problem
+from validation.real.laws import FINER, finer
 
 SAMPLES, LEVELS, NOISE = 4096, (1.0, 4.0, 2.5), 0.005
 BAND = 3.2  # times the second natural frequency: the rate
-K3, FORCE = 4e7, 1.5  # N/m³; N r.m.s. at the lowest level
+K3, FORCE = 2e9, 1.5  # N/m³; N r.m.s. at the lowest level
 MODEL = """title = "{count} places"
 [model]
 dofs = ["z", "ry"]
@@ -99,7 +100,7 @@ def written(count: int, folder: Path) -> tuple[Path, int]:
     path.write_text(text(count, "", runs))
     _, model, histories = open_problem(full)
     for k, history in enumerate(histories):
-        data = simulated_history(model, history).data
+        data = simulated_history(model, finer(history)).data[::FINER]
         own = np.std(data[:, 1:], axis=0)
         data[:, 1:] += NOISE * own * rng.standard_normal(data[:, 1:].shape)
         np.savez(folder / f"run{k}.npz", data=data)

@@ -12,6 +12,7 @@ import scipy.linalg
 
 from cvxupdate.diagnose.motion.march import Variants, marched
 from cvxupdate.diagnose.responses.signals import Real
+from cvxupdate.errors import ModelError
 from cvxupdate.fe.internal import internal_forces
 from cvxupdate.fe.synthesis.derivatives import modal_blocks
 
@@ -56,7 +57,8 @@ class Moves:
 
 def force_rates(point: Any) -> tuple[list[int], Mapping[str, Real]]:
     """Unknowns of a `MotionPoint` that move the internal forces, and by how much: of every run
-    (fine samples, places, unknowns)."""
+    (fine samples, places, unknowns). ModelError where springs soften until nothing holds the model
+    a small step away: there is no derivative where it only just holds."""
     moves = _moves(point)
     out = {}
     for name, part in point.heard.items():
@@ -65,6 +67,8 @@ def force_rates(point: Any) -> tuple[list[int], Mapping[str, Real]]:
         given = point.variants(run)
         as_it_is, _, _ = marched(given, force, RATES * run.rate)
         many, _, _ = marched(moves.of(given), force, RATES * run.rate)
+        if not (np.isfinite(as_it_is).all() and np.isfinite(many).all()):
+            raise ModelError("the motion grows beyond all bounds under the recorded forces.")
         rates = np.moveaxis(many - as_it_is, 0, -1) / moves.steps
         rest = np.zeros((RATES * run.samples - len(force), *rates.shape[1:]))
         out[name] = np.concatenate([rates, rest])

@@ -74,6 +74,25 @@ def test_no_level_is_advised_at_which_nothing_holds_the_model(evidence) -> None:
     assert found.factor < max(LOUDER) and np.isfinite(found.difference)
 
 
+def test_there_is_no_derivative_where_a_model_only_just_holds(evidence) -> None:
+    """Softer by a step of the differences it lets go: told as that, and no number."""
+    holds, gone = 0.0, -1e7
+    for _ in range(16):
+        middle = 0.5 * (holds + gone)
+        try:
+            fit(evidence, "cubic_stiffness", 1, middle)
+            holds = middle
+        except ModelError:
+            gone = middle
+    point = fit(evidence, "cubic_stiffness", 1, holds).point
+    try:
+        rows = point.system().A
+    except ModelError as error:
+        rows = np.zeros(1)
+        assert "beyond all bounds" in str(error)
+    assert np.all(np.isfinite(rows))
+
+
 def test_words() -> None:
     found = Apart(4.0, 2.0, 0.23, 17.0, "n3.x", 0.011)
     assert told(found, "a gap", "a crack") == (
