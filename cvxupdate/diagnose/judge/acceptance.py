@@ -116,6 +116,8 @@ def better(w: Weighed, before: Weighed, case: Case) -> bool:
     evidence = case.evidence
     if case.damping_only:
         return _damps(w, before)
+    if _bent(w) and within_mesh(before, case):
+        return False
     least = 1.0 / LARGE if explained(before, case) else HALVED
     halved = w.fit.excess <= least * before.fit.excess
     if evidence.told_by == MOTION and not explained(before, case):
@@ -165,10 +167,22 @@ def credible(w: Weighed, case: Case) -> bool:
     return explained(w, case) or (near and clear)
 
 
+def within_mesh(w: Weighed, case: Case, times: float = 1.0) -> bool:
+    """Whether what a hypothesis leaves may be the mesh's, and that of the theory of sheets, or so
+    many times that: nothing is taken out of it."""
+    return w.errors.fit <= times * case.evidence.allowance(w.fit.setting.model)
+
+
 def meshed(w: Weighed, case: Case) -> bool:
-    """Whether what a hypothesis leaves may be the mesh's, or twice that: nothing is taken out of
-    it."""
-    return w.errors.fit <= TWICE * case.evidence.allowance(w.fit.setting.model)
+    """The same of twice that, beside what was found already."""
+    return within_mesh(w, case, TWICE)
+
+
+def _bent(w: Weighed) -> bool:
+    """Whether it changes frequencies and shapes, as a mesh does: not faults of sensors alone, nor
+    damping."""
+    effects = w.hypothesis.effects
+    return not effects or any(e.change is not None and not e.type.damping for e in effects)
 
 
 def saturated(w: Weighed, case: Case) -> bool:

@@ -22,8 +22,7 @@ from cvxupdate.diagnose.settings import (
     EXACT_MESH,
     HALVED,
     MESH_TOLD,
-    REFINED,
-    SHEETS,
+    SHEET_TYPES,
 )
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
@@ -132,7 +131,7 @@ def too_coarse(spec: Spec, file: Model, recordings: Sequence[Recording]) -> Coar
     fitted = [*responses] or fitted
     if (
         not kinds & set(DIVIDED)
-        or kinds & {*SHEETS, *REFINED}
+        or kinds & set(SHEET_TYPES)
         or spec.model.families
         or not fitted
         or is_nonlinear(file)

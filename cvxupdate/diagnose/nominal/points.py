@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cvxupdate.diagnose.settings import SHEETS
+from cvxupdate.diagnose.settings import SHEET_TYPES
 from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.elements.plate import KAPPA
 from cvxupdate.fe.model import KINDS, Model
@@ -101,7 +101,7 @@ def _angle(a: Index, b: Index) -> float:
 
 
 def _sheet(block: Block) -> bool:
-    return block.kind.name in SHEETS and block.nodes is not None
+    return block.kind.name in SHEET_TYPES and block.nodes is not None
 
 
 def _places(block: Block) -> Index:

@@ -21,15 +21,16 @@ from cvxupdate.diagnose.nominal.points import Held, giving, on_points, points_of
 from cvxupdate.diagnose.nominal.theory import POINT, SHEAR, SIZES, stocky, theory_of
 from cvxupdate.diagnose.settings import (
     ANOTHER_MODE,
+    FRAME_TYPES,
     MESH_PARTS,
     MESH_TOLD,
-    REFINED,
-    SHEETS,
+    SHEET_TYPES,
     SOUND_THEORY,
 )
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.analysis import Analysis, analysis_of
+from cvxupdate.fe.analysis.corners import corner_nodes
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.fe.select import has_property
@@ -156,15 +157,15 @@ def _before(spec: Spec, file: Model, found: Analysis) -> Model:
 
 
 def wants_finer(model: Model, simulated: bool) -> bool:
-    """Whether any of its elements is of a type that does (`REFINED`); ``simulated``: in a
-    simulation over time, where DOFs cost, only sheets do."""
-    kinds = SHEETS if simulated else REFINED
-    return any(b.kind.name in kinds for b in model.blocks)
+    """Whether it has sheets, or is a plane frame whose beams meet at an angle, where they overlap;
+    ``simulated``: in a simulation over time, where DOFs cost, only sheets count."""
+    plane = any(b.kind.name in FRAME_TYPES for b in model.blocks)
+    return has_sheets(model) or (not simulated and plane and bool(corner_nodes(model)))
 
 
 def has_sheets(model: Model) -> bool:
     """Whether it has any, whose theory leaves something."""
-    return any(b.kind.name in SHEETS for b in model.blocks)
+    return any(b.kind.name in SHEET_TYPES for b in model.blocks)
 
 
 def _advised(shift: float, rest: float, parts: int) -> int:

@@ -19,7 +19,15 @@ from cvxupdate.diagnose.judge.acceptance import (
 )
 from cvxupdate.diagnose.settings import DAMPING_COST, DAMPING_GAIN, HALVED, LOWER, MET, STRONG
 from cvxupdate.diagnose.types import Errors
-from tests.cases.plain_evidence import NAN, PlainEvidence, PlainFit, case_of, effect, weighed
+from tests.cases.plain_evidence import (
+    NAN,
+    PlainEvidence,
+    PlainFit,
+    case_of,
+    effect,
+    fault,
+    weighed,
+)
 
 
 def test_errors_beyond_noise_add_in_squares() -> None:
@@ -90,6 +98,15 @@ def test_what_halves_the_misfit_and_shows_is_better() -> None:
 def test_each_condition_by_itself_refuses(fit: PlainFit) -> None:
     case = case_of(PlainEvidence((BASE,)))
     assert not better(weighed(fit, effect()), case.base, case)
+
+
+def test_nothing_is_told_of_what_the_mesh_may_leave_but_faults_and_damping() -> None:
+    case = case_of(PlainEvidence((BASE,), mesh=0.5))
+    assert not better(weighed(GOOD, effect()), case.base, case)
+    assert not better(weighed(GOOD, effect(), fault("n1.x")), case.base, case)
+    assert better(weighed(GOOD, fault("n1.x")), case.base, case)
+    less = case_of(PlainEvidence((BASE,), mesh=0.49))
+    assert better(weighed(GOOD, effect()), less.base, less)
 
 
 def test_what_was_held_out_refutes_what_tells_it_no_better_than_nuisance_parameters() -> None:

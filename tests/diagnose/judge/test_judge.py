@@ -204,10 +204,22 @@ def test_groups_that_do_not_explain_are_not_claimed(far: PlainFit | None) -> Non
     assert found.findings == () and found.final is found.singles[0]
 
 
-def test_groups_are_not_let_go_where_nothing_is_wrong_or_nobody_asked() -> None:
+@pytest.mark.parametrize(
+    ("misfit", "left", "told"),
+    [
+        pytest.param(0.9, 0.01, False, id="nothing is wrong"),
+        pytest.param(3.0, 1.0, False, id="explained, and a third is left"),
+        pytest.param(3.0, 0.01, True, id="explained, and hardly anything is left"),
+    ],
+)
+def test_groups_are_believed_of_what_is_explained_as_effects_are(misfit, left, told) -> None:
+    evidence = replace(EVIDENCE, far=groups(replace(GOOD, misfit=left), -0.2))
+    found = judged(replace(evidence, bases=(replace(BASE, misfit=misfit),)))
+    assert bool(found.findings) == told
+
+
+def test_groups_are_not_let_go_where_nobody_asked() -> None:
     evidence = replace(EVIDENCE, far=groups(replace(GOOD, misfit=0.01), -0.2))
-    sound = replace(evidence, bases=(replace(BASE, misfit=3.0),))
-    assert judged(sound).final is None
     other = replace(evidence, names=("added_mass",))
     assert judged(other, [supposed(POOR, A)]).findings == ()
 

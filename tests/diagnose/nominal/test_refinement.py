@@ -17,6 +17,7 @@ from cvxupdate.diagnose.nominal.refinement import (
     mesh_lines,
     mesh_notes,
     shift_between,
+    wants_finer,
 )
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
@@ -96,3 +97,11 @@ def test_nothing_to_divide(chain):
     spec, model = chain
     mesh = found(spec, model, 100.0)
     assert mesh == Mesh() and mesh.on(model) is model
+
+
+def test_plane_frames_want_what_lies_within_their_corners(tmp_path):
+    bent = STOCKY.replace("{ id = 6, x = 0.52 }", "{ id = 6, x = 0.4, z = 0.12 }")
+    plane = bent.replace('dofs = ["z", "ry"]', 'dofs = ["x", "z", "ry"]').replace("3d", "2d")
+    frame, bar, space = (load(tmp_path, x)[1] for x in (plane, STOCKY, plane.replace("2d", "3d")))
+    assert wants_finer(frame, False) and not wants_finer(frame, True)
+    assert not wants_finer(bar, False) and not wants_finer(space, False)
