@@ -188,7 +188,7 @@ def _named(
         at,
         (name_offset(flat, at[0], max(map(len, lines)), size), up),
         textcoords="offset points",
-        ha="left",
+        ha="center",
         va="bottom",
         fontsize=10,
         color=INK,
@@ -204,13 +204,12 @@ def _lines(text: str, width: float) -> list[str]:
 
 
 def name_offset(flat: Real, x: float, letters: int, size: tuple[float, float]) -> float:
-    """Where a name of so many ``letters`` begins, in points beside its mark at ``x``: at the mark
-    or, where it would leave the picture (``size`` inches), as far to the left as it needs. The page
-    sets it in its own font, so a letter counts as wide as fonts make it."""
+    """Where the middle of a name of so many ``letters`` is, in points beside its mark at ``x``: on
+    the mark or, where it would leave the picture (``size`` inches), as far inwards as it needs. The
+    page sets it in its own font, so a letter counts as wide as fonts make it."""
     width, height = 72.0 * size[0], 72.0 * size[1]
     spread = np.maximum(np.ptp(flat, axis=0), 1e-300) * 1.24  # margins of 0.12 on both sides
     scale = min(width / float(spread[0]), height / float(spread[1]))
     mark = 0.5 * width + (x - 0.5 * float(flat[:, 0].min() + flat[:, 0].max())) * scale
-    long = LETTER * letters
-    start = mark - long if mark > 0.5 * width else mark
-    return float(np.clip(start, EDGE, max(EDGE, width - long - EDGE))) - mark
+    low = min(EDGE + 0.5 * LETTER * letters, 0.5 * width)
+    return float(np.clip(mark, low, width - low)) - mark
