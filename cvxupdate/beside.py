@@ -87,6 +87,7 @@ def beside(
     Beside a reference state the recordings of the other one, which the diagnosis is of."""
     from cvxupdate.correlate.compare import geometry_of
     from cvxupdate.diagnose.shown import Beside
+    from cvxupdate.fe.analysis import as_stated
     from cvxupdate.fe.build import build_model
     from cvxupdate.recordings.states import REFERENCE
     from cvxupdate.recordings.types import ModeTable
@@ -100,7 +101,7 @@ def beside(
         after: tuple[Spec, Model] | None = None
         if found.updated is not None:
             other = read_text(found.updated.text, spec.path)
-            after = other, build_model(other)
+            after = other, as_stated(other, build_model(other))
         if not tables:
             return replace(where, modes=_of_models(model, after and after[1], _top(recordings)))
         first = compared(spec, model, tables)
