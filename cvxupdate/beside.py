@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from cvxupdate.correlate.result import Compared
     from cvxupdate.diagnose.output.diagnosis import Diagnosis
     from cvxupdate.diagnose.shown import Beside, ModeBeside
+    from cvxupdate.fe.block import Index
     from cvxupdate.fe.model import Model
     from cvxupdate.recordings.types import Recording
     from cvxupdate.spec import Spec
@@ -56,24 +57,24 @@ def compared(
         ((k, r) for k, r in enumerate(recordings) if isinstance(r, ModeTable)),
         key=lambda item: item[1].origin.use != "fit",
     )
-    which, tables = [k for k, _ in found], [r for _, r in found]
+    tables = [r for _, r in found]
     modes = model_modes(
         model, max(needed_modes(tables), 0 if len(tables) == len(recordings) else MODES_IN_BAND)
     )
-    fitted = sum(t.origin.use == "fit" for t in tables)
-    start = start_pairing(
-        model, modes, tables, spec.update.pairing if spec.update is not None else "auto", fitted
-    )
-    shapes = {
-        k: None if t.shapes is None else real_shapes(t.shapes)
-        for k, t in zip(which, tables, strict=True)
-    }
+    pairing = spec.update.pairing if spec.update is not None else "auto"
+    places: dict[int, Index] = {}
+    for state in dict.fromkeys(t.origin.state for t in tables):  # each has every mode of its own
+        own = [(k, t) for k, t in found if t.origin.state == state]
+        fitted = sum(t.origin.use == "fit" for _, t in own)
+        start = start_pairing(model, modes, [t for _, t in own], pairing, fitted)
+        places |= {k: at for (k, _), at in zip(own, start.places, strict=True)}
+    shapes = {k: None if t.shapes is None else real_shapes(t.shapes) for k, t in found}
     return compare(
         spec,
         model,
         recordings,
         modes,
-        dict(zip(which, start.places, strict=True)),
+        places,
         shapes,
         warnings,
     )
@@ -82,21 +83,25 @@ def compared(
 def beside(
     spec: Spec, model: Model, recordings: Sequence[Recording], found: Diagnosis
 ) -> Beside | None:
-    """What the page of a diagnosis shows of the two models; None where they cannot be compared."""
+    """What the page of a diagnosis shows of the two models; None where they cannot be compared.
+    Beside a reference state the recordings of the other one, which the diagnosis is of."""
     from cvxupdate.correlate.compare import geometry_of
     from cvxupdate.diagnose.shown import Beside
+    from cvxupdate.fe.analysis import as_stated
     from cvxupdate.fe.build import build_model
+    from cvxupdate.recordings.states import REFERENCE
     from cvxupdate.recordings.types import ModeTable
     from cvxupdate.spec import read_text
 
     sensors, forces = measured_at(recordings)
     where = Beside(geometry_of(spec, model), sensors, forces, (), untried(spec, found))
-    tables = [r for r in recordings if isinstance(r, ModeTable)]
+    today = [r for r in recordings if r.origin.state != REFERENCE] or recordings
+    tables = [r for r in today if isinstance(r, ModeTable)]
     try:
         after: tuple[Spec, Model] | None = None
         if found.updated is not None:
             other = read_text(found.updated.text, spec.path)
-            after = other, build_model(other)
+            after = other, as_stated(other, build_model(other))
         if not tables:
             return replace(where, modes=_of_models(model, after and after[1], _top(recordings)))
         first = compared(spec, model, tables)

@@ -212,6 +212,8 @@ def main() -> None:
             stream.reconfigure(
                 encoding="utf-8"
             )  # names and units are not ASCII, whatever the locale says
+    # pages are drawn without a backend, and that of a notebook is unknown outside its kernel
+    os.environ.pop("MPLBACKEND", None)
     try:
         given = app(standalone_mode=False)  # typer.Exit comes back as its number
     except InfeasibleError as error:
@@ -228,7 +230,7 @@ def main() -> None:
         message = getattr(error, "format_message", None)
         if type(error).__module__.startswith(("click", "typer")) and callable(message):
             said = message()  # empty when the help was printed for lack of a command
-            code = _fail(f"{said} Try 'cvxupdate --help'.", BAD_INPUT) if said else BAD_INPUT
+            code = _fail(f"{said} Try '{_helped()} --help'.", BAD_INPUT) if said else BAD_INPUT
         elif os.environ.get(DEBUG):
             raise
         else:
@@ -238,6 +240,17 @@ def main() -> None:
         if code == INTERRUPTED:  # typer turns Ctrl-C into this number without a word
             _fail(STOPPED, code)
     sys.exit(code)
+
+
+def _helped() -> str:
+    """The command whose help says more."""
+    command = sys.argv[1] if len(sys.argv) > 1 else ""
+    return f"cvxupdate {command}" if command in _commands() else "cvxupdate"
+
+
+def _commands() -> set[str]:
+    found = app.registered_commands
+    return {str(c.name or getattr(c.callback, "__name__", "")) for c in found}
 
 
 def _own_fault(error: Exception) -> str:

@@ -29,18 +29,21 @@ if TYPE_CHECKING:
 
 
 def open_problem(
-    problem: Given, progress: Progress | None = None
+    problem: Given, progress: Progress | None = None, finer: bool = True
 ) -> tuple[Spec, Model, tuple[Recording, ...]]:
     """A problem file with its model and recordings; ``progress`` hears (what, done, total) of
-    large files that are read.
+    large files that are read; ``finer``: the model on the parts that [model] ``refine`` asks for.
 
     Raises
     ------
     InputError
         For any fault of the file, the model or a recording.
     """
+    from cvxupdate.fe.analysis import as_stated
+
     spec = _read(problem)
-    return spec, *_parts(spec, progress)
+    model, recordings = _parts(spec, progress)
+    return spec, as_stated(spec, model) if finer else model, recordings
 
 
 def _read(problem: Given) -> Spec:
@@ -116,6 +119,7 @@ def run(
     spec, model, recordings = _one_state(spec, reading)
     warnings = examine(spec, model, recordings, warn)
     if table.method == "direct":
+        refined_for(spec, model)  # says that it cannot
         return replace(update_direct(spec, model, recordings), warnings=warnings)
     spec, model, groupings = grouped(spec, model, recordings)
     model = refined_for(spec, model)
@@ -144,9 +148,11 @@ def open_start(problem: str) -> Solve:
     """What solves one of many starts of a problem file, for a process of its own."""
     from cvxupdate.update.grouping import grouped
     from cvxupdate.update.modal_fit import modal_fit
+    from cvxupdate.update.refine import refined_for
 
     spec, model, recordings = _one_state(_read(problem))
     spec, model, _ = grouped(spec, model, recordings)
+    model = refined_for(spec, model)
     return modal_fit(spec, model, recordings).solve
 
 
@@ -195,9 +201,11 @@ def solvers(problem: Given) -> tuple[Spec, tuple[SolverRow, ...], float]:
     from cvxupdate.update.first import first_system
     from cvxupdate.update.grouping import grouped
     from cvxupdate.update.parts import solver_choice, step_problem
+    from cvxupdate.update.refine import refined_for
 
     spec, model, recordings = _one_state(to_update(_read(problem), "solvers")[0])
     spec, model, _ = grouped(spec, model, recordings)
+    model = refined_for(spec, model)
     system, _ = first_system(spec, model, recordings)
     rows = compare_solvers(step_problem(spec, model, recordings), system, None, solver_choice(spec))
     return spec, rows, spread(rows) if any(r.status == "optimal" for r in rows) else float("nan")
@@ -244,16 +252,18 @@ def diagnose(
     from cvxupdate.beside import beside, compared
     from cvxupdate.correlate.plausible import examine
     from cvxupdate.diagnose import diagnose_problem
+    from cvxupdate.fe.analysis import as_stated
     from cvxupdate.physics.known import refuse_unknown
     from cvxupdate.recordings.load import load_recordings
     from cvxupdate.recordings.uncorrelated import uncorrelated
     from cvxupdate.written import with_refined
 
-    spec, model, recordings = open_problem(problem, reading)
+    spec, file, recordings = open_problem(problem, reading, finer=False)
+    model = as_stated(spec, file)
     recordings = uncorrelated(recordings)
     refuse_unknown(spec)
-    warnings = examine(spec, model, recordings, warn)
-    found = diagnose_problem(spec, model, recordings, progress, thorough)
+    warnings = examine(spec, model, recordings, warn, meshed=False)
+    found = diagnose_problem(spec, file, recordings, progress, thorough)
     known = tuple(zip(spec.recordings, recordings, strict=True))
 
     def again(other: Spec, changed: Model) -> Compared:  # nothing is read a second time

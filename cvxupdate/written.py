@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 MESH_MATTERS, NEARER = 1e-3, 0.7  # shift of frequencies for a finer mesh, and its error at most
 # the least absolute reduction of the error
 WORTH = {"frf_error": 0.01, "response_error": 0.01, "frequency_error_percent_mean": 0.1}
+ALIKE = 0.05  # relative difference of two errors up to which they are one figure
 UNITS = {
     "frf_error": " of the frequency responses",
     "response_error": " of the time responses",
@@ -47,6 +48,7 @@ def with_refined(
     """With the updated model on a finer mesh where that comes closer to the recordings in
     `correlate`, and the figures of both; ``compared`` is `correlate` of an opened problem."""
     from cvxupdate.diagnose.output.refine import finer, finer_file, shift
+    from cvxupdate.fe.analysis import as_stated
     from cvxupdate.fe.build import build_model
     from cvxupdate.spec import read_text
 
@@ -54,6 +56,9 @@ def with_refined(
         return found
     try:
         coarse = read_text(found.updated.text, spec.path)
+        if coarse.model.refine is not None and spec.model.refine is None:
+            stated = compared(coarse, as_stated(coarse, build_model(coarse)))
+            return replace(found, evidence=(*found.evidence, *_as_written(found, stated)))
         fine = finer(coarse)
         if fine is None:
             return found
@@ -75,3 +80,25 @@ def with_refined(
         f"mesh the same model has {errors[1]:.3g}{UNITS[name]}: updated/refined.toml."
     )
     return replace(found, refined=finer_file(fine), evidence=(*found.evidence, says))
+
+
+def _as_written(found: Diagnosis, stated: Compared) -> list[str]:
+    """The error of the model that is written beside that of the diagnosis, where they differ: what
+    the diagnosis let vary beside its findings is not all in the file."""
+    said, differ = [], False
+    for key, where in (("fit", "fitted"), ("hold_out", "held out")):
+        for name, unit in UNITS.items():
+            mine = found.metrics.get(key, {}).get(name, {}).get("after")
+            theirs = stated.fit.get(key, {}).get(name, {}).get("after")
+            if mine is None or theirs is None:
+                continue
+            differ = differ or abs(theirs - mine) > ALIKE * abs(mine)
+            said.append(f"{theirs:.3g}{unit} ({where}) where the diagnosis has {mine:.3g}")
+    if not differ:
+        return []
+    return [
+        f"In correlate and run, updated/problem.toml has an error of {' and '.join(said)}: it "
+        "holds what was found, the damping and finer parts of the elements, but not all that the "
+        "diagnosis let vary within its usual scatter (the depth of clamps, points that hold, what "
+        "is left of thin-plate theory)."
+    ]

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+import shutil
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from cvxupdate.beside import beside, measured_at, untried
+from cvxupdate.beside import beside, compared, measured_at, untried
 from cvxupdate.diagnose.output.diagnosis import Diagnosis
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.report.diagnosis_client import not_tried, untested
@@ -28,7 +30,6 @@ def found(path: Path, factor: float | None) -> Diagnosis:
     """A diagnosis that wrote the problem file itself, all its stiffnesses times ``factor``; none
     where that is None."""
     import re
-    import tomllib
 
     if factor is None:
         return replace(FOUND, updated=None, findings=())
@@ -64,8 +65,6 @@ def test_a_table_of_modes_before_and_after() -> None:
 
 def test_a_node_that_an_effect_added_moves_nothing_on_the_page() -> None:
     """A hidden oscillator has a node of its own behind those of the file."""
-    import tomllib
-
     opened = open_problem(TABLE)
     table = tomllib.loads(TABLE.read_text())
     model = table["model"]
@@ -84,6 +83,26 @@ def test_a_node_that_an_effect_added_moves_nothing_on_the_page() -> None:
     assert {len(m.shape_after) for m in shown.modes if m.shape_after is not None} == {nodes}
     assert all(row < nodes for m in shown.modes for row, _, _ in m.motion)
     assert moving_modes(shown)
+
+
+def test_beside_a_reference_the_other_state_is_shown_and_each_has_every_mode(
+    tmp_path: Path,
+) -> None:
+    """One mode of the model takes one measured mode of a state, and not of both together."""
+    tables = tomllib.loads(PORTAL.read_text())
+    (once,) = tables["recordings"]
+    both = [{**once, "state": state, "name": state} for state in ("reference", "today")]
+    path = Path(shutil.copytree(PORTAL.parent, tmp_path / "portal")) / "problem.toml"
+    path.write_text(Written({**tables, "recordings": both}, ()).text, encoding="utf-8")
+    alone, shown = (
+        beside(*open_problem(p), replace(FOUND, updated=None, findings=())) for p in (PORTAL, path)
+    )
+    assert alone is not None and shown is not None
+    assert [(m.measured, m.before) for m in shown.modes] == [
+        (m.measured, m.before) for m in alone.modes
+    ]
+    one, two = (compared(*open_problem(p)).fit["fit"] for p in (PORTAL, path))
+    assert one["frequency_error_percent_max"] == pytest.approx(two["frequency_error_percent_max"])
 
 
 def test_responses_show_the_modes_of_the_models() -> None:

@@ -15,6 +15,7 @@ import pytest
 
 import cvxupdate
 from cvxupdate import cli
+from cvxupdate.commands.shared import display
 
 CHAIN = """
 title = "Two masses"
@@ -196,7 +197,7 @@ def test_check_and_schema(call, here):
     assert (code, err) == (
         0,
         "",
-    ) and "in order. 2 nodes, 4 elements, 2 free DOFs, 1 recordings, 3 parameters." in out
+    ) and "in order. 2 nodes, 4 elements, 2 free DOFs, 1 recording, 3 parameters." in out
     code, out, _ = call("check", "chain/problem.toml", "--json")
     assert code == 0 and json.loads(out)["faults"] == [] and json.loads(out)["parameters"] == 3
     code, out, err = call("schema")
@@ -319,8 +320,24 @@ def test_run_without_an_update_table(call, here):
 )
 def test_usage_errors_are_one_line(call, here, arguments, words):
     code, out, err = call(*arguments)
-    assert (code, out) == (2, "") and words in one_line(err) and "cvxupdate --help" in err
+    assert (code, out) == (2, "") and words in one_line(err)
+    known = "cvxupdate run --help" if arguments[0] == "run" else "cvxupdate --help"
+    assert known in err
     assert files(here) == ["chain/problem.toml"]
+
+
+def test_a_notebook_s_own_settings_do_no_harm(call, monkeypatch):
+    """Its kernel names a backend of figures that only it has, and passes for a terminal that would
+    keep every frame of a line that moves."""
+    monkeypatch.setenv("MPLBACKEND", "module://matplotlib_inline.backend_inline")
+    assert call("--version")[0] == 0 and "MPLBACKEND" not in os.environ
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    for name, shown in (("", True), ("JPY_PARENT_PID", False)):
+        monkeypatch.delenv("JPY_PARENT_PID", raising=False)
+        if name:
+            monkeypatch.setenv(name, "12")
+        with display(False) as line:
+            assert (line is not None) == shown
 
 
 def test_version_and_completion(call):

@@ -57,6 +57,7 @@ class Problem:
         **further: Any,
     ) -> None:
         given = listed(recordings)
+        _refuse_tables(update, further)
         own_clauses, clauses = _split(constraints, "constraints")
         own_penalties, penalties = _split(regularisers, "regularisers")
         tables = {
@@ -216,6 +217,20 @@ def parameter_rows(parameters: Any) -> list[Any]:
         every = {"elements": "all", "each": "element"}
         out.append({**(every if group == "all" else {"group": group}), "of": of})
     return out
+
+
+ARGUMENTS = {"regularisation": "regularisers", "regularizers": "regularisers"}
+"""Names of tables of a problem file, and spellings, and the arguments that they are here."""
+
+
+def _refuse_tables(*given: Mapping[str, Any] | None) -> None:
+    """Keys that are another argument's name."""
+    for name, argument in ARGUMENTS.items():
+        if any(table is not None and name in table for table in given):
+            raise InputError(
+                f"{name}: is no argument. Did you mean {argument}? For example "
+                f'{argument}={{"kind": "tikhonov", "weight": 1.0}}.'
+            )
 
 
 def _split(given: Any, what: str) -> tuple[tuple[Any, ...], list[Mapping[str, Any]]]:

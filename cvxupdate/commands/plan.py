@@ -119,7 +119,7 @@ def _apart(
     from cvxupdate.diagnose.apart import told_apart
     from cvxupdate.study import open_problem
 
-    spec, model, recordings = open_problem(given)
+    spec, model, recordings = open_problem(given, finer=False)
     where, tell = diagnosis.where, progress or (lambda text: None)
     told = diagnosis.content
     return told_apart(

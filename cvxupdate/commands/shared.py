@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -10,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+NOTEBOOK = "JPY_PARENT_PID"
+"""Set by the kernel of a notebook, and so in every command that a cell starts."""
 if TYPE_CHECKING:
     from cvxupdate.report.terminal import Display
 
@@ -77,8 +80,9 @@ def say(payload: str, as_json: bool, summary: Callable[[], Any]) -> None:
 @contextlib.contextmanager
 def display(quiet: bool, first: str = "reading the recordings") -> Iterator[Display | None]:
     """Bar and line on standard error, so that standard output stays the result; none with --json or
-    without a terminal."""
-    if quiet or not sys.stderr.isatty():
+    without a terminal. A cell of a notebook is none, though it passes for one: it would keep every
+    frame."""
+    if quiet or not sys.stderr.isatty() or NOTEBOOK in os.environ:
         yield None
         return
     from rich.console import Console

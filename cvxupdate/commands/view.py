@@ -57,6 +57,7 @@ def view(problem: Given, modes: int = MODES) -> Viewed:
         For a fault of the problem file or of a table that the model is made of.
     """
     from cvxupdate.correlate.compare import geometry_of
+    from cvxupdate.fe.analysis import as_stated
     from cvxupdate.fe.build import build_model
     from cvxupdate.spec import spec_of
 
@@ -64,7 +65,7 @@ def view(problem: Given, modes: int = MODES) -> Viewed:
     if not 1 <= modes <= MOST:
         raise InputError(f"--modes {modes}: give 1 to {MOST}.")
     spec = spec_of(problem)
-    model = build_model(spec)
+    model = as_stated(spec, build_model(spec))
     faults: list[str] = []
     recordings = _recordings(spec, faults)
     sensors, forces = _places(recordings)

@@ -8,7 +8,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from cvxupdate.diagnose.nominal.coarse import Coarse
     from cvxupdate.diagnose.output.diagnosis import Diagnosis
+    from cvxupdate.diagnose.reference import Brought
     from cvxupdate.diagnose.types import Evidence
     from cvxupdate.fe.model import Model
     from cvxupdate.recordings.types import Recording
@@ -37,7 +39,6 @@ def diagnose_problem(
     from cvxupdate.diagnose.component import component_diagnosis
     from cvxupdate.diagnose.gather import discretisation, gathered
     from cvxupdate.diagnose.motion.component import rigs_of
-    from cvxupdate.diagnose.nominal.coarse import too_coarse
     from cvxupdate.diagnose.nominal.members import divided
     from cvxupdate.diagnose.output.mesh import with_mesh
     from cvxupdate.diagnose.reference import brought, changed, not_unchanged
@@ -60,11 +61,7 @@ def diagnose_problem(
     if states:
         return states_diagnosis(spec, model, states, tell, begin, budget)
     now = brought(spec, model, recordings, tell, budget)
-    coarse = None if now.reference else too_coarse(now.spec, now.model, now.recordings)
-    file = None
-    if coarse is not None:
-        tell(coarse.says)
-        now, file = replace(now, spec=coarse.spec, model=coarse.model), coarse.file
+    now, file, coarse = _meshed(now, tell)
     evidence = gathered(now.spec, now.model, now.recordings, tell, now.reference, budget, file)
     found = _by_level(now.spec, now.recordings, evidence, tell, begin)
     if now.reference is not None:
@@ -73,6 +70,23 @@ def diagnose_problem(
     if coarse is not None:
         return with_mesh(found, coarse.told, coarse.says)
     return with_mesh(found, discretisation(evidence, found.fit["fit"]["before"]))
+
+
+def _meshed(
+    now: Brought, tell: Callable[[str], None]
+) -> tuple[Brought, Model | None, Coarse | None]:
+    """The problem on a mesh that does, the model as it came where that is another, and what was
+    wrong with its mesh."""
+    from cvxupdate.diagnose.nominal.coarse import too_coarse
+    from cvxupdate.fe.analysis import as_stated
+
+    if now.spec.model.refine is not None:
+        return now, as_stated(now.spec, now.model), None
+    coarse = None if now.reference else too_coarse(now.spec, now.model, now.recordings)
+    if coarse is None:
+        return now, None, None
+    tell(coarse.says)
+    return replace(now, spec=coarse.spec, model=coarse.model), coarse.file, coarse
 
 
 def _by_level(

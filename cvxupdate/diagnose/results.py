@@ -65,7 +65,8 @@ class Updated:
     """A diagnosed model, for the problem file: its parameters ``p``, and beside them modal
     damping ratios ``zeta`` of the flexible modes, a decay rate ``alpha`` (1/s) of all modes,
     sensor ``faults`` with their unknowns, the flexible mode of each row of each table
-    (``pairs``), the share of that damping that is ``hysteretic``."""
+    (``pairs``), the share of that damping that is ``hysteretic``, the parts of each edge on which
+    the model is to be taken (``refine``; None: as the file says)."""
 
     model: Model
     p: Real
@@ -75,6 +76,7 @@ class Updated:
     pairs: Mapping[int, Sequence[int]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     hysteretic: float = 0.0
+    refine: int | None = None
 
 
 @dataclass(frozen=True)

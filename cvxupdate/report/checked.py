@@ -9,14 +9,14 @@ from cvxupdate.report.numbers import count
 
 MOST = 12
 """Nodes, and sets of held DOFs, that are listed."""
-COUNTS = ("nodes", "elements", "free DOFs", "recordings", "parameters")
+COUNTS = ("node", "element", "free DOF", "recording", "parameter")
 
 
 def check_lines(problem: str, summary: Mapping[str, Any]) -> list[str]:
     """Counts, then what its author can judge at a glance (mass, extent, first natural frequencies,
     what is held and what moves free), then the warnings."""
     warnings = summary["warnings"]
-    counts = ", ".join(f"{summary[k]} {k}" for k in COUNTS)
+    counts = ", ".join(count(summary[f"{k}s"], k) for k in COUNTS)
     how = "in order" if not warnings else f"no faults, but {count(len(warnings), 'warning')}"
     return [
         f"{problem}: {how}. {counts}.",

@@ -79,7 +79,7 @@ def not_tried(found: Diagnosis) -> Sequence[tuple[str, str]]:
     return () if beside is None else [(n.replace("_", " "), why) for n, why in beside.untried]
 
 
-NOTHING_ELSE = "nothing else that was tried explains these recordings as well."
+NOTHING_ELSE = "nothing else that was tried explains these recordings as well with as few unknowns."
 
 
 def untold(found: Diagnosis) -> dict[str, Any]:

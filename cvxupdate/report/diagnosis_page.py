@@ -3,6 +3,7 @@ tell."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
@@ -44,8 +45,10 @@ MEANS_SAY = (
     "usual scatter and noise alone: means over the channels, each by itself."
 )
 EVIDENCE_SAYS = (
-    "Errors in these sentences are means over the channels, each by itself; the table of the fit "
-    "and the summary on the terminal take all channels together, so they differ a little."
+    "Errors in these sentences are means over the channels, each by itself, and of a model without "
+    "the error of its mesh; the table of the fit and the summary on the terminal take all channels "
+    "together, and before they take the file as it came, with its mesh. So the figures differ, the "
+    "more the coarser the mesh."
 )
 MODES_SAY = (
     "Each line is a measured natural frequency: how far the model was off, and how far it is now."
@@ -94,8 +97,10 @@ def diagnosis_page(found: Diagnosis, spec: Spec) -> str:
             "glossary": GLOSSARY,
             "findings": [finding_part(f) for f in found.findings],
             "candidates": candidate_rows(found),
-            "more": max(0, len(found.candidates) - MOST_ROWS),
+            "lower": below_found(found),
+            "more": max(0, len(gathered_sets(found)) - MOST_ROWS),
             "metrics": metric_rows(found),
+            "held_rows": held_out(found),
             "source": spec.source,
             "command": command("diagnose", found.path),
             "time": seconds(found.time),
@@ -114,18 +119,47 @@ def finding_part(f: Any) -> dict[str, Any]:
 
 
 def candidate_rows(found: Diagnosis) -> list[dict[str, str]]:
-    """Every effect at every place that was tried, best first."""
+    """Every effect at every place that was tried, and every set of them."""
     return [
         {
-            "title": capital(c["title"]),
+            "title": capital(_together([str(one["title"]) for one in rows])),
             "score": number(c.get("score"), 3),
             "hold_out": number(c.get("hold_out_score"), 3),
             "share": ""
             if c.get("explained_fraction") is None
             else f"{100 * float(c['explained_fraction']):.0f} %",
         }
-        for c in found.candidates[:MOST_ROWS]
+        for rows in gathered_sets(found)[:MOST_ROWS]
+        for c in rows[:1]
     ]
+
+
+def _together(titles: list[str]) -> str:
+    """Effects of one set."""
+    if len(titles) == 1:
+        return titles[0]
+    return f"{', '.join(titles[:-1])} and {titles[-1]}, together"
+
+
+def gathered_sets(found: Diagnosis) -> list[list[Mapping[str, Any]]]:
+    """The candidates, those of one set together."""
+    out: dict[object, list[Mapping[str, Any]]] = {}
+    for k, c in enumerate(found.candidates):
+        out.setdefault(("set", c["set"]) if "set" in c else k, []).append(c)
+    return list(out.values())
+
+
+def below_found(found: Diagnosis) -> bool:
+    """Whether a set of several effects leaves less than what was found."""
+    sets = [c for c in found.candidates if "set" in c and c.get("score") is not None]
+    titles = {f.title for f in found.findings}
+    own = [
+        c["score"]
+        for rows in gathered_sets(found)
+        for c in rows[:1]
+        if c.get("score") is not None and {one["title"] for one in rows} == titles
+    ]
+    return bool(own) and any(c["score"] < min(own) for c in sets)
 
 
 def metric_rows(found: Diagnosis) -> list[dict[str, str]]:

@@ -36,6 +36,9 @@ LETTER, LINE = 6.6, 13.0
 """Width of a bold letter of 10 points and height of a line, in points."""
 CLEAR, EDGE = 12.0, 6.0
 """Distances of a name from its mark and from the edge of the picture, in points."""
+LOW = 0.9
+"""Inches of a picture beside the names above one mark: many of them would leave a flat structure
+none."""
 
 
 def place_picture(found: Diagnosis, spec: Spec) -> str | None:
@@ -64,7 +67,8 @@ def place_picture(found: Diagnosis, spec: Spec) -> str | None:
         ax.margins(0.12)
         _axes(ax, view)
 
-    size = (WIDTH, max(1.7, _height(view, drawing)))
+    names = CLEAR + sum(LINE * len(_lines(text, WIDTH)) for _, text, _ in rings)
+    size = (WIDTH, max(1.7, _height(view, drawing), LOW + names / 72.0))
     says = "The structure; " + (
         ", ".join(f.says for f in found.findings) if found.findings else "no place is marked"
     )
@@ -178,7 +182,7 @@ def _named(
     """The name of a finding ``up`` points above its mark, not across it and not beyond the
     picture of ``size`` inches; gives the height that it takes."""
     at = float(flat[rows, 0].mean()), float(flat[rows, 1].max())
-    lines = textwrap.wrap(text, int((72.0 * size[0] - 2 * EDGE) / LETTER)) or [text]
+    lines = _lines(text, size[0])
     ax.annotate(
         "\n".join(lines),
         at,
@@ -192,6 +196,11 @@ def _named(
         zorder=8,
     )
     return LINE * len(lines)
+
+
+def _lines(text: str, width: float) -> list[str]:
+    """A name in lines that fit a picture ``width`` inches wide."""
+    return textwrap.wrap(text, int((72.0 * width - 2 * EDGE) / LETTER)) or [text]
 
 
 def name_offset(flat: Real, x: float, letters: int, size: tuple[float, float]) -> float:

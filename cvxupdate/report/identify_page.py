@@ -184,6 +184,16 @@ def _normal(s: ModeSetResult, n: Any) -> dict[str, Any]:
     }
 
 
+NAMES = {
+    "plscf": "poly-reference least squares (plscf)",
+    "realisation": "eigensystem realisation",
+    "ibrahim": "Ibrahim's time-domain method",
+    "appropriation": "force appropriation",
+    "ssi": "stochastic subspaces (ssi)",
+}
+"""The methods in words."""
+
+
 def identify_text(found: Identified, folder: Path) -> RenderableType:
     """What `identify` prints on a terminal."""
     from rich.console import Group
@@ -194,12 +204,16 @@ def identify_text(found: Identified, folder: Path) -> RenderableType:
 
     says = identified_verdict(found)
     parts: list[RenderableType] = [
-        Text(found.title or found.problem, style="bold"),
+        Text(f"Modes identified from {found.title or found.problem}", style="bold"),
         Text(says.headline, style=TONES[says.tone]),
         *(Text(line) for line in says.sentences),
     ]
     for s in found.sets:
-        table = Table(title=f"{s.recording}: {s.method}", title_justify="left", box=None)
+        table = Table(
+            title=f"{s.recording}, by {NAMES.get(s.method, s.method)}",
+            title_justify="left",
+            box=None,
+        )
         for head in ("", "frequency (Hz)", "damping", "MPC", "MPD"):
             table.add_column(head, justify="right")
         for row in mode_rows(s):

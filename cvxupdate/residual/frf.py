@@ -51,7 +51,7 @@ from cvxupdate.residual.frf_modal import (
     modal_rows,
     shapes_below,
 )
-from cvxupdate.residual.frf_output import output_rows
+from cvxupdate.residual.frf_output import model_rows
 from cvxupdate.system import LinearSystem
 
 Field = NDArray[Any]
@@ -78,19 +78,19 @@ class FrfResidual:
     at: Real | None = None
 
     def evaluate(self, p: Real, before: FrfPoint | None = None) -> FrfPoint:
-        """Rows and their derivatives at ``p`` (n,), one factorisation for each line.
+        """Rows and their derivatives at ``p`` (n,), one factorisation for each line or one basis.
 
         Raises
         ------
         ModelError
             Where a line meets a natural frequency (of the structure held at the measured DOFs).
         """
-        m = matrices_with_damping(self.model, p)
         d = self._same if self._same is not None else derivatives(self.model, p)
+        m = None if self.kind == "receptance" else matrices_with_damping(self.model, p)
         values, rows = [], []
         for data, weights in zip(self.data, self._weights, strict=True):
-            if self.kind in WHOLE_LINES:
-                for differences, change in self._together(m, d, data):
+            if m is None or self.kind in WHOLE_LINES:
+                for differences, change in self._together(m, p, d, data):
                     used = data.used
                     if self.kind == "modal-balance":  # of modes, not of sensors
                         used = np.ones(differences.shape[1:], dtype=bool)
@@ -111,11 +111,11 @@ class FrfResidual:
         return FrfPoint(self, np.asarray(p, dtype=float), v, A)
 
     def _together(
-        self, m: Matrices, d: Derivatives, data: FrfData
+        self, m: Matrices | None, p: Real, d: Derivatives, data: FrfData
     ) -> Iterator[tuple[Field, Field]]:
         """Rows of many lines at a time, (f, n, r), and their derivatives."""
-        if self.kind == "receptance":
-            return output_rows(m, d, data)
+        if m is None:
+            return model_rows(self.model, p, d, data)
         if self.kind == "filled":
             return filled_rows(m, self._model_at, d, data)
         return modal_rows(m, self._model_at, d, data, self._shapes)
@@ -159,9 +159,9 @@ class FrfResidual:
     @cached_property
     def real(self) -> bool:
         """Whether every row is real: undamped model and data."""
-        m = matrices_with_damping(self.model)
         return (
-            not damped(m)
+            not any(self.model.modal_damping)
+            and not damped(self.model.matrices())
             and all(data.real for data in self.data)
             and not derivatives(self.model, self.model.zero()).damped
         )

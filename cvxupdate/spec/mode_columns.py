@@ -65,6 +65,15 @@ def is_mode_table(header: Sequence[str]) -> bool:
     return any(_FREQUENCY.fullmatch(n) for n in names) and (beside or bool(dof_columns(names)))
 
 
+def column_of(header: Sequence[str], at: Sequence[object]) -> str:
+    """The column of an entry ("shape", k) of a row that was gathered from columns of DOFs; "" where
+    there are none."""
+    whole = list({(c.node, c.dof): c.name for c in dof_columns(header) if c.part != "im"}.values())
+    if len(at) < 2 or at[0] != "shape" or "shape" in header or not isinstance(at[1], int):
+        return ""
+    return whole[at[1]] if at[1] < len(whole) else ""
+
+
 def gather_modes(recording: dict[str, Any], rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Rows with the keys of a problem file; ``recording`` gets the channels that the columns name,
     where it has none of its own.

@@ -191,6 +191,18 @@ class Model(Part):
     elements: tuple[Block, ...] = Field(min_length=1, description="the blocks")
     supports: tuple[Support, ...] = Field(default=(), description="absent: free")
     ties: tuple[Tie, ...] = Field(default=(), description="nodes that share DOFs")
+    refine: Literal[4, 8, 16] | None = Field(
+        default=None,
+        description="parts of each edge of a rod, beam or plate whose matrices, reduced to the "
+        "DOFs of its nodes and a few inner ones, take the place of its own, in every command; 8 "
+        "is fine for most; absent: the elements as they are",
+    )
+    solid: bool = Field(
+        default=False,
+        description="with `refine`: plates with what the theory of thin plates leaves out of a "
+        "solid sheet, to first order in its thickness (free rims, rotary inertia), as `diagnose` "
+        "takes them",
+    )
     families: tuple[Member, ...] = Field(
         default=(), description="elements whose matrices are other members of their family"
     )

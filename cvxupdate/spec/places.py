@@ -7,9 +7,11 @@ from dataclasses import dataclass, field, replace
 
 from cvxupdate.errors import Fault
 from cvxupdate.keys import Loc
+from cvxupdate.spec.mode_columns import column_of
 from cvxupdate.spec.prepare import Complaint, Prepared
 from cvxupdate.spec.tables import LISTS, Source, TableFile
 
+UNKNOWN = "unknown column"
 MOST_ALIKE = 10
 """Faults of one kind in one list that are written out; of the rest only the number is said."""
 
@@ -51,7 +53,9 @@ class Places:
             if found is not None:
                 return found
             key = f"line {table.lines[rest[0]]}" + (
-                f", column {_key(rest[1:])}" if rest[1:] else ""
+                f", column {column_of(table.columns, rest[1:]) or _key(rest[1:])}"
+                if rest[1:]
+                else ""
             )
             return Fault(str(table.path), key, complaint.problem, complaint.remedy)
         if self.prepared.wrapped and loc[:2] == ("regularisation", 0):
@@ -71,7 +75,10 @@ def _of_header(table: TableFile, rest: Loc, complaint: Complaint) -> Fault | Non
         return None
     name, key = str(rest[0]), f"line {table.header}, column {_key(rest)}"
     if complaint.problem.startswith("unknown key") and name in table.columns:
-        return Fault(str(table.path), key, f"unknown column '{name}'.", complaint.remedy)
+        remedy = complaint.remedy
+        if "damping" in remedy:
+            remedy += " Damping in per cent is `damping [%]`."
+        return Fault(str(table.path), key, f"{UNKNOWN} '{name}'.", remedy)
     if complaint.problem == "is missing." and name not in table.columns:
         remedy = complaint.remedy.replace(f"Add `{name} = …`", f"Add a column `{name}`")
         if name in LISTS:
@@ -108,7 +115,39 @@ def gather(complaints: Sequence[Complaint], places: Places) -> tuple[Fault, ...]
             faults[("", key, text + str(group))] = Fault(
                 str(places.prepared.source.path), key, text, str(group[-1])
             )
-    return tuple(faults.values())
+    return _headers_at_once(list(faults.values()))
+
+
+def _headers_at_once(faults: list[Fault]) -> tuple[Fault, ...]:
+    """Unknown and missing columns of one header are one mistake: its author has other names."""
+    groups: dict[tuple[str, str], list[Fault]] = {}
+    for fault in faults:
+        line, _, name = fault.key.partition(", column ")
+        if name and (fault.problem.startswith(UNKNOWN) or fault.problem == "is missing."):
+            groups.setdefault((fault.file, line), []).append(fault)
+    out = list(faults)
+    for (file, line), some in groups.items():
+        wrong = [_name(f) for f in some if f.problem.startswith(UNKNOWN)]
+        missing = [_name(f) for f in some if not f.problem.startswith(UNKNOWN)]
+        if not (wrong and missing):
+            continue
+        meant = {w: w.lower() for w in wrong if w.lower() != w and w.lower().isidentifier()}
+        rest = [w for w in wrong if w not in meant], [m for m in missing if m not in meant.values()]
+        if [len(r) for r in rest] == [1, 1]:
+            meant[rest[0][0]] = rest[1][0]
+        asks = ", ".join(f"'{meant[w]}' for '{w}'" for w in wrong if w in meant)
+        absent, found = (", ".join(f"'{x}'" for x in names) for names in (missing, wrong))
+        says = f"lacks {absent} and has columns that are unknown: {found}."
+        if not asks:
+            continue
+        at, remedy = out.index(some[0]), f"Did you mean {asks}?"
+        out = [f for f in out if f not in some]
+        out.insert(at, Fault(file, line, says, remedy))
+    return tuple(out)
+
+
+def _name(fault: Fault) -> str:
+    return fault.key.partition(", column ")[2]
 
 
 def _key(loc: Loc) -> str:

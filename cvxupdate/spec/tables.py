@@ -58,7 +58,7 @@ class TableFile:
     path: Path
     lines: tuple[int, ...]
     header: int
-    columns: frozenset[str]
+    columns: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +167,7 @@ def read_table(path: Path) -> tuple[list[dict[str, Any]], TableFile]:
         )
     numbers = tuple(number for number, _ in lines)
     rows = _rows(header, numbers[1:], cells[1:], delimiter)
-    return rows, TableFile(path, numbers[1:], numbers[0], frozenset(header))
+    return rows, TableFile(path, numbers[1:], numbers[0], tuple(header))
 
 
 def _rows(

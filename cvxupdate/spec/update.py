@@ -136,7 +136,7 @@ class Update(Part):
         default=None,
         description="parts of each edge of a rod, beam or plate whose matrices, reduced to the "
         "DOFs of its nodes and a few inner ones, take the place of its own; 8 is fine for most; "
-        "absent: the mesh of the file. Not with ceam, which updates the file's own matrices",
+        "absent: as [model] says. Not with ceam, which updates the file's own matrices",
     )
     estimates: Literal["correlated", "independent"] = Field(
         default="correlated",

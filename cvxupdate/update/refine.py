@@ -1,11 +1,14 @@
-"""The model that is updated, on a finer mesh where [update] asks for one."""
+"""The model that is updated, on a finer mesh where [update] or [model] asks for one."""
 
 from __future__ import annotations
 
 from cvxupdate.errors import InputError
-from cvxupdate.fe.analysis import analysis_of
+from cvxupdate.fe.analysis import as_stated
 from cvxupdate.fe.model import Model
 from cvxupdate.spec import Spec
+
+OWN = ("ceam", "direct")
+"""Methods that update the matrices of the file themselves."""
 
 
 def refined_for(spec: Spec, model: Model) -> Model:
@@ -18,12 +21,12 @@ def refined_for(spec: Spec, model: Model) -> Model:
         With a method that updates the file's own matrices.
     """
     update = spec.update
-    if update is None or update.refine is None:
-        return model
-    if update.method == "ceam":
+    asked = None if update is None else update.refine
+    own = asked is None and spec.model.refine is None
+    if not own and update is not None and update.method in OWN:
+        where = "model" if asked is None else "update"
         raise InputError(
-            f"{spec.path}: update.refine: ceam updates the matrices of the file, which cannot be "
-            "those of finer parts. Leave `refine` out, or choose another method."
+            f"{spec.path}: {where}.refine: {update.method} updates the matrices of the file, which "
+            "cannot be those of finer parts. Leave `refine` out, or choose another method."
         )
-    analysis = analysis_of(spec, model, update.refine)
-    return model if analysis is None else analysis.on(model)
+    return as_stated(spec, model, asked)

@@ -25,6 +25,9 @@ WORK = 2e7
 """Lines × parameters × sensors² at most: fewer lines where there are many of the others."""
 LARGE = 20_000
 """Free DOFs above which only the fitted lines are looked at: each costs a factorisation."""
+FILLED = 5e10
+"""Lines × DOFs³ at most of a model whose modal damping fills C, where a line takes the factors of a
+full matrix: 40 lines of 1100 DOFs, which take six seconds."""
 ROUNDS = 4
 SENSORS = 80
 """Sensors up to which the spectral radius is computed."""
@@ -87,6 +90,8 @@ def _result(model: Model, data: FrfData, points: Points) -> AccuracyResult:
 def _lines(model: Model, data: FrfData, fitted: Index) -> Index:
     """The fitted lines and others evenly over the recording, thinned to what may be afforded."""
     most = int(np.clip(WORK / (len(model.parameters) * len(data.responses) ** 2), 2, LINES))
+    if any(model.modal_damping):
+        most = max(2, min(most, int(FILLED / model.size**3)))
     every = np.arange(len(data.frequency)) if model.size <= LARGE else fitted
     kept = fitted[_evenly(len(fitted), most)]
     return np.union1d(kept, every[_evenly(len(every), max(0, most - len(kept)))])

@@ -50,7 +50,7 @@ def test_what_cannot_be_told_has_its_section_whatever_there_is() -> None:
     is."""
     alone = replace(FINDING, equivalent=())
     rival = {"rivals": ["all groups let go together (nuisance parameters), which finds the same"]}
-    nothing = "othing else that was tried explains these recordings as well."
+    nothing = "othing else that was tried explains these recordings as well with as few unknowns."
     for findings, details, said, title in (
         ((FINDING,), {}, "these recordings cannot tell it from", "it"),
         ((alone,), {}, f"<p>N{nothing}", "it"),

@@ -20,6 +20,7 @@ from cvxupdate.diagnose.shown import Curve, ModeError, Shown, Spectrum
 from cvxupdate.physics import told
 from cvxupdate.physics.place import Place
 from cvxupdate.report.diagnosis import diagnosis_files, diagnosis_summary
+from cvxupdate.report.diagnosis_place import place_picture
 from cvxupdate.report.diagnosis_places import sketch_of
 from cvxupdate.spec import load_problem
 from cvxupdate.spec.write import Written
@@ -270,3 +271,12 @@ def test_a_place_that_is_not_drawn_has_no_mark_and_takes_none_of_another() -> No
         return figure[: figure.index("</svg>")].count("<use ")
 
     assert rings(with_all) == rings(alone)
+
+
+def test_many_names_above_a_flat_structure_leave_it_room() -> None:
+    """A bar with twelve findings at one node: their names were higher than the picture."""
+    many = [replace(FINDING, title=f"effect number {k}") for k in range(12)]
+    picture = place_picture(replace(FOUND, findings=tuple(many)), SPEC)
+    assert picture is not None and all(f"number {k}" in picture for k in range(12))
+    shape = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', picture)
+    assert shape is not None and float(shape[2]) > 12 * 13.0

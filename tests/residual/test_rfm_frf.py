@@ -493,3 +493,57 @@ def test_loop_on_a_reduced_basis_reaches_the_full_answer(frame):
     truth = np.zeros(40)
     truth[[i - 1 for i in bay.STIFF]] = 1 / 1.08 - 1
     assert loop.status == "converged" and loop.point.p == pytest.approx(truth, abs=1e-6)
+
+
+def test_a_full_damping_matrix_is_no_factorisation_for_every_line(monkeypatch):
+    """Modal damping fills C. The output error of a model with many DOFs then comes from one basis:
+    the same rows and derivatives as by direct solution, which is what finer parts under elements
+    would wait minutes for."""
+    import cvxupdate.residual.frf_output as output
+    from cvxupdate.api.problem import Problem
+    from cvxupdate.fe.build import build_model
+
+    n = 340
+    tables = {
+        "dofs": ["x"],
+        "nodes": [{"id": i, "x": float(i)} for i in range(n + 1)],
+        "elements": [
+            {
+                "type": "spring",
+                "dof": "x",
+                "rows": [
+                    {"id": i, "nodes": [i - 1, i], "k": 4e8 * (1.0 + 0.3 * np.sin(i))}
+                    for i in range(1, n + 1)
+                ],
+            },
+            {
+                "type": "mass",
+                "rows": [{"id": n + i, "nodes": [i], "m": 1.0 + (i % 3)} for i in range(1, n + 1)],
+            },
+        ],
+        "supports": [{"nodes": [0], "dofs": ["x"]}],
+        "damping": {"kind": "modal", "zeta": [0.01, 0.02, 0.015]},
+    }
+    rows = [{"elements": [n + 50], "of": "m"}, {"elements": [7], "of": "stiffness"}]
+    update = {"method": "rfm", "parameters": rows}
+    model = build_model(Problem(tables, update=update).spec)
+    f = np.linspace(1.0, 60.0, 40)
+    data = frf_data(
+        recording(f, np.ones((40, 2, 1), dtype=complex), ("n60.x", "n200.x"), ("n90.x",)), model
+    )
+    d, p = derivatives(model, model.zero()), model.zero()
+    whole = list(output.output_rows(matrices_with_damping(model, p), d, data))
+    values, changes = (np.concatenate(x) for x in zip(*whole, strict=True))
+
+    def never(*arguments):
+        raise AssertionError("a factorisation of a full matrix for each line")
+
+    monkeypatch.setattr(output, "output_rows", never)
+    point = FrfResidual(model, (data,), "receptance").evaluate(p)
+    half = len(point.values) // 2
+    mine = point.values[:half] + 1j * point.values[half:]
+    columns = point.jacobian[:half] + 1j * point.jacobian[half:]
+    H = values.reshape(-1) + data.X.reshape(-1)
+    assert np.linalg.norm(mine - values.reshape(-1)) < 1e-5 * np.linalg.norm(H)
+    exact = changes.reshape(-1, 2)
+    assert np.all(np.linalg.norm(columns - exact, axis=0) < 1e-4 * np.linalg.norm(exact, axis=0))

@@ -14,6 +14,7 @@ import numpy as np
 from cvxupdate.correlate.plausible.channels import channel_doubts
 from cvxupdate.correlate.plausible.doubt import Doubt
 from cvxupdate.correlate.plausible.facts import PERCENT, facts, held, material_doubts
+from cvxupdate.correlate.plausible.mesh import mesh_doubts
 from cvxupdate.correlate.plausible.quality import damage_doubts, quality_doubts
 from cvxupdate.correlate.plausible.units import QUANTITY, unit_doubts
 from cvxupdate.errors import ModelError, RecordingError
@@ -35,10 +36,14 @@ Warn = Callable[[str], None]
 
 
 def examine(
-    spec: Spec, model: Model, recordings: Sequence[Recording], warn: Warn | None = None
+    spec: Spec,
+    model: Model,
+    recordings: Sequence[Recording],
+    warn: Warn | None = None,
+    meshed: bool = True,
 ) -> tuple[Doubt, ...]:
     """Every doubt about a problem: damage that was left out, quality, contradictions between
-    recordings, plausibility; each is handed to ``warn``.
+    recordings, plausibility, the mesh (unless ``meshed`` is False); each is handed to ``warn``.
 
     Raises
     ------
@@ -58,7 +63,8 @@ def examine(
         raise RecordingError("\n".join(dict.fromkeys(fatal)))
     other = any(d.check == QUANTITY for d in known)
     quality = (d for d in quality_doubts(recordings) if not (other and d.check in PHASES))
-    found = (*damage_doubts(recordings), *quality, *known)
+    mesh = mesh_doubts(spec, model, recordings) if meshed else ()
+    found = (*damage_doubts(recordings), *quality, *known, *mesh)
     if warn is not None:
         for doubt in found:
             warn(doubt.says)

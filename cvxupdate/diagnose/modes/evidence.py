@@ -278,7 +278,8 @@ class ModesEvidence(Linear):
         alpha = None if further.alpha is None else further.alpha[0]
         kept, p, said = sayable(point.residual.model, point.p)
         notes = (*mesh_notes(self.fine), *said)
-        return Updated(kept, p, alpha=alpha, pairs=pairs, notes=notes)
+        told = self.fine.told
+        return Updated(kept, p, alpha=alpha, pairs=pairs, notes=notes, refine=told)
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Errors of every mode before and after."""

@@ -29,7 +29,7 @@ from cvxupdate.diagnose.settings import (
 )
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
-from cvxupdate.fe.analysis import Analysis, analysis_of
+from cvxupdate.fe.analysis import Analysis, analysis_of, as_stated
 from cvxupdate.fe.analysis.corners import corner_nodes
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, model_modes
@@ -71,6 +71,11 @@ class Mesh:
     def finer(self) -> bool:
         """Than the file's own."""
         return self.analysis is not None
+
+    @property
+    def told(self) -> int | None:
+        """Its parts of an edge, where the mesh of the file is worth a word."""
+        return self.analysis.parts if self.analysis and self.shift > MESH_TOLD else None
 
 
 PLAIN = Mesh()
@@ -121,7 +126,8 @@ def fine_enough(spec: Spec, file: Model, wanted: Wanted) -> Mesh:
         model = needed.on(file)
         points = _points(file, needed, wanted)
         theory = (*theory, POINT) if points else theory
-        shift, error = shift_between(file, model, wanted.top), wanted.differ(file, model)
+        own = as_stated(spec, file)
+        shift, error = shift_between(own, model, wanted.top), wanted.differ(own, model)
     except CvxupdateError:
         return PLAIN
     advised = _advised(shift, rest, MESH_PARTS[0])
@@ -266,20 +272,24 @@ def shears(model: Model) -> bool:
 
 def mesh_notes(mesh: Mesh) -> tuple[str, ...]:
     """For the file of the diagnosed model."""
-    if mesh.analysis is None or mesh.shift <= MESH_TOLD:
+    if mesh.told is None:
         return ()
     return (
-        f"This file keeps its mesh, which alone shifts frequencies by up to {100 * mesh.shift:.2g} "
-        "%; the diagnosis worked on finer parts of its elements.",
+        f"[model] refine = {mesh.told}: the model is taken on finer parts of its elements, as it "
+        f"was diagnosed. Their own mesh would shift frequencies by up to {100 * mesh.shift:.2g} %.",
     )
 
 
 def mesh_lines(mesh: Mesh, responses: bool = True) -> list[str]:
     """What the mesh of the file is worth, and which would do, where that is worth a line;
     ``responses``: what it leaves is told of them, else of natural frequencies alone."""
-    if mesh.analysis is None or mesh.shift <= MESH_TOLD:
+    if mesh.told is None:
         return []
-    leaves = f" and leaves {mesh.error:.2g} of the response by itself" if responses else ""
+    leaves = (
+        f" and alone makes an error of {100 * mesh.error:.2g} % of the response"
+        if responses
+        else ""
+    )
     rest = f"{mesh.left:.1g}" if responses else f"{100 * mesh.left:.1g} % of them"
     return [
         f"The mesh of the file shifts natural frequencies by up to {100 * mesh.shift:.2g} %"

@@ -123,8 +123,8 @@ def candidates_table(judgement: Judgement, found: Found) -> tuple[dict[str, Any]
     """Refitted ones with their errors (several effects after single ones, each naming those
     beside it), then what was only screened."""
     out: list[dict[str, Any]] = []
-    for w in (*judgement.singles, *judgement.several):
-        out += _rows(w, found)
+    for number, w in enumerate((*judgement.singles, *judgement.several)):
+        out += _rows(w, found, number)
     listed = {e.key for w in judgement.singles for e in w.hypothesis.effects}
     out += [
         {
@@ -142,7 +142,7 @@ def candidates_table(judgement: Judgement, found: Found) -> tuple[dict[str, Any]
     return tuple(out)
 
 
-def _rows(w: Weighed, found: Found) -> list[dict[str, Any]]:
+def _rows(w: Weighed, found: Found, number: int) -> list[dict[str, Any]]:
     h: Hypothesis = w.hypothesis
     out = []
     for k, (effect, figures) in enumerate(zip(h.effects, h.figures, strict=True)):
@@ -157,5 +157,6 @@ def _rows(w: Weighed, found: Found) -> list[dict[str, Any]]:
             "parameters": figures.values,
             "stability": found.stable.get(effect.key),
         }
-        out.append({**row, "beside": ", ".join(others)} if others else row)
+        beside = {"beside": ", ".join(others), "set": number} if others else {}
+        out.append({**row, **beside})
     return out

@@ -3,7 +3,8 @@ and corrections, ready to run again.
 
 The matrices of the file built anew are those of the diagnosis: nuisance parameters are factors on
 elements, a changed section is a section of its own, an opened joint two tied nodes and a spring, a
-hidden oscillator a node of its own. What cannot be written down is the correction for the mesh: the
+hidden oscillator a node of its own. Where sheets were diagnosed on finer parts of their elements,
+[model] `refine` says so. What cannot be written down is the correction for the mesh of lines: the
 file's frequencies are those of the analyst's mesh (`cvxupdate.diagnose.output.refine` writes it on
 a finer one).
 """
@@ -99,6 +100,8 @@ def problem_file(
     )
     if found:
         draft.model["families"] = [*draft.model.get("families", ()), *found]
+    if updated.refine is not None:
+        draft.model.update(refine=updated.refine, solid=True)
     _damping(draft, values, updated)
     _recordings(draft, updated.faults, channels, updated.pairs)
     _update(draft, model, spec)

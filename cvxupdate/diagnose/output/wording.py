@@ -18,6 +18,8 @@ from cvxupdate.physics.place import capital, listed
 
 MOST = 6  # equivalents that are named
 FEW = 2  # effects that a sentence names together
+MANY = 3  # effects of a set beyond which a sentence names but the first
+LEFT_OVER = 2.0  # times the noise from which a remaining error is told to be something else
 RIVALS = 3  # other hypotheses whose errors are stated
 LEVEL = (
     "Something in the structure depends on the vibration level (contact, friction, a stiffening "
@@ -185,12 +187,22 @@ def _base_lines(evidence: Evidence, base: Weighed) -> list[str]:
     noise = evidence.noise.fit
     alone = f" (noise alone: {evidence.left(Errors(noise, float('nan')))})"
     return [
-        f"The nominal model leaves {evidence.left(evidence.nominal)}"
-        + (f"{alone}." if np.isfinite(noise) else "."),
+        "The nominal model, without the error of its mesh, leaves "
+        f"{evidence.left(evidence.nominal)}" + (f"{alone}." if np.isfinite(noise) else "."),
         "With the usual scatter of group stiffness, group mass and damping it is "
         f"{evidence.left(base.errors)}: {base.fit.misfit:.3g} times the misfit that noise and "
-        "discretisation leave.",
+        f"discretisation leave{_though_more(evidence, base)}.",
     ]
+
+
+def _though_more(evidence: Evidence, base: Weighed) -> str:
+    """Why a model with more freedom may leave more."""
+    if base.errors.fit <= evidence.nominal.fit:
+        return ""
+    return (
+        " (more than the nominal model leaves, because a fit weighs each line by its noise, and so "
+        "most where the signal is small: what is wrong is not in the scatter)"
+    )
 
 
 def _remains(judgement: Judgement, w: Weighed) -> list[str]:
@@ -213,6 +225,7 @@ def _finding_lines(judgement: Judgement, final: Weighed) -> list[str]:
         f"{capital(final.hypothesis.title)} brings the error to {evidence.left(final.errors)}."
     )
     out += _remains(judgement, final)
+    out += _beyond_noise(evidence, final)
     told = {(f.physics, f.place) for f in judgement.findings}
     out += [
         f"{capital(e.title)} is needed for the last of it, but others elsewhere would do as well: "
@@ -223,11 +236,34 @@ def _finding_lines(judgement: Judgement, final: Weighed) -> list[str]:
     out += [_equivalents(f) for f in judgement.findings if f.equivalent]
     out += _next(judgement, final)
     others = [w for w in judgement.field if w is not final]
-    out += [
-        f"The same procedure with {named(w.hypothesis)} leaves {evidence.left(w.errors)}."
-        for w in others[:RIVALS]
-    ]
+    out += [_other(evidence, final, w) for w in others[:RIVALS]]
     return out
+
+
+def _other(evidence: Evidence, final: Weighed, w: Weighed) -> str:
+    """What another hypothesis leaves, and why one that leaves less was not taken."""
+    effects = w.hypothesis.effects
+    what = named(w.hypothesis)
+    if len(effects) > MANY:
+        what = f"{len(effects)} effects together, {effects[0].title} first,"
+    more, why = w.unknowns - final.unknowns, ""
+    if w.errors.fit < final.errors.fit and more > 0:
+        unknowns = "one unknown" if more == 1 else f"{more} unknowns"
+        why = f": less, but with {unknowns} more, and for those the gain is too small"
+    return f"The same procedure with {what} leaves {evidence.left(w.errors)}{why}."
+
+
+def _beyond_noise(evidence: Evidence, final: Weighed) -> list[str]:
+    """That what is left is not noise alone, and what then is sure."""
+    noise, left = evidence.noise.fit, final.errors.fit
+    if not np.isfinite(noise) or noise <= 0.0 or left <= LEFT_OVER * noise:
+        return []
+    return [
+        f"That is {left / noise:.2g} times what noise alone would leave. The model still differs "
+        "from the structure in smaller things (damping, edges, joints, the theory of its "
+        "elements), which the deviations allow for; the confidence is that of the effect and its "
+        "place, not that the model is complete."
+    ]
 
 
 def _next(judgement: Judgement, final: Weighed) -> list[str]:

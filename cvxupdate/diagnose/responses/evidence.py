@@ -275,7 +275,7 @@ class ResponseEvidence(Linear):
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With a damping ratio of its own for every mode, and the faults of the sensors."""
-        return updated_model(last.point, mesh_notes(self.fine))
+        return updated_model(last.point, mesh_notes(self.fine), self.fine.told)
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Responses before and after, what remains, and the map of explained fractions."""

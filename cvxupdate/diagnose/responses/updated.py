@@ -9,9 +9,11 @@ from cvxupdate.diagnose.results import Updated
 SHIFTED = 1e-6  # relative shift of a frequency by the mesh below which there is none to tell of
 
 
-def updated_model(point: ResponsePoint, notes: tuple[str, ...] = ()) -> Updated:
+def updated_model(
+    point: ResponsePoint, notes: tuple[str, ...] = (), refine: int | None = None
+) -> Updated:
     """With a damping ratio of its own for every mode, and the faults of the sensors; ``notes``:
-    what else is to be said of the file."""
+    what else is to be said of the file; ``refine``: parts of each edge on which it is taken."""
     setting = point.setting
     kept, p, said = sayable(setting.model, point.p)
     faults = zip(setting.faults, (float(v) for v in point.fault_values), strict=True)
@@ -24,4 +26,6 @@ def updated_model(point: ResponsePoint, notes: tuple[str, ...] = ()) -> Updated:
             f"{shift:.2g} %); this file has them with it.",
         )
     zeta, share = point.damping[point.modes.rigid :], round(point.loss.hysteretic, 4)
-    return Updated(kept, p, zeta=zeta, faults=tuple(faults), notes=notes, hysteretic=share)
+    return Updated(
+        kept, p, zeta=zeta, faults=tuple(faults), notes=notes, hysteretic=share, refine=refine
+    )

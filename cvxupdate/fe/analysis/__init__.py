@@ -8,6 +8,6 @@ parameters, sensors or supports on the file's model does so on this one, and not
 computed with it grows with the refinement.
 """
 
-from cvxupdate.fe.analysis.model import DIVIDED, Analysis, analysis_of
+from cvxupdate.fe.analysis.model import DIVIDED, Analysis, analysis_of, as_stated
 
-__all__ = ["DIVIDED", "Analysis", "analysis_of"]
+__all__ = ["DIVIDED", "Analysis", "analysis_of", "as_stated"]

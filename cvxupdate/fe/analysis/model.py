@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cvxupdate.errors import InputError
 from cvxupdate.fe.analysis.corners import corner_names, corner_nodes, corner_terms
 from cvxupdate.fe.analysis.edges import Edge
 from cvxupdate.fe.analysis.parts import Fine, assembled, fine_of
@@ -103,6 +104,26 @@ def analysis_of(spec: Spec, file: Model, parts: int, solid: bool = False) -> Ana
     inner = {x.label: x for p in pieces for row in p.inner for x in row if x.label in resisted}
     whole = Analysis(parts, tuple(pieces), tuple(inner.values()), tuple(fine))
     return whole.only(frozenset(x.family for x in inner.values()))
+
+
+def as_stated(spec: Spec, file: Model, parts: int | None = None) -> Model:
+    """The model of a problem on so many parts of its elements, by default as [model] ``refine``
+    says; as it is where none are asked for or nothing can be divided.
+
+    Raises
+    ------
+    InputError
+        `solid` without `refine`.
+    ModelError
+        Where the inside of an element is a mechanism.
+    """
+    parts, solid = spec.model.refine if parts is None else parts, spec.model.solid
+    if solid and parts is None:
+        raise InputError(
+            f"{spec.path}: model.solid: is of finer parts only. Add refine = 8, or leave it out."
+        )
+    found = None if parts is None else analysis_of(spec, file, parts, solid)
+    return file if found is None else found.on(file)
 
 
 def _level(spec: Spec, file: Model, parts: Mapping[str, int], solid: bool) -> list[Piece]:

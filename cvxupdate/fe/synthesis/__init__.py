@@ -18,6 +18,7 @@ points, and goes direct where the basis misses it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, Final
 
@@ -29,6 +30,7 @@ from cvxupdate.fe.block import Index
 from cvxupdate.fe.damping import with_modal_damping
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Matrices, Model
+from cvxupdate.fe.responses import damped
 from cvxupdate.fe.synthesis.basis import WHOLE, Basis, Subspace
 from cvxupdate.fe.synthesis.direct import DirectLines
 from cvxupdate.fe.synthesis.modal import ModalSum
@@ -39,6 +41,7 @@ __all__ = [
     "Galerkin",
     "ModalSum",
     "choose",
+    "fields",
     "frequency_responses",
     "receptance",
     "responses",
@@ -144,10 +147,7 @@ def _receptances(
     way = way or choose(len(s), model.size, basis.size, basis.rank, sparse)
     if way == "direct":
         return _direct(model, m, s, outputs, inputs)
-    modal, share = _modal_loss(model, basis), model.hysteretic
-    # 2ζ√(κμ) is lost with velocity, 2ζκ with displacement
-    basis = replace(basis, loss=basis.loss + share * modal * _frequency(basis))
-    made = (ModalSum if way == "modal" else Galerkin).of(basis, (1.0 - share) * modal)
+    made, basis = _made(model, basis, way)
     try:
         found = made.at(s, basis.V[outputs], basis.V[inputs])
     except np.linalg.LinAlgError:
@@ -158,6 +158,43 @@ def _receptances(
             "bound. Move the line, or give the model damping."
         )
     return found
+
+
+def fields(
+    model: Model, s: Complex, places: Index, p: Real | None = None
+) -> Callable[[Complex, Index], Complex] | None:
+    """What gives the motions (rows, points, places) of the DOFs ``rows`` per unit force at
+    ``places`` on some of the points ``s``, on one basis for all of them, as accurate as
+    `ACCURACY` says at the places themselves; None where direct solutions are called for: few
+    points, a small model, exact elements, no damping, or no basis that pays.
+
+    Raises
+    ------
+    ModelError
+        The model is a mechanism.
+    """
+    m = model.matrices(p)
+    lossy = _modal(model) or damped(m)
+    if model.exact or model.size <= WHOLE or len(s) <= FEW_POINTS or not lossy:
+        return None
+    basis, enough = _basis(model, m, p, s, places, places)
+    way = choose(len(s), model.size, basis.size, basis.rank, not _modal(model))
+    if way == "direct" or not enough:
+        return None
+    made, basis = _made(model, basis, way)
+
+    def motions(points: Complex, rows: Index) -> Complex:
+        return made.at(points, basis.V[rows], basis.V[places]).transpose(1, 0, 2)
+
+    return motions
+
+
+def _made(model: Model, basis: Basis, way: str) -> tuple[ModalSum | Galerkin, Basis]:
+    """What sums over a basis, with the model's modal damping: 2ζ√(κμ) is lost with velocity, 2ζκ
+    with displacement."""
+    modal, share = _modal_loss(model, basis), model.hysteretic
+    basis = replace(basis, loss=basis.loss + share * modal * _frequency(basis))
+    return (ModalSum if way == "modal" else Galerkin).of(basis, (1.0 - share) * modal), basis
 
 
 def _basis(

@@ -18,6 +18,7 @@ _FREQUENCY = re.compile(r"(.*[./])?(f|fr|freq\w*|frequenc\w*|hz|f_?axis)", re.IG
 _FRF = re.compile(
     r"(.*[./])?(h\d*|frfs?\w*|tf|transfer\w*|mobility|receptance|accelerance)", re.IGNORECASE
 )
+KINDS = ("x", "y", "z", "rx", "ry", "rz")
 _SHOWN = 64  # functions that are shown
 _FEW = 400  # responses that a block lists
 
@@ -43,6 +44,26 @@ def frf_names(contents: Contents) -> tuple[str, str] | None:
     return None
 
 
+def _places(contents: Contents, shape: tuple[int, ...]) -> list[str]:
+    """Where each function was measured and driven, in the order of the flattened array; none where
+    the file does not say."""
+    sides = []
+    for side, many in zip(("response", "reference"), (*shape, 1, 1)[1:3], strict=True):
+        known = [contents.arrays.get(f"{side}_{key}") for key in ("node", "dof")]
+        if any(a is None or np.size(a) != many for a in known):
+            return []
+        nodes, dofs = (np.ravel(np.asarray(a)).tolist() for a in known)
+        sides.append([f"n{n:.0f}.{_dof(d)}" for n, d in zip(nodes, dofs, strict=True)])
+    return [f"{a} / {b}" for a in sides[0] for b in sides[1]]
+
+
+def _dof(code: object) -> str:
+    """A direction by its name or its number, 1 to 6."""
+    if isinstance(code, int | float) and 1 <= code <= len(KINDS):
+        return KINDS[int(code) - 1]
+    return str(code).strip().lower()
+
+
 def inspect_arrays(
     path: Path, contents: Contents, names: tuple[str, str], progress: Progress | None
 ) -> Inspection:
@@ -51,8 +72,9 @@ def inspect_arrays(
     H = contents.arrays[name]
     findings, notes = frf_findings(contents, "acceleration") if name == "H" else ((), ())
     flat = H.reshape(len(H), -1)
+    places = _places(contents, H.shape)
     columns = [
-        Column(f"{name} {k}", "", "acceleration", flat[:, k])
+        Column(f"{name} {k}", "", "acceleration", flat[:, k], places[k] if places else "")
         for k in range(min(flat.shape[1], _SHOWN))
     ]
     lines = ['response = "acceleration"']

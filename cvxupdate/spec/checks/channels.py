@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 from cvxupdate.spec.checks.case import Case
 from cvxupdate.spec.prepare import Complaint
+from cvxupdate.spec.recordings import Recording
+from cvxupdate.spec.tables import is_table
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,15 @@ class ChannelPlaces:
                             f"Say at which {absent} of the model.",
                         )
                     continue
-                if not case.has_node(channel.node):
+                if not case.has_node(channel.node) and _of_a_table(recording):
+                    name = Path(str(recording.file)).name
+                    yield Complaint(
+                        ("recordings", i, "file"),
+                        f"'{name}' has a column of node {channel.node}, which does not exist.",
+                        "Correct the column's name, add the node to the model, or say which node "
+                        f"of the model it is: node_map = {{ {channel.node} = … }}.",
+                    )
+                elif not case.has_node(channel.node):
                     yield Complaint(
                         (*at, "node"),
                         f"channel {channel.column} sits at node {channel.node}, which does "
@@ -72,6 +83,11 @@ class ChannelPlaces:
                     f"Correct the dof of the channel{'s' if more else ''}, or add '{dof}' to "
                     "model.dofs.",
                 )
+
+
+def _of_a_table(recording: Recording) -> bool:
+    """Whether its channels come from the columns of a table of modes."""
+    return recording.kind == "modes" and recording.file is not None and is_table(recording.file)
 
 
 @dataclass(frozen=True)

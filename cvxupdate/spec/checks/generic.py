@@ -96,9 +96,10 @@ class MembersMoved:
                 f"acts on element {e}, whose matrix is given by [[model.families]].",
                 f'Take of = "{GENERIC}", name other elements, or take the family out.',
             )
-        if update.refine is not None:
+        parts = case.spec.model.refine
+        if update.refine is not None or parts is not None:
             yield Complaint(
-                ("update", "refine"),
+                ("model" if update.refine is None else "update", "refine"),
                 "divides elements whose matrices are given by [[model.families]].",
                 "Leave one of them out: a family already has the mesh in it.",
             )

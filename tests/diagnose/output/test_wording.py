@@ -174,7 +174,8 @@ def test_the_nominal_model_s_error_and_that_of_its_scatter_are_stated(
     assert lines[0].endswith("the structure is linear to that accuracy.")
     assert lines[1:] == [
         "A line of the evidence.",
-        f"The nominal model leaves 0.6 of the response and 0.6 (held out){said}",
+        "The nominal model, without the error of its mesh, leaves 0.6 of the response and 0.6 "
+        f"(held out){said}",
         "With the usual scatter of group stiffness, group mass and damping it is 0.5 of the "
         "response and 0.4 (held out): 100 times the misfit that noise and discretisation leave.",
     ]
@@ -204,8 +205,9 @@ def test_equivalents_and_other_hypotheses_are_counted() -> None:
     )
     lines = evidence_lines(found, None)[3:]
     assert lines[1] == "What is left is 9."
-    assert lines[2].startswith("These recordings do not tell some added mass at node 2 from some ")
-    assert lines[2].count("at node") == MOST + 1 and lines[2].endswith(" and 2 more.")
+    assert lines[2].startswith("That is 10 times what noise alone would leave.")
+    assert lines[3].startswith("These recordings do not tell some added mass at node 2 from some ")
+    assert lines[3].count("at node") == MOST + 1 and lines[3].endswith(" and 2 more.")
     assert sum(line.startswith("The same procedure with") for line in lines) == RIVALS
 
 
@@ -220,3 +222,22 @@ def test_a_search_that_time_ended_is_not_consistent_where_something_comes_near()
     verdict, says = verdict_of(replace(EMPTY, case=cut, singles=(near,)), (), False)
     assert verdict == "undetermined"
     assert "ended the search" in says and near.hypothesis.title in says
+
+
+def test_a_set_that_leaves_less_is_told_with_the_unknowns_that_it_took() -> None:
+    """Named by its first effect, where it is long; and why it lost."""
+    many = [effect("added_mass", nodes=(k,)) for k in range(10, 15)]
+    more = weighed(PlainFit(8.0, errors=Errors(0.05, 0.2)), *many)
+    found = replace(EMPTY, single=ONE, final=ONE, field=(ONE, more), findings=(told(A),))
+    line = next(x for x in evidence_lines(found, None) if x.startswith("The same procedure"))
+    assert line == (
+        "The same procedure with 5 effects together, some added mass at node 10 first, leaves 0.05 "
+        "of the response and 0.2 (held out): less, but with 4 unknowns more, and for those the "
+        "gain is too small."
+    )
+
+
+def test_scatter_that_leaves_more_than_the_nominal_model_is_explained() -> None:
+    base = replace(BASE, errors=Errors(0.7, 0.8))
+    lines = evidence_lines(replace(EMPTY, case=case_of(PlainEvidence((base,)))), None)
+    assert "more than the nominal model leaves, because a fit weighs each line" in lines[-1]
