@@ -11,7 +11,6 @@ from cvxupdate.diagnose.results import Updated
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.internal import internal_forces
 from cvxupdate.physics.cubic_stiffness import EVEN, CubicStiffness
-from cvxupdate.physics.effect import plant
 from cvxupdate.spec import load_problem
 from tests.cases.effects import STRUCTURES, context_of, problem
 
@@ -23,7 +22,9 @@ def both(tmp_path):
     model = undamped(build_model(spec))
     found = CubicStiffness().candidates(context_of(spec, model, ()))
     here = [e for e in found if e.place == found[0].place]
-    return {e.figures[0].name: (e, plant(e, model, np.array([7e5]), 1e-3)) for e in here}, spec
+    return {
+        e.figures[0].name: (e, e.action.plant(e, model, np.array([7e5]), 1e-3)) for e in here
+    }, spec
 
 
 def test_cube_and_square_are_hypotheses_of_their_own(both) -> None:

@@ -21,6 +21,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
+from scipy.signal import resample
 
 Real = NDArray[np.float64]
 E, NU, RHO, KAPPA = 207e9, 0.3, 7850.0, 5.0 / 6.0
@@ -165,9 +166,8 @@ class Bench:
             band = (f > 0.4 * first) & (f < self.rate / 3.0)
             force = np.fft.irfft(band * np.exp(2j * np.pi * rng.uniform(size=len(f))), SAMPLES)
             force *= level / np.std(force) * np.minimum(1.0, np.arange(SAMPLES) / 64.0)
-            fine = np.interp(
-                np.arange(2 * STEPS * (SAMPLES - 1) + 1) / (2 * STEPS), np.arange(SAMPLES), force
-            )
+            whole = resample(np.append(force, np.zeros(64)), (SAMPLES + 64) * 2 * STEPS)
+            fine = whole[: 2 * STEPS * (SAMPLES - 1) + 1]  # band-limited, as the records are
             push = self.shapes[self.beam.row(DRIVE)]
             step = 1.0 / (self.rate * STEPS)
             bend = (self.bend, self.beam.stiff, self.soft)

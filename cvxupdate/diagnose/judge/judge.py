@@ -99,7 +99,8 @@ def _decided(evidence: Evidence, found: Found) -> Judgement:
         if more is not None and open_ and needs_several(more, final, case):
             final = more
     bare = Judgement(case, singles, several, single)
-    if not case.damping_only:  # explained or not: as an effect is, groups are believed from there
+    bare_of_all = final is None and not case.damping_only  # explained, yet it may be a group's
+    if bare_of_all or not explained(case.base, case):
         wide = _wide(case)
         field = field if wide is None else (*field, wide)
         if wide is not None and _groups_instead(wide, final, case):
