@@ -194,7 +194,7 @@ class Model(Part):
     refine: Literal[4, 8, 16] | None = Field(
         default=None,
         description="parts of each edge of a rod, beam or plate whose matrices, reduced to the "
-        "DOFs of its nodes and a few inner ones, take the place of its own, in every command; 8 "
+        "DOFs of its nodes and a few inner ones, take the place of its own (plan keeps them); 8 "
         "is fine for most; absent: the elements as they are",
     )
     solid: bool = Field(
