@@ -34,12 +34,12 @@ from cvxupdate.fe.analysis.corners import corner_nodes
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.fe.select import has_property
+from cvxupdate.physics.units import number
 from cvxupdate.spec import Spec
 
 LARGEST = 5000  # DOFs of a file's model that is refined: a larger one is fine enough
-ROUGHLY = (
-    20.0  # times the precision: what families may hold of an eigenvalue before modes are asked
-)
+# Times the precision: what families may hold of an eigenvalue before modes are asked.
+ROUGHLY = 20.0
 SURELY = 0.6  # MAC of two modes that are one and the same
 MISSED = 0.25  # of what extrapolation takes out: errors of the next order, halved once more
 ORDERS = (1.0, 6.0)  # of convergence that a mesh may show
@@ -286,7 +286,7 @@ def mesh_lines(mesh: Mesh, responses: bool = True) -> list[str]:
     if mesh.told is None:
         return []
     leaves = (
-        f" and alone makes an error of {100 * mesh.error:.2g} % of the response"
+        f" and alone makes an error of {number(100 * mesh.error, 2)} % of the response"
         if responses
         else ""
     )
