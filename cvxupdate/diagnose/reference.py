@@ -26,7 +26,6 @@ from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
-from cvxupdate.physics.units import number
 from cvxupdate.recordings.corrections import corrected
 from cvxupdate.recordings.states import REFERENCE, parted
 from cvxupdate.recordings.types import Recording
@@ -151,9 +150,9 @@ def changed(reference: Reference, recordings: Sequence[Recording]) -> str | None
         change = responses_change(before, after)
         if change is None or not nonlinear(change):
             return None
-        return f"the transfer functions changed by {number(100 * change.change, 2)} %"
+        return f"the transfer functions changed by {100 * change.change:.2g} %"
     moved = modes_change(*(stated_of(tables_of(rs)) for rs in (its, own)))
-    return f"natural frequencies moved by up to {number(100 * moved, 2)} %" if moved else None
+    return f"natural frequencies moved by up to {100 * moved:.2g} %" if moved else None
 
 
 def not_unchanged(found: Diagnosis, change: str | None) -> Diagnosis:

@@ -13,7 +13,7 @@ from cvxupdate.diagnose.motion.runs import Run
 from cvxupdate.diagnose.responses.signals import Complex, Signal
 from cvxupdate.diagnose.settings import TELLING
 from cvxupdate.errors import ModelError
-from cvxupdate.physics.units import number, quantity
+from cvxupdate.physics.units import quantity
 
 LOUDER = (0.25, 0.5, 1.0, 2.0, 4.0)  # times the loudest run that was fitted
 WIDTH = 0.02  # of the lines, over which the difference is averaged before its largest is sought
@@ -88,7 +88,7 @@ def told(found: Apart, ours: str, theirs: str) -> str:
     """In words; empty where no level would tell them apart either."""
     if found.difference < TELLING:
         return ""
-    share = f"{number(100.0 * found.difference, 2)} % of the response"
+    share = f"{100.0 * found.difference:.2g} % of the response"
     where = f"most at {found.sensor} around {quantity(found.frequency, 'Hz')}"
     if found.factor == 1.0:
         level = f"the level that was recorded ({found.level:.3g}) with less noise"
@@ -96,5 +96,5 @@ def told(found: Apart, ours: str, theirs: str) -> str:
     return (
         f"To tell {ours} from {theirs}, measure at level {found.level:.3g} ({found.factor:g} times "
         f"the loudest run): there they differ by {share}, {where}; in the loudest run by "
-        f"{number(100.0 * found.now, 2)} %."
+        f"{100.0 * found.now:.2g} %."
     )

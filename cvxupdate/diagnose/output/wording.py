@@ -15,7 +15,6 @@ from cvxupdate.diagnose.settings import EXPLAINED, HALVED, LEVEL_CHANGE, OPEN, S
 from cvxupdate.diagnose.types import Errors, Evidence, LevelChange
 from cvxupdate.physics.effect import MOTION
 from cvxupdate.physics.place import capital, listed
-from cvxupdate.physics.units import number
 
 MOST = 6  # equivalents that are named
 FEW = 2  # effects that a sentence names together
@@ -170,8 +169,8 @@ def _level_line(change: LevelChange | None, level: bool) -> list[str]:
     if change is None:
         return []
     return [
-        f"Between drive levels the {change.what} change by {number(100 * change.change, 2)} % "
-        f"(noise alone: {number(100 * change.noise, 2)} %): "
+        f"Between drive levels the {change.what} change by {100 * change.change:.2g} % "
+        f"(noise alone: {100 * change.noise:.2g} %): "
         + (
             "the response depends on the level, so the structure is not linear."
             if level
