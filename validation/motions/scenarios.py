@@ -281,15 +281,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         path = write(name, o.out / name)
         print(path, flush=True)
         if o.judge:
-            from cvxupdate.study import diagnose
-
-            found = diagnose(path)
+            found = calibrate.diagnose(path)
             said = [
-                f"{f.physics} at {f.place.short} {dict(f.parameters)} ({f.confidence:.2f})"
-                for f in found.findings
+                f"{f['physics']} at {f['location']} {f['parameters']} ({f['confidence']:.2f})"
+                for f in found["findings"]
             ]
-            print(f"  {found.verdict}: {'; '.join(said) or 'nothing'}", flush=True)
-            print(f"  {found.fit}", flush=True)
+            print(f"  {found['verdict']}: {'; '.join(said) or 'nothing'}", flush=True)
+            print(f"  {found['fit']}", flush=True)
     return 0
 
 

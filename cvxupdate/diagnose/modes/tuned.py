@@ -21,7 +21,7 @@ MARGIN = 7  # modes above the highest that is used, in which a change can show
 FEWEST = 20  # modes of the basis at least
 EVERY, FEW = 2, OSCILLATOR_MASSES[1::2]  # of the tunings, and masses, of the first look
 PLACES = 24  # looked at closely
-STEPS, WIDE = 5, 3.0  # tunings as far as the neighbours of the best, masses as far as this factor
+STEPS, SPAN = 5, 3.0  # tunings as far as the neighbours of the best, masses as far as this factor
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ def tuned(where: Scene, candidates: Sequence[Effect], heavy: float) -> list[Scor
     masses = heavy * np.array(FEW)
     rough = [_best(where, e, a, grid[::EVERY], masses) for e, a in first.values()]
     apart = (grid[-1] / grid[0]) ** (EVERY / max(1, len(grid) - 1))
-    about, closer = np.geomspace(1.0 / apart, apart, STEPS), np.geomspace(1.0 / WIDE, WIDE, STEPS)
+    about, closer = np.geomspace(1.0 / apart, apart, STEPS), np.geomspace(1.0 / SPAN, SPAN, STEPS)
     best = [
         _best(where, t.effect, t.action, t.frequency * about, t.mass * closer)
         for t in sorted(rough, key=lambda t: t.left)[:PLACES]
