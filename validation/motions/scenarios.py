@@ -23,6 +23,8 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.signal import resample
 
+from validation import calibrate
+
 Real = NDArray[np.float64]
 E, NU, RHO, KAPPA = 207e9, 0.3, 7850.0, 5.0 / 6.0
 LENGTH, WIDTH = 0.6, 0.03  # m
