@@ -16,7 +16,7 @@ from cvxupdate.diagnose.modes.worth import mesh_for as mesh_for_tables
 from cvxupdate.diagnose.nominal.coarse import Discretisation, of_sheets
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.mesh import NONE, mesh_error
-from cvxupdate.diagnose.nominal.refinement import PLAIN
+from cvxupdate.diagnose.nominal.refinement import PLAIN, has_sheets
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
 from cvxupdate.diagnose.output.wording import nonlinear, slightly
@@ -25,6 +25,7 @@ from cvxupdate.diagnose.responses.data import Data, prepare
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.worth import mesh_for
+from cvxupdate.diagnose.settings import EXPLAINED, OPEN
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
 from cvxupdate.fe.internal import is_nonlinear
@@ -109,11 +110,11 @@ def _responses(
     plain = prepare(recordings)
     simulated = slightly(level_change(plain.sharp)) or is_nonlinear(model)
 
-    def evidence(data: Data) -> ResponseEvidence:
+    def evidence(data: Data, corners: bool = True) -> ResponseEvidence:
         # what a model misses of its reference, mesh included, it misses of the other state too
         fine = PLAIN
         if reference is None:
-            fine = mesh_for(spec, model, data, SHEAR in names, simulated)
+            fine = mesh_for(spec, model, data, SHEAR in names, simulated, corners)
         if not fine.finer:
             data = replace(data, mesh=mesh_error(spec, model, data.top))
             if SHEAR in names:
@@ -130,10 +131,21 @@ def _responses(
         of_reference = evidence(prepare(responses_of(reference.recordings)))
         data = of_reference.data
         common = common_of(of_reference, data.sharp, data.sharp_hold_out)
-    linear = evidence(plain if common is None else prepare(recordings, common))
+    data = plain if common is None else prepare(recordings, common)
+    linear = evidence(data)
+    if _off_for_more_than_corners(linear):
+        linear = evidence(data, corners=False)
     if simulated:
         return in_simulation(spec, recordings, linear, progress) or linear
     return linear
+
+
+def _off_for_more_than_corners(evidence: ResponseEvidence) -> bool:
+    """Whether a frame on finer beams is far off all the same: what lies within its corners is a
+    small matter then, and a search among their inner coordinates takes several times as long."""
+    if not evidence.fine.finer or has_sheets(evidence.original):
+        return False
+    return bool(evidence.bases[-1].misfit > OPEN * EXPLAINED)
 
 
 def discretisation(evidence: Evidence, before: float | None) -> Discretisation | None:

@@ -24,11 +24,15 @@ from cvxupdate.spec import Spec
 LEAST = 1e-5  # relative: finer than this no frequency is asked for
 
 
-def mesh_for(spec: Spec, file: Model, data: Data, sheared: bool, simulated: bool) -> Mesh:
+def mesh_for(
+    spec: Spec, file: Model, data: Data, sheared: bool, simulated: bool, corners: bool = True
+) -> Mesh:
     """Fine enough for the responses in the band, damped as the file says; ``simulated``: laws that
-    follow the motion will be sought, on the file's own beams as they are."""
+    follow the motion will be sought, on the file's own beams as they are; ``corners``: with what
+    lies within those of plane frames."""
     bare = undamped(file.with_parameters(()))
-    if simulated and not wants_finer(bare, simulated):
+    finer = wants_finer(bare, simulated or not corners)
+    if simulated and not finer:
         return PLAIN
 
     def modelled(model: Model) -> tuple[Complex, ...]:
@@ -44,6 +48,6 @@ def mesh_for(spec: Spec, file: Model, data: Data, sheared: bool, simulated: bool
     noise = max(noise_errors(data.sharp), RESPONSE_DISCREPANCY * MESH_NOISE)
     precision = max(LEAST, MESH_NOISE * RESPONSE_DISCREPANCY * typical)
     wanted = Wanted(data.top, precision, MESH_NOISE * noise, differ, sheared)
-    if not wants_finer(bare, simulated):
+    if not finer:
         return with_theory_of(bare, wanted)
     return fine_enough(spec, bare, wanted)
