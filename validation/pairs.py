@@ -12,11 +12,7 @@ from __future__ import annotations
 
 import argparse
 import itertools
-import json
 import sys
-import tempfile
-import time
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -25,6 +21,7 @@ from validation import calibrate, generate
 from validation.generated.cases import Case
 from validation.generated.laboratory import build, modal
 from validation.generated.visible import visibility
+from validation.timed import timed
 
 OUT = Path(__file__).resolve().parents[1] / "out" / "pairs"
 NEW = 3300  # from here on nobody has looked at a case
@@ -46,21 +43,12 @@ def pairs(first: int) -> Iterator[int]:
 
 def tried(seed: int, folder: Path, state: str, limit: float) -> dict[str, Any]:
     """One case made, diagnosed and judged; its file."""
-    begin = time.process_time()
-    try:
-        with calibrate.alarmed(limit, processor=True), tempfile.TemporaryDirectory() as name:
-            generate.make(seed, Path(name))
-            begin = time.process_time()
-            truth = tomllib.loads((Path(name) / "truth.toml").read_text(encoding="utf-8"))
-            row = calibrate.judged(calibrate.diagnose(Path(name) / "problem.toml"), truth)
-    except calibrate.TooLong:
-        row = calibrate.failed(f"longer than {limit:.0f} s of the processor")
-    except Exception as error:  # one case that fails is reported, and leaves the others alone
-        row = calibrate.failed(f"{type(error).__name__}: {error}")
-    row = {"seed": seed, "state": state, "seconds": round(time.process_time() - begin, 2), **row}
-    text = json.dumps(row, ensure_ascii=False, indent=1, allow_nan=False)
-    calibrate.save(folder / f"{seed}.json", text + "\n")
-    return row
+    return timed(_written, seed, folder, state, limit)
+
+
+def _written(seed: int, folder: Path) -> dict[str, Any]:
+    generate.make(seed, folder)
+    return {}
 
 
 def lines(rows: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -105,7 +93,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     seeds = list(itertools.islice(pairs(o.seed), o.count))
     if o.cases and seeds[-1] >= NEW:
         parser.error(f"seeds from {NEW} on are new: only totals are looked at")
-    own = [Path(__file__), *sorted(Path(generate.__file__).parent.glob("generated/*.py"))]
+    own = [Path(__file__), Path(__file__).with_name("timed.py")]
+    own += sorted(Path(generate.__file__).parent.glob("generated/*.py"))
     procedure = [*own, Path(calibrate.__file__), Path(calibrate.__file__).with_name("proof.py")]
     rows, complete = calibrate.run(seeds, o.out, o.jobs, o.limit, o.keep, tried, procedure)
     print("\n".join([*(told(r) for r in rows if o.cases), *lines(rows)]))

@@ -135,8 +135,10 @@ MEMBERS, WHOLES, WHOLE = 16, 6, 3
 # Fraction of the half-samples that makes a candidate worth a refit whatever its explained
 # fraction (Meinshausen and Bühlmann 2010: 0.6 to 0.9).
 STABLE = 0.7
-# r.m.s. error of the frequencies above which a derivative says little of a whole member.
+# r.m.s. relative error of the frequencies above which a derivative says little of a whole member.
 FAR_OFF = 0.05
+# Masses of hidden oscillators, parts of the structure's: a fifth is a structure beside it.
+OSCILLATOR_MASSES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.2)
 
 # ---------------------------------------------------------------------------------------- search
 # (level, how many enter) of the race on smooth recordings, and on sharp ones; where several
@@ -227,9 +229,6 @@ GRADED, REGION = 0.8, 0.25
 # Part of what is left that "mostly" means; part of the band, or of its logarithm, from which on it
 # is spread over it.
 MOSTLY, SPREAD = 0.7, 0.5
-
-# Masses of hidden oscillators, parts of the structure's: a fifth is a structure beside it.
-OSCILLATOR_MASSES = (0.001, 0.003, 0.01, 0.03, 0.1, 0.2)
 
 # --------------------------------------------------------------------------- pattern of damping
 # Fall of the squares of log damping ratios that chance gives one parameter once in two thousand

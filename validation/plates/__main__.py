@@ -63,7 +63,7 @@ def told(row: Mapping[str, Any]) -> str:
 def files() -> list[Path]:
     """What a case depends on beside the package."""
     own = [p for p in sorted(HERE.glob("*.py")) if p.name != "__main__.py"]
-    generated = sorted((HERE.parent / "generated").glob("*.py"))
+    generated = [HERE.parent / "timed.py", *sorted((HERE.parent / "generated").glob("*.py"))]
     return [*own, *generated, HERE.parent / "proof.py", HERE.parent / "calibrate.py"]
 
 
