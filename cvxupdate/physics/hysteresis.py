@@ -62,8 +62,8 @@ class Hysteresis(EffectType):
 
 def other_forms(effect: Effect) -> list[Effect]:
     """The same joint with other laws: where it slips at once, those by which it gives way
-    gradually (Wen 1976; knees of n = 1 and 2, unloading with its first stiffness; Iwan 1966, sliders
-    side by side)."""
+    gradually (Wen 1976; knees of n = 1 and 2, unloading with its first stiffness; Iwan 1966,
+    sliders side by side)."""
     action = effect.action
     if not isinstance(action, NonlinearForce) or action.law != "jenkins":
         return []
