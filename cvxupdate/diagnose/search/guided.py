@@ -94,11 +94,21 @@ def guided(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     """The best sets of two effects and more that grow step by step, sharpened, best first; none of
     evidence without an approach. It takes a part of the time at most: what is sought by weighted
     squares has its turn, too."""
-    if evidence.approach is None:
-        return []
+    growth = _growth(evidence, progress)
+    return [] if growth is None else growth.finished(growth.found())
+
+
+def brought_near(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
+    """The same where nothing is to be claimed of it: of any number of effects, without rivals."""
+    growth = _growth(evidence, progress)
+    return [] if growth is None else growth.freed(growth.found())
+
+
+def _growth(evidence: Evidence, progress: Progress) -> _Growth | None:
     approach, budget = evidence.approach, Budget(GROWING * BUDGET, np.inf)
-    growth = _Growth(evidence, approach, approach.begun(), progress, budget)
-    return growth.finished(growth.found())
+    if approach is None:
+        return None
+    return _Growth(evidence, approach, approach.begun(), progress, budget)
 
 
 @dataclass(frozen=True)
@@ -249,6 +259,13 @@ class _Growth:
     def _sharpened(self, sets: Sequence[Hypothesis]) -> list[Hypothesis]:
         last = self.evidence.levels - 1
         return raced(self.evidence, sets, ((last, len(sets)),), self.progress)
+
+    def freed(self, sets: Sequence[Reached]) -> list[Hypothesis]:
+        """Sets by weighted squares, and the best of them without each of its effects, best
+        first."""
+        known = self._carried([r for r in sets if r.hypothesis.effects])
+        fewer = backward(self.evidence, known[0], self.progress)[1] if known else []
+        return merged(known, [h for h in fewer if h.effects])
 
     def finished(self, sets: Sequence[Reached]) -> list[Hypothesis]:
         """Sets by weighted squares; the best of them also without each of its effects (backward),
