@@ -23,7 +23,7 @@ from cvxupdate.physics.compliance import RIGID, SOFTEST
 from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.directions import Complex, LowRank
 from cvxupdate.physics.draft import Draft, kind_of, node_of, not_negative
-from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, ModelChange
+from cvxupdate.physics.effect import Effect, EffectType, ModelChange
 from cvxupdate.physics.growth import append_parameters, limited, new_ids
 from cvxupdate.physics.place import ROTATIONS, TRANSLATIONS, Place, where
 from cvxupdate.physics.quantity import physical, stiffness
@@ -89,7 +89,6 @@ class FlexibleSupport(EffectType):
     name = "flexible_support"
     noun = "a support with a mass of its own"
     mount = True
-    told_by = frozenset({RESPONSES})
     writers = (("fixture", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:

@@ -17,6 +17,7 @@ from cvxupdate.diagnose.modes.figures import modes_shown
 from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
 from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
 from cvxupdate.diagnose.modes.fits import fitted_from, space_around
+from cvxupdate.diagnose.modes.fixtures import on_fixtures
 from cvxupdate.diagnose.modes.levels import level_change
 from cvxupdate.diagnose.modes.members import whole_members
 from cvxupdate.diagnose.modes.remains import remains
@@ -207,6 +208,7 @@ class ModesEvidence(Linear):
             if around.total > 0.0
         ]
         scores += tuned(around, effects, float(model.total_mass()))
+        scores += on_fixtures(around, effects, origin.p)
         far = not placed and self.errors(parent).fit > FAR_OFF
         return FiniteSize(scores, whole_members(parent, effects, self._space) if far else [])
 
