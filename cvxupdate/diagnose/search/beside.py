@@ -16,18 +16,16 @@ def beside(
     also: Collection[Key] = (),
     level: int = SEVERAL_LEVEL,
     scores: Sequence[Score] | None = None,
-    sized_at: int = 0,
 ) -> list[Seed]:
     """What shows there to first order (``scores``: already screened, and placed); and what shows
     at finite sizes beside its effects alone, with nuisance parameters nominal (``also``: these
-    too, however little they show), at the level ``sized_at``. The refits are to begin at
-    ``level``."""
+    too, however little they show). The refits are to begin at ``level``."""
     model = parent.fit.setting.model
     effects = further(evidence.candidates(model), parent)
     near: list[Score] = []
     if scores is None:
         near = shortlist(evidence.first_order(parent.fit, effects))
-    nominal = at_nominal(evidence, parent, sized_at)
+    nominal = at_nominal(evidence, parent)
     sized = evidence.finite_size(nominal.fit, parent.fit, parent.effects, effects)
     exact = [*shortlist(sized.scores, SHORT, EACH_SIZED)]
     exact += [s for s in sized.scores if s.effect.key in also and s not in exact]

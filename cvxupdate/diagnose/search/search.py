@@ -101,9 +101,7 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     start, pattern = Hypothesis((), bases[0]), damping_only(evidence)
     seeds = seeds_from(evidence, start, listed, 0)
     if not pattern:
-        at = _showing(evidence)
-        parent = Hypothesis((), bases[at])
-        seeds += beside(evidence, parent, level=0, scores=rankings[at], sized_at=at)
+        seeds += beside(evidence, start, level=0, scores=rankings[0])
     entries = entered(evidence, seeds, progress)
     coarse = raced(evidence, entries, COARSE, progress)
     grown, ahead = ([], False) if pattern else _grown(evidence, coarse, progress)
@@ -143,13 +141,6 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         {s.effect.key: part for s, part in stable},
         tuple((h, h.fit.misfit / bases[0].misfit) for h in entries),
     )
-
-
-def _showing(evidence: Evidence) -> int:
-    """The first level, of those that are screened, at which something is missing: what moves a
-    single resonance apart leaves nothing on smooth recordings."""
-    missing = (k for k, b in enumerate(evidence.bases[:-1]) if b.misfit > EXPLAINED)
-    return next(missing, max(0, evidence.levels - 2))
 
 
 def _grown(
