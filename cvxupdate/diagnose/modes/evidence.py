@@ -33,7 +33,7 @@ from cvxupdate.diagnose.nominal.theory import theory_lines
 from cvxupdate.diagnose.nominal.written import sayable
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised
-from cvxupdate.diagnose.settings import CHANCE, FAR_OFF
+from cvxupdate.diagnose.settings import CHANCE, FAR_OFF, SPARE
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import (
     Errors,
@@ -208,7 +208,8 @@ class ModesEvidence(Linear):
             if around.total > 0.0
         ]
         scores += tuned(around, effects, float(model.total_mass()))
-        scores += on_fixtures(around, effects, origin.p)
+        spare = origin.rows - len(model.parameters) - SPARE
+        scores += on_fixtures(around, [e for e in effects if e.count <= spare + 1], origin.p)
         far = not placed and self.errors(parent).fit > FAR_OFF
         return FiniteSize(scores, whole_members(parent, effects, self._space) if far else [])
 

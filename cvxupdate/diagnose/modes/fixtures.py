@@ -3,7 +3,8 @@
 One brings modes that the model does not have and moves its neighbours apart, as a hidden oscillator
 does. In the space of the model's own modes the supports' motions are further coordinates, each with
 the shape that the structure takes when it is moved slowly (Craig and Bampton 1968): as many
-eigenproblems as there are tunings and compliances are solved in one call.
+eigenproblems as there are tunings and compliances are solved in one call. Its unknowns count as
+those of several effects do: few figures are fitted by nearly any four (`settings.SPARE`).
 """
 
 from __future__ import annotations
