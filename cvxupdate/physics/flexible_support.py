@@ -33,6 +33,7 @@ from cvxupdate.physics.units import number, quantity
 LIMITS = (0.0, SOFTEST)
 HUNDREDTH = 0.01  # of the structure's mass: the unit of a fixture's
 ARM = 0.1  # of its extent: radius of gyration of that unit
+FELT = 2.0  # deviations from nothing that a mass of its own must be
 DAMPING = 0.02  # of the trial fixtures
 STEPS = 16  # trial frequencies in the band
 SINGLE, MOST = 4, 100  # supports of a direction up to which each is tried by itself; in one fixture
@@ -127,6 +128,10 @@ class FlexibleSupport(EffectType):
                 spot = f"at {where(place)}"
                 out.append(Effect(self, place, change, figures, 1, LIMITS, spot))
         return out
+
+    def plainly(self, values: Mapping[str, float], deviations: Mapping[str, float]) -> bool:
+        """Whether it may have no mass: then it is a support that gives way."""
+        return any(values[n] <= FELT * deviations[n] for n in ("m", "J") if n in values)
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """Stiffness, mass, and the frequency that they would have alone."""
