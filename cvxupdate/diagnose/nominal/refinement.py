@@ -228,7 +228,8 @@ def _held(model: Model, analysis: Analysis, families: Sequence[str], modes: Mode
         own = np.array(rows[family], dtype=np.int64)
         phi = modes.shapes[own]
         out.append(np.einsum("im,im->m", phi, K[own][:, own] @ phi))
-    return np.abs(np.array(out)) / np.maximum(modes.eigenvalues, 1e-300)
+    energy = np.abs(np.array(out).reshape(len(families), len(modes.eigenvalues)))
+    return np.asarray(energy / np.maximum(modes.eigenvalues, 1e-300))
 
 
 def _up_to(model: Model, top: float) -> Modes:

@@ -258,8 +258,8 @@ class _Growth:
             return []
         explains = self._explains(known)
         kept, fewer = backward(self.evidence, known[0], self.progress)
-        pool = Pool(self.evidence, self.progress, {h.keys: h for h in known})
-        pool.tried.update(pool.found, (h.keys for h in fewer))
+        settled = {h.keys for h in (*known, *fewer)}
+        pool = Pool(self.evidence, self.progress, {h.keys: h for h in known}, settled)
         for rest in kept if explains else ():
             if self.evidence.hurried:
                 self.evidence.leave(RIVALS)

@@ -15,6 +15,7 @@ from cvxupdate.diagnose.search.alike import elsewhere
 from cvxupdate.diagnose.search.backward import backward
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.driven import settled, shaken
+from cvxupdate.diagnose.search.exchange import crowded, exchanged
 from cvxupdate.diagnose.search.guided import guided
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.rigs import beside_a_rig
@@ -119,6 +120,9 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     if several and len(several[0].effects) > 2:
         lighter += backward(evidence, several[0], progress)[1]
     lighter += beside_a_rig(evidence, merged(several, lighter), progress)
+    if reached and crowded(merged(several, lighter)):
+        lighter = merged(lighter, pairs(evidence, coarse, FEW_PARENTS, progress))
+    lighter = merged(lighter, exchanged(evidence, merged(several, lighter), progress))
     singles = merged(singles, [h for h in lighter if len(h.effects) == 1])
     several = merged(several, [h for h in lighter if len(h.effects) > 1])
     return Found(
