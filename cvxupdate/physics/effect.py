@@ -28,7 +28,6 @@ RESPONSES, MODES, RATIOS, MOTION = "responses", "modes", "damping ratios", "moti
 TUNED = (0.8, 1.1)  # of the band's bottom and top: a hidden oscillator beyond is a spring or a mass
 EXCHANGED = 0.1  # largest departure of an exchange's gain from 1
 LIGHTEST, HEAVIEST = 1e-4, 0.2  # of the structure's mass: a hidden oscillator's
-LEAST_DAMPING = 1e-4  # ratio of an oscillator that has a dashpot
 
 
 class EffectType(ABC):
@@ -165,14 +164,6 @@ class HiddenOscillator:
         return Planted(
             replace(effect, action=replace(self, mass=mass)), grown, np.zeros(self.count)
         )
-
-    def tuned(self, values: Mapping[str, float]) -> HiddenOscillator:
-        """One with the frequency and the damping ratio of fitted figures, not planted yet."""
-        m, k = max(values["m"], 1e-12), max(values["k"], 0.0)
-        omega = float(np.sqrt(k / m))
-        zeta = values.get("c", 0.0) / max(2.0 * m * omega, 1e-12)
-        zeta = max(zeta, LEAST_DAMPING) if self.zeta > 0.0 else 0.0
-        return replace(self, frequency=omega / (2.0 * np.pi), zeta=zeta, mass=0.0)
 
     def moved(self, effect: Effect, context: SearchContext) -> Effect | None:
         """The same tuning at the same DOF of another model."""

@@ -9,8 +9,10 @@ and Friedman 2009, 3.3 and 9.1).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, seeds_from, without
 from cvxupdate.diagnose.hypothesis import further as placeable
@@ -32,6 +34,7 @@ from cvxupdate.physics.effect import Effect, HiddenOscillator
 from cvxupdate.physics.shaker import at_drive
 
 LEGS = ((SEVERAL_LEVEL, PARTNERS), *FINE_SEVERAL)
+LEAST_RATIO = 1e-4  # of damping, of an oscillator with a dashpot: without, it has no such unknown
 EXCHANGED = "effects of the best set exchanged for others"
 
 
@@ -49,7 +52,7 @@ def exchanged(
 ) -> list[Hypothesis]:
     """``known`` (sharpened) and the likeliest set of them with its effects exchanged, as long as
     another is likelier then. All, best first."""
-    found, tried = list(known), set[frozenset[Key]]()
+    found = list(known)
     best = likeliest([h for h in found if len(h.effects) > 1])
     for _ in range(WALKS):
         if best is None:
@@ -63,9 +66,7 @@ def exchanged(
             if rest is not None:
                 progress(f"seeking in place of {best.effects[k].name}")
                 seeds += _seeds(evidence, best, k, rest)
-        fresh = [s for s in seeds if s.keys not in tried | {best.keys}]
-        tried |= {s.keys for s in fresh}
-        more = raced(evidence, entered(evidence, fresh, progress), LEGS, progress)
+        more = raced(evidence, entered(evidence, seeds, progress), LEGS, progress)
         found = merged(found, more)
         ahead = likeliest(more)
         if ahead is None or merit(ahead) <= merit(best):
@@ -101,10 +102,19 @@ def _tuned(effects: Sequence[Effect], best: Hypothesis, number: int) -> list[Eff
     action = best.effects[number].action
     if not isinstance(action, HiddenOscillator):
         return list(effects)
-    tuned = action.tuned(best.figures[number].values)
+    tuned = as_fitted(action, best.figures[number].values)
     out: dict[Key, Effect] = {}
     for e in effects:
         if isinstance(e.action, HiddenOscillator):
             e = replace(e, action=replace(tuned, row=e.action.row))
         out.setdefault(e.key, e)
     return list(out.values())
+
+
+def as_fitted(action: HiddenOscillator, values: Mapping[str, float]) -> HiddenOscillator:
+    """One with the frequency and the damping ratio of fitted figures, not planted yet."""
+    m = max(values["m"], float(np.finfo(float).tiny))
+    omega = float(np.sqrt(max(values["k"], 0.0) / m))
+    zeta = values.get("c", 0.0) / max(2.0 * m * omega, float(np.finfo(float).tiny))
+    zeta = max(zeta, LEAST_RATIO) if action.zeta > 0.0 else 0.0
+    return replace(action, frequency=omega / (2.0 * np.pi), zeta=zeta, mass=0.0)

@@ -15,7 +15,7 @@ from cvxupdate.diagnose.search.alike import elsewhere
 from cvxupdate.diagnose.search.backward import backward
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.driven import settled, shaken
-from cvxupdate.diagnose.search.exchange import crowded, exchanged
+from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
 from cvxupdate.diagnose.search.guided import guided
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.rigs import beside_a_rig
@@ -76,14 +76,7 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     bases, names = evidence.bases, names_tried(evidence)
     if not names:
         return Found()
-    candidates = evidence.candidates(evidence.model, names)
-    rankings = []
-    for fit in bases[: max(1, evidence.levels - 1)]:
-        progress(f"screening {len(candidates)} candidates")
-        rankings.append(evidence.first_order(fit, candidates))
-    clearest = int(np.argmax([max((s.fraction for s in r), default=0.0) for r in rankings]))
-    progress("resampling the recordings")
-    stable = stability(evidence, bases[clearest], rankings[clearest])
+    rankings, stable = _screened(evidence, names, progress)
     often = [s for s, part in stable if part >= STABLE]
     listed = best_of(*(shortlist(r) for r in rankings), often)
     start, pattern = Hypothesis((), bases[0]), damping_only(evidence)
@@ -105,10 +98,10 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     if pattern:
         singles.sort(key=lambda h: h.fit.damping_strain)
     singles = elsewhere(evidence, singles, progress)
-    several: list[Hypothesis] = []
+    several, known = list[Hypothesis](), None
     if not pattern and not _enough(evidence, singles):
-        firsts = [] if reached else coarse
-        several = _pairs(evidence, firsts, singles, progress)
+        several = _pairs(evidence, [] if reached else coarse, singles, progress)
+        known = likeliest(several)
         singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
         alone = bool(singles and (several or grown)) and _told_alone(evidence, singles[0])
         own = [several] if ahead else [several, grown]  # each has its own end
@@ -120,9 +113,8 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     if several and len(several[0].effects) > 2:
         lighter += backward(evidence, several[0], progress)[1]
     lighter += beside_a_rig(evidence, merged(several, lighter), progress)
-    if reached and crowded(merged(several, lighter)):
-        lighter = merged(lighter, pairs(evidence, coarse, FEW_PARENTS, progress))
-    lighter = merged(lighter, exchanged(evidence, merged(several, lighter), progress))
+    firsts = coarse if reached else []
+    lighter += _instead(evidence, merged(several, lighter), firsts, known, progress)
     singles = merged(singles, [h for h in lighter if len(h.effects) == 1])
     several = merged(several, [h for h in lighter if len(h.effects) > 1])
     return Found(
@@ -132,6 +124,21 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         {s.effect.key: part for s, part in stable},
         tuple((h, h.fit.misfit / bases[0].misfit) for h in entries),
     )
+
+
+def _screened(
+    evidence: Evidence, names: Sequence[str], progress: Progress
+) -> tuple[list[list[Score]], list[tuple[Score, float]]]:
+    """First-order scores at every level but the last, and how often half of the recordings chooses
+    each, where most is explained."""
+    bases, rankings = evidence.bases, list[list[Score]]()
+    candidates = evidence.candidates(evidence.model, names)
+    for fit in bases[: max(1, evidence.levels - 1)]:
+        progress(f"screening {len(candidates)} candidates")
+        rankings.append(evidence.first_order(fit, candidates))
+    clearest = int(np.argmax([max((s.fraction for s in r), default=0.0) for r in rankings]))
+    progress("resampling the recordings")
+    return rankings, stability(evidence, bases[clearest], rankings[clearest])
 
 
 def _grown(
@@ -151,12 +158,29 @@ def _pairs(
     singles: Sequence[Hypothesis],
     progress: Progress,
 ) -> list[Hypothesis]:
-    """Pairs with the best of ``firsts``: fewer where what the best single effect leaves may be the
-    mesh's."""
+    """Pairs with the best of ``firsts``, exchanged: fewer where what the best single effect leaves
+    may be the mesh's."""
     if not firsts:
         return []
     few = bool(singles) and _mesh_may(evidence, singles[0])
-    return pairs(evidence, firsts, FEW_PARENTS if few else PARENTS, progress)
+    found = pairs(evidence, firsts, FEW_PARENTS if few else PARENTS, progress)
+    return exchanged(evidence, found, progress)
+
+
+def _instead(
+    evidence: Evidence,
+    sets: Sequence[Hypothesis],
+    firsts: Sequence[Hypothesis],
+    known: Hypothesis | None,
+    progress: Progress,
+) -> list[Hypothesis]:
+    """What may stand in place of the likeliest of ``sets``: a pair with one of ``firsts``, where
+    that has many effects; others for one of its own, but if it is ``known`` that none does."""
+    found = [h for h in sets if len(h.effects) > 1]
+    several = pairs(evidence, firsts, FEW_PARENTS, progress) if firsts and crowded(found) else []
+    found = merged(found, several)
+    best = likeliest(found)
+    return several if best is known else exchanged(evidence, found, progress)
 
 
 def _far_off(coarse: Sequence[Hypothesis]) -> bool:

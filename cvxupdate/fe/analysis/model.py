@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cvxupdate.errors import InputError
+from cvxupdate.errors import InputError, ModelError
 from cvxupdate.fe.analysis.corners import corner_names, corner_nodes, corner_terms
 from cvxupdate.fe.analysis.edges import Edge
 from cvxupdate.fe.analysis.parts import Fine, assembled, fine_of
@@ -25,7 +25,7 @@ DIVIDED = ("rod", "beam2d", "beam3d", "plate")  # types of elements that have pa
 # times as many parts of a line as of the edge of a sheet: those that deform in shear converge with
 # the square of their length and are not extrapolated, and cost next to nothing
 LINES = {"rod": 2, "beam2d": 2, "beam3d": 2}
-LEAST_EXTRAPOLATED = 4  # parts: half as many have points inside too, as what follows them needs
+FEWEST = 4  # parts: of half as many an edge still has a point of its own
 NOTHING = 1e-12  # of the largest stiffness of a term: none
 ALONG = 1e-6  # component of a direction that counts
 SAME = 12  # digits to which two elements are alike
@@ -81,26 +81,31 @@ class Analysis:
 def analysis_of(spec: Spec, file: Model, parts: int, solid: bool = False) -> Analysis | None:
     """With every edge of every element in so many ``parts``; None where there is no element that
     can be divided. Where errors are of second order in the length of a part, from half as many and
-    as many to the limit (Richardson 1911), if half as many are a division. ``solid``: sheets with what Kirchhoff leaves out of a
+    as many to the limit (Richardson 1911). ``solid``: sheets with what Kirchhoff leaves out of a
     solid (`cvxupdate.fe.analysis.solid`), beams with what centre lines leave out of a frame
     (`cvxupdate.fe.analysis.corners`: nothing unless the property ``corner`` is moved).
 
     Raises
     ------
     ModelError
-        Where the inside of an element is a mechanism.
+        Where parts are too few, or the inside of an element is a mechanism.
     """
     types = {b.type for b in spec.model.elements} & set(DIVIDED)
     if not types:
         return None
-
-    def level(n: int) -> list[Piece]:
-        each = {t: n * LINES.get(t, 1) for t in types}
-        return [unstrained(file, p) for p in _level(spec, file, each, solid)]
-
-    fine = pieces = level(parts)
-    if parts >= LEAST_EXTRAPOLATED:
-        pieces = [limit(file, a, b) for a, b in zip(level(parts // 2), fine, strict=True)]
+    if min(parts * LINES.get(t, 1) for t in types) < FEWEST:
+        raise ModelError(
+            f"Finer elements need each edge in at least {FEWEST} parts, for half as many tell how "
+            f"far they are from the limit; got {parts}."
+        )
+    coarse, fine = (
+        [
+            unstrained(file, p)
+            for p in _level(spec, file, {t: n * LINES.get(t, 1) for t in types}, solid)
+        ]
+        for n in (parts // 2, parts)
+    )
+    pieces = [limit(file, a, b) for a, b in zip(coarse, fine, strict=True)]
     resisted = _resisted(pieces)
     inner = {x.label: x for p in pieces for row in p.inner for x in row if x.label in resisted}
     whole = Analysis(parts, tuple(pieces), tuple(inner.values()), tuple(fine))
