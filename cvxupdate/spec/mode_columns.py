@@ -24,7 +24,7 @@ _FREQUENCY = re.compile(
     r"(natural[ _]?)?(frequency|freq|f|fn)[ _]*[\[(]?(hz)?[\])]?", re.IGNORECASE
 )
 _DAMPING = re.compile(
-    r"(modal[ _]?)?(damping|damp|zeta|xi)([ _]?ratio)?"
+    r"(modal[ _]?)?(damping|damp|zeta|xi|d(?=[ _]*[\[(]?%))([ _]?ratio)?"
     r"[ _]*[\[(]?(?P<percent>%|pct|percent)?[\])]?",
     re.IGNORECASE,
 )

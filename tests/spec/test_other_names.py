@@ -40,7 +40,7 @@ def test_columns_by_other_names_are_one_message(tmp_path):
     [
         ("frequency,3:+X,103:+X\n1.0,1.0,0.5\n", ("'modes.csv'", "node 103", "node_map = { 103")),
         ("frequency,damping,3:+X\n1.0,0.01,n/a\n", ("line 2, column 3:+X", "'n/a'")),
-        ("frequency,D [%],3:+X\n1.0,1.0,1.0\n", ("column D [%]", "`damping [%]`")),
+        ("frequency,Damp in %,3:+X\n1.0,1.0,1.0\n", ("column Damp in %", "`damping [%]`")),
     ],
 )
 def test_a_table_of_modes_is_told_by_its_own_columns(tmp_path, table, words):

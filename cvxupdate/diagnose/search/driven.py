@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.search.approach import Approach
 from cvxupdate.diagnose.search.backward import merit
-from cvxupdate.diagnose.search.guided import Approach
 from cvxupdate.diagnose.search.race import entered, raced
 from cvxupdate.diagnose.settings import STAYING, TWICE
 from cvxupdate.diagnose.types import Evidence, Progress
