@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.beginning import beginning_of, settled
+from cvxupdate.recordings.load import load_recordings
 from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
+from cvxupdate.spec import load_problem
 from tests.cases.in_motion import STATE, history, receptances
 
 
@@ -71,6 +74,24 @@ def test_an_impact_is_not_taken_for_an_initial_state() -> None:
         run, data=np.column_stack([np.sin(60.0 * t), np.sin(60.0 * t + 1.0), decay[:, 1:]])
     )
     assert settled(sine, None) is sine
+
+
+def test_what_comes_later_is_no_initial_state() -> None:
+    """A free decay is there from the first sample: what follows a silence is something else."""
+    run = history(STATE)
+    quiet = np.random.default_rng(1).normal(size=(200, run.data.shape[1]))
+    later = replace(run, data=np.vstack([1e-3 * np.std(run.data, axis=0) * quiet, run.data]))
+    assert settled(later, None) is later
+    found = beginning_of(later)
+    assert found is not None and found.share < 0.1 < found.needed
+
+
+def test_a_sweep_against_a_stop_begins_at_rest() -> None:
+    """80 ms of silence, then a sweep from below the band; the stop is what no force explains."""
+    spec = load_problem(Path(__file__).parents[2] / "problems/strange/n2_clearance/problem.toml")
+    runs = load_recordings(spec)
+    assert len(runs) == 3 and not any(r.origin.remarks for r in runs)
+    assert all(isinstance(r, TimeHistory) for r in runs)
 
 
 def test_what_cannot_be_estimated_is_refused() -> None:
