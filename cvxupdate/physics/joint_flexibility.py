@@ -52,12 +52,13 @@ class JointFlexibility(EffectType):
                 if alone or (meeting[first] == 2 and first in done):
                     continue
                 done.add(first)
-                one = self._one(context.model, number, e, columns, np.asarray(matrices[e]))
+                one = self.at_end(context.model, number, e, columns, np.asarray(matrices[e]))
                 more = f"{at(one.place)} more than its class does"
                 out.append(one if meeting[first] > 1 else replace(one, spot=more))
         return out
 
-    def _one(self, model: Model, number: int, e: int, columns: list[int], k: Real) -> Effect:
+    def at_end(self, model: Model, number: int, e: int, columns: list[int], k: Real) -> Effect:
+        """At the end of row ``e`` of a block that has these columns, of stiffness ``k`` (d, d)."""
         block = model.blocks[number]
         node = int(model.node_ids[model.dof_node[block.dofs[e, columns[0]]]])
         unit = 1.0 / float(np.mean(k[columns, columns]))

@@ -19,6 +19,7 @@ from cvxupdate.diagnose.search.guided import guided
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
+from cvxupdate.diagnose.search.zones import zoned
 from cvxupdate.diagnose.settings import (
     COARSE,
     DAMPING_GAIN,
@@ -100,10 +101,13 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         coarse = coarse[:STAYING]  # no single effect comes near
     elif not pattern and coarse and coarse[0].penalised > OPEN * EXPLAINED:
         coarse = in_their_place(evidence, coarse, progress)
+        coarse = merged(coarse, zoned(evidence, coarse, progress, COARSE[-1][0]))
     singles = raced(evidence, coarse, FINE, progress)
     if pattern:
         singles.sort(key=lambda h: h.fit.damping_strain)
     singles = elsewhere(evidence, singles, progress)
+    if singles and not pattern and not evidence.clear(singles[0].fit):
+        singles = merged(singles, zoned(evidence, singles, progress, evidence.levels - 1))
     several: list[Hypothesis] = []
     if not pattern and not _enough(evidence, singles):
         firsts = [] if reached else coarse
@@ -114,11 +118,9 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         ways = [] if alone else [way for way in own if way]
         several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
     several = elsewhere(evidence, several, progress)
+    several = merged(several, zoned(evidence, several, progress, evidence.levels - 1))
     several = merged(several, shaken(evidence, several, progress))
-    lighter = busy(evidence, several, progress)
-    if several and len(several[0].effects) > 2:
-        lighter += backward(evidence, several[0], progress)[1]
-    lighter += beside_a_rig(evidence, merged(several, lighter), progress)
+    lighter = _lighter(evidence, several, progress)
     singles = merged(singles, [h for h in lighter if len(h.effects) == 1])
     several = merged(several, [h for h in lighter if len(h.effects) > 1])
     return Found(
@@ -128,6 +130,16 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         {s.effect.key: part for s, part in stable},
         tuple((h, h.fit.misfit / bases[0].misfit) for h in entries),
     )
+
+
+def _lighter(
+    evidence: Evidence, several: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """The best sets freed of what does little in them, and what a rig alone would explain."""
+    lighter = busy(evidence, several, progress)
+    if several and len(several[0].effects) > 2:
+        lighter += backward(evidence, several[0], progress)[1]
+    return [*lighter, *beside_a_rig(evidence, merged(several, lighter), progress)]
 
 
 def _grown(
