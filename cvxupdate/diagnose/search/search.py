@@ -105,9 +105,7 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     singles = raced(evidence, coarse, FINE, progress)
     if pattern:
         singles.sort(key=lambda h: h.fit.damping_strain)
-    singles = elsewhere(evidence, singles, progress)
-    if singles and not pattern and not evidence.clear(singles[0].fit):
-        singles = merged(singles, zoned(evidence, singles, progress, evidence.levels - 1))
+    singles = _stretches(evidence, elsewhere(evidence, singles, progress), progress)
     several: list[Hypothesis] = []
     if not pattern and not _enough(evidence, singles):
         firsts = [] if reached else coarse
@@ -117,8 +115,7 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         own = [several] if ahead else [several, grown]  # each has its own end
         ways = [] if alone else [way for way in own if way]
         several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
-    several = elsewhere(evidence, several, progress)
-    several = merged(several, zoned(evidence, several, progress, evidence.levels - 1))
+    several = _stretches(evidence, elsewhere(evidence, several, progress), progress)
     several = merged(several, shaken(evidence, several, progress))
     lighter = _lighter(evidence, several, progress)
     singles = merged(singles, [h for h in lighter if len(h.effects) == 1])
@@ -130,6 +127,16 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         {s.effect.key: part for s, part in stable},
         tuple((h, h.fit.misfit / bases[0].misfit) for h in entries),
     )
+
+
+def _stretches(
+    evidence: Evidence, known: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """With what stretches within elements do in place of the best; where that leaves nothing, or
+    only the pattern of damping is at stake, as they are."""
+    if not known or damping_only(evidence) or evidence.clear(known[0].fit):
+        return list(known)
+    return merged(known, zoned(evidence, known, progress, evidence.levels - 1))
 
 
 def _lighter(
