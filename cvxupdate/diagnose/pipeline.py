@@ -46,7 +46,10 @@ def diagnosed(
     verdict, says = verdict_of(
         judgement, pattern.findings, nonlinear(change), drift, pattern.unsure
     )
-    lines = [*evidence_lines(judgement, change, drift), *telltale_lines(recordings)]
+    lines = [
+        *evidence_lines(judgement, change, drift),
+        *telltale_lines(recordings, drift is not None),
+    ]
     lines += pattern.lines
     if judgement.findings and judgement.final is not None:
         sham = placebo(judgement.final, found, judgement.case)

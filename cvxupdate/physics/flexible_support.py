@@ -23,7 +23,7 @@ from cvxupdate.physics.compliance import RIGID, SOFTEST
 from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.directions import Complex, LowRank
 from cvxupdate.physics.draft import Draft, kind_of, node_of, not_negative
-from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, ModelChange
+from cvxupdate.physics.effect import Effect, EffectType, ModelChange
 from cvxupdate.physics.growth import append_parameters, limited, new_ids
 from cvxupdate.physics.place import ROTATIONS, TRANSLATIONS, Place, where
 from cvxupdate.physics.quantity import physical, stiffness
@@ -33,6 +33,7 @@ from cvxupdate.physics.units import number, quantity
 LIMITS = (0.0, SOFTEST)
 HUNDREDTH = 0.01  # of the structure's mass: the unit of a fixture's
 ARM = 0.1  # of its extent: radius of gyration of that unit
+FELT = 2.0  # deviations from nothing that a mass of its own must be
 DAMPING = 0.02  # of the trial fixtures
 STEPS = 16  # trial frequencies in the band
 SINGLE, MOST = 4, 100  # supports of a direction up to which each is tried by itself; in one fixture
@@ -89,7 +90,6 @@ class FlexibleSupport(EffectType):
     name = "flexible_support"
     noun = "a support with a mass of its own"
     mount = True
-    told_by = frozenset({RESPONSES})
     writers = (("fixture", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:
@@ -128,6 +128,10 @@ class FlexibleSupport(EffectType):
                 spot = f"at {where(place)}"
                 out.append(Effect(self, place, change, figures, 1, LIMITS, spot))
         return out
+
+    def plainly(self, values: Mapping[str, float], deviations: Mapping[str, float]) -> bool:
+        """Whether it may have no mass: then it is a support that gives way."""
+        return any(values[n] <= FELT * deviations[n] for n in ("m", "J") if n in values)
 
     def says(self, effect: Effect, values: Mapping[str, float]) -> str:
         """Stiffness, mass, and the frequency that they would have alone."""

@@ -15,6 +15,8 @@ from cvxupdate.physics.quantity import physical
 from cvxupdate.physics.units import quantity
 
 KNEES = (1.0, 2.0)  # sharpness of Bouc and Wen's law: soft, and as most joints are fitted
+# of Iwan's: slip distances alike up to the largest, and more of the short ones, as bolted joints
+EXPONENTS = (0.0, -0.5)
 
 
 @final
@@ -48,8 +50,10 @@ class Hysteresis(EffectType):
         k, force = (quantity(values[q.name], q.unit) for q in effect.figures)
         slips = f"slips at {force}"
         if isinstance(effect.action, NonlinearForce) and effect.action.fixed:
-            n = dict(effect.action.fixed)["n"]
-            slips = f"gives way gradually up to {force} (Bouc and Wen's law, n = {n:g})"
+            fixed = dict(effect.action.fixed)
+            law = f"Bouc and Wen's law, n = {fixed['n']:g}" if "n" in fixed else ""
+            law = law or f"Iwan's law, exponent {fixed['chi']:g}"
+            slips = f"gives way gradually up to {force} ({law})"
         return (
             f"{capital(at(effect.place))} a joint sticks like a spring of {k} and {slips}, so that "
             "its force depends on where it came from; the model does not have it."
@@ -58,9 +62,12 @@ class Hysteresis(EffectType):
 
 def other_forms(effect: Effect) -> list[Effect]:
     """The same joint with other laws: where it slips at once, those by which it gives way
-    gradually (Wen 1976; knees of n = 1 and 2, unloading with its first stiffness)."""
+    gradually (Wen 1976; knees of n = 1 and 2, unloading with its first stiffness; Iwan 1966,
+    sliders side by side)."""
     action = effect.action
     if not isinstance(action, NonlinearForce) or action.law != "jenkins":
         return []
     forms = [(("n", n), ("gamma", 0.5)) for n in KNEES]
-    return [replace(effect, action=replace(action, law="bouc_wen", fixed=f)) for f in forms]
+    bent = [replace(effect, action=replace(action, law="bouc_wen", fixed=f)) for f in forms]
+    side = [replace(action, law="iwan", fixed=(("chi", x),)) for x in EXPONENTS]
+    return [*bent, *(replace(effect, action=a) for a in side)]

@@ -26,6 +26,7 @@ from cvxupdate.physics.effect import Effect, Planted
 from cvxupdate.physics.growth import dof_rows, new_ids
 from cvxupdate.physics.place import TRANSLATIONS, Place
 
+SLIDERS = 5  # of an Iwan joint: straight pieces that are within 3 % of the limit of its curve
 FEW_ENDS = 12  # DOFs that springs join: up to so many, every pair of them is a place
 # Bounds of parameters relative to their first values: of what must stay above zero, and of what may
 # change its sign.
@@ -41,7 +42,7 @@ def element_of(law: str, dof: str, nodes: int, sides: str) -> Element:
             return Clearance(dof, nodes, sides="two" if sides == "two" else "one")
         case "friction":
             return Friction(dof, nodes)
-        case "jenkins":
+        case "jenkins" | "iwan":
             return Jenkins(dof, nodes)
         case "bouc_wen":
             return BoucWen(dof, nodes)
@@ -49,10 +50,19 @@ def element_of(law: str, dof: str, nodes: int, sides: str) -> Element:
 
 
 def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
-    """An internal force as an element of a problem file."""
+    """An internal force as an element of a problem file; sliders side by side as one."""
     kind, number = block.kind, int(block.ids[e])
     ends = block.dofs[e].tolist()
     nodes = [draft.end(model, d) for d in ends]
+    if len(block.ids) > 1:
+        if e == 0:
+            row = {"id": number, "nodes": nodes, "dof": kind_of(model, ends[0])}
+            group = draft.fresh_group("iwan", nodes[0])
+            draft.put("iwan", {**row, "stiffnesses": [], "forces": [], "group": group})
+        (joint,) = draft.model["elements"][-1]["rows"]
+        joint["stiffnesses"].append(now["k"])
+        joint["forces"].append(now["force"])
+        return
     row = {"id": number, "nodes": nodes, "dof": kind_of(model, ends[0])}
     first = kind.properties[0]  # which a row must have
     row |= {k: now[k] for k in kind.properties if k == first or now[k] != 0.0}
@@ -65,7 +75,7 @@ def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, fl
 class NonlinearForce:
     """A law at DOFs ``rows``, relative to whose first ``values`` its parameters are: empty until
     it is planted. ``positive`` says of which of its ``names`` that they must be above zero;
-    ``fixed`` what else the law has, which is no unknown."""
+    ``fixed`` what else the law has, which is no unknown: of Iwan's the exponent of `spread`."""
 
     law: str
     rows: tuple[int, ...]
@@ -117,25 +127,29 @@ class NonlinearForce:
 
 
 def grown(model: Model, action: NonlinearForce, values: Sequence[float], effect: Effect) -> Model:
-    """The model with one element more, and a parameter for each of its properties."""
+    """The model with one element more (of Iwan's law its sliders), and a parameter for each figure
+    of the law."""
     place = effect.place
     kind = element_of(action.law, str(place.dof), len(action.rows), action.sides)
-    ids = new_ids(model, 1)
+    shares = spread(action.fixed[0][1]) if action.law == "iwan" else {}
+    count = len(next(iter(shares.values()), (1.0,)))
+    ids = new_ids(model, count)
+    parts = {n: shares.get(n, np.ones(1)) for n in action.names}
+    others = {k: v for k, v in action.fixed if k in kind.properties}
     properties = {
-        **{k: np.array([v]) for k, v in COMMON.items()},
-        **{k: np.zeros(1) for k in kind.properties},
-        **{k: np.array([v]) for k, v in action.fixed},
-        **{n: np.array([v]) for n, v in zip(action.names, values, strict=True)},
+        **{k: np.full(count, v) for k, v in COMMON.items()},
+        **{k: np.full(count, others.get(k, 0.0)) for k in kind.properties},
+        **{n: v * parts[n] for n, v in zip(action.names, values, strict=True)},
     }
     code = KINDS.index(str(place.dof))
     block = Block(
         kind,
         ids,
         ("",),
-        np.array([action.rows]),
-        np.array([[code] * len(action.rows)]),
+        np.array([action.rows] * count),
+        np.array([[code] * len(action.rows)] * count),
         (),
-        np.zeros(1, dtype=np.int64),
+        np.zeros(count, dtype=np.int64),
         properties,
     )
     number = len(model.blocks)
@@ -145,7 +159,7 @@ def grown(model: Model, action: NonlinearForce, values: Sequence[float], effect:
         Parameter(
             f"{effect.physics}@{place.short}.{name}",
             name,
-            (Target(number, np.array([0]), (name,), np.array([[value]])),),
+            (Target(number, np.arange(count), (name,), value * parts[name][None]),),
             *effect.limits,
             value,
             value,
@@ -156,6 +170,14 @@ def grown(model: Model, action: NonlinearForce, values: Sequence[float], effect:
         for name, value in zip(action.names, values, strict=True)
     ]
     return wider.with_parameters((*wider.parameters, *fresh))
+
+
+def spread(chi: float) -> dict[str, Real]:
+    """Parts (sliders,) of the whole stiffness and of the whole force that each slider of an Iwan
+    joint has: equal stiffnesses, and as many slip distances at x as x to the power ``chi`` says
+    (Iwan 1966, chi = 0: a parabola; Segalman 2005, J. Appl. Mech. 72: between −1 and 0)."""
+    slips = ((np.arange(SLIDERS) + 0.5) / SLIDERS) ** (1.0 / (1.0 + chi))
+    return {"k": np.full(SLIDERS, 1.0 / SLIDERS), "force": slips / slips.sum()}
 
 
 def places(context: SearchContext) -> list[tuple[tuple[int, ...], Place]]:

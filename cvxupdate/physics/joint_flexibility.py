@@ -23,6 +23,7 @@ from cvxupdate.physics.units import quantity
 
 LIMITS = (0.0, SOFTEST)
 OPENED = "@"  # in the label of a rotation of an end that turns by itself
+CLASS, SPRUNG = "its class does", "the model has it"  # than which one gives way more
 End = tuple[int, int, tuple[int, ...]]  # number of a block, row in it, columns that turn
 
 
@@ -38,27 +39,38 @@ class JointFlexibility(EffectType):
         """One at every beam end that meets another element: the rotations of that end get DOFs of
         their own, joined to the node by one compliance about every active axis. The tangent is −k_i
         k_iᵀ of the element, exact for a rigid joint. At a node of two beams in line, one end stands
-        for both. One that gives way as all of its class do may give way more than these."""
+        for both. One that gives way as all of its class do may give way more than these, and so
+        may one that a spring of the model joins (as in a model that was brought to its reference).
+        """
         beams = [(n, b) for n, b in enumerate(context.model.blocks) if is_beam(b)]
         meeting = Counter(int(b.dofs[e, turning[0]]) for _, b in beams for e, turning in ends_of(b))
-        out, done = [], set()
+        sprung = _sprung(context.model)
+        out, done = list[Effect](), set[int]()
         for number, block in beams:
             matrices = block.combine(block.scalars(block.properties)).get("K")
             if matrices is None:
                 continue
             for e, columns in ends_of(block):
                 first = int(block.dofs[e, columns[0]])
-                alone = meeting[first] < 2 and OPENED not in context.model.labels[first]
-                if alone or (meeting[first] == 2 and first in done):
+                beyond, opened = sprung.get(first, {}), OPENED in context.model.labels[first]
+                joined = meeting[first] + len(beyond)
+                if (joined < 2 and not opened) or (joined == 2 and first in done):
                     continue
-                done.add(first)
-                one = self.at_end(context.model, number, e, columns, np.asarray(matrices[e]))
-                more = f"{at(one.place)} more than its class does"
-                out.append(one if meeting[first] > 1 else replace(one, spot=more))
+                done.update((first, *(beyond if joined == 2 else ())))
+                alone, k = meeting[first] < 2, sum(beyond.values())
+                within = 1.0 / k if alone and k > 0.0 else 0.0
+                k_end = np.asarray(matrices[e])
+                one = self.at_end(context.model, number, e, columns, k_end, within)
+                more = f"{at(one.place)} more than {SPRUNG if within else CLASS}"
+                out.append(replace(one, spot=more) if alone else one)
         return out
 
-    def at_end(self, model: Model, number: int, e: int, columns: list[int], k: Real) -> Effect:
-        """At the end of row ``e`` of a block that has these columns, of stiffness ``k`` (d, d)."""
+    def at_end(
+        self, model: Model, number: int, e: int, columns: list[int], k: Real, within: float = 0.0
+    ) -> Effect:
+        """At the end of row ``e`` of a block that has these columns, of stiffness ``k`` (d, d);
+        ``within``: compliance of the model's own spring in the joint, of which the figure is
+        told together with what more gives way."""
         block = model.blocks[number]
         node = int(model.node_ids[model.dof_node[block.dofs[e, columns[0]]]])
         unit = 1.0 / float(np.mean(k[columns, columns]))
@@ -70,7 +82,7 @@ class JointFlexibility(EffectType):
         grow = partial(opened_model, model, [(number, e, tuple(columns))], unit, name)
         dof = KINDS[int(block.direction[0, columns[0]])]
         place = Place(nodes=(node,), elements=(int(block.ids[e]),), dof=dof)
-        figures = (stiffness("k", "N·m/rad", unit / RIGID),)
+        figures = (stiffness("k", "N·m/rad", unit / RIGID + within),)
         change = ModelChange(grow, ((tangent,),), series=True)
         return Effect(self, place, change, figures, 1, LIMITS)
 
@@ -78,9 +90,30 @@ class JointFlexibility(EffectType):
         """The spring that it turns on."""
         k = quantity(values["k"], "N·m/rad")
         joint, rigid = capital(where(effect.place)), "while the model joins it rigidly"
+        if effect.spot.endswith(SPRUNG):
+            return f"{joint} gives way more than {SPRUNG}: it turns on a spring of {k} in all."
         if effect.spot:
-            return f"{joint} gives way more than its class: by a further spring of {k} in series."
+            return f"{joint} gives way more than {CLASS}: by a further spring of {k} in series."
         return f"{joint} gives way: it turns on a spring of {k}, {rigid}."
+
+
+def _sprung(model: Model) -> dict[int, dict[int, float]]:
+    """The rotations (rows) that springs join to others at the same point: to which, and by what
+    stiffness (N·m/rad)."""
+    out: dict[int, dict[int, float]] = {}
+    for block in model.blocks:
+        if block.kind.name != "spring" or block.dofs.shape[1] != 2:
+            continue
+        k = np.asarray(block.combine(block.scalars(block.properties))["K"])[:, 0, 0]
+        for pair, own in zip(block.dofs, k.tolist(), strict=True):
+            if pair.min() < 0 or model.dof_kind[pair[0]] < 3:
+                continue
+            here, there = model.xyz[model.dof_node[pair]]
+            if np.array_equal(here, there):
+                for one, other in (pair.tolist(), pair[::-1].tolist()):
+                    beyond = out.setdefault(one, {})
+                    beyond[other] = beyond.get(other, 0.0) + own
+    return out
 
 
 def is_beam(block: Block) -> bool:

@@ -22,7 +22,7 @@ from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
 from cvxupdate.physics.compliance import RIGID
 from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.directions import Complex, LowRank, opened
-from cvxupdate.physics.effect import RESPONSES, Effect, EffectType, ModelChange
+from cvxupdate.physics.effect import Effect, EffectType, ModelChange
 from cvxupdate.physics.flexible_support import DAMPING, HUNDREDTH, LIMITS, STEPS, Fixture, write
 from cvxupdate.physics.growth import append_parameters, limited, new_ids
 from cvxupdate.physics.place import ROTATIONS, TRANSLATIONS, Place, listed, where
@@ -103,7 +103,6 @@ class MovingFixture(EffectType):
     name = "flexible_support"
     noun = "a fixture with a mass of its own"
     mount = True
-    told_by = frozenset({RESPONSES})
     writers = (("fixture", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:

@@ -7,13 +7,14 @@ apart by whether a transient is needed there (`cvxupdate.recordings.local_ration
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.local_rational import DEGREE, LocalModels, half_width, local_rational
-from cvxupdate.recordings.measured import MOTION, band_of, decaying_spectra
+from cvxupdate.recordings.measured import DECAY, MOTION, band_of, decaying_spectra
 from cvxupdate.recordings.types import (
     Complex,
     FrequencyResponse,
@@ -37,6 +38,9 @@ more, and are to be told from the record itself."""
 ROUGH = 0.1
 """Of the power of the forces that a smooth function over a window must leave: under e^{-δt} noise
 leaves 0.3, an impact at the beginning 1e-5."""
+BEGUN = 10.0
+"""Times the mean square of the first quarter of a period that a free decay may have later: a sine
+that begins at zero has 2.8 times it, modes that cancel at first more."""
 SAMPLES = 2**16
 """Samples from the beginning that are looked at."""
 AT_REST, IN_MOTION = "at-rest", "in-motion"
@@ -83,9 +87,21 @@ def beginning_of(history: TimeHistory) -> Beginning | None:
     made = np.minimum(np.abs(found.transient[known]) ** 2, power)
     shares = np.sqrt(made.mean(axis=0) / power.mean(axis=0))
     loud = shares == shares.max()
-    return Beginning(
-        float(min(1.0, shares.max())), _needed(found, known, loud), _left(found, Y, known)
-    )
+    share = float(min(1.0, shares.max(), _most(first, senses)))
+    return Beginning(share, _needed(found, known, loud), _left(found, Y, known))
+
+
+def _most(history: TimeHistory, senses: Sequence[int]) -> float:
+    """The part of the r.m.s. under the window that an initial state can make, of the channel where
+    that is most: a free decay is there from the first sample on, and does not grow. Laws that
+    depend on the level, and sweeps, may look like one in the lines of the spectrum."""
+    y, rate, low = history.data[:, senses], history.rate, max(band_of(history)[0], 1e-9)
+    squares = y**2
+    quarter = min(len(y), max(2, round(0.25 * rate / low)))
+    window = np.exp(-2.0 * DECAY * np.arange(len(y)) / len(y))[:, None]
+    whole = np.sum(window * squares, axis=0)
+    free = BEGUN * np.mean(squares[:quarter], axis=0) * float(np.sum(window))
+    return float(np.sqrt(np.max(free / np.maximum(whole, np.finfo(float).tiny))))
 
 
 def _filled(U: Complex) -> float:

@@ -49,7 +49,8 @@ def diagnosis_text(found: Diagnosis, folder: Path) -> RenderableType:
         table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
         table.add_column("error of the model", no_wrap=True)
         table.add_column("before", justify="right", no_wrap=True)
-        table.add_column("after", justify="right", no_wrap=True)
+        after = "after" if found.findings else "usual scatter fitted"
+        table.add_column(after, justify="right", no_wrap=True)
         for row in rows:
             table.add_row(*row)
         parts.append(table)

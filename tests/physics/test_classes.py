@@ -234,3 +234,23 @@ def test_without_groups_every_corner_is_a_joint(tmp_path: Path) -> None:
     ((met, groups),) = classes(context(tmp_path, bare).model)
     assert groups == () and {m.node for m in met} == {2, 4, 6, 7, 8}
     assert len(met) == 6, "at node 4 lines cross: both ends of the one that is not the first"
+
+
+def test_a_joint_gives_way_more_than_its_spring_in_the_file(tmp_path: Path) -> None:
+    """It is sought beside that spring, once for its two sides, and the figure is of both."""
+    k, total = 900.0, 300.0
+    spec = problem(tmp_path, with_joints(frame(), k))
+    found = JointFlexibility().candidates(context_of(spec, nuisance(undamped(build_model(spec)))))
+    sprung = [e for e in found if "more than the model has it" in e.title]
+    assert len(sprung) == len(JOINTS)
+    real = with_joints(frame(), k)
+    row = real["elements"][-1]["rows"][JOINTS.index((7, 8))]
+    (one,) = (e for e in sprung if e.place.nodes[0] in row["nodes"])
+    assert f"{total:.0f} N·m/rad in all" in one.says({"k": total})
+    model = one.change.model
+    p, own = model.zero(), model.parameters[-1:]
+    rigid = float(model.blocks[-1].properties["a0"][0])
+    p[-1] = (1.0 / total - 1.0 / k - rigid) / own[0].unit_size
+    assert one.reported(model, own, p[-1:], p[-1:])[0]["k"] == pytest.approx(total)
+    row["k"] = total
+    np.testing.assert_allclose(held(model, p), held(by_hand(tmp_path, real)), rtol=1e-7)

@@ -90,3 +90,12 @@ def test_the_closed_form_follows_the_mass(context) -> None:
     s = 2j * np.pi * np.array([1e-3, 1.0, 1e3]) * f
     size = np.abs(change.at(np.array([1e-3]), s)[:, 0, 0])
     assert size[1] > 10.0 * size[0] and size[2] < 1e-4 * size[0]
+
+
+def test_one_whose_mass_is_not_felt_is_a_support_that_gives_way() -> None:
+    """Along an axis or about it."""
+    for names in (("k", "m"), ("kr", "J")):
+        values = dict(zip(names, (6e4, 0.4), strict=True))
+        felt, not_felt = (dict(zip(names, (4e3, dm), strict=True)) for dm in (0.1, 0.3))
+        assert FlexibleSupport().plainly(values, not_felt)
+        assert not FlexibleSupport().plainly(values, felt)

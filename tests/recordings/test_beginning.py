@@ -73,6 +73,16 @@ def test_an_impact_is_not_taken_for_an_initial_state() -> None:
     assert settled(sine, None) is sine
 
 
+def test_what_comes_later_is_no_initial_state() -> None:
+    """A free decay is there from the first sample: what follows a silence is something else."""
+    run = history(STATE)
+    quiet = np.random.default_rng(1).normal(size=(200, run.data.shape[1]))
+    later = replace(run, data=np.vstack([1e-3 * np.std(run.data, axis=0) * quiet, run.data]))
+    assert settled(later, None) is later
+    found = beginning_of(later)
+    assert found is not None and found.share < 0.1 < found.needed
+
+
 def test_what_cannot_be_estimated_is_refused() -> None:
     run = history(STATE)
     with pytest.raises(RecordingError, match="has no force or no motion"):

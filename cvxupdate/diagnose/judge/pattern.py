@@ -9,7 +9,7 @@ import numpy as np
 
 from cvxupdate.diagnose.judge.alternatives import overlapping
 from cvxupdate.diagnose.results import Damper, Finding, Further
-from cvxupdate.diagnose.settings import MOST_SURE, STATED, STRONG
+from cvxupdate.diagnose.settings import AS_LIKELY, MOST_SURE, STATED, STRONG
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import told
@@ -80,7 +80,7 @@ def _damper(further: Further) -> Pattern:
     )
     lines = (*further.lines, line)
     near = [d for d in dampers if d is not best and d.strain <= best.strain + STRONG]
-    if float(likely[here].sum()) < STATED * whole:
+    if _untold(best, dampers, here) or float(likely[here].sum()) < STATED * whole:
         return Pattern((), lines, unsure=_unsure([best, *near], nothing / whole))
     (values, spread) = best.effect.reported(
         grown, grown.parameters[-1:], [best.size], [best.deviation]
@@ -98,6 +98,16 @@ def _damper(further: Further) -> Pattern:
         best.effect.says(values),
     )
     return Pattern((finding,), lines, (grown, best.size))
+
+
+def _untold(best: Damper, dampers: Sequence[Damper], here: Sequence[bool]) -> bool:
+    """Whether another type of effect elsewhere does as well, so that what was as likely before
+    decides alone: a dashpot at the free end of a beam takes from every mode alike, as air does."""
+    return any(
+        d.strain <= best.strain + 2.0 * AS_LIKELY and d.effect.physics != best.effect.physics
+        for d, own in zip(dampers, here, strict=True)
+        if not own
+    )
 
 
 def _model_of(damper: Damper) -> Model:

@@ -17,6 +17,7 @@ from cvxupdate.diagnose.modes.figures import modes_shown
 from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
 from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
 from cvxupdate.diagnose.modes.fits import fitted_from, space_around
+from cvxupdate.diagnose.modes.fixtures import on_fixtures
 from cvxupdate.diagnose.modes.levels import level_change
 from cvxupdate.diagnose.modes.members import whole_members
 from cvxupdate.diagnose.modes.remains import remains
@@ -32,7 +33,7 @@ from cvxupdate.diagnose.nominal.theory import theory_lines
 from cvxupdate.diagnose.nominal.written import sayable
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised
-from cvxupdate.diagnose.settings import CHANCE, FAR_OFF
+from cvxupdate.diagnose.settings import CHANCE, FAR_OFF, SPARE
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import (
     Errors,
@@ -207,6 +208,8 @@ class ModesEvidence(Linear):
             if around.total > 0.0
         ]
         scores += tuned(around, effects, float(model.total_mass()))
+        spare = origin.rows - len(model.parameters) - SPARE
+        scores += on_fixtures(around, [e for e in effects if e.count <= spare + 1], origin.p)
         far = not placed and self.errors(parent).fit > FAR_OFF
         return FiniteSize(scores, whole_members(parent, effects, self._space) if far else [])
 

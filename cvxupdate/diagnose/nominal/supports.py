@@ -14,6 +14,7 @@ from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.given import is_given
+from cvxupdate.physics.place import Place, at
 from cvxupdate.spec import Spec
 
 
@@ -83,10 +84,15 @@ def on_the_file(
     old = _numbers(file, nominal)
     placed = [(e, tuple(old.get(n, -1) for n in e.place.nodes)) for e in mine]
     return [
-        e if nodes == e.place.nodes else replace(e, place=replace(e.place, nodes=nodes))
+        e if nodes == e.place.nodes else _renamed(e, replace(e.place, nodes=nodes))
         for e, nodes in placed
         if -1 not in nodes and (nodes == e.place.nodes or e.place.elements)
     ]
+
+
+def _renamed(effect: Effect, place: Place) -> Effect:
+    spot = effect.spot.replace(at(effect.place), at(place))
+    return replace(effect, place=place, spot=spot)
 
 
 def elements_of(model: Model) -> frozenset[int]:

@@ -23,15 +23,17 @@ from cvxupdate.recordings.types import FrequencyResponse, Recording, TimeHistory
 ALIKE = 0.02  # relative difference of levels that are one
 
 
-def telltale_lines(recordings: Sequence[Recording]) -> list[str]:
-    """Of the time histories and FRFs that are fitted."""
-    lines = _of_frfs([r for r in recordings if isinstance(r, FrequencyResponse)])
+def telltale_lines(recordings: Sequence[Recording], drifts: bool = False) -> list[str]:
+    """Of the time histories and FRFs that are fitted; nothing of their levels where the structure
+    ``drifts`` from one recording to the next, which looks like a level's doing."""
+    frfs = [r for r in recordings if isinstance(r, FrequencyResponse)]
+    lines = [] if drifts else _of_frfs(frfs)
     runs = [r for r in recordings if isinstance(r, TimeHistory) and r.origin.use == "fit"]
     runs = [r for r in runs if channels_of(r) is not None]
     if not runs:
         return lines
     loudest = max(runs, key=_level)
-    lines += [*_between_levels(runs), *_at_one_level(runs)]
+    lines += [*([] if drifts else _between_levels(runs)), *_at_one_level(runs)]
     lines += [*_asymmetry(loudest), *_unforced(loudest)]
     return lines + [line for r in runs for line in _ring_down(r)]
 

@@ -90,8 +90,8 @@ def _cut_short(judgement: Judgement) -> str:
     return (
         "The time for one diagnosis ended the search before anything could be told: "
         f"{nearest.hypothesis.title} comes nearest and leaves "
-        f"{judgement.case.evidence.left(_worst(nearest.errors))}, the usual scatter alone "
-        f"{judgement.case.evidence.left(_worst(base.errors))}."
+        f"{judgement.case.evidence.left(nearest.errors)}, the usual scatter alone "
+        f"{judgement.case.evidence.left(base.errors)}."
     )
 
 
@@ -109,10 +109,12 @@ def _undetermined(judgement: Judgement) -> str:
         return _ended_early(judgement)
     if judgement.final is not None and nearest is not None:
         most = max((len(w.hypothesis.effects) for w in judgement.several), default=2)
-        few = "one or two effects explain" if most <= 2 else f"{most} effects or fewer explain"
+        few = (
+            "one or two effects explain" if most <= 2 else "set of effects that was tried explains"
+        )
         return (
             f"No {few} the recordings: {nearest.hypothesis.title} comes "
-            f"nearest, but leaves {evidence.left(_worst(nearest.errors))}."
+            f"nearest, but leaves {evidence.left(nearest.errors)}."
         )
     base = judgement.case.base
     return (
@@ -131,14 +133,10 @@ def _ended_early(judgement: Judgement) -> str:
     if nearest is None:
         base = evidence.left(Errors(judgement.case.base.errors.fit, float("nan")))
         return f"{start}; what remains is {base}."
-    left = evidence.left(_worst(nearest.errors))
+    left = evidence.left(nearest.errors)
     if len(nearest.hypothesis.effects) > FEW:
         return f"{start}; the nearest of what was tried leaves {left}."
     return f"{start}: {nearest.hypothesis.title} comes nearest, but leaves {left}."
-
-
-def _worst(errors: Errors) -> Errors:
-    return Errors(errors.worst, float("nan"))
 
 
 def evidence_lines(

@@ -45,12 +45,15 @@ def _one_step(
 
 
 def _seeds(evidence: Evidence, best: Hypothesis, tried: Collection[frozenset[Key]]) -> list[Seed]:
-    """Of each effect the nearest places at which it was not ``tried`` yet."""
+    """Of each effect other forms where it stands, and the nearest places at which it was not
+    ``tried`` yet."""
     out: list[Seed | None] = []
     for k, effect in enumerate(best.effects):
         others = best.keys - {effect.key}
         alike = evidence.alike(best.fit, effect)
-        places = [e for e in alike if others | {e.key} not in tried][:NEIGHBOURS]
+        fresh = [e for e in alike if others | {e.key} not in tried]
+        forms = [e for e in fresh if e.place == effect.place]
+        places = [*forms, *[e for e in fresh if e.place != effect.place][:NEIGHBOURS]]
         rest = without(evidence, best, k) if places else None
         if rest is None:
             continue

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.search.approach import Approach
 from cvxupdate.diagnose.search.backward import merit
-from cvxupdate.diagnose.search.guided import Approach
 from cvxupdate.diagnose.search.race import entered, raced
 from cvxupdate.diagnose.settings import HALVED, STAYING, TWICE
 from cvxupdate.diagnose.types import Evidence, Progress

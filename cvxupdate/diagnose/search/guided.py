@@ -11,13 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from cvxupdate.diagnose.budget import Budget
-from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis, silenced, without
+from cvxupdate.diagnose.search.approach import Approach
 from cvxupdate.diagnose.search.backward import backward
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import merged, raced, tenable
@@ -41,48 +40,6 @@ from cvxupdate.errors import CvxupdateError
 GROWN, RIVALS = "sets of effects that bring the whole nearer", "rivals of members of the best set"
 
 
-class Approach(Protocol):
-    """A comparison that no figure can dominate, however far off the model is."""
-
-    def begun(self) -> Hypothesis:
-        """What sets grow on: the model with nominal nuisance parameters and what theory wants."""
-
-    def by_theory(self, parent: Hypothesis) -> Hypothesis | None:
-        """A parent with what theory wants, as large as it says; None where that is nothing."""
-
-    def rigged(self, parent: Hypothesis) -> Hypothesis | None:
-        """A parent with all that a rig does, as yet of no size; None where there is no such
-        thing."""
-
-    def alike(self, parent: Hypothesis) -> Hypothesis | None:
-        """A parent with the fewest things that a rig may be, as yet of no size; None where that is
-        nothing else."""
-
-    def mounted(self, parent: Hypothesis, count: int) -> list[Seed]:
-        """A parent on the ``count`` fixtures or cords that bring it nearest, with all else that a
-        rig does."""
-
-    def beside(self, parent: Hypothesis, count: int) -> list[Seed]:
-        """The ``count`` effects that bring a fitted parent nearest, as it is."""
-
-    def taken(self, seed: Seed, effort: str) -> tuple[Fit, float]:
-        """Fitted by that comparison, and what it leaves (0: nothing)."""
-
-    def left(self, h: Hypothesis) -> float:
-        """What it leaves of a hypothesis as it is."""
-
-    def another_way(self, h: Hypothesis) -> list[Seed]:
-        """The same with one of its changes another way at its place."""
-
-    def with_drive(self, h: Hypothesis) -> Hypothesis | None:
-        """The same where what stands at the drive goes with it, of which what was fitted says
-        nothing; None where nothing does."""
-
-    def shaken(self, h: Hypothesis) -> Seed | None:
-        """The same with a shaker where it drives, as yet of no size; None where there is something
-        already, or nothing was held out that is driven from elsewhere."""
-
-
 @dataclass(frozen=True)
 class Reached:
     """A hypothesis and what the bounded comparison leaves of it."""
@@ -95,11 +52,21 @@ def guided(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     """The best sets of two effects and more that grow step by step, sharpened, best first; none of
     evidence without an approach. It takes a part of the time at most: what is sought by weighted
     squares has its turn, too."""
-    if evidence.approach is None:
-        return []
+    growth = _growth(evidence, progress)
+    return [] if growth is None else growth.finished(growth.found())
+
+
+def brought_near(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
+    """The same where nothing is to be claimed of it: of any number of effects, without rivals."""
+    growth = _growth(evidence, progress)
+    return [] if growth is None else growth.freed(growth.found())
+
+
+def _growth(evidence: Evidence, progress: Progress) -> _Growth | None:
     approach, budget = evidence.approach, Budget(GROWING * BUDGET, np.inf)
-    growth = _Growth(evidence, approach, approach.begun(), progress, budget)
-    return growth.finished(growth.found())
+    if approach is None:
+        return None
+    return _Growth(evidence, approach, approach.begun(), progress, budget)
 
 
 @dataclass(frozen=True)
@@ -253,6 +220,13 @@ class _Growth:
     def _sharpened(self, sets: Sequence[Hypothesis]) -> list[Hypothesis]:
         last = self.evidence.levels - 1
         return raced(self.evidence, sets, ((last, len(sets)),), self.progress)
+
+    def freed(self, sets: Sequence[Reached]) -> list[Hypothesis]:
+        """Sets by weighted squares, and the best of them without each of its effects, best
+        first."""
+        known = self._carried([r for r in sets if r.hypothesis.effects])
+        fewer = backward(self.evidence, known[0], self.progress)[1] if known else []
+        return merged(known, [h for h in fewer if h.effects])
 
     def finished(self, sets: Sequence[Reached]) -> list[Hypothesis]:
         """Sets by weighted squares; the best of them also without each of its effects (backward),

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig, without
+from cvxupdate.diagnose.search.approach import Approach
 from cvxupdate.diagnose.search.backward import backward, merit
-from cvxupdate.diagnose.search.guided import Approach
 from cvxupdate.diagnose.search.race import merged, raced, tenable
 from cvxupdate.diagnose.settings import MOUNTS, SEVERAL_LEVEL
 from cvxupdate.diagnose.types import Evidence, Progress, Seed

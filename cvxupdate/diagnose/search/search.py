@@ -4,7 +4,7 @@ one is not enough."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from cvxupdate.diagnose.search.alike import elsewhere
 from cvxupdate.diagnose.search.backward import backward
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.driven import settled, shaken
-from cvxupdate.diagnose.search.guided import guided
+from cvxupdate.diagnose.search.guided import brought_near, guided
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
@@ -67,6 +67,19 @@ def names_tried(evidence: Evidence) -> tuple[str, ...]:
         return ()
     damping = {e.name for e in effect_types() if e.damping}
     return tuple(n for n in evidence.names if n in damping)
+
+
+def nearest(evidence: Evidence, progress: Progress) -> Found:
+    """What brings a model to recordings of which nothing is to be claimed: of one that is far off
+    the first set that explains them, whatever else would; where none does, all that is sought."""
+    far = evidence.bases[-1].misfit > HOPELESS * EXPLAINED
+    near = brought_near(evidence, progress) if far and names_tried(evidence) else []
+    if not near or near[0].fit.misfit > EXPLAINED:
+        found = search(evidence, progress)
+        return replace(found, several=(*found.several, *near))
+    several = [h for h in near if len(h.effects) > 1]
+    singles = [h for h in near if len(h.effects) == 1]
+    return Found((), tuple(singles), tuple(several))
 
 
 def search(evidence: Evidence, progress: Progress) -> Found:

@@ -128,18 +128,17 @@ def _level(a: Estimate, b: Estimate, alpha: float) -> Finding | None:
     peaks = [
         frf_peaks(grid, np.where(sound, H, 0.0)[:, None], 1, prominence_db=3.0) for H in (Ha, Hb)
     ]
-    moved = (
-        f", its most prominent peak from {peaks[0][0].frequency:.4g} to "
-        f"{peaks[1][0].frequency:.4g} Hz"
-        if all(peaks)
-        else ""
-    )
-    names = f"{a.origin.name} to {b.origin.name}"
-    levels = (
-        f"level {a.origin.level:g} to {b.origin.level:g}"
-        if a.origin.level is not None and b.origin.level is not None
-        else names
-    )
+    moved = ""
+    if all(peaks):
+        tops = [f"{found[0].frequency:.4g}" for found in peaks]
+        if tops[0] != tops[1]:
+            moved = f", its most prominent peak from {tops[0]} to {tops[1]} Hz"
+    at = [x.origin.level for x in (a, b)]
+    levels = f"{a.origin.name} to {b.origin.name}"
+    if at[0] is not None and at[0] == at[1]:
+        levels += f", both at level {at[0]:g}"
+    elif None not in at:
+        levels = f"level {at[0]:g} to {at[1]:g}"
     return Finding(
         "level dependence",
         f"{a.response.label}/{a.reference.label}",

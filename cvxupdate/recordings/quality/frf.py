@@ -9,6 +9,7 @@ from cvxupdate.recordings.quantiles import chi_square_above, normal_above
 from cvxupdate.recordings.types import Channel, Complex, FrequencyResponse, Real
 
 _ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
+LOUD = 0.3  # of the median of |H|: below it a sensor's own noise is as good a reason
 CORRELATED = 2.0  # neighbouring lines of a Hann spectrum: half of them are independent
 
 
@@ -189,7 +190,8 @@ def coherence(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ..
     Noise of the sensor alone gives (1 - γ²)/γ² = c / |H|² with c the same in a band; the logarithm
     of the ratio to that is compared with its own median and spread (1.4826 MAD) by a normal
     quantile with Bonferroni's correction, and γ² must be below 0.9 at three lines in a row where
-    |H| is above its running median: no antiresonance.
+    |H| is above its running median and above a third of the median of the whole band: no
+    antiresonance, nor lines at the ends of the band where noise of the sensor is as large.
     """
     from scipy.ndimage import median_filter
 
@@ -215,7 +217,8 @@ def coherence(frf: FrequencyResponse, alpha: float = ALPHA) -> tuple[Finding, ..
         spread = 1.4826 * float(np.median(np.abs(log - local)))
         excess = (log - local) / max(spread, 1e-9)
         threshold = normal_above(alpha / len(log))
-        low = (excess > threshold) & (gamma < 0.9) & (size > level)
+        loud = size > np.maximum(level, LOUD * np.median(size))
+        low = (excess > threshold) & (gamma < 0.9) & loud
         run = low[:-2] & low[1:-1] & low[2:]
         if np.any(run):
             k = int(np.flatnonzero(run)[0]) + 1

@@ -83,13 +83,23 @@ def test_a_place_that_is_not_likelier_than_not_is_not_stated() -> None:
 
 
 def test_the_places_of_a_type_share_its_odds() -> None:
-    """Twenty nodes at which a dashpot does a little better do not drown one law of all."""
+    """Twenty nodes at which a dashpot does nearly as well do not drown one law of all."""
     law = damper(4.0, physics="mass_proportional_damping", nodes=())
-    many = tuple(damper(3.8, nodes=(k + 1,), places=20) for k in range(5))
+    many = tuple(damper(6.2, nodes=(k + 1,), places=20) for k in range(5))
     (finding,) = pattern_of(Further((), None, 60.0, 8, (*many, law))).findings
     assert finding.physics == "mass_proportional_damping"
-    odds = [math.exp(-0.1), 5.0 / 20.0]
+    odds = [1.0, 5.0 / 20.0 * math.exp(-1.1)]
     assert finding.confidence == pytest.approx(odds[0] / sum(odds), rel=1e-6)
+
+
+def test_what_only_the_prior_decides_is_a_tie() -> None:
+    """A dashpot at a free end takes from every mode alike: that or one law of all is missing."""
+    law = damper(4.0, physics="mass_proportional_damping", nodes=())
+    end = damper(4.2, nodes=(12,), places=12)
+    found = pattern_of(Further((), None, 60.0, 8, (law, end)))
+    assert found.findings == () and "viscous damper at node 12 would each do" in found.unsure
+    same = damper(4.2, physics="structural_damping", nodes=(12,))
+    assert pattern_of(Further((), None, 60.0, 8, (end, same))).findings, "of one place that is said"
 
 
 def test_a_channel_takes_out_no_energy() -> None:

@@ -107,12 +107,13 @@ def test_nothing_missing_is_consistent() -> None:
 
 
 def test_what_comes_nearest_is_named_where_it_is_not_claimed() -> None:
-    """With the worse of its two errors."""
+    """With both of its errors, each by its name."""
     found = replace(EMPTY, singles=(ONE,), single=ONE, final=ONE)
     assert verdict_of(found, (), False) == (
         "undetermined",
         "No one or two effects explain the recordings: some added mass at node 2 comes nearest, "
-        "but leaves 0.12 of the response.",
+        "but leaves 0.1 of the response and 0.12 "
+        "(held out).",
     )
     assert evidence_lines(found, None)[-2:] == [
         "Some added mass at node 2 comes nearest: 0.1 of the response and 0.12 (held out), not "
@@ -153,11 +154,12 @@ def test_a_search_that_time_ended_does_not_say_that_nothing_explains_it() -> Non
         (cut, "; what remains is 0.5 of the response."),
         (
             replace(cut, singles=(ONE,), single=ONE, final=ONE),
-            ": some added mass at node 2 comes nearest, but leaves 0.12 of the response.",
+            ": some added mass at node 2 comes nearest, but leaves 0.1 of the response and 0.12 "
+            "(held out).",
         ),
         (
             replace(cut, several=(three,), final=three),
-            "; the nearest of what was tried leaves 0.12 of the response.",
+            "; the nearest of what was tried leaves 0.1 of the response and 0.12 (held out).",
         ),
     ):
         assert verdict_of(found, (), False) == ("undetermined", start + rest)

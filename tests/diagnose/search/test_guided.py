@@ -10,7 +10,9 @@ import pytest
 from cvxupdate.diagnose import gather
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seed_from
 from cvxupdate.diagnose.nominal.mesh import shearing
+from cvxupdate.diagnose.search import search
 from cvxupdate.diagnose.search.guided import Reached, _abreast, _Growth, guided
+from cvxupdate.diagnose.search.search import Found, nearest
 from cvxupdate.diagnose.search.several import busy
 from cvxupdate.diagnose.settings import BEAM
 from cvxupdate.diagnose.types import Score
@@ -77,6 +79,19 @@ def test_what_is_sought_stands_beside_the_rig(best):
     assert found["sensor_mass"]["m"] == pytest.approx(0.3, rel=0.1)
     assert found["added_mass"]["m"] == pytest.approx(2.2, rel=0.05)
     assert found["sensor_fault"]["gain"] == pytest.approx(0.8, rel=0.03)
+
+
+def test_a_model_is_brought_near_by_the_first_set_that_explains(evidence, best, monkeypatch):
+    """Nothing is claimed of it, so no rivals of its members are sought."""
+    found = nearest(evidence, quiet)
+    several = min(found.several, key=lambda h: h.penalised)
+    known = {e.physics for e in best.effects}
+    assert {e.physics for e in several.effects} == known and several.fit.misfit <= 1.0
+    assert not found.scores and not found.entries
+    assert all({e.physics for e in h.effects} <= known for h in (*found.several, *found.singles))
+    monkeypatch.setattr(search, "brought_near", lambda evidence, progress: [])
+    monkeypatch.setattr(search, "search", lambda evidence, progress: Found())
+    assert nearest(evidence, quiet) == Found(), "where none does, all is sought"
 
 
 def test_what_does_nothing_in_a_set_is_dropped(evidence, best):
