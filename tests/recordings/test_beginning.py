@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.beginning import beginning_of, settled
+from cvxupdate.recordings.load import load_recordings
 from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
+from cvxupdate.spec import load_problem
 from tests.cases.in_motion import STATE, history, receptances
 
 
@@ -81,6 +84,14 @@ def test_what_comes_later_is_no_initial_state() -> None:
     assert settled(later, None) is later
     found = beginning_of(later)
     assert found is not None and found.share < 0.1 < found.needed
+
+
+def test_a_sweep_against_a_stop_begins_at_rest() -> None:
+    """80 ms of silence, then a sweep from below the band; the stop is what no force explains."""
+    spec = load_problem(Path(__file__).parents[2] / "problems/strange/n2_clearance/problem.toml")
+    runs = load_recordings(spec)
+    assert len(runs) == 3 and not any(r.origin.remarks for r in runs)
+    assert all(isinstance(r, TimeHistory) for r in runs)
 
 
 def test_what_cannot_be_estimated_is_refused() -> None:

@@ -4,7 +4,7 @@ one is not enough."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -69,17 +69,17 @@ def names_tried(evidence: Evidence) -> tuple[str, ...]:
     return tuple(n for n in evidence.names if n in damping)
 
 
-def nearest(evidence: Evidence, progress: Progress) -> Found:
-    """What brings a model to recordings of which nothing is to be claimed: of one that is far off
-    the first set that explains them, whatever else would; where none does, all that is sought."""
+def nearest(evidence: Evidence, progress: Progress) -> Found | None:
+    """What brings a model that is far off to recordings of which nothing is to be claimed: the
+    first sets that explain them, whatever else would; None where none does."""
     far = evidence.bases[-1].misfit > HOPELESS * EXPLAINED
     near = brought_near(evidence, progress) if far and names_tried(evidence) else []
     if not near or near[0].fit.misfit > EXPLAINED:
-        found = search(evidence, progress)
-        return replace(found, several=(*found.several, *near))
+        return None
     several = [h for h in near if len(h.effects) > 1]
+    several = merged(several, shaken(evidence, several, progress))
     singles = [h for h in near if len(h.effects) == 1]
-    return Found((), tuple(singles), tuple(several))
+    return Found((), tuple(settled(evidence, singles)), tuple(settled(evidence, several)))
 
 
 def search(evidence: Evidence, progress: Progress) -> Found:
