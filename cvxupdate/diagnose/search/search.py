@@ -20,6 +20,7 @@ from cvxupdate.diagnose.search.guided import brought_near, guided
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
+from cvxupdate.diagnose.search.zones import zoned
 from cvxupdate.diagnose.settings import (
     COARSE,
     DAMPING_GAIN,
@@ -107,10 +108,11 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         coarse = coarse[:STAYING]  # no single effect comes near
     elif not pattern and coarse and coarse[0].penalised > OPEN * EXPLAINED:
         coarse = in_their_place(evidence, coarse, progress)
+        coarse = merged(coarse, zoned(evidence, coarse, progress, COARSE[-1][0]))
     singles = raced(evidence, coarse, FINE, progress)
     if pattern:
         singles.sort(key=lambda h: h.fit.damping_strain)
-    singles = elsewhere(evidence, singles, progress)
+    singles = _stretches(evidence, elsewhere(evidence, singles, progress), progress)
     several, known = list[Hypothesis](), None
     if not pattern and not _enough(evidence, singles):
         several = _pairs(evidence, [] if reached else coarse, singles, progress)
@@ -120,12 +122,9 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         own = [several] if ahead else [several, grown]  # each has its own end
         ways = [] if alone else [way for way in own if way]
         several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
-    several = elsewhere(evidence, several, progress)
+    several = _stretches(evidence, elsewhere(evidence, several, progress), progress)
     several = merged(several, shaken(evidence, several, progress))
-    lighter = busy(evidence, several, progress)
-    if several and len(several[0].effects) > 2:
-        lighter += backward(evidence, several[0], progress)[1]
-    lighter += beside_a_rig(evidence, merged(several, lighter), progress)
+    lighter = _lighter(evidence, several, progress)
     firsts = coarse if reached else []
     lighter += _instead(evidence, merged(several, lighter), firsts, known, progress)
     singles = merged(singles, [h for h in lighter if len(h.effects) == 1])
@@ -152,6 +151,26 @@ def _screened(
     clearest = int(np.argmax([max((s.fraction for s in r), default=0.0) for r in rankings]))
     progress("resampling the recordings")
     return rankings, stability(evidence, bases[clearest], rankings[clearest])
+
+
+def _stretches(
+    evidence: Evidence, known: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """With what stretches within elements do in place of the best; where that leaves nothing, or
+    only the pattern of damping is at stake, as they are."""
+    if not known or damping_only(evidence) or evidence.clear(known[0].fit):
+        return list(known)
+    return merged(known, zoned(evidence, known, progress, evidence.levels - 1))
+
+
+def _lighter(
+    evidence: Evidence, several: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """The best sets freed of what does little in them, and what a rig alone would explain."""
+    lighter = busy(evidence, several, progress)
+    if several and len(several[0].effects) > 2:
+        lighter += backward(evidence, several[0], progress)[1]
+    return [*lighter, *beside_a_rig(evidence, merged(several, lighter), progress)]
 
 
 def _grown(
