@@ -28,6 +28,7 @@ from cvxupdate.diagnose.responses.worth import mesh_for
 from cvxupdate.diagnose.settings import EXPLAINED, OPEN
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
+from cvxupdate.fe.analysis.corners import corner_nodes
 from cvxupdate.fe.internal import is_nonlinear
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import effect_names
@@ -143,7 +144,8 @@ def _responses(
 def _off_for_more_than_corners(evidence: ResponseEvidence) -> bool:
     """Whether a frame on finer beams is far off all the same: what lies within its corners is a
     small matter then, and a search among their inner coordinates takes several times as long."""
-    if not evidence.fine.finer or has_sheets(evidence.original):
+    bent = corner_nodes(evidence.original) and not has_sheets(evidence.original)
+    if not evidence.fine.finer or not bent:
         return False
     return bool(evidence.bases[-1].misfit > OPEN * EXPLAINED)
 

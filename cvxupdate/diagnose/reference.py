@@ -20,7 +20,7 @@ from cvxupdate.diagnose.output.wording import nonlinear
 from cvxupdate.diagnose.responses.data import signals_of
 from cvxupdate.diagnose.responses.levels import state_change as responses_change
 from cvxupdate.diagnose.results import Further
-from cvxupdate.diagnose.search.search import nearest
+from cvxupdate.diagnose.search.search import nearest, search
 from cvxupdate.diagnose.settings import CALIBRATED
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
@@ -112,7 +112,11 @@ def _sought(
     other half is for what changed."""
     everything = replace(spec, diagnose=spec.diagnose.model_copy(update={"physics": None}))
     evidence = gathered(everything, model, its, tell, budget=budget.part(0.5))
-    return evidence, likeliest(judge(evidence, nearest(evidence, tell)))
+    near = nearest(evidence, tell)
+    best = None if near is None else likeliest(judge(evidence, near))
+    if best is None or not best.hypothesis.effects:  # what was held out may refute the first ones
+        best = likeliest(judge(evidence, search(evidence, tell)))
+    return evidence, best
 
 
 def _written(

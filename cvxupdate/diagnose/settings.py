@@ -175,6 +175,8 @@ FALLEN = 3.0
 GROWING = 0.5
 # Larger sets of elements tried in place of one that was found: the best, and one that ties.
 WIDER = 2
+# Best explanations in which stretches within elements are tried; how often, if they are better.
+ZONED, STRETCHED = 2, 3
 # Fixtures or cords on which a rig alone is tried: the nearest, and one on the other side of a tie.
 MOUNTS = 2
 # Effects in one hypothesis, at most, but for one that is sought beside a rig of many things: a rig

@@ -54,9 +54,11 @@ from cvxupdate.physics.stiffness_change import StiffnessChange
 from cvxupdate.physics.structural_damping import StructuralDamping
 from cvxupdate.physics.thickness_change import ThicknessChange
 from cvxupdate.physics.viscous_damper import ViscousDamper
+from cvxupdate.physics.zone import SoftZone
 
 EFFECTS: tuple[EffectType, ...] = (
     StiffnessChange(),
+    SoftZone(),
     MassChange(),
     ThicknessChange(),
     Orthotropy(),

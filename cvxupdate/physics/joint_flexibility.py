@@ -59,15 +59,17 @@ class JointFlexibility(EffectType):
                 done.update((first, *(beyond if joined == 2 else ())))
                 alone, k = meeting[first] < 2, sum(beyond.values())
                 within = 1.0 / k if alone and k > 0.0 else 0.0
-                one = self._one(context.model, number, e, columns, np.asarray(matrices[e]), within)
+                k_end = np.asarray(matrices[e])
+                one = self.at_end(context.model, number, e, columns, k_end, within)
                 more = f"{at(one.place)} more than {SPRUNG if within else CLASS}"
                 out.append(replace(one, spot=more) if alone else one)
         return out
 
-    def _one(
-        self, model: Model, number: int, e: int, columns: list[int], k: Real, within: float
+    def at_end(
+        self, model: Model, number: int, e: int, columns: list[int], k: Real, within: float = 0.0
     ) -> Effect:
-        """``within``: compliance of the model's own spring in the joint, of which the figure is
+        """At the end of row ``e`` of a block that has these columns, of stiffness ``k`` (d, d);
+        ``within``: compliance of the model's own spring in the joint, of which the figure is
         told together with what more gives way."""
         block = model.blocks[number]
         node = int(model.node_ids[model.dof_node[block.dofs[e, columns[0]]]])

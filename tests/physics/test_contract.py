@@ -29,7 +29,9 @@ from cvxupdate.physics.effect import (
     Planted,
 )
 from cvxupdate.physics.internal_force import NonlinearForce
+from cvxupdate.physics.joint_flexibility import LIMITS as JOINT_LIMITS
 from cvxupdate.physics.low_rank import low_rank
+from cvxupdate.physics.zone import ZoneChange
 from cvxupdate.spec import Spec, check_problem, load_problem
 from cvxupdate.spec.update import PHYSICS
 from tests.cases.effects import (
@@ -142,7 +144,8 @@ def test_at_its_start_the_model_is_what_it_was(
         assert np.all(put.start[1:] == 0.0)
         after = dense(put.model, np.concatenate([ABOUT, 0.0 * put.start]))
         for name, was in before.items():
-            rigid = effect.change is not None and effect.change.series
+            zone = isinstance(effect.change, ZoneChange)  # its ends are joints
+            rigid = zone or (effect.change is not None and effect.change.series)
             gap = np.abs(onto(model, put.model, after, name) - was).max()
             assert gap <= (RIGID if rigid else 1e-12) * max(np.abs(was).max(), 1e-300), effect.name
 
@@ -184,7 +187,9 @@ def test_parameters_keep_the_limits(case: Case, scene: tuple[Spec, Model, Search
     _, model, _ = scene
     for effect, put in planted(case, scene):
         for q in put.model.parameters[len(model.parameters) :]:
-            assert (q.lower, q.upper) == effect.limits, effect.name
+            joint = isinstance(effect.change, ZoneChange) and q.of == "a"
+            limits = JOINT_LIMITS if joint else effect.limits
+            assert (q.lower, q.upper) == limits, effect.name
             assert q.lower <= 0.0 < q.upper and (
                 effect.sign == 0 or q.lower == 0.0 or not effect.change
             )

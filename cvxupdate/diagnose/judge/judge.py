@@ -23,6 +23,7 @@ from cvxupdate.diagnose.judge.alternatives import equivalents
 from cvxupdate.diagnose.judge.confidence import Standing, certainty_of_groups, standing
 from cvxupdate.diagnose.judge.graded import Graded, graded
 from cvxupdate.diagnose.judge.groups import group_findings, loose_groups
+from cvxupdate.diagnose.judge.jumble import jumbled
 from cvxupdate.diagnose.judge.middle import in_the_middle
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.judge.soundness import said_plainly, sound
@@ -88,13 +89,14 @@ def _decided(evidence: Evidence, found: Found) -> Judgement:
         tuple(case.weighed(h) for h in tried if not said_plainly(h))
         for tried in (found.singles, found.several)
     )
+    clean = tuple(w for w in several if not jumbled(w.hypothesis, evidence.model))
     one = _likeliest(singles, case)
     single = one if one is not None and better(one, case.base, case) else None
     every = (*several, *singles)
     field = tuple(w for w in every if not (refuted(w, case) or saturated(w, case)))
     final = single
-    for count in sorted({len(w.hypothesis.effects) for w in several}):
-        more = _likeliest([w for w in several if len(w.hypothesis.effects) == count], case)
+    for count in sorted({len(w.hypothesis.effects) for w in clean}):
+        more = _likeliest([w for w in clean if len(w.hypothesis.effects) == count], case)
         open_ = final is None or not evidence.clear(final.fit)
         if more is not None and open_ and needs_several(more, final, case):
             final = more
@@ -109,7 +111,7 @@ def _decided(evidence: Evidence, found: Found) -> Judgement:
             return replace(bare, final=wide, field=field, findings=claimed)
     if final is None:
         return bare
-    final = in_the_middle(_a_rig_instead(several, final, case), every, case)
+    final = in_the_middle(_a_rig_instead(several, final, case), (*clean, *singles), case)
     standings = tuple(standing(k, final, field, case) for k in range(len(final.hypothesis.effects)))
     findings: tuple[Finding, ...] = ()
     if credible(final, case):

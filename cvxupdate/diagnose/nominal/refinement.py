@@ -130,8 +130,8 @@ def fine_enough(spec: Spec, file: Model, wanted: Wanted) -> Mesh:
         shift, error = shift_between(own, model, wanted.top), wanted.differ(own, model)
     except CvxupdateError:
         return PLAIN
-    advised = _advised(shift, rest, MESH_PARTS[0])
-    return Mesh(needed, shift, error, left, advised, theory, short, points)
+    advice = _advised(shift, rest, MESH_PARTS[0])
+    return Mesh(needed, shift, error, left, advice, theory, short, points)
 
 
 def _points(file: Model, mesh: Analysis, wanted: Wanted) -> tuple[Held, ...]:
@@ -224,11 +224,11 @@ def _held(model: Model, analysis: Analysis, families: Sequence[str], modes: Mode
         if x.label in model.place:
             rows[x.family].append(model.place[x.label])
     out = []
-    for family in families:
-        own = np.array(rows[family], dtype=np.int64)
+    for own in (np.array(rows[family], dtype=np.int64) for family in families):
         phi = modes.shapes[own]
         out.append(np.einsum("im,im->m", phi, K[own][:, own] @ phi))
-    return np.abs(np.array(out)) / np.maximum(modes.eigenvalues, 1e-300)
+    energy = np.abs(np.array(out)).reshape(len(families), len(modes.eigenvalues))
+    return np.asarray(energy / np.maximum(modes.eigenvalues, 1e-300))
 
 
 def _up_to(model: Model, top: float) -> Modes:

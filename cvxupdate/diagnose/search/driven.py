@@ -4,14 +4,15 @@ another it does."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.search.approach import Approach
 from cvxupdate.diagnose.search.backward import merit
 from cvxupdate.diagnose.search.race import entered, raced
-from cvxupdate.diagnose.settings import STAYING, TWICE
+from cvxupdate.diagnose.settings import HALVED, STAYING, TWICE
 from cvxupdate.diagnose.types import Evidence, Progress
-from cvxupdate.physics.shaker import parts_of
+from cvxupdate.physics.shaker import at_drive, parts_of
 
 
 def settled(evidence: Evidence, found: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -40,7 +41,17 @@ def _settled(evidence: Evidence, approach: Approach, stays: Hypothesis) -> Hypot
     goes = approach.with_drive(stays)
     if goes is None:
         return stays
-    return min(stays, goes, key=lambda h: evidence.errors(h.fit).hold_out)
+    here, there = (evidence.errors(h.fit).hold_out for h in (stays, goes))
+    if here > there:
+        return goes
+    return _a_structures(stays) if here <= HALVED * there else stays
+
+
+def _a_structures(h: Hypothesis) -> Hypothesis:
+    """The same, told without the shaker: driven from elsewhere, the structure has it too. What a
+    shaker is made of keeps its name."""
+    own = [replace(e, spot="") if at_drive(e) and not parts_of(e) else e for e in h.effects]
+    return Hypothesis(tuple(own), h.fit)
 
 
 def shaken(evidence: Evidence, sets: Sequence[Hypothesis], progress: Progress) -> list[Hypothesis]:

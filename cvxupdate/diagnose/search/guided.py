@@ -21,6 +21,7 @@ from cvxupdate.diagnose.search.backward import backward
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.race import merged, raced, tenable
 from cvxupdate.diagnose.search.several import Pool, room
+from cvxupdate.diagnose.search.zones import zone_seeds
 from cvxupdate.diagnose.settings import (
     BEAM,
     BUDGET,
@@ -118,6 +119,9 @@ class _Growth:
             self.progress(f"seeking what brings {h.name} nearer")
             seeds += self.approach.beside(h, NEAREST)
         plain = self._nearer(seeds, "first pass")
+        near, tried = _nearest(plain)[:BEAM], {r.hypothesis.keys for r in plain}
+        stretches = [s for r in near for s in zone_seeds(self.evidence, r.hypothesis, tried)]
+        plain += self._nearer(stretches, "first pass")
         rigged = [s for r in _nearest(plain)[:BEAM] for s in self._rigged(r.hypothesis)]
         entered = sorted([*plain, *self._nearer(rigged, "first pass")], key=lambda r: r.left)
         best = {r.hypothesis.keys for r in _abreast(entered)}
@@ -232,8 +236,8 @@ class _Growth:
             return []
         explains = self._explains(known)
         kept, fewer = backward(self.evidence, known[0], self.progress)
-        pool = Pool(self.evidence, self.progress, {h.keys: h for h in known})
-        pool.tried.update(pool.found, (h.keys for h in fewer))
+        settled = {h.keys for h in (*known, *fewer)}
+        pool = Pool(self.evidence, self.progress, {h.keys: h for h in known}, settled)
         for rest in kept if explains else ():
             if self.evidence.hurried:
                 self.evidence.leave(RIVALS)

@@ -4,7 +4,7 @@ one is not enough."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -15,10 +15,12 @@ from cvxupdate.diagnose.search.alike import elsewhere
 from cvxupdate.diagnose.search.backward import backward
 from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.driven import settled, shaken
+from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
 from cvxupdate.diagnose.search.guided import brought_near, guided
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
+from cvxupdate.diagnose.search.zones import zoned
 from cvxupdate.diagnose.settings import (
     COARSE,
     DAMPING_GAIN,
@@ -68,17 +70,17 @@ def names_tried(evidence: Evidence) -> tuple[str, ...]:
     return tuple(n for n in evidence.names if n in damping)
 
 
-def nearest(evidence: Evidence, progress: Progress) -> Found:
-    """What brings a model to recordings of which nothing is to be claimed: of one that is far off
-    the first set that explains them, whatever else would; where none does, all that is sought."""
+def nearest(evidence: Evidence, progress: Progress) -> Found | None:
+    """What brings a model that is far off to recordings of which nothing is to be claimed: the
+    first sets that explain them, whatever else would; None where none does."""
     far = evidence.bases[-1].misfit > HOPELESS * EXPLAINED
     near = brought_near(evidence, progress) if far and names_tried(evidence) else []
     if not near or near[0].fit.misfit > EXPLAINED:
-        found = search(evidence, progress)
-        return replace(found, several=(*found.several, *near))
+        return None
     several = [h for h in near if len(h.effects) > 1]
+    several = merged(several, shaken(evidence, several, progress))
     singles = [h for h in near if len(h.effects) == 1]
-    return Found((), tuple(singles), tuple(several))
+    return Found((), tuple(settled(evidence, singles)), tuple(settled(evidence, several)))
 
 
 def search(evidence: Evidence, progress: Progress) -> Found:
@@ -88,14 +90,7 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     bases, names = evidence.bases, names_tried(evidence)
     if not names:
         return Found()
-    candidates = evidence.candidates(evidence.model, names)
-    rankings = []
-    for fit in bases[: max(1, evidence.levels - 1)]:
-        progress(f"screening {len(candidates)} candidates")
-        rankings.append(evidence.first_order(fit, candidates))
-    clearest = int(np.argmax([max((s.fraction for s in r), default=0.0) for r in rankings]))
-    progress("resampling the recordings")
-    stable = stability(evidence, bases[clearest], rankings[clearest])
+    rankings, stable = _screened(evidence, names, progress)
     often = [s for s, part in stable if part >= STABLE]
     listed = best_of(*(shortlist(r) for r in rankings), often)
     start, pattern = Hypothesis((), bases[0]), damping_only(evidence)
@@ -113,25 +108,25 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         coarse = coarse[:STAYING]  # no single effect comes near
     elif not pattern and coarse and coarse[0].penalised > OPEN * EXPLAINED:
         coarse = in_their_place(evidence, coarse, progress)
+        coarse = merged(coarse, zoned(evidence, coarse, progress, COARSE[-1][0]))
     singles = raced(evidence, coarse, FINE, progress)
     if pattern:
         singles.sort(key=lambda h: h.fit.damping_strain)
-    singles = elsewhere(evidence, singles, progress)
-    several: list[Hypothesis] = []
+    singles = _stretches(evidence, elsewhere(evidence, singles, progress), progress)
+    several, known = list[Hypothesis](), None
     if not pattern and not _enough(evidence, singles):
-        firsts = [] if reached else coarse
-        several = _pairs(evidence, firsts, singles, progress)
+        several = _pairs(evidence, [] if reached else coarse, singles, progress)
+        known = likeliest(several)
         singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
         alone = bool(singles and (several or grown)) and _told_alone(evidence, singles[0])
         own = [several] if ahead else [several, grown]  # each has its own end
         ways = [] if alone else [way for way in own if way]
         several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
-    several = elsewhere(evidence, several, progress)
+    several = _stretches(evidence, elsewhere(evidence, several, progress), progress)
     several = merged(several, shaken(evidence, several, progress))
-    lighter = busy(evidence, several, progress)
-    if several and len(several[0].effects) > 2:
-        lighter += backward(evidence, several[0], progress)[1]
-    lighter += beside_a_rig(evidence, merged(several, lighter), progress)
+    lighter = _lighter(evidence, several, progress)
+    firsts = coarse if reached else []
+    lighter += _instead(evidence, merged(several, lighter), firsts, known, progress)
     singles = merged(singles, [h for h in lighter if len(h.effects) == 1])
     several = merged(several, [h for h in lighter if len(h.effects) > 1])
     return Found(
@@ -141,6 +136,41 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         {s.effect.key: part for s, part in stable},
         tuple((h, h.fit.misfit / bases[0].misfit) for h in entries),
     )
+
+
+def _screened(
+    evidence: Evidence, names: Sequence[str], progress: Progress
+) -> tuple[list[list[Score]], list[tuple[Score, float]]]:
+    """First-order scores at every level but the last, and how often half of the recordings chooses
+    each, where most is explained."""
+    bases, rankings = evidence.bases, list[list[Score]]()
+    candidates = evidence.candidates(evidence.model, names)
+    for fit in bases[: max(1, evidence.levels - 1)]:
+        progress(f"screening {len(candidates)} candidates")
+        rankings.append(evidence.first_order(fit, candidates))
+    clearest = int(np.argmax([max((s.fraction for s in r), default=0.0) for r in rankings]))
+    progress("resampling the recordings")
+    return rankings, stability(evidence, bases[clearest], rankings[clearest])
+
+
+def _stretches(
+    evidence: Evidence, known: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """With what stretches within elements do in place of the best; where that leaves nothing, or
+    only the pattern of damping is at stake, as they are."""
+    if not known or damping_only(evidence) or evidence.clear(known[0].fit):
+        return list(known)
+    return merged(known, zoned(evidence, known, progress, evidence.levels - 1))
+
+
+def _lighter(
+    evidence: Evidence, several: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """The best sets freed of what does little in them, and what a rig alone would explain."""
+    lighter = busy(evidence, several, progress)
+    if several and len(several[0].effects) > 2:
+        lighter += backward(evidence, several[0], progress)[1]
+    return [*lighter, *beside_a_rig(evidence, merged(several, lighter), progress)]
 
 
 def _grown(
@@ -160,12 +190,29 @@ def _pairs(
     singles: Sequence[Hypothesis],
     progress: Progress,
 ) -> list[Hypothesis]:
-    """Pairs with the best of ``firsts``: fewer where what the best single effect leaves may be the
-    mesh's."""
+    """Pairs with the best of ``firsts``, exchanged: fewer where what the best single effect leaves
+    may be the mesh's."""
     if not firsts:
         return []
     few = bool(singles) and _mesh_may(evidence, singles[0])
-    return pairs(evidence, firsts, FEW_PARENTS if few else PARENTS, progress)
+    found = pairs(evidence, firsts, FEW_PARENTS if few else PARENTS, progress)
+    return exchanged(evidence, found, progress)
+
+
+def _instead(
+    evidence: Evidence,
+    sets: Sequence[Hypothesis],
+    firsts: Sequence[Hypothesis],
+    known: Hypothesis | None,
+    progress: Progress,
+) -> list[Hypothesis]:
+    """What may stand in place of the likeliest of ``sets``: a pair with one of ``firsts``, where
+    that has many effects; others for one of its own, but if it is ``known`` that none does."""
+    found = [h for h in sets if len(h.effects) > 1]
+    several = pairs(evidence, firsts, FEW_PARENTS, progress) if firsts and crowded(found) else []
+    found = merged(found, several)
+    best = likeliest(found)
+    return several if best is known else exchanged(evidence, found, progress)
 
 
 def _far_off(coarse: Sequence[Hypothesis]) -> bool:

@@ -36,20 +36,23 @@ SETS, MORE = "pairs of effects, at least some of them", "sets of three effects a
 
 @dataclass
 class Pool:
-    """Hypotheses that were refitted together, and all that were tried."""
+    """Hypotheses that were refitted together, of each the best fit; ``settled`` are not begun
+    again."""
 
     evidence: Evidence
     progress: Progress
     found: dict[frozenset[Key], Hypothesis] = field(default_factory=dict)
-    tried: set[frozenset[Key]] = field(default_factory=set)
+    settled: set[frozenset[Key]] = field(default_factory=set)
 
     def refit(self, seeds: Sequence[Seed]) -> None:
-        """Enter what was not tried yet; the best go on to the level of the search."""
-        fresh = [s for s in seeds if s.keys not in self.tried and len(s.keys) == len(s.effects)]
-        self.tried.update(s.keys for s in fresh)
-        entries = entered(self.evidence, fresh, self.progress)
+        """Enter them; the best go on to the level of the search. What was entered before is once
+        more: beside another fit it begins elsewhere, and where it got stuck says nothing of it."""
+        own = [s for s in seeds if s.keys not in self.settled and len(s.keys) == len(s.effects)]
+        entries = entered(self.evidence, own, self.progress)
         for h in raced(self.evidence, entries, ((SEVERAL_LEVEL, PARTNERS),), self.progress):
-            self.found[h.keys] = h
+            known = self.found.get(h.keys)
+            if known is None or h.penalised < known.penalised:
+                self.found[h.keys] = h
 
     @property
     def best(self) -> Hypothesis | None:
@@ -141,7 +144,7 @@ def further(
             break
         progress(f"seeking beside {best.name}")
         pool = Pool(evidence, progress)
-        pool.refit(beside(evidence, _at(evidence, best, SEVERAL_LEVEL)))
+        pool.refit(beside(evidence, at_level(evidence, best, SEVERAL_LEVEL)))
         if pool.best is not None:
             _weakest_again(pool, pool.best)
         found = raced(evidence, list(pool.found.values()), FINE_SEVERAL, progress)
@@ -158,7 +161,7 @@ def room(evidence: Evidence, h: Hypothesis) -> bool:
     return not h.full and spare >= SPARE
 
 
-def _at(evidence: Evidence, h: Hypothesis, level: int) -> Hypothesis:
+def at_level(evidence: Evidence, h: Hypothesis, level: int) -> Hypothesis:
     """As it is, beside the recordings of another level."""
     setting = evidence.at_level(h.fit.setting, level)
     return Hypothesis(h.effects, evidence.evaluated(setting, h.fit.p))

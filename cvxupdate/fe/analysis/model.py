@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cvxupdate.errors import InputError
+from cvxupdate.errors import InputError, ModelError
 from cvxupdate.fe.analysis.corners import corner_names, corner_nodes, corner_terms
 from cvxupdate.fe.analysis.edges import Edge
 from cvxupdate.fe.analysis.parts import Fine, assembled, fine_of
@@ -25,6 +25,7 @@ DIVIDED = ("rod", "beam2d", "beam3d", "plate")  # types of elements that have pa
 # times as many parts of a line as of the edge of a sheet: those that deform in shear converge with
 # the square of their length and are not extrapolated, and cost next to nothing
 LINES = {"rod": 2, "beam2d": 2, "beam3d": 2}
+FEWEST = 4  # parts: of half as many an edge still has a point of its own
 NOTHING = 1e-12  # of the largest stiffness of a term: none
 ALONG = 1e-6  # component of a direction that counts
 SAME = 12  # digits to which two elements are alike
@@ -87,11 +88,16 @@ def analysis_of(spec: Spec, file: Model, parts: int, solid: bool = False) -> Ana
     Raises
     ------
     ModelError
-        Where the inside of an element is a mechanism.
+        Where parts are too few, or the inside of an element is a mechanism.
     """
     types = {b.type for b in spec.model.elements} & set(DIVIDED)
     if not types:
         return None
+    if min(parts * LINES.get(t, 1) for t in types) < FEWEST:
+        raise ModelError(
+            f"Finer elements need each edge in at least {FEWEST} parts, for half as many tell how "
+            f"far they are from the limit; got {parts}."
+        )
     coarse, fine = (
         [
             unstrained(file, p)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cvxupdate.errors import ModelError
 from cvxupdate.fe.analysis import analysis_of
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
@@ -189,3 +190,10 @@ def test_nothing_to_divide(tmp_path):
         ),
     )
     assert analysis_of(spec, model, 8) is None
+
+
+def test_fewer_than_four_parts_tell_no_limit(tmp_path):
+    spec, file = read(tmp_path, plate(HELD))
+    with pytest.raises(ModelError, match="at least 4 parts, .* got 2"):
+        analysis_of(spec, file, 2)
+    assert analysis_of(spec, file, 4) is not None

@@ -1,0 +1,120 @@
+"""The best set of effects with each of them exchanged at the fit: for another place, another word.
+
+Sets are found from smooth recordings on, beside fits that the mismatch bends: there many neighbours
+do alike, few of them are refitted, and what began where it got stuck is not tried again. At the end
+the rest of the best set is as true as it will be, and what does as much beside it as the effect
+that was taken out is refitted from there (forward and backward steps in turn; Hastie, Tibshirani
+and Friedman 2009, 3.3 and 9.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, seeds_from, without
+from cvxupdate.diagnose.hypothesis import further as placeable
+from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
+from cvxupdate.diagnose.search.backward import merit
+from cvxupdate.diagnose.search.race import entered, merged, raced
+from cvxupdate.diagnose.search.several import at_level
+from cvxupdate.diagnose.settings import (
+    EACH,
+    FINE_SEVERAL,
+    NEIGHBOURS,
+    PARTNERS,
+    SEVERAL_LEVEL,
+    SHORT,
+    WALKS,
+)
+from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
+from cvxupdate.physics.effect import Effect, HiddenOscillator
+from cvxupdate.physics.shaker import at_drive
+
+LEGS = ((SEVERAL_LEVEL, PARTNERS), *FINE_SEVERAL)
+LEAST_RATIO = 1e-4  # of damping, of an oscillator with a dashpot: without, it has no such unknown
+EXCHANGED = "effects of the best set exchanged for others"
+
+
+def crowded(sets: Sequence[Hypothesis]) -> bool:
+    """Whether the likeliest set has more than two effects, two of them such as no rig does: two
+    that nobody sought may do as much, for what two explain, many imitate."""
+    best = likeliest(sets)
+    if best is None or len(best.effects) < 3:
+        return False
+    return sum(not (of_a_rig(e) or at_drive(e)) for e in best.effects) > 1
+
+
+def exchanged(
+    evidence: Evidence, known: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """``known`` (sharpened) and the likeliest set of them with its effects exchanged, as long as
+    another is likelier then. All, best first."""
+    found = list(known)
+    best = likeliest([h for h in found if len(h.effects) > 1])
+    for _ in range(WALKS):
+        if best is None:
+            break
+        seeds: list[Seed] = []
+        for k in range(len(best.effects)):
+            if evidence.hurried:
+                evidence.leave(EXCHANGED)
+                return found
+            rest = without(evidence, best, k)
+            if rest is not None:
+                progress(f"seeking in place of {best.effects[k].name}")
+                seeds += _seeds(evidence, best, k, rest)
+        more = raced(evidence, entered(evidence, seeds, progress), LEGS, progress)
+        found = merged(found, more)
+        ahead = likeliest(more)
+        if ahead is None or merit(ahead) <= merit(best):
+            break
+        best = ahead
+    return found
+
+
+def likeliest(sets: Sequence[Hypothesis]) -> Hypothesis | None:
+    """By the evidence, less what unknowns cost."""
+    return max(sets, key=merit, default=None)
+
+
+def _seeds(evidence: Evidence, best: Hypothesis, number: int, rest: Hypothesis) -> list[Seed]:
+    """What does much beside the rest as it was fitted, to first order or at a finite size: more of
+    the type that was taken out, whose places are what is hardest to tell."""
+    smooth = at_level(evidence, rest, SEVERAL_LEVEL)
+    effects = placeable(evidence.candidates(smooth.fit.setting.model), smooth)
+    effects = _tuned(effects, best, number)
+    first = evidence.first_order(smooth.fit, effects)
+    sized = evidence.finite_size(smooth.fit, smooth.fit, smooth.effects, effects)
+    scores = best_of(first, sized.scores)
+    own = best.effects[number].physics
+    same = shortlist([s for s in scores if s.effect.physics == own], NEIGHBOURS, NEIGHBOURS)
+    other = shortlist([s for s in scores if s.effect.physics != own], SHORT, EACH)
+    known = [s for s in (*same, *other) if s.effect.key != best.effects[number].key]
+    return [*seeds_from(evidence, smooth, known, SEVERAL_LEVEL), *sized.seeds]
+
+
+def _tuned(effects: Sequence[Effect], best: Hypothesis, number: int) -> list[Effect]:
+    """Where a hidden oscillator was taken out, those of other places tuned as it is, and no
+    others: between two trial frequencies a narrow one shows nothing."""
+    action = best.effects[number].action
+    if not isinstance(action, HiddenOscillator):
+        return list(effects)
+    tuned = as_fitted(action, best.figures[number].values)
+    out: dict[Key, Effect] = {}
+    for e in effects:
+        if isinstance(e.action, HiddenOscillator):
+            e = replace(e, action=replace(tuned, row=e.action.row))
+        out.setdefault(e.key, e)
+    return list(out.values())
+
+
+def as_fitted(action: HiddenOscillator, values: Mapping[str, float]) -> HiddenOscillator:
+    """One with the frequency and the damping ratio of fitted figures, not planted yet."""
+    m = max(values["m"], float(np.finfo(float).tiny))
+    omega = float(np.sqrt(max(values["k"], 0.0) / m))
+    zeta = values.get("c", 0.0) / max(2.0 * m * omega, float(np.finfo(float).tiny))
+    zeta = max(zeta, LEAST_RATIO) if action.zeta > 0.0 else 0.0
+    return replace(action, frequency=omega / (2.0 * np.pi), zeta=zeta, mass=0.0)

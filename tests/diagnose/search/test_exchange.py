@@ -1,0 +1,83 @@
+"""A set with an effect at the wrong place, or of the wrong type, put right where it was fitted."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cvxupdate.diagnose.gather import gathered
+from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
+from cvxupdate.diagnose.search.exchange import as_fitted, crowded, exchanged
+from cvxupdate.diagnose.search.race import entered, raced
+from cvxupdate.physics import candidates_of
+from tests.cases.plain_evidence import PlainFit, effect, supposed
+
+LUMP, SOFT = 0.45, 0.7  # kg at floor 2, of spring 4
+
+
+def quiet(text: str) -> None:
+    pass
+
+
+@pytest.fixture(scope="module")
+def evidence(chain, lab, measure):
+    real = lab(k=(1, 1, 1, SOFT), m=(0, LUMP, 0, 0))
+    return gathered(*chain, [measure(real, 1), measure(real, 4, "hold-out", seed=2)], quiet)
+
+
+def fitted(evidence, *places):
+    """Effects (type, node or element) one beside the other, refitted to the end."""
+    h = Hypothesis((), evidence.bases[0])
+    for name, number in places:
+        known = evidence.candidates(h.fit.setting.model, (name,))
+        own = [e for e in known if (*e.place.nodes, *e.place.elements) == (number,)]
+        scores = evidence.first_order(h.fit, own)
+        h = entered(evidence, seeds_from(evidence, h, scores, 0), quiet)[0]
+    last = evidence.levels - 1
+    return raced(evidence, [h], ((1, 1), (last, 1)), quiet)[0]
+
+
+TRUE = (("added_mass", 2), ("stiffness_change", 104))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        (("added_mass", 3), TRUE[1]),
+        (TRUE[0], ("stiffness_change", 103)),
+        (("stiffness_change", 102), TRUE[1]),
+    ],
+)
+def test_place_and_word_are_put_right_beside_what_is_right(evidence, wrong):
+    right, begun = fitted(evidence, *TRUE), fitted(evidence, *wrong)
+    assert begun.fit.misfit > 4.0 * right.fit.misfit
+    best = exchanged(evidence, [begun], quiet)[0]
+    assert best.keys == right.keys
+    assert best.fit.misfit == pytest.approx(right.fit.misfit, rel=0.01)
+    sizes = {e.physics: f.values for e, f in zip(best.effects, best.figures, strict=True)}
+    assert sizes["added_mass"]["m"] == pytest.approx(LUMP, rel=0.1)
+
+
+def test_what_cannot_be_bettered_stays(evidence):
+    right = fitted(evidence, *TRUE)
+    assert exchanged(evidence, [right], quiet)[0].keys == right.keys
+    single = fitted(evidence, TRUE[0])
+    assert exchanged(evidence, [single], quiet) == [single], "one effect is no set"
+
+
+def test_an_oscillator_elsewhere_is_tuned_as_it_was_fitted(evidence):
+    (first, *_) = candidates_of(evidence.context(evidence.model), ("attached_resonator",), "modes")
+    (found, *_) = evidence.candidates(evidence.model, ("attached_resonator",))
+    omega, zeta, m = 2.0 * np.pi * 23.0, 0.02, 0.1
+    values = {"m": m, "k": m * omega**2, "c": 2.0 * zeta * m * omega}
+    tuned = as_fitted(found.action, values)
+    assert (tuned.frequency, tuned.zeta) == pytest.approx((23.0, zeta)) and not tuned.mass
+    undamped = as_fitted(first.action, {"m": m, "k": m * omega**2})
+    assert undamped.frequency == pytest.approx(23.0) and undamped.count == first.action.count
+
+
+def test_a_set_is_crowded_by_a_third_effect():
+    soft = [effect("stiffness_change", elements=(k,)) for k in (1, 2, 3)]
+    assert crowded([supposed(PlainFit(1.0), *soft)])
+    assert not crowded([supposed(PlainFit(1.0), *soft[:2])])
+    assert not crowded([])
