@@ -13,7 +13,7 @@ from scipy.linalg import eigh
 from cvxupdate.study import diagnose
 from validation.nonlinear import Truth, chain, drive, responses
 
-LEVELS, SAMPLES = (1.0, 4.0, 3.0), 1024
+LEVELS, SAMPLES = (1.0, 4.0, 3.0), 768
 SEED, LUMP, LOOSE = 8, 0.9, 0.72  # of the chain; kg; of a spring's stiffness
 RUN = """[[recordings]]
 kind = "time"

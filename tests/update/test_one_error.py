@@ -20,10 +20,11 @@ SKIPPED = ("truth.toml", "problem_all_layouts.toml")  # 150 recordings of one ki
 
 def files():
     """Every problem that has responses, but for those of one model whose recordings are of the same
-    kinds and quantities: they differ in what `run` may change, or in noise."""
+    kinds and quantities: they differ in what `run` may change, or in noise; nor `strange`, whose
+    models and recordings are such as `concealed` has."""
     out = {}
     for path in sorted(PROBLEMS.rglob("*.toml"), key=lambda p: (p.name != "problem.toml", p)):
-        if path.name in SKIPPED:
+        if path.name in SKIPPED or path.is_relative_to(PROBLEMS / "strange"):
             continue
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
         recordings = tables.get("recordings", [])

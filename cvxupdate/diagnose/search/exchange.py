@@ -30,7 +30,7 @@ from cvxupdate.diagnose.settings import (
     WALKS,
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
-from cvxupdate.physics.effect import Effect, HiddenOscillator
+from cvxupdate.physics.effect import MOTION, Effect, HiddenOscillator
 from cvxupdate.physics.shaker import at_drive
 
 LEGS = ((SEVERAL_LEVEL, PARTNERS), *FINE_SEVERAL)
@@ -51,8 +51,12 @@ def exchanged(
     evidence: Evidence, known: Sequence[Hypothesis], progress: Progress
 ) -> list[Hypothesis]:
     """``known`` (sharpened) and the likeliest set of them with its effects exchanged, as long as
-    another is likelier then. All, best first."""
+    another is likelier then. All, best first. Laws that follow the motion are not: what is hardly
+    told from them is refitted where they are told (`cvxupdate.diagnose.search.alike`), and each
+    fit takes a simulation."""
     found = list(known)
+    if evidence.told_by == MOTION:
+        return found
     best = likeliest([h for h in found if len(h.effects) > 1])
     for _ in range(WALKS):
         if best is None:
