@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from cvxupdate.fe.model import Model
+from cvxupdate.physics.draft import node_of
 from cvxupdate.physics.members import straight
 
 
@@ -54,7 +55,7 @@ def _ends(model: Model) -> dict[int, tuple[tuple[int, int], float]]:
 
 def _number(model: Model, dofs: np.ndarray) -> int:
     there = dofs[dofs >= 0]
-    return int(model.node_ids[model.dof_node[there[0]]]) if len(there) else 0
+    return node_of(model, int(there[0])) if len(there) else 0
 
 
 def _chain(member: tuple[int, ...], ends: dict[int, tuple[tuple[int, int], float]]) -> Chain:
@@ -89,10 +90,7 @@ def beside(chain: Chain, elements: tuple[int, ...]) -> tuple[int | None, int | N
 
 def inner_joint(chain: Chain, node: int, element: int) -> bool:
     """Whether a node lies between two elements of a chain, of which one is given."""
-    between = set(pairwise(chain.elements))
-    here = {
-        pair
-        for k, pair in enumerate(pairwise(chain.elements))
-        if chain.nodes[k + 1] == node and element in pair
-    }
-    return bool(here & between)
+    return any(
+        inner == node and element in pair
+        for inner, pair in zip(chain.nodes[1:-1], pairwise(chain.elements), strict=True)
+    )

@@ -21,10 +21,11 @@ from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter
 from cvxupdate.physics.chains import Chain, chains
 from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.draft import node_of
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
 from cvxupdate.physics.growth import Rates, Wanted, append_parameters, limited
 from cvxupdate.physics.joint_flexibility import JointFlexibility, ends_of, is_beam
-from cvxupdate.physics.place import Place, numbered
+from cvxupdate.physics.place import Place, numbered, where
 from cvxupdate.physics.quantity import Figure, Quantity, factor
 from cvxupdate.physics.stiffness_change import LIMITS
 from cvxupdate.physics.units import number
@@ -138,7 +139,7 @@ def _joint(model: Model, element: int, node: int) -> Effect | None:
     beams = [(n, b) for n, b in enumerate(model.blocks) if is_beam(b) and element in b.ids]
     for at, block in beams:
         for e, columns in ends_of(block):
-            here = int(model.node_ids[model.dof_node[block.dofs[e, columns[0]]]])
+            here = node_of(model, int(block.dofs[e, columns[0]]))
             if int(block.ids[e]) == element and here == node:
                 k = np.asarray(block.combine(block.scalars(block.properties))["K"][e])
                 return JointFlexibility().at_end(model, at, e, columns, k)
@@ -184,12 +185,8 @@ def _between(effect: Effect, values: Mapping[str, float]) -> str:
         stop = last + covered(values, LAST) * (stop - last)
         partly.append(ids[-1])
     tip = f"node {chain.nodes[0]}" if chain.nodes[0] else "the held end"
-    inside = _elements([i for i in ids if i not in partly])
+    inside = where(Place(elements=tuple(i for i in ids if i not in partly)))
     return (
         f"Between {number(start)} and {number(stop)} m from {tip} "
-        f"({inside}, {_elements(partly)} in part)"
+        f"({inside}, {where(Place(elements=tuple(partly)))} in part)"
     )
-
-
-def _elements(ids: Sequence[int]) -> str:
-    return f"{'element' if len(ids) == 1 else 'elements'} {numbered(ids)}"
