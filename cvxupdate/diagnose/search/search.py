@@ -113,7 +113,7 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     if pattern:
         singles.sort(key=lambda h: h.fit.damping_strain)
     singles = _stretches(evidence, elsewhere(evidence, singles, progress), progress)
-    several, known = list[Hypothesis](), None
+    several, known, alone = list[Hypothesis](), None, False
     if not pattern and not _enough(evidence, singles):
         several = _pairs(evidence, [] if reached else coarse, singles, progress)
         known = likeliest(several)
@@ -126,7 +126,8 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     several = merged(several, shaken(evidence, several, progress))
     lighter = _lighter(evidence, several, progress)
     firsts = coarse if reached else []
-    lighter += _instead(evidence, merged(several, lighter), firsts, known, progress)
+    if not alone:
+        lighter += _instead(evidence, merged(several, lighter), firsts, known, progress)
     singles = merged(singles, [h for h in lighter if len(h.effects) == 1])
     several = merged(several, [h for h in lighter if len(h.effects) > 1])
     return Found(
@@ -190,12 +191,14 @@ def _pairs(
     singles: Sequence[Hypothesis],
     progress: Progress,
 ) -> list[Hypothesis]:
-    """Pairs with the best of ``firsts``, exchanged: fewer where what the best single effect leaves
-    may be the mesh's."""
+    """Pairs with the best of ``firsts``, exchanged; fewer where what the best single effect leaves
+    may be the mesh's, and as they are where that will be told alone."""
     if not firsts:
         return []
     few = bool(singles) and _mesh_may(evidence, singles[0])
     found = pairs(evidence, firsts, FEW_PARENTS if few else PARENTS, progress)
+    if singles and _told_alone(evidence, singles[0]):
+        return found
     return exchanged(evidence, found, progress)
 
 
