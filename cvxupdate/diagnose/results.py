@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,7 +66,8 @@ class Updated:
     damping ratios ``zeta`` of the flexible modes, a decay rate ``alpha`` (1/s) of all modes,
     sensor ``faults`` with their unknowns, the flexible mode of each row of each table
     (``pairs``), the share of that damping that is ``hysteretic``, the parts of each edge on which
-    the model is to be taken (``refine``; None: as the file says)."""
+    the model is to be taken (``refine``; None: as the file says) and what its sheets have of solids
+    there."""
 
     model: Model
     p: Real
@@ -77,6 +78,7 @@ class Updated:
     notes: tuple[str, ...] = ()
     hysteretic: float = 0.0
     refine: int | None = None
+    solid: bool | Literal["sheared", "turning"] = True
 
 
 @dataclass(frozen=True)

@@ -197,11 +197,11 @@ class Model(Part):
         "DOFs of its nodes and a few inner ones, take the place of its own (plan keeps them); 8 "
         "is fine for most; absent: the elements as they are",
     )
-    solid: bool = Field(
+    solid: bool | Literal["sheared", "turning"] = Field(
         default=False,
         description="with `refine`: plates with what the theory of thin plates leaves out of a "
-        "solid sheet, to first order in its thickness (free rims, rotary inertia), as `diagnose` "
-        "takes them",
+        "solid sheet, to first order in its thickness, as `diagnose` takes them: rotary inertia "
+        "(`turning`), shear and free rims (`sheared`), or both",
     )
     families: tuple[Member, ...] = Field(
         default=(), description="elements whose matrices are other members of their family"

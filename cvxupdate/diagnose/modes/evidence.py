@@ -30,7 +30,7 @@ from cvxupdate.diagnose.nominal.refinement import Mesh, mesh_lines, mesh_notes
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import elements_of, on_the_file, regrown
 from cvxupdate.diagnose.nominal.theory import theory_lines
-from cvxupdate.diagnose.nominal.written import sayable
+from cvxupdate.diagnose.nominal.written import sayable, solid_of
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised
 from cvxupdate.diagnose.settings import CHANCE, FAR_OFF, SPARE
@@ -280,9 +280,10 @@ class ModesEvidence(Linear):
         }
         alpha = None if further.alpha is None else further.alpha[0]
         kept, p, said = sayable(point.residual.model, point.p)
-        notes = (*mesh_notes(self.fine), *said)
         told = self.fine.told
-        return Updated(kept, p, alpha=alpha, pairs=pairs, notes=notes, refine=told)
+        solid, parted = solid_of(point.residual.model, point.p)
+        notes = (*mesh_notes(self.fine), *said, *(parted if told else ()))
+        return Updated(kept, p, alpha=alpha, pairs=pairs, notes=notes, refine=told, solid=solid)
 
     def shown(self, last: Fit, scores: Sequence[Score]) -> Shown:
         """Errors of every mode before and after."""

@@ -7,10 +7,13 @@ physics; nor may it be taken for granted, for the structure may be a model of ce
 or hinge at plates that are welded on. So each has a size between nothing and what theory says,
 common to all beams. Where shear shifts frequencies by more than a sound model may miss, its absence
 is a finding (`shear_deformation`), and it is no nuisance parameter. Sections resist turning, which
-some programs leave out: the share of rotary inertia goes from what the file says to the other. A
-sheet that is clamped is so
+some programs leave out: the share of rotary inertia goes from what the file says to the other.
+
+Sheets are solids here (`cvxupdate.fe.analysis.solid`): they turn, lag behind in shear and twist
+easily at free rims, which is one thing, the closing of shear stresses. Kirchhoff's plates have none
+of it, or turn alone; so each of the two goes from all to nothing. A sheet that is clamped is so
 from a line that is known within a part of its thickness: a face that is held is stiffer than
-Kirchhoff's line (`cvxupdate.fe.analysis.solid`).
+Kirchhoff's line.
 """
 
 from __future__ import annotations
@@ -24,6 +27,7 @@ from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.nominal.mesh import shearing
 from cvxupdate.diagnose.settings import EXPLAINED, OPEN
 from cvxupdate.diagnose.types import Real
+from cvxupdate.fe.analysis.solid import LAG, TURNING
 from cvxupdate.fe.block import Block
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.select import has_property
@@ -46,8 +50,15 @@ SIZES = {
     CORNER: (2.0, 0.5),
     CLAMP: (1.5, 0.5),
     POINT: (8.0, 3.0),
+    LAG: (1.0, 1.0),
+    TURNING: (1.0, 1.0),
 }
-OF = {SHEAR: "beams", ROTARY: "beams", CORNER: "beams", CLAMP: "sheets"}
+OF = {SHEAR: "beams", CORNER: "beams", CLAMP: "sheets"}
+SWITCHES = {
+    ROTARY: "rotary inertia of beams",
+    TURNING: "rotary inertia of sheets",
+    LAG: "shear of sheets",
+}
 
 
 def lines_of(model: Model, word: str) -> tuple[int, ...]:
@@ -61,19 +72,19 @@ def lines_of(model: Model, word: str) -> tuple[int, ...]:
     )
 
 
-def sections_of(model: Model) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Numbers of the beams whose sections do not resist turning, and of those that do."""
+def switched(model: Model, word: str) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Numbers of the elements that lack it, and of those that have it."""
     out: tuple[list[int], list[int]] = ([], [])
     for block in model.blocks:
-        if _may(block, ROTARY):
-            for i, v in zip(block.ids.tolist(), np.real(block.properties[ROTARY]), strict=True):
+        if _may(block, word):
+            for i, v in zip(block.ids.tolist(), np.real(block.properties[word]), strict=True):
                 out[int(v > 0.0)].append(i)
     return tuple(out[0]), tuple(out[1])
 
 
-def turned(model: Model) -> Model:
-    """The model with rotary inertia where it has none, and without where it has."""
-    return _with(model, ROTARY, lambda v: 1.0 - v)
+def other(model: Model, word: str) -> Model:
+    """The model with it where it has none, and without where it has."""
+    return _with(model, word, lambda v: 1.0 - v)
 
 
 def _with(model: Model, word: str, change: Callable[[Real], Real]) -> Model:
@@ -115,14 +126,17 @@ def theory_of(
     most: float,
 ) -> tuple[str, ...]:
     """The words that change more of the responses (``differ``) than is ``enough``; shear and rotary
-    inertia where they shift (``shift``) frequencies by ``most``, relative, at most."""
+    inertia of beams where they shift (``shift``) frequencies by ``most``, relative, at most; of
+    sheets however much, for no finding says it."""
     out = []
-    lacking = [(SHEAR, shearing)] if lines_of(model, SHEAR) else []
-    if any(sections_of(model)):
-        lacking.append((ROTARY, turned))
-    for word, change in lacking:
-        other = change(model)
-        if shift(model, other) <= most and differ(model, other) > enough:
+    lacking = [(SHEAR, shearing(model))] if lines_of(model, SHEAR) else []
+    if any(switched(model, ROTARY)):
+        lacking.append((ROTARY, other(model, ROTARY)))
+    for word, changed in lacking:
+        if shift(model, changed) <= most and differ(model, changed) > enough:
+            out.append(word)
+    for word in (LAG, TURNING):
+        if any(switched(model, word)) and differ(model, other(model, word)) > enough:
             out.append(word)
     for word in (CORNER, CLAMP):
         if lines_of(model, word) and differ(model, with_theory(model, word)) > enough:
@@ -134,8 +148,8 @@ def theory_parameters(model: Model, words: tuple[str, ...]) -> list[Wanted]:
     """One for each word, common to all elements that lack it."""
     out = []
     for word in words:
-        if word == ROTARY:
-            out += _turning(model)
+        if word in SWITCHES:
+            out += _switch(model, word)
             continue
         if word == POINT:
             out += _giving(model)
@@ -147,12 +161,12 @@ def theory_parameters(model: Model, words: tuple[str, ...]) -> list[Wanted]:
     return out
 
 
-def _turning(model: Model) -> list[Wanted]:
-    """Of the sections that do not resist it, and of those that do."""
-    without, have = sections_of(model)
-    most, name = SIZES[ROTARY][0], f"{ROTARY} inertia of {OF[ROTARY]}"
+def _switch(model: Model, word: str) -> list[Wanted]:
+    """Of the elements that lack it, and of those that have it."""
+    without, have = switched(model, word)
+    most, name = SIZES[word][0], SWITCHES[word]
     ends = ((without, name, 0.0, most), (have, f"{name} that have it", -most, 0.0))
-    return [Wanted(n, ROTARY, ids, GROUP, low, high, 1.0) for ids, n, low, high in ends if ids]
+    return [Wanted(n, word, ids, GROUP, low, high, 1.0) for ids, n, low, high in ends if ids]
 
 
 def _giving(model: Model) -> list[Wanted]:
@@ -189,6 +203,18 @@ def theory_lines(model: Model, base: Fit) -> list[str]:
         out.append(
             f"Sections of beams may resist turning or not{share}: rotary inertia, which programs "
             "have or leave out, was fitted beside the scatter of the groups, and is no finding."
+        )
+    sheets = [
+        f"{does}{size}"
+        for word, does in ((LAG, "lag behind in shear"), (TURNING, "resist turning"))
+        if word in own
+        for q in [model.parameters[own[word]]]
+        for size in ["" if p is None else f" ({number(float(p[own[word]]) - q.lower, 2)} of it)"]
+    ]
+    if sheets:
+        out.append(
+            f"Sheets may {' and '.join(sheets)} as solids do, or not, as Kirchhoff's: it was "
+            "fitted beside the scatter of the groups, and is no finding."
         )
     if CLAMP in own:
         size = "" if p is None else f" ({number(float(p[own[CLAMP]]), 2)} of it)"

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from cvxupdate.diagnose.nominal.theory import CLAMP, CORNER, GROUP, POINT, ROTARY, SHEAR
 from cvxupdate.diagnose.settings import WRITTEN
 from cvxupdate.diagnose.types import Real
+from cvxupdate.fe.analysis.solid import LAG, TURNING
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.units import number
 
+SHEETS = {LAG: "Shear", TURNING: "Rotary inertia"}
 WORDS = {
     CORNER: "Members were fitted as stiffer where they meet",
     CLAMP: "Clamped edges were fitted as holding from before their line on",
@@ -34,6 +38,26 @@ def sayable(model: Model, p: Real) -> tuple[Model, Real, list[str]]:
         elif abs(size) > WRITTEN and q.of in WORDS:
             notes.append(f"{WORDS[q.of]}, for which this file has no word: its error is larger.")
     return model.with_parameters(tuple(model.parameters[j] for j in own)), values[own], notes
+
+
+def solid_of(model: Model, p: Real) -> tuple[bool | Literal["sheared", "turning"], list[str]]:
+    """What [model] ``solid`` says of sheets that were fitted with parts of their theory, and what
+    it cannot."""
+    has, notes = {LAG: True, TURNING: True}, list[str]()
+    for q, size in zip(model.parameters, p, strict=False):
+        if q.group == GROUP and q.of in has:
+            share = float(size) - q.lower
+            has[q.of] = share > 0.5
+            if abs(share - has[q.of]) > WRITTEN:
+                whole = "all" if has[q.of] else "none"
+                notes.append(
+                    f"{SHEETS[q.of]} of sheets was fitted as {number(share, 2)} of what solids "
+                    f"have; this file has {whole} of it, so its error is larger than the diagnosis "
+                    "says."
+                )
+    if has[LAG] == has[TURNING]:
+        return has[LAG], notes
+    return ("sheared" if has[LAG] else "turning"), notes
 
 
 def _turning(fitted: float, written: float) -> str:

@@ -101,7 +101,7 @@ def problem_file(
     if found:
         draft.model["families"] = [*draft.model.get("families", ()), *found]
     if updated.refine is not None:
-        draft.model.update(refine=updated.refine, solid=True)
+        draft.model.update(refine=updated.refine, solid=updated.solid)
     _damping(draft, values, updated)
     _recordings(draft, updated.faults, channels, updated.pairs)
     _update(draft, model, spec)

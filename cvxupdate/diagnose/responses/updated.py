@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cvxupdate.diagnose.nominal.written import sayable
+from cvxupdate.diagnose.nominal.written import sayable, solid_of
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.results import Updated
 
@@ -18,7 +18,8 @@ def updated_model(
     kept, p, said = sayable(setting.model, point.p)
     faults = zip(setting.faults, (float(v) for v in point.fault_values), strict=True)
     shift = 100.0 * setting.mesh.worst(setting.top)
-    notes = (*notes, *said)
+    solid, parted = solid_of(setting.model, point.p)
+    notes = (*notes, *said, *(parted if refine else ()))
     if shift > 100.0 * SHIFTED:
         notes = (
             *notes,
@@ -27,5 +28,12 @@ def updated_model(
         )
     zeta, share = point.damping[point.modes.rigid :], round(point.loss.hysteretic, 4)
     return Updated(
-        kept, p, zeta=zeta, faults=tuple(faults), notes=notes, hysteretic=share, refine=refine
+        kept,
+        p,
+        zeta=zeta,
+        faults=tuple(faults),
+        notes=notes,
+        hysteretic=share,
+        refine=refine,
+        solid=solid,
     )

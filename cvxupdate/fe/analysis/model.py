@@ -13,7 +13,7 @@ from cvxupdate.fe.analysis.edges import Edge
 from cvxupdate.fe.analysis.parts import Fine, assembled, fine_of
 from cvxupdate.fe.analysis.piece import INSIDE, Piece, limit, unstrained
 from cvxupdate.fe.analysis.reduced import Inner, inner_of, matrices
-from cvxupdate.fe.analysis.solid import TERMS, beyond
+from cvxupdate.fe.analysis.solid import LAG, TERMS, TURNING, beyond
 from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.elements.base import Real, Term
 from cvxupdate.fe.labels import KINDS
@@ -26,6 +26,7 @@ DIVIDED = ("rod", "beam2d", "beam3d", "plate")  # types of elements that have pa
 # the square of their length and are not extrapolated, and cost next to nothing
 LINES = {"rod": 2, "beam2d": 2, "beam3d": 2}
 FEWEST = 4  # parts: of half as many an edge still has a point of its own
+LACKING = {"sheared": TURNING, "turning": LAG}  # of sheets that are solids in part
 NOTHING = 1e-12  # of the largest stiffness of a term: none
 ALONG = 1e-6  # component of a direction that counts
 SAME = 12  # digits to which two elements are alike
@@ -128,8 +129,22 @@ def as_stated(spec: Spec, file: Model, parts: int | None = None) -> Model:
         raise InputError(
             f"{spec.path}: model.solid: is of finer parts only. Add refine = 8, or leave it out."
         )
-    found = None if parts is None else analysis_of(spec, file, parts, solid)
-    return file if found is None else found.on(file)
+    found = None if parts is None else analysis_of(spec, file, parts, bool(solid))
+    return file if found is None else _in_part(found.on(file), solid)
+
+
+def _in_part(model: Model, solid: bool | str) -> Model:
+    """With what sheets are said to have of it."""
+    lacking = LACKING.get(str(solid))
+    if lacking is None:
+        return model
+    blocks = (
+        replace(b, properties={**b.properties, lacking: np.zeros(len(b.ids))})
+        if lacking in b.kind.properties
+        else b
+        for b in model.blocks
+    )
+    return replace(model, blocks=tuple(blocks))
 
 
 def _level(spec: Spec, file: Model, parts: Mapping[str, int], solid: bool) -> list[Piece]:

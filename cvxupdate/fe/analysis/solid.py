@@ -40,6 +40,9 @@ TERMS = (
     ("M", "lagged"),
 )
 """Matrix and coefficient of each."""
+LAG, TURNING = "lag", "turning"
+"""The properties that say how much of shear (and of rims, where it closes), and of rotary inertia,
+a sheet has: 1, or nothing, as Kirchhoff's."""
 ACROSS = 1e-6  # of an edge: a right angle
 # Thicknesses between points of a rim: from 1.4 on no shape of them has a negative stiffness (0.105
 # G h⁴ k against D, k = π over their distance); at a corner, and where the structure is thicker than

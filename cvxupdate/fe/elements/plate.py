@@ -127,7 +127,8 @@ def lagging(xyz: Real) -> Real:
 @dataclass(frozen=True)
 class Plate:
     """Dx, Dy, D1, Dxy are factors on the isotropic rigidities, 1 for an isotropic sheet; ``clamp``
-    is by how many thicknesses clamped edges hold it beyond the line of their nodes."""
+    is by how many thicknesses clamped edges hold it beyond the line of their nodes; ``lag`` and
+    ``turning`` are how much of the shear and rotary inertia of a solid it has, on finer parts."""
 
     mass: str = "consistent"
     name: str = "plate"
@@ -143,7 +144,8 @@ class Plate:
         "D1",
         "Dxy",
         "clamp",
-        "mindlin",
+        "lag",
+        "turning",
     )
     text: ClassVar[ElementText] = ElementText(
         PlateBlock,
@@ -161,7 +163,7 @@ class Plate:
         s = cast(PlateSection, around.section(row))
         rigidities = {"Dx": s.Dx, "Dy": s.Dy, "D1": s.D1, "Dxy": s.Dxy}
         properties = {**material_properties(around.material(row)), "thickness": s.thickness}
-        properties["clamp"] = 0.0
+        properties |= {"clamp": 0.0, "lag": 1.0, "turning": 1.0}
         yield Placed(cls(block.mass), {**properties, **rigidities})
 
     def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
@@ -208,7 +210,8 @@ class Plate:
         """Rigidities in N·m, mass per area in kg/m²."""
         nu, h = properties["nu"], properties["thickness"]
         D = properties["E"] * h**3 / (12.0 * (1.0 - nu**2))
-        lag = h**2 / (6.0 * KAPPA * (1.0 - nu))  # D / κGh
+        sheared = properties["lag"]
+        lag = sheared * h**2 / (6.0 * KAPPA * (1.0 - nu))  # D / κGh
         return {
             "Dx": properties["Dx"] * D,
             "Dy": properties["Dy"] * D,
@@ -216,8 +219,8 @@ class Plate:
             "Dxy": properties["Dxy"] * (1.0 - nu) / 2.0 * D,
             "rhoh": properties["rho"] * h,
             # of a solid sheet: see cvxupdate.fe.analysis.solid
-            "rim": properties["Dxy"] * RIM * properties["E"] / (2.0 * (1.0 + nu)) * h**4,
-            "turning": properties["rho"] * h**3 / 12.0,
+            "rim": sheared * properties["Dxy"] * RIM * properties["E"] / (2.0 * (1.0 + nu)) * h**4,
+            "turning": properties["turning"] * properties["rho"] * h**3 / 12.0,
             "lag": properties["rho"] * h * lag,
             "lagged": properties["rho"] * h * lag**2 / 4.0,
             "clampx": properties["clamp"] * h * properties["Dx"] * D,

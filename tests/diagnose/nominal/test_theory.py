@@ -14,12 +14,13 @@ from cvxupdate.diagnose.nominal.scatter import prior_scales, with_nuisance
 from cvxupdate.diagnose.nominal.theory import (
     GROUP,
     SIZES,
+    other,
     stocky,
     theory_lines,
     theory_of,
-    turned,
     with_theory,
 )
+from cvxupdate.fe.analysis import analysis_of
 from cvxupdate.fe.modes import model_modes
 from tests.cases.elements import FLAT_Y, POINTS, SPACE, build, chain, lines
 from tests.diagnose.nominal.test_refinement import STOCKY, load
@@ -84,7 +85,7 @@ def test_a_clamped_edge_may_hold_from_before_its_line_on(tmp_path):
 
     spec, model = read(tmp_path, sheet(4, 3, CLAMPED))
     mesh = mesh_of(spec, model, 1e-4)
-    assert mesh.theory == ("clamp",)
+    assert mesh.theory == ("lag", "turning", "clamp")
     own = with_nuisance(mesh.on(model), theory=mesh.theory)
     (j,) = [j for j, q in enumerate(own.parameters) if q.of == "clamp"]
     q, (most, deviation) = own.parameters[j], SIZES["clamp"]
@@ -92,15 +93,39 @@ def test_a_clamped_edge_may_hold_from_before_its_line_on(tmp_path):
     assert prior_scales(own)[j] == deviation
     p = own.zero()
     p[j] = 0.25
-    (line,) = theory_lines(own, SimpleNamespace(p=p, misfit=1.0))
+    _, line = theory_lines(own, SimpleNamespace(p=p, misfit=1.0))
     assert "(0.25 of it)" in line and "no finding" in line
 
 
-def test_a_free_sheet_has_no_clamp(tmp_path):
+def test_a_free_sheet_goes_from_a_solid_to_kirchhoffs(tmp_path):
+    """With nothing of its theory left it has the modes of the thin plate; it has no clamp."""
     from tests.fe.analysis.test_solid import read, sheet
 
     spec, model = read(tmp_path, sheet(4, 3))
-    assert mesh_of(spec, model, 1e-4).theory == ()
+    mesh = mesh_of(spec, model, 1e-4)
+    assert mesh.theory == ("lag", "turning")
+    own = with_nuisance(mesh.on(model), theory=mesh.theory)
+    extra = {q.of: j for j, q in enumerate(own.parameters) if q.group == GROUP}
+    assert [(own.parameters[j].lower, own.parameters[j].upper) for j in extra.values()] == [
+        (-1.0, 0.0),
+        (-1.0, 0.0),
+    ]
+    p = own.zero()
+    p[list(extra.values())] = -1.0
+    thin = analysis_of(spec, model, mesh.analysis.parts).only(frozenset(mesh.analysis.families))
+    f = model_modes(own, 9, p).flexible().frequencies
+    np.testing.assert_allclose(f, model_modes(thin.on(model), 9).flexible().frequencies, rtol=2e-5)
+    assert np.all(f > 1.0005 * model_modes(own, 9).flexible().frequencies)
+    p[extra["turning"]] = -0.25
+    (line,) = theory_lines(own, SimpleNamespace(p=p, misfit=1.0))
+    assert "in shear (0 of it) and resist turning (0.75 of it)" in line and "no finding" in line
+
+
+def test_a_sheet_whose_theory_is_not_heard_has_no_parameter_of_it(tmp_path):
+    from tests.fe.analysis.test_solid import read, sheet
+
+    spec, model = read(tmp_path, sheet(4, 3))
+    assert mesh_of(spec, model, 0.1).theory == ()
 
 
 def beam(kind="beam3d", **words):
@@ -121,15 +146,15 @@ def test_sections_turn_from_what_the_file_says_to_the_other(has):
         dofs = ["x", "y", "rz"]
         return build(lines("beam2d", FLAT_Y, chain(3), dofs, "general", rotary_inertia=has))
 
-    model, other = bending(has), bending(not has)
+    model, file = bending(has), bending(not has)
     own = with_nuisance(model, theory=("rotary",))
     (j,) = [j for j, q in enumerate(own.parameters) if q.of == "rotary"]
     q = own.parameters[j]
     assert (q.lower, q.upper) == ((-1.0, 0.0) if has else (0.0, 1.0))
     p = own.zero()
     p[j] = -1.0 if has else 1.0
-    for there in (model_modes(own, 8, p), model_modes(turned(model), 8)):
-        np.testing.assert_allclose(there.eigenvalues, model_modes(other, 8).eigenvalues, rtol=1e-9)
+    for there in (model_modes(own, 8, p), model_modes(other(model, "rotary"), 8)):
+        np.testing.assert_allclose(there.eigenvalues, model_modes(file, 8).eigenvalues, rtol=1e-9)
 
 
 def test_nothing_turns_in_lumped_mass_nor_in_an_exact_member():

@@ -10,7 +10,7 @@ import pytest
 from cvxupdate.diagnose.nominal.mesh import NONE
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.theory import GROUP
-from cvxupdate.diagnose.nominal.written import sayable
+from cvxupdate.diagnose.nominal.written import sayable, solid_of
 from cvxupdate.diagnose.output.export import problem_file
 from cvxupdate.diagnose.responses.updated import updated_model
 from cvxupdate.fe.build import build_model
@@ -68,3 +68,19 @@ def test_what_the_file_has_no_word_for_is_said(fitted):
     assert kept == () and p.size == 0
     assert note.startswith("Members were fitted as stiffer where they meet")
     assert sayable(model, np.array([0.01]))[2] == []
+
+
+@pytest.mark.parametrize(
+    ("lag", "turning", "wanted"),
+    [(0.0, 0.0, True), (-0.97, -1.0, False), (-1.0, 0.0, "turning"), (-0.04, -0.98, "sheared")],
+)
+def test_sheets_are_written_with_the_parts_of_their_theory_that_were_fitted(lag, turning, wanted):
+    def of(word, lower=-1.0):
+        return SimpleNamespace(group=GROUP, of=word, lower=lower)
+
+    model = SimpleNamespace(parameters=(of("lag"), of("clamp", 0.0), of("turning")))
+    assert solid_of(model, np.array([lag, 0.3, turning])) == (wanted, [])
+    half, (note,) = solid_of(model, np.array([lag, 0.3, -0.4]))
+    assert half in (True, "turning")
+    assert note.startswith("Rotary inertia of sheets was fitted as 0.60") and "has all" in note
+    assert solid_of(SimpleNamespace(parameters=()), np.zeros(0)) == (True, [])

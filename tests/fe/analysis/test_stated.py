@@ -85,6 +85,28 @@ def test_a_diagnosed_model_says_on_which_parts_it_was_diagnosed(tmp_path):
     assert as_stated(other, build_model(other)).size > model.size
 
 
+def test_sheets_may_be_solids_in_part(tmp_path):
+    """Of a thick sheet with either part of the theory of solids: stiffer than with both, softer
+    than with none; what is written is read."""
+    from tests.fe.analysis.test_solid import sheet as thick
+
+    found = {}
+    for word in ("false", '"sheared"', '"turning"', "true"):
+        path = tmp_path / "sheet.toml"
+        text = thick(4, 3, h=0.012).replace("[model]\n", f"[model]\nrefine = 4\nsolid = {word}\n")
+        path.write_text(text, encoding="utf-8")
+        spec = load_problem(path)
+        model = as_stated(spec, build_model(spec))
+        found[word] = model_modes(model, 8).flexible().frequencies[:5]
+        written = problem_file(spec, Updated(model, model.zero(), refine=8, solid=spec.model.solid))
+        assert read_text(written.text, spec.path).model.solid == spec.model.solid
+    thin, lags, turns, both = found.values()
+    for part in (lags, turns):
+        assert np.all(thin > 1.0001 * part) and np.all(part > 1.0001 * both)
+    lost = (thin - lags) + (thin - turns)
+    np.testing.assert_allclose(thin - both, lost, rtol=0.05)
+
+
 SHEET = """
 [model]
 dofs = ["z", "rx", "ry"]
