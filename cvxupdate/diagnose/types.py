@@ -114,6 +114,10 @@ class Evidence(Protocol):
         """The nominal model with its nuisance parameters, undamped."""
 
     @property
+    def file(self) -> Model | None:
+        """The model as it came, where a reference state was there to bring it to."""
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Effects that are tried."""
 

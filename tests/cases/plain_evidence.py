@@ -144,6 +144,7 @@ class PlainEvidence:
     nominal: Errors = NOMINAL
     noise: Errors = SMALL
     limit: float = 4.0
+    file: Model | None = None
     mesh: float = 0.0
     far: PlainFit | None = None
     alone: Mapping[tuple[str, ...], PlainFit] = field(default_factory=dict)

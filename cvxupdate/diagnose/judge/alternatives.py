@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -52,6 +52,17 @@ def nodes_of(model: Model, elements: Sequence[int]) -> set[int]:
         used = block.nodal[np.isin(block.ids, wanted)]
         found.update(model.node_ids[model.dof_node[used[used >= 0]]].tolist())
     return found
+
+
+def extent(nodes: Collection[int], model: Model) -> float:
+    """How far some nodes extend, in parts of the structure's extent; infinite where there are
+    none."""
+    xyz = model.xyz
+    own = xyz[np.isin(model.node_ids, list(nodes))]
+    if not len(own):
+        return np.inf
+    whole = float(np.linalg.norm(np.ptp(xyz, axis=0)))
+    return float(np.linalg.norm(np.ptp(own, axis=0))) / max(whole, 1e-12)
 
 
 def has(h: Hypothesis, effect: Effect, model: Model) -> bool:

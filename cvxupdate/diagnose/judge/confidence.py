@@ -70,7 +70,7 @@ def standing(number: int, final: Weighed, others: Sequence[Weighed], case: Case)
     same = untold(effect, final, field, case)
     untried = likely[0] * len(same)  # nothing would tell them from this one: as likely
     places = (effect.place, *(e.place for e in alike))
-    here = support_at(places, field, likely)
+    here = support_at(places, field, likely, case.evidence.model)
     return Standing(
         support(effect, field, likely, case.evidence.model) / (1.0 + untried),
         (here + untried) / (1.0 + untried),

@@ -10,7 +10,7 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Figures
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed, better
-from cvxupdate.diagnose.judge.alternatives import nodes_of
+from cvxupdate.diagnose.judge.alternatives import extent, nodes_of
 from cvxupdate.diagnose.judge.posterior import field_of, weights
 from cvxupdate.diagnose.judge.soundness import sound
 from cvxupdate.diagnose.settings import GRADED, MOST_SURE, REGION
@@ -156,28 +156,17 @@ def _regions(
     for lead in ranked[:LEADS]:
         near, nodes = [lead], lead.nodes
         for other in ranked:
-            if other is not lead and _extent(nodes | other.nodes, model) <= REGION:
+            if other is not lead and extent(nodes | other.nodes, model) <= REGION:
                 near, nodes = [*near, other], nodes | other.nodes
-        if _extent(nodes, model) <= REGION:
+        if extent(nodes, model) <= REGION:
             yield near
-
-
-def _extent(nodes: frozenset[int], model: Model) -> float:
-    """How far some nodes extend, in parts of the structure's extent; infinite where there are
-    none."""
-    xyz = model.xyz
-    own = xyz[np.isin(model.node_ids, list(nodes))]
-    if not len(own):
-        return np.inf
-    whole = float(np.linalg.norm(np.ptp(xyz, axis=0)))
-    return float(np.linalg.norm(np.ptp(own, axis=0))) / max(whole, 1e-12)
 
 
 def _said(
     claim: Sequence[_Member], likely: np.ndarray, sure: float, explains: float, model: Model
 ) -> Graded:
     kinds, nodes = {m.kind for m in claim}, sorted(set().union(*(m.nodes for m in claim)))
-    regional = _extent(frozenset(nodes), model) <= REGION
+    regional = extent(frozenset(nodes), model) <= REGION
     dofs = {m.effect.place.dof for m in claim}
     place = Place(nodes=tuple(nodes), dof=dofs.pop() if len(dofs) == 1 else None)
     return Graded(

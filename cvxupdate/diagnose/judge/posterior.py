@@ -8,8 +8,9 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, only_a_rig, price
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
-from cvxupdate.diagnose.judge.alternatives import has
-from cvxupdate.diagnose.settings import STRONG
+from cvxupdate.diagnose.judge.alternatives import extent, has, nodes_of
+from cvxupdate.diagnose.judge.between import unheard_of
+from cvxupdate.diagnose.settings import REGION, STRONG
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
@@ -23,13 +24,18 @@ def log_odds(w: Weighed, case: Case) -> float:
     Where only the pattern of damping is at stake its strain is the likelihood, one figure a mode.
     That something sought is missing at all is one supposition, a rig alone another: the first
     shares its probability among all the places where it may stand, which beside hundreds are bound
-    to have one that fits the noise of a rig better (Scott and Berger 2010 on multiplicity)."""
+    to have one that fits the noise of a rig better (Scott and Berger 2010 on multiplicity). Beside
+    a reference what material does not do takes strong evidence (`unheard_of`)."""
     if case.damping_only:
         figures, fits = float(len(w.fit.p)), -0.5 * w.fit.damping_strain
     else:
         figures, fits = w.fit.independent, w.fit.log_evidence + w.held_out
     sought = bool(w.freed) or not only_a_rig(w.hypothesis)
-    return fits - price(w.unknowns, figures) - sought * float(np.log(case.places))
+    file = case.evidence.file
+    odd = 0 if file is None else unheard_of(w.hypothesis, file)
+    return (
+        fits - price(w.unknowns, figures) - sought * float(np.log(case.places)) - odd * STRONG / 2
+    )
 
 
 def field_of(final: Weighed, others: Sequence[Weighed], case: Case) -> list[Weighed]:
@@ -60,23 +66,36 @@ def favoured(
     """Whether something else at one of the places is strongly favoured over an effect: by the
     likeliest hypotheses that have each."""
     own = [_same(w.hypothesis, effect, model) for w in field]
-    here = [any(_covers(e.place, p) for e in w.hypothesis.effects for p in places) for w in field]
+    here = _there(places, field, model)
     mine, best = (float(np.max(likely[np.array(x)], initial=0.0)) for x in (own, here))
     return mine < best * np.exp(-0.5 * STRONG)
 
 
-def support_at(places: Sequence[Place], field: Sequence[Weighed], likely: Real) -> float:
+def support_at(
+    places: Sequence[Place], field: Sequence[Weighed], likely: Real, model: Model
+) -> float:
     """The probability of those hypotheses that have an effect of any type at one of the places, or
     around it."""
-    there = [any(_covers(e.place, p) for e in w.hypothesis.effects for p in places) for w in field]
-    return float(np.sum(likely[np.array(there, dtype=bool)]))
+    return float(np.sum(likely[np.array(_there(places, field, model), dtype=bool)]))
 
 
-def _covers(one: Place, other: Place) -> bool:
-    """Whether a place has all elements and nodes of another, and so is there too."""
+def _there(places: Sequence[Place], field: Sequence[Weighed], model: Model) -> list[bool]:
+    return [
+        any(_covers(e.place, p, model) for e in w.hypothesis.effects for p in places) for w in field
+    ]
+
+
+def _covers(one: Place, other: Place, model: Model) -> bool:
+    """Whether a place has all elements and nodes of another, and so is there too; a few elements
+    have the nodes that they stand on."""
     if not (other.elements or other.nodes):
         return other == one
-    return set(other.elements) <= set(one.elements) and set(other.nodes) <= set(one.nodes)
+    if not set(other.elements) <= set(one.elements):
+        return False
+    if set(other.nodes) <= set(one.nodes):
+        return True
+    ends = nodes_of(model, one.elements)
+    return set(other.nodes) <= ends and extent(ends, model) <= REGION
 
 
 def _same(h: Hypothesis, effect: Effect, model: Model) -> bool:

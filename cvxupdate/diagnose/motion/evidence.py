@@ -18,6 +18,7 @@ from cvxupdate.diagnose.motion.apart import next_measurement
 from cvxupdate.diagnose.motion.columns import LawScores, is_law, nothing
 from cvxupdate.diagnose.motion.drift import told
 from cvxupdate.diagnose.motion.guided import begun
+from cvxupdate.diagnose.motion.linear import OfLinear
 from cvxupdate.diagnose.motion.point import MotionSetting
 from cvxupdate.diagnose.motion.runs import Run
 from cvxupdate.diagnose.motion.scene import Scene
@@ -40,7 +41,6 @@ from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import (
     Errors,
     FiniteSize,
-    LevelChange,
     Progress,
     Real,
     Score,
@@ -49,13 +49,12 @@ from cvxupdate.diagnose.types import (
 )
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import candidates_of
-from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import MOTION, Effect
 from cvxupdate.physics.fault import Fault
 
 
 @dataclass(frozen=True)
-class MotionEvidence(Timed):
+class MotionEvidence(OfLinear, Timed):
     """Beside the ``linear`` evidence of the same recordings, offsets taken out of those that
     ``came``: the ``runs`` by name, ``stages`` of signals from smooth to sharp and those ``held``
     out, the ``laws`` that are tried."""
@@ -73,11 +72,6 @@ class MotionEvidence(Timed):
     told_by, approach = MOTION, None
 
     @property
-    def model(self) -> Model:
-        """The nominal one with its nuisance parameters."""
-        return self.linear.model
-
-    @property
     def names(self) -> tuple[str, ...]:
         """Effects that are tried."""
         return (*self.linear.names, *self.laws)
@@ -87,16 +81,6 @@ class MotionEvidence(Timed):
         """Of smoothing."""
         return len(self.stages)
 
-    @property
-    def band(self) -> tuple[float, float]:
-        """Hz."""
-        return self.linear.band
-
-    @property
-    def delay_unit(self) -> float:
-        """Of a sensor's delay, s."""
-        return self.linear.delay_unit
-
     @cached_property
     def bases(self) -> tuple[Fit, ...]:
         """The best linear model: nuisance parameters alone fitted."""
@@ -105,20 +89,6 @@ class MotionEvidence(Timed):
         for level in range(1, self.levels):
             out.append(fitted(self.at_level(setting, level), out[-1].p, EFFORTS["base"]))
         return tuple(out)
-
-    @property
-    def noise(self) -> Errors:
-        """Of noise alone."""
-        return self.linear.noise
-
-    @property
-    def nominal(self) -> Errors:
-        """Of the nominal model."""
-        return self.linear.nominal
-
-    def level_change(self) -> LevelChange | None:
-        """Between runs at different drive levels."""
-        return self.linear.level_change()
 
     @cached_property
     def depends(self) -> bool:
@@ -137,10 +107,6 @@ class MotionEvidence(Timed):
             if says:
                 return says
         return None
-
-    def context(self, model: Model) -> SearchContext:
-        """For placing effects."""
-        return self.linear.context(model)
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""
@@ -243,10 +209,6 @@ class MotionEvidence(Timed):
         """A fraction of the responses as it is."""
         return errors.worst
 
-    def allowance(self, model: Model) -> float:
-        """Of the mesh."""
-        return self.linear.allowance(model)
-
     def explained(self, found: Fit, errors: Errors) -> bool:
         """Within noise and the discrepancy of a sound model, or what the mesh may leave; without
         internal forces nothing explains what depends on the level."""
@@ -265,17 +227,9 @@ class MotionEvidence(Timed):
         """Nothing."""
         return Further()
 
-    def left(self, errors: Errors) -> str:
-        """In words."""
-        return self.linear.left(errors)
-
     def remains(self, found: Fit) -> str:
         """Not said: a simulation's differences are everywhere."""
         return ""
-
-    def lines(self) -> list[str]:
-        """What the mesh of the file is worth, and what time did not allow."""
-        return self.linear.lines()
 
     def updated(self, last: Fit, further: Further) -> Updated:
         """With a damping ratio of its own for every mode."""

@@ -19,7 +19,8 @@ from cvxupdate.diagnose.hypothesis import (
     without,
 )
 from cvxupdate.diagnose.responses.bounded import Gap, Yielding, approached
-from cvxupdate.diagnose.responses.finite_size import Measure, few_directions, whole_member
+from cvxupdate.diagnose.responses.few import Measure
+from cvxupdate.diagnose.responses.finite_size import few_directions, whole_member
 from cvxupdate.diagnose.responses.first_order import first_order
 from cvxupdate.diagnose.responses.sets import sets_of_elements
 from cvxupdate.diagnose.responses.setting import EFFORTS
