@@ -9,7 +9,9 @@ import pytest
 
 from cvxupdate.diagnose import gather
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal
+from cvxupdate.diagnose.responses.guide import _several
 from cvxupdate.diagnose.search.guided import guided
+from cvxupdate.diagnose.types import Score
 
 
 def quiet(_: str) -> None:
@@ -38,11 +40,28 @@ def test_places_that_overlap_are_taken_up_once(evidence):
     """What shares an element or a node with what is taken up already does nearly the same."""
     bare = at_nominal(evidence, Hypothesis((), evidence.bases[0]), 1)
     effects = [e for s in evidence.approach.beside(bare, 8) for e in s.effects]
-    taken = {e.key: e for e in effects}.values()
+    taken = {e.key: e for e in effects if not e.place.groups}.values()
     for kind in {(e.physics, e.place.dof) for e in taken}:
         own = [e.place for e in taken if (e.physics, e.place.dof) == kind]
         elements = [x for place in own for x in place.elements]
         assert len(elements) == len(set(elements)), kind
+
+
+def test_a_part_does_not_stand_for_its_whole_group(evidence):
+    """Where two elements of a column come slightly nearer than the column, both are taken up."""
+    found = evidence.candidates(evidence.model, ("stiffness_change",))
+    group = next(c for c in found if c.place.groups)
+    parts = [
+        c for c in found if not c.place.groups and {*c.place.elements} < {*group.place.elements}
+    ]
+    nearest = [Score(c, 0.5 - 0.01 * k, np.zeros(1)) for k, c in enumerate((*parts[:1], group))]
+    assert [s.effect for s in _several(nearest, 8)] == [parts[0], group]
+    again = [*nearest, Score(parts[0], 0.4, np.zeros(1)), Score(group, 0.4, np.zeros(1))]
+    assert len(_several(again, 8)) == 4  # of each another size
+    wider = next(c for c in parts if len(c.place.elements) > 1)
+    narrow = next(c for c in parts if {*c.place.elements} < {*wider.place.elements})
+    one = [Score(wider, 0.5, np.zeros(1)), Score(narrow, 0.4, np.zeros(1))]
+    assert _several(one, 8) == one[:1]
 
 
 def test_a_set_grows_to_what_is_missing(evidence):
