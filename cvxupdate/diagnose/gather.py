@@ -24,6 +24,7 @@ from cvxupdate.diagnose.responses.common import common_of
 from cvxupdate.diagnose.responses.data import Data, prepare
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.levels import level_change
+from cvxupdate.diagnose.responses.moving import NOTHING, Carried
 from cvxupdate.diagnose.responses.worth import mesh_for
 from cvxupdate.diagnose.settings import EXPLAINED, OPEN
 from cvxupdate.diagnose.types import Evidence, Progress
@@ -45,10 +46,11 @@ SHEAR = "shear_deformation"  # an effect that changes what the mesh is worth
 @dataclass(frozen=True)
 class Reference:
     """The recordings of the reference state, to which a model was brought; ``file`` is the model as
-    it came."""
+    it came; ``carried``: what was added at the drive and goes with it."""
 
     file: Model
     recordings: tuple[Recording, ...]
+    carried: Carried = NOTHING
 
 
 def gathered(
@@ -116,6 +118,8 @@ def _responses(
         fine = PLAIN
         if reference is None:
             fine = mesh_for(spec, model, data, SHEAR in names, simulated, corners)
+        else:
+            data = replace(data, carried=reference.carried.where(data.driven))
         if not fine.finer:
             data = replace(data, mesh=mesh_error(spec, model, data.top))
             if SHEAR in names:

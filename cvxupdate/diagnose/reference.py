@@ -19,7 +19,9 @@ from cvxupdate.diagnose.output.diagnosis import Diagnosis
 from cvxupdate.diagnose.output.export import updated_problem
 from cvxupdate.diagnose.output.wording import nonlinear
 from cvxupdate.diagnose.responses.data import signals_of
+from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.levels import state_change as responses_change
+from cvxupdate.diagnose.responses.moving import NOTHING, Carried
 from cvxupdate.diagnose.results import Further
 from cvxupdate.diagnose.search.search import nearest, search
 from cvxupdate.diagnose.settings import CALIBRATED, STRONG
@@ -82,9 +84,9 @@ def brought(
             "same kind of recordings (identify makes tables of modes from responses)."
         )
     evidence, best = _sought(its_spec, model, its, tell, budget or Budget())
-    text = _written(spec, recordings, evidence, best.fit) or _written(
-        spec, recordings, evidence, evidence.bases[-1]
-    )
+    fits = (best.fit, evidence.bases[-1])
+    texts = ((_written(spec, recordings, evidence, fit), fit) for fit in fits)
+    text, fit = next((pair for pair in texts if pair[0] is not None), (None, fits[-1]))
     if text is None:  # the grammar has no form for what the file itself holds
         return Brought(own_spec, model, own)
     there = read_text(text.text, spec.path)
@@ -103,7 +105,14 @@ def brought(
         update=spec.update and now.update,
     )
     found = build_model(replace(now, update=None))
-    return Brought(now, found, own, Reference(model, its), (_line(best, evidence),))
+    reference = Reference(model, its, _carried(evidence, fit))
+    return Brought(now, found, own, reference, (_line(best, evidence),))
+
+
+def _carried(evidence: Evidence, fit: Fit) -> Carried:
+    """What of a fit to the reference goes with the drive: a file has no word for it."""
+    model = fit.setting.model
+    return Carried.of(model, fit.p) if isinstance(evidence, ResponseEvidence) else NOTHING
 
 
 def _sought(

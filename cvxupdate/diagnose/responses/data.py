@@ -11,6 +11,7 @@ import numpy as np
 from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
 from cvxupdate.diagnose.nominal.theory import GROUP, SHEAR
 from cvxupdate.diagnose.responses.common import Common
+from cvxupdate.diagnose.responses.moving import NOTHING, Carried
 from cvxupdate.diagnose.responses.rest import rest_noise
 from cvxupdate.diagnose.responses.signals import Real, Signal, smoothed
 from cvxupdate.diagnose.settings import LEVELS, UNSTATED_FRF
@@ -25,7 +26,8 @@ DIFFERENCED = 0.005  # of a channel's standard deviation, where they do not
 
 @dataclass(frozen=True)
 class Data:
-    """Recordings at every level, and sharp ones for scoring."""
+    """Recordings at every level, and sharp ones for scoring; ``carried``: what of the model goes
+    with the drive."""
 
     fit: tuple[FrequencyResponse | TimeHistory, ...]
     hold_out: tuple[FrequencyResponse | TimeHistory, ...]
@@ -37,6 +39,7 @@ class Data:
     mesh: MeshError = NONE
     sheared: MeshError = NONE
     common: Common | None = None
+    carried: Carried = NOTHING
 
     @cached_property
     def compared(self) -> tuple[Signal, ...]:

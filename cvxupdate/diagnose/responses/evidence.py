@@ -174,7 +174,7 @@ class ResponseEvidence(Linear):
         d, level = self.data, 0 if like is None else like.level
         signals, shift = d.levels[level], d.shift_of(model)
         made = setting_for(model, self.original, signals, d.top, faults, shift, self._space)
-        return with_damped(replace(made, level=level, mixed=d.mixed), like)
+        return with_damped(replace(made, level=level, mixed=d.mixed, carried=d.carried), like)
 
     def at_level(self, setting: ResponseSetting, level: int) -> ResponseSetting:
         """The same against those of another level."""

@@ -25,6 +25,17 @@ STEP, MOST = 1.5, 48
 GIVEN = (0.1, 0.3, 0.6, 0.9, 0.97)  # how far what is joined rigidly gives way
 
 
+class Measure(Protocol):
+    """What is left of the recordings after a change of the model."""
+
+    @property
+    def total(self) -> float:
+        """Without any."""
+
+    def remaining(self, J: Real) -> Real:
+        """(n,) after each of the weighted changes J (rows, n)."""
+
+
 class Along(Protocol):
     """What `LowRank` says of a change in its own directions."""
 

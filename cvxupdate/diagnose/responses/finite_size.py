@@ -15,37 +15,23 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Protocol
 
 import numpy as np
 
-from cvxupdate.diagnose.responses.few import Few, Tunings
+from cvxupdate.diagnose.responses.few import Few, Measure
+from cvxupdate.diagnose.responses.oscillators import tuned
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.screen.sizes import FINER, best_size, between
-from cvxupdate.diagnose.settings import OSCILLATOR_MASSES
 from cvxupdate.diagnose.types import Score, Seed
 from cvxupdate.errors import ModelError
-from cvxupdate.physics.effect import HiddenOscillator
 from cvxupdate.physics.low_rank import LowRank, low_rank
 
-OSCILLATORS = 40  # hidden oscillators looked at: those with the largest first-order fractions
 RESIZED = 60  # effects whose sizes are refined: more than any short list takes
 FIXTURES = 16  # supports with a mass of their own: those of which a faint one explains most
 SLIGHT = 1e-3  # size of a faint one: its compliance in units of its place
 SIZES = (-0.45, -0.2, -0.08, 0.08, 0.2, 0.45, 1.0)  # of what acts on elements and whole members
-
-
-class Measure(Protocol):
-    """What is left of the recordings after a change of the model."""
-
-    @property
-    def total(self) -> float:
-        """Without any."""
-
-    def remaining(self, J: Real) -> Real:
-        """(n,) after each of the weighted changes J (rows, n)."""
 
 
 def few_directions(
@@ -53,8 +39,7 @@ def few_directions(
 ) -> list[Score]:
     """The scores of effects that act along few directions, each at the best of several sizes
     within its bounds; fractions are exact but for nuisance parameters (``left``). An effect that no
-    size helps has none. ``sift``: of hidden oscillators and resonating supports only those that
-    promise most by it."""
+    size helps has none. ``sift``: of resonating supports only those that promise most by it."""
     total = left.total
     if total <= 0.0:
         return []
@@ -66,7 +51,7 @@ def few_directions(
 
     looked = scores if sift is None else _looked_at(scores, partial(promise, by=sift))
     rough = []
-    for score in _tuned(few, looked, left):
+    for score in tuned(few, looked, left):
         change = low_rank(score.effect)
         if change is None:
             continue
@@ -112,27 +97,6 @@ def _sized(score: Score, size: float, left: float, total: float) -> Score:
     return replace(score, fraction=1.0 - left / total, p=p, exact=True)
 
 
-def _tuned(few: Few, scores: Sequence[Score], left: Measure) -> list[Score]:
-    """Scores without the hidden oscillators that leave more than others: those of a place differ by
-    their tuning alone, so all are tried at once, at few masses, and the best are looked at."""
-    at: dict[int, list[Score]] = {}
-    for score in scores:
-        if isinstance(score.effect.action, HiddenOscillator):
-            at.setdefault(score.effect.action.row, []).append(score)
-    if sum(map(len, at.values())) <= OSCILLATORS:
-        return list(scores)
-    sizes = few.heavy * np.array(OSCILLATOR_MASSES)
-    found: list[tuple[float, int]] = []
-    for group in at.values():
-        changes = [lr for score in group if (lr := low_rank(score.effect)) is not None]
-        remains = left.remaining(few.tuned(Tunings(tuple(changes)), sizes))
-        best = remains.reshape(len(changes), len(sizes)).min(axis=1)
-        found += [(float(b), id(score)) for b, score in zip(best, group, strict=True)]
-    kept = {number for _, number in sorted(found)[:OSCILLATORS]}
-    dropped = {number for _, number in found} - kept
-    return [s for s in scores if id(s) not in dropped]
-
-
 def _with_loss(change: LowRank, point: ResponsePoint) -> LowRank:
     """Springs that hold a free structure, with the loss factor of a typical mode: rigid-body modes
     have no damping ratio, and on springs without loss they would stand out of all bounds where they
@@ -146,15 +110,12 @@ def _with_loss(change: LowRank, point: ResponsePoint) -> LowRank:
 
 
 def _looked_at(scores: Sequence[Score], promise: Callable[[LowRank], float]) -> list[Score]:
-    """All but the hidden oscillators and the resonating supports far down: the former by their
-    first-order fractions, the latter by what a faint one explains."""
-    tuned = [s for s in scores if isinstance(s.effect.action, HiddenOscillator)]
-    dropped = {id(s) for s in sorted(tuned, key=lambda s: -s.fraction)[OSCILLATORS:]}
+    """All but the resonating supports far down by what a faint one explains."""
     swinging = [s for s in scores if s.effect.change is not None and s.effect.change.start]
     ranked = [
         (0.0 if lr is None else -promise(lr), s) for s in swinging for lr in [low_rank(s.effect)]
     ]
-    dropped |= {id(s) for _, s in sorted(ranked, key=lambda item: item[0])[FIXTURES:]}
+    dropped = {id(s) for _, s in sorted(ranked, key=lambda item: item[0])[FIXTURES:]}
     return [s for s in scores if id(s) not in dropped]
 
 

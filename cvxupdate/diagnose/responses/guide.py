@@ -19,7 +19,8 @@ from cvxupdate.diagnose.hypothesis import (
     without,
 )
 from cvxupdate.diagnose.responses.bounded import Gap, Yielding, approached
-from cvxupdate.diagnose.responses.finite_size import Measure, few_directions, whole_member
+from cvxupdate.diagnose.responses.few import Measure
+from cvxupdate.diagnose.responses.finite_size import few_directions, whole_member
 from cvxupdate.diagnose.responses.first_order import first_order
 from cvxupdate.diagnose.responses.sets import sets_of_elements
 from cvxupdate.diagnose.responses.setting import EFFORTS
@@ -284,6 +285,8 @@ def _several(scores: Sequence[Score], count: int) -> list[Score]:
 def _shares(one: Effect, other: Effect) -> bool:
     if one.physics != other.physics or one.place.dof != other.place.dof:
         return False
+    if bool(one.place.groups) != bool(other.place.groups):
+        return False  # a whole member does what no part of it does
     if one.place.elements or other.place.elements:
         return bool(set(one.place.elements) & set(other.place.elements))
     return bool(set(one.place.nodes) & set(other.place.nodes))

@@ -9,7 +9,7 @@ closed form (Sherman, Morrison and Woodbury; Ewins 2000, 6.4).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -47,15 +47,56 @@ class Point(Protocol):
         """C and D among the lowest of them."""
 
 
-def driven(point: Point, model: Model, signal: Signal, response: Response) -> Complex:
+@dataclass(frozen=True)
+class Carried:
+    """What a model has at a drive that goes with it: blocks of its matrices, and the ``labels`` of
+    the DOFs of each (one more for a DOF that is held: none)."""
+
+    labels: tuple[tuple[tuple[str, ...], ...], ...]
+    blocks: tuple[DerivativeBlock, ...]
+
+    @classmethod
+    def of(cls, model: Model, p: Real) -> Carried:
+        """What parameters of the model, at their values ``p``, say goes with the drive."""
+        blocks = tuple(_going(model, p))
+        names = (*model.labels, "")
+        labels = (tuple(tuple(names[i] for i in row) for row in b.dofs.tolist()) for b in blocks)
+        return cls(tuple(labels), blocks)
+
+    def where(self, driven: Sequence[str]) -> Carried:
+        """The same, or nothing where ``driven`` is another place than where it stands."""
+        nodes = {x.split(".")[0] for b in self.labels for row in b for x in row if x}
+        return self if {x.split(".")[0] for x in driven} == nodes else NOTHING
+
+    def on(self, model: Model) -> list[DerivativeBlock]:
+        """The blocks on a model that has it there by itself."""
+        rows = [[[model.place.get(x, -1) for x in row] for row in b] for b in self.labels]
+        return [
+            replace(b, dofs=np.array(r, dtype=np.int64))
+            for b, r in zip(self.blocks, rows, strict=True)
+        ]
+
+
+NOTHING = Carried((), ())
+
+
+def _going(model: Model, p: Real) -> list[DerivativeBlock]:
+    going = [j for j, q in enumerate(model.parameters) if goes_with_drive(q.name)]
+    own = p[: len(model.parameters)]
+    return [_sized(b, float(own[j])) for j in going for b in model.derivative(j, own)]
+
+
+def driven(
+    point: Point, model: Model, signal: Signal, response: Response, carried: Carried = NOTHING
+) -> Complex:
     """The ``model``'s answer (points, sensors, cases) to a signal; another than its ``response``
-    where the signal is driven from a place to which something went along."""
-    names = [q.name for q in model.parameters]
-    going = [j for j, name in enumerate(names) if goes_with_drive(name)]
-    if not going or len(signal.inputs) != 1:
+    where the signal is driven from a place to which something went along: what its parameters say,
+    and what it had ``carried`` there before."""
+    if len(signal.inputs) != 1:
         return response.raw
-    p = point.p[: len(names)]
-    blocks = [_sized(b, float(p[j])) for j in going for b in model.derivative(j, p)]
+    blocks = [*carried.on(model), *_going(model, point.p)]
+    if not blocks:
+        return response.raw
     pairs = [(b, _moved(model, b, signal.inputs[0])) for b in blocks]
     if all(np.array_equal(stays.dofs, goes.dofs) for stays, goes in pairs):
         return response.raw

@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
 from cvxupdate.diagnose.nominal.scatter import prior_scales
 from cvxupdate.diagnose.responses.losses import Losses, ratios_of
-from cvxupdate.diagnose.responses.moving import driven
+from cvxupdate.diagnose.responses.moving import NOTHING, Carried, driven
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
 from cvxupdate.diagnose.settings import (
     COMMON_DAMPING_STD,
@@ -49,14 +49,13 @@ HALF = 0.5  # share of the loss that is hysteretic before anything is known of i
 class ResponseSetting:
     """What is fitted: model (undamped, its parameters: nuisance ones, then the effects'), signals,
     file damping by mode, band top (Hz), the ``shapes`` among which its modes are sought, faults,
-    ``mesh`` what its mesh does to frequencies, ``level`` that of the signals;
-    ``tuned``: damped modes have frequencies by themselves, too; ``mixed``: whether modes lose
-    energy with displacement or with velocity is unknown (`cvxupdate.fe.synthesis.loss`).
+    ``mesh`` what its mesh does to frequencies, ``level`` that of the signals; ``tuned``: damped
+    modes have frequencies by themselves, too; ``mixed``: by displacement or by velocity modes lose
+    energy (`cvxupdate.fe.synthesis.loss`); ``carried``: what goes with the drive.
 
     The unknowns are, in order: the model's parameters; z₀, by which the logarithm of every damping
     ratio moves together; where it is mixed how much more than half of the loss is hysteretic; z_r,
-    each mode's own ratio; where modes are tuned t_r, by which the logarithm of each frequency
-    moves; the faults.
+    each mode's own ratio; where modes are tuned t_r, those of frequencies; the faults.
     """
 
     model: Model
@@ -69,10 +68,11 @@ class ResponseSetting:
     level: int = 0
     tuned: bool = False
     mixed: bool = False
+    carried: Carried = NOTHING
 
     @property
     def damped(self) -> int:
-        """Number of modes with a damping ratio of their own."""
+        """How many modes have a damping ratio of their own."""
         return len(self.zeta)
 
     @property
@@ -251,8 +251,9 @@ class ResponsePoint:
 
     def modelled(self) -> tuple[Complex, ...]:
         """Model rows (rows, sensors, cases) of every signal, sensor faults included."""
-        model, each = self.setting.model, zip(self.setting.signals, self.responses, strict=True)
-        return tuple(r.rows(self.faulty(s, driven(self, model, s, r))) for s, r in each)
+        own, each = self.setting, zip(self.setting.signals, self.responses, strict=True)
+        there = ((s, r, driven(self, own.model, s, r, own.carried)) for s, r in each)
+        return tuple(r.rows(self.faulty(s, y)) for s, r, y in there)
 
     @cached_property
     def differences(self) -> tuple[Real, Real, tuple[str, ...]]:

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cvxupdate.diagnose.responses.finite_size import SIZES, Measure
+from cvxupdate.diagnose.responses.few import Measure
+from cvxupdate.diagnose.responses.finite_size import SIZES
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.diagnose.screen.sizes import best_size

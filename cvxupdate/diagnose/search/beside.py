@@ -8,6 +8,7 @@ from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, further, seeds
 from cvxupdate.diagnose.screen.shortlist import shortlist
 from cvxupdate.diagnose.settings import ALTERNATIVES, EACH_SIZED, SEVERAL_LEVEL, SHORT
 from cvxupdate.diagnose.types import Evidence, Key, Score, Seed
+from cvxupdate.physics.effect import HiddenOscillator
 
 
 def beside(
@@ -34,6 +35,21 @@ def beside(
         *seeds_from(evidence, parent, near, level),
         *(_at(evidence, seed, level) for seed in sized.seeds),
     ]
+
+
+def narrow(evidence: Evidence) -> list[Seed]:
+    """Hidden oscillators at finite sizes, on recordings as sharp as where several effects are
+    sought, where the refits begin: smoother ones show little of a resonance."""
+    if evidence.levels <= SEVERAL_LEVEL:
+        return []
+    parent = Hypothesis((), evidence.bases[SEVERAL_LEVEL])
+    nominal = at_nominal(evidence, parent, SEVERAL_LEVEL)
+    effects = [
+        e for e in evidence.candidates(evidence.model) if isinstance(e.action, HiddenOscillator)
+    ]
+    found = evidence.finite_size(nominal.fit, parent.fit, (), effects).scores
+    exact = shortlist(found, EACH_SIZED, EACH_SIZED)
+    return seeds_from(evidence, nominal, exact, SEVERAL_LEVEL, nominal=True)
 
 
 def _at(evidence: Evidence, seed: Seed, level: int) -> Seed:

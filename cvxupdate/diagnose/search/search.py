@@ -13,7 +13,7 @@ from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
 from cvxupdate.diagnose.screen.stability import stability
 from cvxupdate.diagnose.search.alike import elsewhere
 from cvxupdate.diagnose.search.backward import backward
-from cvxupdate.diagnose.search.beside import beside
+from cvxupdate.diagnose.search.beside import beside, narrow
 from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
 from cvxupdate.diagnose.search.guided import brought_near, guided
@@ -23,15 +23,19 @@ from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
 from cvxupdate.diagnose.search.zones import zoned
 from cvxupdate.diagnose.settings import (
+    ABREAST,
     COARSE,
     DAMPING_GAIN,
+    EACH_SIZED,
     EXPLAINED,
     FEW_PARENTS,
     FINE,
+    FINE_SEVERAL,
     HALVED,
     HOPELESS,
     OPEN,
     PARENTS,
+    SEVERAL_LEVEL,
     SPARE,
     STABLE,
     STAYING,
@@ -101,6 +105,8 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         seeds += beside(evidence, start, level=0, scores=rankings[0])
     entries = entered(evidence, seeds, progress)
     coarse = raced(evidence, entries, COARSE, progress)
+    sharper = [] if pattern else _sharper(evidence, coarse, progress)
+    coarse = merged(coarse, sharper)
     grown, ahead = ([], False) if pattern else _grown(evidence, coarse, progress)
     reached = ahead and (
         grown[0].fit.misfit <= OPEN * EXPLAINED
@@ -112,6 +118,8 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         coarse = in_their_place(evidence, coarse, progress)
         coarse = merged(coarse, zoned(evidence, coarse, progress, COARSE[-1][0]))
     singles = raced(evidence, coarse, FINE, progress)
+    others = [] if reached else [h for h in sharper if h.keys not in {s.keys for s in singles}]
+    singles = merged(singles, raced(evidence, others, FINE_SEVERAL, progress))
     if pattern:
         singles.sort(key=lambda h: h.fit.damping_strain)
     singles = _stretches(evidence, elsewhere(evidence, singles, progress), progress)
@@ -140,6 +148,17 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         {s.effect.key: part for s, part in stable},
         tuple((h, h.fit.misfit / bases[0].misfit) for h in entries),
     )
+
+
+def _sharper(
+    evidence: Evidence, coarse: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """What shows on sharper recordings only, where it comes as near as the best of ``coarse``."""
+    if not coarse or evidence.hurried:
+        return []
+    found = entered(evidence, narrow(evidence), progress)
+    found = raced(evidence, found, ((SEVERAL_LEVEL, EACH_SIZED),), progress)
+    return [h for h in found if h.penalised <= ABREAST * coarse[0].penalised]
 
 
 def _screened(

@@ -11,6 +11,7 @@ import pytest
 from cvxupdate.diagnose import gather
 from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, without
 from cvxupdate.diagnose.responses.errors import on_signals
+from cvxupdate.diagnose.responses.moving import NOTHING, Carried
 from cvxupdate.diagnose.search.backward import backward, merit
 from cvxupdate.diagnose.search.driven import settled
 from cvxupdate.diagnose.search.driven import shaken as with_shaker
@@ -194,3 +195,44 @@ def test_another_way_begins_with_the_same_size(goes, monkeypatch):
     )
     (other,) = heavy.approach.another_way(h)
     assert other.effects[0].key != effect.key and other.start[len(heavy.model.parameters)] == 0.5
+
+
+def test_what_a_reference_had_at_the_drive_goes_on_with_it(goes, chain, lab, measure):
+    """A model that has the shaker by itself, with what was said of it, answers elsewhere as the one
+    whose parameters it is; driven where it stands, as it is."""
+    moved = goes.approach.with_drive(shaken(goes))
+    point = moved.fit.point
+    names = [q.name for q in point.setting.model.parameters]
+    carried = Carried.of(point.setting.model, point.p)
+    still = [
+        replace(q, name=q.name.replace(WITH_DRIVE, "")) for q in point.setting.model.parameters
+    ]
+    model = point.setting.model.with_parameters(still)
+    assert [q.name for q in model.parameters] != names
+    held = goes.data.sharp_hold_out
+    (wanted,) = on_signals(point, held).modelled()
+    alone = replace(point.setting, model=model, carried=NOTHING).evaluate(point.p, point)
+    (got,) = on_signals(with_carried(alone, carried), held).modelled()
+    np.testing.assert_allclose(got, wanted, rtol=1e-9)
+    (stays,) = on_signals(alone, held).modelled()
+    assert np.abs(stays - wanted).max() > 0.1 * np.abs(wanted).max()
+    first = goes.data.sharp
+    for one, other in zip(
+        on_signals(with_carried(alone, carried), first).modelled(),
+        on_signals(alone, first).modelled(),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(one, other)
+
+
+def with_carried(point, carried):
+    setting = replace(point.setting, carried=carried)
+    return setting.evaluate(point.p, point)
+
+
+def test_it_goes_where_the_other_state_is_driven_from_there(goes):
+    moved = goes.approach.with_drive(shaken(goes))
+    carried = Carried.of(moved.fit.point.setting.model, moved.fit.p)
+    assert carried.where(("n4.x",)) is carried
+    assert carried.where(("n1.x",)) is NOTHING
+    assert Carried.of(goes.model, goes.bases[-1].p) == NOTHING
