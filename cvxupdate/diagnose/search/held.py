@@ -93,7 +93,8 @@ def _begun(
         if seed is None:
             return []
         h = Hypothesis(seed.effects, evidence.evaluated(seed.setting, seed.start))
-    assert seed is not None
+    if seed is None:
+        return []
     heard = np.array([sizes[e.key] for e in some])
     grid = [heard * np.array(parts) for parts in product(PARTS, repeat=len(some))]
     ranked = sorted(grid, key=lambda p: _left(evidence, seed, p))
