@@ -285,6 +285,8 @@ def _several(scores: Sequence[Score], count: int) -> list[Score]:
 def _shares(one: Effect, other: Effect) -> bool:
     if one.physics != other.physics or one.place.dof != other.place.dof:
         return False
+    if bool(one.place.groups) != bool(other.place.groups):
+        return False  # a whole member does what no part of it does
     if one.place.elements or other.place.elements:
         return bool(set(one.place.elements) & set(other.place.elements))
     return bool(set(one.place.nodes) & set(other.place.nodes))

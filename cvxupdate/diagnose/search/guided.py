@@ -114,17 +114,18 @@ class _Growth:
     def _further(self, front: Sequence[Reached]) -> list[Reached]:
         """The nearest sets with one effect more than those of the front have, the nearest of these
         with all that a rig does beside them, too; nearest first."""
-        seeds: list[Seed] = []
+        plain, first = list[Reached](), set[frozenset[Key]]()
         for h in self._parents(front):
             self.progress(f"seeking what brings {h.name} nearer")
-            seeds += self.approach.beside(h, NEAREST)
-        plain = self._nearer(seeds, "first pass")
+            own = self._nearer(self.approach.beside(h, NEAREST), "first pass")
+            first.update(r.hypothesis.keys for r in own[:1])  # what it stands on may show later
+            plain = sorted([*plain, *own], key=lambda r: r.left)
         near, tried = _nearest(plain)[:BEAM], {r.hypothesis.keys for r in plain}
         stretches = [s for r in near for s in zone_seeds(self.evidence, r.hypothesis, tried)]
         plain += self._nearer(stretches, "first pass")
         rigged = [s for r in _nearest(plain)[:BEAM] for s in self._rigged(r.hypothesis)]
         entered = sorted([*plain, *self._nearer(rigged, "first pass")], key=lambda r: r.left)
-        best = {r.hypothesis.keys for r in _abreast(entered)}
+        best = {r.hypothesis.keys for r in _abreast(entered)} | first
         field = [r.hypothesis for r in entered if r.hypothesis.keys in best]
         return self._pruned(self._taken([h.onward for h in field], "sharp"))
 

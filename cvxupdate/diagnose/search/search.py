@@ -17,6 +17,7 @@ from cvxupdate.diagnose.search.beside import beside, narrow
 from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
 from cvxupdate.diagnose.search.guided import brought_near, guided
+from cvxupdate.diagnose.search.held import held
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
@@ -42,6 +43,7 @@ from cvxupdate.diagnose.settings import (
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Score
 from cvxupdate.physics import effect_types
+from cvxupdate.physics.effect import MODES
 
 
 @dataclass(frozen=True)
@@ -138,6 +140,8 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         lighter += _instead(evidence, merged(several, lighter), firsts, known, progress)
     singles = merged(singles, [h for h in lighter if len(h.effects) == 1])
     several = merged(several, [h for h in lighter if len(h.effects) > 1])
+    if not pattern and evidence.told_by == MODES:  # a model far off from responses has its approach
+        several = merged(several, held(evidence, progress))
     return Found(
         tuple(best_of(*rankings)),
         tuple(settled(evidence, singles)),

@@ -9,7 +9,10 @@ import pytest
 
 from cvxupdate.diagnose import gather
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal
+from cvxupdate.diagnose.responses.guide import _several
 from cvxupdate.diagnose.search.guided import guided
+from cvxupdate.diagnose.types import Score
+from cvxupdate.physics.place import Place
 
 
 def quiet(_: str) -> None:
@@ -38,11 +41,25 @@ def test_places_that_overlap_are_taken_up_once(evidence):
     """What shares an element or a node with what is taken up already does nearly the same."""
     bare = at_nominal(evidence, Hypothesis((), evidence.bases[0]), 1)
     effects = [e for s in evidence.approach.beside(bare, 8) for e in s.effects]
-    taken = {e.key: e for e in effects}.values()
+    taken = {e.key: e for e in effects if not e.place.groups}.values()
     for kind in {(e.physics, e.place.dof) for e in taken}:
         own = [e.place for e in taken if (e.physics, e.place.dof) == kind]
         elements = [x for place in own for x in place.elements]
         assert len(elements) == len(set(elements)), kind
+
+
+def test_a_part_does_not_stand_for_its_whole_group(evidence):
+    """Where two elements of a column come slightly nearer than the column, both are taken up."""
+    known = evidence.candidates(evidence.model, ("stiffness_change",))[0]
+    two, one = (replace(known, place=Place(elements=own)) for own in ((1, 2), (2,)))
+    column, frame = (
+        replace(known, place=Place(elements=own, groups=names))
+        for own, names in (((1, 2, 3), ("column",)), ((1, 2, 3, 4), ("column", "beam")))
+    )
+    scores = [
+        Score(e, 0.5 - 0.01 * k, np.zeros(1)) for k, e in enumerate((two, column, one, frame, two))
+    ]
+    assert [s.effect for s in _several(scores, 8)] == [two, two, column]
 
 
 def test_a_set_grows_to_what_is_missing(evidence):

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from cvxupdate.diagnose import gather
+from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seed_from
 from cvxupdate.diagnose.nominal.mesh import shearing
 from cvxupdate.diagnose.search import search
 from cvxupdate.diagnose.search.guided import Reached, _abreast, _Growth, guided
 from cvxupdate.diagnose.search.search import nearest
 from cvxupdate.diagnose.search.several import busy
-from cvxupdate.diagnose.settings import BEAM
+from cvxupdate.diagnose.settings import BEAM, NEAREST
 from cvxupdate.diagnose.types import Score
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
 from tests.diagnose.nominal.test_refinement import STOCKY, load
@@ -120,6 +122,36 @@ def test_few_effects_are_not_crowded_out_by_many(evidence):
     many = [reached(0.1 + 0.01 * k, *(j for j in range(4) if j != k)) for k in range(4)]
     assert _abreast([one, other, *many]) == [many[0], many[1], one]
     assert _abreast([other, one]) == [one, other] and len(_abreast(many)) == BEAM
+
+
+class Heard:
+    """An approach, and what it was asked to fit with which effort."""
+
+    def __init__(self, approach):
+        self.approach, self.asked = approach, []
+
+    def __getattr__(self, name):
+        return getattr(self.approach, name)
+
+    def taken(self, seed, effort):
+        self.asked.append((frozenset(e.key for e in seed.effects), effort))
+        return self.approach.taken(seed, effort)
+
+
+def test_the_nearest_set_on_each_parent_is_fitted_on(evidence, monkeypatch):
+    """After a few steps the sets on one parent may all be ahead, and those on another still far
+    from where they end."""
+    monkeypatch.setattr(sys.modules["cvxupdate.diagnose.search.guided"], "BEAM", 1)
+    heard, bare = Heard(evidence.approach), evidence.approach.begun()
+    growth = _Growth(evidence, heard, bare, quiet, Budget())
+    found = growth._taken(evidence.approach.beside(bare, 4), "sharp")
+    parents = [r for r in found if r.hypothesis.effects[-1].change is not None][:3]
+    growth._further(parents)
+    sharp = {keys for keys, effort in heard.asked if effort == "sharp"}
+    for r in parents:
+        seeds = evidence.approach.beside(r.hypothesis, NEAREST)
+        first = growth._nearer(seeds, "first pass")[0].hypothesis.keys
+        assert first in sharp
 
 
 @pytest.fixture(scope="module")
