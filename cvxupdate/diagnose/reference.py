@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.gather import Reference, gathered, responses_of, tables_of
+from cvxupdate.diagnose.hypothesis import only_a_rig
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed, better
 from cvxupdate.diagnose.judge.judge import Judgement, judge
 from cvxupdate.diagnose.judge.posterior import log_odds
@@ -23,7 +24,7 @@ from cvxupdate.diagnose.responses.levels import state_change as responses_change
 from cvxupdate.diagnose.responses.moving import NOTHING, Carried
 from cvxupdate.diagnose.results import Further
 from cvxupdate.diagnose.search.search import nearest, search
-from cvxupdate.diagnose.settings import CALIBRATED
+from cvxupdate.diagnose.settings import CALIBRATED, STRONG
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
 from cvxupdate.fe.build import build_model
@@ -181,12 +182,16 @@ def not_unchanged(found: Diagnosis, change: str | None) -> Diagnosis:
 
 
 def likeliest(judgement: Judgement) -> Weighed:
-    """The likeliest hypothesis that rests on sizes that are there and shows on what was held out;
-    the nuisance parameters alone where there is none."""
+    """The likeliest hypothesis that rests on sizes that are there and shows on what was held out, a
+    rig alone unless something else is favoured strongly: every test has one, and both states have
+    it in common; the nuisance parameters alone where there is none."""
     case: Case = judgement.case
     tried = [
         w
         for w in (*judgement.several, *judgement.singles)
         if sound(w.hypothesis) and better(w, case.base, case)
     ]
-    return max(tried, key=lambda w: log_odds(w, case), default=case.base)
+    best = max(tried, key=lambda w: log_odds(w, case), default=case.base)
+    rigs = [w for w in tried if only_a_rig(w.hypothesis)]
+    rig = max(rigs, key=lambda w: log_odds(w, case), default=best)
+    return rig if log_odds(rig, case) >= log_odds(best, case) - STRONG / 2.0 else best

@@ -14,6 +14,7 @@ from cvxupdate.fe.modes import model_modes
 from cvxupdate.recordings.states import looked_into, parted
 from cvxupdate.spec import load_problem
 from cvxupdate.study import check, diagnose, open_problem, run
+from tests.cases.cantilever_tables import MASS, NODES, SOFT, cantilever
 from tests.cases.chain import CHAIN
 
 LINES = np.arange(5.0, 75.0, 0.2)
@@ -192,65 +193,14 @@ def test_contradictions_are_looked_for_within_a_state(tmp_path, lab, measure):
     assert LEVEL not in {d.check for d in quality_doubts(states)}
 
 
-MASS, NODES = 0.0127, (4, 7, 10, 13, 16, 19)  # kg; of six lumps along a cantilever
-TABLE = '[[recordings]]\nkind = "modes"\nuse = "fit"\nstate = "{state}"\nrows = [{rows}]\n'
-CLAMPED = '[[model.supports]]\nnodes = [1]\ndofs = ["z", "ry"]\n'
-SOFTER = """[[model.supports]]
-nodes = [1]
-dofs = ["z"]
-[[model.elements]]
-type = "spring"
-dof = "ry"
-rows = [{ id = 201, nodes = [1], k = 4000.0 }]
-"""
-
-
-def cantilever(folder, held=CLAMPED, lumps=NODES, tables=()):
-    """A problem file of a cantilever of twenty elements with lumps, and (state, frequencies in Hz)
-    of each table."""
-    nodes = ", ".join(f"{{ id = {i + 1}, x = {0.02 * i:.2f} }}" for i in range(20))
-    bars = ", ".join(f'{{ id = {i}, nodes = [{i}, {i + 1}], group = "bar" }}' for i in range(1, 20))
-    masses = ", ".join(
-        f'{{ id = {100 + n}, nodes = [{n}], m = {MASS}, group = "masses" }}' for n in lumps
-    )
-    text = f"""title = "Six masses"
-[model]
-dofs = ["z", "ry"]
-nodes = [{nodes}]
-[model.materials.steel]
-E = 200e9
-nu = 0.3
-rho = 7850.0
-[model.sections.strip]
-shape = "rectangle"
-width = 0.025
-height = 0.005
-[[model.elements]]
-type = "beam3d"
-material = "steel"
-section = "strip"
-rows = [{bars}]
-[[model.elements]]
-type = "mass"
-rows = [{masses}]
-{held}"""
-    for state, table in tables:
-        rows = ", ".join(
-            f"{{ frequency = {f:.6g}, frequency_std = {0.003 * f:.3g}, mode = {k + 1} }}"
-            for k, f in enumerate(table)
-        )
-        text += TABLE.format(state=state, rows=rows)
-    path = folder / "problem.toml"
-    path.write_text(text, encoding="utf-8")
-    return path
-
-
 def test_a_mass_that_is_taken_off_is_no_bar_that_grows_stiffer(tmp_path) -> None:
     """Frequencies alone say the same of both: a cantilever's curvature as far from the tip is what
     its deflection is from the clamp. The bar of the second test is the bar of the first."""
     rng, tables = np.random.default_rng(7), []
     for state, lumps in (("reference", NODES), ("today", (NODES[0], *NODES[2:]))):
-        path = cantilever(tmp_path, SOFTER, lumps, [("today", np.arange(1.0, 6.0))])
+        path = cantilever(
+            tmp_path, SOFT.format(kz=1e9, kr=4000.0), lumps, [("today", np.arange(1.0, 6.0))]
+        )
         real = build_model(replace(load_problem(path), update=None))
         noisy = 1.0 + 0.001 * rng.standard_normal(5)
         tables.append((state, model_modes(real, 5).frequencies * noisy))

@@ -30,7 +30,9 @@ from cvxupdate.diagnose.settings import (
     WALKS,
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
+from cvxupdate.errors import CvxupdateError
 from cvxupdate.physics.effect import MOTION, Effect, HiddenOscillator
+from cvxupdate.physics.place import Place
 from cvxupdate.physics.shaker import at_drive
 
 LEGS = ((SEVERAL_LEVEL, PARTNERS), *FINE_SEVERAL)
@@ -70,6 +72,7 @@ def exchanged(
             if rest is not None:
                 progress(f"seeking in place of {best.effects[k].name}")
                 seeds += _seeds(evidence, best, k, rest)
+                seeds += in_other_words(evidence, best, k, progress)
         more = raced(evidence, entered(evidence, seeds, progress), LEGS, progress)
         found = merged(found, more)
         ahead = likeliest(more)
@@ -98,6 +101,39 @@ def _seeds(evidence: Evidence, best: Hypothesis, number: int, rest: Hypothesis) 
     other = shortlist([s for s in scores if s.effect.physics != own], SHORT, EACH)
     known = [s for s in (*same, *other) if s.effect.key != best.effects[number].key]
     return [*seeds_from(evidence, smooth, known, SEVERAL_LEVEL), *sized.seeds]
+
+
+def in_other_words(
+    evidence: Evidence, best: Hypothesis, number: int, progress: Progress
+) -> list[Seed]:
+    """Other effects at the very place of one of the best set, from the sizes at which they do as
+    much: beside the whole set both are fitted to the end, and the one that was there is taken out.
+    Begun beside the rest alone their sizes overshoot, and in the first pass they are left
+    behind."""
+    whole, own = at_level(evidence, best, SEVERAL_LEVEL), best.effects[number]
+    effects = placeable(evidence.candidates(whole.fit.setting.model), whole)
+    here = [e for e in effects if e.physics != own.physics and _same(e.place, own.place)]
+    scores = shortlist(evidence.first_order(whole.fit, here), SHORT, 1)
+    out = []
+    for seed in seeds_from(evidence, whole, scores, SEVERAL_LEVEL):
+        if evidence.hurried:
+            evidence.leave(EXCHANGED)
+            break
+        progress(f"seeking {seed.effects[-1].name} in place of {own.name}")
+        try:
+            both = Hypothesis(seed.effects, evidence.fitted(seed, "coarse"))
+        except CvxupdateError:
+            continue
+        rest = without(evidence, both, number)
+        out += [] if rest is None else [rest.onward]
+    return out
+
+
+def _same(a: Place, b: Place) -> bool:
+    """Whether two effects act on the same elements, or at the same nodes along the same axis."""
+    if a.elements or b.elements:
+        return set(a.elements) == set(b.elements) and set(a.nodes) == set(b.nodes)
+    return bool(a.nodes) and set(a.nodes) == set(b.nodes) and a.dof == b.dof
 
 
 def _tuned(effects: Sequence[Effect], best: Hypothesis, number: int) -> list[Effect]:

@@ -17,6 +17,7 @@ from cvxupdate.diagnose.search.beside import beside, narrow
 from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
 from cvxupdate.diagnose.search.guided import brought_near, guided
+from cvxupdate.diagnose.search.held import held
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
@@ -42,6 +43,7 @@ from cvxupdate.diagnose.settings import (
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Score
 from cvxupdate.physics import effect_types
+from cvxupdate.physics.effect import MODES
 
 
 @dataclass(frozen=True)
@@ -121,7 +123,7 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     if pattern:
         singles.sort(key=lambda h: h.fit.damping_strain)
     singles = _stretches(evidence, elsewhere(evidence, singles, progress), progress)
-    several, known = list[Hypothesis](), None
+    several, known, alone = list[Hypothesis](), None, False
     if not pattern and not _enough(evidence, singles):
         several = _pairs(evidence, [] if reached else coarse, singles, progress)
         known = likeliest(several)
@@ -134,9 +136,12 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     several = merged(several, shaken(evidence, several, progress))
     lighter = _lighter(evidence, several, progress)
     firsts = coarse if reached else []
-    lighter += _instead(evidence, merged(several, lighter), firsts, known, progress)
+    if not alone:
+        lighter += _instead(evidence, merged(several, lighter), firsts, known, progress)
     singles = merged(singles, [h for h in lighter if len(h.effects) == 1])
     several = merged(several, [h for h in lighter if len(h.effects) > 1])
+    if not pattern and evidence.told_by == MODES:  # a model far off from responses has its approach
+        several = merged(several, held(evidence, progress))
     return Found(
         tuple(best_of(*rankings)),
         tuple(settled(evidence, singles)),
@@ -210,12 +215,14 @@ def _pairs(
     singles: Sequence[Hypothesis],
     progress: Progress,
 ) -> list[Hypothesis]:
-    """Pairs with the best of ``firsts``, exchanged: fewer where what the best single effect leaves
-    may be the mesh's."""
+    """Pairs with the best of ``firsts``, exchanged; fewer where what the best single effect leaves
+    may be the mesh's, and as they are where that will be told alone."""
     if not firsts:
         return []
     few = bool(singles) and _mesh_may(evidence, singles[0])
     found = pairs(evidence, firsts, FEW_PARENTS if few else PARENTS, progress)
+    if singles and _told_alone(evidence, singles[0]):
+        return found
     return exchanged(evidence, found, progress)
 
 

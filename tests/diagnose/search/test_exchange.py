@@ -7,7 +7,7 @@ import pytest
 
 from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
-from cvxupdate.diagnose.search.exchange import as_fitted, crowded, exchanged
+from cvxupdate.diagnose.search.exchange import as_fitted, crowded, exchanged, in_other_words
 from cvxupdate.diagnose.search.race import entered, raced
 from cvxupdate.physics import candidates_of
 from tests.cases.plain_evidence import PlainFit, effect, supposed
@@ -56,6 +56,18 @@ def test_place_and_word_are_put_right_beside_what_is_right(evidence, wrong):
     assert best.fit.misfit == pytest.approx(right.fit.misfit, rel=0.01)
     sizes = {e.physics: f.values for e, f in zip(best.effects, best.figures, strict=True)}
     assert sizes["added_mass"]["m"] == pytest.approx(LUMP, rel=0.1)
+
+
+def test_another_word_at_the_same_place_begins_as_large_as_it_is(evidence):
+    """A lump where a spring was taken for it begins at its size, not from nothing."""
+    wrong = fitted(evidence, ("grounding_spring", 2), TRUE[1])
+    seeds = in_other_words(evidence, wrong, 0, quiet)
+    kinds = {s.effects[-1].physics for s in seeds}
+    assert "added_mass" in kinds and "grounding_spring" not in kinds
+    assert all(s.effects[-1].place.nodes == (2,) for s in seeds)
+    (lump,) = (s for s in seeds if s.effects[-1].physics == "added_mass")
+    h = Hypothesis(lump.effects, evidence.evaluated(lump.setting, lump.start))
+    assert h.figures[-1].values["m"] == pytest.approx(LUMP, rel=0.2)
 
 
 def test_what_cannot_be_bettered_stays(evidence):
