@@ -20,8 +20,8 @@ from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.modal import ModalPoint
 
 # MAC with every mode of the model below which a shape is that of none, and that which the rest have
-# at least with theirs (above 0.9 one mode, below 0.6 a doubtful one: usual in practice); part of the
-# rows that may be so.
+# at least with theirs (usual in practice: above 0.9 the same mode, below 0.6 a doubtful pair); part
+# of the rows that may be so.
 NONE, SOUND, FEW = 0.6, 0.9, 0.2
 
 
