@@ -38,6 +38,7 @@ def diagnose_problem(
     from cvxupdate.diagnose.budget import Budget
     from cvxupdate.diagnose.component import component_diagnosis
     from cvxupdate.diagnose.gather import discretisation, gathered
+    from cvxupdate.diagnose.modes.evidence import ModesEvidence
     from cvxupdate.diagnose.motion.component import rigs_of
     from cvxupdate.diagnose.nominal.members import divided
     from cvxupdate.diagnose.output.mesh import with_mesh
@@ -64,6 +65,8 @@ def diagnose_problem(
     now, file, coarse = _meshed(now, tell)
     evidence = gathered(now.spec, now.model, now.recordings, tell, now.reference, budget, file)
     found = _by_level(now.spec, now.recordings, evidence, tell, begin)
+    if isinstance(evidence, ModesEvidence) and evidence.tables.left_out:
+        found = replace(found, says=" ".join([found.says, *evidence.tables.left_out]))
     if now.reference is not None:
         said = not_unchanged(found, changed(now.reference, now.recordings))
         return replace(said, evidence=(*now.lines, *said.evidence))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -11,6 +11,7 @@ import numpy as np
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.modes.common import common_of as common_of_tables
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
+from cvxupdate.diagnose.modes.foreign import foreign, line, without
 from cvxupdate.diagnose.modes.tables import prepared, stated_tables
 from cvxupdate.diagnose.modes.worth import mesh_for as mesh_for_tables
 from cvxupdate.diagnose.nominal.coarse import Discretisation, of_sheets
@@ -239,18 +240,42 @@ def _modes(
         for k, r in enumerate(spec.recordings)
         if r.kind == "modes" and (r.use == "fit") == fitted
     ]
-    return ModesEvidence(
-        model,
-        start,
-        prepared(start, tables, mesh, common),
-        mesh,
-        fine,
-        names,
-        _names(spec, RATIOS),
-        held_dofs(spec, model),
-        release_from(spec, fine),
-        tuple(order),
-        progress,
-        None if reference is None else reference.file,
-        budget,
-    )
+
+    def evidence(tables: Sequence[ModeTable]) -> ModesEvidence:
+        return ModesEvidence(
+            model,
+            start,
+            prepared(start, tables, mesh, common),
+            mesh,
+            fine,
+            names,
+            _names(spec, RATIOS),
+            held_dofs(spec, model),
+            release_from(spec, fine),
+            tuple(order),
+            progress,
+            None if reference is None else reference.file,
+            budget,
+        )
+
+    return _known(evidence, tables)
+
+
+def _known(
+    evidence: Callable[[Sequence[ModeTable]], ModesEvidence], tables: Sequence[ModeTable]
+) -> ModesEvidence:
+    """Without the rows that are no mode of the model, where all others are explained."""
+    whole = evidence(tables)
+    base = whole.bases[-1]
+    odd = {} if whole.explained(base, whole.errors(base)) else foreign(whole.nominal_point)
+    fitted = [t for t in tables if t.origin.use == "fit"]
+    left = {k: without(fitted[k], [i for i, _ in rows]) for k, rows in odd.items()}
+    if not left or any(t is None for t in left.values()):
+        return whole
+    kept = [t for k, u in enumerate(fitted) if (t := left.get(k, u)) is not None]
+    rest = evidence([*kept, *(t for t in tables if t.origin.use != "fit")])
+    base = rest.bases[-1]
+    if not rest.explained(base, rest.errors(base)):
+        return whole
+    gone = {k: {i: line(fitted[k], i, best) for i, best in rows} for k, rows in odd.items()}
+    return replace(rest, tables=replace(rest.tables, gone=gone))

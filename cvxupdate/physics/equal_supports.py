@@ -18,7 +18,13 @@ from cvxupdate.physics.growth import append_parameters, limited
 from cvxupdate.physics.members import STRAIGHT
 from cvxupdate.physics.place import ROTATIONS, Place, where
 from cvxupdate.physics.quantity import stiffness
-from cvxupdate.physics.released import Held, Released, edge_shares
+from cvxupdate.physics.released import (
+    Held,
+    Released,
+    edge_shares,
+    sheet_sides,
+    straight_runs,
+)
 from cvxupdate.physics.units import quantity, stiffness_unit
 
 LIMITS = (0.0, SOFTEST)
@@ -37,9 +43,10 @@ class EqualSupports(EffectType):
     writers = (("compliance", write),)
 
     def candidates(self, context: SearchContext) -> list[Effect]:
-        """One for every direction that is held at several nodes, and one for feet that rock."""
+        """One for every direction that is held at several nodes, for each straight edge of sheets
+        by itself where several are held, and one for feet that rock."""
         out = []
-        for held in (*classes(context), *feet(context)):
+        for held in (*classes(context), *edges(context), *feet(context)):
             free = Released.of(context, held)
             if len(free.held) < 2 or free.within.diagonal().min() <= 0.0:
                 continue
@@ -86,6 +93,17 @@ def classes(context: SearchContext) -> Iterator[tuple[Held, ...]]:
         nodes = {n for n, _ in held}
         if 1 < len(nodes) <= MOST and nodes != every:
             yield held
+
+
+def edges(context: SearchContext) -> Iterator[tuple[Held, ...]]:
+    """Of a class the supports on each straight edge of sheets, where they are not all on one: one
+    side of a plate may be clamped worse than another."""
+    for held in classes(context):
+        at = {n for n, _ in held}
+        runs = straight_runs(sheet_sides(context.model, at))
+        for run in runs if len(runs) > 1 else ():
+            if len(run) > 2 and run != at:
+                yield tuple(h for h in held if h[0] in run)
 
 
 def feet(context: SearchContext) -> Iterator[tuple[Held, ...]]:

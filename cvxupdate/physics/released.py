@@ -3,7 +3,7 @@ or along an edge of sheets of one for each metre."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,6 +20,7 @@ from cvxupdate.physics.members import sheet_names
 
 Held = tuple[int, str]  # node, kind
 PARALLEL = 0.999  # cosine of an axis and an edge that is held about it
+TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
@@ -148,6 +149,16 @@ def edge_shares(model: Model, held: Sequence[Held]) -> Real:
     axis = KINDS.index(held[0][1]) - 3 if held else -1
     if axis < 0:
         return np.ones(len(held))
+    out = np.zeros(len(held))
+    for ends, along in sheet_sides(model, at).items():
+        length = float(np.linalg.norm(along))
+        if abs(along[axis]) >= PARALLEL * length:
+            out[[at[n] for n in ends]] += length / 2.0
+    return out / out.mean() if np.all(out > 0.0) else np.ones(len(held))
+
+
+def sheet_sides(model: Model, at: Collection[int]) -> dict[frozenset[int], Real]:
+    """Sides of sheets both ends of which are among the nodes ``at``, with what they span (3,)."""
     sides: dict[frozenset[int], Real] = {}
     sheets = sheet_names()
     for block in model.blocks:
@@ -160,9 +171,19 @@ def edge_shares(model: Model, held: Sequence[Held]) -> Real:
                 if ids[a] in at and ids[b] in at:
                     along = model.xyz[nodes[b]] - model.xyz[nodes[a]]
                     sides[frozenset((ids[a], ids[b]))] = along
-    out = np.zeros(len(held))
+    return sides
+
+
+def straight_runs(sides: Mapping[frozenset[int], Real]) -> list[set[int]]:
+    """The nodes of sides that follow one another straight on."""
+    runs: list[tuple[set[int], Real]] = []
     for ends, along in sides.items():
-        length = float(np.linalg.norm(along))
-        if abs(along[axis]) >= PARALLEL * length:
-            out[[at[n] for n in ends]] += length / 2.0
-    return out / out.mean() if np.all(out > 0.0) else np.ones(len(held))
+        way, nodes = along / max(float(np.linalg.norm(along)), TINY), set(ends)
+        apart = []
+        for run, its in runs:
+            if abs(float(its @ way)) >= PARALLEL and not run.isdisjoint(ends):
+                nodes |= run
+            else:
+                apart.append((run, its))
+        runs = [*apart, (nodes, way)]
+    return [nodes for nodes, _ in runs]

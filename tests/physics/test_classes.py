@@ -17,6 +17,7 @@ from cvxupdate.physics.cords import MOST, Cords
 from cvxupdate.physics.equal_joints import EqualJoints, classes
 from cvxupdate.physics.equal_supports import EqualSupports
 from cvxupdate.physics.joint_flexibility import JointFlexibility
+from cvxupdate.physics.released import straight_runs
 from cvxupdate.spec import load_problem
 from tests.cases.effects import STRUCTURES, context_of, nuisance, problem
 from tests.cases.elements import toml
@@ -196,6 +197,25 @@ def test_an_edge_of_a_plate_has_no_feet(tmp_path: Path) -> None:
     plate["supports"] = [{"nodes": edge, "dofs": ["z", "rx", "ry"]}]
     found = [e.place.dof for e in EqualSupports().candidates(context(tmp_path, plate))]
     assert "ry" in found and None not in found
+
+
+def test_each_clamped_edge_of_a_plate_may_give_way_by_itself(tmp_path: Path) -> None:
+    plate = copy.deepcopy(STRUCTURES["plate"])
+    x = sorted({n["x"] for n in plate["nodes"]})
+    ends = [{n["id"] for n in plate["nodes"] if n["x"] == side} for side in (x[0], x[-1])]
+    plate["supports"] = [{"nodes": sorted(ends[0] | ends[1]), "dofs": ["z", "ry"]}]
+    turning = [
+        e for e in EqualSupports().candidates(context(tmp_path, plate)) if e.place.dof == "ry"
+    ]
+    assert [set(e.place.nodes) for e in turning] == [ends[0] | ends[1], *ends]
+    assert all("along the edge" in e.spot for e in turning[1:])
+
+
+def test_sides_that_follow_one_another_straight_on_are_one_edge() -> None:
+    east, north = np.array([0.1, 0.0, 0.0]), np.array([0.0, 0.2, 0.0])
+    corner = {(1, 2): east, (3, 4): east, (2, 3): -east, (4, 5): north, (7, 8): east}
+    runs = straight_runs({frozenset(ends): along for ends, along in corner.items()})
+    assert sorted(map(sorted, runs)) == [[1, 2, 3, 4], [4, 5], [7, 8]]
 
 
 def test_cords_are_the_bar_put_together_by_hand(tmp_path: Path) -> None:

@@ -274,10 +274,8 @@ class ModesEvidence(Linear):
     def updated(self, last: Fit, further: Further) -> Updated:
         """With the pairing of each table."""
         point = last.point
-        pairs = {
-            k: [int(at) - point.modes.rigid + 1 if at >= 0 else 0 for at in places]
-            for k, places in zip(self.order, point.places, strict=False)
-        }
+        found = zip(self.order, point.places, strict=False)
+        pairs = {k: self.tables.pairs(n, at, point.modes.rigid) for n, (k, at) in enumerate(found)}
         alpha = None if further.alpha is None else further.alpha[0]
         kept, p, said = sayable(point.residual.model, point.p)
         told = self.fine.told

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -36,12 +36,27 @@ class Tables:
     standard deviations widened by the discrepancy of a sound model. ``measured``: those to fit and
     to score as they were, deviations of noise alone in every entry. ``before``: of each table to
     fit, damping ratios and their deviations at the reference state, (2, modes), NaN where it has
-    none; empty without a reference."""
+    none; empty without a reference. ``gone``: rows of each table to fit that were left out, each
+    with why (`cvxupdate.diagnose.modes.foreign`)."""
 
     fit: tuple[ModeTable, ...]
     hold: tuple[ModeTable, ...]
     measured: tuple[ModeTable, ...]
     before: tuple[Real, ...] = ()
+    gone: Mapping[int, Mapping[int, str]] = field(default_factory=dict)
+
+    @property
+    def left_out(self) -> list[str]:
+        """The rows that were left out, in words."""
+        return [says for rows in self.gone.values() for says in rows.values()]
+
+    def pairs(self, table: int, places: Sequence[int], rigid: int) -> list[int]:
+        """Numbers of the flexible modes that the rows of a table in the file are paired with, 0 for
+        none: ``places`` among the model's modes, ``rigid`` of them rigid, without rows left out."""
+        out = [int(at) - rigid + 1 if at >= 0 else 0 for at in places]
+        for row in sorted(self.gone.get(table, ())):
+            out.insert(row, 0)
+        return out
 
     @property
     def top(self) -> float:

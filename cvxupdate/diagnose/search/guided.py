@@ -127,7 +127,7 @@ class _Growth:
         entered = sorted([*plain, *self._nearer(rigged, "first pass")], key=lambda r: r.left)
         best = {r.hypothesis.keys for r in _abreast(entered)} | first
         field = [r.hypothesis for r in entered if r.hypothesis.keys in best]
-        return self._pruned(self._taken([h.onward for h in field], "sharp"))
+        return self._pruned(_abreast(self._taken([h.onward for h in field], "sharp")))
 
     def _parents(self, front: Sequence[Reached]) -> list[Hypothesis]:
         """As they are, and with what theory wants as large as it says: among effects that are not

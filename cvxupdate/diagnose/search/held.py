@@ -24,10 +24,12 @@ from cvxupdate.physics.effect import Effect
 
 GIVES_WAY = "grounding_spring"
 DIRECTIONS = "supports that give way in several directions"
+FEET = 4  # supports that are sought one by one
 # Directions of a support that are sought together; sizes that are tried of each alone, and by what
 # part it must change the misfit to be heard; sizes of the grid, in these; from how many of them a
 # fit begins.
-MOST, DECADES, HEARD, PARTS, STARTS = 3, np.logspace(-7.0, 2.0, 10), 0.3, (0.3, 1.0, 3.0, 10.0), 3
+MOST, DECADES, HEARD = 3, np.logspace(-7.0, 2.0, 10), 0.3
+PARTS, STARTS = (0.3, 1.0, 3.0, 10.0), 3
 
 
 def held(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
@@ -46,11 +48,13 @@ def held(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
 
 def supports(candidates: Sequence[Effect]) -> list[list[Effect]]:
     """Those of a rig that let a held direction go, by the nodes where they do, where there are
-    several."""
+    several; of an edge with many supports the classes only."""
     own = [e for e in candidates if e.type.rig and e.change is not None and e.change.series]
     ranked = sorted(own, key=lambda e: e.place.nodes)
-    groups = (list(some) for _, some in groupby(ranked, key=lambda e: e.place.nodes))
-    return [some for some in groups if len({e.place.dof for e in some}) > 1]
+    groups = [list(some) for _, some in groupby(ranked, key=lambda e: e.place.nodes)]
+    several = [some for some in groups if len({e.place.dof for e in some}) > 1]
+    one = [some for some in several if len(some[0].place.nodes) == 1]
+    return [some for some in several if len(one) <= FEET or some not in one]
 
 
 def _grown(evidence: Evidence, own: Sequence[Effect], progress: Progress) -> list[Hypothesis]:

@@ -154,8 +154,9 @@ def search(evidence: Evidence, progress: Progress) -> Found:
 def _sharper(
     evidence: Evidence, coarse: Sequence[Hypothesis], progress: Progress
 ) -> list[Hypothesis]:
-    """What shows on sharper recordings only, where it comes as near as the best of ``coarse``."""
-    if not coarse or evidence.hurried:
+    """What shows on sharper recordings only, where it comes as near as the best of ``coarse``; far
+    off, it is sets that are grown there."""
+    if not coarse or _far_off(coarse) or evidence.hurried:
         return []
     found = entered(evidence, narrow(evidence), progress)
     found = raced(evidence, found, ((SEVERAL_LEVEL, EACH_SIZED),), progress)

@@ -57,3 +57,13 @@ def test_only_what_is_held_in_several_directions() -> None:
     spring = effect("grounding_spring", nodes=(1,), dof="x")
     assert supports([z, other, spring, ry]) == [[z, ry]]
     assert supports([z, other]) == []
+
+
+def test_of_an_edge_with_many_supports_the_classes() -> None:
+    def soft(dof: str, *nodes: int):
+        one = rig("grounding_spring", nodes=nodes, dof=dof)
+        return replace(one, action=replace(one.action, series=True))
+
+    each = [soft(dof, n) for n in range(1, 8) for dof in ("z", "ry")]
+    every = [soft(dof, *range(1, 8)) for dof in ("z", "ry")]
+    assert supports([*each, *every]) == [every]
