@@ -106,14 +106,16 @@ def _seeds(evidence: Evidence, best: Hypothesis, number: int, rest: Hypothesis) 
 def in_other_words(
     evidence: Evidence, best: Hypothesis, number: int, progress: Progress
 ) -> list[Seed]:
-    """Other effects at the very place of one of the best set, from the sizes at which they do as
-    much: beside the whole set both are fitted to the end, and the one that was there is taken out.
-    Begun beside the rest alone their sizes overshoot, and in the first pass they are left
-    behind."""
+    """Other effects at the very place of one of the best set, and the same on elements of which it
+    has some, from the sizes at which they do as much: beside the whole set both are fitted to the
+    end, and the one that was there is taken out. Begun beside the rest alone their sizes overshoot,
+    and in the first pass they are left behind."""
     whole, own = at_level(evidence, best, SEVERAL_LEVEL), best.effects[number]
     effects = placeable(evidence.candidates(whole.fit.setting.model), whole)
     here = [e for e in effects if e.physics != own.physics and _same(e.place, own.place)]
+    near = [e for e in effects if e.physics == own.physics and _overlap(e.place, own.place)]
     scores = shortlist(evidence.first_order(whole.fit, here), SHORT, 1)
+    scores += shortlist(evidence.first_order(whole.fit, near), EACH, EACH)
     out = []
     for seed in seeds_from(evidence, whole, scores, SEVERAL_LEVEL):
         if evidence.hurried:
@@ -134,6 +136,10 @@ def _same(a: Place, b: Place) -> bool:
     if a.elements or b.elements:
         return set(a.elements) == set(b.elements) and set(a.nodes) == set(b.nodes)
     return bool(a.nodes) and set(a.nodes) == set(b.nodes) and a.dof == b.dof
+
+
+def _overlap(a: Place, b: Place) -> bool:
+    return not set(a.elements).isdisjoint(b.elements)
 
 
 def _tuned(effects: Sequence[Effect], best: Hypothesis, number: int) -> list[Effect]:

@@ -70,6 +70,23 @@ def test_another_word_at_the_same_place_begins_as_large_as_it_is(evidence):
     assert h.figures[-1].values["m"] == pytest.approx(LUMP, rel=0.2)
 
 
+@pytest.mark.parametrize("more", [(103, 104), (102, 103, 104)])
+def test_fewer_elements_begin_as_soft_as_they_are_beside_more(evidence, more):
+    """One soft spring that was taken for softer neighbours too."""
+    h = fitted(evidence, TRUE[0])
+    own = [
+        e
+        for e in evidence.candidates(h.fit.setting.model, ("stiffness_change",))
+        if e.place.elements == more
+    ]
+    seeds = seeds_from(evidence, h, evidence.first_order(h.fit, own), 1)
+    (wide, *_) = raced(evidence, entered(evidence, seeds, quiet), ((1, 1), (2, 1)), quiet)
+    found = {s.effects[-1].place.elements: s for s in in_other_words(evidence, wide, 1, quiet)}
+    one = found[(104,)]
+    begun = Hypothesis(one.effects, evidence.evaluated(one.setting, one.start))
+    assert begun.figures[-1].values["factor"] == pytest.approx(SOFT, rel=0.1)
+
+
 def test_what_cannot_be_bettered_stays(evidence):
     right = fitted(evidence, *TRUE)
     assert exchanged(evidence, [right], quiet)[0].keys == right.keys
