@@ -98,6 +98,20 @@ def test_the_mass_that_went_is_the_one_next_to_the_clamp(tmp_path):
         assert said["fit"]["fit"]["after"] < 0.5 * said["fit"]["fit"]["before"]
 
 
+@needs("beam-six-masses-frf")
+def test_beside_the_healthy_state_it_is_named_among_all_that_may_be(tmp_path):
+    """Nothing calibrated: two of seventy layouts, all words."""
+    from cvxupdate.study import diagnose
+    from validation.real.reference import problem
+
+    f, positions = diagnoses.make.layouts()
+    for k in (5, 39):
+        (first,) = diagnose(problem(tmp_path, k, f[:, k], positions[k], False)).findings
+        _, at = diagnoses.make.beam_mesh(positions[k])
+        assert first.physics == "added_mass" and first.place.nodes == (at[0],)
+        assert first.parameters["m"] < 0.0 and first.confidence > 0.5
+
+
 @pytest.mark.slow
 @needs("dropbear-moving-support")
 def test_six_rests_of_the_roller_are_one_stiffness_on_a_straight_line():
