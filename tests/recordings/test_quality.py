@@ -115,7 +115,9 @@ def changed(
 
 
 @pytest.mark.parametrize("test", [samples.clipping, samples.dropouts, samples.drift])
-@pytest.mark.parametrize("kind", ["white", "12 bit", "vibration", "sine", "hammer", "repeated"])
+@pytest.mark.parametrize(
+    "kind", ["white", "12 bit", "vibration", "sine", "hammer", "blows", "repeated"]
+)
 def test_clean_channels_raise_no_more_alarms_than_stated(
     test: Callable[..., samples.Test], kind: str
 ) -> None:
@@ -144,6 +146,10 @@ def test_clean_channels_raise_no_more_alarms_than_stated(
             )
         elif kind == "hammer":
             x = np.round((50.0 * np.exp(-(((t - 0.1) / 0.002) ** 2)) + 0.01 * x) / 0.01) * 0.01
+        elif kind == "blows":  # of a coarse converter: nought between them
+            blows = np.sort(rng.uniform(0.2, 3.9, 12))
+            force = sum(50.0 * np.exp(-(((t - at) / 0.003) ** 2)) for at in blows)
+            x = np.round((force + 0.002 * x) / 0.05) * 0.05
         elif kind == "repeated":
             x = np.tile(x[:1024], 4)
         alarms += test(x).fault

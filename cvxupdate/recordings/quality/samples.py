@@ -105,10 +105,12 @@ def dropouts(x: Real, alpha: float = ALPHA) -> Test:
 
     Where the steps beside the run are larger than five converter steps (r.m.s. over as many samples
     as the run has), the next value equals the last one with a probability below 0.08, so a run
-    longer than log(alpha / n) / log(0.08) is no chance. ``value`` is the number of samples in all
-    such runs, ``where`` the first of the longest.
+    longer than log(alpha / n) / log(0.08) is no chance. A value that more than half of the samples
+    have is where the channel rests: a hammer's force between its blows. ``value`` is the number of
+    samples in all such runs, ``where`` the first of the longest.
     """
-    n = len(x)
+    n, rest = len(x), np.median(x)
+    at_rest = np.count_nonzero(x == rest) > n / 2
     if (
         n < 16 or len(np.unique(x[: 1 << 16])) < 16
     ):  # a switched signal, or a dead channel, has no slopes
@@ -122,6 +124,8 @@ def dropouts(x: Real, alpha: float = ALPHA) -> Test:
         spread = float(np.std(x))
     floor = max(5.0 * quantum, 1e-3 * spread)
     for a, b in edges[(edges[:, 1] - edges[:, 0] + 1) > threshold]:
+        if at_rest and x[a] == rest:
+            continue
         length = int(b - a + 1)
         # the jumps into and out of the run belong to the fault, not to the signal beside it
         before, after = np.diff(x[max(0, a - 1 - length) : a]), np.diff(x[b + 2 : b + 2 + length])
