@@ -29,7 +29,7 @@ FEET = 4  # supports that are sought one by one
 # part it must change the misfit to be heard; sizes of the grid, in these; from how many of them a
 # fit begins.
 MOST, DECADES, HEARD = 3, np.logspace(-7.0, 2.0, 10), 0.3
-PARTS, STARTS = (0.3, 1.0, 3.0, 10.0), 3
+PARTS, BEGUN = (0.3, 1.0, 3.0, 10.0), 3
 
 
 def held(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
@@ -102,7 +102,7 @@ def _begun(
     heard = np.array([sizes[e.key] for e in some])
     grid = [heard * np.array(parts) for parts in product(PARTS, repeat=len(some))]
     ranked = sorted(grid, key=lambda p: _left(evidence, seed, p))
-    return [replace(seed, start=_at(seed, p)) for p in ranked[:STARTS]]
+    return [replace(seed, start=_at(seed, p)) for p in ranked[:BEGUN]]
 
 
 def _left(evidence: Evidence, seed: Seed, p: Real) -> float:
