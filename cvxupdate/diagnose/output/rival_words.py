@@ -32,6 +32,8 @@ def rival_titles(judgement: Judgement) -> list[str]:
         h = w.hypothesis
         if known & h.keys or (h.effects and h.title == final.hypothesis.title):
             continue  # listed already, or another form of one law
+        if final.hypothesis.effects and final.hypothesis.keys < h.keys:
+            continue  # the same, and something beside that does little
         if h.effects:
             same = {e.title for e in h.effects} == claimed
             out[f"{h.title}: {SINGLE}" if same else h.title] = None

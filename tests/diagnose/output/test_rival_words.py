@@ -60,6 +60,12 @@ def test_a_rival_that_no_finding_lists_is_named() -> None:
     assert evidence_lines(found, None)
 
 
+def test_the_same_with_something_besides_is_no_rival_to_name() -> None:
+    one, more = weighed(PlainFit(1.0), A), weighed(PlainFit(0.99), A, B)
+    found = Judgement(CASE, (), (), one, one, (one, more), (told(A),))
+    assert rival_titles(found) == []
+
+
 def test_tried_is_the_best_place_of_each_type() -> None:
     a, b = effect("added_mass", nodes=(2,)), effect("viscous_damper", nodes=(3,))
     zero = np.zeros(1)
