@@ -107,6 +107,8 @@ def test_a_tie_across_the_structure_is_no_effect(chain, lab, k=2.0e4):
     f = np.arange(5.0, 75.0, 0.1)
     H = receptance(real.K, real.M, f, 0.005)
     spec, model = chain
+    words = ("stiffness_change", "added_mass", "grounding_spring", "viscous_damper")  # for time
+    spec = replace(spec, diagnose=spec.diagnose.model_copy(update={"physics": words}))
     found = diagnose_problem(
         spec,
         model,

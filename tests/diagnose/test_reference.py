@@ -46,7 +46,7 @@ def files(folder, measure, states):
 
 
 # of the catalogue, for time: a search that no one or two effects end is long
-SOME = ("stiffness_change", "added_mass", "grounding_spring")
+SOME = ("stiffness_change", "added_mass")
 RIG = (0.7, 1.0, 1.0, 1.0)  # the chain stands on something soft
 
 
