@@ -76,10 +76,14 @@ def fingerprint(procedure: Sequence[Path] = ()) -> str:
 # ----------------------------------------------------------------------------------------- one case
 
 
+AGAIN = 5.0  # seconds after which a signal is sent again
+
+
 @contextmanager
 def alarmed(limit: float, processor: bool = False) -> Iterator[None]:
     """Raise TooLong in what takes longer than ``limit`` seconds, by the clock or of the processor;
-    in a thread (of a worker of dask), where no signal comes, nothing is limited."""
+    in a thread (of a worker of dask), where no signal comes, nothing is limited. What is raised in
+    a callback of the interpreter is lost, so it is sent again."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -91,7 +95,7 @@ def alarmed(limit: float, processor: bool = False) -> Iterator[None]:
         raise TooLong
 
     before = signal.signal(sent, alarm)
-    signal.setitimer(timer, limit)
+    signal.setitimer(timer, limit, AGAIN)
     try:
         yield
     finally:
