@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
@@ -23,26 +25,30 @@ def unheard_of(h: Hypothesis, file: Model) -> int:
     (``file``: the model as it came; elements without mass, as springs, may be tightened). What
     is told by natural frequencies alone asks for it: in a slender cantilever a mass that is
     taken off near the clamp and a part that is stiffer as far from the tip shift them alike."""
-    made = {int(i) for b in file.blocks if has_property(b, "rho") for i in b.ids}
     if not h.effects:
-        return int(_grown(h, made))
-    return sum(_is(h, k, file, made) for k in range(len(h.effects)))
+        return int(_grown(h, file))
+    return sum(_is(h, k, file) for k in range(len(h.effects)))
 
 
-def _grown(h: Hypothesis, made: set[int]) -> bool:
+def _made(file: Model, elements: Sequence[int]) -> bool:
+    """Whether one of the elements is made of something."""
+    return any(has_property(b, "rho") and np.isin(b.ids, elements).any() for b in file.blocks)
+
+
+def _grown(h: Hypothesis, file: Model) -> bool:
     """Whether groups that are let go do: one supposition, however many there are."""
     return any(
         GROWN[q.of] * float(h.fit.p[k]) >= LEAST_SIZE * float(h.fit.deviations[k])
         for k, q in enumerate(h.fit.setting.model.parameters)
-        if q.of in GROWN and q.group is not None and made & set(q.elements)
+        if q.of in GROWN and q.group is not None and _made(file, q.elements)
     )
 
 
-def _is(h: Hypothesis, k: int, file: Model, made: set[int]) -> bool:
+def _is(h: Hypothesis, k: int, file: Model) -> bool:
     effect = h.effects[k]
     if effect.physics in GROWS and effect.columns:
-        there = bool(made & set(effect.place.elements))
-        return there and GROWS[effect.physics] * float(h.sizes(k)[0]) > 0.0
+        grows = GROWS[effect.physics] * float(h.sizes(k)[0]) > 0.0
+        return grows and _made(file, effect.place.elements)
     if effect.physics != LUMP or not effect.columns or h.sizes(k)[0] >= 0.0:
         return False
     values, deviations = h.figures[k].values, h.figures[k].deviations

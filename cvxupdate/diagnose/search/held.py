@@ -36,12 +36,13 @@ def held(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     """The supports, or classes of equal ones, of more than one direction that give way in two of
     them and more; sharpened, and freed of what does nothing in them. Best first."""
     found: list[Hypothesis] = []
+    bare = at_nominal(evidence, Hypothesis((), evidence.bases[-1]))
     for own in supports(evidence.candidates(evidence.model, (GIVES_WAY,))):
         if evidence.hurried:
             evidence.leave(DIRECTIONS)
             break
         progress(f"seeking {DIRECTIONS}")
-        found += _grown(evidence, own, progress)
+        found += _grown(evidence, bare, own, progress)
     several = raced(evidence, merged(found), FINE_SEVERAL, progress)
     return merged(several, busy(evidence, several, progress))
 
@@ -57,10 +58,11 @@ def supports(candidates: Sequence[Effect]) -> list[list[Effect]]:
     return [some for some in several if len(one) <= FEET or some not in one]
 
 
-def _grown(evidence: Evidence, own: Sequence[Effect], progress: Progress) -> list[Hypothesis]:
+def _grown(
+    evidence: Evidence, bare: Hypothesis, own: Sequence[Effect], progress: Progress
+) -> list[Hypothesis]:
     """Sets of two directions and more of one support, begun at the best of a grid of sizes: alone
     one stands for the others, too, so that its best size says nothing."""
-    bare = at_nominal(evidence, Hypothesis((), evidence.bases[-1]))
     sizes = {e.key: p for e in own if (p := _heard(evidence, bare, e)) is not None}
     loudest = sorted((e for e in own if e.key in sizes), key=lambda e: sizes[e.key])[:MOST]
     out: list[Hypothesis] = []
