@@ -50,6 +50,7 @@ from cvxupdate.physics.shaker import ShakerAttachment
 from cvxupdate.physics.shear_deformation import ShearDeformation
 from cvxupdate.physics.soft_mounts import SoftMounts
 from cvxupdate.physics.soft_support import SoftSupport
+from cvxupdate.physics.spread_lump import SpreadLump
 from cvxupdate.physics.stiffness_change import StiffnessChange
 from cvxupdate.physics.structural_damping import StructuralDamping
 from cvxupdate.physics.thickness_change import ThicknessChange
@@ -63,6 +64,7 @@ EFFECTS: tuple[EffectType, ...] = (
     ThicknessChange(),
     Orthotropy(),
     AddedMass(),
+    SpreadLump(),
     SensorMass(),
     GroundingSpring(),
     Cords(),

@@ -188,6 +188,8 @@ CASES = (
     Case("Orthotropy", "plate", {"Dx": 1.1, "Dy": 0.8, "D1": 1.0, "Dxy": 0.93}),
     Case("Orthotropy", "shell", {"Dx": 1.1, "Dy": 0.8, "D1": 1.0, "Dxy": 0.93}),
     Case("AddedMass", "beam", {"m": -1.21}),
+    Case("SpreadLump", "plate", {"m": 1.21, "J": 3.4e-4}),
+    Case("SpreadLump", "beam", {"m": 1.21, "J": 3.4e-4}),
     Case("SensorMass", "beam", {"m": 0.0348}),
     Case("GroundingSpring", "beam", {"k": 3490.0}),
     Case("Cords", "hung", {"k": 320.0}),

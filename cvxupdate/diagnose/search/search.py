@@ -21,6 +21,7 @@ from cvxupdate.diagnose.search.held import held
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
+from cvxupdate.diagnose.search.spread import spread_out
 from cvxupdate.diagnose.search.zones import zoned
 from cvxupdate.diagnose.settings import (
     ABREAST,
@@ -107,6 +108,8 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     coarse = raced(evidence, entries, COARSE, progress)
     sharper = [] if pattern else _sharper(evidence, coarse, progress)
     coarse = merged(coarse, sharper)
+    if not pattern and coarse and not evidence.clear(coarse[0].fit):
+        coarse = spread_out(evidence, coarse, COARSE, progress)
     grown, ahead = ([], False) if pattern else _grown(evidence, coarse, progress)
     reached = ahead and (
         grown[0].fit.misfit <= OPEN * EXPLAINED

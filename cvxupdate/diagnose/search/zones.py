@@ -17,6 +17,7 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, seed_from, without
 from cvxupdate.diagnose.search.race import entered, merged, raced
+from cvxupdate.diagnose.search.spread import spread_seeds
 from cvxupdate.diagnose.settings import STRETCHED, ZONED
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Real, Score, Seed
 from cvxupdate.fe.model import Model
@@ -144,18 +145,20 @@ def _sizes(give: float, count: int, ends: Ends) -> Real:
 def zoned(
     evidence: Evidence, known: Sequence[Hypothesis], progress: Progress, legs: int
 ) -> list[Hypothesis]:
-    """The best of fitted sets with a stretch in place of what lies together in them, sharpened as
-    far as the level ``legs``, best first; again from the best as long as that is better."""
+    """The best of fitted sets with a stretch in place of what lies together in them, or a lump with
+    a footprint in place of a point, sharpened as far as the level ``legs``, best first; again from
+    the best as long as that is better."""
     tried = {h.keys for h in known}
     parents, found = list(known[:ZONED]), list[Hypothesis]()
     for _ in range(STRETCHED):
-        seeds = [s for h in parents for s in zone_seeds(evidence, h, tried)]
+        ways = (zone_seeds, spread_seeds)
+        seeds = [s for h in parents for way in ways for s in way(evidence, h, tried)]
         if not seeds:
             break
         if evidence.hurried:
-            evidence.leave("stretches of members", len(seeds))
+            evidence.leave("stretches of members and footprints of lumps", len(seeds))
             break
-        progress("seeking stretches that do not keep to the elements")
+        progress("seeking stretches and lumps that do not keep to elements and nodes")
         levelled = entered(evidence, seeds, progress)
         fresh = raced(evidence, levelled, ((legs, ZONED),), progress) if legs else levelled
         best = min((h.penalised for h in found), default=np.inf)
