@@ -163,7 +163,14 @@ class ResponseEvidence(Linear):
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""
         wanted = self.names if names is None else names
+        if model is self.model:
+            return [c for c in self._on_it if c.physics in wanted]
         found = candidates_of(self.context(model), wanted, self.told_by)
+        return on_the_file(found, self.model, self.file)
+
+    @cached_property
+    def _on_it(self) -> list[Effect]:
+        found = candidates_of(self.context(self.model), None, self.told_by)
         return on_the_file(found, self.model, self.file)
 
     def setting(
@@ -292,7 +299,7 @@ class ResponseEvidence(Linear):
         return ContractErrors(self.before, stated(last.point, signals))
 
     def stated(self, last: Fit) -> tuple[Errors, Errors]:
-        """The contract's error: of the file as it came, and of the diagnosed model without mesh."""
+        """As the contract has it."""
         return self._contract(last).together()
 
     def metrics(self, last: Fit) -> dict[str, Any]:

@@ -29,6 +29,7 @@ from cvxupdate.diagnose.settings import (
     STAYING,
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Score, Seed
+from cvxupdate.physics.effect import MOTION
 
 INSTEAD = "other effects where the best single ones stand"
 SETS, MORE = "pairs of effects, at least some of them", "sets of three effects and more"
@@ -53,6 +54,11 @@ class Pool:
             known = self.found.get(h.keys)
             if known is None or h.penalised < known.penalised:
                 self.found[h.keys] = h
+
+    @property
+    def clear(self) -> bool:
+        """Whether one of them leaves nothing."""
+        return any(self.evidence.clear(h.fit) for h in self.found.values())
 
     @property
     def best(self) -> Hypothesis | None:
@@ -87,7 +93,8 @@ def pairs(
     evidence: Evidence, singles: Sequence[Hypothesis], parents: int, progress: Progress
 ) -> list[Hypothesis]:
     """The best pairs of effects, sharpened, best first; ``singles`` are fitted, best first, of
-    which ``parents`` are firsts."""
+    which ``parents`` are firsts. One that leaves nothing is as it is: others that do as well are
+    found by the exchange at its fit (`cvxupdate.diagnose.search.exchange`)."""
     pool = Pool(evidence, progress)
     for parent in _close(singles)[:parents]:
         if evidence.hurried:
@@ -95,10 +102,12 @@ def pairs(
             break
         progress(f"seeking beside {parent.name}")
         pool.refit(beside(evidence, parent))
-        if any(evidence.clear(h.fit) for h in pool.found.values()):
-            break  # others that would do as well are found by the exchange
+        if pool.clear:
+            break
     exchanged: set[frozenset[Key]] = set()
     for _ in range(ROUNDS):
+        if pool.clear and evidence.told_by != MOTION:  # there nothing is exchanged
+            break
         if evidence.hurried:
             evidence.leave(SETS)
             break
