@@ -124,10 +124,10 @@ def smoothed(sharp: Signal, epsilon: float) -> Signal:
 
 
 def thinned(signal: Signal, most: int) -> Signal:
-    """A smoothed signal whose model is evaluated at ``most`` points or fewer, each for the mean of
-    several neighbouring ones, off the axis by half of their width: within an eighth of the largest,
-    for comparisons among many models."""
-    count = len(signal.s)
+    """A smoothed signal whose model is evaluated at ``most`` points or as many as it has rows, each
+    for the mean of several neighbouring ones, off the axis by half of their width: within an eighth
+    of the largest, for comparisons among many models."""
+    count, most = len(signal.s), max(most, len(signal.Y))
     if signal.mix is None or signal.carry is None or not signal.plain or count <= most:
         return signal
     first = np.linspace(0, count, most, endpoint=False).astype(np.int64)

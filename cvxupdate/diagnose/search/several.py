@@ -38,17 +38,20 @@ SETS, MORE = "pairs of effects, at least some of them", "sets of three effects a
 @dataclass
 class Pool:
     """Hypotheses that were refitted together, of each the best fit; ``settled`` are not begun
-    again."""
+    again, nor anything where it was ``begun`` before."""
 
     evidence: Evidence
     progress: Progress
     found: dict[frozenset[Key], Hypothesis] = field(default_factory=dict)
     settled: set[frozenset[Key]] = field(default_factory=set)
+    begun: set[tuple[frozenset[Key], bytes]] = field(default_factory=set)
 
     def refit(self, seeds: Sequence[Seed]) -> None:
         """Enter them; the best go on to the level of the search. What was entered before is once
         more: beside another fit it begins elsewhere, and where it got stuck says nothing of it."""
         own = [s for s in seeds if s.keys not in self.settled and len(s.keys) == len(s.effects)]
+        own = [s for s in own if (s.keys, s.start.tobytes()) not in self.begun]
+        self.begun.update((s.keys, s.start.tobytes()) for s in own)
         entries = entered(self.evidence, own, self.progress)
         for h in raced(self.evidence, entries, ((SEVERAL_LEVEL, PARTNERS),), self.progress):
             known = self.found.get(h.keys)

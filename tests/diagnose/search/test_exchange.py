@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from cvxupdate.diagnose.gather import gathered
-from cvxupdate.diagnose.hypothesis import Hypothesis, further, seeds_from
+from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, further, seeds_from
 from cvxupdate.diagnose.search.exchange import as_fitted, crowded, exchanged, in_other_words
 from cvxupdate.diagnose.search.race import entered, raced
+from cvxupdate.diagnose.search.several import Pool
 from cvxupdate.physics import candidates_of
 from tests.cases.plain_evidence import PlainFit, effect, supposed
 
@@ -123,3 +124,26 @@ def test_effects_are_placed_on_the_nominal_model_once(evidence):
     every, some = (evidence.candidates(evidence.model, n) for n in (None, ("added_mass",)))
     assert {c.physics for c in some} == {"added_mass"} and len(some) < len(every)
     assert all(any(c is e for e in every) for c in some)
+
+
+def test_sizes_beside_the_bare_model_are_found_once(evidence):
+    start = at_nominal(evidence, Hypothesis((), evidence.bases[0]))
+    effects = evidence.candidates(evidence.model)
+    once, twice = (evidence.finite_size(start.fit, start.fit, (), effects) for _ in range(2))
+    fitted_on = evidence.finite_size(evidence.bases[1], evidence.bases[1], (), effects)
+    assert once is twice and fitted_on is not once
+
+
+def test_nothing_is_refitted_from_where_it_began(evidence):
+    progress = []
+    pool = Pool(evidence, progress.append)
+    bare = Hypothesis((), evidence.bases[1])
+    seeds = seeds_from(evidence, bare, evidence.first_order(bare.fit, bare_effects(evidence)), 1)
+    pool.refit(seeds)
+    count = len(progress)
+    pool.refit(seeds)
+    assert count and len(progress) == count
+
+
+def bare_effects(evidence):
+    return [e for e in evidence.candidates(evidence.model) if e.physics == "grounding_spring"][:2]
