@@ -34,6 +34,8 @@ UNITS = {
     "gap": "m",
     "force": "N",
     "c2": "N·s²/m²",
+    "kr": "N·m/rad",
+    "J": "kg·m²",
 }
 
 

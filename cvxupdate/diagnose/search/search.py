@@ -103,17 +103,10 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     if not pattern:
         seeds += beside(evidence, start, level=0, scores=rankings[0])
     entries = entered(evidence, seeds, progress)
-<<<<<<< HEAD
-    coarse = raced(evidence, entries, COARSE, progress)
-    sharper = [] if pattern else _sharper(evidence, coarse, progress)
-    coarse = merged(coarse, sharper)
-    if not pattern and coarse and not evidence.clear(coarse[0].fit):
-        coarse = spread_out(evidence, coarse, COARSE, progress)
-    grown, ahead = ([], False) if pattern else _grown(evidence, coarse, progress)
-=======
     coarse, sharper, alone = coarsely(evidence, entries, pattern, progress)
+    if not (pattern or enough_alone(evidence, alone)):
+        coarse = spread_out(evidence, coarse, COARSE, progress)
     grown, ahead = ([], False) if pattern else _grown(evidence, coarse, alone, progress)
->>>>>>> main
     reached = ahead and (
         grown[0].fit.misfit <= OPEN * EXPLAINED
         or HOPELESS * grown[0].penalised <= coarse[0].penalised

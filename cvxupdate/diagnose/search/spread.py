@@ -27,6 +27,8 @@ def spread_out(
     """Fitted sets, and the best of them with a lump's second moment, carried on through ``legs``:
     before anything is sought beside a point, for what that leaves is imitated by lumps elsewhere,
     and by material that grows lighter."""
+    if not known or evidence.clear(known[0].fit):
+        return list(known)
     tried = {h.keys for h in known}
     seeds = [s for h in known[:ZONED] for s in spread_seeds(evidence, h, tried)]
     if not seeds:
