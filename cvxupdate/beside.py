@@ -80,28 +80,45 @@ def compared(
     )
 
 
-def beside(
-    spec: Spec, model: Model, recordings: Sequence[Recording], found: Diagnosis
-) -> Beside | None:
-    """What the page of a diagnosis shows of the two models; None where they cannot be compared.
-    Beside a reference state the recordings of the other one, which the diagnosis is of."""
-    from cvxupdate.correlate.compare import geometry_of
-    from cvxupdate.diagnose.shown import Beside
+def reopened(spec: Spec, found: Diagnosis) -> tuple[Spec, Model] | None:
+    """The updated model of a diagnosis as its file will be read; None where there is none.
+
+    Raises
+    ------
+    CvxupdateError
+        Where it is no structure.
+    """
     from cvxupdate.fe.analysis import as_stated
     from cvxupdate.fe.build import build_model
+    from cvxupdate.spec import read_text
+
+    if found.updated is None:
+        return None
+    other = read_text(found.updated.text, spec.path)
+    return other, as_stated(other, build_model(other))
+
+
+def beside(
+    spec: Spec,
+    model: Model,
+    recordings: Sequence[Recording],
+    found: Diagnosis,
+    after: tuple[Spec, Model] | None = None,
+) -> Beside | None:
+    """What the page of a diagnosis shows of the two models; None where they cannot be compared.
+    Beside a reference state the recordings of the other one, which the diagnosis is of. ``after``:
+    its updated model, where that was reopened before."""
+    from cvxupdate.correlate.compare import geometry_of
+    from cvxupdate.diagnose.shown import Beside
     from cvxupdate.recordings.states import REFERENCE
     from cvxupdate.recordings.types import ModeTable
-    from cvxupdate.spec import read_text
 
     sensors, forces = measured_at(recordings)
     where = Beside(geometry_of(spec, model), sensors, forces, (), untried(spec, found))
     today = [r for r in recordings if r.origin.state != REFERENCE] or recordings
     tables = [r for r in today if isinstance(r, ModeTable)]
     try:
-        after: tuple[Spec, Model] | None = None
-        if found.updated is not None:
-            other = read_text(found.updated.text, spec.path)
-            after = other, as_stated(other, build_model(other))
+        after = reopened(spec, found) if after is None else after
         if not tables:
             return replace(where, modes=_of_models(model, after and after[1], _top(recordings)))
         first = compared(spec, model, tables)

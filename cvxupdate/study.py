@@ -249,9 +249,10 @@ def diagnose(
     InputError
         For a fault of the input, or when there is no recording to fit.
     """
-    from cvxupdate.beside import beside, compared
+    from cvxupdate.beside import beside, compared, reopened
     from cvxupdate.correlate.plausible import examine
     from cvxupdate.diagnose import diagnose_problem
+    from cvxupdate.errors import CvxupdateError
     from cvxupdate.fe.analysis import as_stated
     from cvxupdate.physics.known import refuse_unknown
     from cvxupdate.recordings.load import load_recordings
@@ -269,8 +270,12 @@ def diagnose(
     def again(other: Spec, changed: Model) -> Compared:  # nothing is read a second time
         return compared(other, changed, load_recordings(other, known=known))
 
+    try:
+        after = reopened(spec, found)
+    except CvxupdateError:
+        after = None
     return replace(
-        with_refined(found, spec, again),
+        with_refined(found, spec, after, again),
         warnings=warnings,
-        beside=beside(spec, model, recordings, found),
+        beside=beside(spec, model, recordings, found, after),
     )

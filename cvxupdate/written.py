@@ -43,27 +43,26 @@ def updated_file(spec: Spec, model: Model, p: Sequence[float]) -> Written | None
 def with_refined(
     found: Diagnosis,
     spec: Spec,
+    after: tuple[Spec, Model] | None,
     compared: Callable[[Spec, Model], Compared],
 ) -> Diagnosis:
-    """With the updated model on a finer mesh where that comes closer to the recordings in
-    `correlate`, and the figures of both; ``compared`` is `correlate` of an opened problem."""
+    """With the updated model (``after``, reopened) on a finer mesh where that comes closer to the
+    recordings in `correlate`, and the figures of both; ``compared`` is `correlate` of an opened
+    problem."""
     from cvxupdate.diagnose.output.refine import finer, finer_file, shift
-    from cvxupdate.fe.analysis import as_stated
     from cvxupdate.fe.build import build_model
-    from cvxupdate.spec import read_text
 
-    if found.updated is None:
+    if after is None:
         return found
     try:
-        coarse = read_text(found.updated.text, spec.path)
+        coarse, model = after
         if coarse.model.refine is not None and spec.model.refine is None:
-            stated = compared(coarse, as_stated(coarse, build_model(coarse)))
+            stated = compared(coarse, model)
             return replace(found, evidence=(*found.evidence, *_as_written(found, stated)))
         fine = finer(coarse)
         if fine is None:
             return found
-        specs = [coarse, fine]
-        models = [build_model(s) for s in specs]
+        specs, models = [coarse, fine], [build_model(s) for s in (coarse, fine)]
         if shift(*models) < MESH_MATTERS:
             return found
         both = [compared(s, m).fit for s, m in zip(specs, models, strict=True)]

@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from cvxupdate.diagnose.settings import AS_LIKELY
 from cvxupdate.fe.model import Model
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.fault import Fault
@@ -24,7 +25,8 @@ class Finding:
 
     ``title``: effect and place as a thing ("an added mass at node 5"); ``noise_deviations``: of
     the recordings alone, where ``deviations`` includes what the model leaves open; ``explains``:
-    its part of the misfit beyond noise, 0 to 1.
+    its part of the misfit beyond noise, 0 to 1; ``behind``: how many times less likely each
+    ``equivalent`` is (none: all are as likely).
     """
 
     physics: str
@@ -37,11 +39,25 @@ class Finding:
     explains: float
     equivalent: tuple[Effect, ...]
     says: str
+    behind: tuple[float, ...] = ()
 
     @property
     def alternatives(self) -> tuple[str, ...]:
-        """The equivalents in words."""
-        return tuple(e.title for e in self.equivalent)
+        """The equivalents in words that are about as likely as what is found."""
+        return tuple(e.title for e, odds in self._weighed() if odds < np.exp(AS_LIKELY))
+
+    @property
+    def unlikelier(self) -> tuple[str, ...]:
+        """Those against which the recordings say something, but nothing strong."""
+        return tuple(
+            f"{e.title} ({odds:.0f} times less likely)"
+            for e, odds in self._weighed()
+            if odds >= np.exp(AS_LIKELY)
+        )
+
+    def _weighed(self) -> list[tuple[Effect, float]]:
+        odds = self.behind or (1.0,) * len(self.equivalent)
+        return list(zip(self.equivalent, odds, strict=True))
 
     def to_json(self) -> dict[str, Any]:
         """The contract's entry of ``findings``."""
@@ -54,7 +70,8 @@ class Finding:
             "confidence": self.confidence,
             "explains": self.explains,
             "equivalent": [
-                {"physics": e.physics, "location": e.place.to_json()} for e in self.equivalent
+                {"physics": e.physics, "location": e.place.to_json(), "odds": round(odds, 2)}
+                for e, odds in self._weighed()
             ],
             "says": self.says,
         }

@@ -115,9 +115,7 @@ class Block:
         """
         c = self.kind.coefficients(properties)
         p = properties
-        lossy, rayleigh_m, rayleigh_k = (
-            bool(np.any(p[k] != 0.0)) for k in ("eta", "alpha", "beta")
-        )
+        lossy, rayleigh_m, rayleigh_k = (bool(p[k].any()) for k in ("eta", "alpha", "beta"))
         out: list[tuple[str, int, Values]] = []
         for i, term in enumerate(self.terms):
             v = c[term.coefficient]

@@ -71,7 +71,7 @@ class Problem:
         return np.asarray(self.M @ self.R)[self.free]
 
     def _cut(self, A: sp.csc_array) -> sp.csc_array:
-        return sp.csc_array(A[self.free][:, self.free]) if len(self.held) else sp.csc_array(A)
+        return sp.csc_array(A[self.free][:, self.free]) if len(self.held) else A
 
     def inertia(self, x: Real) -> Real:
         """M̃ x."""

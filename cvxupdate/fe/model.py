@@ -4,6 +4,7 @@ parameter values ``p``."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -110,7 +111,7 @@ class Model:
     def matrices(self, p: ArrayLike | None = None) -> Matrices:
         """K, M, C, D at ``p`` (complex ``p`` gives complex matrices, for complex-step checks)."""
         props = self.properties(p)
-        dtype = complex if any(np.iscomplexobj(v) for d in props for v in d.values()) else float
+        dtype = complex if p is not None and np.iscomplexobj(p) else float
         data = {m: np.zeros(len(self._pattern.indices), dtype=dtype) for m in "KMCD"}
         members = []
         for block, values, inverse in zip(self.blocks, props, self._pattern.inverse, strict=True):
@@ -120,7 +121,7 @@ class Model:
                 data[matrix] += _count(inverse.places, flat, len(data[matrix]))
             if block.exact is not None:
                 members.append(Member(block, values, batches, inverse.keep, inverse.places))
-        filled = {m: self._pattern.fill(d, self.size) for m, d in data.items()}
+        filled = {m: self._pattern.fill(d) for m, d in data.items()}
         if not members:
             return Matrices(**filled)
         beyond = Beyond(tuple(members), self._pattern.indices, self._pattern.indptr)
@@ -220,8 +221,20 @@ class _Pattern:
     indptr: Index
     inverse: tuple[_Scatter, ...]
 
-    def fill(self, data: NDArray[Any], size: int) -> sp.csc_array:
-        return sp.csc_array((data, self.indices, self.indptr), shape=(size, size))
+    @cached_property
+    def empty(self) -> sp.csc_array:
+        """The pattern with nothing in it."""
+        size = len(self.indptr) - 1
+        return sp.csc_array(
+            (np.zeros(len(self.indices)), self.indices, self.indptr), shape=(size, size)
+        )
+
+    def fill(self, data: NDArray[Any]) -> sp.csc_array:
+        """With ``data``: a copy of what was checked once, since the check costs more than the
+        matrices of a small model."""
+        out = copy(self.empty)
+        out.data = data
+        return out
 
 
 def _count(places: Index, values: NDArray[Any], length: int) -> NDArray[Any]:

@@ -93,6 +93,8 @@ def rounding(K: sp.csc_array, shapes: Real) -> Real:
 
 def mass_normalised(motions: Real, M: sp.csc_array) -> Real:
     """Columns that span the same motions with φᵀ M φ = 1, those without mass left out."""
+    if not motions.shape[1]:
+        return motions
     moved = motions.T @ (M @ motions)
     values, vectors = np.linalg.eigh((moved + moved.T) / 2)
     heavy = values > 1e-12 * (values.max(initial=0.0) or 1.0)

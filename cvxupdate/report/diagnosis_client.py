@@ -86,7 +86,7 @@ def untold(found: Diagnosis) -> dict[str, Any]:
     """What cannot be told from the findings beside their equivalents: ``alone`` says that there is
     nothing, ``apart`` the same of one finding beside others, ``rivals`` share the confidence."""
     rivals = rivals_of(found)
-    said = [f for f in found.findings if f.alternatives]
+    said = [f for f in found.findings if f.equivalent]
     alone = not said and not rivals
     return {
         "alone": NOTHING_ELSE.capitalize() if alone else "",

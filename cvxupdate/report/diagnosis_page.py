@@ -115,6 +115,7 @@ def finding_part(f: Any) -> dict[str, Any]:
         "confidence": f"{100 * f.confidence:.0f} %",
         "values": values_words(f.parameters, f.deviations, f.physics, f.place.dof),
         "equivalent": [capital(title) for title in f.alternatives],
+        "unlikelier": [capital(title) for title in f.unlikelier],
     }
 
 

@@ -41,6 +41,7 @@ def diagnosis_text(found: Diagnosis, folder: Path) -> RenderableType:
         parts += [
             Text(f"    cannot be told from: {title}", style="dim") for title in f.alternatives[:4]
         ]
+        parts += [Text(f"    not ruled out: {title}", style="dim") for title in f.unlikelier[:4]]
     parts += [
         Text(f"  explained about as well by: {line}", style="dim") for line in rivals_of(found)[:4]
     ]

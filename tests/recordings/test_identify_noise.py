@@ -45,8 +45,8 @@ def test_one_line_on_a_resonance_does_not_say_all():
 
 def test_modes_of_random_structures_without_stated_noise():
     """Development seeds, every kind of noise and damping: before it was estimated 256 of 293 modes
-    of forty cases were found, 28 missed, 30 invented, and 31 came twice."""
-    some = sum((tried(seed) for seed in range(40)), Count())
+    of forty such cases were found, 28 missed, 30 invented, and 31 came twice."""
+    some = sum((tried(seed) for seed in range(20)), Count())
     assert some.right >= 0.95 * some.whole
     assert some.missed + some.invented + some.doubled <= 0.07 * some.whole
 

@@ -12,18 +12,21 @@ from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.place import Place
 
 
-def equivalents(effect: Effect, best: Hypothesis, near: Sequence[Hypothesis]) -> tuple[Effect, ...]:
+def equivalents(
+    effect: Effect, best: Hypothesis, near: Sequence[Hypothesis]
+) -> list[tuple[Effect, int]]:
     """What may stand for ``effect``: the odd one out of each rival that shares all other effects
-    with the best; none of a rival that has the effect itself, in any form, and something beside."""
+    with the best, and which of ``near`` has it first; none of a rival that has the effect itself,
+    in any form, and something beside."""
     rest = best.keys - {effect.key}
-    out: dict[object, Effect] = {}
-    for rival in near:
+    out: dict[object, tuple[Effect, int]] = {}
+    for number, rival in enumerate(near):
         if not rest <= rival.keys or any(_same(other, effect) for other in rival.effects):
             continue
         for other in rival.effects:
             if other.key not in best.keys:
-                out.setdefault(other.key, other)
-    return tuple(out.values())
+                out.setdefault(other.key, (other, number))
+    return list(out.values())
 
 
 def _same(one: Effect, other: Effect) -> bool:

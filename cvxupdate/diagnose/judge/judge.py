@@ -169,12 +169,15 @@ def _findings(
 ) -> tuple[Finding, ...]:
     """The effects whose place is likelier than not, strongest first."""
     h = final.hypothesis
-    near = [w.hypothesis for w in rivals(final, field, case)]
+    near = rivals(final, field, case)
+    behind = [float(np.exp(log_odds(final, case) - log_odds(w, case))) for w in near]
     parts = _parts(case, final)
     out = []
     told = [k for k, s in enumerate(standings) if s.told]
     for k in sorted(told, key=lambda k: -parts[k]):
         effect, figures = h.effects[k], h.figures[k]
+        same = equivalents(effect, h, [w.hypothesis for w in near])
+        untold = standings[k].untold
         finding = Finding(
             effect.physics,
             effect.place,
@@ -184,8 +187,9 @@ def _findings(
             figures.noise,
             standings[k].confidence,
             parts[k],
-            (*equivalents(effect, h, near), *standings[k].untold),
+            (*(e for e, _ in same), *untold),
             effect.says(figures.values),
+            (*(behind[i] for _, i in same), *(1.0 for _ in untold)),
         )
         out.append(finding)
     return tuple(out)

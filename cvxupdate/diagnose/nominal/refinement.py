@@ -31,6 +31,7 @@ from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.analysis import Analysis, analysis_of, as_stated
 from cvxupdate.fe.analysis.corners import corner_nodes
+from cvxupdate.fe.analysis.piece import Piece
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, model_modes
 from cvxupdate.fe.select import has_property
@@ -104,8 +105,9 @@ def fine_enough(spec: Spec, file: Model, wanted: Wanted) -> Mesh:
     that they make."""
     if file.size > LARGEST:
         return PLAIN
+    pieces: dict[int, list[Piece]] = {}
     try:
-        found = analysis_of(spec, file, MESH_PARTS[0], solid=True)
+        found = analysis_of(spec, file, MESH_PARTS[0], True, pieces)
         if found is None:
             return PLAIN
         plain, model = _before(spec, file, found), found.on(file)
@@ -114,7 +116,7 @@ def fine_enough(spec: Spec, file: Model, wanted: Wanted) -> Mesh:
         for parts in MESH_PARTS[1:]:
             if left <= wanted.enough:
                 break
-            finer = analysis_of(spec, file, parts, solid=True)
+            finer = analysis_of(spec, file, parts, True, pieces)
             if finer is None:
                 break
             left = wanted.differ(model, finer.on(file))
@@ -249,11 +251,7 @@ def shift_between(coarse: Model, fine: Model, top: float, known: Modes | None = 
     shared = [(i, fine.place[x]) for i, x in enumerate(coarse.labels) if x in fine.place]
     mine, theirs = (np.array(x) for x in zip(*shared, strict=True))
     found = pair_modes(
-        dull.shapes[mine],
-        sharp.shapes[theirs],
-        dull.frequencies,
-        sharp.frequencies,
-        threshold=SURELY,
+        dull.shapes[mine], sharp.shapes[theirs], dull.frequencies, sharp.frequencies, SURELY
     )
     f, g = dull.frequencies[found.model], sharp.frequencies[found.measured]
     change = np.abs(f / g - 1.0)[g <= top]

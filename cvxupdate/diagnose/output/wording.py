@@ -231,7 +231,7 @@ def _finding_lines(judgement: Judgement, final: Weighed) -> list[str]:
         for e in final.hypothesis.effects
         if (e.physics, e.place) not in told
     ]
-    out += [_equivalents(f) for f in judgement.findings if f.equivalent]
+    out += [line for f in judgement.findings for line in _equivalents(f)]
     out += _next(judgement, final)
     others = [w for w in judgement.field if w is not final]
     out += [_other(evidence, final, w) for w in others[:RIVALS]]
@@ -277,9 +277,14 @@ def _next(judgement: Judgement, final: Weighed) -> list[str]:
     return [says] if says else []
 
 
-def _equivalents(f: Finding) -> str:
-    more = len(f.equivalent) - MOST
-    return f"These recordings do not tell {f.title} from " + (
-        ", ".join(e.title for e in f.equivalent[:MOST])
-        + (f" and {more} more." if more > 0 else ".")
+def _equivalents(f: Finding) -> list[str]:
+    told = (
+        (f"These recordings do not tell {f.title} from ", f.alternatives),
+        (f"Less likely than {f.title}, but not ruled out: ", f.unlikelier),
     )
+    return [begins + _few(titles) for begins, titles in told if titles]
+
+
+def _few(titles: Sequence[str]) -> str:
+    more = len(titles) - MOST
+    return ", ".join(titles[:MOST]) + (f" and {more} more." if more > 0 else ".")

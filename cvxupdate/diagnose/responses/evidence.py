@@ -15,7 +15,7 @@ from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted_at
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.nominal.mesh import mesh_line
-from cvxupdate.diagnose.nominal.refinement import Mesh, has_sheets, mesh_lines, mesh_notes
+from cvxupdate.diagnose.nominal.refinement import Mesh, mesh_lines, mesh_notes
 from cvxupdate.diagnose.nominal.supports import elements_of, on_the_file, regrown
 from cvxupdate.diagnose.nominal.theory import theory_lines
 from cvxupdate.diagnose.responses.columns import columns_of, delay_unit
@@ -43,28 +43,15 @@ from cvxupdate.diagnose.responses.setting import (
     with_damped,
 )
 from cvxupdate.diagnose.responses.updated import updated_model
+from cvxupdate.diagnose.responses.worth import may_leave
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised, Projection
-from cvxupdate.diagnose.settings import (
-    CLEAR,
-    EXPLAINED,
-    MOST_ALLOWANCE,
-    OPEN,
-    SHEET_DISCREPANCY,
-)
+from cvxupdate.diagnose.settings import CLEAR, EXPLAINED, OPEN
 from cvxupdate.diagnose.shown import Shown
-from cvxupdate.diagnose.types import (
-    Errors,
-    FiniteSize,
-    LevelChange,
-    Linear,
-    Progress,
-    Real,
-    Score,
-    Seed,
-)
+from cvxupdate.diagnose.types import Errors, FiniteSize, LevelChange, Linear, Progress, Score, Seed
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.synthesis.space import Space
+from cvxupdate.fe.terms import Real
 from cvxupdate.physics import candidates_of
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect
@@ -76,7 +63,8 @@ class ResponseEvidence(Linear):
     """What stays fixed while hypotheses come and go: the file's model (``original``, for its
     damping), the one with nuisance parameters, recordings, supports, effects to try;
     ``release(node, kind)`` is the nuisance model without one support, ``file`` the model as it
-    came, where a reference state was there to bring it to, ``came`` where its mesh was coarse."""
+    came, where a reference was there to bring it to, ``came`` where its mesh was coarse; ``bare``
+    what is known of effects on the bare model."""
 
     original: Model
     model: Model
@@ -89,6 +77,7 @@ class ResponseEvidence(Linear):
     file: Model | None = None
     budget: Budget = field(default_factory=Budget)
     came: Model | None = None
+    bare: dict[object, FiniteSize] = field(default_factory=dict)
 
     told_by = "responses"
 
@@ -136,8 +125,7 @@ class ResponseEvidence(Linear):
     @cached_property
     def _space(self) -> Space | None:
         """Where modes are sought, of a model on a mesh finer than the file's."""
-        there = self.model, self.model.zero(), self.data.top
-        return around(*there) if self.fine.finer else None
+        return around(self.model, self.model.zero(), self.data.top) if self.fine.finer else None
 
     @cached_property
     def _freed(self) -> Callable[[int, str], Model]:
@@ -163,7 +151,16 @@ class ResponseEvidence(Linear):
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
         """Every effect at every place of a model that the file has."""
         wanted = self.names if names is None else names
-        found = candidates_of(self.context(model), wanted, self.told_by)
+        if model is self.model:
+            return [c for c in self._on_it if c.physics in wanted]
+        return self._on(model, wanted)
+
+    @cached_property
+    def _on_it(self) -> list[Effect]:
+        return self._on(self.model, None)
+
+    def _on(self, model: Model, names: Sequence[str] | None) -> list[Effect]:
+        found = candidates_of(self.context(model), names, self.told_by)
         return on_the_file(found, self.model, self.file)
 
     def setting(
@@ -207,9 +204,13 @@ class ResponseEvidence(Linear):
     def finite_size(
         self, nominal: Fit, parent: Fit, placed: tuple[Effect, ...], effects: Sequence[Effect]
     ) -> FiniteSize:
-        """By weighted squares, less what nuisance parameters can take up."""
+        """By weighted squares, less what nuisance parameters take up; of the bare model once."""
+        key = (nominal.setting.level, nominal.p.tobytes(), tuple(e.key for e in effects))
+        if not placed and key in self.bare:
+            return self.bare[key]
         left = Projection.of(linearised(nominal.point))
-        return at_finite_sizes(self, Hypothesis(placed, nominal), effects, left, left)
+        found = at_finite_sizes(self, Hypothesis(placed, nominal), effects, left, left)
+        return found if placed else self.bare.setdefault(key, found)
 
     @property
     def approach(self) -> Guide:
@@ -225,22 +226,16 @@ class ResponseEvidence(Linear):
         return self._errors_at(found.point)
 
     def _errors_at(self, point: ResponsePoint) -> Errors:
-        signals = (self.data.sharp, self.data.sharp_hold_out)
-        return Errors(*(channel_errors(point, x) for x in signals))
+        d = self.data
+        return Errors(*(channel_errors(point, x) for x in (d.sharp, d.sharp_hold_out)))
 
     def relative(self, errors: Errors) -> float:
         """A fraction of the responses as it is."""
         return errors.worst
 
     def allowance(self, model: Model) -> float:
-        """What extrapolation to a fine mesh may miss, or on a finer one that mesh and the theory of
-        sheets (that of beams has parameters); frequencies in half-power bandwidths (2 ζ f)."""
-        base, finer = self.bases[-1], self.fine.finer
-        if not base.setting.damped or (finer and not has_sheets(self.model)):
-            return self.fine.left
-        missed = SHEET_DISCREPANCY if finer else self.data.mesh_of(model).missed(self.data.top)
-        damping = float(np.median(base.point.damping[base.point.owner]))
-        return self.fine.left + float(min(MOST_ALLOWANCE, missed / damping))
+        """What extrapolation to a fine mesh may miss, or on a finer one that mesh and theory."""
+        return may_leave(self.fine, self.data, self.bases[-1], model)
 
     def explained(self, found: Fit, errors: Errors) -> bool:
         """Within noise and the discrepancy of a sound model, or what the mesh may leave."""
@@ -288,11 +283,11 @@ class ResponseEvidence(Linear):
         return stated_errors(self.came or self.original, (*self.data.fit, *self.data.hold_out))
 
     def _contract(self, last: Fit) -> ContractErrors:
-        signals = (*self.data.sharp, *self.data.sharp_hold_out)
-        return ContractErrors(self.before, stated(last.point, signals))
+        d = self.data
+        return ContractErrors(self.before, stated(last.point, (*d.sharp, *d.sharp_hold_out)))
 
     def stated(self, last: Fit) -> tuple[Errors, Errors]:
-        """The contract's error: of the file as it came, and of the diagnosed model without mesh."""
+        """As the contract has it."""
         return self._contract(last).together()
 
     def metrics(self, last: Fit) -> dict[str, Any]:

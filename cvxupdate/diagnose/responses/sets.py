@@ -1,4 +1,9 @@
-"""Sets of elements at finite sizes, in the basis of the lowest modes."""
+"""Sets of elements at finite sizes, in the basis of the lowest modes.
+
+Of a set that changes much a derivative says little: where a model is far off, the one that explains
+nearly all may stand behind hundreds to first order. So all are tried at several sizes, on as few
+lines as smooth recordings need, and the best of them on every line.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +15,7 @@ import numpy as np
 from cvxupdate.diagnose.responses.few import Measure
 from cvxupdate.diagnose.responses.finite_size import SIZES
 from cvxupdate.diagnose.responses.point import ResponsePoint
-from cvxupdate.diagnose.responses.signals import Complex, Real
+from cvxupdate.diagnose.responses.signals import Complex, Real, thinned
 from cvxupdate.diagnose.screen.sizes import best_size
 from cvxupdate.diagnose.types import Score
 from cvxupdate.fe.synthesis.derivatives import modal_blocks
@@ -20,7 +25,9 @@ from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.low_rank import low_rank
 
 FINEST = 24  # sets whose sizes are refined
-SETS = 300  # sets of elements looked at: those with the largest first-order fractions
+EXACT = 100  # sets tried on every line
+SETS = 1500  # sets of elements looked at: those with the largest first-order fractions
+LINES = 64  # of smooth recordings on which sets are compared
 
 
 @dataclass(frozen=True)
@@ -58,43 +65,81 @@ class Today:
         return cls(r.q[:low] / r.inverse[:low, :, None], r.at[:low], y)
 
 
-def sets_of_elements(point: ResponsePoint, scores: Sequence[Score], left: Measure) -> list[Score]:
-    """The scores of factors with one parameter that act along many directions, sets of elements
-    first of all, each at the best of several sizes: those with the largest first-order
-    fractions."""
-    total = left.total
-    if total <= 0.0 or any(r.coupled for r in point.responses):
-        return []
-    weights = [1.0 / s.scale() for s in point.setting.signals]
-    few = min(point.low, *(len(r.q) for r in point.responses))
-    shapes = point.modes.shapes[:, :few]
-    today = [Today.of(r, few) for r in point.responses]
-    able = [s for s in scores if _is_factor(s.effect)]
+@dataclass(frozen=True)
+class Trial:
+    """A ``point`` with the ``weights`` of its rows and its responses ``today``, and what is
+    ``left`` beside a change of it."""
 
-    def tried(reduced: Reduced, score: Score, sizes: Real, rounds: int) -> Score | None:
+    point: ResponsePoint
+    weights: tuple[Real, ...]
+    today: tuple[Today, ...]
+    left: Measure
+
+    @classmethod
+    def of(cls, point: ResponsePoint, low: int, left: Measure) -> Trial:
+        """With so many modes."""
+        weights = tuple(1.0 / s.scale() for s in point.setting.signals)
+        return cls(point, weights, tuple(Today.of(r, low) for r in point.responses), left)
+
+    def sized(self, score: Score, reduced: Reduced, rounds: int) -> Score | None:
+        """At the best of several sizes, and of finer ones in so many ``rounds``; None where none
+        helps."""
+        change, (low, high) = score.effect.change, score.effect.limits
+        sizes = np.array([x for x in SIZES if low < x < high])
+
         def squares(p: Real) -> Real:
-            change = reduced.effect.change
             stiff = p if change is None else change.stiffness_of(p)
-            return left.remaining(
-                _weighted(point, weights, _changed(point, today, reduced, stiff, p))
-            )
+            moved = _changed(self.point, self.today, reduced, stiff, p)
+            return self.left.remaining(_weighted(self.point, self.weights, moved))
 
+        total = self.left.total
         best = best_size(squares, sizes, total, rounds)
         if best is None:
             return None
         return replace(score, fraction=1.0 - best[1] / total, p=np.array([best[0]]), exact=True)
 
-    found: list[tuple[Score, Real, Reduced]] = []
-    for score in sorted(able, key=lambda s: -s.fraction)[:SETS]:
-        low, high = score.effect.limits
-        sizes = np.array([x for x in SIZES if low < x < high])
-        reduced = Reduced.of(score.effect, shapes)
-        first = tried(reduced, score, sizes, 0)
-        if first is not None:
-            found.append((first, sizes, reduced))
-    best = sorted(found, key=lambda item: -item[0].fraction)
-    finer = [tried(reduced, score, sizes, 2) for score, sizes, reduced in best[:FINEST]]
-    return [*(s for s in finer if s is not None), *(score for score, _, _ in best[FINEST:])]
+
+def sets_of_elements(point: ResponsePoint, scores: Sequence[Score], left: Measure) -> list[Score]:
+    """The scores of factors with one parameter that act along many directions, sets of elements
+    first of all, each at the best of several sizes."""
+    if left.total <= 0.0 or any(r.coupled for r in point.responses):
+        return []
+    few = min(point.low, *(len(r.q) for r in point.responses))
+    able = sorted((s for s in scores if _is_factor(s.effect)), key=lambda s: -s.fraction)[:SETS]
+    reduced = _reduced([s.effect for s in able], point.modes.shapes[:, :few])
+    chosen = list(zip(able, reduced, strict=True))
+    thin = [thinned(s, LINES) for s in point.setting.signals]
+    rough = Trial.of(replace(point, setting=point.setting.on(thin)), few, left)
+    exact = Trial.of(point, few, left)
+    best = _ranked(exact, _ranked(rough, chosen)[:EXACT])
+    finer = [exact.sized(s, r, 2) for s, r in best[:FINEST]]
+    return [*(s for s in finer if s is not None), *(s for s, _ in best[FINEST:])]
+
+
+def _ranked(trial: Trial, sets: Sequence[tuple[Score, Reduced]]) -> list[tuple[Score, Reduced]]:
+    """Those that help at some size, the best first."""
+    found = ((trial.sized(s, r, 0), r) for s, r in sets)
+    able = [(s, r) for s, r in found if s is not None]
+    return sorted(able, key=lambda pair: -pair[0].fraction)
+
+
+def _reduced(effects: Sequence[Effect], shapes: Real) -> list[Reduced]:
+    """Of each effect; of sets of elements as the sums of those of single ones."""
+    alone: dict[tuple[str, int], Reduced] = {}
+    for e in effects:
+        if e.change is not None and e.change.additive and len(e.change.members) == 1:
+            alone[e.physics, e.change.members[0]] = Reduced.of(e, shapes)
+    out = []
+    for e in effects:
+        members = e.change.members if e.change is not None and e.change.additive else ()
+        parts = [alone.get((e.physics, i)) for i in members]
+        known = [p for p in parts if p is not None]
+        if known and len(known) == len(parts):
+            K, M = (np.sum([getattr(p, x) for p in known], axis=0) for x in "KM")
+            out.append(Reduced(e, K, M))
+        else:
+            out.append(Reduced.of(e, shapes))
+    return out
 
 
 def _is_factor(effect: Effect) -> bool:

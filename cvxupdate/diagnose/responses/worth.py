@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.mesh import mesh_error, shearing, stocky
 from cvxupdate.diagnose.nominal.refinement import (
@@ -11,6 +12,7 @@ from cvxupdate.diagnose.nominal.refinement import (
     Mesh,
     Wanted,
     fine_enough,
+    has_sheets,
     wants_finer,
     with_theory_of,
 )
@@ -18,7 +20,13 @@ from cvxupdate.diagnose.responses.data import Data
 from cvxupdate.diagnose.responses.errors import averaged, noise_errors, norms
 from cvxupdate.diagnose.responses.setting import setting_for
 from cvxupdate.diagnose.responses.signals import Complex
-from cvxupdate.diagnose.settings import MESH_NOISE, RESPONSE_DISCREPANCY, UNEXPLAINED
+from cvxupdate.diagnose.settings import (
+    MESH_NOISE,
+    MOST_ALLOWANCE,
+    RESPONSE_DISCREPANCY,
+    SHEET_DISCREPANCY,
+    UNEXPLAINED,
+)
 from cvxupdate.fe.analysis import DIVIDED
 from cvxupdate.fe.model import Model
 from cvxupdate.spec import Spec
@@ -74,3 +82,14 @@ def _coarse_rods(spec: Spec, bare: Model, top: float, zeta: float) -> bool:
     if {b.kind.name for b in bare.blocks} & set(DIVIDED) != {"rod"}:
         return False
     return mesh_error(spec, bare, top).missed(top) > RESPONSE_DISCREPANCY * zeta
+
+
+def may_leave(fine: Mesh, data: Data, base: Fit, model: Model) -> float:
+    """Part of the responses of a model that extrapolation to a fine mesh may miss, or on a finer
+    one that mesh and the theory of sheets (that of beams has parameters); frequencies in half-power
+    bandwidths (2 ζ f) of the fit with nuisance parameters alone."""
+    if not base.setting.damped or (fine.finer and not has_sheets(model)):
+        return fine.left
+    missed = SHEET_DISCREPANCY if fine.finer else data.mesh_of(model).missed(data.top)
+    damping = float(np.median(base.point.damping[base.point.owner]))
+    return fine.left + float(min(MOST_ALLOWANCE, missed / damping))

@@ -64,6 +64,8 @@ def exchanged(
         if best is None:
             break
         seeds: list[Seed] = []
+        whole = at_level(evidence, best, SEVERAL_LEVEL)
+        beside = placeable(evidence.candidates(whole.fit.setting.model), whole)
         for k in range(len(best.effects)):
             if evidence.hurried:
                 evidence.leave(EXCHANGED)
@@ -72,7 +74,7 @@ def exchanged(
             if rest is not None:
                 progress(f"seeking in place of {best.effects[k].name}")
                 seeds += _seeds(evidence, best, k, rest)
-                seeds += in_other_words(evidence, best, k, progress)
+                seeds += in_other_words(evidence, whole, beside, k, progress)
         more = raced(evidence, entered(evidence, seeds, progress), LEGS, progress)
         found = merged(found, more)
         ahead = likeliest(more)
@@ -104,14 +106,17 @@ def _seeds(evidence: Evidence, best: Hypothesis, number: int, rest: Hypothesis) 
 
 
 def in_other_words(
-    evidence: Evidence, best: Hypothesis, number: int, progress: Progress
+    evidence: Evidence,
+    whole: Hypothesis,
+    effects: Sequence[Effect],
+    number: int,
+    progress: Progress,
 ) -> list[Seed]:
-    """Other effects at the very place of one of the best set, and the same on elements of which it
-    has some, from the sizes at which they do as much: beside the whole set both are fitted to the
-    end, and the one that was there is taken out. Begun beside the rest alone their sizes overshoot,
-    and in the first pass they are left behind."""
-    whole, own = at_level(evidence, best, SEVERAL_LEVEL), best.effects[number]
-    effects = placeable(evidence.candidates(whole.fit.setting.model), whole)
+    """Of ``effects`` beside the ``whole`` set others at the very place of one of its own, and the
+    same on elements of which it has some, from the sizes at which they do as much: both are fitted
+    to the end, and the one that was there is taken out. Begun beside the rest alone their sizes
+    overshoot, and in the first pass they are left behind."""
+    own = whole.effects[number]
     here = [e for e in effects if e.physics != own.physics and _same(e.place, own.place)]
     near = [e for e in effects if e.physics == own.physics and _overlap(e.place, own.place)]
     scores = shortlist(evidence.first_order(whole.fit, here), SHORT, 1)

@@ -29,6 +29,7 @@ from cvxupdate.diagnose.settings import (
     STAYING,
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Score, Seed
+from cvxupdate.physics.effect import MOTION
 
 INSTEAD = "other effects where the best single ones stand"
 SETS, MORE = "pairs of effects, at least some of them", "sets of three effects and more"
@@ -37,22 +38,30 @@ SETS, MORE = "pairs of effects, at least some of them", "sets of three effects a
 @dataclass
 class Pool:
     """Hypotheses that were refitted together, of each the best fit; ``settled`` are not begun
-    again."""
+    again, nor anything where it was ``begun`` before."""
 
     evidence: Evidence
     progress: Progress
     found: dict[frozenset[Key], Hypothesis] = field(default_factory=dict)
     settled: set[frozenset[Key]] = field(default_factory=set)
+    begun: set[tuple[frozenset[Key], bytes]] = field(default_factory=set)
 
     def refit(self, seeds: Sequence[Seed]) -> None:
         """Enter them; the best go on to the level of the search. What was entered before is once
         more: beside another fit it begins elsewhere, and where it got stuck says nothing of it."""
         own = [s for s in seeds if s.keys not in self.settled and len(s.keys) == len(s.effects)]
+        own = [s for s in own if (s.keys, s.start.tobytes()) not in self.begun]
+        self.begun.update((s.keys, s.start.tobytes()) for s in own)
         entries = entered(self.evidence, own, self.progress)
         for h in raced(self.evidence, entries, ((SEVERAL_LEVEL, PARTNERS),), self.progress):
             known = self.found.get(h.keys)
             if known is None or h.penalised < known.penalised:
                 self.found[h.keys] = h
+
+    @property
+    def clear(self) -> bool:
+        """Whether one of them leaves nothing."""
+        return any(self.evidence.clear(h.fit) for h in self.found.values())
 
     @property
     def best(self) -> Hypothesis | None:
@@ -87,7 +96,8 @@ def pairs(
     evidence: Evidence, singles: Sequence[Hypothesis], parents: int, progress: Progress
 ) -> list[Hypothesis]:
     """The best pairs of effects, sharpened, best first; ``singles`` are fitted, best first, of
-    which ``parents`` are firsts."""
+    which ``parents`` are firsts. One that leaves nothing is as it is: others that do as well are
+    found by the exchange at its fit (`cvxupdate.diagnose.search.exchange`)."""
     pool = Pool(evidence, progress)
     for parent in _close(singles)[:parents]:
         if evidence.hurried:
@@ -95,10 +105,12 @@ def pairs(
             break
         progress(f"seeking beside {parent.name}")
         pool.refit(beside(evidence, parent))
-        if any(evidence.clear(h.fit) for h in pool.found.values()):
-            break  # others that would do as well are found by the exchange
+        if pool.clear:
+            break
     exchanged: set[frozenset[Key]] = set()
     for _ in range(ROUNDS):
+        if pool.clear and evidence.told_by != MOTION:  # there nothing is exchanged
+            break
         if evidence.hurried:
             evidence.leave(SETS)
             break

@@ -10,6 +10,7 @@ rigid motions are those of the nodes (hierarchical shapes: Szabó and Babuška 1
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -38,7 +39,7 @@ class Edge:
     line: bool = False
     clamped: bool = False
 
-    @property
+    @cached_property
     def axes(self) -> tuple[Real, Real, Real, float]:
         """Unit vector along it, two across (the second as upright as can be), and its length."""
         along = self.end - self.start
@@ -47,8 +48,9 @@ class Edge:
         upright = np.array([0.0, 0.0, 1.0]) if abs(e[2]) < 0.9 else np.array([0.0, 1.0, 0.0])
         second = upright - (upright @ e) * e
         second /= np.linalg.norm(second)
-        return e, np.cross(second, e), second, length
+        return e, _cross(second) @ e, second, length
 
+    @cached_property
     def names(self) -> list[tuple[str, Real]]:
         """(kind and number, direction) of its further coordinates."""
         e, one, two, _ = self.axes
@@ -93,24 +95,22 @@ class Edge:
     def further(self, t: float) -> Real:
         """(6, coordinates): the same by a unit of each of `names`."""
         e, _, _, length = self.axes
-        columns = []
-        for name, d in self.names():
+        turn, out = _cross(e), np.zeros((6, len(self.names)))
+        for j, (name, d) in enumerate(self.names):
             word, k = name[:-1], int(name[-1])
-            u, r = np.zeros(3), np.zeros(3)
             if word == "stretch":
-                u = _bubble(t, k) * d
+                out[:3, j] = _bubble(t, k) * d
             elif word == "twist":
-                r = _bubble(t, k) * d / length
+                out[3:, j] = _bubble(t, k) * d / length
             elif word == "bend":
                 w, slope = _flat(t, k)
-                u, r = w * d, slope / length * np.cross(e, d)
+                out[:3, j], out[3:, j] = w * d, slope / length * (turn @ d)
             elif k == 0:  # constant shear along a beam: what its ends' rotations lack
                 w = t - t**2 * (3.0 - 2.0 * t)
-                u, r = w * d, -6.0 * t * (1.0 - t) / length * np.cross(e, d)
+                out[:3, j], out[3:, j] = w * d, -6.0 * t * (1.0 - t) / length * (turn @ d)
             else:
-                u = _bubble(t, k - 1) * d
-            columns.append(np.concatenate([u, r]))
-        return np.stack(columns, axis=1)
+                out[:3, j] = _bubble(t, k - 1) * d
+        return out
 
 
 def _cross(e: Real) -> Real:
@@ -135,6 +135,7 @@ def _hermite(t: float, length: float) -> tuple[Real, Real]:
     return np.array(w), np.array(slope)
 
 
+@cache  # of few points, the same ones on every edge
 def _bubble(t: float, k: int) -> float:
     """t (1 − t) times a Legendre polynomial."""
     return float(
@@ -142,6 +143,7 @@ def _bubble(t: float, k: int) -> float:
     )
 
 
+@cache
 def _flat(t: float, k: int) -> tuple[float, float]:
     """t² (1 − t)² times a Legendre polynomial, and its derivative."""
     x = 2.0 * t - 1.0

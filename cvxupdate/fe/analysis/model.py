@@ -79,12 +79,19 @@ class Analysis:
         return tuple(dict.fromkeys(x.family for x in self.inner))
 
 
-def analysis_of(spec: Spec, file: Model, parts: int, solid: bool = False) -> Analysis | None:
+def analysis_of(
+    spec: Spec,
+    file: Model,
+    parts: int,
+    solid: bool = False,
+    known: dict[int, list[Piece]] | None = None,
+) -> Analysis | None:
     """With every edge of every element in so many ``parts``; None where there is no element that
     can be divided. Where errors are of second order in the length of a part, from half as many and
     as many to the limit (Richardson 1911). ``solid``: sheets with what Kirchhoff leaves out of a
     solid (`cvxupdate.fe.analysis.solid`), beams with what centre lines leave out of a frame
-    (`cvxupdate.fe.analysis.corners`: nothing unless the property ``corner`` is moved).
+    (`cvxupdate.fe.analysis.corners`: nothing unless the property ``corner`` is moved). ``known``:
+    pieces by their parts that were made before, to which these are added.
 
     Raises
     ------
@@ -99,13 +106,11 @@ def analysis_of(spec: Spec, file: Model, parts: int, solid: bool = False) -> Ana
             f"Finer elements need each edge in at least {FEWEST} parts, for half as many tell how "
             f"far they are from the limit; got {parts}."
         )
-    coarse, fine = (
-        [
-            unstrained(file, p)
-            for p in _level(spec, file, {t: n * LINES.get(t, 1) for t in types}, solid)
-        ]
-        for n in (parts // 2, parts)
-    )
+    known = {} if known is None else known
+    for n in {parts // 2, parts} - set(known):
+        level = _level(spec, file, {t: n * LINES.get(t, 1) for t in types}, solid)
+        known[n] = [unstrained(file, p) for p in level]
+    coarse, fine = known[parts // 2], known[parts]
     pieces = [limit(file, a, b) for a, b in zip(coarse, fine, strict=True)]
     resisted = _resisted(pieces)
     inner = {x.label: x for p in pieces for row in p.inner for x in row if x.label in resisted}

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as la
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from cvxupdate.errors import ModelError
@@ -37,7 +38,7 @@ def inner_of(edges: Sequence[Edge], number: int, node: int, inside: Index) -> li
     """The coordinates of an element in the order of its `matrices`."""
     out = []
     for edge in edges:
-        for family, d in edge.names():
+        for family, d in edge.names:
             shift = 3 if family.startswith("twist") else 0
             kinds = [KINDS[shift + k] for k in range(3) if abs(d[k]) > ALONG]
             ends = tuple(f"n{n}.{k}" for n in (edge.a, edge.b) for k in kinds) if edge.rim else ()
@@ -77,7 +78,8 @@ def matrices(
         energy = np.einsum("ij,ij->j", X, stiff @ X)
         used = np.flatnonzero(energy > NOTHING * max(float(energy.max()), 1e-300))
         P = np.hstack([P, X[:, used] / np.abs(X[:, used]).max(axis=0)])
-    return tuple(_symmetric(P.T @ (t @ P)) for t in parts.terms), used
+    # of the parts of an element each is tied to a few neighbours
+    return tuple(_symmetric(P.T @ (sp.csr_array(t) @ P)) for t in parts.terms), used
 
 
 def _symmetric(A: Real) -> Real:
@@ -89,7 +91,16 @@ def _following(
 ) -> tuple[Real, NDArray[np.bool_]]:
     """(rows of the DOFs at nodes of the file and on edges, True for those inside)."""
     at = {frozenset((e.a, e.b)): k for k, e in enumerate(edges)}
-    firsts = np.cumsum([len(column), *(len(e.names()) for e in edges)])
+    firsts = np.cumsum([len(column), *(len(e.names) for e in edges)])
+    own = [
+        [
+            (shift + j, column[x])
+            for n, shift in ((e.a, 0), (e.b, 6))
+            for j, word in enumerate(KINDS)
+            if (x := f"n{n}.{word}") in column
+        ]
+        for e in edges
+    ]
     P = np.zeros((len(dofs), int(firsts[-1])))
     inside = np.zeros(len(dofs), dtype=bool)
     found: dict[int, tuple[Real, Real]] = {}
@@ -107,10 +118,8 @@ def _following(
         if node not in found:
             found[node] = edge.followed(ends[edge.b]), edge.further(ends[edge.b])
         follows, further = found[node]
-        for n, shift in ((edge.a, 0), (edge.b, 6)):
-            for j, word in enumerate(KINDS):
-                if f"n{n}.{word}" in column:
-                    P[i, column[f"n{n}.{word}"]] += follows[kind, shift + j]
+        for j, at_end in own[k]:
+            P[i, at_end] += follows[kind, j]
         P[i, firsts[k] : firsts[k + 1]] = further[kind]
     return P, inside
 

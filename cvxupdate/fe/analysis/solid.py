@@ -114,14 +114,16 @@ def _twist(
     """1/m: the same of free edges too short for that: of each the mean over the element."""
     (term,) = (t for t in block.terms if t.coefficient == "Dxy")
     nodes = _nodes(block, rows)
-    area = sum(_area(corners) for corners in fine.model.xyz[nodes])
+    area = float(_areas(fine.model.xyz[nodes]).sum())
     short = [e.axes[3] for e in edges if e.rim and e.turns and e.axes[3] < APART * thick]
     whole = summed(block, rows, dofs, term.values[block.geometry[rows]])  # of 4 w_xy²
     return np.asarray(-sum(short) / (4.0 * area) * whole)
 
 
-def _area(corners: Real) -> float:
-    return float(np.linalg.norm(np.cross(corners[1] - corners[0], corners[3] - corners[0])))
+def _areas(corners: Real) -> Real:
+    """Of parallelograms with corners (parts, 4, 3)."""
+    one, other = corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
+    return np.asarray(np.linalg.norm(np.cross(one, other), axis=1))
 
 
 def _spread(line: Sequence[int], apart: float) -> Sequence[int]:
@@ -135,13 +137,11 @@ def _spread(line: Sequence[int], apart: float) -> Sequence[int]:
 def _turning(fine: Fine, block: Block, rows: Index, dofs: Index) -> Real:
     """m²: the area that turns with each rotation about an axis in the sheet."""
     model, area = fine.model, np.zeros(len(dofs))
-    place = {int(d): i for i, d in enumerate(dofs)}
-    nodes = _nodes(block, rows)
-    for own, corners in zip(block.dofs[rows], model.xyz[nodes], strict=True):
-        size = _area(corners)
-        for d in own[own >= 0].tolist():
-            if model.dof_kind[d] >= 3:
-                area[place[d]] += size / 4.0
+    sizes = _areas(model.xyz[_nodes(block, rows)])
+    own = block.dofs[rows]
+    felt = (own >= 0) & (model.dof_kind[own] >= 3)
+    at = np.searchsorted(dofs, own[felt])
+    np.add.at(area, at, np.broadcast_to(sizes[:, None] / 4.0, own.shape)[felt])
     return np.diag(area)
 
 

@@ -22,15 +22,18 @@ def test_equivalents_are_the_odd_ones_out_of_rivals_that_share_the_rest() -> Non
     a, b, c, d = (effect(nodes=(n,)) for n in (1, 2, 3, 4))
     best = supposed(BEST, a, b)
     others = [supposed(BEST, *pair) for pair in ((c, b), (a, d), (c, d), (b, c))]
-    assert equivalents(a, best, others) == (c,)
-    assert equivalents(b, best, others) == (d,)
-    assert equivalents(a, supposed(BEST, a), [supposed(BEST, c), supposed(BEST, d)]) == (c, d)
+    assert equivalents(a, best, others) == [(c, 0)]
+    assert equivalents(b, best, others) == [(d, 1)]
+    assert equivalents(a, supposed(BEST, a), [supposed(BEST, c), supposed(BEST, d)]) == [
+        (c, 0),
+        (d, 1),
+    ]
 
 
 def test_what_a_rival_has_beside_the_effect_stands_for_nothing() -> None:
     """The strangers' lump was said not to be told from a stiffness that went beside it."""
     a, b, c = (effect(nodes=(n,)) for n in (1, 2, 3))
-    assert equivalents(a, supposed(BEST, a), [supposed(BEST, a, b), supposed(BEST, c)]) == (c,)
+    assert equivalents(a, supposed(BEST, a), [supposed(BEST, a, b), supposed(BEST, c)]) == [(c, 1)]
 
 
 def test_places_overlap_where_they_share_most_of_their_elements_or_a_node() -> None:

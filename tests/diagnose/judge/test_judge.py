@@ -92,6 +92,16 @@ def test_rivals_are_equivalents_and_share_the_confidence() -> None:
     assert found.findings[0].alternatives == (alike.title,) == ("some added mass at node 1",)
 
 
+def test_a_rival_that_is_less_likely_is_not_said_to_be_untold() -> None:
+    """Misfits of 1 and 1.25 of twenty figures: 9 times less likely, and no strong evidence."""
+    found = judged(EVIDENCE, [supposed(GOOD, A), supposed(replace(GOOD, misfit=1.25), B)])
+    (finding,) = found.findings
+    assert finding.equivalent == (B,) and finding.alternatives == ()
+    assert finding.unlikelier == (f"{B.title} (9 times less likely)",)
+    (entry,) = finding.to_json()["equivalent"]
+    assert entry["odds"] == pytest.approx(1.25**10, abs=0.01)
+
+
 @pytest.mark.parametrize(("next_", "claimed"), [(1.01, False), (1.3, True)])
 def test_confidence_below_what_is_stated_is_not_claimed(next_: float, claimed: bool) -> None:
     """An explained single effect is told where it is likelier than not: among eight others it

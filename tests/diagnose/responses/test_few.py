@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.responses.few import Few, Tunings
+from cvxupdate.diagnose.responses.few import Few, Tunings, _inverse
 from cvxupdate.diagnose.responses.setting import setting_for
 from cvxupdate.physics.low_rank import low_rank
 from tests.diagnose.responses.undamped import UNDAMPED, candidates, without_damping
@@ -56,3 +56,12 @@ def test_tunings_of_a_place_are_tried_together(make_scene):
     together = few.tuned(Tunings(changes), sizes)
     each = np.hstack([few.rows(change, sizes) for change in changes])
     np.testing.assert_allclose(together, each, rtol=1e-12, atol=1e-12 * np.abs(each).max())
+
+
+def test_two_rows_are_inverted_in_closed_form():
+    rng = np.random.default_rng(3)
+    for r in (2, 3):
+        A = rng.normal(size=(5, 4, r, r)) + 1j * rng.normal(size=(5, 4, r, r))
+        np.testing.assert_allclose(_inverse(A), np.linalg.inv(A), rtol=1e-9)
+        with pytest.raises(np.linalg.LinAlgError):
+            _inverse(np.zeros((1, r, r), dtype=complex))

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from cvxupdate.diagnose.responses import sets
 from cvxupdate.diagnose.responses.finite_size import few_directions
 from cvxupdate.diagnose.responses.first_order import first_order, linearised
 from cvxupdate.diagnose.responses.sets import (
@@ -71,3 +74,33 @@ def test_a_set_s_size_is_found_too(make_scene):
     assert {len(s.effect.change.members) for s in exact} > {
         1
     }  # single elements by the closed form, sets in the modes
+
+
+def test_the_right_set_is_found_wherever_it_stands_to_first_order(make_scene, monkeypatch):
+    """On few lines all are compared; on all lines, here, only the best of these."""
+    monkeypatch.setattr(sets, "EXACT", 1)
+    monkeypatch.setattr(sets, "LINES", 40)
+    model, start, signals, context = make_scene(k=(1.0, 0.55, 0.55, 1.0))
+    setting = setting_for(start, model, signals, 75.0)
+    point = setting.evaluate(np.zeros(len(setting.columns)))
+    left = Projection.of(linearised(point))
+    ranked = first_order(point, candidates(context, "stiffness_change"), left)
+    members = [s.effect.change.members for s in ranked]
+    assert (102, 103) in members
+    last = [
+        replace(s, fraction=-1.0 if m == (102, 103) else s.fraction)
+        for s, m in zip(ranked, members, strict=True)
+    ]
+    (found,) = sets_of_elements(point, last, left)
+    assert found.effect.change.members == (102, 103)
+    assert found.p[0] == pytest.approx(-0.45, abs=0.05)
+
+
+def test_a_set_in_the_modes_is_the_sum_of_its_elements(make_scene):
+    model, start, signals, context = make_scene()
+    point = without_damping(start, model, signals)
+    effects = candidates(context, "stiffness_change")
+    assert any(len(e.change.members) == 1 for e in effects)
+    for e, mine in zip(effects, sets._reduced(effects, point.modes.shapes), strict=True):
+        alone = Reduced.of(e, point.modes.shapes)
+        np.testing.assert_allclose(mine.K, alone.K, atol=1e-9 * np.abs(alone.K).max())

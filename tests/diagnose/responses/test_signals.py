@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cvxupdate.diagnose.responses.signals import Signal, smoothed
+from cvxupdate.diagnose.responses.signals import Signal, smoothed, thinned
 
 M, K, C = 1.3, 1.3 * (2 * np.pi * 11.0) ** 2, 2 * 0.004 * 1.3 * 2 * np.pi * 11.0
 
@@ -69,3 +69,15 @@ def test_smoothing_carries_a_response_into_the_half_plane():
         "the peak is lowered to what it is at δ"
     )
     np.testing.assert_allclose(signal.Y[:, 0, 0], modelled, rtol=1e-10)
+
+
+def test_a_smoothed_response_needs_few_points():
+    """Fewer than resonances are wide; a sharp recording, and one of so few, stay."""
+    f = np.arange(2.0, 24.0, 0.05)
+    whole = smoothed(lines_of(receptance(2j * np.pi * f), f), 0.15)
+    few = thinned(whole, 64)
+    assert len(few.s) == 64 < len(whole.s) / 6
+    exact, near = (s.carry @ receptance(s.s) for s in (whole, few))
+    assert np.abs(near - exact).max() < 0.125 * np.abs(exact).max()
+    sharp = lines_of(receptance(2j * np.pi * f), f)
+    assert thinned(sharp, 64) is sharp and thinned(few, 64) is few

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from cvxupdate.diagnose.gather import gathered
-from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
+from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, further, seeds_from
 from cvxupdate.diagnose.search.exchange import as_fitted, crowded, exchanged, in_other_words
 from cvxupdate.diagnose.search.race import entered, raced
+from cvxupdate.diagnose.search.several import Pool
 from cvxupdate.physics import candidates_of
 from tests.cases.plain_evidence import PlainFit, effect, supposed
 
@@ -58,10 +59,14 @@ def test_place_and_word_are_put_right_beside_what_is_right(evidence, wrong):
     assert sizes["added_mass"]["m"] == pytest.approx(LUMP, rel=0.1)
 
 
+def beside(evidence, h):
+    return further(evidence.candidates(h.fit.setting.model), h)
+
+
 def test_another_word_at_the_same_place_begins_as_large_as_it_is(evidence):
     """A lump where a spring was taken for it begins at its size, not from nothing."""
     wrong = fitted(evidence, ("grounding_spring", 2), TRUE[1])
-    seeds = in_other_words(evidence, wrong, 0, quiet)
+    seeds = in_other_words(evidence, wrong, beside(evidence, wrong), 0, quiet)
     kinds = {s.effects[-1].physics for s in seeds}
     assert "added_mass" in kinds and "grounding_spring" not in kinds
     assert all(s.effects[-1].place.nodes == (2,) for s in seeds)
@@ -81,7 +86,10 @@ def test_fewer_elements_begin_as_soft_as_they_are_beside_more(evidence, more):
     ]
     seeds = seeds_from(evidence, h, evidence.first_order(h.fit, own), 1)
     (wide, *_) = raced(evidence, entered(evidence, seeds, quiet), ((1, 1), (2, 1)), quiet)
-    found = {s.effects[-1].place.elements: s for s in in_other_words(evidence, wide, 1, quiet)}
+    found = {
+        s.effects[-1].place.elements: s
+        for s in in_other_words(evidence, wide, beside(evidence, wide), 1, quiet)
+    }
     one = found[(104,)]
     begun = Hypothesis(one.effects, evidence.evaluated(one.setting, one.start))
     assert begun.figures[-1].values["factor"] == pytest.approx(SOFT, rel=0.1)
@@ -110,3 +118,32 @@ def test_a_set_is_crowded_by_a_third_effect():
     assert crowded([supposed(PlainFit(1.0), *soft)])
     assert not crowded([supposed(PlainFit(1.0), *soft[:2])])
     assert not crowded([])
+
+
+def test_effects_are_placed_on_the_nominal_model_once(evidence):
+    every, some = (evidence.candidates(evidence.model, n) for n in (None, ("added_mass",)))
+    assert {c.physics for c in some} == {"added_mass"} and len(some) < len(every)
+    assert all(any(c is e for e in every) for c in some)
+
+
+def test_sizes_beside_the_bare_model_are_found_once(evidence):
+    start = at_nominal(evidence, Hypothesis((), evidence.bases[0]))
+    effects = evidence.candidates(evidence.model)
+    once, twice = (evidence.finite_size(start.fit, start.fit, (), effects) for _ in range(2))
+    fitted_on = evidence.finite_size(evidence.bases[1], evidence.bases[1], (), effects)
+    assert once is twice and fitted_on is not once
+
+
+def test_nothing_is_refitted_from_where_it_began(evidence):
+    progress = []
+    pool = Pool(evidence, progress.append)
+    bare = Hypothesis((), evidence.bases[1])
+    seeds = seeds_from(evidence, bare, evidence.first_order(bare.fit, bare_effects(evidence)), 1)
+    pool.refit(seeds)
+    count = len(progress)
+    pool.refit(seeds)
+    assert count and len(progress) == count
+
+
+def bare_effects(evidence):
+    return [e for e in evidence.candidates(evidence.model) if e.physics == "grounding_spring"][:2]

@@ -33,7 +33,7 @@ def test_a_truss_follows_its_translations_only() -> None:
     out = edge(turns=False).followed(0.25)
     np.testing.assert_allclose(out[:3, :3], 0.75 * np.eye(3))
     assert not out[3:].any() and not out[:, 3:6].any()
-    assert len(edge(turns=False).names()) < len(edge().names())
+    assert len(edge(turns=False).names) < len(edge().names)
 
 
 def test_its_own_coordinates_vanish_at_both_ends() -> None:
@@ -41,14 +41,14 @@ def test_its_own_coordinates_vanish_at_both_ends() -> None:
     for t in (0.0, 1.0):
         np.testing.assert_allclose(e.further(t), 0.0, atol=1e-12)
     middle = np.abs(e.further(0.37))
-    assert np.all(middle.max(axis=0) > 0.0) and middle.shape[1] == len(e.names())
+    assert np.all(middle.max(axis=0) > 0.0) and middle.shape[1] == len(e.names)
 
 
 def test_rotations_across_are_the_slopes_of_deflections() -> None:
     """Hermite's cubic and the bubbles without shear: r = e × du/ds, by differences."""
     e, h = edge(), 1e-6
     along, _, _, length = e.axes
-    bends = [k for k, (name, _) in enumerate(e.names()) if name.startswith("bend")]
+    bends = [k for k, (name, _) in enumerate(e.names) if name.startswith("bend")]
     across = np.eye(3) - np.outer(along, along)
     for part, columns in ((e.followed, slice(None)), (e.further, bends)):
         rate = (part(0.4 + h) - part(0.4 - h))[:3, columns] / (2.0 * h * length)

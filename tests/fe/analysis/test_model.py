@@ -11,6 +11,7 @@ import pytest
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.analysis import analysis_of
+from cvxupdate.fe.analysis import model as analysis
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import model_modes
@@ -131,6 +132,22 @@ def test_a_plate_has_the_frequencies_of_a_fine_mesh(tmp_path, supports):
     assert model_modes(model, 3).rigid == model_modes(file, 3).rigid == (0 if supports else 3)
     assert model.labels[: file.size] == file.labels
     assert [b.ids.tolist() for b in model.blocks] == [b.ids.tolist() for b in file.blocks]
+
+
+def test_what_two_meshes_share_is_made_once(tmp_path, monkeypatch):
+    spec, file = read(tmp_path, plate())
+    made, parts_of = [], analysis.fine_of
+
+    def counted(spec, file, parts):
+        made.append(parts["plate"])
+        return parts_of(spec, file, parts)
+
+    monkeypatch.setattr(analysis, "fine_of", counted)
+    known = {}
+    found = [analysis_of(spec, file, n, True, known) for n in (4, 8)]
+    assert sorted(made) == [2, 4, 8]
+    alone = analysis_of(spec, file, 8, True)
+    np.testing.assert_array_equal(own(found[1].on(file)), own(alone.on(file)))
 
 
 def test_so_has_one_with_a_patch_of_other_thickness(tmp_path):
