@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from cvxupdate.diagnose.motion.evidence import MotionEvidence
     from cvxupdate.diagnose.nominal.coarse import Coarse
     from cvxupdate.diagnose.output.diagnosis import Diagnosis
     from cvxupdate.diagnose.reference import Brought
@@ -126,9 +127,13 @@ def _diagnosed(
 
     says = ""
     if evidence.told_by == MOTION:
+        from cvxupdate.diagnose.gather import in_simulation
         from cvxupdate.diagnose.motion.horizon import foretold
 
-        evidence, says = foretold(spec, recordings, evidence, tell)
+        def again(linear: Evidence, part: float) -> MotionEvidence | None:
+            return in_simulation(spec, recordings, linear, tell, part)
+
+        evidence, says = foretold(evidence, again, tell)
     found = diagnosed(spec, recordings, evidence, tell, begin)
     return replace(found, evidence=(*found.evidence, says)) if says else found
 

@@ -9,36 +9,31 @@ explains from rest on.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 
 from cvxupdate.diagnose.fit import fitted
-from cvxupdate.diagnose.gather import in_simulation
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
 from cvxupdate.diagnose.motion.columns import is_law
 from cvxupdate.diagnose.motion.evidence import MotionEvidence
 from cvxupdate.diagnose.motion.guided import SHORTER, lengthened
+from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.setting import EFFORTS
 from cvxupdate.diagnose.settings import EXPLAINED, FOLLOWED, OPEN
 from cvxupdate.diagnose.types import Evidence, Progress, Seed
 from cvxupdate.errors import CvxupdateError
-from cvxupdate.recordings.types import Recording
-from cvxupdate.spec import Spec
 
+Again = Callable[[ResponseEvidence, float], MotionEvidence | None]  # of a part of the recordings
 TRIED = 3  # laws: one at the wrong place leaves the recording though another follows it
 
 
-def foretold(
-    spec: Spec, recordings: Sequence[Recording], evidence: Evidence, progress: Progress
-) -> tuple[Evidence, str]:
-    """Evidence of motion of the beginnings of the recordings, and that in words, where a law
-    follows these and no more; any other as it is."""
+def foretold(evidence: Evidence, again: Again, progress: Progress) -> tuple[Evidence, str]:
+    """Evidence of motion, where a law follows the beginnings of the recordings and no more, made
+    ``again`` of these alone, and that in words; any other as it is."""
     if not isinstance(evidence, MotionEvidence):
         return evidence, ""
     progress("following the motion")
     part = followed_part(evidence)
-    if part == 1.0:
-        return evidence, ""
-    early = in_simulation(spec, recordings, evidence.came, progress, part)
+    early = None if part == 1.0 else again(evidence.came, part)
     if early is None or not early.depends:
         return evidence, ""
     return early, (

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.gather import gathered
+from cvxupdate.diagnose.gather import gathered, in_simulation
 from cvxupdate.diagnose.motion.evidence import MotionEvidence
 from cvxupdate.diagnose.motion.horizon import followed_part, foretold
 from cvxupdate.diagnose.settings import EXPLAINED, OPEN
@@ -59,8 +59,15 @@ def test_the_longest_beginning_that_a_law_explains(
 def test_the_beginnings_alone_are_compared(opened, evidence, monkeypatch) -> None:
     """Of what is fitted and of what is held out, of the nominal model and of what is found."""
     spec, _, recordings = opened
+
+    def silent(text: str) -> None:
+        pass
+
+    def again(linear, part):
+        return in_simulation(spec, recordings, linear, silent, part)
+
     monkeypatch.setattr(OWN, "followed_part", lambda evidence: 0.25)
-    early, says = foretold(spec, recordings, evidence, lambda text: None)
+    early, says = foretold(evidence, again, silent)
     assert isinstance(early, MotionEvidence) and "the first 25% of each" in says
     assert set(early.runs) == set(evidence.runs)
     for name, run in early.runs.items():
@@ -70,4 +77,4 @@ def test_the_beginnings_alone_are_compared(opened, evidence, monkeypatch) -> Non
     assert all(len(r.data) == early.runs[r.origin.name].samples for r in early.came.data.fit)
     assert early.budget is evidence.budget, "it is one diagnosis"
     monkeypatch.setattr(OWN, "followed_part", lambda evidence: 1.0)
-    assert foretold(spec, recordings, evidence, lambda text: None) == (evidence, "")
+    assert foretold(evidence, again, silent)[0] is evidence
