@@ -121,6 +121,25 @@ def test_a_free_sheet_goes_from_a_solid_to_kirchhoffs(tmp_path):
     assert "in shear (0 of it) and resist turning (0.75 of it)" in line and "no finding" in line
 
 
+def test_no_sheet_is_asked_for_that_lags_and_does_not_turn(tmp_path):
+    """Where waves are short it has no positive mass (a null plate of 100 elements was left on the
+    mesh of its file, and something was told of it)."""
+    from tests.fe.analysis.test_solid import read, sheet
+
+    spec, model = read(tmp_path, sheet(4, 3))
+    asked = []
+
+    def differ(*models):
+        for m in models:
+            (block,) = m.blocks
+            asked.append((block.properties["lag"][0], block.properties["turning"][0]))
+        return 1.0
+
+    fine = analysis_of(spec, model, 8, solid=True).on(model)
+    assert {"lag", "turning"} <= set(theory_of(fine, differ, lambda a, b: 0.0, 0.1, 0.01))
+    assert (1.0, 0.0) not in asked and {(0.0, 1.0), (0.0, 0.0)} <= set(asked)
+
+
 def test_a_sheet_whose_theory_is_not_heard_has_no_parameter_of_it(tmp_path):
     from tests.fe.analysis.test_solid import read, sheet
 
