@@ -135,10 +135,9 @@ def theory_of(
     for word, changed in lacking:
         if shift(model, changed) <= most and differ(model, changed) > enough:
             out.append(word)
-    # what lags and does not turn has no positive mass where waves are short
-    thin = _with(model, LAG, np.zeros_like)
-    for word, sheets in ((LAG, model), (TURNING, thin)):
-        if any(switched(sheets, word)) and differ(sheets, other(sheets, word)) > enough:
+    bent = _with(model, LAG, np.zeros_like)
+    for word, one in ((LAG, model), (TURNING, bent)):  # what lags behind and does not turn is none
+        if any(switched(one, word)) and differ(one, other(one, word)) > enough:
             out.append(word)
     for word in (CORNER, CLAMP):
         if lines_of(model, word) and differ(model, with_theory(model, word)) > enough:

@@ -20,34 +20,67 @@ from cvxupdate.diagnose.settings import MOUNTS, SEVERAL_LEVEL
 from cvxupdate.diagnose.types import Evidence, Progress, Seed
 from cvxupdate.errors import CvxupdateError
 
-RIGS = "what a rig alone would explain"
+RIGS = "what a rig does beside the best set"
+
+
+def a_rig_alone(
+    evidence: Evidence, singles: Sequence[Hypothesis], enough: float, progress: Progress
+) -> list[Hypothesis]:
+    """All that a rig does, on the mounts that bring the model nearest, sharpened and freed of what
+    does little in it, before anything is sought beside the best of ``singles``: where a rig is all,
+    everything else would be sought for nothing, and where time ends the search what imitates it
+    would stand alone. Nothing where the best leaves no more than ``enough``, or without an
+    approach."""
+    approach = evidence.approach
+    if approach is None or not singles or singles[0].penalised <= enough:
+        return []
+    progress("seeking what a rig alone would explain")
+    whole = _alone(evidence, approach)
+    found = [] if whole is None else _lightened(evidence, whole, progress)
+    return [h for h in found[-1:] if len(h.effects) > 1]
 
 
 def beside_a_rig(
-    evidence: Evidence, sets: Sequence[Hypothesis], progress: Progress
+    evidence: Evidence,
+    sets: Sequence[Hypothesis],
+    alone: Sequence[Hypothesis],
+    progress: Progress,
 ) -> list[Hypothesis]:
-    """All that a rig does, on the mounts that bring the model nearest, and the best of the sets
-    with all that a rig does beside it: both freed of what the evidence is better without (all that
+    """The best of the sets with all that a rig does beside it, and all that a rig does where that
+    was not tried before (``alone``): both freed of what the evidence is better without (all that
     was tried, sharpened). Nothing where one effect is enough, where the best set (``sets``: best
-    first) has nothing but a rig, or without an approach."""
+    first) has nothing but a rig or is a part of what was tried, or without an approach."""
     approach, best = evidence.approach, [h for h in sets if len(h.effects) > 1][:1]
     if approach is None or not best or only_a_rig(best[0]):
+        return []
+    if any(best[0].keys <= h.keys for h in alone):
         return []
     if evidence.hurried:
         evidence.leave(RIGS)
         return []
-    progress("seeking what a rig alone would explain")
-    whole = [_alone(evidence, approach), approach.rigged(best[0])]
+    progress("seeking what a rig does beside the best set")
+    whole = [None if alone else _alone(evidence, approach), approach.rigged(best[0])]
     out: list[Hypothesis] = []
     for h in whole:
         if h is None or evidence.hurried:
             continue
-        for _ in range(2):  # what does little beside the rest as fitted, and as fitted again
-            found = raced(evidence, [h], _last(evidence), progress)
-            h = _freed(evidence, found[0]) if found else h
-            out += found
-        out += backward(evidence, h, progress)[1]
+        tried = _lightened(evidence, h, progress)
+        out += [*tried, *backward(evidence, tried[-1] if tried else h, progress)[1]]
     return merged(out)
+
+
+def _lightened(evidence: Evidence, whole: Hypothesis, progress: Progress) -> list[Hypothesis]:
+    """A set sharpened, and without what does little in it as it is fitted, as long as something
+    does; the lightest last."""
+    out: list[Hypothesis] = []
+    h = whole
+    while not out or h.keys != out[-1].keys:
+        found = raced(evidence, [h], _last(evidence), progress)
+        if not found:
+            break
+        out += found
+        h = _freed(evidence, found[0])
+    return out
 
 
 def _last(evidence: Evidence) -> tuple[tuple[int, int]]:

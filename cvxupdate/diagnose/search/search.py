@@ -13,7 +13,8 @@ from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
 from cvxupdate.diagnose.screen.stability import stability
 from cvxupdate.diagnose.search.alike import elsewhere
 from cvxupdate.diagnose.search.backward import backward
-from cvxupdate.diagnose.search.beside import beside, narrow
+from cvxupdate.diagnose.search.beside import beside
+from cvxupdate.diagnose.search.coarse import coarsely, enough_alone, far_off
 from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
 from cvxupdate.diagnose.search.guided import brought_near, guided
@@ -23,10 +24,8 @@ from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
 from cvxupdate.diagnose.search.zones import zoned
 from cvxupdate.diagnose.settings import (
-    ABREAST,
     COARSE,
     DAMPING_GAIN,
-    EACH_SIZED,
     EXPLAINED,
     FEW_PARENTS,
     FINE,
@@ -35,7 +34,6 @@ from cvxupdate.diagnose.settings import (
     HOPELESS,
     OPEN,
     PARENTS,
-    SEVERAL_LEVEL,
     SPARE,
     STABLE,
     STAYING,
@@ -104,10 +102,8 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     if not pattern:
         seeds += beside(evidence, start, level=0, scores=rankings[0])
     entries = entered(evidence, seeds, progress)
-    coarse = raced(evidence, entries, COARSE, progress)
-    sharper = [] if pattern else _sharper(evidence, coarse, progress)
-    coarse = merged(coarse, sharper)
-    grown, ahead = ([], False) if pattern else _grown(evidence, coarse, progress)
+    coarse, sharper, alone = coarsely(evidence, entries, pattern, progress)
+    grown, ahead = ([], False) if pattern else _grown(evidence, coarse, alone, progress)
     reached = ahead and (
         grown[0].fit.misfit <= OPEN * EXPLAINED
         or HOPELESS * grown[0].penalised <= coarse[0].penalised
@@ -122,21 +118,22 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     singles = merged(singles, raced(evidence, others, FINE_SEVERAL, progress))
     if pattern:
         singles.sort(key=lambda h: h.fit.damping_strain)
-    singles = _stretches(evidence, elsewhere(evidence, singles, progress), progress)
-    several, known, alone = list[Hypothesis](), None, False
+    if not reached:
+        singles = _stretches(evidence, elsewhere(evidence, singles, progress), progress)
+    several, known, single = list[Hypothesis](), None, False
     if not pattern and not _enough(evidence, singles):
         several = _pairs(evidence, [] if reached else coarse, singles, progress)
         known = likeliest(several)
         singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
-        alone = bool(singles and (several or grown)) and _told_alone(evidence, singles[0])
+        single = bool(singles and (several or grown)) and _told_alone(evidence, singles[0])
         own = [several] if ahead else [several, grown]  # each has its own end
-        ways = [] if alone else [way for way in own if way]
+        ways = [] if single else [way for way in own if way]
         several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
     several = _stretches(evidence, elsewhere(evidence, several, progress), progress)
     several = merged(several, shaken(evidence, several, progress))
-    lighter = _lighter(evidence, several, progress)
+    lighter = _lighter(evidence, several, alone, progress)
     firsts = coarse if reached else []
-    if not alone:
+    if not single:
         lighter += _instead(evidence, merged(several, lighter), firsts, known, progress)
     singles = merged(singles, [h for h in lighter if len(h.effects) == 1])
     several = merged(several, [h for h in lighter if len(h.effects) > 1])
@@ -149,18 +146,6 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         {s.effect.key: part for s, part in stable},
         tuple((h, h.fit.misfit / bases[0].misfit) for h in entries),
     )
-
-
-def _sharper(
-    evidence: Evidence, coarse: Sequence[Hypothesis], progress: Progress
-) -> list[Hypothesis]:
-    """What shows on sharper recordings only, where it comes as near as the best of ``coarse``; far
-    off, it is sets that are grown there."""
-    if not coarse or _far_off(coarse) or evidence.hurried:
-        return []
-    found = entered(evidence, narrow(evidence), progress)
-    found = raced(evidence, found, ((SEVERAL_LEVEL, EACH_SIZED),), progress)
-    return [h for h in found if h.penalised <= ABREAST * coarse[0].penalised]
 
 
 def _screened(
@@ -189,21 +174,30 @@ def _stretches(
 
 
 def _lighter(
-    evidence: Evidence, several: Sequence[Hypothesis], progress: Progress
+    evidence: Evidence,
+    several: Sequence[Hypothesis],
+    alone: Sequence[Hypothesis],
+    progress: Progress,
 ) -> list[Hypothesis]:
-    """The best sets freed of what does little in them, and what a rig alone would explain."""
+    """The best sets freed of what does little in them, and with all that a rig does beside; what it
+    does ``alone`` was tried."""
     lighter = busy(evidence, several, progress)
     if several and len(several[0].effects) > 2:
         lighter += backward(evidence, several[0], progress)[1]
-    return [*lighter, *beside_a_rig(evidence, merged(several, lighter), progress)]
+    return [*lighter, *beside_a_rig(evidence, merged(several, lighter), alone, progress)]
 
 
 def _grown(
-    evidence: Evidence, coarse: Sequence[Hypothesis], progress: Progress
+    evidence: Evidence,
+    coarse: Sequence[Hypothesis],
+    alone: Sequence[Hypothesis],
+    progress: Progress,
 ) -> tuple[list[Hypothesis], bool]:
-    """Sets that grow where no single effect comes near, and whether they are ahead of all single
-    ones: then the search has gone on from there, for pairs of those begin further off."""
-    grown = guided(evidence, progress) if _far_off(coarse) else []
+    """Sets that grow where no single effect comes near, and what a rig does ``alone``; and whether
+    they are ahead of all single ones: then the search has gone on from there, for pairs of those
+    begin further off. Where a rig is enough none grow."""
+    far = far_off(coarse) and not enough_alone(evidence, alone)
+    grown = merged(alone, guided(evidence, progress) if far else [])
     if not grown or grown[0].penalised >= coarse[0].penalised:
         return grown, False
     return merged(grown, further(evidence, grown, progress)), True
@@ -240,11 +234,6 @@ def _instead(
     found = merged(found, several)
     best = likeliest(found)
     return several if best is known else exchanged(evidence, found, progress)
-
-
-def _far_off(coarse: Sequence[Hypothesis]) -> bool:
-    """Whether no single effect comes near."""
-    return bool(coarse) and coarse[0].fit.misfit > HOPELESS * EXPLAINED
 
 
 def _enough(evidence: Evidence, singles: Sequence[Hypothesis]) -> bool:

@@ -20,8 +20,10 @@ from cvxupdate.diagnose.nominal.theory import (
     theory_of,
     with_theory,
 )
+from cvxupdate.errors import ModelError
 from cvxupdate.fe.analysis import analysis_of
 from cvxupdate.fe.modes import model_modes
+from cvxupdate.fe.positive_mass import check_mass
 from tests.cases.elements import FLAT_Y, POINTS, SPACE, build, chain, lines
 from tests.diagnose.nominal.test_refinement import STOCKY, load
 from tests.fe.analysis.test_corners import portal
@@ -121,23 +123,25 @@ def test_a_free_sheet_goes_from_a_solid_to_kirchhoffs(tmp_path):
     assert "in shear (0 of it) and resist turning (0.75 of it)" in line and "no finding" in line
 
 
-def test_no_sheet_is_asked_for_that_lags_and_does_not_turn(tmp_path):
-    """Where waves are short it has no positive mass (a null plate of 100 elements was left on the
-    mesh of its file, and something was told of it)."""
-    from tests.fe.analysis.test_solid import read, sheet
+def test_of_a_thick_sheet_every_end_that_is_tried_is_a_structure(tmp_path):
+    """Lagging behind in shear without turning is none: of a sheet 16 thicknesses wide its inertia
+    is negative, and what was diagnosed then were the file's own thin elements."""
+    from tests.fe.analysis.test_solid import B, read, sheet
 
-    spec, model = read(tmp_path, sheet(4, 3))
-    asked = []
+    spec, model = read(tmp_path, sheet(4, 3, h=B / 16.0))
+    found = analysis_of(spec, model, 8, solid=True)
+    assert found is not None
 
     def differ(*models):
         for m in models:
-            (block,) = m.blocks
-            asked.append((block.properties["lag"][0], block.properties["turning"][0]))
+            check_mass(m.matrices(m.zero()).M, m.size)
         return 1.0
 
-    fine = analysis_of(spec, model, 8, solid=True).on(model)
-    assert {"lag", "turning"} <= set(theory_of(fine, differ, lambda a, b: 0.0, 0.1, 0.01))
-    assert (1.0, 0.0) not in asked and {(0.0, 1.0), (0.0, 0.0)} <= set(asked)
+    thick = found.on(model)
+    told = theory_of(thick, differ, lambda a, b: 0.0, 0.5, 0.01)
+    assert told[:2] == ("lag", "turning")
+    with pytest.raises(ModelError, match="negative eigenvalue"):
+        differ(other(thick, "turning"))
 
 
 def test_a_sheet_whose_theory_is_not_heard_has_no_parameter_of_it(tmp_path):

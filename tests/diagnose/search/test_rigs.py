@@ -1,4 +1,4 @@
-"""What a rig alone would explain, beside a set that has something sought in it."""
+"""What a rig alone explains, before all else and beside a set that has something sought in it."""
 
 from __future__ import annotations
 
@@ -8,10 +8,18 @@ import numpy as np
 import pytest
 
 from cvxupdate.diagnose import gather
-from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, of_a_rig, only_a_rig, seed_from
+from cvxupdate.diagnose.hypothesis import (
+    Hypothesis,
+    at_nominal,
+    of_a_rig,
+    only_a_rig,
+    seed_from,
+    without,
+)
 from cvxupdate.diagnose.search.backward import merit
+from cvxupdate.diagnose.search.coarse import coarsely, enough_alone
 from cvxupdate.diagnose.search.race import raced
-from cvxupdate.diagnose.search.rigs import beside_a_rig
+from cvxupdate.diagnose.search.rigs import a_rig_alone, beside_a_rig
 from cvxupdate.diagnose.types import Score
 from cvxupdate.physics.cords import Cords
 
@@ -48,7 +56,7 @@ def best(evidence):
 
 
 def test_what_the_rig_does_is_found_and_freed_of_the_rest(evidence, best):
-    found = beside_a_rig(evidence, [best], quiet)
+    found = beside_a_rig(evidence, [best], [], quiet)
     rigs = [h for h in found if {e.physics for e in h.effects} == {"sensor_mass", "sensor_fault"}]
     (alone,) = rigs
     assert merit(alone) > merit(best) + 10.0
@@ -60,11 +68,23 @@ def test_what_the_rig_does_is_found_and_freed_of_the_rest(evidence, best):
 
 
 def test_not_where_nothing_is_sought_nor_one_effect_is_enough(evidence, best):
-    rig = next(h for h in beside_a_rig(evidence, [best], quiet) if only_a_rig(h))
-    assert beside_a_rig(evidence, [rig], quiet) == []
+    rig = next(h for h in beside_a_rig(evidence, [best], [], quiet) if only_a_rig(h))
+    assert beside_a_rig(evidence, [rig], [], quiet) == []
     alone = Hypothesis(best.effects[:1], best.fit)
-    assert beside_a_rig(evidence, [alone], quiet) == []
-    assert beside_a_rig(evidence, [], quiet) == []
+    assert beside_a_rig(evidence, [alone], [], quiet) == []
+    assert beside_a_rig(evidence, [], [], quiet) == []
+    assert beside_a_rig(evidence, [best], [best], quiet) == []  # all of it was tried
+
+
+def test_where_a_rig_is_all_it_is_found_before_few_others_go_on(evidence, best):
+    (lump,) = raced(evidence, [without(evidence, best, 1)], ((0, 1),), quiet)
+    assert a_rig_alone(evidence, [lump], lump.penalised, quiet) == []
+    (alone,) = a_rig_alone(evidence, [lump], 0.9 * lump.penalised, quiet)
+    assert {e.physics for e in alone.effects} == {"sensor_mass", "sensor_fault"}
+    assert enough_alone(evidence, [alone]) and not enough_alone(evidence, [lump])
+    far = replace(lump, fit=replace(lump.fit, cost=100.0 * lump.fit.cost))
+    singles, sharper, found = coarsely(evidence, [far] * 20, False, quiet)
+    assert len(singles) <= 6 and not sharper and found[0].keys == alone.keys
 
 
 def test_a_structure_hangs_from_a_rig(best):

@@ -1,0 +1,62 @@
+"""Single effects on smooth recordings, and what a rig does alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.search.beside import narrow
+from cvxupdate.diagnose.search.race import entered, merged, raced
+from cvxupdate.diagnose.search.rigs import a_rig_alone
+from cvxupdate.diagnose.settings import (
+    ABREAST,
+    COARSE,
+    EACH_SIZED,
+    EXPLAINED,
+    HOPELESS,
+    OPEN,
+    SEVERAL_LEVEL,
+    STAYING,
+)
+from cvxupdate.diagnose.types import Evidence, Progress
+
+
+def coarsely(
+    evidence: Evidence, entries: Sequence[Hypothesis], pattern: bool, progress: Progress
+) -> tuple[list[Hypothesis], list[Hypothesis], list[Hypothesis]]:
+    """Single effects on smooth recordings, those of them that show on sharper ones only, and what
+    a rig does alone: tried first where the first pass leaves much, for beside a rig that is enough
+    few others go on."""
+    if pattern:
+        return raced(evidence, entries, COARSE, progress), [], []
+    alone = a_rig_alone(evidence, entries, HOPELESS * EXPLAINED, progress)
+    if enough_alone(evidence, alone):
+        few = tuple((level, STAYING) for level, _ in COARSE)
+        return raced(evidence, entries, few, progress), [], alone
+    coarse = raced(evidence, entries, COARSE, progress)
+    sharper = _sharper(evidence, coarse, progress)
+    coarse = merged(coarse, sharper)
+    alone = alone or a_rig_alone(evidence, coarse, OPEN * EXPLAINED, progress)
+    return coarse, sharper, alone
+
+
+def _sharper(
+    evidence: Evidence, coarse: Sequence[Hypothesis], progress: Progress
+) -> list[Hypothesis]:
+    """What shows on sharper recordings only, where it comes as near as the best of ``coarse``; far
+    off, it is sets that are grown there."""
+    if not coarse or far_off(coarse) or evidence.hurried:
+        return []
+    found = entered(evidence, narrow(evidence), progress)
+    found = raced(evidence, found, ((SEVERAL_LEVEL, EACH_SIZED),), progress)
+    return [h for h in found if h.penalised <= ABREAST * coarse[0].penalised]
+
+
+def enough_alone(evidence: Evidence, alone: Sequence[Hypothesis]) -> bool:
+    """Whether what a rig does alone leaves nothing else to seek."""
+    return any(evidence.clear(h.fit) for h in alone)
+
+
+def far_off(coarse: Sequence[Hypothesis]) -> bool:
+    """Whether no single effect comes near."""
+    return bool(coarse) and coarse[0].fit.misfit > HOPELESS * EXPLAINED
