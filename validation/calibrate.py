@@ -127,12 +127,11 @@ def attempt(seed: int, folder: Path, state: str, limit: float) -> dict[str, Any]
 
 
 def diagnose(problem: Path) -> dict[str, Any]:
-    """What the command says, as ``diagnosis.json`` has it."""
-    from cvxupdate.report.diagnosis import diagnosis_files
-    from cvxupdate.spec import load_problem
+    """What the command says, as ``diagnosis.json`` has it; its page is not drawn."""
+    from cvxupdate.report.as_json import dumps, plain
     from cvxupdate.study import diagnose as do
 
-    return dict(json.loads(diagnosis_files(do(problem), load_problem(problem))[1]))
+    return dict(json.loads(dumps(plain(do(problem).to_json()))))
 
 
 def failed(why: str) -> dict[str, Any]:
@@ -487,6 +486,13 @@ def diagram(s: Mapping[str, Any]) -> str:
         4.5,
         paint,
     )
+
+
+def picture(s: Mapping[str, Any]) -> str:
+    """`diagram` as a file of its own: the colours that a page would say, said in it."""
+    style = "svg{background:#fff;--ink:#1a1a1a;--quiet:#777;--line:#ddd;--after:#1f6f8b}"
+    head, body = diagram(s).split(">", 1)
+    return f"{head}><style>{style}</style>{body}\n"
 
 
 def write_page(rows: Sequence[Mapping[str, Any]], folder: Path) -> dict[str, Any]:

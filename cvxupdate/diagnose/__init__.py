@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from cvxupdate.diagnose.motion.evidence import MotionEvidence
     from cvxupdate.diagnose.nominal.coarse import Coarse
     from cvxupdate.diagnose.output.diagnosis import Diagnosis
     from cvxupdate.diagnose.reference import Brought
@@ -102,16 +103,39 @@ def _by_level(
     """By linear effects; where they do not explain, or runs at one level differ, with laws that
     depend on the level too."""
     from cvxupdate.diagnose.gather import in_simulation, may_drift
-    from cvxupdate.diagnose.pipeline import diagnosed
 
-    found = diagnosed(spec, recordings, evidence, tell, begin)
+    found = _diagnosed(spec, recordings, evidence, tell, begin)
     unexplained = found.verdict == "undetermined"
     if unexplained or may_drift(evidence):
         simulated = in_simulation(spec, recordings, evidence, tell)
         if simulated is not None and (unexplained or simulated.drift):
-            again = diagnosed(spec, recordings, simulated, tell, begin)
+            again = _diagnosed(spec, recordings, simulated, tell, begin)
             return again if again.findings or simulated.drift else found
     return found
+
+
+def _diagnosed(
+    spec: Spec,
+    recordings: Sequence[Recording],
+    evidence: Evidence,
+    tell: Callable[[str], None],
+    begin: float,
+) -> Diagnosis:
+    """By as much of the recordings as can be followed."""
+    from cvxupdate.diagnose.pipeline import diagnosed
+    from cvxupdate.physics.effect import MOTION
+
+    says = ""
+    if evidence.told_by == MOTION:
+        from cvxupdate.diagnose.gather import in_simulation
+        from cvxupdate.diagnose.motion.horizon import foretold
+
+        def again(linear: Evidence, part: float) -> MotionEvidence | None:
+            return in_simulation(spec, recordings, linear, tell, part)
+
+        evidence, says = foretold(evidence, again, tell)
+    found = diagnosed(spec, recordings, evidence, tell, begin)
+    return replace(found, evidence=(*found.evidence, says)) if says else found
 
 
 __all__ = ["diagnose_problem"]

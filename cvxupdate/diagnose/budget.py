@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from cvxupdate.diagnose.settings import BUDGET, WALL
@@ -31,6 +33,16 @@ class Budget:
     def of(thorough: bool) -> Budget:
         """The usual one, or none."""
         return Budget(math.inf, math.inf) if thorough else Budget()
+
+    @contextmanager
+    def aside(self) -> Iterator[None]:
+        """What is done meanwhile takes nothing from it."""
+        used, passed = time.thread_time(), time.perf_counter()
+        try:
+            yield
+        finally:
+            self._processor += time.thread_time() - used
+            self._began += time.perf_counter() - passed
 
     def part(self, fraction: float) -> Budget:
         """A fraction of it, that begins now."""

@@ -177,14 +177,17 @@ def in_simulation(
     recordings: Sequence[Recording],
     linear: Evidence,
     progress: Progress,
+    part: float = 1.0,
 ) -> MotionEvidence | None:
-    """The same recordings with laws that depend on the level beside all else; None where they are
-    not time histories."""
+    """The same recordings, or a ``part`` of each from its beginning, with laws that depend on the
+    level beside all else; None where they are not time histories."""
     if not isinstance(linear, ResponseEvidence):
         return None
     # the compiler of the loops over time loads with the first simulation
     from cvxupdate.diagnose.motion.evidence import MotionEvidence
+    from cvxupdate.diagnose.motion.march import ready
     from cvxupdate.diagnose.motion.runs import (
+        begun,
         from_rest,
         run_of,
         shortened,
@@ -193,21 +196,25 @@ def in_simulation(
     )
 
     fitted = [r for r in recordings if r.origin.use == "fit" and not isinstance(r, ModeTable)]
-    whole = [from_rest(r) for r in recordings if isinstance(r, TimeHistory)]
+    came = [begun(r, part) for r in recordings if isinstance(r, TimeHistory)]
+    whole = [from_rest(r) for r in came]
     histories = [shortened(h) if h.origin.use == "fit" else h for h in whole]
     if any(not isinstance(r, TimeHistory) for r in fitted):
         return None
     progress("simulating")
+    with linear.budget.aside():  # the compiler works once for all diagnoses
+        ready()
     runs = {h.origin.name: run for h in histories if (run := run_of(h)) is not None}
     fit = [h for h in histories if h.origin.name in runs and h.origin.use == "fit"]
     if not fit:
         return None
     held = [h for h in histories if h.origin.name in runs and h.origin.use != "fit"]
+    mesh, sheared = linear.data.mesh, linear.data.sheared
     data = prepare([h for h in histories if h.origin.name in runs])
-    data = replace(data, mesh=linear.data.mesh, sheared=linear.data.sheared)
+    before = prepare(came) if part < 1.0 else linear.data
     return MotionEvidence(
-        linear,
-        replace(linear, data=data),
+        replace(linear, data=replace(before, mesh=mesh, sheared=sheared)),
+        replace(linear, data=replace(data, mesh=mesh, sheared=sheared)),
         runs,
         stages_of(fit, runs, data.sharp),
         thinned_signals(held, runs),

@@ -86,10 +86,17 @@ class Hypothesis:
     @cached_property
     def figures(self) -> tuple[Figures, ...]:
         """Of every effect; worked out once, for they need a linearisation."""
-        return tuple(_figures(self))
+        each = (_stated(self, s) for s in (self.fit.deviations, self.fit.noise_deviations))
+        return tuple(Figures(v, wide, narrow) for (v, wide), (_, narrow) in zip(*each, strict=True))
+
+    @cached_property
+    def values(self) -> tuple[dict[str, float], ...]:
+        """Those of `figures` without deviations, which need no linearisation."""
+        return tuple(v for v, _ in _stated(self, np.zeros(len(self.fit.p))))
 
 
-def _figures(h: Hypothesis) -> list[Figures]:
+def _stated(h: Hypothesis, spread: Real) -> list[tuple[dict[str, float], dict[str, float]]]:
+    """Of every effect its figures and deviations, the unknowns having the deviations ``spread``."""
     setting, p = h.fit.setting, h.fit.p
     at = len(setting.model.parameters) - sum(e.columns for e in h.effects)
     fault = len(p) - len(setting.faults)
@@ -98,11 +105,7 @@ def _figures(h: Hypothesis) -> list[Figures]:
         here = slice(at, at + e.columns) if e.columns else slice(fault, fault + 1)
         own = setting.model.parameters[here] if e.columns else ()
         unit = 1.0 if e.columns else setting.faults[fault - len(p)].unit
-        (values, wide), (_, narrow) = (
-            e.reported(setting.model, own, p[here], spread[here], unit)
-            for spread in (h.fit.deviations, h.fit.noise_deviations)
-        )
-        out.append(Figures(values, wide, narrow))
+        out.append(e.reported(setting.model, own, p[here], spread[here], unit))
         at += e.columns
         fault += not e.columns
     return out

@@ -208,8 +208,7 @@ STRONG = 6.0
 # Standard deviations that an effect's size must be from nothing; fraction of a bound within which a
 # size is on it: such a size says that the fit would rather be elsewhere.
 LEAST_SIZE, AT_BOUND = 2.0, 1e-3
-# Relative error of the responses, or of the eigenvalues, above which even the best model leaves
-# the recordings unexplained.
+# Relative error (responses, eigenvalues) above which even the best model leaves them unexplained.
 UNEXPLAINED = 0.1
 # Fraction of the nuisance parameters' misfit that an effect may leave that does not explain all.
 CLEARLY = 0.1
@@ -261,10 +260,11 @@ WALKS = 3
 # Relative difference of two predictions below which no measurement is advised: a sound model with
 # its scatter leaves as much in simulation.
 TELLING = 0.03
-# Relative error of a free simulation that leaves nothing to look for: where parts touch or slip,
-# the smallest differences grow, so that the true law with scatter in all else leaves one to three
-# per cent.
+# Relative error of a free simulation that leaves nothing to look for: where parts touch or slip the
+# smallest differences grow, and the true law with scatter in all else leaves one to three per cent.
 SIMULATED = 0.03
+# Part of the recordings that a law must follow at least for their beginnings to be compared alone.
+FOLLOWED = 0.25
 # Seconds of computing, and by the clock, after which a search begins nothing new: what has begun,
 # the judgement and the page take some ten more, so that two minutes are kept. A search that was cut
 # short says less and errs more, so a shared machine, which gives a third of itself, cuts none.

@@ -33,6 +33,12 @@ def is_nonlinear(model: Model) -> bool:
     return any(_law(block) is not None for block in model.blocks)
 
 
+def moving(model: Model) -> list[int]:
+    """Numbers of the parameters that move the figures of a law."""
+    own = [_law(block) is not None for block in model.blocks]
+    return [j for j, q in enumerate(model.parameters) if any(own[t.block] for t in q.targets)]
+
+
 def internal_forces(model: Model, p: Real | None = None) -> InternalForces:
     """The nonlinear elements at ``p``; none of a linear model."""
     laws, at, ids, kinds = [], [], [], []

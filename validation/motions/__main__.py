@@ -11,16 +11,19 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from cvxupdate.physics import effect_names
+from cvxupdate.physics.effect import MOTION
 from validation import calibrate
 from validation.motions.attempts import attempted
 from validation.motions.cases import COUNT, EVALUATION, draw, secret
 from validation.motions.effects import graded
 from validation.motions.files import make
 from validation.rigs.__main__ import procedure, rows_of
+from validation.rigs.judge import STATED
 from validation.rigs.totals import say, summary, told
 
 HERE = Path(__file__).resolve().parent
@@ -47,6 +50,18 @@ def drifts(raw: Sequence[dict[str, Any]]) -> str:
         f"Drift said in words: {calibrate.rate(sum(map(said, with_)), len(with_))} that drift, "
         f"{calibrate.rate(sum(map(said, without)), len(without))} others"
     )
+
+
+def nonlinear_words(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """How often an internal force was told (with a confidence of 0.5 or more) of structures that
+    have none: nothing concealed, something linear, or drift."""
+    told = {n for n in effect_names(MOTION) if n not in effect_names()}
+    linear = [r for r in rows if not any(e["physics"] in told for e in r["effects"])]
+    wrong = sum(
+        any(f["physics"] in told and f["confidence"] >= STATED for f in r["findings"])
+        for r in linear
+    )
+    return {"linear": len(linear), "told": wrong, "interval": calibrate.wilson(wrong, len(linear))}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -85,13 +100,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for r in rows:
             print(told(r))
     s = summary(rows)
-    for line in (*say(s), drifts(raw)):
+    words = s["nonlinear_words"] = nonlinear_words(rows)
+    said = calibrate.rate(words["told"], words["linear"])
+    for line in (*say(s), drifts(raw), f"Nonlinear words on linear structures: {said}"):
         print(line)
     kept = s if any(map(secret, seeds)) else {**s, "rows": rows}
     name = "evaluation.json" if o.evaluation else "development.json"
     text = json.dumps(kept, indent=1, ensure_ascii=False, allow_nan=False)
     calibrate.save(o.out / name, text + "\n")
-    print(f"Totals: {o.out / name}")
+    picture = o.out / name.replace(".json", ".svg")
+    calibrate.save(picture, calibrate.picture(s))
+    print(f"Totals: {o.out / name}; confidence against hit rate: {picture}")
     return 0 if complete else 130
 
 

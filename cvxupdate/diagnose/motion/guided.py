@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from cvxupdate.diagnose.fit import fitted, fitted_at
+from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.motion.rates import STEP
 from cvxupdate.diagnose.motion.runs import COLUMNS, beginning
 from cvxupdate.diagnose.motion.smoother import Beyond
 from cvxupdate.diagnose.responses.setting import EFFORTS
 from cvxupdate.diagnose.responses.signals import Real, Signal
 from cvxupdate.errors import CvxupdateError
-from cvxupdate.fe.internal import internal_forces
+from cvxupdate.fe.internal import internal_forces, moving
 from cvxupdate.forces import Laws
 from cvxupdate.recordings.measured import DECAY
 from cvxupdate.update.trust_region import Options
@@ -46,27 +46,27 @@ def begun(setting: Any, start: Real, smooth: Sequence[Signal]) -> Real:
         if smooth:
             found = fitted(replace(setting.on(smooth), guided=True), start, GUIDED).p
         if all(s.mix is None for s in setting.signals):
-            found = _lengthened(setting, (start, found))
+            starts = (start,) if found is start else (start, found)
+            found = lengthened(setting, starts)[-1].p
         there = fitted_at(setting, found).cost
     except CvxupdateError:
         return start
     return found if there <= fitted_at(setting, start).cost else start
 
 
-def _lengthened(setting: Any, starts: Sequence[Real]) -> Real:
-    """Fitted to more and more of the records, from the better of ``starts`` on. Where parts touch,
-    motions that begin nearly alike may part exponentially; the derivative of what comes after
-    counts for nothing then, and leads nowhere, however near the truth is. Under a window that falls
-    faster than they part there is one (progressive fits of chaotic motion; Voss, Timmer and Kurths
-    2004)."""
-    found = None
+def lengthened(setting: Any, starts: Sequence[Real]) -> list[Fit]:
+    """Fits to more and more of the records (`SHORTER`), from the better of ``starts`` on. Where
+    parts touch, motions that begin nearly alike may part exponentially; the derivative of what
+    comes after counts for nothing then, and leads nowhere, however near the truth is. Under a
+    window that falls faster than they part there is one (progressive fits of chaotic motion; Voss,
+    Timmer and Kurths 2004)."""
+    out: list[Fit] = []
     for times in SHORTER:
         early = [beginning(s, setting.runs[s.name], times * DECAY) for s in setting.signals]
         stage = setting.on(early)
-        if found is None:
-            found = min(starts, key=lambda p: fitted_at(stage, p).cost)
-        found = fitted(stage, found, EFFORTS["coarse"]).p
-    return starts[-1] if found is None else found
+        start = out[-1].p if out else min(starts, key=lambda p: fitted_at(stage, p).cost)
+        out.append(fitted(stage, start, EFFORTS["coarse"]))
+    return out
 
 
 def guided_motions(point: Any) -> Motions:
@@ -86,11 +86,14 @@ def _smoothed(beyond: Beyond, laws: Laws, shapes: Real) -> tuple[Real, Real, Rea
     of the directions."""
     run = beyond.run
     x, v, f = (np.zeros((COLUMNS * run.samples, len(shapes))) for _ in range(3))
+    places = [beyond.smoother(shape) for shape in shapes]  # before other places act
     for again in range(SETTLING if len(shapes) else 0):
         acting = -run.coarse(f)
         for k, shape in enumerate(shapes):
-            rest = np.delete(acting, k, axis=1) @ np.delete(shapes, k, axis=0)
-            place = beyond.under(rest).smoother(shape)
+            place = places[k]
+            if again and len(shapes) > 1:
+                rest = np.delete(acting, k, axis=1) @ np.delete(shapes, k, axis=0)
+                place = beyond.under(rest).smoother(shape)
             if again:
                 x[:, k], v[:, k] = place.settled(f[:, k], x[:, k], v[:, k])
             else:
@@ -110,7 +113,7 @@ def guided_rates(point: Any) -> tuple[list[int], Mapping[str, Real]]:
     count = len(model.parameters)
     laws, _ = point.forces
     moved: dict[int, Laws] = {}
-    for j in range(count):
+    for j in moving(model):
         p = point.p[:count].copy()
         p[j] += STEP
         other = internal_forces(model, p).laws

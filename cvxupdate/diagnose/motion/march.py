@@ -87,6 +87,14 @@ def marched(v: Variants, force: Real, rate: float) -> tuple[Real, Real, Real]:
     return out
 
 
+def ready() -> None:
+    """With the machine code of the march loaded: where it is not yet kept beside the modules it is
+    made, once, in a quarter of a minute."""
+    one, none = np.ones((1, 1)), np.zeros((1, 1))
+    place, kinds = np.ones((1, 1, 1)), np.array([FRICTION], dtype=np.int64)
+    marched(Variants(one, one, place, place, none, none, kinds, np.ones((1, 1, 4))), none, 1.0)
+
+
 @compiled
 def _force(kind: Any, p: Any, x: Any, v: Any, c: Any, d: Any, z: Any, w: Any, f: Any) -> Any:
     """Force at one place, from where it would be without: Newton's method from ``f``."""
@@ -202,14 +210,16 @@ def _alone(
     count, inputs = P.shape[2], force.shape[1]
     e, u, begin, end = np.zeros(count), np.zeros(count), np.zeros(count), np.zeros(count)
     for k in range(inputs):
-        begin += drive[k] * force[0, k]
+        for r in range(count):
+            begin[r] += drive[k, r] * force[0, k]
     c, d, now, z, w = between, 0.0, 0.0, 0.0, 0.0
     for r in range(count):
         c += P[0, 3, r] * place[r] ** 2
         d += P[1, 3, r] * place[r] ** 2 * rate
     for t in range(1, len(force)):
         x0, v0 = 0.0, 0.0
-        end[:] = 0.0
+        for r in range(count):
+            end[r] = 0.0
         for k in range(inputs):
             own = force[t, k]
             x0 += beside[k] * own
@@ -261,7 +271,8 @@ def _march(
             continue
         modes = np.zeros((4, drive.shape[2]))
         for k in range(force.shape[1]):
-            modes[2] += drives[k] * force[0, k]
+            for r in range(modes.shape[1]):
+                modes[2, r] += drives[k, r] * force[0, k]
         z, w, now = np.zeros(places), np.zeros(places), np.zeros(places)
         c, d = _softness(Pb, ends, between, rate)
         for t in range(1, len(force)):

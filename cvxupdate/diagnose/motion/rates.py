@@ -13,7 +13,7 @@ import scipy.linalg
 from cvxupdate.diagnose.motion.march import Variants, marched
 from cvxupdate.diagnose.responses.signals import Real
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.internal import internal_forces
+from cvxupdate.fe.internal import internal_forces, moving
 from cvxupdate.fe.synthesis.derivatives import modal_blocks
 
 RATES = 4  # steps in a sample where only derivatives are marched
@@ -81,23 +81,24 @@ def _moves(point: Any) -> Moves:
     count = len(model.parameters)
     lam = np.maximum(point.modes.eigenvalues[:n], 0.0)
     turned: list[Turned | None] = []
-    for blocks in model.derivatives(point.p[:count]):
+    for blocks in point.linear.derivatives:
         parts = [np.zeros((n, n)) for _ in range(3)]
         for b in blocks:
             for k, part in enumerate(modal_blocks(point.modes.shapes[:, :n], b)[:3]):
                 parts[k] += 0.0 if part is None else part
         turned.append(_turned(lam, *parts) if any(np.any(x) for x in parts) else None)
     damped = [k for k in range(setting.damped) if point.owner[k] < n]
-    values = []
-    for j in range(count):
+    laws = point.forces[0]
+    values = np.tile(np.asarray(laws.values, dtype=float), (count, 1, 1))
+    for j in moving(model):
         p = point.p[:count].copy()
         p[j] += STEP
-        values.append(np.asarray(internal_forces(model, p).laws.values, dtype=float))
+        values[j] = internal_forces(model, p).laws.values
     return Moves(
         [*range(count), count, *(count + 1 + k for k in damped)],
         np.array([STEP] * count + [STEP_DAMPING] * (1 + len(damped))),
         turned,
-        np.array(values).reshape(count, point.forces[0].size, 4),
+        values,
         [int(point.owner[k]) for k in damped],
     )
 

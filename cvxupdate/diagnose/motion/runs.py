@@ -152,6 +152,11 @@ def from_rest(history: TimeHistory) -> TimeHistory:
     return replace(history, data=history.data - history.data[:QUIET].mean(axis=0))
 
 
+def begun(history: TimeHistory, part: float) -> TimeHistory:
+    """The ``part`` (0 to 1) of it from its beginning."""
+    return replace(history, data=history.data[: int(part * len(history.data))])
+
+
 def shortened(history: TimeHistory) -> TimeHistory:
     """No longer than `MOST_SAMPLES`: of a record from rest the beginning is one by itself."""
     return replace(history, data=history.data[:MOST_SAMPLES])
@@ -221,8 +226,9 @@ def heard_of(signals: Sequence[Signal], runs: Mapping[str, Run]) -> dict[str, fl
 
 
 def beginning(signal: Signal, run: Run, decay: float) -> Signal:
-    """The same quantity and lines of the ``run`` under a steeper window e^{−δt}, δT = ``decay``:
-    of the record the beginning."""
+    """The same quantity of the ``run`` under a steeper window e^{−δt}, δT = ``decay``: of the
+    record the beginning. So much steeper, so much further apart are lines that say something of
+    their own, and no more of the signal's are taken."""
     t = np.arange(run.samples) / run.samples
     own = [
         k
@@ -230,13 +236,16 @@ def beginning(signal: Signal, run: Run, decay: float) -> Signal:
         if order == signal.order and label in signal.sensors
     ]
     lines = np.rint(signal.s.imag / (2.0 * np.pi) * run.samples / run.rate).astype(np.int64)
+    apart = int(np.median(np.diff(lines))) if len(lines) > 1 else 1
+    kept = slice(None, None, max(1, int(decay / DECAY) // apart))
+    lines = lines[kept]
     window = np.exp(-decay * t)[:, None]
     Y, U = (
         rfft(window * x, axis=0)[lines, :, None] / run.rate for x in (run.motion[:, own], run.force)
     )
-    s = np.asarray(decay * run.rate / run.samples + 1j * signal.s.imag)
+    s = np.asarray(decay * run.rate / run.samples + 1j * signal.s.imag[kept])
     heard = np.linalg.norm(window) / np.linalg.norm(np.exp(-DECAY * t))
-    return replace(signal, s=s, Y=Y, U=U, std=signal.std * heard)
+    return replace(signal, s=s, Y=Y, U=U, std=signal.std[kept] * heard)
 
 
 def wide_signals(histories: Sequence[TimeHistory], runs: Sequence[Run]) -> tuple[Signal, ...]:

@@ -24,7 +24,7 @@ from cvxupdate.diagnose.settings import (
 )
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Index
-from cvxupdate.fe.model import Model
+from cvxupdate.fe.model import DerivativeBlock, Model
 from cvxupdate.fe.modes import Modes
 from cvxupdate.fe.recent import recent
 from cvxupdate.fe.synthesis.derivatives import Changes
@@ -206,6 +206,11 @@ class ResponsePoint:
         return tuple(out)
 
     @recent
+    def derivatives(self) -> tuple[tuple[DerivativeBlock, ...], ...]:
+        """Element blocks of every parameter of the model."""
+        return self.setting.model.derivatives(self.p[: len(self.setting.model.parameters)])
+
+    @recent
     def green(self) -> tuple[Receptances, ...]:
         """Responses of every DOF, signal by signal."""
         return tuple(receptances(r, self.modes) for r in self.responses)
@@ -268,10 +273,7 @@ class ResponsePoint:
 
     def jacobian(self) -> Real:
         """Derivative of `differences` with respect to every unknown, (rows, unknowns)."""
-        model = self.setting.model
-        change = Changes.of(
-            model.derivatives(self.p[: len(model.parameters)]), self.modes, self.low
-        )
+        change = Changes.of(self.derivatives, self.modes, self.low)
         lam, s = np.maximum(self.modes.eigenvalues, 0.0), self.setting
         losses = Losses(self.loss, lam, self.owner, s.mixed, s.tuned)
         parts, faulty = [], self.faulty if s.faults else None
@@ -286,10 +288,8 @@ class ResponsePoint:
                 )
             rows = np.moveaxis(r.rows(columns), 1, -1)
             rows = rows.reshape(-1, rows.shape[-1])
-            at = s.ratios.start
-            stacked = np.hstack(
-                [rows[:, :at], damped.reshape(len(rows), damped.shape[-1]), rows[:, at:]]
-            )
+            own, at = damped.reshape(len(rows), damped.shape[-1]), s.ratios.start
+            stacked = np.hstack([rows[:, :at], own, rows[:, at:]])
             parts += [stacked.real, stacked.imag]
         return np.vstack(parts)
 

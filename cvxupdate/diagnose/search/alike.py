@@ -57,7 +57,7 @@ def _seeds(evidence: Evidence, best: Hypothesis, tried: Collection[frozenset[Key
         rest = without(evidence, best, k) if places else None
         if rest is None:
             continue
-        size = np.array([best.figures[k].values[q.name] for q in effect.figures])
+        size = np.array([best.values[k][q.name] for q in effect.figures])
         context = evidence.context(rest.fit.setting.model)
         theres = [other.on(context) for other in places]
         same = [t for t in theres if t is not None and t.physics == effect.physics]

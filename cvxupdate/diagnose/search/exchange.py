@@ -153,7 +153,7 @@ def _tuned(effects: Sequence[Effect], best: Hypothesis, number: int) -> list[Eff
     action = best.effects[number].action
     if not isinstance(action, HiddenOscillator):
         return list(effects)
-    tuned = as_fitted(action, best.figures[number].values)
+    tuned = as_fitted(action, best.values[number])
     out: dict[Key, Effect] = {}
     for e in effects:
         if isinstance(e.action, HiddenOscillator):

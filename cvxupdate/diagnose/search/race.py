@@ -5,9 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import chain
 
+import numpy as np
+
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis, nominal_unknowns
-from cvxupdate.diagnose.settings import ABREAST, AGAIN, BEHIND, CLEAR, STAYING, TRIAGED
+from cvxupdate.diagnose.settings import (
+    ABREAST,
+    AGAIN,
+    BEHIND,
+    CLEAR,
+    EXPLAINED,
+    OPEN,
+    STAYING,
+    TRIAGED,
+)
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
 
@@ -57,7 +68,8 @@ def raced(
                 break
             progress(f"sharpening {number + 1} of {len(field)}: {h.name}")
             try:
-                carried = Hypothesis(h.effects, _sharper(evidence, h, level))
+                best = min((other.fit.misfit for other in arrived), default=np.inf)
+                carried = Hypothesis(h.effects, _sharper(evidence, h, level, best))
             except CvxupdateError:
                 continue
             if tenable(evidence, carried):
@@ -77,13 +89,15 @@ def _field(runners: Sequence[Hypothesis], most: int, behind: float) -> list[Hypo
     ]
 
 
-def _sharper(evidence: Evidence, h: Hypothesis, level: int) -> Fit:
+def _sharper(evidence: Evidence, h: Hypothesis, level: int, best: float) -> Fit:
     """Fitted on from where it is; what leaves much at an early level is begun a second time, from
-    nominal nuisance parameters, and the better one counts."""
+    nominal nuisance parameters, and the better one counts. What falls far behind a misfit that is
+    as good as explained (``best`` so far) is not."""
     effort = "sharp" if level == evidence.levels - 1 else "coarse"
     setting = evidence.at_level(h.fit.setting, level)
     found = evidence.fitted(Seed(h.effects, setting, h.fit.p), effort)
-    if level != AGAIN or found.excess <= CLEAR:
+    behind = best <= OPEN * EXPLAINED and found.misfit > BEHIND * best
+    if level != AGAIN or found.excess <= CLEAR or behind:
         return found
     start = nominal_unknowns(evidence, found.setting, found.p)
     try:
@@ -97,7 +111,7 @@ def tenable(evidence: Evidence, h: Hypothesis) -> bool:
     """False where another effect says it better: a hidden oscillator tuned beyond the recordings
     (a mass or a spring), an exchange of channels in part."""
     wary = [k for k, e in enumerate(h.effects) if e.change is None]
-    return all(h.effects[k].tenable(h.figures[k].values, *evidence.band) for k in wary)
+    return all(h.effects[k].tenable(h.values[k], *evidence.band) for k in wary)
 
 
 def merged(*lists: Sequence[Hypothesis]) -> list[Hypothesis]:

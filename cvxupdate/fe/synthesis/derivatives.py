@@ -65,8 +65,8 @@ class Changes:
         right = times(near, r.q)
         left = None
         if r.high is not None and len(self.used):
-            right, left = right + r.high.right(beyond), r.high.left(beyond)
-        sensed = by_point(r.a) if r.coupled else None
+            right += r.high.right(beyond)
+            left = r.high.left(beyond)
         out = np.empty((len(r.raw), len(self.parts), *r.raw.shape[1:]), dtype=complex)
         for j, parts in enumerate(self.parts):
             moved = np.zeros(r.q.shape, dtype=complex)  # modal forces of the change
@@ -78,19 +78,24 @@ class Changes:
                 local = forces(small, right[places], r.signal.s)
                 moved += times(near[places].T, local)
                 if left is not None:
-                    beside.append(
-                        np.matmul(np.swapaxes(np.take(left, places, axis=1), 1, 2), by_point(local))
-                    )
-            moved *= -r.drive[:, None]
-            if sensed is None:
-                out[:, j] = np.moveaxis(
-                    times(r.at[: r.near].T, r.inverse[:, :, None] * moved), 0, 1
-                )
+                    beside.append(_met(left[places], local))
+            if r.coupled:
+                out[:, j] = _met(r.a, moved)
             else:
-                out[:, j] = np.matmul(np.swapaxes(sensed, 1, 2), by_point(moved))
+                carried = times(r.at[: r.near].T, r.inverse[:, :, None] * moved)
+                out[:, j] = np.moveaxis(carried, 0, 1)
             for more in beside:
-                out[:, j] -= r.drive[:, None, None] * more
+                out[:, j] += more
+            out[:, j] *= -r.drive[:, None, None]
         return out
+
+
+def _met(left: Complex, force: Complex) -> Complex:
+    """What receptances to sensors (n, points, sensors) make of forces (n, points, cases): (points,
+    sensors, cases)."""
+    if force.shape[2] == 1:  # products and a sum are cheaper than a call for each point
+        return np.asarray(np.sum(left * force, axis=0)[:, :, None])
+    return np.asarray(np.matmul(np.swapaxes(by_point(left), 1, 2), by_point(force)))
 
 
 def forces(small: Small, right: Complex, s: Complex) -> Complex:

@@ -51,9 +51,9 @@ class HighModes:
         return self._driven(np.swapaxes(nodes, 0, 1))
 
     def left(self, phi: Real) -> Complex:
-        """(points, places, sensors) of places with shapes ``phi`` (places, modes)."""
+        """(places, points, sensors) of places with shapes ``phi`` (places, modes)."""
         nodes = times(phi, self.inverse[:, :, None] * self.at[:, None, :])
-        return times(self.W, np.swapaxes(nodes, 0, 1))
+        return np.matmul(self.W, nodes.view(float)).view(complex)
 
     def right(self, phi: Real) -> Complex:
         """(places, points, cases) of places with shapes ``phi`` (places, modes)."""

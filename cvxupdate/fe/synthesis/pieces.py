@@ -244,7 +244,7 @@ def receptances(response: Response, modes: Modes, dofs: Index | None = None) -> 
     left, right = times(phi[:, :n], response.a), times(phi[:, :n], response.q)
     if response.high is not None:
         left, right = (
-            left + np.swapaxes(response.high.left(phi[:, n:]), 0, 1),
+            left + response.high.left(phi[:, n:]),
             right + response.high.right(phi[:, n:]),
         )
     return Receptances(left, right)

@@ -92,6 +92,18 @@ def test_what_a_steep_window_does_not_hear_is_not_marched(evidence) -> None:
     assert all(not np.any(f[len(f) // 3 :]) for f, _, _ in part.motions.values())
 
 
+def test_of_a_steep_window_no_more_lines_are_taken_than_say_something(evidence) -> None:
+    """Under e^{−δt} a line says what its neighbours within δ do; where few are taken already (here
+    every second one), fewer or none are left out."""
+    signal = evidence.stages[-1][0]
+    run = evidence.runs[signal.name]
+    few = beginning(signal, run, 4.0 * DECAY)
+    assert len(few.s) == len(signal.s[::2]) == len(few.Y) == len(few.std)
+    np.testing.assert_allclose(few.s.imag, signal.s.imag[::2])
+    thin = replace(signal, s=signal.s[::5], Y=signal.Y[::5], U=signal.U[::5], std=signal.std[::5])
+    assert len(beginning(thin, run, 4.0 * DECAY).s) == len(thin.s)
+
+
 def test_it_begins_where_it_is_told_where_that_is_better(evidence) -> None:
     seed = planted(evidence, 0.6)
     best = fitted(

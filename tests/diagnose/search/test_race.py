@@ -12,7 +12,7 @@ import pytest
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.search.race import _field, entered, merged, raced, tenable
-from cvxupdate.diagnose.settings import ABREAST, AGAIN, BEHIND, CLEAR, PENALTY, TRIAGED
+from cvxupdate.diagnose.settings import ABREAST, AGAIN, BEHIND, CLEAR, OPEN, PENALTY, TRIAGED
 from cvxupdate.diagnose.types import Seed
 from cvxupdate.errors import ModelError
 from cvxupdate.physics.effect import EXCHANGED, TUNED, HiddenOscillator
@@ -188,6 +188,24 @@ def test_what_leaves_much_is_begun_again_from_the_nominal_model(
     h = Hypothesis((effect(nodes=(1,)),), PlainFit(9.0, p=np.ones(1), setting=Damped()))  # type: ignore[arg-type]
     (found,) = raced(track, [h], ((AGAIN, 4),), silent)  # type: ignore[arg-type]
     assert found.fit.misfit == wanted and len(track.efforts) == fits
+
+
+def test_what_falls_far_behind_a_good_one_is_not_begun_again() -> None:
+    """Where the best still leaves much, everybody is: the next may be what is there."""
+
+    def fits(best: float, other: float) -> int:
+        times = {(1, AGAIN): best, (2, AGAIN): other}
+        track = Track(times=times, model=PlainSetting().model)  # type: ignore[arg-type]
+        field_ = [
+            Hypothesis((effect(nodes=(n,)),), PlainFit(1.0, p=np.ones(1), setting=Damped()))  # type: ignore[arg-type]
+            for n in (1, 2)
+        ]
+        raced(track, field_, ((AGAIN, 4),), silent)  # type: ignore[arg-type]
+        return sum(key[0] == 2 for key, _ in track.efforts)
+
+    assert fits(1.0, 1.01 * BEHIND) == 1
+    assert fits(1.0, 0.99 * BEHIND) == 2
+    assert fits(1.01 * OPEN, 2.0 * BEHIND * OPEN) == 2
 
 
 @dataclass(frozen=True)
