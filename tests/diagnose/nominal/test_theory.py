@@ -74,7 +74,7 @@ def test_where_it_changes_nothing_that_is_heard_there_is_none(frame):
 
 
 def test_shear_that_shifts_frequencies_by_much_is_a_finding(tmp_path):
-    """Of a bar eight depths long it is no matter of theory, turning is one; bars have no corners."""
+    """Of a bar eight depths long it is no matter of theory, turning is one; it has no corners."""
     spec, model = load(tmp_path, STOCKY)
     mesh = mesh_of(spec, model, 1e-4)
     assert mesh.theory == ("rotary",) and mesh.stocky
