@@ -8,6 +8,7 @@ from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.search.beside import narrow
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.rigs import a_rig_alone
+from cvxupdate.diagnose.search.spread import spread_out
 from cvxupdate.diagnose.settings import (
     ABREAST,
     COARSE,
@@ -36,7 +37,7 @@ def coarsely(
         return raced(evidence, entries, few, progress), [], alone
     coarse = raced(evidence, entries, COARSE, progress)
     sharper = _sharper(evidence, coarse, progress)
-    coarse = merged(coarse, sharper)
+    coarse = spread_out(evidence, merged(coarse, sharper), COARSE, progress)
     if not much:
         alone = a_rig_alone(evidence, coarse, OPEN * EXPLAINED, progress)
     return coarse, sharper, alone

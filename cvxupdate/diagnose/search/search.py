@@ -22,7 +22,6 @@ from cvxupdate.diagnose.search.held import held
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
-from cvxupdate.diagnose.search.spread import spread_out
 from cvxupdate.diagnose.search.zones import zoned
 from cvxupdate.diagnose.settings import (
     COARSE,
@@ -104,8 +103,6 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         seeds += beside(evidence, start, level=0, scores=rankings[0])
     entries = entered(evidence, seeds, progress)
     coarse, sharper, alone = coarsely(evidence, entries, pattern, progress)
-    if not (pattern or enough_alone(evidence, alone)):
-        coarse = spread_out(evidence, coarse, COARSE, progress)
     grown, ahead = ([], False) if pattern else _grown(evidence, coarse, alone, progress)
     reached = ahead and (
         grown[0].fit.misfit <= OPEN * EXPLAINED
