@@ -62,8 +62,8 @@ MESH_NOISE = 0.5
 MESH_TOLD = 1e-3
 # Relative error of a natural frequency that the theory of sheets may leave on a finer mesh, shear,
 # rims, rotary inertia and clamps that reach in being nuisance parameters: half of what thin ones
-# leave where half a wave is as long as 40 thicknesses. (Six of seven null plates by CalculiX: 0.006
-# to 0.023 %.)
+# leave where half a wave is as long as 40 thicknesses. (Seven null plates by CalculiX: 0.006 to
+# 0.023 %.)
 SHEET_DISCREPANCY = 2.5e-4
 # Response error: what mesh and theory of sheets may leave is never taken to be more.
 MOST_ALLOWANCE = 0.3

@@ -125,16 +125,16 @@ def theory_of(
     enough: float,
     most: float,
 ) -> tuple[str, ...]:
-    """The words that change more of the responses (``differ``) than is ``enough``; shear and rotary
-    inertia of beams where they shift (``shift``) frequencies by ``most``, relative, at most; of
-    sheets however much, for no finding says it."""
+    """The words that change more of the responses (``differ``) than is ``enough``; shear of beams
+    where it shifts (``shift``) frequencies by ``most``, relative, at most; rotary inertia, and
+    shear of sheets, however much, for no finding says it."""
     out = []
-    lacking = [(SHEAR, shearing(model))] if lines_of(model, SHEAR) else []
-    if any(switched(model, ROTARY)):
-        lacking.append((ROTARY, other(model, ROTARY)))
-    for word, changed in lacking:
-        if shift(model, changed) <= most and differ(model, changed) > enough:
-            out.append(word)
+    if lines_of(model, SHEAR):
+        sheared = shearing(model)
+        if shift(model, sheared) <= most and differ(model, sheared) > enough:
+            out.append(SHEAR)
+    if any(switched(model, ROTARY)) and differ(model, other(model, ROTARY)) > enough:
+        out.append(ROTARY)
     bent = _with(model, LAG, np.zeros_like)
     for word, one in ((LAG, model), (TURNING, bent)):  # what lags behind and does not turn is none
         if any(switched(one, word)) and differ(one, other(one, word)) > enough:

@@ -29,6 +29,7 @@ def coarsely(
     few others go on."""
     if pattern:
         return raced(evidence, entries, COARSE, progress), [], []
+    much = bool(entries) and entries[0].penalised > HOPELESS * EXPLAINED
     alone = a_rig_alone(evidence, entries, HOPELESS * EXPLAINED, progress)
     if enough_alone(evidence, alone):
         few = tuple((level, STAYING) for level, _ in COARSE)
@@ -36,7 +37,8 @@ def coarsely(
     coarse = raced(evidence, entries, COARSE, progress)
     sharper = _sharper(evidence, coarse, progress)
     coarse = merged(coarse, sharper)
-    alone = alone or a_rig_alone(evidence, coarse, OPEN * EXPLAINED, progress)
+    if not much:
+        alone = a_rig_alone(evidence, coarse, OPEN * EXPLAINED, progress)
     return coarse, sharper, alone
 
 

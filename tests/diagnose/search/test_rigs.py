@@ -87,5 +87,19 @@ def test_where_a_rig_is_all_it_is_found_before_few_others_go_on(evidence, best):
     assert len(singles) <= 6 and not sharper and found[0].keys == alone.keys
 
 
+def test_what_a_rig_does_not_explain_is_not_asked_twice(evidence, best, monkeypatch):
+    from cvxupdate.diagnose.search import coarse
+
+    (lump,) = raced(evidence, [without(evidence, best, 1)], ((0, 1),), quiet)
+    asked: list[float] = []
+    monkeypatch.setattr(coarse, "a_rig_alone", lambda e, s, enough, p: asked.append(enough) or [])
+    monkeypatch.setattr(coarse, "raced", lambda e, found, legs, p: list(found))
+    monkeypatch.setattr(coarse, "_sharper", lambda e, found, p: [])
+    for cost in (100.0, 0.01):
+        h = replace(lump, fit=replace(lump.fit, cost=cost * lump.fit.rows))
+        assert coarsely(evidence, [h], False, quiet) == ([h], [], [])
+    assert asked == [10.0, 10.0, 4.0]
+
+
 def test_a_structure_hangs_from_a_rig(best):
     assert Cords.mount and not any(map(of_a_rig, best.effects))
