@@ -15,13 +15,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from cvxupdate.physics import effect_names
-from cvxupdate.physics.effect import MOTION
 from validation import calibrate
 from validation.motions.attempts import attempted
 from validation.motions.cases import COUNT, EVALUATION, draw, secret
 from validation.motions.effects import graded
 from validation.motions.files import make
+from validation.proof import NONLINEAR
 from validation.rigs.__main__ import procedure, rows_of
 from validation.rigs.judge import STATED
 from validation.rigs.totals import say, summary, told
@@ -55,10 +54,9 @@ def drifts(raw: Sequence[dict[str, Any]]) -> str:
 def nonlinear_words(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """How often an internal force was told (with a confidence of 0.5 or more) of structures that
     have none: nothing concealed, something linear, or drift."""
-    told = {n for n in effect_names(MOTION) if n not in effect_names()}
-    linear = [r for r in rows if not any(e["physics"] in told for e in r["effects"])]
+    linear = [r for r in rows if not any(e["physics"] in NONLINEAR for e in r["effects"])]
     wrong = sum(
-        any(f["physics"] in told and f["confidence"] >= STATED for f in r["findings"])
+        any(f["physics"] in NONLINEAR and f["confidence"] >= STATED for f in r["findings"])
         for r in linear
     )
     return {"linear": len(linear), "told": wrong, "interval": calibrate.wilson(wrong, len(linear))}
