@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
-from cvxupdate.diagnose.motion.rates import STEP
+from cvxupdate.diagnose.motion.rates import STEP, stepped_figures
 from cvxupdate.diagnose.motion.runs import COLUMNS, beginning
 from cvxupdate.diagnose.motion.smoother import Beyond
 from cvxupdate.diagnose.responses.setting import EFFORTS
 from cvxupdate.diagnose.responses.signals import Real, Signal
 from cvxupdate.errors import CvxupdateError
-from cvxupdate.fe.internal import internal_forces, moving
+from cvxupdate.fe.internal import internal_forces
 from cvxupdate.forces import Laws
 from cvxupdate.recordings.measured import DECAY
 from cvxupdate.update.trust_region import Options
@@ -109,16 +109,12 @@ def _forces(laws: Laws, x: Real, v: Real) -> Real:
 def guided_rates(point: Any) -> tuple[list[int], Mapping[str, Real]]:
     """Unknowns of a `MotionPoint` that are the laws' own, and by how much they move the internal
     forces along the motion that is given: of every run (samples, places, unknowns)."""
-    model = point.setting.model
-    count = len(model.parameters)
     laws, _ = point.forces
-    moved: dict[int, Laws] = {}
-    for j in moving(model):
-        p = point.p[:count].copy()
-        p[j] += STEP
-        other = internal_forces(model, p).laws
-        if not np.array_equal(other.values, laws.values):
-            moved[j] = replace(laws, values=other.values)
+    moved = {
+        j: replace(laws, values=figures)
+        for j, figures in stepped_figures(point)
+        if not np.array_equal(figures, laws.values)
+    }
     out = {}
     for name, (f, x, v) in point.motions.items():
         rates = [(_forces(other, x, v) - f) / STEP for other in moved.values()]

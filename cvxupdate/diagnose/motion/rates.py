@@ -3,7 +3,7 @@ modes of each variant turned within the band."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -75,6 +75,16 @@ def force_rates(point: Any) -> tuple[list[int], Mapping[str, Real]]:
     return moves.unknowns, out
 
 
+def stepped_figures(point: Any) -> Iterator[tuple[int, Real]]:
+    """Of each parameter that moves the figures of a law its number, and what these are a `STEP`
+    further, (places, 4)."""
+    model = point.setting.model
+    for j in moving(model):
+        p = point.p[: len(model.parameters)].copy()
+        p[j] += STEP
+        yield j, np.asarray(internal_forces(model, p).laws.values, dtype=float)
+
+
 def _moves(point: Any) -> Moves:
     setting, n = point.setting, point.carried
     model = setting.model
@@ -90,10 +100,8 @@ def _moves(point: Any) -> Moves:
     damped = [k for k in range(setting.damped) if point.owner[k] < n]
     laws = point.forces[0]
     values = np.tile(np.asarray(laws.values, dtype=float), (count, 1, 1))
-    for j in moving(model):
-        p = point.p[:count].copy()
-        p[j] += STEP
-        values[j] = internal_forces(model, p).laws.values
+    for j, figures in stepped_figures(point):
+        values[j] = figures
     return Moves(
         [*range(count), count, *(count + 1 + k for k in damped)],
         np.array([STEP] * count + [STEP_DAMPING] * (1 + len(damped))),

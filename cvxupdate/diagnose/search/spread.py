@@ -44,9 +44,11 @@ def spread_seeds(evidence: Evidence, h: Hypothesis, tried: set[frozenset[Key]]) 
     """A fitted set with one of its points, something that is put on a single node, spread over its
     surroundings; those that were not ``tried``."""
     out: list[Seed] = []
+    if LUMP not in evidence.names:
+        return out
     for k, e in enumerate(h.effects):
         point = e.physics == LUMP and e.change is not None and not e.change.detail
-        if LUMP not in evidence.names or not point or len(e.place.nodes) != 1:
+        if not point or len(e.place.nodes) != 1:
             continue
         size, rest = float(h.sizes(k)[0]), without(evidence, h, k)
         if size <= 0.0 or rest is None:
