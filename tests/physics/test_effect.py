@@ -24,7 +24,7 @@ FIGURES = {
     "stiffness_change": {"factor": 0.87},
     "mass_change": {"factor": 1.1},
     "thickness_change": {"factor": 1.35},
-    "added_mass": {"m": 1.21},
+    "added_mass": {"m": 1.21, "J": 3.4e-4},
     "orthotropy": {"Dx": 1.1, "Dy": 0.8, "D1": 1.0, "Dxy": 0.93},
     "grounding_spring": {"k": 3490.0},
     "flexible_support": {"k": 2.1e6, "m": 3.4, "kr": 5.6e3, "J": 0.021},
