@@ -19,11 +19,13 @@ from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
 from cvxupdate.diagnose.search.guided import brought_near, guided
 from cvxupdate.diagnose.search.held import held
+from cvxupdate.diagnose.search.neighbours import neighbours
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
 from cvxupdate.diagnose.search.zones import zoned
 from cvxupdate.diagnose.settings import (
+    BEHIND,
     COARSE,
     DAMPING_GAIN,
     EXPLAINED,
@@ -127,7 +129,7 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
         single = bool(singles and (several or grown)) and _told_alone(evidence, singles[0])
         own = [several] if ahead else [several, grown]  # each has its own end
-        ways = [] if single else [way for way in own if way]
+        ways = [] if single else _open(evidence, own)
         several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
     several = _stretches(evidence, elsewhere(evidence, several, progress), progress)
     several = merged(several, shaken(evidence, several, progress))
@@ -139,6 +141,8 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     several = merged(several, [h for h in lighter if len(h.effects) > 1])
     if not pattern and evidence.told_by == MODES:  # a model far off from responses has its approach
         several = merged(several, held(evidence, progress))
+    if not pattern:
+        singles = neighbours(evidence, singles, several, progress)
     return Found(
         tuple(best_of(*rankings)),
         tuple(settled(evidence, singles)),
@@ -218,6 +222,16 @@ def _pairs(
     if singles and _told_alone(evidence, singles[0]):
         return found
     return exchanged(evidence, found, progress)
+
+
+def _open(evidence: Evidence, ways: Sequence[Sequence[Hypothesis]]) -> list[Sequence[Hypothesis]]:
+    """Sets to go on from, best first each: where one leaves nothing, only those that have not
+    fallen behind it, for further effects would be sought beside what is not true."""
+    known = [way for way in ways if way]
+    best = min((way[0] for way in known), key=lambda h: h.penalised, default=None)
+    if best is None or not evidence.clear(best.fit):
+        return known
+    return [way for way in known if way[0].penalised <= BEHIND * best.penalised]
 
 
 def _instead(
