@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit, Setting
-from cvxupdate.diagnose.settings import MOST_EFFECTS, PENALTY
+from cvxupdate.diagnose.settings import CLEARLY, MOST_EFFECTS, PENALTY
 from cvxupdate.diagnose.types import Evidence, Key, Real, Score, Seed
 from cvxupdate.errors import CvxupdateError, ModelError
 from cvxupdate.physics.effect import Effect
@@ -127,6 +127,15 @@ def further(candidates: Sequence[Effect], parent: Hypothesis) -> list[Effect]:
 def only_a_rig(h: Hypothesis) -> bool:
     """Whether a rig does all that is supposed, what stands at the drive being the shaker's."""
     return all(of_a_rig(e) or at_drive(e) for e in h.effects)
+
+
+def takes_all(evidence: Evidence, several: Hypothesis, single: Hypothesis) -> bool:
+    """Whether a set leaves nothing, and a tenth at most of what a single effect leaves that does
+    not explain: mesh and theory err in many small ways, of which no further effect takes away so
+    much."""
+    left = several.fit
+    open_ = not evidence.explained(single.fit, evidence.errors(single.fit))
+    return open_ and evidence.clear(left) and left.misfit <= CLEARLY * single.fit.misfit
 
 
 def price(unknowns: int, figures: float) -> float:

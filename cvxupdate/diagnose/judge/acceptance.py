@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit
-from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig
+from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, takes_all
 from cvxupdate.diagnose.settings import (
     CLEARLY,
     DAMPING_COST,
@@ -193,7 +193,11 @@ def saturated(w: Weighed, case: Case) -> bool:
 
 def needs_several(several: Weighed, single: Weighed | None, case: Case) -> bool:
     """Whether several effects are needed: they are credible, as a single one must be, and leave at
-    most half of what the best single one leaves, which is more than the mesh's."""
-    if saturated(several, case) or (single is not None and meshed(single, case)):
+    most half of what the best single one leaves, which is more than the mesh's; or next to nothing
+    of it (`takes_all`)."""
+    if saturated(several, case):
         return False
+    if single is not None and meshed(single, case):
+        both = (several.hypothesis, single.hypothesis)
+        return takes_all(case.evidence, *both) and better(several, single, case)
     return credible(several, case) and better(several, single or case.base, case)

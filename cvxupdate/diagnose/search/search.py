@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
+from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from, takes_all
 from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
 from cvxupdate.diagnose.screen.stability import stability
 from cvxupdate.diagnose.search.alike import elsewhere
@@ -127,7 +127,8 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         several = _pairs(evidence, [] if reached else coarse, singles, progress)
         known = likeliest(several)
         singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
-        single = bool(singles and (several or grown)) and _told_alone(evidence, singles[0])
+        sets = merged(several, grown)
+        single = bool(singles and sets) and _told_alone(evidence, singles[0], sets)
         own = [several] if ahead else [several, grown]  # each has its own end
         ways = [] if single else _open(evidence, own)
         several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
@@ -219,7 +220,7 @@ def _pairs(
         return []
     few = bool(singles) and _mesh_may(evidence, singles[0])
     found = pairs(evidence, firsts, FEW_PARENTS if few else PARENTS, progress)
-    if singles and _told_alone(evidence, singles[0]):
+    if singles and _told_alone(evidence, singles[0], found):
         return found
     return exchanged(evidence, found, progress)
 
@@ -263,9 +264,11 @@ def _mesh_may(evidence: Evidence, h: Hypothesis, times: float = 1.0) -> bool:
     return evidence.errors(h.fit).fit <= times * evidence.allowance(h.fit.setting.model)
 
 
-def _told_alone(evidence: Evidence, h: Hypothesis) -> bool:
+def _told_alone(evidence: Evidence, h: Hypothesis, sets: Sequence[Hypothesis]) -> bool:
     """Whether a single effect will be told beside which the judgement accepts no set, for what is
     left may be the mesh's: larger sets would be sought for nothing. Pairs stay rivals of it."""
+    if sets and takes_all(evidence, sets[0], h):
+        return False
     base, errors = evidence.bases[-1], evidence.errors(h.fit)
     halves = h.fit.excess <= HALVED * base.excess
     heard = not np.isfinite(errors.hold_out) or (

@@ -210,6 +210,22 @@ def test_no_second_effect_is_taken_out_of_what_the_mesh_may_leave() -> None:
         assert needs_several(weighed(GOOD, *both), single, case) == needed
 
 
+def test_a_second_effect_stands_that_takes_all_of_what_one_leaves_unexplained() -> None:
+    """The mesh may leave up to twice its allowance beside one effect, which does not explain then;
+    what leaves nothing of that is no mesh."""
+    both = effect(), effect(nodes=(3,))
+    open_, told = (PlainFit(m, errors=Errors(0.04, 0.06)) for m in (10.0, 3.9))
+    nothing = PlainFit(0.2, errors=Errors(0.005, 0.006))
+    for one, two, needed in (
+        (open_, nothing, True),
+        (open_, replace(nothing, misfit=1.01, beyond_noise=0.2), False),
+        (open_, replace(nothing, misfit=0.4), False),
+        (told, nothing, False),
+    ):
+        case = case_of(PlainEvidence((BASE,), mesh=0.025))
+        assert needs_several(weighed(two, *both), weighed(one, effect()), case) == needed
+
+
 def test_of_motion_free_runs_that_are_off_by_half_are_as_good_as_half_the_misfit() -> None:
     """Lines where nothing was forced keep the misfit up; where the model without explains the
     recordings already, all of the misfit counts."""
