@@ -15,7 +15,7 @@ from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
 from cvxupdate.diagnose.search.backward import merit
 from cvxupdate.diagnose.search.exchange import likeliest, tuned_as
 from cvxupdate.diagnose.search.race import entered, merged, raced
-from cvxupdate.diagnose.settings import NEIGHBOURING, NEIGHBOURS, WALKS
+from cvxupdate.diagnose.settings import NEIGHBOURING, NEIGHBOURS, TRIAGED, WALKS
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.physics.effect import MOTION
 
@@ -37,11 +37,13 @@ def neighbours(
     if best is None or len(best.effects) > 1 or evidence.told_by == MOTION:
         return found
     for _ in range(WALKS):
-        if evidence.hurried:
-            evidence.leave(PLACES)
-            break
         seeds = _seeds(evidence, best, {h.keys for h in found})
-        more = raced(evidence, entered(evidence, seeds, progress), ((last, len(seeds)),), progress)
+        if seeds and evidence.hurried:
+            evidence.leave(PLACES, len(seeds))
+            break
+        near = entered(evidence, seeds, progress)
+        near = [h for h in near if h.penalised <= TRIAGED * best.penalised]
+        more = raced(evidence, near, ((last, len(seeds)),), progress)
         found = merged(found, more)
         ahead = likeliest(more)
         if ahead is None or merit(ahead) <= merit(best):
