@@ -130,12 +130,12 @@ def only_a_rig(h: Hypothesis) -> bool:
 
 
 def takes_all(evidence: Evidence, several: Hypothesis, single: Hypothesis) -> bool:
-    """Whether a set leaves nothing, and a tenth at most of what a single effect leaves that does
-    not explain: mesh and theory err in many small ways, of which no further effect takes away so
-    much."""
-    left = several.fit
-    open_ = not evidence.explained(single.fit, evidence.errors(single.fit))
-    return open_ and evidence.clear(left) and left.misfit <= CLEARLY * single.fit.misfit
+    """Whether one effect more leaves nothing, and a tenth at most of what a single one leaves that
+    does not explain: mesh and theory err in many small ways, of which no one effect takes away so
+    much, though several may."""
+    left, one_more = several.fit, len(several.effects) == len(single.effects) + 1
+    takes = one_more and left.misfit <= CLEARLY * single.fit.misfit and evidence.clear(left)
+    return takes and not evidence.explained(single.fit, evidence.errors(single.fit))
 
 
 def price(unknowns: int, figures: float) -> float:

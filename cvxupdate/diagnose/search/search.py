@@ -267,7 +267,7 @@ def _mesh_may(evidence: Evidence, h: Hypothesis, times: float = 1.0) -> bool:
 def _told_alone(evidence: Evidence, h: Hypothesis, sets: Sequence[Hypothesis]) -> bool:
     """Whether a single effect will be told beside which the judgement accepts no set, for what is
     left may be the mesh's: larger sets would be sought for nothing. Pairs stay rivals of it."""
-    if sets and takes_all(evidence, sets[0], h):
+    if any(takes_all(evidence, s, h) for s in sets):
         return False
     base, errors = evidence.bases[-1], evidence.errors(h.fit)
     halves = h.fit.excess <= HALVED * base.excess
