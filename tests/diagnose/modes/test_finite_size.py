@@ -125,6 +125,6 @@ def test_of_very_many_the_best_of_each_kind_are_looked_at_closely(tried, monkeyp
     for kind in {(candidates[k].physics, candidates[k].place.dof) for k in closely}:
         mine = [k for k in closely if (candidates[k].physics, candidates[k].place.dof) == kind]
         best = min(mine, key=lambda k: closely[k])
-        assert (
-            quickly[best] == closely[best] and sum(quickly[k] == closely[k] for k in mine) == 6
-        ), kind
+        # A line of a product of matrices depends on how many others there are, in its last digit.
+        same = {k for k in mine if quickly[k] == pytest.approx(closely[k], rel=1e-9)}
+        assert best in same and len(same) == 6, kind
