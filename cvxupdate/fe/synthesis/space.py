@@ -67,6 +67,11 @@ class Space:
         found = None if root is None else grown(root.projected, root.model, self.model, self.V)
         return projected(self.model, self.V) if found is None else found
 
+    @property
+    def answered(self) -> tuple[int, ...]:
+        """DOFs to a force at which its modes have the static answer."""
+        return tuple(int(d) for d in self.ports)
+
     def far(self, p: Real, limit: float) -> bool:
         """Whether a parameter on many DOFs is further than that from where it was made."""
         wide = list(self.wide)
