@@ -158,9 +158,13 @@ def _client(scheduler: str) -> Iterator[Any]:
             "Install it (pip install 'cvxupdate[parallel]'), or leave the option out: processes "
             "of this machine are used then."
         ) from None
+    client = Client.__new__(Client)
     try:
-        client = Client(scheduler, timeout=TIMEOUT, set_as_default=False)
+        client.__init__(scheduler, timeout=TIMEOUT, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
+        # Else its thread is ended when it happens to be collected; while another client begins,
+        # that waits for a lock which this thread holds itself (distributed 2026.8).
+        client.__del__()
         raise InputError(
             f"--scheduler {scheduler}: no dask scheduler answers there ({error}). Give its "
             "address as it prints it when it starts, such as tcp://192.168.0.7:8786."

@@ -4,6 +4,7 @@ and clear words where there is no cluster."""
 from __future__ import annotations
 
 import builtins
+import gc
 import importlib.util
 import multiprocessing
 import os
@@ -86,9 +87,17 @@ def test_what_cannot_be_opened_says_why(cluster: Any) -> None:
 @installed
 @pytest.mark.parametrize("address", ["nowhere", "tcp://127.0.0.1:9"])
 def test_a_scheduler_that_is_not_there(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Said, and nothing is left behind: a client that did not begin, and is collected while
+    another one begins, waits for ever."""
     monkeypatch.setattr("cvxupdate.parallel.TIMEOUT", 0.5)
-    with pytest.raises(InputError, match=f"--scheduler {address}: no dask scheduler answers"):
-        list(spread(TASKS, solving, {}, Where(scheduler=address)))
+    gc.disable()
+    try:
+        with pytest.raises(InputError, match=f"--scheduler {address}: no dask scheduler answers"):
+            list(spread(TASKS, solving, {}, Where(scheduler=address)))
+        left = {o.status for o in gc.get_objects() if type(o).__name__ == "Client"}
+        assert left <= {"closed"}
+    finally:
+        gc.enable()
 
 
 def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

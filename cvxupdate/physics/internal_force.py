@@ -23,6 +23,7 @@ from cvxupdate.fe.parameters import Parameter, Target
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.draft import Draft, kind_of
 from cvxupdate.physics.effect import Effect, Planted
+from cvxupdate.physics.facing import facing
 from cvxupdate.physics.growth import dof_rows, new_ids
 from cvxupdate.physics.place import TRANSLATIONS, Place
 
@@ -182,12 +183,17 @@ def spread(chi: float) -> dict[str, Real]:
 
 def places(context: SearchContext) -> list[tuple[tuple[int, ...], Place]]:
     """(DOF rows, place) where a law can act: every free translation against ground; between the
-    ends of springs along one direction, every pair of them where they are few."""
+    ends of springs along one direction, every pair of them where they are few; between nodes of
+    parts that face each other."""
     model = context.model
     out: list[tuple[tuple[int, ...], Place]] = [
         ((row,), Place(nodes=(node,), dof=kind))
         for row, node, kind in dof_rows(model, TRANSLATIONS)
     ]
+    rows_of: dict[tuple[int, str], int] = {}
+    for row, node, kind in dof_rows(model, TRANSLATIONS):
+        rows_of[node, kind] = row
+    across = [tuple(int(model.node_ids[n]) for n in pair) for pair in facing(model)]
     for kind in TRANSLATIONS:
         ends: set[int] = set()
         joined: set[tuple[int, int]] = set()
@@ -200,6 +206,10 @@ def places(context: SearchContext) -> list[tuple[tuple[int, ...], Place]]:
         pairs = set(joined)
         if len(ends) <= FEW_ENDS:
             pairs |= {p for p in combinations(sorted(ends), 2) if p[::-1] not in joined}
+        for one, two in across:
+            if (one, kind) in rows_of and (two, kind) in rows_of:
+                p = rows_of[one, kind], rows_of[two, kind]
+                pairs |= set() if p in pairs or p[::-1] in pairs else {p}
         for a, b in sorted(pairs):
             nodes = tuple(int(model.node_ids[model.dof_node[d]]) for d in (a, b))
             if nodes[0] != nodes[1]:
