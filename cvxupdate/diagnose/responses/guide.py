@@ -3,7 +3,7 @@ far off."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -46,7 +46,7 @@ def at_finite_sizes(
     size for whole members. ``left`` measures what each leaves; ``sift`` as in `few_directions`."""
     point = parent.fit.point
     linear = first_order(point, effects, sift)
-    ways = (
+    ways: tuple[Callable[[], list[Score]], ...] = (
         lambda: few_directions(point, linear, left, sift),
         lambda: sets_of_elements(point, linear, left),
     )
