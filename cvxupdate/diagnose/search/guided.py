@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -36,6 +37,7 @@ from cvxupdate.diagnose.settings import (
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
+from cvxupdate.forked import Ahead, every
 
 GROWN, RIVALS = "sets of effects that bring the whole nearer", "rivals of members of the best set"
 
@@ -115,9 +117,11 @@ class _Growth:
         """The nearest sets with one effect more than those of the front have, the nearest of these
         with all that a rig does beside them, too; nearest first."""
         plain, first = list[Reached](), set[frozenset[Key]]()
-        for h in self._parents(front):
+        parents, jobs = self._parents(front), self.evidence.jobs
+        sought = every(lambda h: self.approach.beside(h, NEAREST), parents, jobs)
+        for h, seeds in zip(parents, sought, strict=True):
             self.progress(f"seeking what brings {h.name} nearer")
-            own = self._nearer(self.approach.beside(h, NEAREST), "first pass")
+            own = self._nearer(seeds, "first pass")
             first.update(r.hypothesis.keys for r in own[:1])  # what it stands on may show later
             plain = sorted([*plain, *own], key=lambda r: r.left)
         near, tried = _nearest(plain)[:BEAM], {r.hypothesis.keys for r in plain}
@@ -150,20 +154,24 @@ class _Growth:
         """Seeds brought as near as they come, nearest first; without those that are no
         structure."""
         found: list[Reached] = []
-        for seed in seeds:
-            if found and self.evidence.hurried:
-                break
-            try:
-                fit, left = self.approach.taken(seed, effort)
-            except CvxupdateError:
-                continue
-            h = Hypothesis(seed.effects, fit)
-            found += [Reached(h, left)] if tenable(self.evidence, h) else []
+        with Ahead(partial(self._brought, effort), seeds, self.evidence.jobs) as fits:
+            for _ in seeds:
+                if found and self.evidence.hurried:
+                    break
+                r = fits.take()
+                found += [r] if r is not None and tenable(self.evidence, r.hypothesis) else []
         return sorted(found, key=lambda r: r.left)
+
+    def _brought(self, effort: str, seed: Seed) -> Reached | None:
+        try:
+            fit, left = self.approach.taken(seed, effort)
+        except CvxupdateError:
+            return None
+        return Reached(Hypothesis(seed.effects, fit), left)
 
     def _pruned(self, sets: Sequence[Reached]) -> list[Reached]:
         """Each without the effects that hardly bring it nearer."""
-        return _nearest([self._sparse(r) for r in sets])
+        return _nearest(every(self._sparse, sets, self.evidence.jobs))
 
     def _sparse(self, whole: Reached) -> Reached:
         """Without the effects that do little as it is, all at once; then, one by one, the one that
