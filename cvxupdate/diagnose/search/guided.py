@@ -30,6 +30,7 @@ from cvxupdate.diagnose.settings import (
     FALLEN,
     FINE_SEVERAL,
     GROWING,
+    HOPELESS,
     NEARER,
     NEAREST,
     OPEN,
@@ -56,6 +57,20 @@ def guided(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     squares has its turn, too."""
     growth = _growth(evidence, progress)
     return [] if growth is None else growth.finished(growth.found())
+
+
+def nearest_alone(evidence: Evidence, progress: Progress) -> list[Seed]:
+    """The single effects that bring a model that is far off nearest, on the smoothest recordings,
+    from where they do; none where nuisance parameters bring it near. What is gross moves resonances
+    past one another, where weighted squares rank it behind what flattens a few lines."""
+    far = evidence.bases[0].misfit > HOPELESS * EXPLAINED
+    growth = _growth(evidence, progress) if far else None
+    if growth is None:
+        return []
+    progress("seeking what brings the model nearer by itself")
+    near = growth.nearer(growth.approach.beside(growth.bare, NEAREST), "first pass")
+    singles = [r.hypothesis for r in near if len(r.hypothesis.effects) == 1][:BEAM]
+    return [Seed(h.effects, evidence.at_level(h.fit.setting, 0), h.fit.p) for h in singles]
 
 
 def brought_near(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
@@ -107,7 +122,7 @@ class _Growth:
         rigged = self.approach.rigged(bare)
         alike = self.approach.alike(bare)
         seeds = [h.onward for h in (bare, rigged, alike) if h is not None]
-        nearer = self._nearer(self.approach.mounted(bare, BEAM), "first pass")[:BEAM]
+        nearer = self.nearer(self.approach.mounted(bare, BEAM), "first pass")[:BEAM]
         seeds += [r.hypothesis.onward for r in nearer]
         front = self._pruned(self._taken(seeds, "sharp"))
         others = self.approach.another_way(front[0].hypothesis) if front else []
@@ -121,14 +136,14 @@ class _Growth:
         sought = every(lambda h: self.approach.beside(h, NEAREST), parents, jobs)
         for h, seeds in zip(parents, sought, strict=True):
             self.progress(f"seeking what brings {h.name} nearer")
-            own = self._nearer(seeds, "first pass")
+            own = self.nearer(seeds, "first pass")
             first.update(r.hypothesis.keys for r in own[:1])  # what it stands on may show later
             plain = sorted([*plain, *own], key=lambda r: r.left)
         near, tried = _nearest(plain)[:BEAM], {r.hypothesis.keys for r in plain}
         stretches = [s for r in near for s in zone_seeds(self.evidence, r.hypothesis, tried)]
-        plain += self._nearer(stretches, "first pass")
+        plain += self.nearer(stretches, "first pass")
         rigged = [s for r in _nearest(plain)[:BEAM] for s in self._rigged(r.hypothesis)]
-        entered = sorted([*plain, *self._nearer(rigged, "first pass")], key=lambda r: r.left)
+        entered = sorted([*plain, *self.nearer(rigged, "first pass")], key=lambda r: r.left)
         best = {r.hypothesis.keys for r in _abreast(entered)} | first
         field = [r.hypothesis for r in entered if r.hypothesis.keys in best]
         return self._pruned(_abreast(self._taken([h.onward for h in field], "sharp")))
@@ -148,9 +163,9 @@ class _Growth:
 
     def _taken(self, seeds: Sequence[Seed], effort: str) -> list[Reached]:
         """Seeds brought as near as they come, nearest first, each set once."""
-        return _nearest(self._nearer(seeds, effort))
+        return _nearest(self.nearer(seeds, effort))
 
-    def _nearer(self, seeds: Sequence[Seed], effort: str) -> list[Reached]:
+    def nearer(self, seeds: Sequence[Seed], effort: str) -> list[Reached]:
         """Seeds brought as near as they come, nearest first; without those that are no
         structure."""
         found: list[Reached] = []
