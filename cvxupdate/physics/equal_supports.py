@@ -97,13 +97,15 @@ def classes(context: SearchContext) -> Iterator[tuple[Held, ...]]:
 
 def edges(context: SearchContext) -> Iterator[tuple[Held, ...]]:
     """Of a class the supports on each straight edge of sheets, where they are not all on one: one
-    side of a plate may be clamped worse than another."""
+    side of a plate may be clamped worse than another. A corner is held by the other side still."""
     for held in classes(context):
         at = {n for n, _ in held}
         runs = straight_runs(sheet_sides(context.model, at))
         for run in runs if len(runs) > 1 else ():
-            if len(run) > 2 and run != at:
-                yield tuple(h for h in held if h[0] in run)
+            corners = set().union(*(other & run for other in runs if other is not run))
+            inner = run - corners
+            if len(inner) > 1 and run != at:
+                yield tuple(h for h in held if h[0] in inner)
 
 
 def feet(context: SearchContext) -> Iterator[tuple[Held, ...]]:

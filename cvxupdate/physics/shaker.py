@@ -126,10 +126,16 @@ class Travelling(ModelChange):
         return None if found is None else with_drive(found)
 
 
+def goes(effect: Effect) -> bool:
+    """Whether it goes with the drive."""
+    return isinstance(effect.change, Travelling)
+
+
 def with_drive(effect: Effect) -> Effect:
-    """A change at the drive point as one that goes with the drive."""
+    """A change at the drive point as one that goes with the drive; as it is where it goes already,
+    or is of a kind that stays: a lump with a footprint is no shaker."""
     change = effect.change
-    if change is None or isinstance(change, Travelling):
+    if type(change) is not ModelChange:
         return effect
     same = {f.name: getattr(change, f.name) for f in fields(change)}
     action = Travelling(**{**same, "grow": partial(_marked, change)})

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.physics.added_mass import AddedMass
+from cvxupdate.physics.place import DRIVE_POINT
+from cvxupdate.physics.shaker import at_drive, goes, with_drive
 from cvxupdate.physics.spread_lump import SpreadLump, spread
 from tests.cases.effects import PLATE, context_of, problem
 from tests.cases.elements import STEEL, grid
@@ -92,3 +96,10 @@ def test_where_it_may_be_a_point_it_says_no_more_than_that() -> None:
     plainly = SpreadLump().plainly
     assert plainly({"m": 0.4, "J": 1e-4}, {"m": 0.01, "J": 6e-5})
     assert not plainly({"m": 0.4, "J": 1e-4}, {"m": 0.01, "J": 2e-5})
+
+
+def test_at_the_drive_it_stays(plate) -> None:
+    """It is no shaker, whose parts go from drive to drive."""
+    spec, model = plate[0]
+    there = replace(spread(context_of(spec, model, ()), node_at(model, 0.2, 0.1)), spot=DRIVE_POINT)
+    assert at_drive(there) and with_drive(there) is there and not goes(there)

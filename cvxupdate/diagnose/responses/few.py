@@ -4,16 +4,20 @@ sensors and from the drives to them, and by how much they move the responses at 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+import scipy.sparse as sp
 
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.diagnose.settings import OSCILLATOR_MASSES
 from cvxupdate.fe.block import Index
+from cvxupdate.fe.factor import Factored, factorise
 from cvxupdate.fe.synthesis.pieces import Receptances, Response
 from cvxupdate.fe.synthesis.products import times
+from cvxupdate.fe.synthesis.space import SHIFT
 from cvxupdate.physics.effect import Effect, HiddenOscillator
 from cvxupdate.physics.low_rank import DIRECTIONS, LowRank
 
@@ -51,6 +55,10 @@ class Along(Protocol):
     def weights(self) -> Real:
         """Λ's diagonal (r,)."""
 
+    @property
+    def behind(self) -> Real:
+        """B's diagonal (r,)."""
+
     def at(self, sizes: Real, s: Complex) -> Complex:
         """A's diagonal (points, changes, r)."""
 
@@ -76,6 +84,11 @@ class Tunings:
         """Of all of them."""
         return self.changes[0].weights
 
+    @property
+    def behind(self) -> Real:
+        """Nothing: none of them is set free."""
+        return self.changes[0].behind
+
     def at(self, sizes: Real, s: Complex) -> Complex:
         """(points, tunings × sizes, 1)."""
         return np.concatenate([c.at(sizes, s) for c in self.changes], axis=1)
@@ -84,13 +97,15 @@ class Tunings:
 @dataclass(frozen=True)
 class Few:
     """``weights`` of the rows of every signal, ``modal`` receptances (points, modes) of every
-    response, the structure's mass (kg); ``kept``: spectra that were worked out last."""
+    response, the structure's mass (kg); ``kept``: spectra that were worked out last, ``still``:
+    static answers of what may be set free."""
 
     point: ResponsePoint
     weights: tuple[Real, ...]
     modal: tuple[Complex, ...]
     heavy: float
     kept: dict[bytes, tuple[Spectrum, ...]] = field(default_factory=dict)
+    still: dict[bytes, Real] = field(default_factory=dict)
 
     @classmethod
     def of(cls, point: ResponsePoint) -> Few:
@@ -115,7 +130,13 @@ class Few:
         if effect.change is not None and effect.change.series:
             # a compliance beside the place's own: what is joined rigidly gives way at most wholly
             gamma = np.unique(np.concatenate([steps[steps < 1.0], GIVEN]))
-            return np.asarray(gamma / (1.0 - gamma))
+            alone = gamma / (1.0 - gamma)
+            if len(change.weights) == 1:
+                return np.asarray(alone)
+            # an edge, or a row of feet, gives way as a whole long after each place by itself has
+            decades = np.log10(max(effect.limits[1] / alone[-1], 1.0))
+            together = np.geomspace(alone[-1], effect.limits[1], 1 + int(2.0 * decades))[1:-1]
+            return np.concatenate([alone, together])
         p = steps if effect.sign > 0 else np.concatenate([-steps[::-1], steps])
         return p[(p > effect.limits[0]) & (p < effect.limits[1])]
 
@@ -166,7 +187,36 @@ class Few:
         r, m = phi.shape
         pairs = (phi[:, None, :] * phi[None, :, :]).reshape(r * r, m).T
         both = modal.real @ pairs + 1j * (modal.imag @ pairs)
-        return np.asarray(both.reshape(len(modal), r, r))
+        return np.asarray(both.reshape(len(modal), r, r) + self._still(change, phi))
+
+    def _still(self, change: Along, phi: Real) -> Real:
+        """The static answer (r, r) of what is not among the modes ``phi`` (r, modes), for what is
+        set free: its own stiffness all but cancels against that, along an edge of fine elements to
+        a thousandth. Zero where the modes are asked for such answers already."""
+        if not np.any(change.behind) or self._answered.issuperset(change.used.tolist()):
+            return np.zeros((len(phi), len(phi)))
+        key = change.used.tobytes() + change.W.tobytes()
+        if key not in self.still:
+            factor, shift = self._factor
+            W = np.zeros((self.point.setting.model.size, len(phi)))
+            W[change.used] = change.W
+            own = np.maximum(self.point.modes.eigenvalues, 0.0) + shift
+            self.still[key] = W.T @ factor.solve(W) - (phi / own) @ phi.T
+        return self.still[key]
+
+    @cached_property
+    def _answered(self) -> frozenset[int]:
+        """DOFs to whose forces the modes have the static answer; all where they are complete."""
+        shapes, size = self.point.setting.shapes, self.point.modes.shapes.shape
+        return frozenset(range(size[0])) if size[1] >= size[0] else frozenset(shapes.answered)
+
+    @cached_property
+    def _factor(self) -> tuple[Factored, float]:
+        """Of K + shift M, which a free structure needs."""
+        setting, modes = self.point.setting, self.point.modes
+        m = setting.model.matrices(self.point.p[: len(setting.model.parameters)])
+        shift = SHIFT * float(modes.eigenvalues[modes.rigid]) if modes.rigid else 0.0
+        return factorise(sp.csc_array(m.K + shift * m.M), "the stiffness"), shift
 
 
 def _modal_receptance(point: ResponsePoint, r: Response) -> Complex:

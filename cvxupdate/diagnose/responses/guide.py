@@ -31,7 +31,7 @@ from cvxupdate.diagnose.types import Evidence, FiniteSize, Key, Score, Seed
 from cvxupdate.forked import every
 from cvxupdate.physics import effect_types
 from cvxupdate.physics.effect import RESPONSES, Effect, EffectType
-from cvxupdate.physics.shaker import at_drive, marked, parts_of, with_drive
+from cvxupdate.physics.shaker import at_drive, goes, marked, parts_of, with_drive
 
 
 def at_finite_sizes(
@@ -221,10 +221,12 @@ class Guide:
         effects, model, going = [], h.fit.setting.model, list[int]()
         at = len(model.parameters) - sum(e.columns for e in h.effects)
         for e in h.effects:
-            if at_drive(e):
-                going += range(at, at + e.columns)
             effects.append(with_drive(e) if at_drive(e) else e)
+            if goes(effects[-1]):
+                going += range(at, at + e.columns)
             at += e.columns
+        if not going:
+            return None
         setting = replace(h.fit.setting, model=marked(model, going))
         point = replace(h.fit.point, setting=setting)
         return Hypothesis(tuple(effects), replace(h.fit, setting=setting, point=point))

@@ -30,6 +30,10 @@ class Found:
 class Shapes(Protocol):
     """Where the modes of a model are sought."""
 
+    @property
+    def answered(self) -> tuple[int, ...]:
+        """DOFs to a force at which they have the static answer, where they are not all modes."""
+
     def modes(self, p: Real) -> Found:
         """Those at ``p``. ModelError where the model is no structure."""
 
@@ -44,6 +48,7 @@ class EveryDof:
 
     model: Model = field(repr=False)
     top: float
+    answered: tuple[int, ...] = ()
 
     def modes(self, p: Real) -> Found:
         """All of a small model, else up to three times the band."""

@@ -3,12 +3,19 @@ are each by itself."""
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from cvxupdate.diagnose.responses.few import Few, Tunings, _inverse
 from cvxupdate.diagnose.responses.setting import setting_for
+from cvxupdate.fe.build import build_model
+from cvxupdate.fe.modes import natural_modes
+from cvxupdate.physics.equal_supports import EqualSupports
 from cvxupdate.physics.low_rank import low_rank
+from tests.cases.effects import context_of, problem
+from tests.cases.elements import grid
 from tests.diagnose.responses.undamped import UNDAMPED, candidates, without_damping
 
 
@@ -65,3 +72,31 @@ def test_two_rows_are_inverted_in_closed_form():
         np.testing.assert_allclose(_inverse(A), np.linalg.inv(A), rtol=1e-9)
         with pytest.raises(np.linalg.LinAlgError):
             _inverse(np.zeros((1, r, r), dtype=complex))
+
+
+def test_what_is_set_free_is_heard_by_more_than_the_modes_of_the_band(tmp_path):
+    """The stiffness of a pinned edge all but cancels against what the structure gives way by there,
+    most of which is in none of the few modes that responses need."""
+    xs, ys = np.linspace(0.0, 0.5, 9).tolist(), np.linspace(0.0, 0.35, 7).tolist()
+    around = [i + 1 for i in range(63) if i % 9 in (0, 8) or i // 9 in (0, 6)]
+    text = {**grid(xs, ys), "supports": [{"nodes": around, "dofs": ["z"]}]}
+    spec = problem(tmp_path, text)
+    model = build_model(spec)
+    edges = EqualSupports().candidates(context_of(spec, model))
+    edge = next(e for e in edges if e.place.nodes == tuple(range(56, 63)))
+    change, m = low_rank(edge), model.matrices(model.zero())
+    modes = natural_modes(m.K, m.M, 20)
+
+    def at_rest(answered):
+        shapes = SimpleNamespace(answered=answered)
+        setting = SimpleNamespace(model=model, shapes=shapes)
+        point = SimpleNamespace(setting=setting, p=model.zero(), modes=modes)
+        return Few(point, (), (), 1.0)._at(change, 1.0 / modes.eigenvalues[None, :])[0].real
+
+    W = np.zeros((model.size, len(change.weights)))
+    W[change.used] = change.W
+    wanted = W.T @ np.linalg.solve(m.K.toarray(), W)
+    np.testing.assert_allclose(at_rest(()), wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max())
+    by_modes = at_rest(tuple(range(model.size)))
+    left, right = (np.linalg.eigvalsh(G + np.diag(change.behind)) for G in (by_modes, wanted))
+    assert right.max() < 0.0 and left.max() < 10.0 * right.max()
