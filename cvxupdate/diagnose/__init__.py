@@ -103,11 +103,12 @@ def _by_level(
     begin: float,
 ) -> Diagnosis:
     """By linear effects; where they do not explain, or runs at one level differ, with laws that
-    depend on the level too."""
+    depend on the level too: where several linear ones leave nothing, and only which is not told,
+    no law has anything to explain."""
     from cvxupdate.diagnose.gather import in_simulation, may_drift
 
     found = _diagnosed(spec, recordings, evidence, tell, begin)
-    unexplained = found.verdict == "undetermined"
+    unexplained = found.verdict == "undetermined" and "explained_by" not in found.details
     if unexplained or may_drift(evidence):
         simulated = in_simulation(spec, recordings, evidence, tell)
         if simulated is not None and (unexplained or simulated.drift):

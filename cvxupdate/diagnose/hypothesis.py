@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit, Setting
-from cvxupdate.diagnose.settings import MOST_EFFECTS, PENALTY
+from cvxupdate.diagnose.settings import CLEARLY, MOST_EFFECTS, PENALTY
 from cvxupdate.diagnose.types import Evidence, Key, Real, Score, Seed
 from cvxupdate.errors import CvxupdateError, ModelError
 from cvxupdate.physics.effect import Effect
@@ -127,6 +127,15 @@ def further(candidates: Sequence[Effect], parent: Hypothesis) -> list[Effect]:
 def only_a_rig(h: Hypothesis) -> bool:
     """Whether a rig does all that is supposed, what stands at the drive being the shaker's."""
     return all(of_a_rig(e) or at_drive(e) for e in h.effects)
+
+
+def takes_all(evidence: Evidence, several: Hypothesis, single: Hypothesis) -> bool:
+    """Whether one effect more leaves nothing, and a tenth at most of what a single one leaves that
+    does not explain: mesh and theory err in many small ways, of which no one effect takes away so
+    much, though several may."""
+    left, one_more = several.fit, len(several.effects) == len(single.effects) + 1
+    takes = one_more and left.misfit <= CLEARLY * single.fit.misfit and evidence.clear(left)
+    return takes and not evidence.explained(single.fit, evidence.errors(single.fit))
 
 
 def price(unknowns: int, figures: float) -> float:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit
-from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig
+from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, takes_all
 from cvxupdate.diagnose.settings import (
     CLEARLY,
     DAMPING_COST,
@@ -109,17 +109,18 @@ def information(after: Fit, before: Fit, further: int) -> float:
     return float(n * np.log(ratio) + further * np.log(n))
 
 
-def better(w: Weighed, before: Weighed, case: Case) -> bool:
-    """Whether a hypothesis halves the misfit beyond noise of one with less freedom, for more than
-    its unknowns are worth, and shows on what was held out. What a sound model may leave is made of
-    one or two patterns that some effect or other resembles: there it must take away nearly all."""
+def better(w: Weighed, before: Weighed, case: Case, further: int = 1) -> bool:
+    """Whether a hypothesis halves the misfit beyond noise of one with less freedom, once for each
+    effect that it has ``further``, for more than its unknowns are worth, and shows on what was held
+    out. What a sound model may leave is made of one or two patterns that some effect or other
+    resembles: there each must take away nearly all."""
     evidence = case.evidence
     if case.damping_only:
         return _damps(w, before)
     if _bent(w) and within_mesh(before, case):
         return False
     least = 1.0 / LARGE if explained(before, case) else HALVED
-    halved = w.fit.excess <= least * before.fit.excess
+    halved = w.fit.excess <= least**further * before.fit.excess
     if evidence.told_by == MOTION and not explained(before, case):
         halved |= _free_runs_halved(w, before, case)
     return (
@@ -192,8 +193,14 @@ def saturated(w: Weighed, case: Case) -> bool:
 
 
 def needs_several(several: Weighed, single: Weighed | None, case: Case) -> bool:
-    """Whether several effects are needed: they are credible, as a single one must be, and leave at
-    most half of what the best single one leaves, which is more than the mesh's."""
-    if saturated(several, case) or (single is not None and meshed(single, case)):
+    """Whether several effects are needed: they are credible, as a single one must be, and each
+    beyond the best accepted set of fewer (``single``) halves what that leaves, which is more than
+    the mesh's; or one takes away next to all of it (`takes_all`)."""
+    if saturated(several, case):
         return False
-    return credible(several, case) and better(several, single or case.base, case)
+    if single is None:
+        return credible(several, case) and better(several, case.base, case)
+    if meshed(single, case) and not takes_all(case.evidence, several.hypothesis, single.hypothesis):
+        return False
+    further = len(several.hypothesis.effects) - len(single.hypothesis.effects)
+    return credible(several, case) and better(several, single, case, max(1, further))

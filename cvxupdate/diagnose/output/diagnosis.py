@@ -86,7 +86,7 @@ def fit_table(judgement: Judgement) -> dict[str, dict[str, float | None]]:
 
 def details_of(judgement: Judgement, found: Found, sought: Sequence[str]) -> dict[str, Any]:
     """Misfits, what the confidence in each effect rests on and is shared with, which effects were
-    ``sought`` and tried."""
+    ``sought`` and tried; by how many hypotheses, of which none can be claimed, all is explained."""
     last = judgement.last
     out: dict[str, Any] = {
         "method": f"output error of {judgement.case.evidence.told_by}, trust-region convex steps",
@@ -96,6 +96,8 @@ def details_of(judgement: Judgement, found: Found, sought: Sequence[str]) -> dic
     }
     if judgement.findings:
         out["rivals"] = rival_titles(judgement)
+    elif judgement.tied and judgement.case.evidence.clear(judgement.tied[0].fit):
+        out["explained_by"] = len(judgement.tied)
     if judgement.graded is not None:
         out["graded"] = judgement.graded.to_json()
     if last.hypothesis.effects:

@@ -110,7 +110,7 @@ def _seeds(evidence: Evidence, best: Hypothesis, number: int) -> list[Seed] | No
         return None
     smooth = at_level(evidence, rest, SEVERAL_LEVEL)
     effects = placeable(evidence.candidates(smooth.fit.setting.model), smooth)
-    effects = _tuned(effects, best, number)
+    effects = tuned_as(best, number, effects)
     first = evidence.first_order(smooth.fit, effects)
     sized = evidence.finite_size(smooth.fit, smooth.fit, smooth.effects, effects)
     scores = best_of(first, sized.scores)
@@ -161,7 +161,7 @@ def _overlap(a: Place, b: Place) -> bool:
     return not set(a.elements).isdisjoint(b.elements)
 
 
-def _tuned(effects: Sequence[Effect], best: Hypothesis, number: int) -> list[Effect]:
+def tuned_as(best: Hypothesis, number: int, effects: Sequence[Effect]) -> list[Effect]:
     """Where a hidden oscillator was taken out, those of other places tuned as it is, and no
     others: between two trial frequencies a narrow one shows nothing."""
     action = best.effects[number].action

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
+from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from, takes_all
 from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
 from cvxupdate.diagnose.screen.stability import stability
 from cvxupdate.diagnose.search.alike import elsewhere
@@ -19,11 +19,13 @@ from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
 from cvxupdate.diagnose.search.guided import brought_near, guided
 from cvxupdate.diagnose.search.held import held
+from cvxupdate.diagnose.search.neighbours import neighbours
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
 from cvxupdate.diagnose.search.zones import zoned
 from cvxupdate.diagnose.settings import (
+    BEHIND,
     COARSE,
     DAMPING_GAIN,
     EXPLAINED,
@@ -125,9 +127,9 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         several = _pairs(evidence, [] if reached else coarse, singles, progress)
         known = likeliest(several)
         singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
-        single = bool(singles and (several or grown)) and _told_alone(evidence, singles[0])
+        single = _told_alone(evidence, singles, merged(several, grown))
         own = [several] if ahead else [several, grown]  # each has its own end
-        ways = [] if single else [way for way in own if way]
+        ways = [] if single else _open(evidence, own)
         several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
     several = _stretches(evidence, elsewhere(evidence, several, progress), progress)
     several = merged(several, shaken(evidence, several, progress))
@@ -137,8 +139,8 @@ def search(evidence: Evidence, progress: Progress) -> Found:
         lighter += _instead(evidence, merged(several, lighter), firsts, known, progress)
     singles = merged(singles, [h for h in lighter if len(h.effects) == 1])
     several = merged(several, [h for h in lighter if len(h.effects) > 1])
-    if not pattern and evidence.told_by == MODES:  # a model far off from responses has its approach
-        several = merged(several, held(evidence, progress))
+    if not pattern:
+        singles, several = _last(evidence, singles, several, progress)
     return Found(
         tuple(best_of(*rankings)),
         tuple(settled(evidence, singles)),
@@ -215,9 +217,32 @@ def _pairs(
         return []
     few = bool(singles) and _mesh_may(evidence, singles[0])
     found = pairs(evidence, firsts, FEW_PARENTS if few else PARENTS, progress)
-    if singles and _told_alone(evidence, singles[0]):
+    if _told_alone(evidence, singles, found):
         return found
     return exchanged(evidence, found, progress)
+
+
+def _last(
+    evidence: Evidence,
+    singles: Sequence[Hypothesis],
+    several: Sequence[Hypothesis],
+    progress: Progress,
+) -> tuple[list[Hypothesis], list[Hypothesis]]:
+    """Single effects with the other places of the likeliest; sets with supports that give way in
+    several directions (a model far off from responses has its approach)."""
+    by_modes = evidence.told_by == MODES
+    sets = merged(several, held(evidence, progress)) if by_modes else list(several)
+    return neighbours(evidence, singles, sets, progress), sets
+
+
+def _open(evidence: Evidence, ways: Sequence[Sequence[Hypothesis]]) -> list[Sequence[Hypothesis]]:
+    """Sets to go on from, best first each: where one leaves nothing, only those that have not
+    fallen behind it, for further effects would be sought beside what is not true."""
+    known = [way for way in ways if way]
+    best = min((way[0] for way in known), key=lambda h: h.penalised, default=None)
+    if best is None or not evidence.clear(best.fit):
+        return known
+    return [way for way in known if way[0].penalised <= BEHIND * best.penalised]
 
 
 def _instead(
@@ -249,11 +274,16 @@ def _mesh_may(evidence: Evidence, h: Hypothesis, times: float = 1.0) -> bool:
     return evidence.errors(h.fit).fit <= times * evidence.allowance(h.fit.setting.model)
 
 
-def _told_alone(evidence: Evidence, h: Hypothesis) -> bool:
-    """Whether a single effect will be told beside which the judgement accepts no set, for what is
-    left may be the mesh's: larger sets would be sought for nothing. Pairs stay rivals of it."""
-    base, errors = evidence.bases[-1], evidence.errors(h.fit)
-    halves = h.fit.excess <= HALVED * base.excess
+def _told_alone(
+    evidence: Evidence, singles: Sequence[Hypothesis], sets: Sequence[Hypothesis]
+) -> bool:
+    """Whether the best single effect will be told beside which the judgement accepts none of
+    ``sets``, for what is left may be the mesh's: larger ones would be sought for nothing. Pairs
+    stay rivals of it."""
+    if not (singles and sets) or any(takes_all(evidence, s, singles[0]) for s in sets):
+        return False
+    h, base = singles[0], evidence.bases[-1]
+    errors, halves = evidence.errors(h.fit), h.fit.excess <= HALVED * base.excess
     heard = not np.isfinite(errors.hold_out) or (
         errors.hold_out <= HALVED * evidence.nominal.hold_out
     )

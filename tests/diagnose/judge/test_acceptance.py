@@ -202,12 +202,42 @@ def test_several_are_needed_where_they_are_credible_and_halve_what_one_leaves() 
     assert not needs_several(weighed(unseen, *both), single, case), "nor seen in what is held out"
 
 
+def test_each_further_effect_must_halve_what_fewer_leave() -> None:
+    """Two more that together halve it are one too many."""
+    case = case_of(PlainEvidence((BASE,)))
+    three = effect(), effect(nodes=(3,)), effect(nodes=(4,))
+    single = weighed(PlainFit(10.0, errors=Errors(0.1, 0.1)), effect())
+    for left, needed in ((2.4, True), (2.6, False)):
+        more = weighed(PlainFit(left, errors=Errors(0.02, 0.02)), *three)
+        assert needs_several(more, single, case) == needed
+        pair = weighed(PlainFit(left, errors=Errors(0.02, 0.02)), *three[:2])
+        assert needs_several(pair, single, case)
+
+
 def test_no_second_effect_is_taken_out_of_what_the_mesh_may_leave() -> None:
     both = effect(), effect(nodes=(3,))
     single = weighed(PlainFit(10.0, errors=Errors(0.1, 0.1)), effect())
     for mesh, needed in ((0.049, True), (0.05, False)):
         case = case_of(PlainEvidence((BASE,), mesh=mesh))
         assert needs_several(weighed(GOOD, *both), single, case) == needed
+
+
+def test_a_second_effect_stands_that_takes_all_of_what_one_leaves_unexplained() -> None:
+    """The mesh may leave up to twice its allowance beside one effect, which does not explain then;
+    what leaves nothing of that is no mesh."""
+    both = effect(), effect(nodes=(3,))
+    open_, told = (PlainFit(m, errors=Errors(0.04, 0.06)) for m in (10.0, 3.9))
+    nothing = PlainFit(0.2, errors=Errors(0.005, 0.006))
+    for one, two, needed in (
+        (open_, nothing, True),
+        (open_, replace(nothing, misfit=1.01, beyond_noise=0.2), False),
+        (open_, replace(nothing, misfit=0.4), False),
+        (told, nothing, False),
+    ):
+        case = case_of(PlainEvidence((BASE,), mesh=0.025))
+        assert needs_several(weighed(two, *both), weighed(one, effect()), case) == needed
+    more = (*both, effect(nodes=(4,)))
+    assert not needs_several(weighed(nothing, *more), weighed(open_, effect()), case), "two may"
 
 
 def test_of_motion_free_runs_that_are_off_by_half_are_as_good_as_half_the_misfit() -> None:
