@@ -324,8 +324,9 @@ def test_linear_algebra_takes_one_thread() -> None:
     had = [get() for get, _ in _pools()]
     for _, set_ in _pools():
         set_(2)
+    asked = [get() for get, _ in _pools()]  # a library may give fewer
     with one_thread():
         assert all(get() == 1 for get, _ in _pools())
-    assert all(get() == 2 for get, _ in _pools())
+    assert [get() for get, _ in _pools()] == asked
     for (_, set_), count in zip(_pools(), had, strict=True):
         set_(count)

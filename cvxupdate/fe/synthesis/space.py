@@ -81,6 +81,11 @@ class Space:
         m = self.model.matrices(self.at)
         return factorise(sp.csc_array(m.K + (self.shift or 0.0) * m.M), "the stiffness")
 
+    @property
+    def answered(self) -> tuple[int, ...]:
+        """DOFs to a force at which its modes have the static answer."""
+        return tuple(int(d) for d in self.ports)
+
     def far(self, p: Real, limit: float) -> bool:
         """Whether a parameter on many DOFs is further than that from where it was made."""
         wide = list(self.wide)
