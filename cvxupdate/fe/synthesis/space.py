@@ -69,11 +69,6 @@ class Space:
         found = None if root is None else grown(root.projected, root.model, self.model, self.V)
         return projected(self.model, self.V) if found is None else found
 
-    @property
-    def answered(self) -> tuple[int, ...]:
-        """DOFs to a force at which its modes have the static answer."""
-        return tuple(int(d) for d in self.ports)
-
     @cached_property
     def _factor(self) -> Factor:
         """Worked out where it is asked for: of most spaces of a search it is not, and it cannot be
