@@ -20,6 +20,7 @@ from cvxupdate.commands.shared import (
     Out,
     Problem,
     Recorded,
+    Refitting,
     Scheduler,
     Thorough,
     display,
@@ -112,7 +113,11 @@ def correlate(problem: Problem, out: Out = None, as_json: Json = False) -> None:
 
 @app.command()
 def diagnose(
-    problem: Problem, out: Out = None, as_json: Json = False, thorough: Thorough = False
+    problem: Problem,
+    out: Out = None,
+    as_json: Json = False,
+    thorough: Thorough = False,
+    jobs: Refitting = None,
 ) -> None:
     """Locate the mismatch, name the physics left out, model it, and show the fit improve."""
     from cvxupdate.report.diagnosis import diagnosis_files, diagnosis_summary
@@ -122,7 +127,7 @@ def diagnose(
     must_be_writable(out)
     with display(as_json) as show:
         said, reading = (None, None) if show is None else (show.say, show.read)
-        found = do(problem, said, reading, warn, thorough)
+        found = do(problem, said, reading, warn, thorough, jobs)
     folder = folder_for(out, found.problem, "diagnose")
     files, payload = diagnosis_files(found, load_problem(problem), folder)
     write_files(folder, files, ("updated/problem.toml", "updated/refined.toml"))

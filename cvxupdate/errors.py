@@ -48,6 +48,9 @@ class ProblemFileError(InputError):
         self.faults = tuple(faults)
         super().__init__("\n".join(str(f) for f in self.faults))
 
+    def __reduce__(self) -> tuple[type[ProblemFileError], tuple[tuple[Fault, ...]]]:
+        return type(self), (self.faults,)  # how another process makes it again
+
 
 class RecordingError(InputError):
     """A recording cannot be read, or does not fit the model."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -23,6 +24,23 @@ from cvxupdate.errors import CvxupdateError, InputError
 Solve = Callable[..., Any]
 Open = Callable[..., Solve]
 TIMEOUT = 20.0  # s until a scheduler counts as not there
+JOBS = "CVXUPDATE_JOBS"
+"""Environment variable: processes where nothing else says how many (tests and validation have as
+many processes as there are processors already)."""
+
+
+def processors() -> int:
+    """How many processes work at a time unless something else is asked for: one for each processor
+    that this process may use, or what the environment says."""
+    asked = os.environ.get(JOBS, "")
+    return int(asked) if asked.isdecimal() and int(asked) > 0 else available()
+
+
+def available() -> int:
+    """How many processors this process may use."""
+    if sys.platform.startswith("linux"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 @dataclass(frozen=True)
@@ -53,7 +71,7 @@ def spread(
         return iter(())
     if where.scheduler is not None:
         return _on_cluster(tasks, open_, arguments, where.scheduler)
-    jobs = min(len(tasks), (os.cpu_count() or 1) if where.jobs is None else where.jobs)
+    jobs = min(len(tasks), processors() if where.jobs is None else where.jobs)
     return (_here if jobs <= 1 else _on_processes)(tasks, open_, arguments, jobs)
 
 

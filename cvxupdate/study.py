@@ -241,8 +241,10 @@ def diagnose(
     reading: Progress | None = None,
     warn: Warn | None = None,
     thorough: bool = False,
+    jobs: int | None = None,
 ) -> Diagnosis:
-    """Locate the mismatch, name the missing physics, model it. ``thorough``: however long it takes.
+    """Locate the mismatch, name the missing physics, model it. ``thorough``: however long it takes;
+    ``jobs`` processes refit (None: one for each processor).
 
     Raises
     ------
@@ -264,7 +266,7 @@ def diagnose(
     recordings = uncorrelated(recordings)
     refuse_unknown(spec)
     warnings = examine(spec, model, recordings, warn, meshed=False)
-    found = diagnose_problem(spec, file, recordings, progress, thorough)
+    found = diagnose_problem(spec, file, recordings, progress, thorough, jobs)
     known = tuple(zip(spec.recordings, recordings, strict=True))
 
     def again(other: Spec, changed: Model) -> Compared:  # nothing is read a second time

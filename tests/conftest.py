@@ -1,10 +1,11 @@
 """One thread for linear algebra (set before numpy loads: two workers with two threads each are
-slower than with one), and the real recordings."""
+slower than with one), one process for refits, and the real recordings."""
 
 import os
 
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[_name] = "1"
+os.environ["CVXUPDATE_JOBS"] = "1"  # workers of the tests are as many as there are processors
 
 import gc  # noqa: E402
 import sys  # noqa: E402

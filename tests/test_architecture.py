@@ -35,6 +35,9 @@ ROOMS: dict[str, set[str]] = {
     "keys": BASE | {"registry"},
     "spec": TEXT,
     "parallel": BASE,
+    "blas": set(),
+    "inherited": set(),
+    "forked": BASE | {"parallel", "blas", "inherited"},
     "unpacking": BASE,
     "matfile": BASE | {"unpacking"},
     "forces": BASE,
@@ -54,7 +57,7 @@ ROOMS: dict[str, set[str]] = {
     "diagnose": MODEL
     | DATA
     | {"reduction", "simulate", "correlate", "residual", "convex", "direct", "update", "physics"}
-    | {"system"},
+    | {"system", "parallel", "forked"},
     "report": BASE,
 }
 ROOMS["written"] = set(ROOMS)

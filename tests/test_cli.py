@@ -228,18 +228,20 @@ def test_an_effect_that_is_not_implemented_is_refused(call, here, verb):
 
 
 @pytest.mark.parametrize("thorough", [False, True])
-def test_thorough_reaches_the_diagnosis(call, here, monkeypatch, thorough):
+def test_thorough_and_jobs_reach_the_diagnosis(call, here, monkeypatch, thorough):
     """Its time is not limited then; what a diagnosis says otherwise is not at stake here."""
     from cvxupdate.errors import InputError
 
-    def noted(spec, model, recordings, progress, without_limit):
-        raise InputError(f"without limit: {without_limit}")
+    def noted(spec, model, recordings, progress, without_limit, jobs):
+        raise InputError(f"without limit: {without_limit}, processes: {jobs}")
 
     package = importlib.import_module("cvxupdate.diagnose")  # the name is also a function's
     monkeypatch.setattr(package, "diagnose_problem", noted)
-    option = ["--thorough"] if thorough else []
+    option = ["--thorough", "--jobs", "3"] if thorough else []
     status, _, err = call("diagnose", "chain/problem.toml", *option)
     assert status == 2 and f"without limit: {thorough}" in err
+    assert f"processes: {3 if thorough else None}" in err
+    assert call("diagnose", "chain/problem.toml", "--jobs", "0")[0] == 2
 
 
 def test_run_does_not_ask_what_diagnose_may_consider(call, here):

@@ -82,7 +82,7 @@ def hurried(seconds: float) -> Iterator[None]:
 
     usual = Budget.of
     Budget.of = staticmethod(  # type: ignore[method-assign]
-        lambda thorough: Budget(seconds, seconds)
+        lambda thorough, jobs=None: Budget(seconds, seconds)
     )
     try:
         yield

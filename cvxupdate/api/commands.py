@@ -131,13 +131,16 @@ def diagnose(
     physics: Sequence[Any] | None = None,
     scatter: float | None = None,
     progress: bool | Tell = False,
+    jobs: int | None = None,
 ) -> DiagnoseResult:
     """Locate the mismatch, name the physics that the model leaves out, model it, and show how the
     fit to held-out recordings improves.
 
     ``physics`` are the effects that may be considered (None: everything that the recordings can
     tell), by name; objects among them are effects of the program's own, tried beside the package's.
-    ``scatter`` is the part of the usual scatter of groups that remains.
+    ``scatter`` is the part of the usual scatter of groups that remains. ``jobs`` processes refit
+    (None: one for each processor; in a notebook, and in a program with threads of its own, this one
+    alone); the answer is the same.
 
     Raises
     ------
@@ -148,7 +151,8 @@ def diagnose(
     asked = {k: v for k, v in (("physics", names), ("scatter", scatter)) if v is not None}
     spec, keep = given_problem(problem, recordings, diagnose=asked or None)
     with _registered(own):
-        return DiagnoseResult(study.diagnose(spec, _teller(progress), None, _warn), spec, keep)
+        found = study.diagnose(spec, _teller(progress), None, _warn, jobs=jobs)
+        return DiagnoseResult(found, spec, keep)
 
 
 def _effects(physics: Any) -> tuple[list[str] | None, tuple[Any, ...]]:

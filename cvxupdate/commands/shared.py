@@ -44,6 +44,15 @@ Jobs = Annotated[
         show_default=False,
     ),
 ]
+Refitting = Annotated[
+    int | None,
+    typer.Option(
+        "--jobs",
+        min=1,
+        help="processes that refit; default one for each processor; the answer is the same",
+        show_default=False,
+    ),
+]
 Scheduler = Annotated[
     str | None,
     typer.Option(

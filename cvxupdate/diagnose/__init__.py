@@ -24,12 +24,14 @@ def diagnose_problem(
     recordings: Sequence[Recording],
     progress: Callable[[str], None] | None = None,
     thorough: bool = False,
+    jobs: int | None = None,
 ) -> Diagnosis:
     """Diagnose responses where there are any, else tables of modes; time histories that no linear
     model explains, or that differ at one level, once more, with laws that depend on the level; the
     force of a part on a rig, whose model has no mass, by its law. Where there are recordings of a
     reference state the model is brought to it before; several states that all have a name are one
-    fit. ``thorough``: however long the search takes.
+    fit. ``thorough``: however long the search takes; ``jobs``: processes that refit (None: one for
+    each processor), which changes nothing but the time by the clock.
 
     Raises
     ------
@@ -52,12 +54,12 @@ def diagnose_problem(
     members = divided(spec, model, recordings)
     if members is not None:
         tell(members.says)
-        found = diagnose_problem(members.spec, members.model, recordings, progress, thorough)
+        found = diagnose_problem(members.spec, members.model, recordings, progress, thorough, jobs)
         return replace(found, evidence=(members.says, *found.evidence))
     rigs = rigs_of(model, recordings)
     if any(r.use == "fit" for r in rigs):
         return component_diagnosis(spec, rigs, begin)
-    budget = Budget.of(thorough)
+    budget = Budget.of(thorough, jobs)
     tell(f"searching: {budget.says}")
     states = states_of(spec, recordings)
     if states:

@@ -1,6 +1,8 @@
-"""The time that a diagnosis may take: by the clock and of the processor, from its beginning.
+"""What a diagnosis may take: time, by the clock and of the processor, from its beginning, and
+processes.
 
-Of the processor the time of this thread counts: other diagnoses in one program, and a linear
+Of the processor the time of this thread counts, and of children that refit for it, so that a
+diagnosis computes as much however many there are: other diagnoses in one program, and a linear
 algebra library that waits in threads of its own, take nothing from it.
 """
 
@@ -13,6 +15,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from cvxupdate.diagnose.settings import BUDGET, WALL
+from cvxupdate.forked import processor_time
+from cvxupdate.parallel import processors
 
 AFTERWARDS = 20.0  # s of computing, of what has begun, the judgement and the page
 
@@ -20,33 +24,36 @@ AFTERWARDS = 20.0  # s of computing, of what has begun, the judgement and the pa
 @dataclass
 class Budget:
     """``computing`` and ``clock`` in seconds; infinite: nothing is left undone. ``stopped`` says
-    whether the search was ended by it, ``undone`` what was left and how much of it (0: all)."""
+    whether the search was ended by it, ``undone`` what was left and how much of it (0: all);
+    ``jobs`` processes refit at a time."""
 
     computing: float = BUDGET
     clock: float = WALL
     stopped: bool = False
     undone: dict[str, int] = field(default_factory=dict)
-    _processor: float = field(default_factory=time.thread_time)
+    jobs: int = field(default_factory=processors)
+    _processor: float = field(default_factory=processor_time)
     _began: float = field(default_factory=time.perf_counter)
 
     @staticmethod
-    def of(thorough: bool) -> Budget:
-        """The usual one, or none."""
-        return Budget(math.inf, math.inf) if thorough else Budget()
+    def of(thorough: bool, jobs: int | None = None) -> Budget:
+        """The usual one, or none; ``jobs`` None: one process for each processor."""
+        computing, clock = (math.inf, math.inf) if thorough else (BUDGET, WALL)
+        return Budget(computing, clock, jobs=processors() if jobs is None else jobs)
 
     @contextmanager
     def aside(self) -> Iterator[None]:
         """What is done meanwhile takes nothing from it."""
-        used, passed = time.thread_time(), time.perf_counter()
+        used, passed = processor_time(), time.perf_counter()
         try:
             yield
         finally:
-            self._processor += time.thread_time() - used
+            self._processor += processor_time() - used
             self._began += time.perf_counter() - passed
 
     def part(self, fraction: float) -> Budget:
         """A fraction of it, that begins now."""
-        return Budget(fraction * self.computing, fraction * self.clock)
+        return Budget(fraction * self.computing, fraction * self.clock, jobs=self.jobs)
 
     def leave(self, what: str, count: int = 0) -> None:
         """So many of something are left undone; none: all of it."""
@@ -54,7 +61,7 @@ class Budget:
 
     def over(self) -> bool:
         """Whether nothing new may begin; asked where something would."""
-        used = time.thread_time() - self._processor
+        used = processor_time() - self._processor
         passed = time.perf_counter() - self._began
         self.stopped |= used > self.computing or passed > self.clock
         return self.stopped
@@ -79,3 +86,28 @@ class Budget:
             f"by the clock) ended the search.{left} What was not tried may explain as much, so "
             "confidence is not what it could be. --thorough goes on."
         ]
+
+
+class Timed:
+    """Evidence whose search ends with the time for one diagnosis."""
+
+    budget: Budget
+
+    @property
+    def hurried(self) -> bool:
+        """Whether the time is over."""
+        return self.budget.over()
+
+    @property
+    def jobs(self) -> int:
+        """Processes."""
+        return self.budget.jobs
+
+    @property
+    def unfinished(self) -> bool:
+        """Whether that ended the search."""
+        return self.budget.stopped
+
+    def leave(self, what: str, count: int = 0) -> None:
+        """For the reader."""
+        self.budget.leave(what, count)

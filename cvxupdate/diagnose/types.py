@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.diagnose.budget import Budget
+from cvxupdate.diagnose.budget import Timed
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.settings import LEVEL_NOISE
@@ -228,6 +228,10 @@ class Evidence(Protocol):
         """Whether the time for one diagnosis is over: nothing new is begun."""
 
     @property
+    def jobs(self) -> int:
+        """How many processes refit at a time."""
+
+    @property
     def unfinished(self) -> bool:
         """Whether that ended the search before all was refitted."""
 
@@ -260,26 +264,6 @@ class Evidence(Protocol):
 
     def metrics(self, last: Fit) -> dict[str, Any]:
         """The contract's metrics before and after, of fitted and of held-out recordings."""
-
-
-class Timed:
-    """Evidence whose search ends with the time for one diagnosis."""
-
-    budget: Budget
-
-    @property
-    def hurried(self) -> bool:
-        """Whether the time is over."""
-        return self.budget.over()
-
-    @property
-    def unfinished(self) -> bool:
-        """Whether that ended the search."""
-        return self.budget.stopped
-
-    def leave(self, what: str, count: int = 0) -> None:
-        """For the reader."""
-        self.budget.leave(what, count)
 
 
 class Linear(Timed):

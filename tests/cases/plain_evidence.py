@@ -155,6 +155,7 @@ class PlainEvidence:
     delay_unit: float = 1.0
     band: tuple[float, float] = (5.0, 75.0)
     hurried: bool = False
+    jobs: int = 1
     unfinished: bool = False
     drift: str | None = None
     approach: None = None

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cvxupdate.diagnose.budget import Budget
+from cvxupdate.diagnose.budget import Budget, Timed
 from cvxupdate.diagnose.fit import Fit, fitted, fitted_at
 from cvxupdate.diagnose.motion.alike import alike, as_one, kin
 from cvxupdate.diagnose.motion.apart import next_measurement
@@ -45,7 +45,6 @@ from cvxupdate.diagnose.types import (
     Real,
     Score,
     Seed,
-    Timed,
 )
 from cvxupdate.fe.model import Model
 from cvxupdate.physics import candidates_of

@@ -10,6 +10,7 @@ explains from rest on.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from cvxupdate.diagnose.fit import fitted
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from
@@ -21,6 +22,7 @@ from cvxupdate.diagnose.responses.setting import EFFORTS
 from cvxupdate.diagnose.settings import EXPLAINED, FOLLOWED, OPEN
 from cvxupdate.diagnose.types import Evidence, Progress, Seed
 from cvxupdate.errors import CvxupdateError
+from cvxupdate.forked import Ahead
 
 Again = Callable[[ResponseEvidence, float], MotionEvidence | None]  # of a part of the recordings
 TRIED = 3  # laws: one at the wrong place leaves the recording though another follows it
@@ -50,12 +52,13 @@ def followed_part(evidence: MotionEvidence) -> float:
     base = Hypothesis((), evidence.bases[0])
     laws = [e for e in evidence.candidates(evidence.model, evidence.laws) if is_law(e)]
     scores = sorted(evidence.first_order(base.fit, laws), key=lambda s: -s.fraction)
+    seeds = seeds_from(evidence, base, [s for s in scores[:TRIED] if s.fraction > 0.0], 0)
     followed = 0.0
-    for seed in seeds_from(evidence, base, [s for s in scores[:TRIED] if s.fraction > 0.0], 0):
-        part = _part(evidence, seed)
-        if part == 1.0:
-            return part
-        followed = max(followed, part)
+    with Ahead(partial(_part, evidence), seeds, evidence.jobs) as parts:
+        for part in (parts.take() for _ in seeds):
+            if part == 1.0:
+                return part
+            followed = max(followed, part)
     return followed or 1.0
 
 

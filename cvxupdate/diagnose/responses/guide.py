@@ -3,7 +3,7 @@ far off."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,6 +28,7 @@ from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.screen.shortlist import best_of, members, not_among
 from cvxupdate.diagnose.settings import BY_THEORY, NEAR_THEORY, SEVERAL_LEVEL, STARTS, WHOLE, WHOLES
 from cvxupdate.diagnose.types import Evidence, FiniteSize, Key, Score, Seed
+from cvxupdate.forked import every
 from cvxupdate.physics import effect_types
 from cvxupdate.physics.effect import RESPONSES, Effect, EffectType
 from cvxupdate.physics.shaker import at_drive, goes, marked, parts_of, with_drive
@@ -45,9 +46,11 @@ def at_finite_sizes(
     size for whole members. ``left`` measures what each leaves; ``sift`` as in `few_directions`."""
     point = parent.fit.point
     linear = first_order(point, effects, sift)
-    exact = best_of(
-        few_directions(point, linear, left, sift), sets_of_elements(point, linear, left)
+    ways: tuple[Callable[[], list[Score]], ...] = (
+        lambda: few_directions(point, linear, left, sift),
+        lambda: sets_of_elements(point, linear, left),
     )
+    exact = best_of(*every(lambda way: way(), ways, evidence.jobs))
     whole = not_among(members(linear), exact)[:WHOLES]
     seeds = seeds_from(evidence, parent, whole, parent.fit.setting.level)
     ranked = sorted((whole_member(point, s, left) for s in seeds), key=lambda pair: -pair[1])

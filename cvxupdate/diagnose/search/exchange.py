@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from cvxupdate.diagnose.hypothesis import Hypothesis, of_a_rig, seeds_from, with
 from cvxupdate.diagnose.hypothesis import further as placeable
 from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
 from cvxupdate.diagnose.search.backward import merit
-from cvxupdate.diagnose.search.race import entered, merged, raced
+from cvxupdate.diagnose.search.race import entered, merged, raced, refitted
 from cvxupdate.diagnose.search.several import at_level
 from cvxupdate.diagnose.settings import (
     EACH,
@@ -30,7 +31,7 @@ from cvxupdate.diagnose.settings import (
     WALKS,
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
-from cvxupdate.errors import CvxupdateError
+from cvxupdate.forked import Ahead
 from cvxupdate.physics.effect import MOTION, Effect, HiddenOscillator
 from cvxupdate.physics.place import Place
 from cvxupdate.physics.shaker import at_drive
@@ -63,18 +64,10 @@ def exchanged(
     for _ in range(WALKS):
         if best is None:
             break
-        seeds: list[Seed] = []
-        whole = at_level(evidence, best, SEVERAL_LEVEL)
-        beside = placeable(evidence.candidates(whole.fit.setting.model), whole)
-        for k in range(len(best.effects)):
-            if evidence.hurried:
-                evidence.leave(EXCHANGED)
-                return found
-            rest = without(evidence, best, k)
-            if rest is not None:
-                progress(f"seeking in place of {best.effects[k].name}")
-                seeds += _seeds(evidence, best, k, rest)
-                seeds += in_other_words(evidence, whole, beside, k, progress)
+        seeds = _instead(evidence, best, progress)
+        if seeds is None:
+            evidence.leave(EXCHANGED)
+            break
         more = raced(evidence, entered(evidence, seeds, progress), LEGS, progress)
         found = merged(found, more)
         ahead = likeliest(more)
@@ -89,9 +82,32 @@ def likeliest(sets: Sequence[Hypothesis]) -> Hypothesis | None:
     return max(sets, key=merit, default=None)
 
 
-def _seeds(evidence: Evidence, best: Hypothesis, number: int, rest: Hypothesis) -> list[Seed]:
+def _instead(evidence: Evidence, best: Hypothesis, progress: Progress) -> list[Seed] | None:
+    """What may stand in place of each effect; None where time is over before."""
+    numbers, elsewhere = range(len(best.effects)), list[list[Seed] | None]()
+    with Ahead(partial(_seeds, evidence, best), numbers, evidence.jobs) as sought:
+        for k in numbers:
+            if evidence.hurried:
+                return None
+            progress(f"seeking in place of {best.effects[k].name}")
+            elsewhere.append(sought.take())
+    whole, out = at_level(evidence, best, SEVERAL_LEVEL), list[Seed]()
+    beside = placeable(evidence.candidates(whole.fit.setting.model), whole)
+    for k, seeds in zip(numbers, elsewhere, strict=True):
+        if evidence.hurried:
+            return None
+        if seeds is not None:
+            out += [*seeds, *in_other_words(evidence, whole, beside, k, progress)]
+    return out
+
+
+def _seeds(evidence: Evidence, best: Hypothesis, number: int) -> list[Seed] | None:
     """What does much beside the rest as it was fitted, to first order or at a finite size: more of
-    the type that was taken out, whose places are what is hardest to tell."""
+    the type that was taken out, whose places are what is hardest to tell. None where the rest is no
+    structure."""
+    rest = without(evidence, best, number)
+    if rest is None:
+        return None
     smooth = at_level(evidence, rest, SEVERAL_LEVEL)
     effects = placeable(evidence.candidates(smooth.fit.setting.model), smooth)
     effects = tuned_as(best, number, effects)
@@ -121,18 +137,16 @@ def in_other_words(
     near = [e for e in effects if e.physics == own.physics and _overlap(e.place, own.place)]
     scores = shortlist(evidence.first_order(whole.fit, here), SHORT, 1)
     scores += shortlist(evidence.first_order(whole.fit, near), EACH, EACH)
-    out = []
-    for seed in seeds_from(evidence, whole, scores, SEVERAL_LEVEL):
-        if evidence.hurried:
-            evidence.leave(EXCHANGED)
-            break
-        progress(f"seeking {seed.effects[-1].name} in place of {own.name}")
-        try:
-            both = Hypothesis(seed.effects, evidence.fitted(seed, "coarse"))
-        except CvxupdateError:
-            continue
-        rest = without(evidence, both, number)
-        out += [] if rest is None else [rest.onward]
+    out, seeds = [], seeds_from(evidence, whole, scores, SEVERAL_LEVEL)
+    with Ahead(lambda s: refitted(evidence, s, "coarse"), seeds, evidence.jobs) as refits:
+        for seed in seeds:
+            if evidence.hurried:
+                evidence.leave(EXCHANGED)
+                break
+            progress(f"seeking {seed.effects[-1].name} in place of {own.name}")
+            both = refits.take()
+            rest = None if both is None else without(evidence, both, number)
+            out += [] if rest is None else [rest.onward]
     return out
 
 

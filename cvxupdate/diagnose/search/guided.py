@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from cvxupdate.diagnose.settings import (
     FALLEN,
     FINE_SEVERAL,
     GROWING,
+    HOPELESS,
     NEARER,
     NEAREST,
     OPEN,
@@ -36,6 +38,7 @@ from cvxupdate.diagnose.settings import (
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
+from cvxupdate.forked import Ahead, every
 
 GROWN, RIVALS = "sets of effects that bring the whole nearer", "rivals of members of the best set"
 
@@ -54,6 +57,20 @@ def guided(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
     squares has its turn, too."""
     growth = _growth(evidence, progress)
     return [] if growth is None else growth.finished(growth.found())
+
+
+def nearest_alone(evidence: Evidence, progress: Progress) -> list[Seed]:
+    """The single effects that bring a model that is far off nearest, on the smoothest recordings,
+    from where they do; none where nuisance parameters bring it near. What is gross moves resonances
+    past one another, where weighted squares rank it behind what flattens a few lines."""
+    far = evidence.bases[0].misfit > HOPELESS * EXPLAINED
+    growth = _growth(evidence, progress) if far else None
+    if growth is None:
+        return []
+    progress("seeking what brings the model nearer by itself")
+    near = growth.nearer(growth.approach.beside(growth.bare, NEAREST), "first pass")
+    singles = [r.hypothesis for r in near if len(r.hypothesis.effects) == 1][:BEAM]
+    return [Seed(h.effects, evidence.at_level(h.fit.setting, 0), h.fit.p) for h in singles]
 
 
 def brought_near(evidence: Evidence, progress: Progress) -> list[Hypothesis]:
@@ -105,7 +122,7 @@ class _Growth:
         rigged = self.approach.rigged(bare)
         alike = self.approach.alike(bare)
         seeds = [h.onward for h in (bare, rigged, alike) if h is not None]
-        nearer = self._nearer(self.approach.mounted(bare, BEAM), "first pass")[:BEAM]
+        nearer = self.nearer(self.approach.mounted(bare, BEAM), "first pass")[:BEAM]
         seeds += [r.hypothesis.onward for r in nearer]
         front = self._pruned(self._taken(seeds, "sharp"))
         others = self.approach.another_way(front[0].hypothesis) if front else []
@@ -115,16 +132,18 @@ class _Growth:
         """The nearest sets with one effect more than those of the front have, the nearest of these
         with all that a rig does beside them, too; nearest first."""
         plain, first = list[Reached](), set[frozenset[Key]]()
-        for h in self._parents(front):
+        parents, jobs = self._parents(front), self.evidence.jobs
+        sought = every(lambda h: self.approach.beside(h, NEAREST), parents, jobs)
+        for h, seeds in zip(parents, sought, strict=True):
             self.progress(f"seeking what brings {h.name} nearer")
-            own = self._nearer(self.approach.beside(h, NEAREST), "first pass")
+            own = self.nearer(seeds, "first pass")
             first.update(r.hypothesis.keys for r in own[:1])  # what it stands on may show later
             plain = sorted([*plain, *own], key=lambda r: r.left)
         near, tried = _nearest(plain)[:BEAM], {r.hypothesis.keys for r in plain}
         stretches = [s for r in near for s in zone_seeds(self.evidence, r.hypothesis, tried)]
-        plain += self._nearer(stretches, "first pass")
+        plain += self.nearer(stretches, "first pass")
         rigged = [s for r in _nearest(plain)[:BEAM] for s in self._rigged(r.hypothesis)]
-        entered = sorted([*plain, *self._nearer(rigged, "first pass")], key=lambda r: r.left)
+        entered = sorted([*plain, *self.nearer(rigged, "first pass")], key=lambda r: r.left)
         best = {r.hypothesis.keys for r in _abreast(entered)} | first
         field = [r.hypothesis for r in entered if r.hypothesis.keys in best]
         return self._pruned(_abreast(self._taken([h.onward for h in field], "sharp")))
@@ -144,26 +163,30 @@ class _Growth:
 
     def _taken(self, seeds: Sequence[Seed], effort: str) -> list[Reached]:
         """Seeds brought as near as they come, nearest first, each set once."""
-        return _nearest(self._nearer(seeds, effort))
+        return _nearest(self.nearer(seeds, effort))
 
-    def _nearer(self, seeds: Sequence[Seed], effort: str) -> list[Reached]:
+    def nearer(self, seeds: Sequence[Seed], effort: str) -> list[Reached]:
         """Seeds brought as near as they come, nearest first; without those that are no
         structure."""
         found: list[Reached] = []
-        for seed in seeds:
-            if found and self.evidence.hurried:
-                break
-            try:
-                fit, left = self.approach.taken(seed, effort)
-            except CvxupdateError:
-                continue
-            h = Hypothesis(seed.effects, fit)
-            found += [Reached(h, left)] if tenable(self.evidence, h) else []
+        with Ahead(partial(self._brought, effort), seeds, self.evidence.jobs) as fits:
+            for _ in seeds:
+                if found and self.evidence.hurried:
+                    break
+                r = fits.take()
+                found += [r] if r is not None and tenable(self.evidence, r.hypothesis) else []
         return sorted(found, key=lambda r: r.left)
+
+    def _brought(self, effort: str, seed: Seed) -> Reached | None:
+        try:
+            fit, left = self.approach.taken(seed, effort)
+        except CvxupdateError:
+            return None
+        return Reached(Hypothesis(seed.effects, fit), left)
 
     def _pruned(self, sets: Sequence[Reached]) -> list[Reached]:
         """Each without the effects that hardly bring it nearer."""
-        return _nearest([self._sparse(r) for r in sets])
+        return _nearest(every(self._sparse, sets, self.evidence.jobs))
 
     def _sparse(self, whole: Reached) -> Reached:
         """Without the effects that do little as it is, all at once; then, one by one, the one that

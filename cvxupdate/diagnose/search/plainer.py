@@ -4,11 +4,12 @@ effects that are a part of it; or of more of the structure, all its members for 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from itertools import combinations
+from itertools import chain, combinations
 
 from cvxupdate.diagnose.hypothesis import PARTS, Hypothesis, seeds_from, without
 from cvxupdate.diagnose.settings import WIDER
 from cvxupdate.diagnose.types import Evidence, Key, Seed
+from cvxupdate.forked import every
 from cvxupdate.physics.effect import Effect
 
 SOFTER, GIVES = "stiffness_change", "joint_flexibility"
@@ -19,15 +20,16 @@ def plainer(evidence: Evidence, whole: Hypothesis) -> list[Seed]:
     at the same places, or by one of the same kind on more elements that does more beside the rest
     as it is; each at the size that does most there."""
     known = evidence.candidates(evidence.model, _names(evidence, whole.effects))
-    out: list[Seed] = []
-    for count in (1, 2):
-        for indices in combinations(range(len(whole.effects)), count):
-            gone = [whole.effects[k] for k in indices]
-            keys = {c.key for c in known if says(c, gone)} - whole.keys
-            more = {c.key for c in known if count == 1 and covers(c, gone[0])} - whole.keys
-            rest = without(evidence, whole, *indices) if keys or more else None
-            out += [] if rest is None else _sized(evidence, rest, keys, more, gone)
-    return out
+
+    def instead(indices: tuple[int, ...]) -> list[Seed]:
+        gone = [whole.effects[k] for k in indices]
+        keys = {c.key for c in known if says(c, gone)} - whole.keys
+        more = {c.key for c in known if len(gone) == 1 and covers(c, gone[0])} - whole.keys
+        rest = without(evidence, whole, *indices) if keys or more else None
+        return [] if rest is None else _sized(evidence, rest, keys, more, gone)
+
+    some = [c for count in (1, 2) for c in combinations(range(len(whole.effects)), count)]
+    return list(chain.from_iterable(every(instead, some, evidence.jobs)))
 
 
 def says(one: Effect, effects: Sequence[Effect]) -> bool:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import chain
 
 import numpy as np
 
-from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.hypothesis import Hypothesis, nominal_unknowns
 from cvxupdate.diagnose.settings import (
     ABREAST,
@@ -21,6 +21,7 @@ from cvxupdate.diagnose.settings import (
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
+from cvxupdate.forked import Ahead
 
 Legs = Sequence[tuple[int, int]]
 REFITS, SHARPENED = (
@@ -34,19 +35,25 @@ def entered(evidence: Evidence, seeds: Sequence[Seed], progress: Progress) -> li
     several places stays in each: after a few iterations the better one is not known yet. Seeds that
     lead to no structure are left out."""
     found: list[Hypothesis] = []
-    for number, seed in enumerate(seeds):
-        if found and evidence.hurried:
-            evidence.leave(REFITS, len(seeds) - number)
-            progress("the time is over: what is left is not refitted")
-            break
-        progress(f"refitting {number + 1} of {len(seeds)}: {seed.name}")
-        try:
-            h = Hypothesis(seed.effects, evidence.fitted(seed, "first pass"))
-        except CvxupdateError:
-            continue
-        found += [h] if tenable(evidence, h) else []
+    with Ahead(lambda s: refitted(evidence, s, "first pass"), seeds, evidence.jobs) as refits:
+        for number, seed in enumerate(seeds):
+            if found and evidence.hurried:
+                evidence.leave(REFITS, len(seeds) - number)
+                progress("the time is over: what is left is not refitted")
+                break
+            progress(f"refitting {number + 1} of {len(seeds)}: {seed.name}")
+            h = refits.take()
+            found += [h] if h is not None and tenable(evidence, h) else []
     ranked = sorted(found, key=lambda h: h.penalised)
     return ranked if evidence.levels > 1 else merged(ranked)
+
+
+def refitted(evidence: Evidence, seed: Seed, effort: str) -> Hypothesis | None:
+    """A seed fitted; None where that leads to no structure."""
+    try:
+        return Hypothesis(seed.effects, evidence.fitted(seed, effort))
+    except CvxupdateError:
+        return None
 
 
 def raced(
@@ -58,22 +65,21 @@ def raced(
     for level, most in legs:
         if level >= evidence.levels or not runners:
             break
+        behind = BEHIND if level > 0 or evidence.levels == 1 else TRIAGED  # 0: not to the end yet
+        field = _field(runners, most, behind)
         arrived: list[Hypothesis] = []
-        refitted = level > 0 or evidence.levels == 1  # the only level: fitted to the end already
-        field = _field(runners, most, BEHIND if refitted else TRIAGED)
-        for number, h in enumerate(field):
-            if len(arrived) >= STAYING and evidence.hurried:
-                evidence.leave(SHARPENED, len(field) - number)
-                progress("the time is over: what stands further back is not sharpened")
-                break
-            progress(f"sharpening {number + 1} of {len(field)}: {h.name}")
-            try:
-                best = min((other.fit.misfit for other in arrived), default=np.inf)
-                carried = Hypothesis(h.effects, _sharper(evidence, h, level, best))
-            except CvxupdateError:
-                continue
-            if tenable(evidence, carried):
-                arrived.append(carried)
+        work = partial(_sharper, evidence, level, arrived)
+        with Ahead(work, field, evidence.jobs) as refits:
+            for number, h in enumerate(field):
+                if len(arrived) >= STAYING and evidence.hurried:
+                    evidence.leave(SHARPENED, len(field) - number)
+                    progress("the time is over: what stands further back is not sharpened")
+                    break
+                progress(f"sharpening {number + 1} of {len(field)}: {h.name}")
+                found, again = refits.take()
+                carried = _better(found, again, arrived)
+                if carried is not None and tenable(evidence, carried):
+                    arrived.append(carried)
         runners = merged(arrived)
     return runners
 
@@ -89,22 +95,34 @@ def _field(runners: Sequence[Hypothesis], most: int, behind: float) -> list[Hypo
     ]
 
 
-def _sharper(evidence: Evidence, h: Hypothesis, level: int, best: float) -> Fit:
-    """Fitted on from where it is; what leaves much at an early level is begun a second time, from
-    nominal nuisance parameters, and the better one counts. What falls far behind a misfit that is
-    as good as explained (``best`` so far) is not."""
+def _sharper(
+    evidence: Evidence, level: int, arrived: Sequence[Hypothesis], h: Hypothesis
+) -> tuple[Hypothesis | None, Hypothesis | None]:
+    """Fitted on from where it is; and what leaves much at an early level begun a second time, from
+    nominal nuisance parameters, unless it is far behind those that ``arrived`` so far."""
     effort = "sharp" if level == evidence.levels - 1 else "coarse"
     setting = evidence.at_level(h.fit.setting, level)
-    found = evidence.fitted(Seed(h.effects, setting, h.fit.p), effort)
-    behind = best <= OPEN * EXPLAINED and found.misfit > BEHIND * best
-    if level != AGAIN or found.excess <= CLEAR or behind:
+    found = refitted(evidence, Seed(h.effects, setting, h.fit.p), effort)
+    if found is None or level != AGAIN or found.fit.excess <= CLEAR or _behind(found, arrived):
+        return found, None
+    start = nominal_unknowns(evidence, found.fit.setting, found.fit.p)
+    return found, refitted(evidence, Seed(h.effects, found.fit.setting, start), "coarse")
+
+
+def _better(
+    found: Hypothesis | None, again: Hypothesis | None, arrived: Sequence[Hypothesis]
+) -> Hypothesis | None:
+    """Of two fits of a hypothesis; the first where it is far behind those that arrived before it,
+    some of which were not known yet when it was fitted ahead."""
+    if found is None or again is None or _behind(found, arrived):
         return found
-    start = nominal_unknowns(evidence, found.setting, found.p)
-    try:
-        other = evidence.fitted(Seed(h.effects, found.setting, start), "coarse")
-    except CvxupdateError:
-        return found
-    return min(found, other, key=lambda f: f.misfit)
+    return min(found, again, key=lambda h: h.fit.misfit)
+
+
+def _behind(h: Hypothesis, arrived: Sequence[Hypothesis]) -> bool:
+    """Whether it has fallen far behind a misfit that is as good as explained."""
+    best = min((other.fit.misfit for other in arrived), default=np.inf)
+    return bool(best <= OPEN * EXPLAINED and h.fit.misfit > BEHIND * best)
 
 
 def tenable(evidence: Evidence, h: Hypothesis) -> bool:

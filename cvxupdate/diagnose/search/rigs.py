@@ -8,7 +8,9 @@ what the evidence is better without; what is claimed must stand against that.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import chain
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from cvxupdate.diagnose.search.race import merged, raced, tenable
 from cvxupdate.diagnose.settings import MOUNTS, SEVERAL_LEVEL
 from cvxupdate.diagnose.types import Evidence, Progress, Seed
 from cvxupdate.errors import CvxupdateError
+from cvxupdate.forked import Ahead, every
 
 RIGS = "what a rig does beside the best set"
 
@@ -90,17 +93,16 @@ def _last(evidence: Evidence) -> tuple[tuple[int, int]]:
 def _alone(evidence: Evidence, approach: Approach) -> Hypothesis | None:
     """Nothing but what a rig does, brought as near as it comes, level by level."""
     bare = approach.begun()
-    whole = (approach.rigged(bare), approach.alike(bare))
-    seeds = [*approach.mounted(bare, MOUNTS), *(h.onward for h in whole if h is not None)]
+    ways: tuple[Callable[[], list[Seed]], ...] = (
+        lambda: approach.mounted(bare, MOUNTS),
+        lambda: [h.onward for h in (approach.rigged(bare), approach.alike(bare)) if h is not None],
+    )
+    seeds = list(chain.from_iterable(every(lambda way: way(), ways, evidence.jobs)))
     best, least = None, np.inf
-    for seed in seeds:
-        try:
-            fit, left = approach.taken(seed, "sharp")
-        except CvxupdateError:
-            continue
-        h = Hypothesis(seed.effects, fit)
-        if left < least and tenable(evidence, h):
-            best, least = h, left
+    with Ahead(partial(_taken, approach), seeds, evidence.jobs) as fits:
+        for found in (fits.take() for _ in seeds):
+            if found is not None and found[1] < least and tenable(evidence, found[0]):
+                best, least = found
     if best is None:
         return None
     for level in range(SEVERAL_LEVEL + 1, evidence.levels):
@@ -110,6 +112,14 @@ def _alone(evidence: Evidence, approach: Approach) -> Hypothesis | None:
     return best
 
 
+def _taken(approach: Approach, seed: Seed) -> tuple[Hypothesis, float] | None:
+    try:
+        fit, left = approach.taken(seed, "sharp")
+    except CvxupdateError:
+        return None
+    return Hypothesis(seed.effects, fit), left
+
+
 def _freed(evidence: Evidence, whole: Hypothesis) -> Hypothesis:
     """A set without the effects that its evidence is better without as they are, those that do
     least first; one stays."""
@@ -117,8 +127,9 @@ def _freed(evidence: Evidence, whole: Hypothesis) -> Hypothesis:
     best = whole
     while len(best.effects) > 1:
         left = [k for k in range(len(whole.effects)) if k not in idle]
-        rests = [(without(evidence, whole, *idle, k), k) for k in left]
-        likelier = [(merit(r), k, r) for r, k in rests if r is not None and merit(r) >= merit(best)]
+        rests = every(lambda k: without(evidence, whole, *idle, k), left, evidence.jobs)
+        found = [(r, k) for r, k in zip(rests, left, strict=True) if r is not None]
+        likelier = [(merit(r), k, r) for r, k in found if merit(r) >= merit(best)]
         if not likelier:
             break
         _, k, best = max(likelier, key=lambda x: x[:2])

@@ -17,7 +17,7 @@ from cvxupdate.diagnose.search.beside import beside
 from cvxupdate.diagnose.search.coarse import coarsely, enough_alone, far_off
 from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
-from cvxupdate.diagnose.search.guided import brought_near, guided
+from cvxupdate.diagnose.search.guided import brought_near, guided, nearest_alone
 from cvxupdate.diagnose.search.held import held
 from cvxupdate.diagnose.search.neighbours import neighbours
 from cvxupdate.diagnose.search.race import entered, merged, raced
@@ -103,6 +103,7 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     seeds = seeds_from(evidence, start, listed, 0)
     if not pattern:
         seeds += beside(evidence, start, level=0, scores=rankings[0])
+        seeds += nearest_alone(evidence, progress)
     entries = entered(evidence, seeds, progress)
     coarse, sharper, alone = coarsely(evidence, entries, pattern, progress)
     grown, ahead = ([], False) if pattern else _grown(evidence, coarse, alone, progress)

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 import scipy.linalg as la
@@ -43,17 +44,18 @@ FEW = 12  # DOFs of a change up to which it acts along unit forces
 @dataclass(frozen=True)
 class Space:
     """Shapes ``V`` (N, r) of a ``model`` around the parameter values ``at``; ``still``: eigenvalues
-    below are none; ``wide`` the parameters that act on many DOFs; ``factor`` of its stiffness, and
-    how many shapes are modes in the band (``near``), for `grown`; ``top`` (Hz) of the band,
-    ``ports`` and parameters ``moving`` that it was made for, for `recentred`; ``root``: the space
-    that it grew from, whose shapes are its first ones."""
+    below are none; ``wide`` the parameters that act on many DOFs; by which ``shift`` its stiffness
+    has factors (None: it has every shape and needs none), and how many shapes are modes in the band
+    (``near``), for `grown`; ``top`` (Hz) of the band, ``ports`` and parameters ``moving`` that it
+    was made for, for `recentred`; ``root``: the space that it grew from, whose shapes are its first
+    ones."""
 
     model: Model = field(repr=False)
     at: Real = field(repr=False)
     V: Real = field(repr=False)
     still: float
     wide: tuple[int, ...] = ()
-    factor: Factor | None = field(default=None, repr=False)
+    shift: float | None = None
     near: int = 0
     top: float = 0.0
     ports: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64), repr=False)
@@ -66,6 +68,13 @@ class Space:
         root = self.root
         found = None if root is None else grown(root.projected, root.model, self.model, self.V)
         return projected(self.model, self.V) if found is None else found
+
+    @cached_property
+    def _factor(self) -> Factor:
+        """Worked out where it is asked for: of most spaces of a search it is not, and it cannot be
+        sent to another process."""
+        m = self.model.matrices(self.at)
+        return factorise(sp.csc_array(m.K + (self.shift or 0.0) * m.M), "the stiffness")
 
     @property
     def answered(self) -> tuple[int, ...]:
@@ -82,7 +91,7 @@ class Space:
         masses, from these shapes; None where it is another structure."""
         size, r = self.model.size, self.V.shape[1]
         extra = model.labels[size:]
-        if self.factor is None or model.labels[:size] != self.model.labels:
+        if self.shift is None or model.labels[:size] != self.model.labels:
             return None
         if any("@hidden" not in x for x in extra):
             return None
@@ -94,7 +103,7 @@ class Space:
         fresh = [j for j in moving if j >= len(self.model.parameters)]
         forces, wide = _pushes(model, model.zero(), fresh, V[:, : self.near])
         answers = np.zeros(forces.shape)
-        answers[:size] = self.factor.solve(forces[:size])
+        answers[:size] = self._factor.solve(forces[:size])
         return replace(
             self,
             model=model,
@@ -115,7 +124,7 @@ class Space:
         ModelError
             Where the model is no structure.
         """
-        if self.factor is None and self.V.shape[1] >= self.model.size:
+        if self.shift is None and self.V.shape[1] >= self.model.size:
             return space_of(self.model, at, self.top, self.ports, self.moving)
         m, old = self.model.matrices(at), self.modes(at).modes
         values = old.eigenvalues
@@ -128,7 +137,7 @@ class Space:
         if improved is None:  # sought anew
             return space_of(self.model, at, self.top, self.ports, self.moving)
         near = int(np.sum(values <= (2.0 * np.pi * 1.25 * self.top) ** 2)) + 1
-        bare = replace(self, near=near, still=STILL * lowest, root=None)
+        bare = replace(self, near=near, still=STILL * lowest, shift=shift, root=None)
         return _with_answers(bare, np.asarray(at, dtype=float), improved, m.M, factor)
 
     def matrices(self, p: Real) -> dict[str, Real]:
@@ -185,7 +194,7 @@ def space_of(model: Model, at: Real, top: float, ports: Index, moving: Sequence[
         return bare
     shift = SHIFT * lowest if len(resisted) < len(values) else 0.0
     factor = factorise(sp.csc_array(m.K + shift * m.M), "the stiffness")
-    return _with_answers(bare, at, V, m.M, factor)
+    return _with_answers(replace(bare, shift=shift), at, V, m.M, factor)
 
 
 def _with_answers(bare: Space, at: Real, V: Real, M: sp.csc_array, factor: Factor) -> Space:
@@ -193,7 +202,7 @@ def _with_answers(bare: Space, at: Real, V: Real, M: sp.csc_array, factor: Facto
     forces, wide = _pushes(bare.model, at, bare.moving, V[:, : bare.near])
     answers = factor.solve(np.hstack([_units(bare.model.size, bare.ports), forces]))
     V = _independent(V, answers, M)
-    return replace(bare, at=at, V=V, wide=wide, factor=factor)
+    return replace(bare, at=at, V=V, wide=wide)
 
 
 def _modes(K: sp.csc_array, M: sp.csc_array, top: float, rigid: Real) -> Modes:

@@ -150,7 +150,7 @@ def test_the_nearest_set_on_each_parent_is_fitted_on(evidence, monkeypatch):
     sharp = {keys for keys, effort in heard.asked if effort == "sharp"}
     for r in parents:
         seeds = evidence.approach.beside(r.hypothesis, NEAREST)
-        first = growth._nearer(seeds, "first pass")[0].hypothesis.keys
+        first = growth.nearer(seeds, "first pass")[0].hypothesis.keys
         assert first in sharp
 
 
