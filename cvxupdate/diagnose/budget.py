@@ -1,9 +1,8 @@
 """What a diagnosis may take: time, by the clock and of the processor, from its beginning, and
 processes.
 
-Of the processor the time of this thread counts, and of children that refit for it, so that a
-diagnosis computes as much however many there are: other diagnoses in one program, and a linear
-algebra library that waits in threads of its own, take nothing from it.
+Of the processor the time of this thread counts, and of children that refit for it: other diagnoses
+in one program, and a linear algebra library that waits in threads of its own, take nothing from it.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from cvxupdate.diagnose.settings import BUDGET, WALL
+from cvxupdate.diagnose.settings import BUDGET, SHARED, WALL
 from cvxupdate.forked import processor_time
 from cvxupdate.parallel import processors
 
@@ -37,9 +36,11 @@ class Budget:
 
     @staticmethod
     def of(thorough: bool, jobs: int | None = None) -> Budget:
-        """The usual one, or none; ``jobs`` None: one process for each processor."""
-        computing, clock = (math.inf, math.inf) if thorough else (BUDGET, WALL)
-        return Budget(computing, clock, jobs=processors() if jobs is None else jobs)
+        """The usual one, or none; ``jobs`` None: one process for each processor. Several compute
+        more in the time that a diagnosis may take."""
+        jobs = processors() if jobs is None else jobs
+        usual = BUDGET * SHARED if jobs > 1 else BUDGET, WALL
+        return Budget(*((math.inf, math.inf) if thorough else usual), jobs=jobs)
 
     @contextmanager
     def aside(self) -> Iterator[None]:
@@ -71,7 +72,8 @@ class Budget:
         """How long it may take."""
         if math.isinf(self.clock):
             return "as long as it needs (--thorough)"
-        minutes = math.ceil((self.computing + AFTERWARDS) / 60.0)
+        alone = self.computing / SHARED if self.jobs > 1 else self.computing
+        minutes = math.ceil((alone + AFTERWARDS) / 60.0)
         return f"at most about {minutes} minutes on a machine of its own"
 
     @property
@@ -79,7 +81,8 @@ class Budget:
         """What a reader of the diagnosis has to know."""
         if not self.stopped:
             return []
-        parts = [f"{n} {what}" if n else what for what, n in self.undone.items()]
+        count = {0: "", 1: "one of the "}
+        parts = [f"{count.get(n, f'{n} ')}{what}" for what, n in self.undone.items()]
         left = f" Not tried: {'; '.join(parts)}." if parts else ""
         return [
             f"The time for one diagnosis ({self.computing:.0f} s of computing, {self.clock:.0f} s "

@@ -265,10 +265,10 @@ TELLING = 0.03
 SIMULATED = 0.03
 # Part of the recordings that a law must follow at least for their beginnings to be compared alone.
 FOLLOWED = 0.25
-# Seconds of computing, and by the clock, after which a search begins nothing new: what has begun,
-# the judgement and the page take some ten more, so that two minutes are kept. A search that was cut
-# short says less and errs more, so a shared machine, which gives a third of itself, cuts none.
-BUDGET, WALL = 100.0, 300.0
+# Seconds of computing, and by the clock, after which a search begins nothing new: the rest takes
+# ten more, so that two minutes are kept. Two processes do SHARED times as much meanwhile. Cut short
+# it says less and errs more, so a shared machine, which gives a third of itself, cuts none.
+BUDGET, SHARED, WALL = 100.0, 1.4, 300.0
 # Explanations that are refitted to the end even then: the best and what it is weighed against.
 STAYING = 3
 # Reversals of a part on a rig from which on their median says more than the law through them.

@@ -6,10 +6,12 @@ import threading
 import time
 from pathlib import Path
 
+import pytest
+
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.pipeline import diagnosed
-from cvxupdate.diagnose.settings import BUDGET, CUT_SHORT, WALL
+from cvxupdate.diagnose.settings import BUDGET, CUT_SHORT, SHARED, WALL
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.recordings.load import load_recordings
 from tests.cases.cantilever import load, rows_of, text
@@ -41,6 +43,13 @@ def test_time_by_the_clock_counts_as_well() -> None:
     assert busy.over() and "--thorough" in busy.lines[0]
 
 
+def test_several_processes_compute_more_in_the_same_time() -> None:
+    alone, two = Budget.of(False, 1), Budget.of(False, 2)
+    assert alone.computing == BUDGET and two.computing == pytest.approx(SHARED * BUDGET)
+    assert (two.clock, two.says) == (alone.clock, alone.says)
+    assert Budget.of(True, 2).computing == float("inf")
+
+
 def test_what_the_compiler_does_takes_nothing_from_it() -> None:
     """The first simulation after an installation makes its machine code, a quarter of a minute of
     the two that a diagnosis had."""
@@ -66,10 +75,13 @@ def test_what_is_left_undone_is_said_once_over() -> None:
     budget.leave("explanations", 3)
     budget.leave("explanations", 2)
     budget.leave("pairs of effects")
+    budget.leave("short lists", 1)
     assert budget.lines == []
     time.sleep(0.001)
     assert budget.over()
-    assert "Not tried: 5 explanations; pairs of effects. " in budget.lines[0]
+    assert (
+        "Not tried: 5 explanations; pairs of effects; one of the short lists. " in budget.lines[0]
+    )
 
 
 def test_half_of_the_time_begins_when_it_is_taken() -> None:

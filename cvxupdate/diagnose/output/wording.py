@@ -174,6 +174,9 @@ def _level_line(change: LevelChange | None, level: bool) -> list[str]:
             if level
             else "the response depends on the level, though little."
             if slightly(change)
+            else "more than noise, and less than what laws that depend on the level are sought for "
+            f"({100 * SLIGHT_CHANGE:.2g} %)."
+            if change.exceeds(0.0)
             else "the structure is linear to that accuracy."
             if change.noise <= LEVEL_CHANGE
             else "too noisy to tell."
@@ -233,7 +236,8 @@ def _finding_lines(judgement: Judgement, final: Weighed) -> list[str]:
     ]
     out += [line for f in judgement.findings for line in _equivalents(f)]
     out += _next(judgement, final)
-    others = [w for w in judgement.field if w is not final]
+    mine = final.hypothesis.title  # another form of one law has the same
+    others = [w for w in judgement.field if w.hypothesis.title != mine]
     out += [_other(evidence, final, w) for w in others[:RIVALS]]
     return out
 

@@ -166,6 +166,21 @@ def test_a_search_that_time_ended_does_not_say_that_nothing_explains_it() -> Non
 
 
 @pytest.mark.parametrize(
+    ("change", "noise", "said"),
+    [
+        (0.011, 0.0003, "more than noise, and less than what laws that depend on the level are "
+         "sought for (1.5 %)."),
+        (0.011, 0.009, "the structure is linear to that accuracy."),
+        (0.02, 0.0003, "the response depends on the level, though little."),
+    ],
+)  # fmt: skip
+def test_what_a_change_between_levels_says(change: float, noise: float, said: str) -> None:
+    case = case_of(PlainEvidence((BASE,), noise=Errors(0.01, 0.01)))
+    lines = evidence_lines(replace(EMPTY, case=case), LevelChange(change, noise))
+    assert lines[0].endswith(f"%): {said}")
+
+
+@pytest.mark.parametrize(
     ("noise", "said"), [(0.01, " (noise alone: 0.01 of the response)."), (NAN, ".")]
 )
 def test_the_nominal_model_s_error_and_that_of_its_scatter_are_stated(
