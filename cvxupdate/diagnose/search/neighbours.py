@@ -17,7 +17,7 @@ from cvxupdate.diagnose.search.exchange import likeliest, tuned_as
 from cvxupdate.diagnose.search.race import entered, merged, raced
 from cvxupdate.diagnose.settings import NEIGHBOURING, NEIGHBOURS, TRIAGED, WALKS
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
-from cvxupdate.physics.effect import MOTION
+from cvxupdate.physics.effect import MODES, MOTION
 
 PLACES = "other places of the best effect"
 
@@ -30,11 +30,12 @@ def neighbours(
 ) -> list[Hypothesis]:
     """Single effects (sharpened), and the likeliest of them at the places that do nearly as much
     beside its nuisance parameters; again from there where one of these is likelier. All, best
-    first. As they are where one of ``several`` is likelier; laws that follow the motion have
-    `cvxupdate.diagnose.search.alike`."""
+    first. As they are where one of ``several`` is likelier. Laws that follow the motion have
+    `cvxupdate.diagnose.search.alike`; a few frequencies never tell a node from the next of a fine
+    mesh, however well they tell where."""
     found, last = list(singles), evidence.levels - 1
     best = likeliest([*several, *singles])
-    if best is None or len(best.effects) > 1 or evidence.told_by == MOTION:
+    if best is None or len(best.effects) > 1 or evidence.told_by in (MODES, MOTION):
         return found
     for _ in range(WALKS):
         seeds = _seeds(evidence, best, {h.keys for h in found})
