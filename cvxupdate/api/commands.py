@@ -140,7 +140,7 @@ def diagnose(
     tell), by name; objects among them are effects of the program's own, tried beside the package's.
     ``scatter`` is the part of the usual scatter of groups that remains. ``jobs`` processes refit
     (None: one for each processor; in a notebook, and in a program with threads of its own, this one
-    alone); the answer is the same.
+    alone); the answer is the same where time does not end the search.
 
     Raises
     ------

@@ -49,7 +49,8 @@ Refitting = Annotated[
     typer.Option(
         "--jobs",
         min=1,
-        help="processes that refit; default one for each processor; the answer is the same",
+        help="processes that refit; default one for each processor; the same answer where time "
+        "does not end the search",
         show_default=False,
     ),
 ]

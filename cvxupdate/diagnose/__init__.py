@@ -31,7 +31,7 @@ def diagnose_problem(
     force of a part on a rig, whose model has no mass, by its law. Where there are recordings of a
     reference state the model is brought to it before; several states that all have a name are one
     fit. ``thorough``: however long the search takes; ``jobs``: processes that refit (None: one for
-    each processor), which changes nothing but the time by the clock.
+    each processor), which changes nothing where time does not end the search.
 
     Raises
     ------

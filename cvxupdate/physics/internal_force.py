@@ -186,13 +186,11 @@ def places(context: SearchContext) -> list[tuple[tuple[int, ...], Place]]:
     ends of springs along one direction, every pair of them where they are few; between nodes of
     parts that face each other."""
     model = context.model
+    rows = dof_rows(model, TRANSLATIONS)
     out: list[tuple[tuple[int, ...], Place]] = [
-        ((row,), Place(nodes=(node,), dof=kind))
-        for row, node, kind in dof_rows(model, TRANSLATIONS)
+        ((row,), Place(nodes=(node,), dof=kind)) for row, node, kind in rows
     ]
-    rows_of: dict[tuple[int, str], int] = {}
-    for row, node, kind in dof_rows(model, TRANSLATIONS):
-        rows_of[node, kind] = row
+    rows_of = {(node, kind): row for row, node, kind in rows}
     across = [tuple(int(model.node_ids[n]) for n in pair) for pair in facing(model)]
     for kind in TRANSLATIONS:
         ends: set[int] = set()

@@ -9,7 +9,7 @@ and Friedman 2009, 3.3 and 9.1).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -61,14 +61,29 @@ def exchanged(
     if evidence.told_by == MOTION:
         return found
     best = likeliest([h for h in found if len(h.effects) > 1])
-    for _ in range(WALKS):
-        if best is None:
-            break
+
+    def beside(best: Hypothesis, _: Sequence[Hypothesis]) -> list[Hypothesis] | None:
         seeds = _instead(evidence, best, progress)
         if seeds is None:
             evidence.leave(EXCHANGED)
+            return None
+        return raced(evidence, entered(evidence, seeds, progress), LEGS, progress)
+
+    return found if best is None else walked(found, best, beside)
+
+
+def walked(
+    known: Sequence[Hypothesis],
+    best: Hypothesis,
+    near: Callable[[Hypothesis, Sequence[Hypothesis]], list[Hypothesis] | None],
+) -> list[Hypothesis]:
+    """``known`` and what is ``near`` the best of them (beside what is known by then; None ends it),
+    again from there as long as one of these is likelier. All, best first."""
+    found = list(known)
+    for _ in range(WALKS):
+        more = near(best, found)
+        if more is None:
             break
-        more = raced(evidence, entered(evidence, seeds, progress), LEGS, progress)
         found = merged(found, more)
         ahead = likeliest(more)
         if ahead is None or merit(ahead) <= merit(best):

@@ -12,10 +12,9 @@ from collections.abc import Collection, Sequence
 
 from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from, without
 from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
-from cvxupdate.diagnose.search.backward import merit
-from cvxupdate.diagnose.search.exchange import likeliest, tuned_as
-from cvxupdate.diagnose.search.race import entered, merged, raced
-from cvxupdate.diagnose.settings import NEIGHBOURING, NEIGHBOURS, TRIAGED, WALKS
+from cvxupdate.diagnose.search.exchange import likeliest, tuned_as, walked
+from cvxupdate.diagnose.search.race import entered, raced
+from cvxupdate.diagnose.settings import NEIGHBOURING, NEIGHBOURS, TRIAGED
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.physics.effect import MODES, MOTION
 
@@ -37,20 +36,17 @@ def neighbours(
     best = likeliest([*several, *singles])
     if best is None or len(best.effects) > 1 or evidence.told_by in (MODES, MOTION):
         return found
-    for _ in range(WALKS):
-        seeds = _seeds(evidence, best, {h.keys for h in found})
+
+    def elsewhere(best: Hypothesis, known: Sequence[Hypothesis]) -> list[Hypothesis] | None:
+        seeds = _seeds(evidence, best, {h.keys for h in known})
         if seeds and evidence.hurried:
             evidence.leave(PLACES, len(seeds))
-            break
+            return None
         near = entered(evidence, seeds, progress)
         near = [h for h in near if h.penalised <= TRIAGED * best.penalised]
-        more = raced(evidence, near, ((last, len(seeds)),), progress)
-        found = merged(found, more)
-        ahead = likeliest(more)
-        if ahead is None or merit(ahead) <= merit(best):
-            break
-        best = ahead
-    return found
+        return raced(evidence, near, ((last, len(seeds)),), progress)
+
+    return walked(found, best, elsewhere)
 
 
 def _seeds(evidence: Evidence, best: Hypothesis, tried: Collection[frozenset[Key]]) -> list[Seed]:
