@@ -140,6 +140,7 @@ class ResponseEvidence(Linear):
         """For placing effects on the nuisance model or one grown from it."""
         m = model.matrices(model.zero())
 
+        @cache
         def released(node: int, kind: str) -> Model:
             return regrown(self._freed(node, kind), model)
 

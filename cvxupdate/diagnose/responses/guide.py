@@ -14,8 +14,8 @@ from cvxupdate.diagnose.hypothesis import (
     Hypothesis,
     at_nominal,
     further,
-    seed_from,
     seeds_from,
+    together,
     without,
 )
 from cvxupdate.diagnose.responses.bounded import Gap, Yielding, approached
@@ -87,14 +87,14 @@ class Guide:
             return None
         found = self.evidence.candidates(rest.fit.setting.model, (SHEARS,))
         whole = max(found, key=lambda e: len(e.place.elements), default=None)
-        return None if whole is None else self._with(rest, [whole], BY_THEORY)
+        return None if whole is None else together(self.evidence, rest, [whole], BY_THEORY)
 
     def rigged(self, parent: Hypothesis) -> Hypothesis | None:
         """A parent with all that a rig does, as yet of no size: what hardly a test is without, in
         some measure. The fit tells in what. Supports that stand on a fixture give way with it."""
         rig = _classes(self._rig(parent))
         fixed = any(e.physics == FIXTURE and not at_drive(e) for e in parent.effects)
-        found = self._with(parent, _widest(rig) if fixed else rig)
+        found = together(self.evidence, parent, _widest(rig) if fixed else rig)
         return None if found is parent else found
 
     def alike(self, parent: Hypothesis) -> Hypothesis | None:
@@ -103,7 +103,7 @@ class Guide:
         `rigged` is that already."""
         rig = _classes(self._rig(parent))
         fewest = _covering([e for e in rig if not parts_of(e)])
-        return self._with(parent, fewest) if len(fewest) < len(rig) else None
+        return together(self.evidence, parent, fewest) if len(fewest) < len(rig) else None
 
     def mounted(self, parent: Hypothesis, count: int) -> list[Seed]:
         """A parent on the ``count`` fixtures or cords that bring it nearest, with all else that a
@@ -111,21 +111,7 @@ class Guide:
         show."""
         rig = _widest([e for e in _classes(self._rig(parent)) if not parts_of(e)])
         mounts = tuple({t.name for t in effect_types() if t.mount})
-        return self._beside(self._with(parent, rig), count, mounts, mount=True)
-
-    def _with(self, parent: Hypothesis, effects: Sequence[Effect], p: float = 0.0) -> Hypothesis:
-        """A parent with further effects, each of its unknowns ``p``: of no size."""
-        found = parent
-        for effect in effects:
-            moved = effect.on(self.evidence.context(found.fit.setting.model))
-            if moved is None:
-                continue
-            size = Score(moved, 0.0, np.full(moved.count, p))
-            seed = seed_from(self.evidence, found, size, found.fit.setting.level)
-            if seed is not None:
-                fit = self.evidence.evaluated(seed.setting, seed.start)
-                found = Hypothesis(seed.effects, fit)
-        return found
+        return self._beside(together(self.evidence, parent, rig), count, mounts, mount=True)
 
     def _rig(self, parent: Hypothesis) -> list[Effect]:
         context = self.evidence.context(parent.fit.setting.model)

@@ -273,8 +273,9 @@ class ResponsePoint:
 
     def jacobian(self) -> Real:
         """Derivative of `differences` with respect to every unknown, (rows, unknowns)."""
-        change = Changes.of(self.derivatives, self.modes, self.low)
         lam, s = np.maximum(self.modes.eigenvalues, 0.0), self.setting
+        sizes, X = self.p[: len(s.model.parameters)], self.found.X[:, : self.low]
+        change = Changes.of(s.shapes.derivatives(sizes, X), self.modes, self.low)
         losses = Losses(self.loss, lam, self.owner, s.mixed, s.tuned)
         parts, faulty = [], self.faulty if s.faults else None
         for r in self.responses:

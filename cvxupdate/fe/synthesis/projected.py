@@ -17,6 +17,7 @@ import numpy as np
 from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Model
+from cvxupdate.fe.parameters import Target
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,41 @@ class Projected:
         for apart in self.apart:
             for matrix, change in _own(model.blocks[apart.number], values, apart).items():
                 out[matrix] += summed(change, apart.local)
+        return out
+
+    def rate(
+        self, model: Model, values: Sequence[Mapping[str, Real]], target: Target
+    ) -> dict[str, Real]:
+        """∂K, ∂M, ∂C and ∂D (r, r) by what one parameter moves (``target``), zero ones left out,
+        where the properties are ``values``."""
+        block, own = model.blocks[target.block], values[target.block]
+        at = {row: k for k, row in enumerate(target.rows.tolist())}
+        out: dict[str, Real] = {}
+
+        def rates(rows: Sequence[int]) -> list[tuple[str, int, Real]]:
+            k = [at[row] for row in rows]
+            return block.rates(own, target.rows[k], target.properties, target.scales[:, k])
+
+        def matrix(name: str) -> Real:
+            return out.setdefault(name, np.zeros_like(self.fixed[name]))
+
+        for part in self.parts:
+            if part.number != target.block or part.row not in at:
+                continue
+            for name, i, factor in rates([part.row]):
+                if i in part.terms:
+                    _add(matrix(name), float(factor[0]), part.terms[i], part.further.get(i))
+        for apart in self.apart:
+            if apart.number != target.block:
+                continue
+            moved = np.array([k for k, row in enumerate(apart.rows.tolist()) if row in at], int)
+            rows = apart.rows[moved]
+            for name, change in block.combine(rates(rows.tolist()), rows).items():
+                matrix(name)[...] += summed(change, apart.local[moved])
+            if apart.like is not None and apart.like in at:  # a part has that of it already
+                theirs = [(n, i, np.resize(f, len(apart.rows))) for n, i, f in rates([apart.like])]
+                for name, change in block.combine(theirs, apart.rows).items():
+                    matrix(name)[...] -= summed(change, apart.local)
         return out
 
 

@@ -4,14 +4,19 @@ exact in statics at the ports; nothing that a parameter does is lost."""
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 
+from cvxupdate.diagnose.nominal.supports import held_dofs, regrown, release_from
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.modes import model_modes
-from cvxupdate.fe.synthesis.space import space_of
+from cvxupdate.fe.synthesis.space import Space, space_of
+from cvxupdate.physics import candidates_of
+from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.growth import append_parameters, limited
+from cvxupdate.spec import load_problem
 from tests.cases.cantilever import load, text
 from tests.cases.fine_plate import Plate, real
 
@@ -58,6 +63,43 @@ def test_recentred_it_is_as_one_made_there(plate, to):
     np.testing.assert_allclose(moved.modes(beside).modes.eigenvalues[:6], true, rtol=1e-5)
 
 
+@pytest.mark.parametrize("name", ["grounding_spring", "flexible_support", "attached_resonator"])
+def test_supports_set_free_open_it(plate, tmp_path, name):
+    """The modes of a space that is made anew, without seeking them; as good where the support is
+    soft."""
+    spec = load_problem(tmp_path / "real.toml")
+    held, release = held_dofs(spec, plate), cache(release_from(spec))
+    bare = plate.with_parameters(())
+    m, place = bare.matrices(bare.zero()), lambda n, k: regrown(release(n, k), bare)
+    context = SearchContext(bare, m.K, m.M, TOP, 20.0, ("n10.z",), held, place, 0.01)
+    found = [e for e in candidates_of(context, (name,)) if e.change is None or e.change.series]
+    root, seen = around(bare, bare.zero(), ()), 0
+    for effect in found[:: max(1, len(found) // 6)]:
+        model = effect.action.plant(effect, bare, np.full(effect.count, 0.3), 1.0).model
+        moving = range(len(model.parameters))
+        ports = np.flatnonzero(model.dof_kind < 3)
+        own = root.opened(model, ports, moving)
+        if model.size == bare.size:
+            assert own is None
+            continue
+        assert own is not None and own.wide == around(model, model.zero(), moving).wide
+        for size, close in ((0.0, 1e-5), (0.5, 1e-3)):
+            p = np.full(len(model.parameters), size)
+            k = root.near
+            true = model_modes(model, k, p).eigenvalues
+            np.testing.assert_allclose(own.modes(p).modes.eigenvalues[:k], true, rtol=close)
+        seen += 1
+    assert seen > 1
+
+
+def test_another_structure_does_not_open_it(plate):
+    root = around(plate, [0.0, 0.0])
+    ports = np.flatnonzero(plate.dof_kind < 3)
+    assert root.opened(plate, ports, (0, 1)) is None  # nothing is free that was not
+    less = replace(plate, labels=("n77.z", *plate.labels[1:]))
+    assert root.opened(less, ports, (0, 1)) is None
+
+
 def test_beside_it_errors_are_of_high_order(plate):
     """With the answers to what the patch makes of the modes, four times the change makes an error
     at least sixteen times as large, and a small one."""
@@ -69,6 +111,19 @@ def test_beside_it_errors_are_of_high_order(plate):
         errors.append(np.abs(space.modes(p).modes.eigenvalues[:6] / true - 1.0).max())
         assert errors[-1] < 0.1 * np.abs(bare.modes(p).modes.eigenvalues[:6] / true - 1.0).max()
     assert errors[0] < errors[1] / 16.0 and errors[1] < 1e-4
+
+
+def test_where_it_was_asked_last_it_is_not_solved_again(plate, monkeypatch):
+    """A fit begins where another ended, and is judged where it ends."""
+    space, calls = around(plate, [0.0, 0.0]), []
+    solve = Space._modes
+    monkeypatch.setattr(Space, "_modes", lambda self, p: calls.append(p) or solve(self, p))
+    here, there = np.array([0.1, 0.0]), np.array([0.2, 0.1])
+    found = [space.modes(p) for p in (here, there, here, there)]
+    assert len(calls) == 2 and found[0] is found[2] and found[1] is found[3]
+    space.modes(np.array([0.0, 0.3]))
+    assert space.modes(here) is not found[0]  # of few only: they are large
+    assert replace(space, near=1)._known == {}
 
 
 def test_static_answers_at_the_ports_are_exact(plate):
