@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cvxupdate.fe.columns import stiffness_columns
-from tests.cases.fine_plate import Plate, real
 from tests.cases.cantilever import load, text
+from tests.cases.fine_plate import Plate, real
 
 
 def test_columns_are_those_of_the_matrix(tmp_path):
