@@ -213,7 +213,7 @@ class ResponseEvidence(Linear):
         found = at_finite_sizes(self, Hypothesis(placed, nominal), effects, left, left)
         return found if placed else self.bare.setdefault(key, found)
 
-    @property
+    @cached_property
     def approach(self) -> Guide:
         """Beside a model that is far off."""
         return Guide(self, self.fine.stocky)
