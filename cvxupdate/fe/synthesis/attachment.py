@@ -50,6 +50,17 @@ def pushes(
     return np.hstack(out), tuple(wide)
 
 
+def loosened(model: Model, moving: Sequence[int], free: Index) -> tuple[int, ...]:
+    """Those parameters that act on DOFs ``free`` alone, which were held: the compliances of what
+    holds them now."""
+    own = {
+        j: [model.blocks[t.block].dofs[t.rows] for t in model.parameters[j].targets] for j in moving
+    }
+    return tuple(
+        j for j, dofs in own.items() if dofs and all(np.all(np.isin(d, free)) for d in dofs)
+    )
+
+
 def independent(V: Real, more: Real, M: sp.csc_array) -> Real:
     """V, whose columns are orthonormal in M, and what more says besides, so too."""
     if not more.shape[1]:

@@ -134,7 +134,7 @@ def projected(model: Model, V: Real) -> Projected:
 def grown(base: Projected, old: Model, model: Model, V: Real) -> Projected | None:
     """Of a ``model`` that is ``old`` with further parameters and elements; the first shapes of
     ``V`` are those in which ``base`` is the old one's. None where its elements are others."""
-    if len(base.still) != len(old.blocks) or not _same(old, model):
+    if len(base.still) != len(old.blocks) or not alike(old, model):
         return None
     r = V.shape[1]
     k = r - base.fixed["K"].shape[0]
@@ -167,14 +167,14 @@ def grown(base: Projected, old: Model, model: Model, V: Real) -> Projected | Non
 _NONE: Index = np.zeros(0, dtype=np.int64)
 
 
-def _same(old: Model, model: Model) -> bool:
+def alike(old: Model, model: Model) -> bool:
     """Whether the elements of the old one are there as they were, and today have the same
-    properties."""
+    properties; where they were held they may be free."""
     pairs = zip(old.blocks, model.blocks, strict=False)
     return len(old.blocks) <= len(model.blocks) and all(
         a is b
         or (
-            np.array_equal(a.dofs, b.dofs)
+            _on(a.dofs, b.dofs, old.size)
             and np.array_equal(a.geometry, b.geometry)
             and len(a.terms) == len(b.terms)
             and all(
@@ -187,6 +187,11 @@ def _same(old: Model, model: Model) -> bool:
         )
         for a, b in pairs
     )
+
+
+def _on(old: Index, dofs: Index, size: int) -> bool:
+    """Whether DOFs are the old ones, or new ones where these were held."""
+    return old.shape == dofs.shape and bool(np.all((old == dofs) | ((old < 0) & (dofs >= size))))
 
 
 def _padded(V: Real) -> Real:

@@ -20,15 +20,16 @@ import scipy.sparse as sp
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Index
+from cvxupdate.fe.columns import stiffness_columns
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.factor import Factor, factorise
 from cvxupdate.fe.model import DerivativeBlock, Matrices, Model
 from cvxupdate.fe.modes import Modes, natural_modes
 from cvxupdate.fe.recent import recent
 from cvxupdate.fe.rigid import rigid_body_modes
-from cvxupdate.fe.synthesis.attachment import independent, pushes, units
+from cvxupdate.fe.synthesis.attachment import independent, loosened, pushes, units
 from cvxupdate.fe.synthesis.derivatives import Among, wide
-from cvxupdate.fe.synthesis.projected import Projected, grown, projected
+from cvxupdate.fe.synthesis.projected import Projected, alike, grown, projected
 from cvxupdate.fe.synthesis.ritz import ritz
 from cvxupdate.fe.synthesis.shapes import Found
 
@@ -38,13 +39,15 @@ WHOLE = 100  # DOFs up to which every mode is taken
 REST = 1e-12  # of the highest eigenvalue found: a motion that is hardly resisted
 STILL = 1e-9  # of the lowest flexible eigenvalue: a motion that is not resisted
 SPARE = 4  # modes more than are wanted that an inverse iteration carries: the last are least exact
+HIDDEN = "@hidden"  # in the label of a DOF that no node of the file has
 KNOWN = 2  # values of the parameters of which the modes are kept
 
 
 @dataclass(frozen=True)
 class Space:
     """Shapes ``V`` (N, r) of a ``model`` around the parameter values ``at``; ``still``: eigenvalues
-    below are none; ``wide`` the parameters that act on many DOFs; by which ``shift`` its stiffness
+    below are none; ``wide`` the parameters that act on many DOFs, ``loose`` the compliances of what
+    was held; by which ``shift`` its stiffness
     has factors (None: it has every shape and needs none), and how many shapes are modes in the band
     (``near``), for `grown`; ``top`` (Hz) of the band, ``ports`` and parameters ``moving`` that it
     was made for, for `recentred`; ``root``: the space that it grew from, whose shapes are its first
@@ -61,6 +64,7 @@ class Space:
     ports: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64), repr=False)
     moving: tuple[int, ...] = ()
     root: Space | None = field(default=None, repr=False)
+    loose: tuple[int, ...] = ()
 
     @recent
     def projected(self) -> Projected:
@@ -102,34 +106,44 @@ class Space:
         return tuple(out)
 
     def far(self, p: Real, limit: float) -> bool:
-        """Whether a parameter on many DOFs is further than that from where it was made."""
-        wide = list(self.wide)
-        return bool(np.any(np.abs(p[wide] - self.at[wide]) > limit))
+        """Whether a parameter on many DOFs is further than that from where it was made, or the
+        logarithm of a compliance (and of what it is in series with): beside what gives way all
+        modes are others, by 0.3 % of their frequencies where an edge is set free."""
+        wide, loose = list(self.wide), list(self.loose)
+        one, other = (np.log1p(np.maximum(x[loose], 0.0)) for x in (p, self.at))
+        moved = np.concatenate([p[wide] - self.at[wide], one - other])
+        return bool(np.any(np.abs(moved) > limit))
 
     def grown(self, model: Model, moving: Sequence[int]) -> Space | None:
-        """That of a model which is this one with further parameters, zero today, and hidden
-        masses, from these shapes; None where it is another structure."""
+        """That of a model which is this one with further parameters, zero today, hidden masses
+        and DOFs that were held and are set free, from these shapes and, of each of those DOFs, the
+        static answer to its motion (constraint modes: Craig and Bampton 1968); None where it is
+        another structure."""
         size, r = self.model.size, self.V.shape[1]
-        extra = model.labels[size:]
         if self.shift is None or model.labels[:size] != self.model.labels:
             return None
-        if any("@hidden" not in x for x in extra):
+        if not alike(self.model, model):
             return None
+        hidden = [i for i in range(size, model.size) if HIDDEN in model.labels[i]]
+        free = np.setdiff1d(np.arange(size, model.size), hidden)
         M = model.matrices(model.zero()).M
-        V = np.zeros((model.size, r + len(extra)))
+        V = np.zeros((model.size, r + len(hidden)))
         V[:size, :r] = self.V
-        V[size:, r:] = np.diag(1.0 / np.sqrt(M.diagonal()[size:]))
+        V[hidden, np.arange(r, r + len(hidden))] = 1.0 / np.sqrt(M.diagonal()[hidden])
         # what the old parameters do is among the shapes
         fresh = [j for j in moving if j >= len(self.model.parameters)]
         forces, wide = pushes(model, model.zero(), fresh, V[:, : self.near])
-        answers = np.zeros(forces.shape)
-        answers[:size] = self._factor.solve(forces[:size])
+        forces = np.hstack([forces[:size], -stiffness_columns(model, free)[:size]])
+        answers = np.zeros((model.size, forces.shape[1]))
+        answers[:size] = self._factor.solve(forces)
+        answers[free, np.arange(forces.shape[1] - len(free), forces.shape[1])] = 1.0
         return replace(
             self,
             model=model,
             at=model.zero(),
             V=independent(V, answers, M),
             wide=(*self.wide, *wide),
+            loose=(*self.loose, *loosened(model, fresh, free)),
             moving=tuple(moving),
             root=self,
         )
@@ -174,6 +188,8 @@ class Space:
             return None
         values = np.einsum("im,im->m", V, m.K @ V)
         bare = replace(self, model=model, at=at, ports=ports, moving=tuple(moving), root=None)
+        held = [i for i in further if HIDDEN not in model.labels[i]]
+        bare = replace(bare, loose=loosened(model, moving, np.array(held, dtype=np.int64)))
         return bare._improved(m, factor, values, V)
 
     def _wanted(self, eigenvalues: Real) -> int:
