@@ -9,8 +9,8 @@ import pytest
 
 from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.output.diagnosis import tried
+from cvxupdate.diagnose.output.evidence_words import evidence_lines
 from cvxupdate.diagnose.output.rival_words import SINGLE, named, rival_titles
-from cvxupdate.diagnose.output.wording import evidence_lines
 from cvxupdate.diagnose.search.search import Found
 from cvxupdate.diagnose.types import Score
 from cvxupdate.fe.build import build_model

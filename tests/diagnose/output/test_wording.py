@@ -7,10 +7,9 @@ from dataclasses import replace
 import pytest
 
 from cvxupdate.diagnose.judge.judge import Judgement
+from cvxupdate.diagnose.output.evidence_words import MOST, evidence_lines
 from cvxupdate.diagnose.output.wording import (
-    MOST,
     RIVALS,
-    evidence_lines,
     nonlinear,
     slightly,
     verdict_of,
