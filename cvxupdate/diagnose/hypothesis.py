@@ -18,6 +18,8 @@ from cvxupdate.physics.fault import Fault
 from cvxupdate.physics.shaker import at_drive
 
 FIXTURE = "flexible_support"  # what a rig stands on
+NAMED = 3  # effects of a set that a sentence names, at most
+GROUPS = "stiffness and mass of whole groups far beyond their usual scatter"
 PARTS = ("added_mass", "grounding_spring")  # what supports, shakers and fixtures are made of
 
 
@@ -62,8 +64,16 @@ class Hypothesis:
     @property
     def title(self) -> str:
         """In words."""
-        titles = " with ".join(e.title for e in self.effects)
-        return titles or "nuisance parameters far beyond their scatter"
+        titles = [e.title for e in self.effects]
+        if len(titles) > 2:
+            return f"{', '.join(titles[:-1])} and {titles[-1]} together"
+        return " together with ".join(titles) or GROUPS
+
+    @property
+    def short(self) -> str:
+        """The same, of many effects the first alone."""
+        many, first = len(self.effects), self.title
+        return first if many <= NAMED else f"{many} effects together, {self.effects[0].title} first"
 
     @property
     def penalised(self) -> float:

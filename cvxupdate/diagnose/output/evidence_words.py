@@ -6,19 +6,21 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cvxupdate.diagnose.judge.acceptance import Weighed, explained
+from cvxupdate.diagnose.judge.acceptance import Case, Weighed, explained
 from cvxupdate.diagnose.judge.judge import Judgement
-from cvxupdate.diagnose.judge.posterior import rivals
+from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.output.rival_words import named
 from cvxupdate.diagnose.output.wording import RIVALS, by_themselves, nonlinear, slightly
 from cvxupdate.diagnose.results import Finding
-from cvxupdate.diagnose.settings import LEVEL_CHANGE, SLIGHT_CHANGE
+from cvxupdate.diagnose.settings import AS_LIKELY, LEVEL_CHANGE, SLIGHT_CHANGE
 from cvxupdate.diagnose.types import Errors, Evidence, LevelChange
 from cvxupdate.physics.effect import MOTION
 from cvxupdate.physics.place import capital
+from cvxupdate.physics.units import number
 
 MOST = 6  # equivalents that are named
-MANY = 3  # effects of a set beyond which a sentence names but the first
+ALIKE = 1.5  # times the error of what was found: below, the error alone does not say why it lost
+MOST_ODDS = float(np.log(1000.0))  # beyond, how unlikely it is no number says better
 LEFT_OVER = 2.0  # times the noise from which a remaining error is told to be something else
 
 
@@ -39,9 +41,8 @@ def evidence_lines(
     elif judgement.nearest is not None and not judgement.findings and not level:
         nearest = judgement.nearest
         left = evidence.left(nearest.errors)
-        out.append(
-            f"{capital(nearest.hypothesis.title)} comes nearest: {left}, not enough to claim it."
-        )
+        says = f"{capital(nearest.hypothesis.short)} comes nearest and leaves {left}"
+        out.append(f"{says}: too much for it to be claimed.")
         out += _remains(judgement, nearest)
     return out
 
@@ -73,9 +74,10 @@ def _base_lines(evidence: Evidence, base: Weighed) -> list[str]:
     return [
         "The nominal model, without the error of its mesh, leaves "
         f"{evidence.left(evidence.nominal)}" + (f"{alone}." if np.isfinite(noise) else "."),
-        "With the usual scatter of group stiffness, group mass and damping it is "
-        f"{evidence.left(base.errors)}: {base.fit.misfit:.3g} times the misfit that noise and "
-        f"discretisation leave{_though_more(evidence, base)}.",
+        "With stiffness, mass and damping of the groups fitted within their usual scatter it "
+        f"leaves {evidence.left(base.errors)}; the mean square of the differences is then "
+        f"{number(base.fit.misfit)} times what noise and the tolerance of a sound model "
+        f"make{_though_more(evidence, base)}.",
         *filter(None, [by_themselves(evidence.departs(base.fit))]),
     ]
 
@@ -104,11 +106,9 @@ def _finding_lines(judgement: Judgement, final: Weighed) -> list[str]:
     if single is not None and single is not final:
         out.append(
             f"One effect alone, {single.hypothesis.title}, leaves {evidence.left(single.errors)}: "
-            "not enough."
+            "one is not enough."
         )
-    out.append(
-        f"{capital(final.hypothesis.title)} brings the error to {evidence.left(final.errors)}."
-    )
+    out.append(f"With {final.hypothesis.title} the model leaves {evidence.left(final.errors)}.")
     out += _remains(judgement, final)
     out += _beyond_noise(evidence, final)
     told = {(f.physics, f.place) for f in judgement.findings}
@@ -122,21 +122,29 @@ def _finding_lines(judgement: Judgement, final: Weighed) -> list[str]:
     out += _next(judgement, final)
     mine = final.hypothesis.title  # another form of one law has the same
     others = [w for w in judgement.field if w.hypothesis.title != mine]
-    out += [_other(evidence, final, w) for w in others[:RIVALS]]
+    out += [_other(judgement.case, final, w) for w in others[:RIVALS]]
     return out
 
 
-def _other(evidence: Evidence, final: Weighed, w: Weighed) -> str:
-    """What another hypothesis leaves, and why one that leaves less was not taken."""
-    effects = w.hypothesis.effects
-    what = named(w.hypothesis)
-    if len(effects) > MANY:
-        what = f"{len(effects)} effects together, {effects[0].title} first,"
-    more, why = w.unknowns - final.unknowns, ""
+def _other(case: Case, final: Weighed, w: Weighed) -> str:
+    """What another hypothesis leaves, and why one that leaves as little was not taken: errors are
+    of the frequencies or of the responses as a whole, odds of every figure with its weight."""
+    h, more, why = w.hypothesis, w.unknowns - final.unknowns, ""
+    what = f"{h.short}," if h.short != h.title else named(h)
     if w.errors.fit < final.errors.fit and more > 0:
         unknowns = "one unknown" if more == 1 else f"{more} unknowns"
         why = f": less, but with {unknowns} more, and for those the gain is too small"
-    return f"The same procedure with {what} leaves {evidence.left(w.errors)}{why}."
+    elif w.errors.fit < ALIKE * final.errors.fit:
+        why = _odds(log_odds(final, case) - log_odds(w, case))
+    return f"Tried in its place, {what} leaves {case.evidence.left(w.errors)}{why}."
+
+
+def _odds(log: float) -> str:
+    """How much less likely something is, all figures with their weights."""
+    if log < AS_LIKELY:
+        return ""
+    times = "more than a thousand" if log > MOST_ODDS else f"about {np.exp(log):.0f}"
+    return f", and by all figures with their weights is {times} times less likely"
 
 
 def _beyond_noise(evidence: Evidence, final: Weighed) -> list[str]:

@@ -8,7 +8,7 @@ from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.judge.posterior import rivals
 from cvxupdate.physics.place import listed
 
-TOGETHER = "all groups let go together"
+TOGETHER = "wrong numbers of whole groups"
 """What nuisance parameters far beyond their scatter are."""
 SINGLE = "this alone, all else within its usual scatter"
 
@@ -41,5 +41,5 @@ def rival_titles(judgement: Judgement) -> list[str]:
             moved = [f.title for f in group_findings(h, 1.0)]
             same = set(moved) == claimed
             says = "which finds the same" if same else f"which finds {listed(moved)}"
-            out[f"{TOGETHER} ({h.title}), {says}"] = None
+            out[f"{TOGETHER}, {says}"] = None
     return list(out)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cvxupdate.diagnose.judge.acceptance import explained
+from cvxupdate.diagnose.hypothesis import Hypothesis
+from cvxupdate.diagnose.judge.acceptance import Weighed, explained
 from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import EXPLAINED, HALVED, LEVEL_CHANGE, OPEN, SLIGHT_CHANGE
@@ -16,7 +17,7 @@ FEW = 2  # effects that a sentence names together
 RIVALS = 3  # other hypotheses whose errors are stated
 LEVEL = (
     "Something in the structure depends on the vibration level (contact, friction, a stiffening "
-    "spring): no linear change of the model can explain these recordings."
+    "spring): no linear change of the model is the whole explanation of these recordings."
 )
 TELL = (
     "Time histories from rest at two levels or more, with the force recorded, would tell which law "
@@ -64,13 +65,13 @@ def verdict_of(
         if unsure := unsure or _cut_short(judgement):
             return "undetermined", unsure
         return "consistent", (
-            "Nothing is missing: the model explains the recordings within noise and the usual "
-            "scatter of its parameters."
+            "Nothing is missing: the model explains the recordings within noise, what a sound "
+            "model may miss, and the usual scatter of its parameters."
         )
     graded = "" if judgement.graded is None else f" {judgement.graded.says}"
     odd = judgement.case.evidence.departs(base.fit)
     before = f"{LEVEL} " if level else f"{by_themselves(odd)} " if odd else ""
-    return "undetermined", before + _undetermined(judgement) + graded
+    return "undetermined", before + _undetermined(judgement, level) + graded
 
 
 def by_themselves(odd: str) -> str:
@@ -97,40 +98,53 @@ def _cut_short(judgement: Judgement) -> str:
     )
 
 
-def _undetermined(judgement: Judgement) -> str:
+def _linear(h: Hypothesis, level: bool) -> str:
+    """That what is named is linear, where something depends on the ``level``."""
+    laws = any(MOTION in e.type.told_by for e in h.effects)
+    return ", a linear change and so a part of it at most," if level and not laws else ""
+
+
+def _undetermined(judgement: Judgement, level: bool) -> str:
     evidence, nearest = judgement.case.evidence, judgement.nearest
     if judgement.tied:
         names = [w.hypothesis.title for w in judgement.tied]
         more = len(names) - RIVALS
         rest = [f"{more} other{'s' if more > 1 else ''}"] if more > 0 else []
+        head = "These" if level else "Something differs, but these"
         return (
-            "Something differs, but these recordings cannot tell what: "
-            f"{listed([*names[:RIVALS], *rest])} explain them about equally well."
+            f"{head} recordings cannot tell what: {listed([*names[:RIVALS], *rest])} explain them "
+            "about equally well."
         )
     if evidence.unfinished:
-        return _ended_early(judgement)
+        return _ended_early(judgement, level)
     if judgement.final is not None and nearest is not None:
         most = max((len(w.hypothesis.effects) for w in judgement.several), default=2)
         few = (
             "one or two effects explain" if most <= 2 else "set of effects that was tried explains"
         )
         return (
-            f"No {few} the recordings: {nearest.hypothesis.title} comes "
-            f"nearest, but leaves {evidence.left(nearest.errors)}."
+            f"No {few} the recordings: {_nearest(nearest, level)}, but leaves "
+            f"{evidence.left(nearest.errors)}."
         )
     base = judgement.case.base
+    head = "None" if level else "Something differs that none"
     return (
-        "Something differs that none of the known effects explains at any one or two places; "
+        f"{head} of the known effects explains {'it ' * level}at any one or two places; "
         f"what remains is {evidence.left(Errors(base.errors.fit, float('nan')))}."
     )
 
 
-def _ended_early(judgement: Judgement) -> str:
+def _nearest(nearest: Weighed, level: bool) -> str:
+    h = nearest.hypothesis
+    return f"{h.short}{_linear(h, level)} comes nearest"
+
+
+def _ended_early(judgement: Judgement, level: bool) -> str:
     """Where time ended the search: no word of what no effect explains, for not all were tried."""
     evidence, nearest = judgement.case.evidence, judgement.nearest
     start = (
-        "Something differs, and the time for one diagnosis ended the search before what it is was "
-        "found (--thorough goes on)"
+        f"{'The' if level else 'Something differs, and the'} time for one diagnosis ended the "
+        "search before what it is was found (--thorough goes on)"
     )
     if nearest is None:
         base = evidence.left(Errors(judgement.case.base.errors.fit, float("nan")))
@@ -138,4 +152,4 @@ def _ended_early(judgement: Judgement) -> str:
     left = evidence.left(nearest.errors)
     if len(nearest.hypothesis.effects) > FEW:
         return f"{start}; the nearest of what was tried leaves {left}."
-    return f"{start}: {nearest.hypothesis.title} comes nearest, but leaves {left}."
+    return f"{start}: {_nearest(nearest, level)}, but leaves {left}."

@@ -88,6 +88,6 @@ def test_groups_let_go_are_named_as_the_rival_that_finds_the_same() -> None:
     found = diagnose(f'{text}[[recordings]]\nkind = "modes"\nrows = [{rows}]\n')
     assert [x.place.groups for x in found.findings] == [("storey 3",)]
     (rival,) = found.details["rivals"]
-    assert rival.startswith("all groups let go together (nuisance parameters")
+    assert rival.startswith("wrong numbers of whole groups, which finds the same")
     assert rival.endswith("which finds the same")
     assert any("(a change of stiffness in group 'storey 3')" in line for line in found.evidence)
