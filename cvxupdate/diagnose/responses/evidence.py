@@ -128,10 +128,6 @@ class ResponseEvidence(Linear):
         return around(self.model, self.model.zero(), self.data.top) if self.fine.finer else None
 
     @cached_property
-    def _freed(self) -> Callable[[int, str], Model]:
-        return cache(self.release)
-
-    @cached_property
     def _zeta(self) -> float:
         setting = self.setting(self.model, ())
         return float(np.median(setting.zeta)) if setting.damped else 0.005
@@ -140,8 +136,9 @@ class ResponseEvidence(Linear):
         """For placing effects on the nuisance model or one grown from it."""
         m = model.matrices(model.zero())
 
+        @cache
         def released(node: int, kind: str) -> Model:
-            return regrown(self._freed(node, kind), model)
+            return regrown(self.release(node, kind), model)
 
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
         d, own = self.data, elements_of(self.file or self.model)
@@ -212,7 +209,7 @@ class ResponseEvidence(Linear):
         found = at_finite_sizes(self, Hypothesis(placed, nominal), effects, left, left)
         return found if placed else self.bare.setdefault(key, found)
 
-    @property
+    @cached_property
     def approach(self) -> Guide:
         """Beside a model that is far off."""
         return Guide(self, self.fine.stocky)
