@@ -143,8 +143,8 @@ def _odds(log: float) -> str:
     """How much less likely something is, all figures with their weights."""
     if log < AS_LIKELY:
         return ""
-    times = "more than a thousand" if log > MOST_ODDS else f"about {np.exp(log):.0f}"
-    return f", and by all figures with their weights is {times} times less likely"
+    times = "more than a thousand" if log > MOST_ODDS else f"about {number(float(np.exp(log)), 2)}"
+    return f"; all figures weighed, it is {times} times less likely"
 
 
 def _beyond_noise(evidence: Evidence, final: Weighed) -> list[str]:

@@ -295,8 +295,8 @@ def test_a_set_that_leaves_less_is_told_with_the_unknowns_that_it_took() -> None
 
 @pytest.mark.parametrize(
     ("misfit", "said"),
-    [(9.0, ""), (11.0, ", and by all figures with their weights is about 7 times less likely"),
-     (40.0, ", and by all figures with their weights is more than a thousand times less likely")],
+    [(9.0, ""), (11.0, "; all figures weighed, it is about 7.4 times less likely"),
+     (40.0, "; all figures weighed, it is more than a thousand times less likely")],
 )  # fmt: skip
 def test_a_rival_with_the_same_error_is_told_how_likely_it_is(misfit: float, said: str) -> None:
     """Of frequencies an error alone does not say what the shapes do."""
