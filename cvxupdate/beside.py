@@ -155,9 +155,7 @@ def untried(spec: Spec, found: Diagnosis) -> tuple[tuple[str, str], ...]:
         elif sought is None:
             why = "no place for it in this model, or none that explains enough to be listed"
         elif not sought:
-            explains = found.verdict == "consistent"
-            enough = "the model explains the recordings without it"
-            why = f"not sought: {enough if explains else 'the verdict says why'}"
+            why = "not sought, for the reason that the verdict gives"
         elif effect.name not in sought:
             why = "not sought: only the damping departs from the usual scatter"
         else:

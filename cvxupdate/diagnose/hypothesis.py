@@ -15,10 +15,10 @@ from cvxupdate.diagnose.types import Evidence, Key, Real, Score, Seed
 from cvxupdate.errors import CvxupdateError, ModelError
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.fault import Fault
+from cvxupdate.physics.place import all_together
 from cvxupdate.physics.shaker import at_drive
 
 FIXTURE = "flexible_support"  # what a rig stands on
-NAMED = 3  # effects of a set that a sentence names, at most
 GROUPS = "stiffness and mass of whole groups far beyond their usual scatter"
 PARTS = ("added_mass", "grounding_spring")  # what supports, shakers and fixtures are made of
 
@@ -53,8 +53,7 @@ class Hypothesis:
     @property
     def full(self) -> bool:
         """Whether it has as many effects as there may be, one that no rig does among them."""
-        few = len(self.effects) < MOST_EFFECTS
-        return not few and any(not of_a_rig(e) for e in self.effects)
+        return len(self.effects) >= MOST_EFFECTS and not all(map(of_a_rig, self.effects))
 
     @property
     def name(self) -> str:
@@ -64,16 +63,7 @@ class Hypothesis:
     @property
     def title(self) -> str:
         """In words."""
-        titles = [e.title for e in self.effects]
-        if len(titles) > 2:
-            return f"{', '.join(titles[:-1])} and {titles[-1]} together"
-        return " together with ".join(titles) or GROUPS
-
-    @property
-    def short(self) -> str:
-        """The same, of many effects the first alone."""
-        many, first = len(self.effects), self.title
-        return first if many <= NAMED else f"{many} effects together, {self.effects[0].title} first"
+        return all_together([e.title for e in self.effects]) or GROUPS
 
     @property
     def penalised(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed, explained
 from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
-from cvxupdate.diagnose.output.rival_words import named
+from cvxupdate.diagnose.output.rival_words import named, shortly
 from cvxupdate.diagnose.output.wording import RIVALS, by_themselves, nonlinear, slightly
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import AS_LIKELY, LEVEL_CHANGE, SLIGHT_CHANGE
@@ -41,7 +41,7 @@ def evidence_lines(
     elif judgement.nearest is not None and not judgement.findings and not level:
         nearest = judgement.nearest
         left = evidence.left(nearest.errors)
-        says = f"{capital(nearest.hypothesis.short)} comes nearest and leaves {left}"
+        says = f"{capital(shortly(nearest.hypothesis))} comes nearest and leaves {left}"
         out.append(f"{says}: too much for it to be claimed.")
         out += _remains(judgement, nearest)
     return out
@@ -130,7 +130,7 @@ def _other(case: Case, final: Weighed, w: Weighed) -> str:
     """What another hypothesis leaves, and why one that leaves as little was not taken: errors are
     of the frequencies or of the responses as a whole, odds of every figure with its weight."""
     h, more, why = w.hypothesis, w.unknowns - final.unknowns, ""
-    what = f"{h.short}," if h.short != h.title else named(h)
+    what = named(h) if shortly(h) == h.title else f"{shortly(h)},"
     if w.errors.fit < final.errors.fit and more > 0:
         unknowns = "one unknown" if more == 1 else f"{more} unknowns"
         why = f": less, but with {unknowns} more, and for those the gain is too small"

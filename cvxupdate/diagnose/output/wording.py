@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.acceptance import Weighed, explained
 from cvxupdate.diagnose.judge.judge import Judgement
+from cvxupdate.diagnose.output.rival_words import shortly
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import EXPLAINED, HALVED, LEVEL_CHANGE, OPEN, SLIGHT_CHANGE
 from cvxupdate.diagnose.types import Errors, LevelChange
@@ -136,7 +137,7 @@ def _undetermined(judgement: Judgement, level: bool) -> str:
 
 def _nearest(nearest: Weighed, level: bool) -> str:
     h = nearest.hypothesis
-    return f"{h.short}{_linear(h, level)} comes nearest"
+    return f"{shortly(h)}{_linear(h, level)} comes nearest"
 
 
 def _ended_early(judgement: Judgement, level: bool) -> str:
