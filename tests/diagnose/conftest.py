@@ -77,10 +77,11 @@ def lab():
 def measure():
     """measure(lab, reference, use, …) → FrequencyResponse of all four floors with complex noise of
     known variance."""
-    lines = np.arange(5.0, 75.0, 0.1)
 
-    def one(lab, reference, use="fit", level=None, seed=1, gain=(1, 1, 1, 1), noise=0.003):
-        rng = np.random.default_rng(seed)
+    def one(
+        lab, reference, use="fit", level=None, seed=1, gain=(1, 1, 1, 1), noise=0.003, step=0.2
+    ):
+        rng, lines = np.random.default_rng(seed), np.arange(5.0, 75.0, step)
         H = (
             -((2 * np.pi * lines[:, None]) ** 2)
             * lab.receptance(lines)[:, :, reference - 1]

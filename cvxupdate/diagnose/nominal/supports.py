@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -28,8 +29,10 @@ def held_dofs(spec: Spec, model: Model) -> tuple[tuple[int, str], ...]:
 
 
 def release_from(spec: Spec, mesh: Mesh = PLAIN) -> Callable[[int, str], Model]:
-    """Builds the undamped nuisance model without one support DOF."""
+    """Builds the undamped nuisance model without one support DOF, each once: places of effects are
+    asked for beside every hypothesis."""
 
+    @cache
     def release(node: int, kind: str) -> Model:
         supports = []
         for s in spec.model.supports:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -128,10 +128,6 @@ class ResponseEvidence(Linear):
         return around(self.model, self.model.zero(), self.data.top) if self.fine.finer else None
 
     @cached_property
-    def _freed(self) -> Callable[[int, str], Model]:
-        return cache(self.release)
-
-    @cached_property
     def _zeta(self) -> float:
         setting = self.setting(self.model, ())
         return float(np.median(setting.zeta)) if setting.damped else 0.005
@@ -141,7 +137,7 @@ class ResponseEvidence(Linear):
         m = model.matrices(model.zero())
 
         def released(node: int, kind: str) -> Model:
-            return regrown(self._freed(node, kind), model)
+            return regrown(self.release(node, kind), model)
 
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
         d, own = self.data, elements_of(self.file or self.model)

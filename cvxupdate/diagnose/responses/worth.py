@@ -50,9 +50,16 @@ def mesh_for(
     finer |= sheared and _short(spec, bare, data.top, typical)
     finer |= _coarse_rods(spec, bare, data.top, typical)
 
+    known: list[tuple[Model, tuple[Complex, ...]]] = []  # one is compared with several
+
     def modelled(model: Model) -> tuple[Complex, ...]:
+        for one, rows in known:
+            if one is model:
+                return rows
         setting = setting_for(model, file, data.sharp, data.top)
-        return setting.evaluate(np.zeros(len(setting.columns))).modelled()
+        rows = setting.evaluate(np.zeros(len(setting.columns))).modelled()
+        known.append((model, rows))
+        return rows
 
     def differ(model: Model, better: Model) -> float:
         pairs = zip(modelled(model), modelled(better), strict=True)

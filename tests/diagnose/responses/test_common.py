@@ -31,7 +31,8 @@ def test_frequencies_that_no_parameter_moves_are_told_mode_by_mode(chain, lab, m
     shapes' part, and less than what was there before."""
     _, model = chain
     real = lab(k=(1.12, 1, 1, 0.94))
-    recordings = measure(real, 4, seed=2), measure(real, 1, "hold-out", seed=3)
+    sharp = {"step": 0.1}
+    recordings = measure(real, 4, seed=2, **sharp), measure(real, 1, "hold-out", seed=3, **sharp)
     evidence = evidence_of(model, *recordings)
     common = common_of(evidence, evidence.data.sharp, evidence.data.sharp_hold_out)
     wanted = np.sqrt(eigh(real.K, real.M)[0]) / (2 * np.pi)

@@ -39,8 +39,8 @@ def evidence_of(chain, measure, there, names=("added_mass", "flexible_support"))
     """Fitted where mass 4 is driven, held out where mass 1 is (``there``)."""
     at_four, elsewhere = there
     recordings = (
-        measure(at_four, 4, seed=1, noise=1e-4),
-        measure(elsewhere, 1, "hold-out", seed=2, noise=1e-4),
+        measure(at_four, 4, seed=1, noise=1e-4, step=0.1),
+        measure(elsewhere, 1, "hold-out", seed=2, noise=1e-4, step=0.1),
     )
     spec, model = chain
     return replace(gather.gathered(spec, model, recordings, quiet), names=names)
