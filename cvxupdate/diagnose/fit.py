@@ -172,11 +172,11 @@ class Fit:
 
 def fitted_at(setting: Any, p: Real, before: Any = None) -> Fit:
     """A setting taken as it is at ``p``. Raises ModelError where the model is no structure."""
-    return _taken(setting, setting.evaluate(p, before))
+    return taken(setting, setting.evaluate(p, before))
 
 
-def _taken(setting: Any, point: Any) -> Fit:
-    """What the point has computed on the way is let go, it may be large."""
+def taken(setting: Any, point: Any) -> Fit:
+    """A setting at a point of it. What that has computed on the way is let go, it may be large."""
     values, weights, _ = point.differences
     cost = float(np.sum((weights * values) ** 2) + np.sum((point.p / setting.scales) ** 2))
     return Fit(setting, replace(point), cost, len(values))
@@ -199,7 +199,7 @@ def fitted(setting: Any, start: Real, options: Options, bounds: Bounds | None = 
     ModelError
         When the model is no structure at ``start``.
     """
-    return _taken(setting, stepped(setting, setting, start, options, bounds))
+    return taken(setting, stepped(setting, setting, start, options, bounds))
 
 
 def stepped(

@@ -174,6 +174,42 @@ def seed_from(
     return Seed((*parent.effects, planted.effect), setting, start, nominal and score.exact)
 
 
+def together(
+    evidence: Evidence, parent: Hypothesis, effects: Sequence[Effect], size: float = 0.0
+) -> Hypothesis:
+    """A parent as it is with further effects at once, each of its unknowns ``size``, without those
+    that cannot stand there; the parent itself where none can."""
+    fit, model = parent.fit, parent.fit.setting.model
+    n, known = len(model.parameters), len(fit.setting.faults)
+    placed, sizes = list(parent.effects), [fit.p[:n]]
+    faults, ends = list(fit.setting.faults), [fit.p[len(fit.p) - known :]]
+    for effect in effects:
+        moved = effect.on(evidence.context(model))
+        if moved is None:
+            continue
+        own = np.full(moved.count, size)
+        try:
+            planted = moved.action.plant(moved, model, own, evidence.delay_unit)
+        except ModelError:
+            continue
+        added = planted.model.parameters[len(model.parameters) :]
+        model = planted.model
+        placed.append(planted.effect)
+        if planted.fault is None:
+            lower, upper = (np.array([getattr(q, x) for q in added]) for x in ("lower", "upper"))
+            sizes.append(np.clip(planted.start, lower, upper))
+        else:
+            faults.append(planted.fault)
+            ends.append(np.array([planted.fault_start]))
+    if len(placed) == len(parent.effects):
+        return parent
+    setting = evidence.at_level(evidence.setting(model, faults, fit.setting), fit.setting.level)
+    start = np.zeros(len(setting.columns))
+    start[: len(model.parameters)] = np.concatenate(sizes)
+    start[len(start) - len(faults) :] = np.concatenate(ends)
+    return Hypothesis(tuple(placed), evidence.evaluated(setting, start))
+
+
 def seeds_from(
     evidence: Evidence,
     parent: Hypothesis,

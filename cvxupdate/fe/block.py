@@ -164,6 +164,13 @@ class Block:
     ) -> dict[str, Real]:
         """d(element matrices)/dp of ``rows`` where property names[i] moves by scales[i] · p; each
         (r, d, d), zero ones left out."""
+        return self.combine(self.rates(properties, rows, names, scales), rows)
+
+    def rates(
+        self, properties: Mapping[str, Values], rows: Index, names: tuple[str, ...], scales: Real
+    ) -> list[tuple[str, int, Real]]:
+        """The same as (matrix, term, d(factor)/dp (r,)): what `scalars` has, zero ones left
+        out."""
         if names in LINEAR:  # a factor on K or M: no complex step is needed
             local = {k: v[rows] for k, v in properties.items()}
             c = self.kind.coefficients(local)
@@ -172,12 +179,12 @@ class Block:
                 for i, t in enumerate(self.terms)
                 if t.matrix == LINEAR[names]
             ]
-            return self.combine([(m, i, f) for m, i, f in plain if np.any(f != 0.0)], rows)
+            return [(m, i, f) for m, i, f in plain if np.any(f != 0.0)]
         local = {k: v[rows].astype(complex) for k, v in properties.items()}
         for name, scale in zip(names, scales, strict=True):
             local[name] = local[name] + 1j * STEP * scale
         parts = [(m, i, np.imag(f) / STEP) for m, i, f in self.scalars(local)]
-        return self.combine([(m, i, f) for m, i, f in parts if np.any(f != 0.0)], rows)
+        return [(m, i, f) for m, i, f in parts if np.any(f != 0.0)]
 
     def dynamic_stiffness(
         self, omega: complex, properties: Mapping[str, Values]

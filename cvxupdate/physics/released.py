@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from cvxupdate.fe.block import Block, Index
+from cvxupdate.fe.columns import stiffness_columns
 from cvxupdate.fe.elements import Term
 from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
 from cvxupdate.physics.compliance import RIGID, Compliance
@@ -78,8 +79,7 @@ class Released:
 
     @cached_property
     def _columns(self) -> Real:
-        K = self.model.matrices(self.model.zero()).K
-        return np.asarray(K[:, self.rows].toarray())
+        return stiffness_columns(self.model, self.rows)
 
     def together(self) -> Model:
         """The model in which they move as one: a DOF by the name of the first, the others tied."""

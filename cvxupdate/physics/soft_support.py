@@ -7,11 +7,11 @@ from functools import partial
 from typing import final
 
 import numpy as np
-import scipy.sparse as sp
 
+from cvxupdate.fe.columns import stiffness_columns
 from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
 from cvxupdate.physics.compliance import RIGID, SOFTEST, Compliance, write
-from cvxupdate.physics.context import SearchContext
+from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
 from cvxupdate.physics.given import Points
 from cvxupdate.physics.growth import small_block, with_block
@@ -41,14 +41,14 @@ class SoftSupport(EffectType):
             if label not in model.place:
                 continue
             row = model.place[label]
-            K = model.matrices(model.zero()).K
-            own = float(K[row, row])
+            column = stiffness_columns(model, np.array([row]))[:, 0]
+            own = float(column[row])
             if own <= 0.0:
                 continue
             unit, place = 1.0 / own, Place(nodes=(node,), dof=kind)
             change = ModelChange(
                 partial(_softened, model, row, label, kind, unit),
-                ((_tangent(context, model, K, row, unit),),),
+                ((_tangent(context, model, column, row, unit),),),
                 series=True,
             )
             figures = (stiffness("k", stiffness_unit(place), unit / RIGID),)
@@ -89,9 +89,9 @@ def _softened(model: Model, row: int, label: str, kind: str, unit: float) -> Mod
 
 
 def _tangent(
-    context: SearchContext, model: Model, K: sp.csc_array, row: int, unit: float
+    context: SearchContext, model: Model, column: Real, row: int, unit: float
 ) -> DerivativeBlock:
-    column, base = K[:, [row]].toarray()[:, 0], context.model.place
+    base = context.model.place
     used = [i for i in np.flatnonzero(column) if i != row and model.labels[i] in base]
     k = column[used]
     dofs = np.array([[base[model.labels[i]] for i in used]], dtype=np.int64)

@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cvxupdate.diagnose.fit import Fit, fitted_at, stepped
+from cvxupdate.diagnose.fit import Fit, stepped, taken
 from cvxupdate.diagnose.responses.point import ResponsePoint, ResponseSetting
 from cvxupdate.diagnose.responses.setting import counted, unstrayed
 from cvxupdate.diagnose.responses.signals import Complex, Real
@@ -49,11 +49,12 @@ class Gap:
 
     def complex_rows(self, J: Real) -> Complex:
         """Columns (2 rows, n), signal by signal real parts before imaginary ones, as (rows, n)."""
-        out, at = [], 0
+        out, at = np.empty((len(J) // 2, *J.shape[1:]), dtype=complex), 0
         for n in self.parts:
-            out.append(J[at : at + n] + 1j * J[at + n : at + 2 * n])
+            own = out[at // 2 : at // 2 + n]
+            own.real, own.imag = J[at : at + n], J[at + n : at + 2 * n]
             at += 2 * n
-        return np.concatenate(out)
+        return out
 
     def real_rows(self, rows: Complex) -> Real:
         """The reverse, of (rows,) or (rows, n)."""
@@ -62,8 +63,8 @@ class Gap:
 
     def _whole(self, modelled: Complex) -> Real:
         """|Y|² + |Ŷ|² + 2 σ² of (rows, n)."""
-        own = np.abs(self.measured) ** 2 + 2.0 * self.noise
-        return np.asarray(own[:, None] + np.abs(modelled) ** 2 + np.finfo(float).tiny)
+        own = _squares(self.measured) + 2.0 * self.noise + np.finfo(float).tiny
+        return np.asarray(own[:, None] + _squares(modelled))
 
     @property
     def total(self) -> float:
@@ -76,9 +77,14 @@ class Gap:
 
     def moved(self, J: Real) -> Real:
         """The bounded differences (2 rows, n) after each of the weighted changes J (2 rows, n)."""
-        moved = self.modelled[:, None] + self.complex_rows(J / self.weights[:, None])
-        off = (moved - self.measured[:, None]) / np.sqrt(self._whole(moved))
-        return self.real_rows(np.where(np.isfinite(off), off, np.sqrt(2.0)))
+        moved = self.complex_rows(J / self.weights[:, None])
+        moved += self.modelled[:, None]
+        whole = self._whole(moved)
+        moved -= self.measured[:, None]
+        moved /= np.sqrt(whole)
+        strange = ~np.isfinite(moved)
+        moved[strange] = np.sqrt(2.0)
+        return self.real_rows(moved)
 
     @property
     def mean(self) -> float:
@@ -97,6 +103,11 @@ class Gap:
         gap, dY = (self.modelled - self.measured)[:, None], self.complex_rows(J)
         growth = np.real(np.conj(self.modelled[:, None]) * dY) / whole
         return self.real_rows((dY - gap * growth) / np.sqrt(whole))
+
+
+def _squares(z: Complex) -> Real:
+    """|z|², without the square root."""
+    return np.asarray(z.real**2 + z.imag**2)
 
 
 @dataclass(frozen=True)
@@ -153,10 +164,11 @@ class Yielding:
 
     def remaining(self, J: Real) -> Real:
         """The sums (n,) after each of the weighted changes J (2 rows, n) of the model."""
-        values = self.gap.moved(J)
-        whole = np.vstack([values, np.tile(self.held[:, None], values.shape[1])])
-        taken = self.basis.T @ whole
-        return np.asarray(np.sum(whole**2, axis=0) - np.sum(taken**2, axis=0))
+        values, rows = self.gap.moved(J), len(self.gap.weights)
+        still = self.held @ self.basis[rows:]
+        taken = self.basis[:rows].T @ values + still[:, None]
+        whole = np.einsum("ij,ij->j", values, values) + float(self.held @ self.held)
+        return np.asarray(whole - np.einsum("ij,ij->j", taken, taken))
 
 
 @dataclass(frozen=True)
@@ -185,4 +197,4 @@ def approached(setting: ResponseSetting, start: Real, options: Options) -> tuple
     usual = unstrayed(setting, found.p)
     if usual is not None and bounded.evaluate(usual, found).gap.total < found.gap.total:
         found = stepped(bounded, setting, usual, options)
-    return fitted_at(setting, found.p, found.point), found.gap.mean
+    return taken(setting, found.point), found.gap.mean

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -136,6 +136,7 @@ class ResponseEvidence(Linear):
         """For placing effects on the nuisance model or one grown from it."""
         m = model.matrices(model.zero())
 
+        @cache
         def released(node: int, kind: str) -> Model:
             return regrown(self.release(node, kind), model)
 
@@ -208,7 +209,7 @@ class ResponseEvidence(Linear):
         found = at_finite_sizes(self, Hypothesis(placed, nominal), effects, left, left)
         return found if placed else self.bare.setdefault(key, found)
 
-    @property
+    @cached_property
     def approach(self) -> Guide:
         """Beside a model that is far off."""
         return Guide(self, self.fine.stocky)

@@ -4,7 +4,8 @@ far off."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -14,8 +15,8 @@ from cvxupdate.diagnose.hypothesis import (
     Hypothesis,
     at_nominal,
     further,
-    seed_from,
     seeds_from,
+    together,
     without,
 )
 from cvxupdate.diagnose.responses.bounded import Gap, Yielding, approached
@@ -63,10 +64,12 @@ SHEARS = "shear_deformation"
 @dataclass(frozen=True)
 class Guide:
     """How a model that is far off is brought near: by a comparison that no line can dominate
-    (`cvxupdate.diagnose.responses.bounded`). ``stocky``: theory wants shear of its beams."""
+    (`cvxupdate.diagnose.responses.bounded`). ``stocky``: theory wants shear of its beams;
+    ``known``: what a rig does alone, which is asked for more than once."""
 
     evidence: Evidence
     stocky: bool = False
+    known: dict[object, Any] = field(default_factory=dict)
 
     def begun(self) -> Hypothesis:
         """What sets grow on: the model with nominal nuisance parameters; where theory wants shear
@@ -87,14 +90,14 @@ class Guide:
             return None
         found = self.evidence.candidates(rest.fit.setting.model, (SHEARS,))
         whole = max(found, key=lambda e: len(e.place.elements), default=None)
-        return None if whole is None else self._with(rest, [whole], BY_THEORY)
+        return None if whole is None else together(self.evidence, rest, [whole], BY_THEORY)
 
     def rigged(self, parent: Hypothesis) -> Hypothesis | None:
         """A parent with all that a rig does, as yet of no size: what hardly a test is without, in
         some measure. The fit tells in what. Supports that stand on a fixture give way with it."""
         rig = _classes(self._rig(parent))
         fixed = any(e.physics == FIXTURE and not at_drive(e) for e in parent.effects)
-        found = self._with(parent, _widest(rig) if fixed else rig)
+        found = together(self.evidence, parent, _widest(rig) if fixed else rig)
         return None if found is parent else found
 
     def alike(self, parent: Hypothesis) -> Hypothesis | None:
@@ -103,7 +106,7 @@ class Guide:
         `rigged` is that already."""
         rig = _classes(self._rig(parent))
         fewest = _covering([e for e in rig if not parts_of(e)])
-        return self._with(parent, fewest) if len(fewest) < len(rig) else None
+        return together(self.evidence, parent, fewest) if len(fewest) < len(rig) else None
 
     def mounted(self, parent: Hypothesis, count: int) -> list[Seed]:
         """A parent on the ``count`` fixtures or cords that bring it nearest, with all else that a
@@ -111,21 +114,12 @@ class Guide:
         show."""
         rig = _widest([e for e in _classes(self._rig(parent)) if not parts_of(e)])
         mounts = tuple({t.name for t in effect_types() if t.mount})
-        return self._beside(self._with(parent, rig), count, mounts, mount=True)
-
-    def _with(self, parent: Hypothesis, effects: Sequence[Effect], p: float = 0.0) -> Hypothesis:
-        """A parent with further effects, each of its unknowns ``p``: of no size."""
-        found = parent
-        for effect in effects:
-            moved = effect.on(self.evidence.context(found.fit.setting.model))
-            if moved is None:
-                continue
-            size = Score(moved, 0.0, np.full(moved.count, p))
-            seed = seed_from(self.evidence, found, size, found.fit.setting.level)
-            if seed is not None:
-                fit = self.evidence.evaluated(seed.setting, seed.start)
-                found = Hypothesis(seed.effects, fit)
-        return found
+        key = "mounted", parent.keys, parent.fit.setting.level, parent.fit.p.tobytes()
+        if key not in self.known:
+            whole = together(self.evidence, parent, rig)
+            self.known[key] = whole, self._sized(whole, mounts, mount=True)
+        whole, sized = self.known[key]
+        return self._seeds(whole, sized, count)
 
     def _rig(self, parent: Hypothesis) -> list[Effect]:
         context = self.evidence.context(parent.fit.setting.model)
@@ -144,19 +138,18 @@ class Guide:
 
     def beside(self, parent: Hypothesis, count: int) -> list[Seed]:
         """The ``count`` effects that bring a parent, as it is, nearest, each at its best size."""
-        return self._beside(parent, count, self.evidence.names)
+        return self._seeds(parent, self._sized(parent, self.evidence.names), count)
 
-    def _beside(
-        self, parent: Hypothesis, count: int, names: Sequence[str], mount: bool = False
-    ) -> list[Seed]:
-        fit = parent.fit
+    def _sized(self, parent: Hypothesis, names: Sequence[str], mount: bool = False) -> FiniteSize:
         wanted = [n for n in self.evidence.names if n in names]
-        found = self.evidence.candidates(fit.setting.model, wanted)
+        found = self.evidence.candidates(parent.fit.setting.model, wanted)
         effects = [c for c in further(found, parent) if c.type.mount >= mount]
-        sized = at_finite_sizes(self.evidence, parent, effects, Yielding.of(fit.point))
+        return at_finite_sizes(self.evidence, parent, effects, Yielding.of(parent.fit.point))
+
+    def _seeds(self, parent: Hypothesis, sized: FiniteSize, count: int) -> list[Seed]:
         nearest = _several(sorted(sized.scores, key=lambda s: -s.fraction), count)
         nearest += [other for s in nearest for other in _otherwise(s)]
-        seeds = seeds_from(self.evidence, parent, nearest, fit.setting.level)
+        seeds = seeds_from(self.evidence, parent, nearest, parent.fit.setting.level)
         return [self._damped(parent, s) for s in (*seeds, *sized.seeds)]
 
     def another_way(self, h: Hypothesis) -> list[Seed]:
@@ -190,7 +183,12 @@ class Guide:
     def taken(self, seed: Seed, effort: str) -> tuple[Fit, float]:
         """Fitted by that comparison from a seed, and what it leaves (0: nothing; 1: as much as two
         responses that have nothing to do with one another)."""
-        return approached(seed.setting, seed.start, EFFORTS[effort])
+        known: tuple[Fit, float] | None = self.known.get(_asked(seed, effort))
+        return approached(seed.setting, seed.start, EFFORTS[effort]) if known is None else known
+
+    def remember(self, seed: Seed, effort: str, found: tuple[Fit, float]) -> None:
+        """What is `taken` from there, without fitting it again."""
+        self.known[_asked(seed, effort)] = found
 
     def left(self, h: Hypothesis) -> float:
         """What it leaves of a hypothesis as it is."""
@@ -230,6 +228,10 @@ class Guide:
         setting = replace(h.fit.setting, model=marked(model, going))
         point = replace(h.fit.point, setting=setting)
         return Hypothesis(tuple(effects), replace(h.fit, setting=setting, point=point))
+
+
+def _asked(seed: Seed, effort: str) -> object:
+    return effort, seed.keys, seed.setting.level, seed.start.tobytes()
 
 
 def _classes(effects: Sequence[Effect]) -> list[Effect]:

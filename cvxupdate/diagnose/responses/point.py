@@ -273,23 +273,22 @@ class ResponsePoint:
 
     def jacobian(self) -> Real:
         """Derivative of `differences` with respect to every unknown, (rows, unknowns)."""
-        change = Changes.of(self.derivatives, self.modes, self.low)
         lam, s = np.maximum(self.modes.eigenvalues, 0.0), self.setting
+        rates = s.shapes.derivatives(self.p[: len(s.model.parameters)], self.found.X[:, : self.low])
+        change = Changes.of(rates, self.modes, self.low)
         losses = Losses(self.loss, lam, self.owner, s.mixed, s.tuned)
         parts, faulty = [], self.faulty if s.faults else None
         for r in self.responses:
             damped = losses.own(r, faulty)
             columns = np.concatenate([change.columns(r), losses.together(r)], axis=1)
             if self.setting.faults:
-                rates = [self.fault_rate(k, r.signal, r.raw) for k in range(len(s.faults))]
-                columns = np.stack(
-                    [*(self.faulty(r.signal, c) for c in np.moveaxis(columns, 1, 0)), *rates],
-                    axis=1,
-                )
+                own = [self.fault_rate(k, r.signal, r.raw) for k in range(len(s.faults))]
+                heard = (self.faulty(r.signal, c) for c in np.moveaxis(columns, 1, 0))
+                columns = np.stack([*heard, *own], axis=1)
             rows = np.moveaxis(r.rows(columns), 1, -1)
             rows = rows.reshape(-1, rows.shape[-1])
-            own, at = damped.reshape(len(rows), damped.shape[-1]), s.ratios.start
-            stacked = np.hstack([rows[:, :at], own, rows[:, at:]])
+            each, at = damped.reshape(len(rows), damped.shape[-1]), s.ratios.start
+            stacked = np.hstack([rows[:, :at], each, rows[:, at:]])
             parts += [stacked.real, stacked.imag]
         return np.vstack(parts)
 

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cvxupdate.diagnose.responses.few import Measure
 from cvxupdate.diagnose.responses.finite_size import SIZES
@@ -157,14 +158,7 @@ def _changed(
     in their order. None where mass is no longer positive."""
     low = len(reduced.K)
     lam = np.maximum(point.modes.eigenvalues[:low], 0.0)
-    K = np.diag(lam) + stiff[:, None, None] * reduced.K
-    M = np.eye(low) + heavy[:, None, None] * reduced.M
-    massive = np.linalg.eigvalsh(M)[:, 0] > 0.0
-    M[~massive], K[~massive] = np.eye(low), np.diag(lam)
-    half = np.linalg.inv(np.linalg.cholesky(M))
-    other = np.swapaxes(half, 1, 2)
-    new, X = np.linalg.eigh(half @ K @ other)
-    V, new = np.swapaxes(other @ X, 1, 2), np.maximum(new, 0.0)  # (sizes, modes, modes before)
+    new, V, massive = _modes(lam, reduced, stiff, heavy)
     loss = point.loss.first(low)
     slow, held = loss.viscous(new), loss.stiffness(new)
     out = []
@@ -179,6 +173,26 @@ def _changed(
         change[..., ~massive] = 0.0
         out.append(r.drive[:, None, None, None] * change)
     return out
+
+
+def _modes(
+    lam: Real, reduced: Reduced, stiff: Real, heavy: Real
+) -> tuple[Real, Real, NDArray[np.bool_]]:
+    """Eigenvalues (sizes, modes), shapes (sizes, modes, modes before), and where mass is
+    positive; elsewhere they are as before."""
+    low = len(lam)
+    K = np.diag(lam) + stiff[:, None, None] * reduced.K
+    massive = np.ones(len(heavy), dtype=bool)
+    if not np.any(reduced.M):
+        new, X = np.linalg.eigh(K)
+        return np.maximum(new, 0.0), np.swapaxes(X, 1, 2), massive
+    M = np.eye(low) + heavy[:, None, None] * reduced.M
+    massive = np.linalg.eigvalsh(M)[:, 0] > 0.0
+    M[~massive], K[~massive] = np.eye(low), np.diag(lam)
+    half = np.linalg.inv(np.linalg.cholesky(M))
+    other = np.swapaxes(half, 1, 2)
+    new, X = np.linalg.eigh(half @ K @ other)
+    return np.maximum(new, 0.0), np.swapaxes(other @ X, 1, 2), massive
 
 
 def _weighted(point: ResponsePoint, weights: Sequence[Real], changes: Sequence[Complex]) -> Real:

@@ -48,7 +48,8 @@ def setting_for(
     such a space (``base``)."""
     shapes: Shapes = EveryDof(model, top)
     if base is not None:
-        grown = base.grown(model, _far(model))
+        far, ports = _far(model), np.flatnonzero(model.dof_kind < 3)
+        grown = base.grown(model, far) or base.opened(model, ports, far)
         shapes = around(model, model.zero(), top) if grown is None else grown
     flexible = shapes.lowest()
     f = flexible[: int(np.sum(flexible < BEYOND * top))]

@@ -36,6 +36,9 @@ class Approach(Protocol):
     def taken(self, seed: Seed, effort: str) -> tuple[Fit, float]:
         """Fitted by that comparison, and what it leaves (0: nothing)."""
 
+    def remember(self, seed: Seed, effort: str, found: tuple[Fit, float]) -> None:
+        """What was taken from there, which will be asked for again."""
+
     def left(self, h: Hypothesis) -> float:
         """What it leaves of a hypothesis as it is."""
 

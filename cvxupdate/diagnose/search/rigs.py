@@ -100,8 +100,11 @@ def _alone(evidence: Evidence, approach: Approach) -> Hypothesis | None:
     seeds = list(chain.from_iterable(every(lambda way: way(), ways, evidence.jobs)))
     best, least = None, np.inf
     with Ahead(partial(_taken, approach), seeds, evidence.jobs) as fits:
-        for found in (fits.take() for _ in seeds):
-            if found is not None and found[1] < least and tenable(evidence, found[0]):
+        for seed, found in ((seed, fits.take()) for seed in seeds):
+            if found is None:
+                continue
+            approach.remember(seed, "sharp", (found[0].fit, found[1]))
+            if found[1] < least and tenable(evidence, found[0]):
                 best, least = found
     if best is None:
         return None

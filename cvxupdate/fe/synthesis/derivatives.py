@@ -19,6 +19,13 @@ MANY = 40  # DOFs of a derivative above which it goes through the band's modes i
 
 
 @dataclass(frozen=True)
+class Among:
+    """A derivative of many DOFs among the lowest modes: φᵀ ∂K φ and so on (low, low)."""
+
+    small: Small
+
+
+@dataclass(frozen=True)
 class Changes:
     """Derivatives ∂Z/∂p = ∂K + s² ∂M + s ∂C + i ∂D of several parameters, ready for every signal.
 
@@ -35,28 +42,27 @@ class Changes:
 
     @classmethod
     def of(
-        cls, derivatives: Sequence[Sequence[DerivativeBlock]], modes: Modes, low: int
+        cls, derivatives: Sequence[Sequence[DerivativeBlock | Among]], modes: Modes, low: int
     ) -> Changes:
-        """From the element blocks of every parameter."""
-        own = [[(b, np.unique(b.dofs)) for b in blocks] for blocks in derivatives]
-        few = [[not (len(u) > MANY and low < len(u)) for _, u in pairs] for pairs in own]
-        needed = [
-            u
-            for pairs, flags in zip(own, few, strict=True)
-            for (_, u), flag in zip(pairs, flags, strict=True)
-            if flag
-        ]
+        """From the element blocks of every parameter, or what these are among the modes."""
+        parts: list[list[tuple[Index | None, Small]]] = []
+        for blocks in derivatives:
+            parts.append([])
+            for b in blocks:
+                if isinstance(b, Among):
+                    parts[-1].append((None, b.small))
+                    continue
+                u = np.unique(b.dofs)
+                far = wide(len(u), low)
+                small = modal_blocks(modes.shapes[:, :low], b) if far else summed(b, u)
+                parts[-1].append((None if far else u, small))
+        needed = [u for own in parts for u, _ in own if u is not None]
         used = np.unique(np.concatenate(needed)) if needed else np.zeros(0, dtype=np.int64)
-        parts = tuple(
-            tuple(
-                (np.searchsorted(used, u), summed(b, u))
-                if flag
-                else (None, modal_blocks(modes.shapes[:, :low], b))
-                for (b, u), flag in zip(pairs, flags, strict=True)
-            )
-            for pairs, flags in zip(own, few, strict=True)
+        placed = (
+            tuple((u if u is None else np.searchsorted(used, u), small) for u, small in own)
+            for own in parts
         )
-        return cls(modes, low, used, parts)
+        return cls(modes, low, used, tuple(placed))
 
     def columns(self, r: Response) -> Complex:
         """∂Y/∂p (points, parameters, sensors, cases) = −sᵒ aᵀ ∂Z q."""
@@ -88,6 +94,11 @@ class Changes:
                 out[:, j] += more
             out[:, j] *= -r.drive[:, None, None]
         return out
+
+
+def wide(dofs: int, low: int) -> bool:
+    """Whether a derivative of so many DOFs goes through the lowest modes."""
+    return dofs > MANY and low < dofs
 
 
 def _met(left: Complex, force: Complex) -> Complex:

@@ -20,7 +20,8 @@ from cvxupdate.fe.synthesis.products import Complex, drawn, times
 from cvxupdate.fe.terms import Real
 
 FEW = 0.3  # of the modes: up to so many columns of damping are taken by Woodbury's formula
-RANK = 1e-14  # of the largest eigenvalue: below is rounding
+# of the largest eigenvalue, or entry: what is below, of a product with the modes, is rounding
+RANK = 1e-12
 
 
 class Driven(Protocol):
@@ -182,6 +183,7 @@ def _coupled(
     """
     low, points = inverse.shape
     cases, sensors = force.shape[2], ps.shape[1]
+    C, D = _even(C), _even(D)
     if np.array_equal(C, C.T) and np.array_equal(D, D.T):  # one system for both sides
         right = np.concatenate(
             [force, np.broadcast_to(ps[:, None, :], (low, points, sensors))], axis=2
@@ -218,6 +220,13 @@ def _dynamic(s: Complex, inverse: Complex, C: Real, D: Real) -> Complex:
     Z = s[:, None, None] * C + 1j * D
     Z[:, np.arange(len(inverse)), np.arange(len(inverse))] += 1.0 / inverse.T
     return Z
+
+
+def _even(A: Real) -> Real:
+    """A matrix that is symmetric but for the rounding of products, symmetric; else as it is."""
+    mean = (A + A.T) / 2.0
+    odd = float(np.abs(A - mean).max(initial=0.0))
+    return mean if odd <= RANK * float(np.abs(A).max(initial=0.0)) else A
 
 
 def _columns(C: Real) -> tuple[Real, Real]:

@@ -17,6 +17,7 @@ import numpy as np
 from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Model
+from cvxupdate.fe.parameters import Target
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,41 @@ class Projected:
                 out[matrix] += summed(change, apart.local)
         return out
 
+    def rate(
+        self, model: Model, values: Sequence[Mapping[str, Real]], target: Target
+    ) -> dict[str, Real]:
+        """∂K, ∂M, ∂C and ∂D (r, r) by what one parameter moves (``target``), zero ones left out,
+        where the properties are ``values``."""
+        block, own = model.blocks[target.block], values[target.block]
+        at = {row: k for k, row in enumerate(target.rows.tolist())}
+        out: dict[str, Real] = {}
+
+        def rates(rows: Sequence[int]) -> list[tuple[str, int, Real]]:
+            k = [at[row] for row in rows]
+            return block.rates(own, target.rows[k], target.properties, target.scales[:, k])
+
+        def matrix(name: str) -> Real:
+            return out.setdefault(name, np.zeros_like(self.fixed[name]))
+
+        for part in self.parts:
+            if part.number != target.block or part.row not in at:
+                continue
+            for name, i, factor in rates([part.row]):
+                if i in part.terms:
+                    _add(matrix(name), float(factor[0]), part.terms[i], part.further.get(i))
+        for apart in self.apart:
+            if apart.number != target.block:
+                continue
+            moved = np.array([k for k, row in enumerate(apart.rows.tolist()) if row in at], int)
+            rows = apart.rows[moved]
+            for name, change in block.combine(rates(rows.tolist()), rows).items():
+                matrix(name)[...] += summed(change, apart.local[moved])
+            if apart.like is not None and apart.like in at:  # a part has that of it already
+                theirs = [(n, i, np.resize(f, len(apart.rows))) for n, i, f in rates([apart.like])]
+                for name, change in block.combine(theirs, apart.rows).items():
+                    matrix(name)[...] -= summed(change, apart.local)
+        return out
+
 
 def projected(model: Model, V: Real) -> Projected:
     """Of a model in the shapes ``V`` (N, r)."""
@@ -98,7 +134,7 @@ def projected(model: Model, V: Real) -> Projected:
 def grown(base: Projected, old: Model, model: Model, V: Real) -> Projected | None:
     """Of a ``model`` that is ``old`` with further parameters and elements; the first shapes of
     ``V`` are those in which ``base`` is the old one's. None where its elements are others."""
-    if len(base.still) != len(old.blocks) or not _same(old, model):
+    if len(base.still) != len(old.blocks) or not alike(old, model):
         return None
     r = V.shape[1]
     k = r - base.fixed["K"].shape[0]
@@ -131,14 +167,14 @@ def grown(base: Projected, old: Model, model: Model, V: Real) -> Projected | Non
 _NONE: Index = np.zeros(0, dtype=np.int64)
 
 
-def _same(old: Model, model: Model) -> bool:
+def alike(old: Model, model: Model) -> bool:
     """Whether the elements of the old one are there as they were, and today have the same
-    properties."""
+    properties; where they were held they may be free."""
     pairs = zip(old.blocks, model.blocks, strict=False)
     return len(old.blocks) <= len(model.blocks) and all(
         a is b
         or (
-            np.array_equal(a.dofs, b.dofs)
+            _on(a.dofs, b.dofs, old.size)
             and np.array_equal(a.geometry, b.geometry)
             and len(a.terms) == len(b.terms)
             and all(
@@ -151,6 +187,11 @@ def _same(old: Model, model: Model) -> bool:
         )
         for a, b in pairs
     )
+
+
+def _on(old: Index, dofs: Index, size: int) -> bool:
+    """Whether DOFs are the old ones, or new ones where these were held."""
+    return old.shape == dofs.shape and bool(np.all((old == dofs) | ((old < 0) & (dofs >= size))))
 
 
 def _padded(V: Real) -> Real:

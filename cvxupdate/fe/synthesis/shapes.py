@@ -3,16 +3,17 @@ space of few (`cvxupdate.fe.synthesis.space`)."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
 
-from cvxupdate.fe.model import Model
+from cvxupdate.fe.model import DerivativeBlock, Model
 from cvxupdate.fe.modes import Modes, natural_modes
 from cvxupdate.fe.rigid import rigid_body_modes
+from cvxupdate.fe.synthesis.derivatives import Among
 from cvxupdate.fe.synthesis.pieces import basis
 from cvxupdate.fe.terms import Real
 
@@ -37,6 +38,10 @@ class Shapes(Protocol):
     def modes(self, p: Real) -> Found:
         """Those at ``p``. ModelError where the model is no structure."""
 
+    def derivatives(self, p: Real, X: Real) -> Sequence[Sequence[DerivativeBlock | Among]]:
+        """Of every parameter at ``p``; what moves many DOFs may be said among the modes with
+        coordinates ``X`` (r, low)."""
+
     def lowest(self) -> Real:
         """Frequencies (Hz) of the flexible modes of today's model, up to 1.3 times the band at
         least."""
@@ -55,6 +60,10 @@ class EveryDof:
         m = self.model.matrices(p)
         modes = basis(m.K, m.M, self.top, rigid_body_modes(self.model, m.K, m.M))
         return Found(modes, modes.shapes, {"K": m.K, "M": m.M, "C": m.C, "D": m.D})
+
+    def derivatives(self, p: Real, X: Real) -> tuple[tuple[DerivativeBlock, ...], ...]:
+        """Element blocks."""
+        return self.model.derivatives(p)
 
     def lowest(self) -> Real:
         """As many as the band needs."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import scipy.linalg as la
@@ -20,31 +20,34 @@ import scipy.sparse as sp
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Index
+from cvxupdate.fe.columns import stiffness_columns
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.factor import Factor, factorise
-from cvxupdate.fe.model import Model
+from cvxupdate.fe.model import DerivativeBlock, Matrices, Model
 from cvxupdate.fe.modes import Modes, natural_modes
 from cvxupdate.fe.recent import recent
 from cvxupdate.fe.rigid import rigid_body_modes
-from cvxupdate.fe.synthesis.projected import Projected, grown, projected
+from cvxupdate.fe.synthesis.attachment import independent, loosened, pushes, units
+from cvxupdate.fe.synthesis.derivatives import Among, wide
+from cvxupdate.fe.synthesis.projected import Projected, alike, grown, projected
 from cvxupdate.fe.synthesis.ritz import ritz
 from cvxupdate.fe.synthesis.shapes import Found
 
 BEYOND = 2.5  # modes are taken up to this many times the band
 SHIFT = 0.05  # of the lowest flexible eigenvalue, by which a free structure has a static answer
-SAME = 1e-8  # of a vector: what is left of it beside the others is rounding
-TOLD = 1e-6  # of a vector: less of it beside the shapes is rounding, which scaling would make one
 WHOLE = 100  # DOFs up to which every mode is taken
 REST = 1e-12  # of the highest eigenvalue found: a motion that is hardly resisted
 STILL = 1e-9  # of the lowest flexible eigenvalue: a motion that is not resisted
 SPARE = 4  # modes more than are wanted that an inverse iteration carries: the last are least exact
-FEW = 12  # DOFs of a change up to which it acts along unit forces
+HIDDEN = "@hidden"  # in the label of a DOF that no node of the file has
+KNOWN = 2  # values of the parameters of which the modes are kept
 
 
 @dataclass(frozen=True)
 class Space:
     """Shapes ``V`` (N, r) of a ``model`` around the parameter values ``at``; ``still``: eigenvalues
-    below are none; ``wide`` the parameters that act on many DOFs; by which ``shift`` its stiffness
+    below are none; ``wide`` the parameters that act on many DOFs, ``loose`` the compliances of what
+    was held; by which ``shift`` its stiffness
     has factors (None: it has every shape and needs none), and how many shapes are modes in the band
     (``near``), for `grown`; ``top`` (Hz) of the band, ``ports`` and parameters ``moving`` that it
     was made for, for `recentred`; ``root``: the space that it grew from, whose shapes are its first
@@ -61,6 +64,7 @@ class Space:
     ports: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64), repr=False)
     moving: tuple[int, ...] = ()
     root: Space | None = field(default=None, repr=False)
+    loose: tuple[int, ...] = ()
 
     @recent
     def projected(self) -> Projected:
@@ -81,35 +85,65 @@ class Space:
         """DOFs to a force at which its modes have the static answer."""
         return tuple(int(d) for d in self.ports)
 
+    def derivatives(self, p: Real, X: Real) -> tuple[tuple[DerivativeBlock | Among, ...], ...]:
+        """Of every parameter of the model at ``p``: element blocks where it moves few DOFs, else
+        what it does among the modes with coordinates ``X`` (r, low)."""
+        values, low = self.model.properties(p), X.shape[1]
+        out: list[tuple[DerivativeBlock | Among, ...]] = []
+        for j, parameter in enumerate(self.model.parameters):
+            targets = [(t, self.model.blocks[t.block].dofs[t.rows]) for t in parameter.targets]
+            if not any(wide(len(np.unique(dofs)), low) for _, dofs in targets):
+                out.append(self.model.derivative(j, p))
+                continue
+            rates = (self.projected.rate(self.model, values, t) for t, _ in targets)
+            out.append(
+                tuple(
+                    Among(tuple(None if (A := r.get(k)) is None else X.T @ A @ X for k in "KMCD"))
+                    for r in rates
+                    if r
+                )
+            )
+        return tuple(out)
+
     def far(self, p: Real, limit: float) -> bool:
-        """Whether a parameter on many DOFs is further than that from where it was made."""
-        wide = list(self.wide)
-        return bool(np.any(np.abs(p[wide] - self.at[wide]) > limit))
+        """Whether a parameter on many DOFs is further than that from where it was made, or the
+        logarithm of a compliance (and of what it is in series with): beside what gives way all
+        modes are others, by 0.3 % of their frequencies where an edge is set free."""
+        wide, loose = list(self.wide), list(self.loose)
+        one, other = (np.log1p(np.maximum(x[loose], 0.0)) for x in (p, self.at))
+        moved = np.concatenate([p[wide] - self.at[wide], one - other])
+        return bool(np.any(np.abs(moved) > limit))
 
     def grown(self, model: Model, moving: Sequence[int]) -> Space | None:
-        """That of a model which is this one with further parameters, zero today, and hidden
-        masses, from these shapes; None where it is another structure."""
+        """That of a model which is this one with further parameters, zero today, hidden masses
+        and DOFs that were held and are set free, from these shapes and, of each of those DOFs, the
+        static answer to its motion (constraint modes: Craig and Bampton 1968); None where it is
+        another structure."""
         size, r = self.model.size, self.V.shape[1]
-        extra = model.labels[size:]
         if self.shift is None or model.labels[:size] != self.model.labels:
             return None
-        if any("@hidden" not in x for x in extra):
+        if not alike(self.model, model):
             return None
+        hidden = [i for i in range(size, model.size) if HIDDEN in model.labels[i]]
+        free = np.setdiff1d(np.arange(size, model.size), hidden)
         M = model.matrices(model.zero()).M
-        V = np.zeros((model.size, r + len(extra)))
+        V = np.zeros((model.size, r + len(hidden)))
         V[:size, :r] = self.V
-        V[size:, r:] = np.diag(1.0 / np.sqrt(M.diagonal()[size:]))
+        V[hidden, np.arange(r, r + len(hidden))] = 1.0 / np.sqrt(M.diagonal()[hidden])
         # what the old parameters do is among the shapes
         fresh = [j for j in moving if j >= len(self.model.parameters)]
-        forces, wide = _pushes(model, model.zero(), fresh, V[:, : self.near])
-        answers = np.zeros(forces.shape)
-        answers[:size] = self._factor.solve(forces[:size])
+        forces, wide = pushes(model, model.zero(), fresh, V[:, : self.near])
+        forces = np.hstack([forces[:size], -stiffness_columns(model, free)[:size]])
+        answers = np.zeros((model.size, forces.shape[1]))
+        answers[:size] = self._factor.solve(forces)
+        answers[free, np.arange(forces.shape[1] - len(free), forces.shape[1])] = 1.0
         return replace(
             self,
             model=model,
             at=model.zero(),
-            V=_independent(V, answers, M),
+            V=independent(V, answers, M),
             wide=(*self.wide, *wide),
+            loose=(*self.loose, *loosened(model, fresh, free)),
             moving=tuple(moving),
             root=self,
         )
@@ -124,21 +158,53 @@ class Space:
         ModelError
             Where the model is no structure.
         """
+        anew = partial(space_of, self.model, at, self.top, self.ports, self.moving)
         if self.shift is None and self.V.shape[1] >= self.model.size:
-            return space_of(self.model, at, self.top, self.ports, self.moving)
+            return anew()
         m, old = self.model.matrices(at), self.modes(at).modes
-        values = old.eigenvalues
-        wanted = int(np.sum(values <= (2.0 * np.pi * BEYOND * self.top) ** 2)) + SPARE
-        lowest = float(values[old.rigid]) if old.rigid < len(values) else 1.0
+        lowest = float(old.eigenvalues[old.rigid]) if old.rigid < len(old.eigenvalues) else 1.0
         shift = SHIFT * lowest if old.rigid else 0.0
         factor = factorise(sp.csc_array(m.K + shift * m.M), "the stiffness")
-        V = factor.solve(m.M @ old.shapes[:, :wanted])
+        bare = replace(self, at=np.asarray(at, float), still=STILL * lowest, shift=shift, root=None)
+        return bare._improved(m, factor, old.eigenvalues, old.shapes) or anew()
+
+    def opened(self, model: Model, ports: Index, moving: Sequence[int]) -> Space | None:
+        """That of a model as it stands which is this one with further DOFs, of what is set free on
+        springs that are rigid as yet or of hidden masses: its modes, the static answers to forces
+        at those DOFs, and one step as in `recentred`. None where it is another structure."""
+        place = np.array([model.place.get(x, -1) for x in self.model.labels], dtype=np.int64)
+        further = np.setdiff1d(np.arange(model.size), place)
+        if self.shift is None or np.any(place < 0) or not len(further):
+            return None
+        at = model.zero()
+        m, old = model.matrices(at), self.modes(self.model.zero()).modes
+        factor = factorise(sp.csc_array(m.K + self.shift * m.M), "the stiffness")
+        wanted = self._wanted(old.eigenvalues)
+        pushed = factor.solve(units(model.size, further))
+        before = np.zeros((model.size, wanted))
+        before[place] = old.shapes[:, :wanted]
+        V = ritz(np.hstack([before, pushed / np.linalg.norm(pushed, axis=0)]), m.K, m.M)
+        if V is None:
+            return None
+        values = np.einsum("im,im->m", V, m.K @ V)
+        bare = replace(self, model=model, at=at, ports=ports, moving=tuple(moving), root=None)
+        held = [i for i in further if HIDDEN not in model.labels[i]]
+        bare = replace(bare, loose=loosened(model, moving, np.array(held, dtype=np.int64)))
+        return bare._improved(m, factor, values, V)
+
+    def _wanted(self, eigenvalues: Real) -> int:
+        """How many modes an inverse iteration carries."""
+        return int(np.sum(eigenvalues <= (2.0 * np.pi * BEYOND * self.top) ** 2)) + SPARE
+
+    def _improved(self, m: Matrices, factor: Factor, values: Real, V: Real) -> Space | None:
+        """With modes nearly ``V`` (eigenvalues ``values``) after an inverse iteration, and the
+        static answers; None where they are alike to rounding."""
+        V = factor.solve(m.M @ V[:, : self._wanted(values)])
         improved = ritz(V / np.linalg.norm(V, axis=0), m.K, m.M)
-        if improved is None:  # sought anew
-            return space_of(self.model, at, self.top, self.ports, self.moving)
+        if improved is None:
+            return None
         near = int(np.sum(values <= (2.0 * np.pi * 1.25 * self.top) ** 2)) + 1
-        bare = replace(self, near=near, still=STILL * lowest, shift=shift, root=None)
-        return _with_answers(bare, np.asarray(at, dtype=float), improved, m.M, factor)
+        return _with_answers(replace(self, near=near), self.at, improved, m.M, factor)
 
     def matrices(self, p: Real) -> dict[str, Real]:
         """K, M, C and D at ``p``, (r, r) each."""
@@ -148,6 +214,11 @@ class Space:
         """Frequencies (Hz) of its flexible modes at today's model."""
         return np.asarray(self.modes(self.model.zero()).modes.flexible().frequencies)
 
+    @recent
+    def _known(self) -> dict[bytes, Found]:
+        """What was found last: a fit begins where another ended, and is judged where it ends."""
+        return {}
+
     def modes(self, p: Real) -> Found:
         """Every mode of the space at ``p``.
 
@@ -156,6 +227,15 @@ class Space:
         ModelError
             Where a mass is negative: no structure.
         """
+        key = np.asarray(p, dtype=float).tobytes()
+        if key not in self._known:
+            found = self._modes(p)
+            while len(self._known) >= KNOWN:
+                self._known.pop(next(iter(self._known)))
+            self._known[key] = found
+        return self._known[key]
+
+    def _modes(self, p: Real) -> Found:
         m = self.matrices(p)
         try:
             values, X = la.eigh(m["K"], m["M"], check_finite=False)
@@ -199,9 +279,9 @@ def space_of(model: Model, at: Real, top: float, ports: Index, moving: Sequence[
 
 def _with_answers(bare: Space, at: Real, V: Real, M: sp.csc_array, factor: Factor) -> Space:
     """Modes V, orthonormal in M, with the static answers that a space was asked for."""
-    forces, wide = _pushes(bare.model, at, bare.moving, V[:, : bare.near])
-    answers = factor.solve(np.hstack([_units(bare.model.size, bare.ports), forces]))
-    V = _independent(V, answers, M)
+    forces, wide = pushes(bare.model, at, bare.moving, V[:, : bare.near])
+    answers = factor.solve(np.hstack([units(bare.model.size, bare.ports), forces]))
+    V = independent(V, answers, M)
     return replace(bare, at=at, V=V, wide=wide)
 
 
@@ -212,50 +292,3 @@ def _modes(K: sp.csc_array, M: sp.csc_array, top: float, rigid: Real) -> Modes:
         if count >= K.shape[0] or (len(modes.frequencies) and modes.frequencies[-1] > top):
             return modes
         count *= 2
-
-
-def _units(size: int, dofs: Index) -> Real:
-    out = np.zeros((size, len(dofs)))
-    out[dofs, np.arange(len(dofs))] = 1.0
-    return out
-
-
-def _pushes(
-    model: Model, at: Real, moving: Sequence[int], near: Real
-) -> tuple[Real, tuple[int, ...]]:
-    """Forces (N, n) of parameters: unit ones where they act on few DOFs, else those on the modes
-    ``near``; the numbers of these parameters."""
-    size, out, wide = len(near), [np.zeros((len(near), 0))], []
-    phi = np.vstack([near, np.zeros((1, near.shape[1]))])
-    for j in moving:
-        blocks = model.derivative(j, at)
-        used = np.unique(np.concatenate([[-1], *(b.dofs.reshape(-1) for b in blocks)]))
-        used = used[used >= 0].astype(np.int64)
-        if len(used) <= min(FEW, near.shape[1]):
-            out.append(_units(size, used))
-            continue
-        wide.append(j)
-        for name in ("K", "M"):
-            force = np.zeros((size + 1, near.shape[1]))
-            for b in blocks:
-                part = b.K if name == "K" else b.M
-                if part is not None:
-                    np.add.at(force, b.dofs, part @ phi[b.dofs])
-            if np.any(force[:size]):
-                out.append(force[:size])
-    return np.hstack(out), tuple(wide)
-
-
-def _independent(V: Real, more: Real, M: sp.csc_array) -> Real:
-    """V, whose columns are orthonormal in M, and what more says besides, so too."""
-    if not more.shape[1]:
-        return V
-    for least in (0.0, TOLD):  # twice is enough (Giraud, Langou and Rozložník 2005)
-        norms = np.sqrt(np.maximum(np.einsum("ij,ij->j", more, M @ more), 0.0))
-        seen = norms > least
-        more = more[:, seen] / norms[seen]
-        more = more - V @ (V.T @ (M @ more))
-    moved = more.T @ (M @ more)
-    values, vectors = np.linalg.eigh((moved + moved.T) / 2.0)
-    kept = values > SAME
-    return np.hstack([V, more @ (vectors[:, kept] / np.sqrt(values[kept]))])

@@ -12,6 +12,7 @@ from cvxupdate.diagnose import gather
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, seed_from
 from cvxupdate.diagnose.nominal.mesh import shearing
+from cvxupdate.diagnose.responses import guide
 from cvxupdate.diagnose.search import search
 from cvxupdate.diagnose.search.guided import Reached, _abreast, _Growth, guided
 from cvxupdate.diagnose.search.search import nearest
@@ -54,6 +55,20 @@ def test_all_that_a_rig_does_is_placed_at_once_and_does_nothing_yet(evidence):
     left = evidence.approach.left
     assert left(rigged) == pytest.approx(left(bare), rel=1e-3)
     assert evidence.approach.rigged(rigged) is None
+
+
+def test_what_a_rig_does_alone_is_worked_out_once(evidence, monkeypatch):
+    """It is asked for before the race, and again where sets begin to grow."""
+    approach, asked = replace(evidence).approach, []
+    real = guide.at_finite_sizes
+    monkeypatch.setattr(guide, "at_finite_sizes", lambda *a: asked.append(1) or real(*a))
+    first, again = (approach.mounted(approach.begun(), count) for count in (2, 3))
+    assert len(asked) == 1 and [s.keys for s in first] == [s.keys for s in again[: len(first)]]
+    seed = approach.rigged(approach.begun()).onward
+    approach.remember(seed, "sharp", found := approach.taken(seed, "first pass"))
+    assert approach.taken(approach.rigged(approach.begun()).onward, "sharp") is found
+    assert approach.taken(seed, "first pass") is not found
+    assert replace(evidence).approach.known == {}
 
 
 def test_a_rig_softens_no_springs_that_were_added(evidence):

@@ -10,6 +10,7 @@ import pytest
 
 from cvxupdate.fe.block import Block
 from cvxupdate.fe.model import KINDS
+from cvxupdate.fe.synthesis.derivatives import Among, modal_blocks
 from cvxupdate.fe.synthesis.projected import grown, projected
 from cvxupdate.fe.synthesis.space import space_of
 from cvxupdate.physics import candidates_of
@@ -77,6 +78,34 @@ def test_of_a_model_with_an_effect(plate):
         assert off(new, values(model, rng)) < 1e-11
         seen += 1
     assert seen == 3 * len(EFFECTS)
+
+
+def test_derivatives_of_many_dofs_are_taken_in_the_space(plate):
+    """What a parameter does among the modes is φᵀ ∂K φ of its element blocks, in a model that grew
+    too: whole parts, parts without one element, one that an effect shares with them."""
+    rng, root, seen = np.random.default_rng(3), space(plate), 0
+    for effect in effects_on(plate):
+        model = effect.action.plant(effect, plate, np.zeros(effect.count), 1.0).model
+        new = root.grown(model, range(len(plate.parameters), len(model.parameters)))
+        p = values(model, rng)
+        found = new.modes(p)
+        low = 12
+        own = new.derivatives(p, found.X[:, :low])
+        for some, blocks in zip(own, model.derivatives(p), strict=True):
+            among = [x for x in some if isinstance(x, Among)]
+            seen += len(among)
+            if not among:
+                assert len(some) == len(blocks)
+                continue
+            shapes = found.modes.shapes[:, :low]
+            true = [modal_blocks(shapes, b) for b in blocks]
+            for k in range(4):
+                mine, theirs = (
+                    sum((s[k] for s in parts if s[k] is not None), np.zeros((low, low)))
+                    for parts in ([x.small for x in among], true)
+                )
+                np.testing.assert_allclose(mine, theirs, atol=1e-10 * max(np.abs(theirs).max(), 1))
+    assert seen > len(EFFECTS)
 
 
 def test_a_hypothesis_brings_little(plate):
