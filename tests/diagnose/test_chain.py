@@ -14,7 +14,6 @@ from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.responses.setting import setting_for
 from cvxupdate.errors import InputError
 
-
 # of the catalogue, for time
 SOME = ("added_mass", "stiffness_change", "sensor_fault", "grounding_spring")
 
