@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from cvxupdate.fe.block import Block
 from cvxupdate.fe.elements import Term
 from cvxupdate.fe.elements.base import Real, Values
-from cvxupdate.fe.model import KINDS, Model
+from cvxupdate.fe.model import Model
 from cvxupdate.physics.draft import Draft, kind_of, not_negative
 
 SOFTEST = 1e4  # upper bound of a compliance, in units of that of its place
@@ -42,8 +42,6 @@ class Compliance:
 
 def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
     """A soft support or an opened joint as a spring, with its share of those that go together."""
-    if model.dof_kind[block.dofs[e, 0]] >= len(KINDS):
-        return  # what an edge does between its nodes is none of the file's
     what = "joint" if block.dofs.shape[1] == 2 else "soft support"
     if block.groups[e] and now["a"] < WRITTEN * RIGID * now["a0"]:
         return  # a sheet that gives way where it is held, by as good as nothing

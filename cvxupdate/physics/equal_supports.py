@@ -4,7 +4,6 @@ that hold feet from turning, about whatever axis."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from functools import partial
 from typing import final
 
@@ -142,11 +141,8 @@ def _along_members(model: Model, held: tuple[Held, ...]) -> bool:
 
 
 def _softened(free: Released, unit: float) -> Model:
-    kinds, model = dict.fromkeys(kind for _, kind in free.held), free.sprung(unit)
-    springs = [b.ids.tolist() for b in model.blocks[len(free.whole.blocks) :]]
+    kinds = dict.fromkeys(kind for _, kind in free.held)
+    model = free.sprung(unit)
+    ids = [i for b in model.blocks[-len(kinds) :] for i in b.ids.tolist()]
     name = f"equal_supports@{'+'.join(kinds)}"
-    every = [i for ids in springs for i in ids]
-    moved = append_parameters(model, [limited(name, "a", every, LIMITS, unit)])
-    *rest, own = moved.parameters
-    at_nodes = tuple(i for ids in springs[: len(kinds)] for i in ids)  # those that a file can have
-    return moved.with_parameters((*rest, replace(own, elements=at_nodes)))
+    return append_parameters(model, [limited(name, "a", ids, LIMITS, unit)])

@@ -27,26 +27,38 @@ TINY = float(np.finfo(float).tiny)
 @dataclass(frozen=True)
 class Released:
     """A model with the DOFs of ``held`` supports set free, behind all others (``rows``);
-    ``shares`` (r,) of the springs that then hold it, one on the average; ``whole``: with what finer
-    parts of an edge between them may do besides following these, too, last of all."""
+    ``shares`` (r,) of the springs that then hold it, one on the average."""
 
     model: Model
     held: tuple[Held, ...]
     before: int
     shares: Real
-    whole: Model
 
     @classmethod
     def of(cls, context: SearchContext, held: Sequence[Held]) -> Released:
         """Those of ``held`` that belong to an element."""
         base = context.model
-        each = {h: context.release(*h) for h in held}
-        own = {h: f"n{h[0]}.{h[1]}" for h in held}
-        found = tuple(h for h in each if own[h] in each[h].place)
-        model = _opened(base, [(each[h], own[h]) for h in found])
-        inner = {x: each[h] for h in found for x in each[h].labels if x not in model.place}
-        whole = _opened(model, [(free, x) for x, free in inner.items()])
-        return cls(model, found, base.size, edge_shares(base, found), whole)
+        dofs = [b.dofs.copy() for b in base.blocks]
+        labels, nodes, found = list(base.labels), [], []
+        for node, kind in held:
+            free, label = context.release(node, kind), f"n{node}.{kind}"
+            if label not in free.place:
+                continue
+            row = free.place[label]
+            for mine, theirs in zip(dofs, free.blocks, strict=True):
+                mine[(mine < 0) & (theirs.dofs == row)] = len(labels)
+            labels.append(label)
+            nodes.append(int(free.dof_node[row]))
+            found.append((node, kind))
+        kinds = np.array([KINDS.index(k) for _, k in found], dtype=np.int64)
+        model: Model = replace(
+            base,
+            labels=tuple(labels),
+            dof_node=np.append(base.dof_node, np.array(nodes, dtype=np.int64)),
+            dof_kind=np.append(base.dof_kind, kinds),
+            blocks=tuple(replace(b, dofs=d) for b, d in zip(base.blocks, dofs, strict=True)),
+        )
+        return cls(model, tuple(found), base.size, edge_shares(base, tuple(found)))
 
     @property
     def rows(self) -> Index:
@@ -100,61 +112,32 @@ class Released:
         return opened(used, k * apart, within, unit, np.ones_like)
 
     def sprung(self, unit: float) -> Model:
-        """On springs to ground, rigid but for a ten thousandth; what is between them in an edge
-        with its own share of them: as stiff beside its own stiffness as they are beside theirs."""
-        model = self.whole
+        """On springs to ground, rigid but for a ten thousandth."""
+        model = self.model
         for kind in dict.fromkeys(k for _, k in self.held):
-            own = np.array([k == kind for _, k in self.held])
-            springs = _springs(model, kind, self.rows[own], self.shares[own], unit)
-            model = replace(model, blocks=(*model.blocks, springs))
-        rows = np.arange(self.model.size, self.whole.size)
-        if len(rows):
-            stiff = stiffness_columns(self.whole, rows)[rows, np.arange(len(rows))]
-            springs = _springs(model, self.held[0][1], rows, unit * stiff, unit)
-            model = replace(model, blocks=(*model.blocks, springs))
+            model = replace(model, blocks=(*model.blocks, self._springs(model, kind, unit)))
         return model
+
+    def _springs(self, model: Model, kind: str, unit: float) -> Block:
+        """Of one kind of DOF."""
+        own = [k == kind for _, k in self.held]
+        block = small_block(
+            model,
+            Compliance(1, kind),
+            self.rows[own][:, None],
+            [KINDS.index(kind)],
+            "K",
+            np.ones((1, 1)),
+            {"a": 0.0, "a0": unit / RIGID},
+        )
+        (term,) = block.terms
+        shared = Term(term.matrix, term.coefficient, self.shares[own][:, None, None])
+        return replace(block, terms=(shared,), geometry=np.arange(sum(own)))
 
     @property
     def along_edge(self) -> bool:
         """Whether they hold an edge of sheets, each the part of it that is its own."""
         return bool(np.any(self.shares != 1.0))
-
-
-def _opened(base: Model, free: Sequence[tuple[Model, str]]) -> Model:
-    """A model with DOFs set free, each as another model (of the same elements) has it."""
-    dofs = [b.dofs.copy() for b in base.blocks]
-    labels, nodes, kinds = list(base.labels), [], []
-    for other, label in free:
-        row = other.place[label]
-        for mine, theirs in zip(dofs, other.blocks, strict=True):
-            mine[(mine < 0) & (theirs.dofs == row)] = len(labels)
-        labels.append(label)
-        nodes.append(int(other.dof_node[row]))
-        kinds.append(int(other.dof_kind[row]))
-    opened: Model = replace(
-        base,
-        labels=tuple(labels),
-        dof_node=np.append(base.dof_node, np.array(nodes, dtype=np.int64)),
-        dof_kind=np.append(base.dof_kind, np.array(kinds, dtype=np.int64)),
-        blocks=tuple(replace(b, dofs=d) for b, d in zip(base.blocks, dofs, strict=True)),
-    )
-    return opened
-
-
-def _springs(model: Model, kind: str, rows: Index, shares: Real, unit: float) -> Block:
-    """Each with its share of a compliance, rigid but for a ten thousandth."""
-    block = small_block(
-        model,
-        Compliance(1, kind),
-        rows[:, None],
-        [KINDS.index(kind)],
-        "K",
-        np.ones((1, 1)),
-        {"a": 0.0, "a0": unit / RIGID},
-    )
-    (term,) = block.terms
-    shared = Term(term.matrix, term.coefficient, shares[:, None, None])
-    return replace(block, terms=(shared,), geometry=np.arange(len(rows)))
 
 
 def edge_shares(model: Model, held: Sequence[Held]) -> Real:

@@ -2,18 +2,10 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 import pytest
 import scipy.linalg
 
-from cvxupdate.diagnose.nominal.damping import undamped
-from cvxupdate.diagnose.nominal.refinement import Mesh
-from cvxupdate.diagnose.nominal.supports import held_dofs, regrown, release_from
-from cvxupdate.fe.analysis import analysis_of
-from cvxupdate.fe.modes import model_modes
-from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.equal_supports import EqualSupports
 from cvxupdate.physics.released import Released, edge_shares
 from tests.cases.effects import context_of, nuisance
@@ -36,41 +28,6 @@ def test_the_ends_of_an_edge_hold_half(context):
     np.testing.assert_array_equal(edge_shares(context.model, across), 1.0)
     np.testing.assert_array_equal(edge_shares(context.model, ((1, "ry"), (16, "ry"))), 1.0)
     np.testing.assert_array_equal(edge_shares(context.model, ((1, "z"), (6, "z"))), 1.0)
-
-
-@pytest.mark.parametrize("dof", ["ry", "z"])
-def test_what_gives_way_on_finer_parts_does_so_between_its_nodes_too(tmp_path, dof):
-    """Rigid, the edge is as it was; as good as free, frequencies are those without its supports."""
-    beyond = CLAMPED + CLAMPED.replace("[1, 6, 11, 16]", "[5, 10, 15, 20]")
-    spec, file = read(tmp_path, sheet(4, 3, beyond))
-    release = release_from(spec, Mesh(analysis_of(spec, file, 8, solid=True)))
-    base = release(0, dof)  # nothing is
-    m = base.matrices(base.zero())
-    place = cache(lambda n, k: regrown(release(n, k), base))
-    held = held_dofs(spec, file)
-    context = SearchContext(base, m.K, m.M, 900.0, 20.0, ("n8.z",), held, place, 0.01)
-    effect = next(
-        e
-        for e in EqualSupports().candidates(context)
-        if set(e.place.nodes) == {1, 6, 11, 16} and e.place.dof == dof
-    )
-    model = effect.change.model
-    assert any(x.startswith(("twist", "bend")) for x in set(model.labels) - set(base.labels))
-    rigid = model_modes(base, 5).frequencies
-    np.testing.assert_allclose(model_modes(model, 5).frequencies, rigid, rtol=1e-4)
-    p = model.zero()
-    p[-1] = 1e4
-    less = sheet(4, 3, beyond).replace(
-        CLAMPED,
-        "[[model.supports]]\nnodes = [1, 6, 11, 16]\n"
-        f"dofs = {[k for k in ('z', 'rx', 'ry') if k != dof]}\n".replace("'", '"'),
-    )
-    other, plain = read(tmp_path, less)
-    free = analysis_of(other, plain, 8, solid=True).on(plain)
-    true = model_modes(undamped(free), 5).frequencies
-    own = model_modes(model, 5, p).frequencies
-    np.testing.assert_allclose(own[1:], true[1:], rtol=1e-3)  # the first feels what is left
-    assert np.any(np.abs(true / rigid - 1.0) > 0.02)
 
 
 def test_one_number_stands_for_all_of_them(context):
