@@ -26,7 +26,7 @@ RATIOS = "damping ratios"
 TOLD = {
     "responses": "frequency responses or time histories",
     "modes": "natural frequencies and mode shapes",
-    "motion": "time histories of motion at a level that matters",
+    "motion": "time histories at a level where it shows",
     RATIOS: "measured damping ratios",
 }
 MOST = 12
@@ -151,11 +151,11 @@ def untried(spec: Spec, found: Diagnosis) -> tuple[tuple[str, str], ...]:
             needs = " or ".join(TOLD.get(k, k) for k in sorted(effect.told_by))
             why = f"these recordings cannot show it: it takes {needs}"
         elif kinds & set(effect.told_by) == {RATIOS}:
-            why = "the measured damping ratios scatter as usual, or all modes follow one law"
+            why = "at no place does it explain the measured damping ratios by more than chance"
         elif sought is None:
             why = "no place for it in this model, or none that explains enough to be listed"
         elif not sought:
-            why = "nothing was sought, for the reason that stands above"
+            why = "not sought, for the reason that the verdict gives"
         elif effect.name not in sought:
             why = "not sought: only the damping departs from the usual scatter"
         else:

@@ -104,17 +104,21 @@ def _by_level(
 ) -> Diagnosis:
     """By linear effects; where they do not explain, or runs at one level differ, with laws that
     depend on the level too: where several linear ones leave nothing, and only which is not told,
-    no law has anything to explain."""
+    no law has anything to explain. Drift, where runs at one level differ, is looked for first: of
+    a structure that changed, no effect is claimed that a search would find."""
     from cvxupdate.diagnose.gather import in_simulation, may_drift
 
+    simulated = in_simulation(spec, recordings, evidence, tell) if may_drift(evidence) else None
+    if simulated is not None and simulated.drift:
+        return _diagnosed(spec, recordings, simulated, tell, begin)
     found = _diagnosed(spec, recordings, evidence, tell, begin)
-    unexplained = found.verdict == "undetermined" and "explained_by" not in found.details
-    if unexplained or may_drift(evidence):
-        simulated = in_simulation(spec, recordings, evidence, tell)
-        if simulated is not None and (unexplained or simulated.drift):
-            again = _diagnosed(spec, recordings, simulated, tell, begin)
-            return again if again.findings or simulated.drift else found
-    return found
+    if found.verdict != "undetermined" or "explained_by" in found.details:
+        return found
+    simulated = simulated or in_simulation(spec, recordings, evidence, tell)
+    if simulated is None:
+        return found
+    again = _diagnosed(spec, recordings, simulated, tell, begin)
+    return again if again.findings or simulated.drift else found
 
 
 def _diagnosed(

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from cvxupdate.diagnose.settings import BUDGET, SHARED, WALL
+from cvxupdate.diagnose.settings import BUDGET, CUT_SHORT, SHARED, WALL
 from cvxupdate.forked import processor_time
 from cvxupdate.parallel import processors
 
@@ -86,8 +86,8 @@ class Budget:
         left = f" Not tried: {'; '.join(parts)}." if parts else ""
         return [
             f"The time for one diagnosis ({self.computing:.0f} s of computing, {self.clock:.0f} s "
-            f"by the clock) ended the search.{left} What was not tried may explain as much, so "
-            "confidence is not what it could be. --thorough goes on."
+            f"by the clock) ended the search.{left} What was not tried may explain as much, so no "
+            f"confidence above {100 * CUT_SHORT:.0f} % is stated. --thorough goes on."
         ]
 
 

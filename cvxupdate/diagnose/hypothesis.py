@@ -15,9 +15,11 @@ from cvxupdate.diagnose.types import Evidence, Key, Real, Score, Seed
 from cvxupdate.errors import CvxupdateError, ModelError
 from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.fault import Fault
+from cvxupdate.physics.place import all_together
 from cvxupdate.physics.shaker import at_drive
 
 FIXTURE = "flexible_support"  # what a rig stands on
+GROUPS = "stiffness and mass of whole groups far beyond their usual scatter"
 PARTS = ("added_mass", "grounding_spring")  # what supports, shakers and fixtures are made of
 
 
@@ -51,8 +53,7 @@ class Hypothesis:
     @property
     def full(self) -> bool:
         """Whether it has as many effects as there may be, one that no rig does among them."""
-        few = len(self.effects) < MOST_EFFECTS
-        return not few and any(not of_a_rig(e) for e in self.effects)
+        return len(self.effects) >= MOST_EFFECTS and not all(map(of_a_rig, self.effects))
 
     @property
     def name(self) -> str:
@@ -62,8 +63,7 @@ class Hypothesis:
     @property
     def title(self) -> str:
         """In words."""
-        titles = " with ".join(e.title for e in self.effects)
-        return titles or "nuisance parameters far beyond their scatter"
+        return all_together([e.title for e in self.effects]) or GROUPS
 
     @property
     def penalised(self) -> float:

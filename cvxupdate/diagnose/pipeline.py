@@ -14,9 +14,10 @@ from cvxupdate.diagnose.output.diagnosis import (
     details_of,
     fit_table,
 )
+from cvxupdate.diagnose.output.evidence_words import evidence_lines
 from cvxupdate.diagnose.output.export import updated_problem, with_damping
 from cvxupdate.diagnose.output.telltale_words import telltale_lines
-from cvxupdate.diagnose.output.wording import evidence_lines, nonlinear, verdict_of
+from cvxupdate.diagnose.output.wording import nonlinear, verdict_of
 from cvxupdate.diagnose.results import Further
 from cvxupdate.diagnose.search.search import Found, names_tried, search
 from cvxupdate.diagnose.types import Evidence, Progress

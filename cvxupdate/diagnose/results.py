@@ -115,7 +115,7 @@ class Further:
     """What the evidence says beside its search: one rate of decay ``alpha`` (1/s, with deviation)
     of all modes, with its probability ``sure``; or the ``strain`` of the pattern of damping ratios
     of so many ``modes`` against what is ``known`` of them, and what brings it down by more than
-    chance, best first."""
+    chance, best first; ``most``: the strain that chance leaves at the worst."""
 
     lines: tuple[str, ...] = ()
     alpha: tuple[float, float] | None = None
@@ -124,3 +124,4 @@ class Further:
     dampers: tuple[Damper, ...] = ()
     sure: float = 0.0
     known: str = "the file's pattern"
+    most: float = float("inf")

@@ -52,8 +52,7 @@ WRITTEN = 0.05
 # on the file is diagnosed on a finer mesh: half the tolerance of a modulus shifts frequencies by 1
 # %, and of five times that extrapolation to second order may miss as much.
 COARSE_MESH = 0.05
-# Parts of an edge of an element with which the analysis model is made, the next where one leaves
-# too much.
+# Parts of an element's edge with which the analysis model is made; the next where one leaves much.
 MESH_PARTS = (8, 16)
 # Fraction of the noise of the recordings, and of the discrepancy of a sound model, that what the
 # mesh of the analysis model leaves may come to: added in quadrature it is then lost in either.
@@ -192,7 +191,8 @@ SPARE = 5
 # Weighted squares per row: within noise and model discrepancy; above, a model leaves something
 # open; above, there is nothing to sharpen.
 EXPLAINED, OPEN, HOPELESS = 1.0, 4.0, 10.0
-# Level of chi-square at which what a table of modes leaves is chance.
+# Level of chi-square at which what a table of modes leaves is chance: of all its figures; and its
+# kinds (frequencies, shapes, damping ratios), each by itself, share as much again between them.
 CHANCE = 0.99
 # Level at which a held-out error agrees with its standard deviations.
 LIKELY = 0.95

@@ -12,6 +12,7 @@ import numpy as np
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.gather import gathered, responses_of
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
+from cvxupdate.diagnose.modes.kinds import departs, whole_within
 from cvxupdate.diagnose.modes.moving import between, walked
 from cvxupdate.diagnose.modes.states import (
     Kind,
@@ -22,12 +23,11 @@ from cvxupdate.diagnose.modes.states import (
     kinds_of,
     nothing,
 )
-from cvxupdate.diagnose.modes.tables import chi_square
 from cvxupdate.diagnose.output.diagnosis import Diagnosis, finite
+from cvxupdate.diagnose.output.wording import by_themselves
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import (
     AT_BOUND,
-    CHANCE,
     CUT_SHORT,
     HALVED,
     LEAST_SIZE,
@@ -85,7 +85,9 @@ def states_diagnosis(
             parts.append(State(name, evidence))
     ranked = _ranked(parts, tell)
     best, base = ranked[0], next(r for r in ranked if r.kind is None)
-    explained = base.shared.fit.cost <= chi_square(CHANCE, base.shared.fit.rows)
+    plain, kinds = base.shared.fit, max(p.evidence.tables.kinds for p in parts)
+    odd = departs(plain, plain.point.points, kinds)
+    explained = whole_within(plain) and not odd
     sure = not explained and best.kind is not None and best.probability >= STATED
     told = sure and _there(best.shared, base.shared)
     findings = _findings(parts, best, base, _near(ranked)) if told else ()
@@ -96,7 +98,7 @@ def states_diagnosis(
         title=spec.title,
         path=spec.shown,
         verdict=verdict,
-        says=_says(findings, best, verdict),
+        says=_says(findings, best, verdict, odd),
         findings=findings,
         candidates=tuple(_row(parts, r) for r in ranked[:MOST] if r.kind is not None),
         fit={
@@ -213,11 +215,12 @@ def _findings(
     return tuple(out)
 
 
-def _says(findings: Sequence[Finding], best: Ranked, verdict: str) -> str:
+def _says(findings: Sequence[Finding], best: Ranked, verdict: str, odd: str) -> str:
     if verdict == "consistent":
         return "Nothing is missing: one model explains all states within noise and usual scatter."
     if not findings:
-        return "No effect that all states share, of one size or at one place, explains them."
+        none = "No effect that all states share, of one size or at one place, explains them."
+        return f"{none} {by_themselves(odd)}".strip()
     shared = best.shared
     noun = shared.effects[0].type.noun
     head = (

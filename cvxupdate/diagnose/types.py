@@ -220,6 +220,10 @@ class Evidence(Protocol):
     def explained(self, fit: Fit, errors: Errors) -> bool:
         """Whether what a fit leaves is within noise and the allowances."""
 
+    def departs(self, fit: Fit) -> str:
+        """Which kind of figures a fit leaves by more than chance although all together are within
+        it, in words; empty where none is."""
+
     def clear(self, fit: Fit) -> bool:
         """Whether a fit leaves nothing from which a further effect could be told."""
 
@@ -270,6 +274,10 @@ class Linear(Timed):
     """What evidence of structures that are linear and stay as they are has no need to say."""
 
     drift: str | None = None
+
+    def departs(self, fit: Fit) -> str:
+        """None: there is but one kind."""
+        return ""
 
     def held_out(self, fit: Fit) -> float:
         """Nothing: another record is one more of the same."""

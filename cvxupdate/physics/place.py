@@ -64,6 +64,13 @@ def listed(names: Sequence[object], most: int = MOST) -> str:
     return " and ".join([", ".join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)
 
 
+def all_together(names: Sequence[str]) -> str:
+    """ "a, b and c together"; of none nothing."""
+    if len(names) > 2:
+        return f"{listed(names, len(names))} together"
+    return " together with ".join(names)
+
+
 def numbered(ids: Sequence[int]) -> str:
     """ "3, 5 to 9 and 12"."""
     runs: list[list[int]] = []

@@ -157,6 +157,7 @@ class PlainEvidence:
     hurried: bool = False
     jobs: int = 1
     unfinished: bool = False
+    odd: str = ""
     drift: str | None = None
     approach: None = None
     next: bool = False
@@ -191,6 +192,9 @@ class PlainEvidence:
 
     def explained(self, fit: PlainFit, errors: Errors) -> bool:
         return fit.misfit <= self.limit
+
+    def departs(self, fit: PlainFit) -> str:
+        return self.odd
 
     def clear(self, fit: PlainFit) -> bool:
         return fit.excess <= CLEAR

@@ -108,5 +108,5 @@ def test_tables_of_modes_end_with_the_time_and_say_so(tmp_path: Path) -> None:
     found = diagnosed(spec, recordings, evidence, said.append, time.perf_counter())
     assert all(f.confidence <= CUT_SHORT for f in found.findings)
     (ended,) = (line for line in found.evidence if "ended the search" in line)
-    assert "explanations of the short lists" in ended and "--thorough" in ended
+    assert "explanations fitted for the first time" in ended and "--thorough" in ended
     assert sum(line.startswith("refitting") for line in said) == 1

@@ -49,13 +49,13 @@ def test_what_cannot_be_told_has_its_section_whatever_there_is() -> None:
     """One plain sentence where nothing is; whom the confidence is shared with, where somebody
     is."""
     alone = replace(FINDING, equivalent=())
-    rival = {"rivals": ["all groups let go together (nuisance parameters), which finds the same"]}
+    rival = {"rivals": ["wrong numbers of whole groups, which finds the same"]}
     nothing = "othing else that was tried explains these recordings as well with as few unknowns."
     for findings, details, said, title in (
         ((FINDING,), {}, "these recordings cannot tell it from", "it"),
         ((alone,), {}, f"<p>N{nothing}", "it"),
         ((FINDING, alone), {}, f": n{nothing}", "them"),
-        ((alone,), rival, "All groups let go together (nuisance parameters)", "it"),
+        ((alone,), rival, "Wrong numbers of whole groups", "it"),
     ):
         found = replace(FOUND, findings=findings, details=details)
         text = page(found)
@@ -64,7 +64,7 @@ def test_what_cannot_be_told_has_its_section_whatever_there_is() -> None:
         console = Console(width=400, file=io.StringIO())
         console.print(diagnosis_summary(found, Path("out")))
         shown = str(console.file.getvalue())  # type: ignore[attr-defined]
-        assert ("explained about as well by: all groups let go" in shown) == bool(details)
+        assert ("explained about as well by: wrong numbers" in shown) == bool(details)
     assert "What cannot be told" not in page(replace(FOUND, findings=(), verdict="consistent"))
     assert "Nuisance parameters" in dict(diagnosis_client.GLOSSARY)
 

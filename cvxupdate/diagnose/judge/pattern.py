@@ -60,7 +60,7 @@ def _damper(further: Further) -> Pattern:
     the many nodes at which a dashpot does nearly as well."""
     dampers = [d for d in further.dampers if d.effect.change is not None]
     if not dampers:
-        return Pattern((), further.lines)
+        return Pattern((), further.lines, unsure=_unexplained(further))
     least = min(d.strain for d in dampers)
     likely = np.array([np.exp(-0.5 * (d.strain - least)) / max(1, d.places) for d in dampers])
     nothing = float(np.sqrt(further.modes) * np.exp(-0.5 * (further.strain - least)))
@@ -81,7 +81,8 @@ def _damper(further: Further) -> Pattern:
     lines = (*further.lines, line)
     near = [d for d in dampers if d is not best and d.strain <= best.strain + STRONG]
     if _untold(best, dampers, here) or float(likely[here].sum()) < STATED * whole:
-        return Pattern((), lines, unsure=_unsure([best, *near], nothing / whole))
+        unsure = _unsure([best, *near], nothing / whole) or _unexplained(further)
+        return Pattern((), lines, unsure=unsure)
     (values, spread) = best.effect.reported(
         grown, grown.parameters[-1:], [best.size], [best.deviation]
     )
@@ -126,4 +127,16 @@ def _unsure(alike: Sequence[Damper], nothing: float) -> str:
     return (
         "The damping ratios say that something takes out energy which the model has not, but not "
         f"what or where: {names} would each do."
+    )
+
+
+def _unexplained(further: Further) -> str:
+    """What may be said where the ratios scatter by more than chance and nothing explains them."""
+    if further.strain <= further.most:
+        return ""
+    times = float(np.sqrt(further.strain / further.modes))
+    return (
+        "The model explains the natural frequencies and shapes, but not the damping ratios: they "
+        f"depart from {further.known} by {times:.2g} times the usual scatter, r.m.s. of "
+        f"{further.modes} modes, and no damper at one place explains that."
     )

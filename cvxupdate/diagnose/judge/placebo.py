@@ -9,29 +9,41 @@ from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
 from cvxupdate.diagnose.judge.alternatives import has
 from cvxupdate.diagnose.search.search import Found
+from cvxupdate.physics.units import number
 
 
 @dataclass(frozen=True)
 class Placebo:
     """``tried`` effects at places elsewhere, ``refitted`` of them and the others to first order;
     ``left``: the least misfit that one of these left, as a fraction of the nuisance parameters'
-    alone; ``mine``: the same of the finding; ``chance``: (1 + those as good) / (1 + tried), the
-    rank test's level (Phipson and Smyth 2010)."""
+    alone; ``mine``: the same of the finding; ``as_good``: how many leave no more."""
 
     tried: int
     refitted: int
     left: float
     mine: float
-    chance: float
+    as_good: int
+
+    @property
+    def chance(self) -> float:
+        """The rank test's level (Phipson and Smyth 2010)."""
+        return (1 + self.as_good) / (1 + self.tried)
 
     @property
     def says(self) -> str:
         """One line of evidence."""
+        good = self.as_good
+        left, mine = (number(100.0 * part, 2) for part in (self.left, self.mine))
+        rank = (
+            "none of these does as well"
+            if good == 0
+            else f"{good} of these {'does' if good == 1 else 'do'} as well or better"
+        )
         return (
-            f"Compared with chance: {self.tried} other effects and places went through the same "
-            f"procedure ({self.refitted} of them refitted); the best leaves "
-            f"{100 * self.left:.2g} % of the misfit, this leaves {100 * self.mine:.2g} %. "
-            f"Chance of so large an improvement by luck: {self.chance:.2g}."
+            f"Check against luck: {self.tried} other effects and places were tried in the same way "
+            f"({self.refitted} of them fitted in full). In mean square the best of them leaves "
+            f"{left} % of the mismatch, what was found {mine} %: "
+            f"{rank} (luck alone would come so far once in {1.0 / self.chance:.0f} times)."
         )
 
 
@@ -59,6 +71,4 @@ def placebo(final: Weighed, found: Found, case: Case) -> Placebo | None:
     mine = final.fit.misfit / base
     as_good = sum(left <= mine for left in (*full.values(), *rest))
     tried = len(full) + len(rest)
-    return Placebo(
-        tried, len(full), min([*full.values(), *rest]), mine, (1 + as_good) / (1 + tried)
-    )
+    return Placebo(tried, len(full), min([*full.values(), *rest]), mine, as_good)

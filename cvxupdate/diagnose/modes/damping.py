@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cvxupdate.diagnose.modes.kinds import chance_of_one, chi_square
 from cvxupdate.diagnose.modes.tables import Tables
 from cvxupdate.diagnose.nominal.damping import file_damping
 from cvxupdate.diagnose.results import Damper, Further
@@ -178,9 +179,10 @@ def damping_laws(
         law = replace(law, alpha=None)
     strain, dampers = damping_trials(ratios, effects(float(np.median(ratios.file))))
     from_what = "those of the reference" if tables.before else "the file's pattern"
-    return replace(
-        law, strain=strain, modes=len(ratios.omega), dampers=tuple(dampers), known=from_what
-    )
+    modes = len(ratios.omega)
+    most = chi_square(chance_of_one(tables.kinds), modes)
+    told = tuple(dampers)
+    return replace(law, strain=strain, modes=modes, dampers=told, known=from_what, most=most)
 
 
 def law_odds(ratios: Ratios) -> float:

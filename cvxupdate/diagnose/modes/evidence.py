@@ -18,12 +18,13 @@ from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
 from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
 from cvxupdate.diagnose.modes.fits import fitted_from, space_around
 from cvxupdate.diagnose.modes.fixtures import on_fixtures
+from cvxupdate.diagnose.modes.kinds import departs, whole_within
 from cvxupdate.diagnose.modes.levels import level_change
 from cvxupdate.diagnose.modes.members import whole_members
 from cvxupdate.diagnose.modes.remains import remains
 from cvxupdate.diagnose.modes.scene import scene
 from cvxupdate.diagnose.modes.setting import ModesSetting, setting_of
-from cvxupdate.diagnose.modes.tables import Tables, chi_square, errors_of, metrics_of, rms
+from cvxupdate.diagnose.modes.tables import Tables, errors_of, metrics_of, rms
 from cvxupdate.diagnose.modes.tuned import tuned
 from cvxupdate.diagnose.nominal.mesh import MeshError, mesh_line
 from cvxupdate.diagnose.nominal.refinement import Mesh, mesh_lines, mesh_notes
@@ -33,7 +34,7 @@ from cvxupdate.diagnose.nominal.theory import theory_lines
 from cvxupdate.diagnose.nominal.written import sayable, solid_of
 from cvxupdate.diagnose.results import Further, Updated
 from cvxupdate.diagnose.screen.projection import Linearised
-from cvxupdate.diagnose.settings import CHANCE, FAR_OFF, SPARE
+from cvxupdate.diagnose.settings import FAR_OFF, SPARE
 from cvxupdate.diagnose.shown import Shown
 from cvxupdate.diagnose.types import (
     Errors,
@@ -62,7 +63,6 @@ ZETA = 0.005  # a typical damping ratio, for sizes only
 class ModesEvidence(Linear):
     """What stays fixed while hypotheses come and go: the file's model (``original``), the one with
     nuisance parameters, tables, supports, effects to try (``damping``: on the ratios).
-
     ``order`` is the place in the file of each table, those to fit first; ``file`` the model as it
     came, where a reference state was there to bring it to, ``came`` where its mesh was coarse.
     """
@@ -144,11 +144,10 @@ class ModesEvidence(Linear):
             return regrown(self.release(node, kind), model)
 
         held = tuple((n, k) for n, k in self.supports if f"n{n}.{k}" not in model.place)
-        top, bottom = self.tables.top, self.tables.bottom
         channels = [c for t in self.tables.measured for c in t.channels]
         heavy = tuple(dict.fromkeys(c.label for c in channels if c.quantity == "acceleration"))
         own = elements_of(self.file or self.model)
-        told = (top, bottom, (), held, released, zeta, heavy)
+        told = (self.tables.top, self.tables.bottom, (), held, released, zeta, heavy)
         return SearchContext(model, m.K, m.M, *told, own=own, undamped=True)
 
     def candidates(self, model: Model, names: Sequence[str] | None = None) -> list[Effect]:
@@ -197,19 +196,18 @@ class ModesEvidence(Linear):
     ) -> FiniteSize:
         """Local effects in the space of the model's own modes; whole members by continuation where
         the model is far off."""
-        origin = nominal
-        at, model = origin.point.matrices, origin.setting.model
-        count = min(model.size, max(BASIS, len(origin.point.modes.eigenvalues)))
+        at, model = nominal.point.matrices, nominal.setting.model
+        count = min(model.size, max(BASIS, len(nominal.point.modes.eigenvalues)))
         many = natural_modes(at.K, at.M, count, rigid_body_modes(model, at.K, at.M))
-        around = scene(origin.point, origin.setting.scales, many)
+        around = scene(nominal.point, nominal.setting.scales, many)
         scores = [
             Score(effects[k], 1.0 - left / around.total, np.array([size]), exact=True)
             for k, (left, size) in scan(around, effects).items()
             if around.total > 0.0
         ]
         scores += tuned(around, effects, float(model.total_mass()))
-        spare = origin.rows - len(model.parameters) - SPARE
-        scores += on_fixtures(around, [e for e in effects if e.count <= spare + 1], origin.p)
+        spare = nominal.rows - len(model.parameters) - SPARE
+        scores += on_fixtures(around, [e for e in effects if e.count <= spare + 1], nominal.p)
         far = not placed and self.errors(parent).fit > FAR_OFF
         return FiniteSize(scores, whole_members(parent, effects, self._space) if far else [])
 
@@ -231,12 +229,16 @@ class ModesEvidence(Linear):
 
     def explained(self, found: Fit, errors: Errors) -> bool:
         """Whether noise, the model's discrepancy and the priors alone would leave as much once in
-        a hundred times."""
+        a hundred times, of all figures and of each kind of them."""
         return self.clear(found)
 
     def clear(self, found: Fit) -> bool:
         """The same: few rows tell nothing within their chance."""
-        return bool(found.cost <= chi_square(CHANCE, found.rows))
+        return whole_within(found) and not self.departs(found)
+
+    def departs(self, found: Fit) -> str:
+        """Frequencies or shapes by themselves."""
+        return departs(found, (found.point,), self.tables.kinds)
 
     def wide(self) -> Fit:
         """The nuisance parameters let go far beyond their scatter."""

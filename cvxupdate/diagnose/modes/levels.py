@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from cvxupdate.diagnose.modes.tables import chi_square
+from cvxupdate.diagnose.modes.kinds import chi_square
 from cvxupdate.diagnose.settings import ANOTHER_MODE, CHANCE, REPEATED, UNSTATED_DAMPING
 from cvxupdate.diagnose.types import LevelChange, Real
 from cvxupdate.recordings.types import ModeTable

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from scipy.special import gammaincinv
 
 from cvxupdate.diagnose.modes.common import Common
+from cvxupdate.diagnose.modes.kinds import chi_square
 from cvxupdate.diagnose.nominal.mesh import MeshError
 from cvxupdate.diagnose.settings import (
+    FEWEST_RATIOS,
     FREQUENCY_DISCREPANCY,
     LIKELY,
     SHAPE_DISCREPANCY,
@@ -22,12 +23,6 @@ from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.modal import ModalPoint, modal_residual
-
-
-def chi_square(level: float, freedoms: int) -> float:
-    """What chi-square with so many degrees of freedom does not exceed with probability ``level``;
-    scipy.stats takes half a second to import."""
-    return float(2.0 * gammaincinv(freedoms / 2.0, level))
 
 
 @dataclass(frozen=True)
@@ -72,6 +67,13 @@ class Tables:
     def shapes(self) -> bool:
         """Whether any mode to fit has a shape."""
         return any(t.shapes is not None for t in self.fit)
+
+    @property
+    def kinds(self) -> int:
+        """How many kinds of figures there are to test by themselves: frequencies, shapes, damping
+        ratios where there are enough for a pattern."""
+        ratios = sum(int(np.sum(t.damping > 0.0)) for t in self.fit)  # NaN is not
+        return 1 + self.shapes + (ratios >= FEWEST_RATIOS)
 
     @property
     def noise(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.types import Errors, LevelChange
 from cvxupdate.fe.model import Model
@@ -54,6 +55,10 @@ class OfLinear:
     def allowance(self, model: Model) -> float:
         """Of the mesh."""
         return self.linear.allowance(model)
+
+    def departs(self, fit: Fit) -> str:
+        """None: there is but one kind."""
+        return ""
 
     def left(self, errors: Errors) -> str:
         """In words."""

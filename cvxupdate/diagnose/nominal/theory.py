@@ -53,6 +53,7 @@ SIZES = {
     LAG: (1.0, 1.0),
     TURNING: (1.0, 1.0),
 }
+FITTED = "fitted along with the usual scatter of the groups, and is no finding."
 OF = {SHEAR: "beams", CORNER: "beams", CLAMP: "sheets"}
 SWITCHES = {
     ROTARY: "rotary inertia of beams",
@@ -180,6 +181,11 @@ def _giving(model: Model) -> list[Wanted]:
     ]
 
 
+def _size(value: float, what: str = "of it") -> str:
+    """How much of something was fitted, in words; a hundredth is none."""
+    return f" ({number(value, 2) if abs(value) >= 0.01 else 'none'} {what})"
+
+
 def theory_lines(model: Model, base: Fit) -> list[str]:
     """What the nuisance parameters have of the theory, with their sizes where they explain
     (``base``: fitted alone)."""
@@ -187,7 +193,7 @@ def theory_lines(model: Model, base: Fit) -> list[str]:
     own = {q.of: j for j, q in enumerate(model.parameters) if q.group == GROUP}
     words = []
     if SHEAR in own:
-        size = "" if p is None else f" ({number(float(p[own[SHEAR]]), 2)} of what sections say)"
+        size = "" if p is None else _size(p[own[SHEAR]], "of what their sections say")
         words.append(f"deform in shear{size}")
     if CORNER in own:
         size = "" if p is None else f" (by a factor of {number(1.0 + float(p[own[CORNER]]), 2)})"
@@ -196,37 +202,37 @@ def theory_lines(model: Model, base: Fit) -> list[str]:
     if words:
         out = [
             f"Beams may {' and '.join(words)}: what Euler's theory on centre lines leaves out was "
-            "fitted beside the scatter of the groups, and is no finding."
+            f"{FITTED}"
         ]
     if ROTARY in own:
         q = model.parameters[own[ROTARY]]
-        share = "" if p is None else f" ({number(float(p[own[ROTARY]]) - q.lower, 2)} of it)"
+        share = "" if p is None else _size(p[own[ROTARY]] - q.lower)
         out.append(
             f"Sections of beams may resist turning or not{share}: rotary inertia, which programs "
-            "have or leave out, was fitted beside the scatter of the groups, and is no finding."
+            f"have or leave out, was {FITTED}"
         )
     sheets = [
         f"{does}{size}"
         for word, does in ((LAG, "lag behind in shear"), (TURNING, "resist turning"))
         if word in own
         for q in [model.parameters[own[word]]]
-        for size in ["" if p is None else f" ({number(float(p[own[word]]) - q.lower, 2)} of it)"]
+        for size in ["" if p is None else _size(p[own[word]] - q.lower)]
     ]
     if sheets:
         out.append(
             f"Sheets may {' and '.join(sheets)} as solids do, or not, as Kirchhoff's: it was "
-            "fitted beside the scatter of the groups, and is no finding."
+            f"{FITTED}"
         )
     if CLAMP in own:
-        size = "" if p is None else f" ({number(float(p[own[CLAMP]]), 2)} of it)"
+        size = "" if p is None else _size(p[own[CLAMP]])
         out.append(
             "Clamped edges of sheets may hold from a part of the thickness before their line on"
-            f"{size}: it was fitted beside the scatter of the groups, and is no finding."
+            f"{size}: it was {FITTED}"
         )
     if POINT in own:
         size = "" if p is None else f" (by {number(float(p[own[POINT]]), 2)} / θκGh)"
         out.append(
             "A sheet may give way in shear where a point holds it (θ of the sheet around it)"
-            f"{size}: it was fitted beside the scatter of the groups, and is no finding."
+            f"{size}: it was {FITTED}"
         )
     return out

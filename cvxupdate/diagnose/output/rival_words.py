@@ -8,9 +8,16 @@ from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.judge.posterior import rivals
 from cvxupdate.physics.place import listed
 
-TOGETHER = "all groups let go together"
+NAMED = 3  # effects of a set that a sentence names, at most
+TOGETHER = "wrong numbers of whole groups"
 """What nuisance parameters far beyond their scatter are."""
 SINGLE = "this alone, all else within its usual scatter"
+
+
+def shortly(h: Hypothesis) -> str:
+    """A hypothesis in words, of many effects the first alone."""
+    many = len(h.effects)
+    return h.title if many <= NAMED else f"{many} effects together, {h.effects[0].title} first"
 
 
 def named(h: Hypothesis) -> str:
@@ -41,5 +48,5 @@ def rival_titles(judgement: Judgement) -> list[str]:
             moved = [f.title for f in group_findings(h, 1.0)]
             same = set(moved) == claimed
             says = "which finds the same" if same else f"which finds {listed(moved)}"
-            out[f"{TOGETHER} ({h.title}), {says}"] = None
+            out[f"{TOGETHER}, {says}"] = None
     return list(out)

@@ -1,29 +1,24 @@
-"""Verdict and evidence in plain words, the same for every kind of recording."""
+"""The verdict in plain words, the same for every kind of recording."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
+from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.acceptance import Weighed, explained
 from cvxupdate.diagnose.judge.judge import Judgement
-from cvxupdate.diagnose.judge.posterior import rivals
-from cvxupdate.diagnose.output.rival_words import named
+from cvxupdate.diagnose.output.rival_words import shortly
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import EXPLAINED, HALVED, LEVEL_CHANGE, OPEN, SLIGHT_CHANGE
-from cvxupdate.diagnose.types import Errors, Evidence, LevelChange
+from cvxupdate.diagnose.types import Errors, LevelChange
 from cvxupdate.physics.effect import MOTION
-from cvxupdate.physics.place import capital, listed
+from cvxupdate.physics.place import listed
 
-MOST = 6  # equivalents that are named
 FEW = 2  # effects that a sentence names together
-MANY = 3  # effects of a set beyond which a sentence names but the first
-LEFT_OVER = 2.0  # times the noise from which a remaining error is told to be something else
 RIVALS = 3  # other hypotheses whose errors are stated
 LEVEL = (
     "Something in the structure depends on the vibration level (contact, friction, a stiffening "
-    "spring): no linear change of the model can explain these recordings."
+    "spring): no linear change of the model is the whole explanation of these recordings."
 )
 TELL = (
     "Time histories from rest at two levels or more, with the force recorded, would tell which law "
@@ -71,12 +66,21 @@ def verdict_of(
         if unsure := unsure or _cut_short(judgement):
             return "undetermined", unsure
         return "consistent", (
-            "Nothing is missing: the model explains the recordings within noise and the usual "
-            "scatter of its parameters."
+            "Nothing is missing: the model explains the recordings within noise, what a sound "
+            "model may miss, and the usual scatter of its parameters."
         )
     graded = "" if judgement.graded is None else f" {judgement.graded.says}"
-    before = f"{LEVEL} " if level else ""
-    return "undetermined", before + _undetermined(judgement) + graded
+    odd = judgement.case.evidence.departs(base.fit)
+    before = f"{LEVEL} " if level else f"{by_themselves(odd)} " if odd else ""
+    return "undetermined", before + _undetermined(judgement, level) + graded
+
+
+def by_themselves(odd: str) -> str:
+    """That some figures of a table are off though the whole hides it; empty where none are."""
+    return odd and (
+        f"Taken by themselves {odd} are not explained, though all figures of the table together "
+        "are (tolerance: the stated deviation, and what a sound model may miss)."
+    )
 
 
 def _cut_short(judgement: Judgement) -> str:
@@ -95,40 +99,53 @@ def _cut_short(judgement: Judgement) -> str:
     )
 
 
-def _undetermined(judgement: Judgement) -> str:
+def _linear(h: Hypothesis, level: bool) -> str:
+    """That what is named is linear, where something depends on the ``level``."""
+    laws = any(MOTION in e.type.told_by for e in h.effects)
+    return ", a linear change and so a part of it at most," if level and not laws else ""
+
+
+def _undetermined(judgement: Judgement, level: bool) -> str:
     evidence, nearest = judgement.case.evidence, judgement.nearest
     if judgement.tied:
         names = [w.hypothesis.title for w in judgement.tied]
         more = len(names) - RIVALS
         rest = [f"{more} other{'s' if more > 1 else ''}"] if more > 0 else []
+        head = "These" if level else "Something differs, but these"
         return (
-            "Something differs, but these recordings cannot tell what: "
-            f"{listed([*names[:RIVALS], *rest])} explain them about equally well."
+            f"{head} recordings cannot tell what: {listed([*names[:RIVALS], *rest])} explain them "
+            "about equally well."
         )
     if evidence.unfinished:
-        return _ended_early(judgement)
+        return _ended_early(judgement, level)
     if judgement.final is not None and nearest is not None:
         most = max((len(w.hypothesis.effects) for w in judgement.several), default=2)
         few = (
             "one or two effects explain" if most <= 2 else "set of effects that was tried explains"
         )
         return (
-            f"No {few} the recordings: {nearest.hypothesis.title} comes "
-            f"nearest, but leaves {evidence.left(nearest.errors)}."
+            f"No {few} the recordings: {_nearest(nearest, level)}, but leaves "
+            f"{evidence.left(nearest.errors)}."
         )
     base = judgement.case.base
+    head = "None" if level else "Something differs that none"
     return (
-        "Something differs that none of the known effects explains at any one or two places; "
+        f"{head} of the known effects explains {'it ' * level}at any one or two places; "
         f"what remains is {evidence.left(Errors(base.errors.fit, float('nan')))}."
     )
 
 
-def _ended_early(judgement: Judgement) -> str:
+def _nearest(nearest: Weighed, level: bool) -> str:
+    h = nearest.hypothesis
+    return f"{shortly(h)}{_linear(h, level)} comes nearest"
+
+
+def _ended_early(judgement: Judgement, level: bool) -> str:
     """Where time ended the search: no word of what no effect explains, for not all were tried."""
     evidence, nearest = judgement.case.evidence, judgement.nearest
     start = (
-        "Something differs, and the time for one diagnosis ended the search before what it is was "
-        "found (--thorough goes on)"
+        f"{'The' if level else 'Something differs, and the'} time for one diagnosis ended the "
+        "search before what it is was found (--thorough goes on)"
     )
     if nearest is None:
         base = evidence.left(Errors(judgement.case.base.errors.fit, float("nan")))
@@ -136,159 +153,4 @@ def _ended_early(judgement: Judgement) -> str:
     left = evidence.left(nearest.errors)
     if len(nearest.hypothesis.effects) > FEW:
         return f"{start}; the nearest of what was tried leaves {left}."
-    return f"{start}: {nearest.hypothesis.title} comes nearest, but leaves {left}."
-
-
-def evidence_lines(
-    judgement: Judgement, change: LevelChange | None, drift: str | None = None
-) -> list[str]:
-    """One line each: what in the recordings says so."""
-    evidence = judgement.case.evidence
-    level = nonlinear(change)
-    if drift is not None:
-        return [drift, *_base_lines(evidence, judgement.case.base)]
-    out = [*_level_line(change, level), *evidence.lines()]
-    level &= evidence.told_by != MOTION  # where laws that depend on the level are tried
-    if not level:
-        out += _base_lines(evidence, judgement.case.base)
-    if judgement.findings and judgement.final is not None:
-        out += _finding_lines(judgement, judgement.final)
-    elif judgement.nearest is not None and not judgement.findings and not level:
-        nearest = judgement.nearest
-        left = evidence.left(nearest.errors)
-        out.append(
-            f"{capital(nearest.hypothesis.title)} comes nearest: {left}, not enough to claim it."
-        )
-        out += _remains(judgement, nearest)
-    return out
-
-
-def _level_line(change: LevelChange | None, level: bool) -> list[str]:
-    if change is None:
-        return []
-    return [
-        f"Between drive levels the {change.what} change by {100 * change.change:.2g} % "
-        f"(noise alone: {100 * change.noise:.2g} %): "
-        + (
-            "the response depends on the level, so the structure is not linear."
-            if level
-            else "the response depends on the level, though little."
-            if slightly(change)
-            else "more than noise, and less than what laws that depend on the level are sought for "
-            f"({100 * SLIGHT_CHANGE:.2g} %)."
-            if change.exceeds(0.0)
-            else "the structure is linear to that accuracy."
-            if change.noise <= LEVEL_CHANGE
-            else "too noisy to tell."
-        )
-    ]
-
-
-def _base_lines(evidence: Evidence, base: Weighed) -> list[str]:
-    noise = evidence.noise.fit
-    alone = f" (noise alone: {evidence.left(Errors(noise, float('nan')))})"
-    return [
-        "The nominal model, without the error of its mesh, leaves "
-        f"{evidence.left(evidence.nominal)}" + (f"{alone}." if np.isfinite(noise) else "."),
-        "With the usual scatter of group stiffness, group mass and damping it is "
-        f"{evidence.left(base.errors)}: {base.fit.misfit:.3g} times the misfit that noise and "
-        f"discretisation leave{_though_more(evidence, base)}.",
-    ]
-
-
-def _though_more(evidence: Evidence, base: Weighed) -> str:
-    """Why a model with more freedom may leave more."""
-    if base.errors.fit <= evidence.nominal.fit:
-        return ""
-    return (
-        " (more than the nominal model leaves, because a fit weighs each line by its noise, and so "
-        "most where the signal is small: what is wrong is not in the scatter)"
-    )
-
-
-def _remains(judgement: Judgement, w: Weighed) -> list[str]:
-    """Where the rest is, where there is one."""
-    if explained(w, judgement.case):
-        return []
-    says = judgement.case.evidence.remains(w.fit)
-    return [says] if says else []
-
-
-def _finding_lines(judgement: Judgement, final: Weighed) -> list[str]:
-    evidence, single = judgement.case.evidence, judgement.single
-    out = []
-    if single is not None and single is not final:
-        out.append(
-            f"One effect alone, {single.hypothesis.title}, leaves {evidence.left(single.errors)}: "
-            "not enough."
-        )
-    out.append(
-        f"{capital(final.hypothesis.title)} brings the error to {evidence.left(final.errors)}."
-    )
-    out += _remains(judgement, final)
-    out += _beyond_noise(evidence, final)
-    told = {(f.physics, f.place) for f in judgement.findings}
-    out += [
-        f"{capital(e.title)} is needed for the last of it, but others elsewhere would do as well: "
-        "it is not claimed."
-        for e in final.hypothesis.effects
-        if (e.physics, e.place) not in told
-    ]
-    out += [line for f in judgement.findings for line in _equivalents(f)]
-    out += _next(judgement, final)
-    mine = final.hypothesis.title  # another form of one law has the same
-    others = [w for w in judgement.field if w.hypothesis.title != mine]
-    out += [_other(evidence, final, w) for w in others[:RIVALS]]
-    return out
-
-
-def _other(evidence: Evidence, final: Weighed, w: Weighed) -> str:
-    """What another hypothesis leaves, and why one that leaves less was not taken."""
-    effects = w.hypothesis.effects
-    what = named(w.hypothesis)
-    if len(effects) > MANY:
-        what = f"{len(effects)} effects together, {effects[0].title} first,"
-    more, why = w.unknowns - final.unknowns, ""
-    if w.errors.fit < final.errors.fit and more > 0:
-        unknowns = "one unknown" if more == 1 else f"{more} unknowns"
-        why = f": less, but with {unknowns} more, and for those the gain is too small"
-    return f"The same procedure with {what} leaves {evidence.left(w.errors)}{why}."
-
-
-def _beyond_noise(evidence: Evidence, final: Weighed) -> list[str]:
-    """That what is left is not noise alone, and what then is sure."""
-    noise, left = evidence.noise.fit, final.errors.fit
-    if not np.isfinite(noise) or noise <= 0.0 or left <= LEFT_OVER * noise:
-        return []
-    return [
-        f"That is {left / noise:.2g} times what noise alone would leave. The model still differs "
-        "from the structure in smaller things (damping, edges, joints, the theory of its "
-        "elements), which the deviations allow for; the confidence is that of the effect and its "
-        "place, not that the model is complete."
-    ]
-
-
-def _next(judgement: Judgement, final: Weighed) -> list[str]:
-    """Which measurement would tell the final hypothesis from the likeliest rival."""
-    evidence = judgement.case.evidence
-    mine = final.hypothesis.title  # another form of one law has the same
-    near = rivals(final, judgement.field, judgement.case)
-    near = [w for w in near if w.hypothesis.title != mine]
-    if not near or evidence.hurried:
-        return []
-    titles = (mine, near[0].hypothesis.title)
-    says = evidence.apart(final.fit, near[0].fit, titles)
-    return [says] if says else []
-
-
-def _equivalents(f: Finding) -> list[str]:
-    told = (
-        (f"These recordings do not tell {f.title} from ", f.alternatives),
-        (f"Less likely than {f.title}, but not ruled out: ", f.unlikelier),
-    )
-    return [begins + _few(titles) for begins, titles in told if titles]
-
-
-def _few(titles: Sequence[str]) -> str:
-    more = len(titles) - MOST
-    return ", ".join(titles[:MOST]) + (f" and {more} more." if more > 0 else ".")
+    return f"{start}: {_nearest(nearest, level)}, but leaves {left}."

@@ -38,7 +38,7 @@ from cvxupdate.physics.shaker import at_drive
 
 LEGS = ((SEVERAL_LEVEL, PARTNERS), *FINE_SEVERAL)
 LEAST_RATIO = 1e-4  # of damping, of an oscillator with a dashpot: without, it has no such unknown
-EXCHANGED = "effects of the best set exchanged for others"
+EXCHANGED = "other effects in place of each of the best set"
 
 
 def crowded(sets: Sequence[Hypothesis]) -> bool:

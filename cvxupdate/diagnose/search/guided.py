@@ -40,7 +40,8 @@ from cvxupdate.diagnose.types import Evidence, Key, Progress, Seed
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.forked import Ahead, every
 
-GROWN, RIVALS = "sets of effects that bring the whole nearer", "rivals of members of the best set"
+GROWN = "sets of effects for a model that is far off"
+RIVALS = "alternatives to what is in the best set"
 
 
 @dataclass(frozen=True)

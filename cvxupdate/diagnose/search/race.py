@@ -25,8 +25,8 @@ from cvxupdate.forked import Ahead
 
 Legs = Sequence[tuple[int, int]]
 REFITS, SHARPENED = (
-    "explanations of the short lists",
-    "explanations carried on to the last level of smoothing",
+    "explanations fitted for the first time",
+    "explanations fitted to the end",
 )
 
 

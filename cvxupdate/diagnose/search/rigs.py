@@ -23,7 +23,7 @@ from cvxupdate.diagnose.types import Evidence, Progress, Seed
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.forked import Ahead, every
 
-RIGS = "what a rig does beside the best set"
+RIGS = "what the test rig may do, beside the best set"
 
 
 def a_rig_alone(

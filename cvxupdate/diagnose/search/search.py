@@ -62,7 +62,8 @@ class Found:
 def damping_only(evidence: Evidence) -> bool:
     """Whether only the pattern of damping may be at stake: nuisance parameters explain the
     rest."""
-    return evidence.bases[-1].misfit <= EXPLAINED
+    base = evidence.bases[-1]
+    return base.misfit <= EXPLAINED and not evidence.departs(base)
 
 
 def names_tried(evidence: Evidence) -> tuple[str, ...]:

@@ -31,8 +31,8 @@ from cvxupdate.diagnose.settings import (
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Score, Seed
 from cvxupdate.physics.effect import MOTION
 
-INSTEAD = "other effects where the best single ones stand"
-SETS, MORE = "pairs of effects, at least some of them", "sets of three effects and more"
+INSTEAD = "other effects at the places of the best single ones"
+SETS, MORE = "pairs of effects (some or all)", "sets of three effects and more"
 
 
 @dataclass

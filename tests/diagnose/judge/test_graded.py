@@ -10,7 +10,8 @@ import pytest
 
 from cvxupdate.diagnose.judge.graded import Graded, graded
 from cvxupdate.diagnose.judge.judge import judge
-from cvxupdate.diagnose.output.wording import evidence_lines, verdict_of
+from cvxupdate.diagnose.output.evidence_words import evidence_lines
+from cvxupdate.diagnose.output.wording import verdict_of
 from cvxupdate.diagnose.search.search import Found
 from cvxupdate.diagnose.settings import GRADED
 from cvxupdate.diagnose.types import Errors

@@ -105,3 +105,11 @@ def test_what_only_the_prior_decides_is_a_tie() -> None:
 def test_a_channel_takes_out_no_energy() -> None:
     odd = Damper(fault("n1.x"), 0.5, 0.1, 1.0)
     assert pattern_of(Further((), None, 40.0, 6, (odd,))).findings == ()
+
+
+def test_ratios_that_nothing_explains_are_said_to_be_off() -> None:
+    """Beyond what chance leaves of them; within it nothing is said."""
+    off = Further((), None, 40.0, 10, most=25.0)
+    says = pattern_of(off).unsure
+    assert "but not the damping ratios: they depart from the file's pattern by 2 times" in says
+    assert pattern_of(replace(off, strain=24.0)).unsure == ""

@@ -33,9 +33,9 @@ def test_chance_is_the_level_of_the_rank_test() -> None:
     assert p is not None
     assert (p.tried, p.refitted, p.left, p.mine) == (3, 3, 0.04, 0.05)
     assert p.chance == pytest.approx(2 / 4)
-    assert p.says.startswith(
-        "Compared with chance: 3 other effects and places"
-    ) and p.says.endswith("0.5.")
+    assert p.says.startswith("Check against luck: 3 other effects and places")
+    end = "1 of these does as well or better (luck alone would come so far once in 2 times)."
+    assert p.says.endswith(end)
 
 
 def test_what_stands_at_the_same_place_is_no_placebo() -> None:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.linalg import eig
 
-from cvxupdate.diagnose.modes.tables import Tables, _widened, chi_square, prepared
+from cvxupdate.diagnose.modes.kinds import chi_square
+from cvxupdate.diagnose.modes.tables import Tables, _widened, prepared
 from cvxupdate.diagnose.nominal.mesh import mesh_error
 from cvxupdate.diagnose.settings import FREQUENCY_DISCREPANCY
 from cvxupdate.fe.build import build_model

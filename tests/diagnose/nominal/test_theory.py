@@ -64,7 +64,7 @@ def test_a_slender_frame_may_shear_and_be_stiff_at_its_corners(frame):
     bare, _ = theory_lines(own, SimpleNamespace(p=p, misfit=1e3))
     assert turning.startswith("Sections of beams may resist turning or not (1.0 of it)")
     assert bare.startswith("Beams may deform in shear and be stiffer within")
-    assert "shear (0 of" in line and "factor of 2" in line and "no finding" in line
+    assert "shear (none of" in line and "factor of 2" in line and "no finding" in line
 
 
 def test_where_it_changes_nothing_that_is_heard_there_is_none(frame):
@@ -120,7 +120,7 @@ def test_a_free_sheet_goes_from_a_solid_to_kirchhoffs(tmp_path):
     assert np.all(f > 1.0005 * model_modes(own, 9).flexible().frequencies)
     p[extra["turning"]] = -0.25
     (line,) = theory_lines(own, SimpleNamespace(p=p, misfit=1.0))
-    assert "in shear (0 of it) and resist turning (0.75 of it)" in line and "no finding" in line
+    assert "in shear (none of it) and resist turning (0.75 of it)" in line and "no finding" in line
 
 
 def test_of_a_thick_sheet_every_end_that_is_tried_is_a_structure(tmp_path):

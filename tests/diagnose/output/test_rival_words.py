@@ -9,8 +9,8 @@ import pytest
 
 from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.output.diagnosis import tried
+from cvxupdate.diagnose.output.evidence_words import evidence_lines
 from cvxupdate.diagnose.output.rival_words import SINGLE, named, rival_titles
-from cvxupdate.diagnose.output.wording import evidence_lines
 from cvxupdate.diagnose.search.search import Found
 from cvxupdate.diagnose.types import Score
 from cvxupdate.fe.build import build_model
@@ -88,6 +88,6 @@ def test_groups_let_go_are_named_as_the_rival_that_finds_the_same() -> None:
     found = diagnose(f'{text}[[recordings]]\nkind = "modes"\nrows = [{rows}]\n')
     assert [x.place.groups for x in found.findings] == [("storey 3",)]
     (rival,) = found.details["rivals"]
-    assert rival.startswith("all groups let go together (nuisance parameters")
+    assert rival.startswith("wrong numbers of whole groups, which finds the same")
     assert rival.endswith("which finds the same")
     assert any("(a change of stiffness in group 'storey 3')" in line for line in found.evidence)

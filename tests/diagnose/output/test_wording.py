@@ -7,10 +7,9 @@ from dataclasses import replace
 import pytest
 
 from cvxupdate.diagnose.judge.judge import Judgement
+from cvxupdate.diagnose.output.evidence_words import MOST, evidence_lines
 from cvxupdate.diagnose.output.wording import (
-    MOST,
     RIVALS,
-    evidence_lines,
     nonlinear,
     slightly,
     verdict_of,
@@ -19,7 +18,15 @@ from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import LEVEL_CHANGE, LEVEL_NOISE, SLIGHT_CHANGE
 from cvxupdate.diagnose.types import Errors, LevelChange
 from cvxupdate.physics.effect import Effect
-from tests.cases.plain_evidence import NAN, PlainEvidence, PlainFit, case_of, effect, weighed
+from tests.cases.plain_evidence import (
+    NAN,
+    PlainEvidence,
+    PlainFit,
+    PlainType,
+    case_of,
+    effect,
+    weighed,
+)
 
 BASE = PlainFit(100.0, errors=Errors(0.5, 0.4))
 CASE = case_of(PlainEvidence((BASE,)))
@@ -27,6 +34,12 @@ A, B = effect("added_mass", nodes=(2,)), effect("viscous_damper", nodes=(3,))
 ONE = weighed(PlainFit(9.0, errors=Errors(0.1, 0.12)), A)
 BOTH = weighed(PlainFit(1.0, errors=Errors(0.01, 0.02)), A, B)
 EMPTY = Judgement(CASE, (), ())
+
+
+class Rubs(PlainType):
+    """A law that depends on the level."""
+
+    told_by = frozenset({"motion"})
 
 
 def told(e: Effect, says: str = "It is so.", equivalent: tuple[Effect, ...] = ()) -> Finding:
@@ -76,6 +89,31 @@ def test_no_linear_sentence_of_what_is_not_linear() -> None:
     assert lines[1:] == ["A line of the evidence."]
 
 
+def test_what_comes_nearest_is_no_contradiction_of_what_the_level_says() -> None:
+    """A linear change is told to be a part at most; a law is not."""
+    motion = case_of(PlainEvidence((BASE,), told_by="motion"))
+    cut = case_of(PlainEvidence((BASE,), told_by="motion", unfinished=True))
+    law = effect("cubic_stiffness", nodes=(3,))
+    law = replace(law, type=Rubs("cubic_stiffness", "some cubic stiffness"))
+    ruled = weighed(ONE.fit, law)
+    for case in (motion, cut):
+        for w, said in ((ONE, ", a linear change and so a part of it at most,"), (ruled, "")):
+            found = replace(EMPTY, case=case, singles=(w,), single=w, final=w)
+            verdict, says = verdict_of(found, (), True)
+            assert verdict == "undetermined" and says.count("Something") == 1
+            assert "no linear change of the model is the whole explanation" in says
+            assert f"{w.hypothesis.title}{said} comes nearest" in says
+
+
+def test_some_figures_that_are_off_are_said_before_all_else() -> None:
+    odd = case_of(PlainEvidence((replace(BASE, misfit=0.9),), limit=0.0, odd="the 11 figures"))
+    found = replace(EMPTY, case=odd)
+    verdict, says = verdict_of(found, (), False)
+    start = "Taken by themselves the 11 figures are not explained, though all figures of the table"
+    assert verdict == "undetermined" and says.startswith(start) and "Something differs" in says
+    assert evidence_lines(found, None)[-1].startswith(start)
+
+
 def test_findings_are_told_one_after_the_other() -> None:
     found = replace(EMPTY, final=BOTH, findings=(told(A, "One."), told(B, "Two.")))
     assert verdict_of(found, (), False) == ("missing_physics", "One. Two.")
@@ -101,8 +139,8 @@ def test_nothing_missing_is_consistent() -> None:
     sound = replace(EMPTY, case=case_of(PlainEvidence((replace(BASE, misfit=2.0),))))
     verdict, says = verdict_of(sound, (), False)
     assert verdict == "consistent" and says == (
-        "Nothing is missing: the model explains the recordings within noise and the usual "
-        "scatter of its parameters."
+        "Nothing is missing: the model explains the recordings within noise, what a sound "
+        "model may miss, and the usual scatter of its parameters."
     )
 
 
@@ -116,8 +154,8 @@ def test_what_comes_nearest_is_named_where_it_is_not_claimed() -> None:
         "(held out).",
     )
     assert evidence_lines(found, None)[-2:] == [
-        "Some added mass at node 2 comes nearest: 0.1 of the response and 0.12 (held out), not "
-        "enough to claim it.",
+        "Some added mass at node 2 comes nearest and leaves 0.1 of the response and 0.12 (held "
+        "out): too much for it to be claimed.",
         "What is left is 9.",
     ]
 
@@ -193,8 +231,9 @@ def test_the_nominal_model_s_error_and_that_of_its_scatter_are_stated(
         "A line of the evidence.",
         "The nominal model, without the error of its mesh, leaves 0.6 of the response and 0.6 "
         f"(held out){said}",
-        "With the usual scatter of group stiffness, group mass and damping it is 0.5 of the "
-        "response and 0.4 (held out): 100 times the misfit that noise and discretisation leave.",
+        "With stiffness, mass and damping of the groups fitted within their usual scatter it "
+        "leaves 0.5 of the response and 0.4 (held out); the mean square of the differences is then "
+        "100 times what noise and the tolerance of a sound model make.",
     ]
 
 
@@ -204,12 +243,12 @@ def test_a_finding_states_what_one_effect_left_and_what_is_not_claimed() -> None
     )
     assert evidence_lines(found, None)[3:] == [
         "One effect alone, some added mass at node 2, leaves 0.1 of the response and 0.12 (held "
-        "out): not enough.",
-        "Some added mass at node 2 with some viscous damper at node 3 brings the error to 0.01 of "
-        "the response and 0.02 (held out).",
+        "out): one is not enough.",
+        "With some added mass at node 2 together with some viscous damper at node 3 the model "
+        "leaves 0.01 of the response and 0.02 (held out).",
         "Some viscous damper at node 3 is needed for the last of it, but others elsewhere would "
         "do as well: it is not claimed.",
-        "The same procedure with some added mass at node 2 leaves 0.1 of the response and 0.12 "
+        "With some added mass at node 2 in its place the model leaves 0.1 of the response and 0.12 "
         "(held out).",
     ]
 
@@ -225,7 +264,7 @@ def test_equivalents_and_other_hypotheses_are_counted() -> None:
     assert lines[2].startswith("That is 10 times what noise alone would leave.")
     assert lines[3].startswith("These recordings do not tell some added mass at node 2 from some ")
     assert lines[3].count("at node") == MOST + 1 and lines[3].endswith(" and 2 more.")
-    assert sum(line.startswith("The same procedure with") for line in lines) == RIVALS
+    assert sum(" in its place the model leaves " in line for line in lines) == RIVALS
 
 
 def test_a_search_that_time_ended_is_not_consistent_where_something_comes_near() -> None:
@@ -246,12 +285,25 @@ def test_a_set_that_leaves_less_is_told_with_the_unknowns_that_it_took() -> None
     many = [effect("added_mass", nodes=(k,)) for k in range(10, 15)]
     more = weighed(PlainFit(8.0, errors=Errors(0.05, 0.2)), *many)
     found = replace(EMPTY, single=ONE, final=ONE, field=(ONE, more), findings=(told(A),))
-    line = next(x for x in evidence_lines(found, None) if x.startswith("The same procedure"))
+    line = next(x for x in evidence_lines(found, None) if " in its place " in x)
     assert line == (
-        "The same procedure with 5 effects together, some added mass at node 10 first, leaves 0.05 "
-        "of the response and 0.2 (held out): less, but with 4 unknowns more, and for those the "
-        "gain is too small."
+        "With 5 effects together, some added mass at node 10 first, in its place the model leaves "
+        "0.05 of the response and 0.2 (held out): less, but with 4 unknowns more, and for those "
+        "the gain is too small."
     )
+
+
+@pytest.mark.parametrize(
+    ("misfit", "said"),
+    [(9.0, ""), (11.0, "; all figures weighed, that is about 7.4 times less likely"),
+     (40.0, "; all figures weighed, that is more than a thousand times less likely")],
+)  # fmt: skip
+def test_a_rival_with_the_same_error_is_told_how_likely_it_is(misfit: float, said: str) -> None:
+    """Of frequencies an error alone does not say what the shapes do."""
+    rival = weighed(PlainFit(misfit, errors=Errors(0.1, 0.12)), B)
+    found = replace(EMPTY, single=ONE, final=ONE, field=(ONE, rival), findings=(told(A),))
+    line = next(x for x in evidence_lines(found, None) if " in its place " in x)
+    assert line.endswith(f"leaves 0.1 of the response and 0.12 (held out){said}.")
 
 
 def test_scatter_that_leaves_more_than_the_nominal_model_is_explained() -> None:
