@@ -9,6 +9,7 @@ from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
 from cvxupdate.diagnose.judge.alternatives import has
 from cvxupdate.diagnose.search.search import Found
+from cvxupdate.physics.units import number
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,7 @@ class Placebo:
     def says(self) -> str:
         """One line of evidence."""
         good = self.as_good
+        left, mine = (number(100.0 * part, 2) for part in (self.left, self.mine))
         rank = (
             "none of these does as well"
             if good == 0
@@ -40,7 +42,7 @@ class Placebo:
         return (
             f"Check against luck: {self.tried} other effects and places were tried in the same way "
             f"({self.refitted} of them fitted in full). In mean square the best of them leaves "
-            f"{100 * self.left:.2g} % of the mismatch, what was found {100 * self.mine:.2g} %: "
+            f"{left} % of the mismatch, what was found {mine} %: "
             f"{rank} (luck alone would come so far once in {1.0 / self.chance:.0f} times)."
         )
 

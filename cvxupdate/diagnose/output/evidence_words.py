@@ -136,7 +136,7 @@ def _other(case: Case, final: Weighed, w: Weighed) -> str:
         why = f": less, but with {unknowns} more, and for those the gain is too small"
     elif w.errors.fit < ALIKE * final.errors.fit:
         why = _odds(log_odds(final, case) - log_odds(w, case))
-    return f"Tried in its place, {what} leaves {case.evidence.left(w.errors)}{why}."
+    return f"With {what} in its place the model leaves {case.evidence.left(w.errors)}{why}."
 
 
 def _odds(log: float) -> str:
@@ -144,7 +144,7 @@ def _odds(log: float) -> str:
     if log < AS_LIKELY:
         return ""
     times = "more than a thousand" if log > MOST_ODDS else f"about {number(float(np.exp(log)), 2)}"
-    return f"; all figures weighed, it is {times} times less likely"
+    return f"; all figures weighed, that is {times} times less likely"
 
 
 def _beyond_noise(evidence: Evidence, final: Weighed) -> list[str]:

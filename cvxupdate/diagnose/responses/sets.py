@@ -187,9 +187,13 @@ def _modes(
         new, X = np.linalg.eigh(K)
         return np.maximum(new, 0.0), np.swapaxes(X, 1, 2), massive
     M = np.eye(low) + heavy[:, None, None] * reduced.M
-    massive = np.linalg.eigvalsh(M)[:, 0] > 0.0
-    M[~massive], K[~massive] = np.eye(low), np.diag(lam)
-    half = np.linalg.inv(np.linalg.cholesky(M))
+    try:
+        root = np.linalg.cholesky(M)
+    except np.linalg.LinAlgError:
+        massive = np.linalg.eigvalsh(M)[:, 0] > 0.0
+        M[~massive], K[~massive] = np.eye(low), np.diag(lam)
+        root = np.linalg.cholesky(M)
+    half = np.linalg.inv(root)
     other = np.swapaxes(half, 1, 2)
     new, X = np.linalg.eigh(half @ K @ other)
     return np.maximum(new, 0.0), np.swapaxes(other @ X, 1, 2), massive

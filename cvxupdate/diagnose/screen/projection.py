@@ -70,7 +70,10 @@ class Projection:
 
     def remaining(self, J: Real) -> Real:
         """Squares that remain (n,) of each of the weighted changes J (rows, n) of the model."""
-        return np.asarray(np.sum((self.residual[:, None] - self.freed(J)) ** 2, axis=0))
+        inside = self.basis[: self.rows].T @ J
+        length = np.einsum("ij,ij->j", J, J) - np.einsum("ij,ij->j", inside, inside)
+        along = self.residual[: self.rows] @ J  # what is projected is at right angles to the basis
+        return np.asarray(np.maximum(self.total - 2.0 * along + length, 0.0))
 
     def one(self, effects: Sequence[Effect], along: Real, length: Real, whole: Real) -> list[Score]:
         """Scores of effects with one column each: ``along`` the residual, ``length`` projected,

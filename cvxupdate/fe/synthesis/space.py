@@ -211,7 +211,11 @@ class Space:
         return self.projected.matrices(self.model, p)
 
     def lowest(self) -> Real:
-        """Frequencies (Hz) of its flexible modes at today's model."""
+        """Frequencies (Hz) of its flexible modes at today's model: those of the space that it grew
+        from, where nothing swings that did not (what is set free is rigid as yet)."""
+        old = 0 if self.root is None else self.root.model.size
+        if self.root is not None and not any(HIDDEN in x for x in self.model.labels[old:]):
+            return self.root.lowest()
         return np.asarray(self.modes(self.model.zero()).modes.flexible().frequencies)
 
     @recent

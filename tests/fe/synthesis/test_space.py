@@ -86,6 +86,8 @@ def test_supports_set_free_open_it(plate, tmp_path, name):
         assert opened is not None
         k, same = root.near, around(model, model.zero(), moving)
         for own in (opened, grown) if grown else (opened,):
+            lowest, old = own.lowest(), around(model, model.zero(), moving).lowest()
+            np.testing.assert_allclose(lowest[: k - 2], old[: k - 2], rtol=1e-5)
             assert own.wide == same.wide and bool(own.loose) == name.endswith(("spring", "support"))
             m = model.matrices(model.zero())
             found, p = own.matrices(model.zero()), np.full(len(model.parameters), 0.5)
