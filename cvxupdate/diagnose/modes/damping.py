@@ -43,6 +43,11 @@ from cvxupdate.recordings.types import ModeTable
 from cvxupdate.residual.modal import ModalPoint
 
 Candidates = Callable[[float], Sequence[Effect]]
+OF_ALL = (
+    "The damping ratios follow a law of frequency that all modes share (proportional damping), with "
+    "the usual scatter: another law than the file's, and nothing at any one place."
+)
+SHARES, LAWS = 7.0, 41  # logarithm of the largest share of a law's part, and shares tried of each
 STEPS = 400  # sizes tried of each effect, up to where it would take the whole of a mode's damping
 
 
@@ -181,8 +186,22 @@ def damping_laws(
     from_what = "those of the reference" if tables.before else "the file's pattern"
     modes = len(ratios.omega)
     most = chi_square(chance_of_one(tables.kinds), modes)
+    if not tables.before and strain > most >= law_strain(ratios):
+        law, most = replace(law, lines=(*law.lines, OF_ALL)), np.inf
     told = tuple(dampers)
     return replace(law, strain=strain, modes=modes, dampers=told, known=from_what, most=most)
+
+
+def law_strain(ratios: Ratios) -> float:
+    """The same squares about the best law of frequency that all modes share: what goes with mass,
+    with stiffness and with neither, ζ = α / 2ω + η / 2 + β ω / 2 (Caughey 1960), of any size."""
+    omega = ratios.omega / np.exp(np.mean(np.log(ratios.omega)))
+    shares = np.exp(np.linspace(-SHARES, SHARES, LAWS))
+    low, high = (x.reshape(-1, 1) for x in np.meshgrid(shares, shares))
+    u = np.log(ratios.measured) - np.log(low / omega + 1.0 + high * omega)
+    w = 1.0 / ratios.spread**2
+    u -= (u @ w / w.sum())[:, None]
+    return float((u**2 @ w).min())
 
 
 def law_odds(ratios: Ratios) -> float:

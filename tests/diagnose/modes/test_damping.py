@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 from scipy.linalg import eig, eigh
 
-from cvxupdate.diagnose.modes.damping import LUCK, Ratios, damping_trials, law_odds, needed_drop
+from cvxupdate.diagnose.modes.damping import (
+    LUCK,
+    Ratios,
+    damping_trials,
+    law_odds,
+    law_strain,
+    needed_drop,
+)
+from cvxupdate.diagnose.modes.kinds import chi_square
 from cvxupdate.diagnose.nominal.damping import undamped
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.settings import STATED
@@ -142,6 +150,21 @@ def test_scattered_ratios_are_called_a_law_once_in_a_hundred_times(scatter):
         told += law == "constant decay rate"
         both += law == "constant decay rate" and law_odds(of(zeta)) >= STATED
     assert both < 0.01 * 1000 < 0.03 * 1000 < told
+
+
+@pytest.mark.parametrize(
+    "parts", [(1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.3, 0.0, 1.0), (0.5, 1.0, 0.5)]
+)
+def test_a_law_of_all_modes_is_no_mismatch_and_one_mode_that_stands_out_is(parts):
+    omega = np.geomspace(60.0, 6000.0, 8)
+    scale = np.exp(np.mean(np.log(omega)))
+    law = parts[0] * scale / omega + parts[1] + parts[2] * omega / scale
+    zeta = 0.004 * law * np.exp(0.2 * np.random.default_rng(5).standard_normal(8))
+    most = chi_square(0.997, 8)
+    told = Ratios(zeta, 0.05 * zeta, np.full(8, 0.004), np.eye(8), omega)
+    assert law_strain(told) < most
+    zeta[3] *= 8.0
+    assert law_strain(told) > most
 
 
 def test_no_effect_is_told_at_more_than_it_can_be(chain, lab):
