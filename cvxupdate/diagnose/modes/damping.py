@@ -44,7 +44,7 @@ from cvxupdate.residual.modal import ModalPoint
 
 Candidates = Callable[[float], Sequence[Effect]]
 OF_ALL = (
-    "The damping ratios follow a law of frequency that all modes share (proportional damping), with "
+    "The damping ratios follow a law of frequency that all modes share (proportional damping) with "
     "the usual scatter: another law than the file's, and nothing at any one place."
 )
 SHARES, LAWS = 7.0, 41  # logarithm of the largest share of a law's part, and shares tried of each
