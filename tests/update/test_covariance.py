@@ -100,11 +100,11 @@ def test_fewer_rows_than_parameters() -> None:
     ],
 )
 def test_against_monte_carlo(build, wanted, truth, modes) -> None:
-    """200 draws of noise, 0.3 % on every frequency: the stated deviation is that of the scatter,
+    """100 draws of noise, 0.3 % on every frequency: the stated deviation is that of the scatter,
     the 95 % interval covers the truth."""
     problem = structure(build(), wanted, constraints={"bounds": {"lower": -0.6, "upper": 0.6}})
     found, stated = [], []
-    for seed in range(200):
+    for seed in range(100):
         updated = update_modal(
             *problem, [measured(problem[1], truth, modes, noise=seed, std=3e-3, pairs=list(modes))]
         )

@@ -135,13 +135,13 @@ def test_scattered_ratios_are_called_a_law_once_in_a_hundred_times(scatter):
     """By the test of a law alone three to seven times."""
     rng, n, told, both = np.random.default_rng(5), len(SPREAD), 0, 0
     numbers = np.arange(1, n + 1)
-    for _ in range(2000):
+    for _ in range(1000):
         zeta = 0.01 * np.exp(scatter * rng.standard_normal(n))
         modes = (SPREAD, 1e-3 * SPREAD, zeta, 0.1 * zeta, (), None, None, numbers)
         law = decay_rates(ModeTable(Origin("t", "t", "fit"), *modes)).verdict
         told += law == "constant decay rate"
         both += law == "constant decay rate" and law_odds(of(zeta)) >= STATED
-    assert both < 0.01 * 2000 < 0.03 * 2000 < told
+    assert both < 0.01 * 1000 < 0.03 * 1000 < told
 
 
 def test_no_effect_is_told_at_more_than_it_can_be(chain, lab):
