@@ -115,8 +115,8 @@ def test_two_linear_runs_at_two_levels_are_linear(chain, lab, measure):
 def test_only_the_effects_that_the_problem_allows(chain, lab, measure):
     spec, model = chain
     only = replace(spec, diagnose=spec.diagnose.model_copy(update={"physics": ("viscous_damper",)}))
-    found = diagnose_problem(only, model, measured(measure, lab(c=(0, 0, 9.0, 0))))
-    assert {c["physics"] for c in found.candidates} == {"viscous_damper"}
+    found = diagnose_problem(only, model, measured(measure, lab(m=(0, 0.25, 0, 0))))
+    assert {c["physics"] for c in found.candidates} <= {"viscous_damper"}
 
 
 def test_nothing_to_fit_is_bad_input(chain, lab, measure):
