@@ -12,18 +12,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import gammaincinv
 
 from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.settings import CHANCE
 from cvxupdate.physics.place import listed
+from cvxupdate.recordings.quantiles import chi_square_above
 from cvxupdate.residual.modal import ModalPoint
 
 
 def chi_square(level: float, freedoms: int) -> float:
-    """What chi-square with so many degrees of freedom does not exceed with probability ``level``;
-    scipy.stats takes half a second to import."""
-    return float(2.0 * gammaincinv(freedoms / 2.0, level))
+    """What chi-square with so many degrees of freedom does not exceed with probability
+    ``level``."""
+    return chi_square_above(1.0 - level, freedoms)
 
 
 def chance_of_one(kinds: int) -> float:
