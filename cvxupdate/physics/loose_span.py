@@ -16,7 +16,6 @@ from typing import final
 import numpy as np
 
 from cvxupdate.fe.analysis.rims import ends_of, spread
-from cvxupdate.fe.block import Index
 from cvxupdate.fe.model import KINDS, Model
 from cvxupdate.physics.compliance import SOFTEST, write, write_edge
 from cvxupdate.physics.context import Real, SearchContext
@@ -37,9 +36,9 @@ from cvxupdate.physics.units import number, quantity
 
 LIMITS = (0.0, SOFTEST)
 LEAST, MOST = 3, 40  # supports in a row
-LENGTHS = (1, 2, 3, 4, 6, 8, 12, 16, 24)  # of spans, in supports
+LENGTHS = (1, 2, 4, 8, 16, 32)  # of spans, in supports
 STIFF = 1e6  # times as stiff as its edge, to begin with: directions differ by two orders
-DIRECTIONS = 6  # along which one gives way: the softest
+DIRECTIONS = 9  # along which one gives way: the softest
 
 
 @dataclass(frozen=True)
@@ -87,29 +86,26 @@ class Row:
         return append_parameters(model, [limited(name, "a", ids, LIMITS, self.unit)])
 
     def along(self, nodes: tuple[int, ...]) -> LowRank:
-        """The same at any size."""
-        at, held = self._of(nodes), self.held(nodes)
-        labels = [self.free.model.labels[i] for i in self.free.rows[at]]
-        told = spread(self.free.model, labels, held) if self.free.spread else None
-        springs = np.zeros((len(held), len(at), len(at)))
-        springs[:, range(len(held)), range(len(held))] = np.eye(len(held))
-        springs = springs if told is None else told[0]
+        """The same at any size, along the motions of the nodes: what an edge does besides them adds
+        little (of a span of two supports 0.3 % of the frequencies where it moves them by 4 %), and
+        as many directions again."""
+        held, labels = self.held(nodes), self.free.model.labels[self.free.before :]
+        own = [i for i, (n, _) in enumerate(self.free.held) if n in nodes]
+        inner = range(len(self.free.held), len(labels))
+        met = [i for i in inner if not {*ends_of(labels[i])}.isdisjoint(nodes)]
+        springs = np.eye(len(own))[:, :, None] * np.eye(len(own))[:, None]
+        told = spread(self.free.model, [labels[i] for i in [*own, *met]], held)
+        if self.free.spread and told is not None:
+            springs = told[0][:, : len(own), : len(own)]
         whole = np.einsum("h,hrs->rs", self._factors(nodes), springs)
         used, across = self.free.across
-        within = self.free.within[np.ix_(at, at)]
-        most = DIRECTIONS if self.free.spread else len(at)
-        return along_of(used, across[:, at], within, whole, self.unit, most)
+        within = self.free.within[np.ix_(own, own)]
+        most = DIRECTIONS if self.free.spread else len(own)
+        return along_of(used, across[:, own], within, whole, self.unit, most)
 
     def _factors(self, nodes: tuple[int, ...]) -> Real:
         """Of the springs of each support."""
         return np.array([self.unit / self.units[k] for _, k in self.held(nodes)])
-
-    def _of(self, nodes: tuple[int, ...]) -> Index:
-        """Rows of what is free with them: their DOFs, and what edges that meet them do besides."""
-        labels = self.free.model.labels[self.free.before :]
-        own = [i for i, (n, _) in enumerate(self.free.held) if n in nodes]
-        inner = range(len(self.free.held), len(labels))
-        return np.array([*own, *(i for i in inner if not {*ends_of(labels[i])}.isdisjoint(nodes))])
 
     def figures(self) -> tuple[Quantity, ...]:
         """k along, kr about directions."""
@@ -202,10 +198,10 @@ def rows(context: SearchContext) -> Iterator[tuple[tuple[int, ...], tuple[str, .
 
 
 def spans(nodes: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
-    """Parts of a row, the longer ones a third of their length apart."""
+    """Parts of a row, each half of its length from the next."""
     for length in LENGTHS:
         if length >= len(nodes):
             return
-        firsts = range(0, len(nodes) - length + 1, max(1, length // 3))
+        firsts = range(0, len(nodes) - length + 1, max(1, length // 2))
         for first in sorted({*firsts, len(nodes) - length}):
             yield nodes[first : first + length]
