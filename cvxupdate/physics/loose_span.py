@@ -150,7 +150,7 @@ class LooseSpan(EffectType):
                     partial(row.softer, span), ((tangent_of(along),),), series=True, along=along
                 )
                 place = Place(nodes=span, dof=kinds[0] if len(kinds) == 1 else None)
-                spot = f"{where(place)} ({row.reach(span)})"
+                spot = f"at {where(place)} ({row.reach(span)})"
                 out.append(Effect(self, place, change, row.figures(), 1, LIMITS, spot))
         return out
 
@@ -165,7 +165,7 @@ class LooseSpan(EffectType):
         ]
         every = "" if effect.place.dof else " in every direction"
         return (
-            f"The support{'s' if several else ''} at {effect.spot} "
+            f"The support{'s' if several else ''} {effect.spot} "
             f"{'are' if several else 'is'} loose{every}: {'they hold' if several else 'it holds'} "
             f"with {' and '.join(parts)}{' each' if several else ''}, while the model holds "
             f"{'them' if several else 'it'} rigidly."
