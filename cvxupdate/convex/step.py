@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..system import Array, LinearSystem
+from .bounded import Limits, active_names, limits_of, minimised, quadratic_of
 from .certificate import NO_CERTIFICATE, Certificate, Farkas
 from .conflict import Conflict, find_conflict
 from .constraints.clauses import Clause, is_active
@@ -23,6 +24,7 @@ from .solvers import SolverChoice, solver_named
 
 # A step counts as optimal when our own certificate passes this; solvers are asked for far more.
 ACCEPTED = 1e-6
+DIRECT = "active set"  # where a solver's name would stand
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +96,10 @@ class CompiledStep:
         return written(self.problem)
 
     @cached_property
+    def _limits(self) -> Limits | None:
+        return limits_of(self.problem) if self.solver.direct else None
+
+    @cached_property
     def projection(self) -> Model:
         """The model of `nearest`."""
         return compile_projection(self.problem)
@@ -150,6 +156,9 @@ class CompiledStep:
                 )
             region = middle, size
             box = TrustRegion(self.problem.columns, middle, size)
+        step = self._direct(R, d, weights, region)
+        if step is not None:
+            return step
         if self._written:
             step = run_program(
                 *quadratic_program(self.problem, R, d, tuple(weights), region, centre),
@@ -166,6 +175,26 @@ class CompiledStep:
             step = run_model(model, self.problem.clauses, self.solver, box)
         penalty = self.problem.penalty(step.p, centre, weights)
         return replace(step, objective=self.problem.loss.value(R @ step.p - d) + penalty)
+
+    def _direct(
+        self, R: Array, d: Array, weights: Sequence[float], region: tuple[Array, Array] | None
+    ) -> Step | None:
+        """The step within bounds alone, without a solver; None where it is none, or where that
+        proves nothing."""
+        if self._limits is None:
+            return None
+        start = time.perf_counter()
+        limits = self._limits if region is None else self._limits.within(*region)
+        quadratic = quadratic_of(self.problem, R, d, weights)
+        found = minimised(quadratic, limits)
+        if found is None:
+            return None
+        p, proof, tries = found
+        active = active_names(self.problem.clauses, self._limits, p)
+        active += () if region is None else TrustRegion(self.problem.columns, *region).active(p)
+        seconds = time.perf_counter() - start
+        value = quadratic.value(p)
+        return Step(p, "optimal", value, proof, DIRECT, seconds, active=active, iterations=tries)
 
     def nearest(self, p: Array) -> Step:
         """The point of the constraint set nearest to p (n,); ``objective`` is the Euclidean
