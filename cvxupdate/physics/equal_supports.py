@@ -24,6 +24,7 @@ from cvxupdate.physics.released import (
     edge_shares,
     sheet_sides,
     straight_runs,
+    tangent_of,
 )
 from cvxupdate.physics.units import quantity, stiffness_unit
 
@@ -54,7 +55,7 @@ class EqualSupports(EffectType):
             along = free.along(unit)
             change = ModelChange(
                 partial(_softened, free, unit),
-                ((free.tangent(along),),),
+                ((tangent_of(along),),),
                 series=True,
                 along=along,
             )

@@ -22,7 +22,7 @@ from cvxupdate.physics.members import sheet_names
 
 Held = tuple[int, str]  # node, kind
 PARALLEL = 0.999  # cosine of an axis and an edge that is held about it
-MOST = 3  # directions along which one support gives way
+DIRECTIONS = 3  # directions along which one support gives way
 TINY = float(np.finfo(float).tiny)
 
 
@@ -54,10 +54,9 @@ class Released:
             free += [(m, x) for x, m in further.items() if x not in own.values()]
         model = _opened(base, free)
         shares = edge_shares(base, found)
-        springs = spread(model, [x for _, x in free], found) if len(free) > len(found) else None
-        if springs is not None:
-            each_has = springs[:, : len(found), : len(found)].sum(axis=(1, 2))
-            return cls(model, found, base.size, springs, each_has / each_has.mean(), True)
+        told = spread(model, [x for _, x in free], found) if len(free) > len(found) else None
+        if told is not None:
+            return cls(model, found, base.size, *told, True)
         lumps = np.zeros((len(found), len(free), len(free)))
         at = np.arange(len(found))
         lumps[at, at, at] = shares
@@ -103,27 +102,25 @@ class Released:
         """Compliance (m/N, rad/(N·m)) that is that of the structure there, on the average."""
         return 1.0 / float(np.mean(np.diag(self.within)[: len(self.held)]))
 
-    def along(self, unit: float, most: int = MOST) -> LowRank:
-        """Springs of that compliance each, at any size: along the ``most`` softest directions."""
-        used, k = self.across
-        turn = np.linalg.inv(np.linalg.cholesky(self.springs.sum(axis=0)))  # springs are alike
-        most = max(most, len(self.held))
-        return opened(used, k @ turn.T, turn @ self.within @ turn.T, unit, np.ones_like, most)
+    def along(self, unit: float) -> LowRank:
+        """Springs of that compliance each, at any size."""
+        (used, k), most = self.across, max(DIRECTIONS, len(self.held))
+        return along_of(used, k, self.within, self.springs.sum(axis=0), unit, most)
 
-    def tangent(self, along: LowRank) -> DerivativeBlock:
-        """The same per unit of compliance, exact at infinite stiffness."""
-        K = (along.W * along.weights) @ along.W.T
-        return DerivativeBlock(along.used[None], K[None], None, None, None)
+    def scaled(self, factors: Real) -> Released:
+        """With springs so many times as stiff, (h,)."""
+        each = factors[:, None, None]
+        return replace(self, springs=each * self.springs, shares=factors * self.shares)
 
-    def sprung(self, unit: float) -> Model:
-        """On springs to ground, rigid but for a ten thousandth."""
+    def sprung(self, unit: float, rigid: float = RIGID) -> Model:
+        """On springs to ground, rigid but for one in ``rigid`` of that compliance."""
         model = self.model
         for kind in dict.fromkeys(k for _, k in self.held):
-            model = replace(model, blocks=(*model.blocks, self._springs(model, kind, unit)))
+            model = replace(model, blocks=(*model.blocks, self._springs(model, kind, unit / rigid)))
         return model
 
-    def _springs(self, model: Model, kind: str, unit: float) -> Block:
-        """Of one kind of DOF."""
+    def _springs(self, model: Model, kind: str, rigid: float) -> Block:
+        """Of one kind of DOF, each of compliance ``rigid``."""
         own = np.flatnonzero([k == kind for _, k in self.held])
         every = np.arange(len(self.rows) if self.spread else 0)
         at = np.array([[i, *np.setdiff1d(every, i)] for i in own])  # its own DOF first
@@ -135,7 +132,7 @@ class Released:
             [KINDS.index(kind)] * at.shape[1],
             "K",
             np.ones((at.shape[1], at.shape[1])),
-            {"a": 0.0, "a0": unit / RIGID},
+            {"a": 0.0, "a0": rigid},
         )
         (term,) = block.terms
         values = np.array([self.springs[i][np.ix_(x, x)] for i, x in zip(own, at, strict=True)])
@@ -147,6 +144,21 @@ class Released:
     def along_edge(self) -> bool:
         """Whether they hold an edge of sheets, each the part of it that is its own."""
         return self.spread or bool(np.any(self.shares != 1.0))
+
+
+def along_of(
+    used: Index, across: Real, within: Real, springs: Real, unit: float, most: int
+) -> LowRank:
+    """What is set free on ``springs`` (r, r) of one compliance, at any size, along the ``most``
+    softest directions."""
+    turn = np.linalg.inv(np.linalg.cholesky(springs))  # in which springs are alike
+    return opened(used, across @ turn.T, turn @ within @ turn.T, unit, np.ones_like, most)
+
+
+def tangent_of(along: LowRank) -> DerivativeBlock:
+    """The same per unit of compliance, exact at infinite stiffness."""
+    K = (along.W * along.weights) @ along.W.T
+    return DerivativeBlock(along.used[None], K[None], None, None, None)
 
 
 def _opened(base: Model, free: Sequence[tuple[Model, str]]) -> Model:

@@ -14,7 +14,7 @@ from cvxupdate.physics.given import Points
 from cvxupdate.physics.growth import append_parameters, limited
 from cvxupdate.physics.place import Place, at
 from cvxupdate.physics.quantity import stiffness
-from cvxupdate.physics.released import Released
+from cvxupdate.physics.released import Released, tangent_of
 from cvxupdate.physics.units import quantity, stiffness_unit
 
 LIMITS = (0.0, SOFTEST)
@@ -40,7 +40,7 @@ class SoftSupport(EffectType):
             unit, place = free.unit, Place(nodes=(node,), dof=kind)
             along = free.along(unit)
             change = ModelChange(
-                partial(_softened, free, unit), ((free.tangent(along),),), series=True, along=along
+                partial(_softened, free, unit), ((tangent_of(along),),), series=True, along=along
             )
             figures = (stiffness("k", stiffness_unit(place), unit / RIGID),)
             out.append(Effect(self, place, change, figures, 1, LIMITS))

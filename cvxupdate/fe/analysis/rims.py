@@ -10,7 +10,8 @@ between nodes: of all nodes alike it is that of every point.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -22,19 +23,41 @@ from cvxupdate.fe.model import Model
 POINTS = 10  # of Gauss and Legendre: exact for products of shapes of the ninth degree
 PARALLEL = 0.999  # cosine of an axis and an edge that is held about it
 ALONG = 1e-6  # component of a direction that counts
+KEPT = 512  # supports whose matrices are remembered: candidates are asked for beside every model
 LEAST = 1e-6  # of the mean: what holds coordinates that leave the edge where it is
 COORDINATE = re.compile(r"(?P<family>\w+) of (?P<a>\d+)-(?P<b>\d+) along (?P<axis>\S+)")
 
 
-def spread(model: Model, labels: Sequence[str], held: Sequence[tuple[int, str]]) -> Real | None:
-    """Matrices (h, r, r) of the springs of supports ``held`` (node, kind), which were set free with
-    DOFs and coordinates of edges ``labels`` (r,); a support has one of 1 on the average, by the
-    length of edge that is its own. None where no edge has coordinates that move along with them.
-    """
-    place = {int(n): i for i, n in enumerate(model.node_ids)}
+Support = tuple[int, str]  # node, kind
+
+
+def spread(
+    model: Model, labels: Sequence[str], held: Sequence[Support]
+) -> tuple[Real, Real] | None:
+    """Matrices (h, r, r) of the springs of supports ``held``, which were set free with DOFs and
+    coordinates of edges ``labels`` (r,), and what each has (h,) of the average: by the length of
+    edge that is its own. None where no edge has coordinates that move along with them."""
+    met = {n for x in labels for n in ends_of(x)}
+    place = {int(n): tuple(model.xyz[i].tolist()) for i, n in enumerate(model.node_ids) if n in met}
+    return _spread(tuple(labels), tuple(held), tuple(place.items()))
+
+
+def ends_of(label: str) -> tuple[int, ...]:
+    """The nodes of the edge that it is a coordinate of; none of what is none."""
+    told = COORDINATE.fullmatch(label)
+    return () if told is None else (int(told["a"]), int(told["b"]))
+
+
+@lru_cache(maxsize=KEPT)
+def _spread(
+    labels: tuple[str, ...],
+    held: tuple[Support, ...],
+    places: tuple[tuple[int, tuple[float, ...]], ...],
+) -> tuple[Real, Real] | None:
+    place = {n: np.array(x) for n, x in places}
     column = {x: j for j, x in enumerate(labels)}
-    edges = _edges(model, place, labels)
-    out = np.zeros((len(held), len(labels), len(labels)))
+    edges = _edges(place, labels)
+    out, shares = np.zeros((len(held), len(labels), len(labels))), np.ones(len(held))
     found = False
     for kind in dict.fromkeys(k for _, k in held):
         rows = {n: i for i, (n, k) in enumerate(held) if k == kind}
@@ -43,31 +66,28 @@ def spread(model: Model, labels: Sequence[str], held: Sequence[tuple[int, str]])
             if {edge.a, edge.b} & set(rows) and _moves(edge, kind, mine):
                 _add(out, own, edge, kind, rows, column)
         spanned = np.flatnonzero(own > 0.0)
-        found |= bool(len(spanned))
-        out[spanned] /= own[spanned].mean() if len(spanned) else 1.0
+        if len(spanned):
+            found, mean = True, own[spanned].mean()
+            out[spanned] /= mean
+            shares[spanned] = own[spanned] / mean
         for n, i in rows.items():
             if own[i] == 0.0:
                 j = column[f"n{n}.{kind}"]
                 out[i, j, j] = 1.0
     if not found:
         return None
-    each = np.einsum("hrr->r", out)
-    out += (LEAST * each.mean() / len(held)) * np.eye(len(labels))
-    return out
+    out += LEAST * np.einsum("hrr->", out) / len(labels) / len(held) * np.eye(len(labels))
+    return out, shares
 
 
-def _edges(
-    model: Model, place: dict[int, int], labels: Sequence[str]
-) -> list[tuple[Edge, frozenset[str]]]:
+def _edges(place: Mapping[int, Real], labels: Sequence[str]) -> list[tuple[Edge, frozenset[str]]]:
     """Those that ``labels`` are coordinates of, and which each has of them."""
-    of: dict[tuple[int, int], set[str]] = {}
+    of: dict[tuple[int, ...], set[str]] = {}
     for label in labels:
-        told = COORDINATE.fullmatch(label)
-        if told is not None:
-            of.setdefault((int(told["a"]), int(told["b"])), set()).add(label)
+        of.setdefault(ends_of(label), set()).add(label)
     out = []
-    for (a, b), mine in of.items():
-        start, end = (model.xyz[place[n]] for n in (a, b))
+    for (a, b), mine in (item for item in of.items() if item[0]):
+        start, end = place[a], place[b]
         ruled = any(x.startswith("slope") for x in mine)
         out.append((Edge(a, b, start, end, turns=True, rim=True, ruled=ruled), frozenset(mine)))
     return out
