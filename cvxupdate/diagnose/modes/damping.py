@@ -187,7 +187,8 @@ def damping_laws(
     modes = len(ratios.omega)
     most = chi_square(chance_of_one(tables.kinds), modes)
     if not tables.before and strain > most >= law_strain(ratios):
-        law, most = replace(law, lines=(*law.lines, OF_ALL)), np.inf
+        most = np.inf
+        law = law if dampers else replace(law, lines=(*law.lines, OF_ALL))
     told = tuple(dampers)
     return replace(law, strain=strain, modes=modes, dampers=told, known=from_what, most=most)
 

@@ -9,7 +9,7 @@ import numpy as np
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed, explained
 from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
-from cvxupdate.diagnose.output.rival_words import named, shortly
+from cvxupdate.diagnose.output.rival_words import named, shortly, verbs
 from cvxupdate.diagnose.output.wording import RIVALS, by_themselves, nonlinear, slightly
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import AS_LIKELY, LEVEL_CHANGE, SLIGHT_CHANGE
@@ -41,7 +41,8 @@ def evidence_lines(
     elif judgement.nearest is not None and not judgement.findings and not level:
         nearest = judgement.nearest
         left = evidence.left(nearest.errors)
-        says = f"{capital(shortly(nearest.hypothesis))} comes nearest and leaves {left}"
+        h = nearest.hypothesis
+        says = f"{capital(shortly(h))} {' and '.join(verbs(h))} {left}"
         out.append(f"{says}: too much for it to be claimed.")
         out += _remains(judgement, nearest)
     return out

@@ -20,6 +20,12 @@ def shortly(h: Hypothesis) -> str:
     return h.title if many <= NAMED else f"{many} effects together, {h.effects[0].title} first"
 
 
+def verbs(h: Hypothesis) -> tuple[str, str]:
+    """What one thing does, or several do, beside all else that was tried: "comes nearest",
+    "leaves"."""
+    return ("come nearest", "leave") if len(h.effects) > 1 else ("comes nearest", "leaves")
+
+
 def named(h: Hypothesis) -> str:
     """A hypothesis in words; of nuisance parameters also which groups moved."""
     moved = () if h.effects else group_findings(h, 1.0)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.acceptance import Weighed, explained
 from cvxupdate.diagnose.judge.judge import Judgement
-from cvxupdate.diagnose.output.rival_words import shortly
+from cvxupdate.diagnose.output.rival_words import shortly, verbs
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import EXPLAINED, HALVED, LEVEL_CHANGE, OPEN, SLIGHT_CHANGE
 from cvxupdate.diagnose.types import Errors, LevelChange
@@ -93,7 +93,7 @@ def _cut_short(judgement: Judgement) -> str:
         return ""
     return (
         "The time for one diagnosis ended the search before anything could be told: "
-        f"{nearest.hypothesis.title} comes nearest and leaves "
+        f"{nearest.hypothesis.title} {' and '.join(verbs(nearest.hypothesis))} "
         f"{judgement.case.evidence.left(nearest.errors)}, the usual scatter alone "
         f"{judgement.case.evidence.left(base.errors)}."
     )
@@ -124,8 +124,7 @@ def _undetermined(judgement: Judgement, level: bool) -> str:
             "one or two effects explain" if most <= 2 else "set of effects that was tried explains"
         )
         return (
-            f"No {few} the recordings: {_nearest(nearest, level)}, but leaves "
-            f"{evidence.left(nearest.errors)}."
+            f"No {few} the recordings: {_nearest(nearest, level)} {evidence.left(nearest.errors)}."
         )
     base = judgement.case.base
     head = "None" if level else "Something differs that none"
@@ -137,7 +136,8 @@ def _undetermined(judgement: Judgement, level: bool) -> str:
 
 def _nearest(nearest: Weighed, level: bool) -> str:
     h = nearest.hypothesis
-    return f"{shortly(h)}{_linear(h, level)} comes nearest"
+    come, leave = verbs(h)
+    return f"{shortly(h)}{_linear(h, level)} {come}, but {leave}"
 
 
 def _ended_early(judgement: Judgement, level: bool) -> str:
@@ -153,4 +153,4 @@ def _ended_early(judgement: Judgement, level: bool) -> str:
     left = evidence.left(nearest.errors)
     if len(nearest.hypothesis.effects) > FEW:
         return f"{start}; the nearest of what was tried leaves {left}."
-    return f"{start}: {_nearest(nearest, level)}, but leaves {left}."
+    return f"{start}: {_nearest(nearest, level)} {left}."

@@ -160,6 +160,16 @@ def test_what_comes_nearest_is_named_where_it_is_not_claimed() -> None:
     ]
 
 
+def test_several_effects_come_nearest_and_leave() -> None:
+    """A sentence of two things has the verbs of two."""
+    two = weighed(PlainFit(9.0, errors=Errors(0.1, 0.12)), A, B)
+    found = replace(EMPTY, several=(two,), final=two)
+    says = verdict_of(found, (), False)[1]
+    assert f"{two.hypothesis.title} come nearest, but leave 0.1 of the response" in says
+    line = evidence_lines(found, None)[-2]
+    assert "come nearest and leave 0.1 of the response" in line
+
+
 def test_where_too_many_explain_them_the_recordings_cannot_tell() -> None:
     fit = PlainFit(1.0, errors=Errors(0.01, 0.02))
     alike = tuple(weighed(fit, effect("added_mass", nodes=(k,))) for k in (2, 5, 6, 7))
