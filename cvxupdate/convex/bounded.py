@@ -77,42 +77,53 @@ def active_names(clauses: Sequence[Clause], limits: Limits, p: Array) -> tuple[s
 
 @dataclass(frozen=True)
 class Quadratic:
-    """½ pᵀH p − gᵀp + c, which is ‖R p − d‖² with the Tikhonov terms; rows stacked, each weighted:
-    ``F`` (rows, n), ``f`` (rows,)."""
+    """‖A p − b‖² + ‖by (p − at)‖²: weighted rows (m, n), (m,), and the Tikhonov terms in one, (n,),
+    (n,), with the ``rest`` that no p changes. In the normal form half of that is ½ pᵀH p − gᵀp."""
 
-    F: Array
-    f: Array
+    A: Array
+    b: Array
+    by: Array
+    at: Array
+    rest: float
 
-    def gradient(self, p: Array) -> Array:
-        """H p − g, (n,), from the rows themselves, which loses no digits."""
-        return np.asarray(2.0 * (self.F.T @ (self.F @ p - self.f)))
+    def slope(self, p: Array) -> Array:
+        """Derivative with respect to p, (n,), from the rows themselves, which loses no digits."""
+        left: Array = self.A.T @ (self.A @ p - self.b) + self.by**2 * (p - self.at)
+        return 2.0 * left
 
     def value(self, p: Array) -> float:
         """The objective."""
-        return float(np.sum((self.F @ p - self.f) ** 2))
+        terms = np.sum((self.by * (p - self.at)) ** 2)
+        return float(np.sum((self.A @ p - self.b) ** 2) + terms) + self.rest
+
+    @property
+    def normal(self) -> tuple[Array, Array]:
+        """H (n, n) and g (n,): the slope is H p − g."""
+        H = 2.0 * (self.A.T @ self.A)
+        H[np.diag_indices_from(H)] += 2.0 * self.by**2
+        return H, 2.0 * (self.A.T @ self.b + self.by**2 * self.at)
 
 
-def quadratic_of(problem: StepProblem, R: Array, d: Array, weights: Sequence[float]) -> Quadratic:
-    """The rows of reduced data (rows, n), (rows,) and of the Tikhonov terms."""
+def quadratic_of(problem: StepProblem, A: Array, b: Array, weights: Sequence[float]) -> Quadratic:
+    """That of weighted rows (m, n), (m,), all or reduced, and of the Tikhonov terms."""
     n = len(problem.columns)
-    rows, right = [R], [d]
+    squares, pulls, rest = np.zeros(n), np.zeros(n), 0.0
     for term, weight in zip(problem.regularisers, weights, strict=True):
         tikhonov: Tikhonov = term  # type: ignore[assignment]  # `limits_of` has seen to it
         reference, scale = reference_and_scale(tikhonov.name, tikhonov.reference, tikhonov.scale, n)
-        by = math.sqrt(weight) / scale
-        rows.append(np.diag(by))
-        right.append(by * reference)
-    return Quadratic(np.vstack(rows), np.concatenate(right))
+        squares += weight / scale**2
+        pulls += weight / scale**2 * reference
+        rest += float(np.sum(weight / scale**2 * reference**2))
+    at = pulls / np.where(squares > 0.0, squares, 1.0)
+    return Quadratic(A, b, np.sqrt(squares), at, rest - float(np.sum(squares * at**2)))
 
 
 def minimised(quadratic: Quadratic, limits: Limits) -> tuple[Array, Certificate, int] | None:
     """(the minimum (n,), its proof, sets tried); None where it cannot be proved this way."""
-    F, lower, upper = quadratic.F, limits.lower, limits.upper
-    if np.any(lower > upper):
-        return None
-    H = 2.0 * (F.T @ F)
+    lower, upper = limits.lower, limits.upper
+    H, g = quadratic.normal
     size = np.sqrt(np.diag(H))
-    if not np.all(np.isfinite(size)) or not np.all(size > 0.0):
+    if np.any(lower > upper) or not np.all(np.isfinite(size)) or not np.all(size > 0.0):
         return None
     scaled = H / (size[:, None] * size)
     low = high = np.zeros(len(lower), dtype=bool)
@@ -120,34 +131,34 @@ def minimised(quadratic: Quadratic, limits: Limits) -> tuple[Array, Certificate,
     for tries in range(1, MOST + 1):
         free = ~(low | high | fixed)
         p = np.where(high, upper, np.where(low | fixed, lower, 0.0))
-        if free.any():
-            try:
-                inverse = np.linalg.inv(scaled[free][:, free])
-            except np.linalg.LinAlgError:
-                return None
-            for _ in range(2):  # once more: H has lost half of the digits of F
-                p[free] -= inverse @ (quadratic.gradient(p)[free] / size[free]) / size[free]
-        slope = quadratic.gradient(p)
+        try:
+            inverse = np.linalg.inv(scaled[free][:, free])
+        except np.linalg.LinAlgError:
+            return None
+        p[free] -= inverse @ ((H @ p - g)[free] / size[free]) / size[free]
+        slope = H @ p - g
         now_low = ~fixed & np.where(low, slope > 0.0, free & (p < lower))
         now_high = ~fixed & np.where(high, slope < 0.0, free & (p > upper))
         if np.array_equal(now_low, low) and np.array_equal(now_high, high):
-            proof = _proof(quadratic, limits, p, slope)
+            # Once more with the rows: H has lost half of their digits.
+            p[free] -= inverse @ (quadratic.slope(p)[free] / size[free]) / size[free]
+            p = np.clip(p, lower, upper)
+            proof = _proof(quadratic, limits, p)
             return (p, proof, tries) if proof.worst <= PROVED else None
         low, high = now_low, now_high
     return None
 
 
-def _proof(quadratic: Quadratic, limits: Limits, p: Array, slope: Array) -> Certificate:
-    """The figures of `Certificate` in the normal form; the multipliers of the limits are what of
-    the slope pushes against one."""
-    at_low, at_high = p <= limits.lower, p >= limits.upper
-    push = np.where(at_low, np.maximum(slope, 0.0), 0.0) + np.where(
-        at_high, np.minimum(slope, 0.0), 0.0
-    )
-    residual = 2.0 * np.abs(quadratic.F @ p - quadratic.f)
-    scale = max(1.0, float(residual.max(initial=0.0)), float(np.abs(slope).max(initial=0.0)))
-    left = slope - push
+def _proof(quadratic: Quadratic, limits: Limits, p: Array) -> Certificate:
+    """The figures of `Certificate` in the normal form, where p keeps the limits; their multipliers
+    are what of the slope pushes against one."""
+    slope = quadratic.slope(p)
+    push = np.where(p <= limits.lower, np.maximum(slope, 0.0), 0.0)
+    push += np.where(p >= limits.upper, np.minimum(slope, 0.0), 0.0)
     value = max(1.0, quadratic.value(p))
+    left = slope - push
+    # What of the rows is largest cannot be more than all of them together.
+    scale = max(1.0, float(np.abs(slope).max(initial=0.0)), 2.0 * math.sqrt(value))
     over = np.maximum(limits.lower - p, p - limits.upper).max(initial=0.0)
     return Certificate(
         primal=0.0,
