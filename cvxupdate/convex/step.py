@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..system import Array, LinearSystem
+from .bounded import Limits, active_names, limits_of, minimised, quadratic_of
 from .certificate import NO_CERTIFICATE, Certificate, Farkas
 from .conflict import Conflict, find_conflict
 from .constraints.clauses import Clause, is_active
@@ -23,6 +24,7 @@ from .solvers import SolverChoice, solver_named
 
 # A step counts as optimal when our own certificate passes this; solvers are asked for far more.
 ACCEPTED = 1e-6
+DIRECT = "active set"  # where a solver's name would stand
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +96,10 @@ class CompiledStep:
         return written(self.problem)
 
     @cached_property
+    def _limits(self) -> Limits | None:
+        return limits_of(self.problem) if self.solver.direct else None
+
+    @cached_property
     def projection(self) -> Model:
         """The model of `nearest`."""
         return compile_projection(self.problem)
@@ -119,7 +125,11 @@ class CompiledStep:
         """
         start = time.perf_counter()
         self.problem.check(system)
-        R, d, _ = self.problem.loss.reduce(*system.weighted())
+        A, b = system.weighted()
+        step = self._direct(A, b, self.problem.weights, self._region(centre, radius))
+        if step is not None:
+            return replace(step, seconds=time.perf_counter() - start)
+        R, d, _ = self.problem.loss.reduce(A, b)
         step = self.solve_reduced(R, d, self.problem.weights, centre, radius)
         objective = (
             self.problem.objective(system, step.p, present=centre)
@@ -139,17 +149,8 @@ class CompiledStep:
         """`solve` from the loss's reduced data and given weights; the objective lacks the constant
         of the reduction."""
         n = len(self.problem.columns)
-        box = None
-        region = None
-        if radius is not None:
-            middle = np.zeros(n) if centre is None else np.asarray(centre, dtype=float)
-            size = np.array(np.broadcast_to(np.asarray(radius, dtype=float), (n,)))
-            if middle.shape != (n,) or not np.all(np.isfinite(middle)) or not np.all(size >= 0):
-                raise InputError(
-                    f"trust region: the centre must be {n} finite numbers and the radius 0 or more."
-                )
-            region = middle, size
-            box = TrustRegion(self.problem.columns, middle, size)
+        region = self._region(centre, radius)
+        box = None if region is None else TrustRegion(self.problem.columns, *region)
         if self._written:
             step = run_program(
                 *quadratic_program(self.problem, R, d, tuple(weights), region, centre),
@@ -166,6 +167,39 @@ class CompiledStep:
             step = run_model(model, self.problem.clauses, self.solver, box)
         penalty = self.problem.penalty(step.p, centre, weights)
         return replace(step, objective=self.problem.loss.value(R @ step.p - d) + penalty)
+
+    def _region(
+        self, centre: Array | None, radius: Array | float | None
+    ) -> tuple[Array, Array] | None:
+        """Centre and radius (n,) of the trust region; None where there is none."""
+        if radius is None:
+            return None
+        n = len(self.problem.columns)
+        middle = np.zeros(n) if centre is None else np.asarray(centre, dtype=float)
+        size = np.array(np.broadcast_to(np.asarray(radius, dtype=float), (n,)))
+        if middle.shape != (n,) or not np.all(np.isfinite(middle)) or not np.all(size >= 0):
+            raise InputError(
+                f"trust region: the centre must be {n} finite numbers and the radius 0 or more."
+            )
+        return middle, size
+
+    def _direct(
+        self, A: Array, b: Array, weights: Sequence[float], region: tuple[Array, Array] | None
+    ) -> Step | None:
+        """The step within bounds alone, without a solver; None where it is none, or where that
+        proves nothing."""
+        if self._limits is None:
+            return None
+        limits = self._limits if region is None else self._limits.within(*region)
+        quadratic = quadratic_of(self.problem, A, b, weights)
+        found = minimised(quadratic, limits)
+        if found is None:
+            return None
+        p, proof, tries = found
+        active = active_names(self.problem.clauses, self._limits, p)
+        active += () if region is None else TrustRegion(self.problem.columns, *region).active(p)
+        value = quadratic.value(p)
+        return Step(p, "optimal", value, proof, DIRECT, 0.0, active=active, iterations=tries)
 
     def nearest(self, p: Array) -> Step:
         """The point of the constraint set nearest to p (n,); ``objective`` is the Euclidean

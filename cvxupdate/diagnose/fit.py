@@ -214,7 +214,7 @@ def stepped(
     )
     if bounds is None:
         options = replace(options, growing=_sizes(setting))
-    return iterate(compared, problem, SolverChoice(), options, start).point
+    return iterate(compared, problem, SolverChoice(direct=True), options, start).point
 
 
 def _sizes(setting: Any) -> tuple[bool, ...]:

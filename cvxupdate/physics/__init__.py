@@ -32,6 +32,7 @@ from cvxupdate.physics.grounding_spring import GroundingSpring
 from cvxupdate.physics.gyroscopic import Spin
 from cvxupdate.physics.hysteresis import Hysteresis
 from cvxupdate.physics.joint_flexibility import JointFlexibility
+from cvxupdate.physics.loose_span import LooseSpan
 from cvxupdate.physics.mass_change import MassChange
 from cvxupdate.physics.mass_proportional_damping import MassProportionalDamping
 from cvxupdate.physics.moving_fixture import MovingFixture
@@ -70,6 +71,7 @@ EFFECTS: tuple[EffectType, ...] = (
     Cords(),
     SoftSupport(),
     EqualSupports(),
+    LooseSpan(),
     SoftMounts(),
     FlexibleSupport(),
     MovingFixture(),

@@ -4,7 +4,7 @@ compliance, so that zero means rigid."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cvxupdate.fe.block import Block
 from cvxupdate.fe.elements import Term
@@ -38,6 +38,37 @@ class Compliance:
     def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
         """k in N/m or N·m/rad."""
         return {"k": 1.0 / (properties["a0"] + properties["a"])}
+
+
+@dataclass(frozen=True)
+class EdgeCompliance:
+    """The part of the springs spread along an edge that stands for one support there: k = 1 / (a₀ +
+    a) times its matrix, the support's own DOF first."""
+
+    dof: str
+    nodes: int = 1
+    name: str = "edge_compliance"
+    properties: tuple[str, ...] = ("a",)
+
+    @property
+    def dofs(self) -> tuple[str, ...]:
+        """The DOF kind it acts along."""
+        return (self.dof,)
+
+    def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
+        """None: the block is made with its term."""
+        return ()
+
+    def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
+        """k in N/m or N·m/rad."""
+        return {"k": 1.0 / (properties["a0"] + properties["a"])}
+
+
+def write_edge(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
+    """As a spring at the node: with what is within reach of it moving as it does."""
+    k = now["share"] / (now["a0"] + now["a"]) * now["stiffness"]
+    own = replace(block, dofs=block.dofs[:, :1])
+    put_spring(draft, model, own, e, k, "a", "soft support")
 
 
 def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:

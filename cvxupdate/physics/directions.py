@@ -39,16 +39,23 @@ def parallel(used: Index, W: Real, weights: Real) -> LowRank:
 
 
 def opened(
-    used: Index, across: Real, within: Real, unit: float, f: Callable[[Complex], Complex]
+    used: Index,
+    across: Real,
+    within: Real,
+    unit: float,
+    f: Callable[[Complex], Complex],
+    most: int | None = None,
 ) -> LowRank:
     """DOFs that the model joins or holds rigidly, each set free on a spring of compliance ``unit``
     p f(s), massless or with the mass that is in f: ``across`` (u, r) is the stiffness between the
     DOFs ``used`` and those set free, ``within`` (r, r) that of the latter themselves.
 
     Their motion condensed, K changes by −k (I / (unit p f) + K_ff)⁻¹ kᵀ: directions are the
-    eigenvectors of K_ff, in which the springs stay alike.
+    eigenvectors of K_ff, in which the springs stay alike; the ``most`` softest, where that is
+    given: those are smooth, and what others do no mode of the band feels.
     """
     stiff, turn = np.linalg.eigh(0.5 * (within + within.T))
     kept = stiff > FAINT * np.max(np.abs(stiff), initial=0.0)
+    kept[len(kept) if most is None else most :] = False  # in ascending order
     W = across @ turn[:, kept]
     return LowRank(used, W, np.full(W.shape[1], -unit), f, -stiff[kept])

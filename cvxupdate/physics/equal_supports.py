@@ -10,7 +10,7 @@ from typing import final
 import numpy as np
 
 from cvxupdate.fe.model import Model
-from cvxupdate.physics.compliance import RIGID, SOFTEST, write
+from cvxupdate.physics.compliance import RIGID, SOFTEST, write, write_edge
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
 from cvxupdate.physics.given import Points
@@ -24,6 +24,7 @@ from cvxupdate.physics.released import (
     edge_shares,
     sheet_sides,
     straight_runs,
+    tangent_of,
 )
 from cvxupdate.physics.units import quantity, stiffness_unit
 
@@ -40,7 +41,7 @@ class EqualSupports(EffectType):
     name = "grounding_spring"
     noun = "the flexibility"
     rig = True
-    writers = (("compliance", write),)
+    writers = (("compliance", write), ("edge_compliance", write_edge))
 
     def candidates(self, context: SearchContext) -> list[Effect]:
         """One for every direction that is held at several nodes, for each straight edge of sheets
@@ -51,18 +52,19 @@ class EqualSupports(EffectType):
             if len(free.held) < 2 or free.within.diagonal().min() <= 0.0:
                 continue
             unit = free.unit
+            along = free.along(unit)
             change = ModelChange(
                 partial(_softened, free, unit),
-                ((free.tangent(unit),),),
+                ((tangent_of(along),),),
                 series=True,
-                along=free.along(unit),
+                along=along,
             )
             kinds = {kind for _, kind in free.held}
             nodes = tuple(dict.fromkeys(n for n, _ in free.held))
             place = Place(nodes=nodes, dof=kinds.pop() if len(kinds) == 1 else None)
             figures = (stiffness("k", stiffness_unit(Place(dof=held[0][1])), unit / RIGID),)
-            along = ALONG if free.along_edge else "" if place.dof else ROCKING
-            spot = f"of the {len(nodes)} supports{along} at {where(place)}"
+            told = ALONG if free.along_edge else "" if place.dof else ROCKING
+            spot = f"of the {len(nodes)} supports{told} at {where(place)}"
             out.append(Effect(self, place, change, figures, 1, LIMITS, spot))
         return out + [self._at(p) for p in Points.of(context) if 1 < len(p.ids) <= MOST]
 

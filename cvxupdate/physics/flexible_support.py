@@ -101,7 +101,7 @@ class FlexibleSupport(EffectType):
         grid = np.geomspace(max(context.bottom, 1e-3), context.top, STEPS)
         out = []
         for held in _fixtures(context):
-            free = Released.of(context, held)
+            free = Released.of(context, held, between=False)
             if not free.held:
                 continue
             used, side = free.across

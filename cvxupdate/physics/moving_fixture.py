@@ -114,7 +114,7 @@ class MovingFixture(EffectType):
         held = _clamped(context)
         if not held or extent <= 0.0:
             return []
-        free, out = Released.of(context, held), []
+        free, out = Released.of(context, held, between=False), []
         for arm in (part * extent for part in ARMS):
             stand = Stand.of(free, arm)
             if stand is not None:

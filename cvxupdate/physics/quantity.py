@@ -54,13 +54,14 @@ def physical(name: str, unit: str, index: int = 0) -> Quantity:
     return Quantity(name, index, _physical, 0.0, unit)
 
 
-def stiffness(name: str, unit: str, rigid: float, index: int = 0) -> Quantity:
-    """Of a spring that is given by its compliance, beside ``rigid`` where it stands for none."""
+def stiffness(name: str, unit: str, rigid: float, index: int = 0, times: float = 1.0) -> Quantity:
+    """Of a spring that is given by its compliance, beside ``rigid`` where it stands for none; or of
+    one so many ``times`` as stiff."""
 
     def convert(m: Model, q: Parameter | None, x: float, dx: float, unit: float) -> Figure:
         size = _of(q, name).unit_size
         compliance = rigid + size * x
-        return 1.0 / compliance, size * dx / compliance**2
+        return times / compliance, times * size * dx / compliance**2
 
     return Quantity(name, index, convert, None, unit)
 

@@ -9,11 +9,12 @@ from functools import cached_property
 
 import numpy as np
 
+from cvxupdate.fe.analysis.rims import spread
 from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.columns import stiffness_columns
 from cvxupdate.fe.elements import Term
 from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
-from cvxupdate.physics.compliance import RIGID, Compliance
+from cvxupdate.physics.compliance import RIGID, Compliance, EdgeCompliance
 from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.directions import LowRank, opened
 from cvxupdate.physics.growth import small_block
@@ -21,44 +22,45 @@ from cvxupdate.physics.members import sheet_names
 
 Held = tuple[int, str]  # node, kind
 PARALLEL = 0.999  # cosine of an axis and an edge that is held about it
+DIRECTIONS = 3  # directions along which one support gives way
 TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
 class Released:
-    """A model with the DOFs of ``held`` supports set free, behind all others (``rows``);
-    ``shares`` (r,) of the springs that then hold it, one on the average."""
+    """A model with the DOFs of ``held`` supports set free, behind all others (``rows``), and behind
+    these what an edge of finer parts between them may do besides following its nodes; ``springs``
+    (h, r, r) of the supports on them, one on the average; ``shares`` (h,) of the edge that each
+    has; ``spread``: springs act between the nodes, too."""
 
     model: Model
     held: tuple[Held, ...]
     before: int
+    springs: Real
     shares: Real
+    spread: bool = False
 
     @classmethod
-    def of(cls, context: SearchContext, held: Sequence[Held]) -> Released:
-        """Those of ``held`` that belong to an element."""
+    def of(cls, context: SearchContext, held: Sequence[Held], between: bool = True) -> Released:
+        """Those of ``held`` that belong to an element; ``between``: with what edges do between
+        them, which follow them else, as on one body."""
         base = context.model
-        dofs = [b.dofs.copy() for b in base.blocks]
-        labels, nodes, found = list(base.labels), [], []
-        for node, kind in held:
-            free, label = context.release(node, kind), f"n{node}.{kind}"
-            if label not in free.place:
-                continue
-            row = free.place[label]
-            for mine, theirs in zip(dofs, free.blocks, strict=True):
-                mine[(mine < 0) & (theirs.dofs == row)] = len(labels)
-            labels.append(label)
-            nodes.append(int(free.dof_node[row]))
-            found.append((node, kind))
-        kinds = np.array([KINDS.index(k) for _, k in found], dtype=np.int64)
-        model: Model = replace(
-            base,
-            labels=tuple(labels),
-            dof_node=np.append(base.dof_node, np.array(nodes, dtype=np.int64)),
-            dof_kind=np.append(base.dof_kind, kinds),
-            blocks=tuple(replace(b, dofs=d) for b, d in zip(base.blocks, dofs, strict=True)),
-        )
-        return cls(model, tuple(found), base.size, edge_shares(base, tuple(found)))
+        each = {h: context.release(*h) for h in held}
+        own = {h: f"n{h[0]}.{h[1]}" for h in each}
+        found = tuple(h for h in each if own[h] in each[h].place)
+        free = [(each[h], own[h]) for h in found]
+        if between:
+            further = {x: each[h] for h in found for x in each[h].labels if x not in base.place}
+            free += [(m, x) for x, m in further.items() if x not in own.values()]
+        model = _opened(base, free)
+        shares = edge_shares(base, found)
+        told = spread(model, [x for _, x in free], found) if len(free) > len(found) else None
+        if told is not None:
+            return cls(model, found, base.size, *told, True)
+        lumps = np.zeros((len(found), len(free), len(free)))
+        at = np.arange(len(found))
+        lumps[at, at, at] = shares
+        return cls(model, found, base.size, lumps, shares)
 
     @property
     def rows(self) -> Index:
@@ -98,46 +100,86 @@ class Released:
     @property
     def unit(self) -> float:
         """Compliance (m/N, rad/(N·m)) that is that of the structure there, on the average."""
-        return 1.0 / float(np.mean(np.diag(self.within)))
-
-    def tangent(self, unit: float) -> DerivativeBlock:
-        """−k kᵀ per unit of compliance, exact at infinite stiffness."""
-        used, k = self.across
-        return DerivativeBlock(used[None], (-unit * ((k / self.shares) @ k.T))[None], *[None] * 3)
+        return 1.0 / float(np.mean(np.diag(self.within)[: len(self.held)]))
 
     def along(self, unit: float) -> LowRank:
-        """The same at any size."""
-        (used, k), apart = self.across, 1.0 / np.sqrt(self.shares)  # in which springs are alike
-        within = apart[:, None] * self.within * apart
-        return opened(used, k * apart, within, unit, np.ones_like)
+        """Springs of that compliance each, at any size."""
+        (used, k), most = self.across, max(DIRECTIONS, len(self.held))
+        return along_of(used, k, self.within, self.springs.sum(axis=0), unit, most)
 
-    def sprung(self, unit: float) -> Model:
-        """On springs to ground, rigid but for a ten thousandth."""
+    def scaled(self, factors: Real) -> Released:
+        """With springs so many times as stiff, (h,)."""
+        each = factors[:, None, None]
+        return replace(self, springs=each * self.springs, shares=factors * self.shares)
+
+    def sprung(self, unit: float, rigid: float = RIGID) -> Model:
+        """On springs to ground, rigid but for one in ``rigid`` of that compliance."""
         model = self.model
         for kind in dict.fromkeys(k for _, k in self.held):
-            model = replace(model, blocks=(*model.blocks, self._springs(model, kind, unit)))
+            model = replace(model, blocks=(*model.blocks, self._springs(model, kind, unit / rigid)))
         return model
 
-    def _springs(self, model: Model, kind: str, unit: float) -> Block:
-        """Of one kind of DOF."""
-        own = [k == kind for _, k in self.held]
+    def _springs(self, model: Model, kind: str, rigid: float) -> Block:
+        """Of one kind of DOF, each of compliance ``rigid``."""
+        own = np.flatnonzero([k == kind for _, k in self.held])
+        every = np.arange(len(self.rows) if self.spread else 0)
+        at = np.array([[i, *np.setdiff1d(every, i)] for i in own])  # its own DOF first
+        law = EdgeCompliance(kind) if self.spread else Compliance(1, kind)
         block = small_block(
             model,
-            Compliance(1, kind),
-            self.rows[own][:, None],
-            [KINDS.index(kind)],
+            law,
+            self.rows[at],
+            [KINDS.index(kind)] * at.shape[1],
             "K",
-            np.ones((1, 1)),
-            {"a": 0.0, "a0": unit / RIGID},
+            np.ones((at.shape[1], at.shape[1])),
+            {"a": 0.0, "a0": rigid},
         )
         (term,) = block.terms
-        shared = Term(term.matrix, term.coefficient, self.shares[own][:, None, None])
-        return replace(block, terms=(shared,), geometry=np.arange(sum(own)))
+        values = np.array([self.springs[i][np.ix_(x, x)] for i, x in zip(own, at, strict=True)])
+        shared = Term(term.matrix, term.coefficient, values)
+        properties = {**block.properties, "share": self.shares[own]}
+        return replace(block, terms=(shared,), geometry=np.arange(len(own)), properties=properties)
 
     @property
     def along_edge(self) -> bool:
         """Whether they hold an edge of sheets, each the part of it that is its own."""
-        return bool(np.any(self.shares != 1.0))
+        return self.spread or bool(np.any(self.shares != 1.0))
+
+
+def along_of(
+    used: Index, across: Real, within: Real, springs: Real, unit: float, most: int
+) -> LowRank:
+    """What is set free on ``springs`` (r, r) of one compliance, at any size, along the ``most``
+    softest directions."""
+    turn = np.linalg.inv(np.linalg.cholesky(springs))  # in which springs are alike
+    return opened(used, across @ turn.T, turn @ within @ turn.T, unit, np.ones_like, most)
+
+
+def tangent_of(along: LowRank) -> DerivativeBlock:
+    """The same per unit of compliance, exact at infinite stiffness."""
+    K = (along.W * along.weights) @ along.W.T
+    return DerivativeBlock(along.used[None], K[None], None, None, None)
+
+
+def _opened(base: Model, free: Sequence[tuple[Model, str]]) -> Model:
+    """A model with DOFs set free, each as another model (of the same elements) has it."""
+    dofs = [b.dofs.copy() for b in base.blocks]
+    labels, nodes, kinds = list(base.labels), [], []
+    for other, label in free:
+        row = other.place[label]
+        for mine, theirs in zip(dofs, other.blocks, strict=True):
+            mine[(mine < 0) & (theirs.dofs == row)] = len(labels)
+        labels.append(label)
+        nodes.append(int(other.dof_node[row]))
+        kinds.append(int(other.dof_kind[row]))
+    opened: Model = replace(
+        base,
+        labels=tuple(labels),
+        dof_node=np.append(base.dof_node, np.array(nodes, dtype=np.int64)),
+        dof_kind=np.append(base.dof_kind, np.array(kinds, dtype=np.int64)),
+        blocks=tuple(replace(b, dofs=d) for b, d in zip(base.blocks, dofs, strict=True)),
+    )
+    return opened
 
 
 def edge_shares(model: Model, held: Sequence[Held]) -> Real:

@@ -6,17 +6,15 @@ from collections.abc import Mapping
 from functools import partial
 from typing import final
 
-import numpy as np
-
-from cvxupdate.fe.columns import stiffness_columns
-from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
-from cvxupdate.physics.compliance import RIGID, SOFTEST, Compliance, write
-from cvxupdate.physics.context import Real, SearchContext
+from cvxupdate.fe.model import Model
+from cvxupdate.physics.compliance import RIGID, SOFTEST, write, write_edge
+from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
 from cvxupdate.physics.given import Points
-from cvxupdate.physics.growth import small_block, with_block
+from cvxupdate.physics.growth import append_parameters, limited
 from cvxupdate.physics.place import Place, at
 from cvxupdate.physics.quantity import stiffness
+from cvxupdate.physics.released import Released, tangent_of
 from cvxupdate.physics.units import quantity, stiffness_unit
 
 LIMITS = (0.0, SOFTEST)
@@ -29,27 +27,20 @@ class SoftSupport(EffectType):
     name = "grounding_spring"
     noun = "a support that gives way"
     rig = True
-    writers = (("compliance", write),)
+    writers = (("compliance", write), ("edge_compliance", write_edge))
 
     def candidates(self, context: SearchContext) -> list[Effect]:
-        """Every held DOF set free on a spring; the tangent is −k_i k_iᵀ / k_ii per unit, exact at
-        infinite stiffness."""
+        """Every held DOF set free on a spring, on the edge of a sheet with the length that is its
+        own."""
         out = []
         for node, kind in context.supports:
-            model = context.release(node, kind)
-            label = f"n{node}.{kind}"
-            if label not in model.place:
+            free = Released.of(context, [(node, kind)])
+            if not free.held or free.within[0, 0] <= 0.0:
                 continue
-            row = model.place[label]
-            column = stiffness_columns(model, np.array([row]))[:, 0]
-            own = float(column[row])
-            if own <= 0.0:
-                continue
-            unit, place = 1.0 / own, Place(nodes=(node,), dof=kind)
+            unit, place = free.unit, Place(nodes=(node,), dof=kind)
+            along = free.along(unit)
             change = ModelChange(
-                partial(_softened, model, row, label, kind, unit),
-                ((_tangent(context, model, column, row, unit),),),
-                series=True,
+                partial(_softened, free, unit), ((tangent_of(along),),), series=True, along=along
             )
             figures = (stiffness("k", stiffness_unit(place), unit / RIGID),)
             out.append(Effect(self, place, change, figures, 1, LIMITS))
@@ -75,24 +66,7 @@ class SoftSupport(EffectType):
         )
 
 
-def _softened(model: Model, row: int, label: str, kind: str, unit: float) -> Model:
-    block = small_block(
-        model,
-        Compliance(1, kind),
-        np.array([[row]]),
-        [KINDS.index(kind)],
-        "K",
-        np.ones((1, 1)),
-        {"a": 0.0, "a0": unit / RIGID},
-    )
-    return with_block(model, block, f"soft_support@{label}", "a", LIMITS, unit)
-
-
-def _tangent(
-    context: SearchContext, model: Model, column: Real, row: int, unit: float
-) -> DerivativeBlock:
-    base = context.model.place
-    used = [i for i in np.flatnonzero(column) if i != row and model.labels[i] in base]
-    k = column[used]
-    dofs = np.array([[base[model.labels[i]] for i in used]], dtype=np.int64)
-    return DerivativeBlock(dofs, (-np.outer(k, k) * unit)[None], None, None, None)
+def _softened(free: Released, unit: float) -> Model:
+    model, ((node, kind),) = free.sprung(unit), free.held
+    name, ids = f"soft_support@n{node}.{kind}", model.blocks[-1].ids.tolist()
+    return append_parameters(model, [limited(name, "a", ids, LIMITS, unit)])

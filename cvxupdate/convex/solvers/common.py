@@ -24,13 +24,15 @@ class SolverChoice:
 
     ``tolerance`` is the relative accuracy asked of it; ``max_iterations`` None takes the adapter's
     default; ``polish`` refines a quadratic program's solution on its active set (OSQP by itself,
-    any solver where the certificate is poor).
+    any solver where the certificate is poor). ``direct``: least squares within bounds alone are
+    minimised by an active set first, and by the solver where that cannot be proved.
     """
 
     name: str = "CLARABEL"
     tolerance: float = 1e-9
     max_iterations: int | None = None
     polish: bool = True
+    direct: bool = False
 
     def __post_init__(self) -> None:
         if not 0 < self.tolerance < 1:

@@ -8,40 +8,32 @@ parameters and sensors stay, the mesh's error goes, in frequencies and in shapes
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import scipy.sparse as sp
 
-from cvxupdate.correlate import pair_modes
-from cvxupdate.diagnose.nominal.mesh import shearing
+from cvxupdate.diagnose.nominal.families import needed, with_loose
+from cvxupdate.diagnose.nominal.families import shift_between as shift_between
 from cvxupdate.diagnose.nominal.points import Held, giving, on_points, points_of
 from cvxupdate.diagnose.nominal.theory import POINT, SHEAR, SIZES, stocky, theory_of
 from cvxupdate.diagnose.settings import (
-    ANOTHER_MODE,
     FRAME_TYPES,
     MESH_PARTS,
     MESH_TOLD,
     SHEET_TYPES,
     SOUND_THEORY,
 )
-from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import CvxupdateError
 from cvxupdate.fe.analysis import Analysis, analysis_of, as_stated
 from cvxupdate.fe.analysis.corners import corner_nodes
 from cvxupdate.fe.analysis.piece import Piece
 from cvxupdate.fe.model import Model
-from cvxupdate.fe.modes import Modes, model_modes
-from cvxupdate.fe.select import has_property
 from cvxupdate.physics.units import number
 from cvxupdate.spec import Spec
 
 LARGEST = 5000  # DOFs of a file's model that is refined: a larger one is fine enough
-# Times the precision: what families may hold of an eigenvalue before modes are asked.
-ROUGHLY = 20.0
-SURELY = 0.6  # MAC of two modes that are one and the same
 MISSED = 0.25  # of what extrapolation takes out: errors of the next order, halved once more
 ORDERS = (1.0, 6.0)  # of convergence that a mesh may show
 
@@ -83,7 +75,6 @@ PLAIN = Mesh()
 """The file's own."""
 
 Difference = Callable[[Model, Model], float]
-Change = Callable[[Model], Model]
 
 
 @dataclass(frozen=True)
@@ -124,16 +115,22 @@ def fine_enough(spec: Spec, file: Model, wanted: Wanted) -> Mesh:
         shift_of = partial(shift_between, top=wanted.top)
         theory = theory_of(model, wanted.differ, shift_of, wanted.enough, SOUND_THEORY)
         short = stocky(model, shift_of, SOUND_THEORY)
-        needed = _needed(found, file, wanted, SHEAR in theory)
-        model = needed.on(file)
-        points = _points(file, needed, wanted)
+        chosen = needed(
+            found,
+            with_loose(spec, file, found),
+            wanted.top,
+            wanted.precision,
+            wanted.sheared or SHEAR in theory,
+        )
+        model = chosen.on(file)
+        points = _points(file, chosen, wanted)
         theory = (*theory, POINT) if points else theory
         own = as_stated(spec, file)
         shift, error = shift_between(own, model, wanted.top), wanted.differ(own, model)
     except CvxupdateError:
         return PLAIN
     advice = _advised(shift, rest, MESH_PARTS[0])
-    return Mesh(needed, shift, error, left, advice, theory, short, points)
+    return Mesh(chosen, shift, error, left, advice, theory, short, points)
 
 
 def _points(file: Model, mesh: Analysis, wanted: Wanted) -> tuple[Held, ...]:
@@ -183,89 +180,6 @@ def _advised(shift: float, rest: float, parts: int) -> int:
         return 1
     order = float(np.clip(np.log(shift / max(rest, 1e-12)) / np.log(parts), *ORDERS))
     return int(np.ceil((shift / MESH_TOLD) ** (1.0 / order)))
-
-
-def _needed(analysis: Analysis, file: Model, wanted: Wanted, sheared: bool) -> Analysis:
-    """Without families of inner DOFs that change no frequency by more than the precision, all
-    together, of the model as it stands nor of one with shear where that may be asked."""
-    variants: list[Change] = [_itself]
-    if (wanted.sheared or sheared) and can_shear(file):
-        variants.append(shearing)
-    families = list(analysis.families)
-    if len(variants) == 1 and not shears(file):
-        families = [f for f in families if not f.startswith("shear")]
-    whole = analysis.only(frozenset(families))
-    model = whole.on(file)
-    modes = [_up_to(change(model), wanted.top) for change in variants]
-    pairs = list(zip(variants, modes, strict=True))
-    held = np.hstack([_held(change(model), whole, families, m) for change, m in pairs])
-    order = np.argsort(held.max(axis=1, initial=0.0))
-    for k in range(len(order), 0, -1):
-        if held[order[:k]].sum(axis=0).max(initial=0.0) > ROUGHLY * wanted.precision:
-            continue
-        less = whole.only(frozenset(families[i] for i in order[k:]))
-        shifts = [
-            shift_between(change(less.on(file)), change(model), wanted.top, m)
-            for change, m in pairs
-        ]
-        if max(shifts) <= wanted.precision:
-            return less
-    return whole
-
-
-def _itself(model: Model) -> Model:
-    return model
-
-
-def _held(model: Model, analysis: Analysis, families: Sequence[str], modes: Modes) -> Real:
-    """The part of each mode's strain energy (families, modes) that inner DOFs hold, family by
-    family."""
-    K = sp.csr_array(model.matrices(model.zero()).K)
-    rows: dict[str, list[int]] = {f: [] for f in families}
-    for x in analysis.inner:
-        if x.label in model.place:
-            rows[x.family].append(model.place[x.label])
-    out = []
-    for own in (np.array(rows[family], dtype=np.int64) for family in families):
-        phi = modes.shapes[own]
-        out.append(np.einsum("im,im->m", phi, K[own][:, own] @ phi))
-    energy = np.abs(np.array(out)).reshape(len(families), len(modes.eigenvalues))
-    return np.asarray(energy / np.maximum(modes.eigenvalues, 1e-300))
-
-
-def _up_to(model: Model, top: float) -> Modes:
-    """The flexible modes up to a frequency (Hz), and one more."""
-    count = 16
-    while True:
-        modes = model_modes(model, min(count, model.size)).flexible()
-        if len(modes.frequencies) < count or modes.frequencies[-1] > top:
-            return modes
-        count *= 2
-
-
-def shift_between(coarse: Model, fine: Model, top: float, known: Modes | None = None) -> float:
-    """Largest relative difference of a frequency of two meshes up to ``top`` (Hz), modes told by
-    their shapes at the DOFs that both have; ``known``: the fine one's modes."""
-    sharp = _up_to(fine, top) if known is None else known
-    dull = model_modes(coarse, min(len(sharp.eigenvalues) + 8, coarse.size)).flexible()
-    shared = [(i, fine.place[x]) for i, x in enumerate(coarse.labels) if x in fine.place]
-    mine, theirs = (np.array(x) for x in zip(*shared, strict=True))
-    found = pair_modes(
-        dull.shapes[mine], sharp.shapes[theirs], dull.frequencies, sharp.frequencies, SURELY
-    )
-    f, g = dull.frequencies[found.model], sharp.frequencies[found.measured]
-    change = np.abs(f / g - 1.0)[g <= top]
-    return float(change[change <= ANOTHER_MODE].max(initial=0.0))
-
-
-def can_shear(model: Model) -> bool:
-    """Whether any element could deform in shear."""
-    return any(has_property(b, "shear") for b in model.blocks)
-
-
-def shears(model: Model) -> bool:
-    """Whether any element does."""
-    return any(np.any(b.properties.get("shear", np.zeros(1)) > 0.0) for b in model.blocks)
 
 
 def mesh_notes(mesh: Mesh) -> tuple[str, ...]:

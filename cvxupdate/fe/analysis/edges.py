@@ -19,6 +19,7 @@ from cvxupdate.fe.elements.base import Real
 # what an edge may do besides following its ends, by kind: functions of t for the displacement along
 # a direction and for the rotation that belongs to it
 BEND, TWIST, STRETCH, SHEAR = 3, 3, 2, 3
+SLOPE = 2  # of an edge that is held straight: how it may turn at its ends where it gives way
 ALONE = 5  # of a line, beside which no sheet helps: two waves of bending in one element
 
 
@@ -59,7 +60,11 @@ class Edge:
             return stretch
         across = [
             (f"{word}{k}", d)
-            for word, many in (("bend", ALONE if self.line else BEND), ("shear", SHEAR))
+            for word, many in (
+                ("bend", ALONE if self.line else BEND),
+                ("shear", SHEAR),
+                ("slope", 0 if self.line else SLOPE),
+            )
             for k in range(many)
             for d in (one, two)
         ]
@@ -105,6 +110,9 @@ class Edge:
             elif word == "bend":
                 w, slope = _flat(t, k)
                 out[:3, j], out[3:, j] = w * d, slope / length * (turn @ d)
+            elif word == "slope":  # elsewhere ends' rotations do
+                w, slope = _bent(t, k) if self.ruled else (0.0, 0.0)
+                out[:3, j], out[3:, j] = w * d, slope / length * (turn @ d)
             elif k == 0:  # constant shear along a beam: what its ends' rotations lack
                 w = t - t**2 * (3.0 - 2.0 * t)
                 out[:3, j], out[3:, j] = w * d, -6.0 * t * (1.0 - t) / length * (turn @ d)
@@ -141,6 +149,15 @@ def _bubble(t: float, k: int) -> float:
     return float(
         4.0 * t * (1.0 - t) * np.polynomial.legendre.legval(2.0 * t - 1.0, np.eye(k + 1)[k])
     )
+
+
+@cache
+def _bent(t: float, k: int) -> tuple[float, float]:
+    """t (1 − t) times a Legendre polynomial, and its derivative."""
+    x = 2.0 * t - 1.0
+    one = np.polynomial.legendre.Legendre.basis(k)
+    rate = 4.0 * (1.0 - 2.0 * t) * one(x) + 8.0 * t * (1.0 - t) * one.deriv()(x)
+    return _bubble(t, k), float(rate)
 
 
 @cache

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.analysis.edges import Edge
 from cvxupdate.fe.analysis.parts import Assembled, Fine
+from cvxupdate.fe.analysis.rims import coordinate
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.labels import KINDS
@@ -42,8 +43,7 @@ def inner_of(edges: Sequence[Edge], number: int, node: int, inside: Index) -> li
             shift = 3 if family.startswith("twist") else 0
             kinds = [KINDS[shift + k] for k in range(3) if abs(d[k]) > ALONG]
             ends = tuple(f"n{n}.{k}" for n in (edge.a, edge.b) for k in kinds) if edge.rim else ()
-            axis = ",".join(f"{x:.4f}" for x in d + 0.0)
-            out.append(Inner(f"{family} of {edge.a}-{edge.b} along {axis}", family, edge.a, ends))
+            out.append(Inner(coordinate(edge, family, d), family, edge.a, ends))
     return [*out, *(Inner(f"inside{k} of {number}", f"inside{k}", node) for k in inside)]
 
 

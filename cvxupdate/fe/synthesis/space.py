@@ -132,7 +132,9 @@ class Space:
         V[hidden, np.arange(r, r + len(hidden))] = 1.0 / np.sqrt(M.diagonal()[hidden])
         # what the old parameters do is among the shapes
         fresh = [j for j in moving if j >= len(self.model.parameters)]
-        forces, wide = pushes(model, model.zero(), fresh, V[:, : self.near])
+        loose = loosened(model, fresh, free)  # what they do is answered by motions of what is free
+        others = [j for j in fresh if j not in loose]
+        forces, wide = pushes(model, model.zero(), others, V[:, : self.near])
         forces = np.hstack([forces[:size], -stiffness_columns(model, free)[:size]])
         answers = np.zeros((model.size, forces.shape[1]))
         answers[:size] = self._factor.solve(forces)
@@ -143,7 +145,7 @@ class Space:
             at=model.zero(),
             V=independent(V, answers, M),
             wide=(*self.wide, *wide),
-            loose=(*self.loose, *loosened(model, fresh, free)),
+            loose=(*self.loose, *loose),
             moving=tuple(moving),
             root=self,
         )
@@ -286,7 +288,7 @@ def _with_answers(bare: Space, at: Real, V: Real, M: sp.csc_array, factor: Facto
     forces, wide = pushes(bare.model, at, bare.moving, V[:, : bare.near])
     answers = factor.solve(np.hstack([units(bare.model.size, bare.ports), forces]))
     V = independent(V, answers, M)
-    return replace(bare, at=at, V=V, wide=wide)
+    return replace(bare, at=at, V=V, wide=tuple(j for j in wide if j not in bare.loose))
 
 
 def _modes(K: sp.csc_array, M: sp.csc_array, top: float, rigid: Real) -> Modes:
