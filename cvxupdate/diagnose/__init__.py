@@ -104,14 +104,19 @@ def _by_level(
 ) -> Diagnosis:
     """By linear effects; where they do not explain, or runs at one level differ, with laws that
     depend on the level too: where several linear ones leave nothing, and only which is not told,
-    no law has anything to explain. Drift, where runs at one level differ, is looked for first: of
+    no law has anything to explain. Where nothing is missing but that the recordings depend on the
+    level a little, with laws alone. Drift, where runs at one level differ, is looked for first: of
     a structure that changed, no effect is claimed that a search would find."""
     from cvxupdate.diagnose.gather import in_simulation, may_drift
+    from cvxupdate.diagnose.output.wording import depends_a_little
 
     simulated = in_simulation(spec, recordings, evidence, tell) if may_drift(evidence) else None
     if simulated is not None and simulated.drift:
         return _diagnosed(spec, recordings, simulated, tell, begin)
     found = _diagnosed(spec, recordings, evidence, tell, begin)
+    if found.verdict == "consistent" and (laws := _laws_alone(spec, recordings, evidence, tell)):
+        by_law = _diagnosed(spec, recordings, laws, tell, begin)
+        return by_law if by_law.findings else depends_a_little(found, by_law, laws.level_change())
     if found.verdict != "undetermined" or "explained_by" in found.details:
         return found
     simulated = simulated or in_simulation(spec, recordings, evidence, tell)
@@ -119,6 +124,21 @@ def _by_level(
         return found
     again = _diagnosed(spec, recordings, simulated, tell, begin)
     return again if again.findings or simulated.drift else found
+
+
+def _laws_alone(
+    spec: Spec, recordings: Sequence[Recording], linear: Evidence, tell: Callable[[str], None]
+) -> MotionEvidence | None:
+    """What a linear model explains, beside nothing linear, where it depends on the level by more
+    than a linear structure does: what a sound model may miss it misses at every level alike."""
+    from cvxupdate.diagnose.gather import in_simulation
+    from cvxupdate.diagnose.responses.evidence import ResponseEvidence
+    from cvxupdate.diagnose.settings import LEAST_CHANGE
+
+    change = linear.level_change()
+    if not isinstance(linear, ResponseEvidence) or not change or not change.exceeds(LEAST_CHANGE):
+        return None
+    return in_simulation(spec, recordings, replace(linear, names=()), tell)
 
 
 def _diagnosed(

@@ -202,6 +202,10 @@ class Evidence(Protocol):
         """Logarithm of the likelihood of what was held out, at a fit; 0 where that says nothing
         that was not fitted: of a linear structure another record is one more of the same."""
 
+    def between_levels(self, fit: Fit) -> Errors:
+        """What a fit leaves of the change between drive levels, as a fraction of the responses,
+        among what was fitted and from there to what was held out; NaN where none compare."""
+
     def alike(self, fit: Fit, effect: Effect, strictly: bool = False) -> Sequence[Effect]:
         """The same effect at places that these recordings hardly tell from its own, nearest first
         (``strictly``: that no recording in the band tells from it); none where the search compares
@@ -282,6 +286,10 @@ class Linear(Timed):
     def held_out(self, fit: Fit) -> float:
         """Nothing: another record is one more of the same."""
         return 0.0
+
+    def between_levels(self, fit: Fit) -> Errors:
+        """Not asked."""
+        return Errors(float("nan"), float("nan"))
 
     def alike(self, fit: Fit, effect: Effect, strictly: bool = False) -> Sequence[Effect]:
         """None: all places are compared."""

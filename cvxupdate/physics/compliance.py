@@ -4,7 +4,7 @@ compliance, so that zero means rigid."""
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cvxupdate.fe.block import Block
 from cvxupdate.fe.elements import Term
@@ -67,7 +67,8 @@ class EdgeCompliance:
 def write_edge(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:
     """As a spring at the node: with what is within reach of it moving as it does."""
     k = now["share"] / (now["a0"] + now["a"]) * now["stiffness"]
-    put_spring(draft, model, block, e, k, "a", "soft support")
+    own = replace(block, dofs=block.dofs[:, :1])
+    put_spring(draft, model, own, e, k, "a", "soft support")
 
 
 def write(draft: Draft, model: Model, block: Block, e: int, now: Mapping[str, float]) -> None:

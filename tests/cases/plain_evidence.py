@@ -99,6 +99,9 @@ class PlainSetting:
         return (*(q.name for q in self.model.parameters), *(f.label for f in self.faults))
 
 
+UNASKED = Errors(float("nan"), float("nan"))
+
+
 @dataclass(frozen=True)
 class PlainFit:
     """Figures of a fit; ``excess`` is the misfit where none is given."""
@@ -112,6 +115,7 @@ class PlainFit:
     p: np.ndarray = field(default_factory=lambda: np.zeros(0))
     deviations: np.ndarray = field(default_factory=lambda: np.zeros(0))
     setting: PlainSetting = PlainSetting()
+    between_levels: Errors = UNASKED
 
     @property
     def excess(self) -> float:
@@ -177,6 +181,9 @@ class PlainEvidence:
 
     def held_out(self, fit: PlainFit) -> float:
         return 0.0
+
+    def between_levels(self, fit: PlainFit) -> Errors:
+        return fit.between_levels
 
     def apart(self, one: PlainFit, other: PlainFit, titles: tuple[str, str]) -> str:
         return f"Between {titles[0]} and {titles[1]}, measure." if self.next else ""

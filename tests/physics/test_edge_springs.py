@@ -12,11 +12,15 @@ from scipy.sparse.linalg import eigsh
 
 from cvxupdate.diagnose.nominal.refinement import Mesh
 from cvxupdate.diagnose.nominal.supports import held_dofs, regrown, release_from
-from cvxupdate.fe.analysis import analysis_of
+from cvxupdate.diagnose.output.export import problem_file
+from cvxupdate.diagnose.results import Updated
+from cvxupdate.fe.analysis import analysis_of, as_stated
+from cvxupdate.fe.build import build_model
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.equal_supports import EqualSupports
 from cvxupdate.physics.soft_support import SoftSupport
+from cvxupdate.spec import check_problem, load_problem
 from tests.fe.analysis.test_solid import B, H, read, sheet
 
 RIGIDITY = 207e9 * H**3 / 12.0 / (1.0 - 0.3**2)
@@ -107,3 +111,32 @@ def test_one_support_gives_way_with_its_part_of_the_edge(tmp_path):
     across = np.array([x.endswith(".z") for x in model.labels])
     first = np.abs(softer.shapes[:, 0])
     assert first[model.place["n6.z"]] > 0.01 * first[across].max()
+
+
+@pytest.mark.parametrize("dof", ["z", "ry"])
+def test_it_is_written_as_springs_at_the_nodes(tmp_path, dof):
+    """With the stiffness of the whole edge between them."""
+    context = grown(tmp_path, dof)
+    effect = next(
+        e
+        for e in EqualSupports().candidates(context)
+        if e.place.nodes == (1, 6, 11, 16) and e.place.dof == dof
+    )
+    model = effect.change.model
+    k = RIGIDITY / (B**3 if dof == "z" else B)
+    a0, unit = float(model.blocks[-1].properties["a0"][0]), model.parameters[-1].unit_size
+    p = model.zero()
+    p[-1] = (4.0 / (k * B) - a0) / unit
+    spec = load_problem(tmp_path / "problem.toml")
+    found = Updated(model, p, zeta=np.zeros(1), refine=8, solid=False)
+    path = tmp_path / "again.toml"
+    path.write_text(problem_file(spec, found).text, encoding="utf-8")
+    assert check_problem(path) == ()
+    again = load_problem(path)
+    springs = [r for b in again.model.elements if b.type == "spring" for r in b.rows]
+    assert [r.nodes for r in springs] == [(1,), (6,), (11,), (16,)]
+    parts = np.array([1.0, 2.0, 2.0, 1.0]) / 6.0
+    np.testing.assert_allclose([r.k for r in springs], parts * k * B, rtol=1e-4)
+    own = model_modes(as_stated(again, build_model(again)), 6).frequencies
+    # what holds the edge between its nodes is at them then
+    np.testing.assert_allclose(own, model_modes(model, 6, p).frequencies, rtol=0.02)

@@ -9,10 +9,13 @@ import pytest
 
 from cvxupdate.diagnose.nominal.refinement import Mesh
 from cvxupdate.diagnose.nominal.supports import held_dofs, regrown, release_from
+from cvxupdate.diagnose.output.export import problem_file
+from cvxupdate.diagnose.results import Updated
 from cvxupdate.fe.analysis import analysis_of
 from cvxupdate.fe.modes import model_modes
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.loose_span import LooseSpan, rows, spans
+from cvxupdate.spec import check_problem, load_problem
 from tests.fe.analysis.test_solid import read, sheet
 
 NX, NY = 4, 5
@@ -80,3 +83,26 @@ def test_one_number_says_what_a_loose_span_does(context, tmp_path):
     assert all(errors[n] > 2.0 * errors[11,] for n in ((6, 11), (6,), (21, 26)))
     says = found[6, 11].type.says(found[6, 11], {"k": 4e3, "kr": 12.0})
     assert "between nodes 1 and 16, 0.120 m of the edge" in says and "every direction" in says
+
+
+def test_it_is_written_as_springs_in_every_direction(context, tmp_path):
+    found = {e.place.nodes: e for e in LooseSpan().candidates(context)}
+    effect = found[6, 11]
+    model = effect.change.model
+    p = model.zero()
+    p[-1] = 3.0
+    own = model.parameters[-1]
+    k, kr = (q.value(model, own, 3.0, 0.1)[0] for q in effect.figures)
+    spec = load_problem(tmp_path / "problem.toml")
+    found = Updated(model, p, zeta=np.zeros(1), refine=8, solid=False)
+    path = tmp_path / "again.toml"
+    path.write_text(problem_file(spec, found).text, encoding="utf-8")
+    assert check_problem(path) == ()
+    springs = {
+        (r.nodes[0], r.dof): r.k
+        for b in load_problem(path).model.elements
+        if b.type == "spring"
+        for r in b.rows
+    }
+    wanted = {(n, d): k if d == "z" else kr for n in (6, 11) for d in ("z", "rx", "ry")}
+    assert springs == pytest.approx(wanted, rel=1e-4)

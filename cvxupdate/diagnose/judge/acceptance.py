@@ -123,16 +123,29 @@ def better(w: Weighed, before: Weighed, case: Case, further: int = 1) -> bool:
     halved = w.fit.excess <= least**further * before.fit.excess
     if evidence.told_by == MOTION and not explained(before, case):
         halved |= _free_runs_halved(w, before, case)
-    return (
-        halved
-        and information(w.fit, before.fit, w.unknowns - before.unknowns) < -STRONG
-        and shown(
-            w.errors.hold_out,
-            before.errors.hold_out,
-            evidence.nominal.hold_out,
-            evidence.noise.hold_out,
-        )
-    )
+    enough = information(w.fit, before.fit, w.unknowns - before.unknowns) < -STRONG
+    return halved and enough and _shows(w, before, case)
+
+
+def _shows(w: Weighed, before: Weighed, case: Case) -> bool:
+    """On what was held out; where a law is sought in what a sound model may miss anyhow, on what
+    changes between levels."""
+    if case.evidence.told_by == MOTION and explained(before, case):
+        told = _foretells(w, before, case)
+        if told is not None:
+            return told
+    held, evidence = (w.errors.hold_out, before.errors.hold_out), case.evidence
+    return shown(*held, evidence.nominal.hold_out, evidence.noise.hold_out)
+
+
+def _foretells(w: Weighed, before: Weighed, case: Case) -> bool | None:
+    """Whether a law foretells most of what changes between levels, of those fitted and from these
+    to what was held out: the error of the responses is mostly what a model misses at every level
+    alike, which says nothing of a law. None where no levels compare."""
+    after, other = (case.evidence.between_levels(x.fit) for x in (w, before))
+    pairs = ((after.fit, other.fit), (after.hold_out, other.hold_out))
+    told = [a <= HALVED * b for a, b in pairs if np.isfinite(a)]
+    return all(told) if told else None
 
 
 def _free_runs_halved(w: Weighed, before: Weighed, case: Case) -> bool:

@@ -24,11 +24,18 @@ from cvxupdate.diagnose.motion.runs import Run
 from cvxupdate.diagnose.motion.scene import Scene
 from cvxupdate.diagnose.nominal.supports import on_the_file
 from cvxupdate.diagnose.responses.columns import columns_of
-from cvxupdate.diagnose.responses.errors import ContractErrors, channel_errors, likelihood, stated
+from cvxupdate.diagnose.responses.errors import (
+    ContractErrors,
+    channel_errors,
+    likelihood,
+    on_signals,
+    stated,
+)
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.figures import responses_shown
 from cvxupdate.diagnose.responses.finite_size import few_directions
 from cvxupdate.diagnose.responses.first_order import first_order, linearised
+from cvxupdate.diagnose.responses.levels import left_between
 from cvxupdate.diagnose.responses.sets import sets_of_elements
 from cvxupdate.diagnose.responses.setting import EFFORTS, let_go
 from cvxupdate.diagnose.responses.signals import Signal
@@ -191,6 +198,18 @@ class MotionEvidence(OfLinear, Timed):
     def held_out(self, found: Fit) -> float:
         """In free simulation: two laws that do alike at the levels fitted part there."""
         return likelihood(found, self.held)
+
+    def between_levels(self, found: Fit) -> Errors:
+        """In free simulation."""
+        fitted, held = self.linear.data.sharp, self.linear.data.sharp_hold_out
+        both = (*fitted, *held)
+        left = [
+            s.Y - y for s, y in zip(both, on_signals(found.point, both).modelled(), strict=True)
+        ]
+        n = len(fitted)
+        return Errors(
+            left_between(fitted, fitted, [*left[:n], *left[:n]]), left_between(fitted, held, left)
+        )
 
     def alike(self, found: Fit, effect: Effect, strictly: bool = False) -> Sequence[Effect]:
         """Of laws neighbours, and other forms where one leaves much; laws that act like it."""

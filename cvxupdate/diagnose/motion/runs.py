@@ -14,6 +14,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 from cvxupdate.diagnose.responses.data import DIFFERENCED, signals_of
 from cvxupdate.diagnose.responses.rest import QUIET, STILL, rest_noise
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal, smoothed
+from cvxupdate.recordings.mains import tones, without
 from cvxupdate.recordings.measured import DECAY, MOTION, band_of
 from cvxupdate.recordings.types import Channel, TimeHistory
 
@@ -117,7 +118,9 @@ class Run:
 
 
 def run_of(history: TimeHistory) -> Run | None:
-    """A recording with forces and motions at DOFs of the model; None for any other."""
+    """A recording with forces and motions at DOFs of the model, mains hum taken out; None for any
+    other."""
+    history = without(history, tones(history))
     channels = history.channels
     drives = [i for i, c in enumerate(channels) if c.quantity == "force" and c.dof]
     senses = [i for i, c in enumerate(channels) if _senses(c)]

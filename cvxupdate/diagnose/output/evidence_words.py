@@ -10,9 +10,9 @@ from cvxupdate.diagnose.judge.acceptance import Case, Weighed, explained
 from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.output.rival_words import named, shortly, verbs
-from cvxupdate.diagnose.output.wording import RIVALS, by_themselves, nonlinear, slightly
+from cvxupdate.diagnose.output.wording import RIVALS, by_themselves, nonlinear
 from cvxupdate.diagnose.results import Finding
-from cvxupdate.diagnose.settings import AS_LIKELY, LEVEL_CHANGE, SLIGHT_CHANGE
+from cvxupdate.diagnose.settings import AS_LIKELY, LEAST_CHANGE, LEVEL_CHANGE
 from cvxupdate.diagnose.types import Errors, Evidence, LevelChange
 from cvxupdate.physics.effect import MOTION
 from cvxupdate.physics.place import capital
@@ -58,9 +58,9 @@ def _level_line(change: LevelChange | None, level: bool) -> list[str]:
             "the response depends on the level, so the structure is not linear."
             if level
             else "the response depends on the level, though little."
-            if slightly(change)
+            if change.exceeds(LEAST_CHANGE)
             else "more than noise, and less than what laws that depend on the level are sought for "
-            f"({100 * SLIGHT_CHANGE:.2g} %)."
+            f"({100 * LEAST_CHANGE:.2g} %)."
             if change.exceeds(0.0)
             else "the structure is linear to that accuracy."
             if change.noise <= LEVEL_CHANGE

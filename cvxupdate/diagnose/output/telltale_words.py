@@ -7,6 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from cvxupdate.diagnose.settings import LOPSIDED, TELLTALE, UNEVEN, UNFORCED_PART
+from cvxupdate.physics.place import listed
+from cvxupdate.recordings.mains import tones
 from cvxupdate.recordings.telltales import (
     Change,
     asymmetry,
@@ -34,7 +36,7 @@ def telltale_lines(recordings: Sequence[Recording], drifts: bool = False) -> lis
         return lines
     loudest = max(runs, key=_level)
     lines += [*([] if drifts else _between_levels(runs)), *_at_one_level(runs)]
-    lines += [*_asymmetry(loudest), *_unforced(loudest)]
+    lines += [*_asymmetry(loudest), *_unforced(loudest), *_hum(runs)]
     return lines + [line for r in runs for line in _ring_down(r)]
 
 
@@ -136,6 +138,16 @@ def _unforced(loudest: TimeHistory) -> list[str]:
         f"{100.0 * part:.2g} % of the motion at level {_level(loudest):.3g} answers at frequencies "
         "where nothing was forced: distortion, which no linear structure makes."
     ]
+
+
+def _hum(runs: Sequence[TimeHistory]) -> list[str]:
+    """Of the mains, at what frequencies."""
+    known = [(r.origin.name, {round(t.frequency) for t in tones(r)}) for r in runs]
+    heard = [name for name, found in known if found]
+    if not heard:
+        return []
+    at = listed([f"{f} Hz" for f in sorted(set().union(*(found for _, found in known)))])
+    return [f"Mains hum at {at} was taken out of {listed(heard)}: it does not grow with the force."]
 
 
 def _ring_down(history: TimeHistory) -> list[str]:

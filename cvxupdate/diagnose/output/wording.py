@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.acceptance import Weighed, explained
@@ -13,6 +15,9 @@ from cvxupdate.diagnose.settings import EXPLAINED, HALVED, LEVEL_CHANGE, OPEN, S
 from cvxupdate.diagnose.types import Errors, LevelChange
 from cvxupdate.physics.effect import MOTION
 from cvxupdate.physics.place import listed
+
+if TYPE_CHECKING:
+    from cvxupdate.diagnose.output.diagnosis import Diagnosis
 
 FEW = 2  # effects that a sentence names together
 RIVALS = 3  # other hypotheses whose errors are stated
@@ -80,6 +85,25 @@ def by_themselves(odd: str) -> str:
     return odd and (
         f"Taken by themselves {odd} are not explained, though all figures of the table together "
         "are (tolerance: the stated deviation, and what a sound model may miss)."
+    )
+
+
+def depends_a_little(found: Diagnosis, by_law: Diagnosis, change: LevelChange | None) -> Diagnosis:
+    """What a linear model explains by itself, where the recordings depend on their level all the
+    same and no law that was tried is told by that."""
+    if change is None:
+        return found
+    near = by_law.candidates[0] if by_law.candidates else None
+    nearest = "" if near is None else f" Nearest comes {near['title']}."
+    return replace(
+        found,
+        verdict="undetermined",
+        says=(
+            "A linear model explains these recordings within what a sound one may miss, but they "
+            f"depend on the vibration level: from one to another the {change.what} change by "
+            f"{100 * change.change:.2g} %, and noise makes {100 * change.noise:.2g} % of it. No "
+            f"law at a node of the model explains that.{nearest}"
+        ),
     )
 
 

@@ -14,9 +14,10 @@ from cvxupdate.diagnose.responses.common import Common
 from cvxupdate.diagnose.responses.moving import NOTHING, Carried
 from cvxupdate.diagnose.responses.rest import rest_noise
 from cvxupdate.diagnose.responses.signals import Real, Signal, smoothed
-from cvxupdate.diagnose.settings import LEVELS, UNSTATED_FRF
+from cvxupdate.diagnose.settings import LEVELS, RESPONSE_DISCREPANCY, UNSTATED_FRF
 from cvxupdate.errors import RecordingError
 from cvxupdate.fe.model import Model
+from cvxupdate.recordings.mains import Tone, tones, without
 from cvxupdate.recordings.measured import DECAY, MOTION, Measured, band_of, measured_responses
 from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
 
@@ -146,10 +147,19 @@ def of_one_length(
 def signals_of(recording: FrequencyResponse | TimeHistory) -> list[Signal]:
     """A recording on its own lines, a signal for each quantity of motion."""
     origin = recording.origin
+    hum = tones(recording) if isinstance(recording, TimeHistory) else ()
+    if isinstance(recording, TimeHistory):
+        recording = without(recording, hum)
     out = []
     for m in measured_responses(recording):
         keep = np.all(np.isfinite(m.Y), axis=(1, 2))
-        std = _frf_noise(m) if isinstance(recording, FrequencyResponse) else _noise(recording, m)
+        if isinstance(recording, FrequencyResponse):
+            std = _frf_noise(m)
+        else:
+            unsure = _unsure(recording, m, hum)
+            std = np.hypot(_noise(recording, m), unsure)
+            lost = np.any(unsure > 0.5 * std + RESPONSE_DISCREPANCY * np.abs(m.Y), axis=(1, 2))
+            keep &= ~lost
         out.append(
             Signal(
                 origin.name,
@@ -165,6 +175,15 @@ def signals_of(recording: FrequencyResponse | TimeHistory) -> list[Signal]:
                 tuple(c.label for c in m.references),
             )
         )
+    return out
+
+
+def _unsure(history: TimeHistory, m: Measured, hum: Sequence[Tone]) -> Real:
+    """Deviations of spectra of e^{−δt} y by the mains hum that was taken out."""
+    out = np.zeros(m.Y.shape)
+    for i, c in enumerate(m.responses):
+        own = [t for t in hum if history.channels[t.channel] == c]
+        out[:, i, 0] = np.sqrt(sum((t.unsure(m.s) ** 2 for t in own), np.zeros(len(m.s))))
     return out
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from cvxupdate.diagnose.responses.signals import Complex, Real, Signal
 from cvxupdate.diagnose.types import LevelChange
 
 LEAST_LINES = 20  # that two records have in common
+GAIN = 0.01  # relative: by which that of a sensor may change from one level to another
 NARROW = 1.5  # highest over lowest frequency: in narrower bands nothing is compared
 
 
@@ -48,21 +50,54 @@ def state_change(before: Sequence[Signal], after: Sequence[Signal]) -> LevelChan
     return max((c for c in changes if c), key=lambda c: c.change, default=None)
 
 
-def _on_lines(a: Signal, b: Signal) -> LevelChange | None:
+def left_between(
+    fitted: Sequence[Signal], other: Sequence[Signal], left: Sequence[Complex]
+) -> float:
+    """The largest change of the transfer function from one of the signals that were ``fitted`` to
+    one of ``other`` at another level, of what a model leaves of these (``left``, of both, like
+    their Y), as a fraction of the responses. What a model misses at every level alike is none of
+    it. NaN where no two compare."""
+    both, count = (*fitted, *other), len(fitted)
+    left_of = [replace(s, Y=own) for s, own in zip(both, left, strict=True)]
+    changes = [
+        found.change
+        for i, a in enumerate(fitted)
+        for j, b in enumerate(other)
+        if a.level != b.level and _compare(a, b)
+        if (found := _on_lines(a, b, (left_of[i], left_of[count + j])))
+    ]
+    return max(changes, default=float("nan"))
+
+
+def _compare(a: Signal, b: Signal) -> bool:
+    alike = a.inputs == b.inputs and a.sensors == b.sensors and a.order == b.order
+    return a.single and b.single and a.name != b.name and alike
+
+
+def _on_lines(
+    a: Signal, b: Signal, left: tuple[Signal, Signal] | None = None
+) -> LevelChange | None:
     """On common lines: two records of one linear structure have Y₁ U₂ = Y₂ U₁ on each, however
-    narrow its resonances and whatever the forces. What is more than noise, whose squares are an
-    upper bound. None where few lines are common."""
+    narrow its resonances and whatever the forces, but for the gain of each channel, which scatters
+    with the level by what its data sheet says. What is more than noise, whose squares are an upper
+    bound. ``left``: the same of what a model leaves of both. None where few lines are common."""
     _, i, j = np.intersect1d(np.round(a.s, 9), np.round(b.s, 9), return_indices=True)
     if len(i) < LEAST_LINES:
         return None
     (y, u, dy), (z, w, dz) = (
         (s.Y[k, :, 0], s.U[k, 0, 0][:, None], s.std[k, :, 0]) for s, k in ((a, i), (b, j))
     )
-    size = np.sqrt(0.5 * np.sum(np.abs(y * w) ** 2 + np.abs(z * u) ** 2))
+    one, other = y * w, z * u
+    size = np.sqrt(0.5 * np.sum(np.abs(one) ** 2 + np.abs(other) ** 2))
     noise = np.sqrt(np.sum((dy * np.abs(w)) ** 2 + (dz * np.abs(u)) ** 2))
-    apart = np.sqrt(np.sum(np.abs(y * w - z * u) ** 2))
+    gap = one - other
+    if left is not None:
+        gap = left[0].Y[i, :, 0] * w - left[1].Y[j, :, 0] * u
+    power = np.maximum(np.sum(np.abs(other) ** 2, axis=0), np.finfo(float).tiny)
+    gain = np.real(np.sum(np.conj(other) * gap, axis=0)) / power
+    gap = gap - np.clip(gain, -GAIN, GAIN) * other
     # squares beyond those of noise, and what chance makes of these (chi-square, two a line)
-    beyond = np.sqrt(max(apart**2 - noise**2, 0.0))
+    beyond = np.sqrt(max(float(np.sum(np.abs(gap) ** 2)) - noise**2, 0.0))
     chance = noise * (1.0 / y.size) ** 0.25
     return LevelChange(float(beyond / size), float(chance / size))
 

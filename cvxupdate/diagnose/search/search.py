@@ -34,6 +34,7 @@ from cvxupdate.diagnose.settings import (
     FINE_SEVERAL,
     HALVED,
     HOPELESS,
+    LEAST_CHANGE,
     OPEN,
     PARENTS,
     SPARE,
@@ -43,7 +44,7 @@ from cvxupdate.diagnose.settings import (
 )
 from cvxupdate.diagnose.types import Evidence, Key, Progress, Score
 from cvxupdate.physics import effect_types
-from cvxupdate.physics.effect import MODES
+from cvxupdate.physics.effect import MODES, MOTION
 
 
 @dataclass(frozen=True)
@@ -61,9 +62,15 @@ class Found:
 
 def damping_only(evidence: Evidence) -> bool:
     """Whether only the pattern of damping may be at stake: nuisance parameters explain the
-    rest."""
+    rest, and nothing depends on the level."""
     base = evidence.bases[-1]
-    return base.misfit <= EXPLAINED and not evidence.departs(base)
+    return base.misfit <= EXPLAINED and not evidence.departs(base) and not _by_level(evidence)
+
+
+def _by_level(evidence: Evidence) -> bool:
+    """Whether recordings on which laws are tried depend on their level, be it little."""
+    change = evidence.level_change() if evidence.told_by == MOTION else None
+    return change is not None and change.exceeds(LEAST_CHANGE)
 
 
 def names_tried(evidence: Evidence) -> tuple[str, ...]:

@@ -268,3 +268,22 @@ def test_no_more_unknowns_than_figures_to_tell_them_by() -> None:
     for figures, needed in ((3.0, True), (2.0, False)):
         case = case_of(PlainEvidence((replace(BASE, independent=figures),)))
         assert needs_several(weighed(GOOD, *both), None, case) == needed
+
+
+def test_a_law_within_the_discrepancy_must_foretell_what_changes_between_levels() -> None:
+    """The error of the responses is a sound model's at every level alike, and says nothing."""
+    same = Errors(0.0053, 0.0037)
+    base = replace(BASE, misfit=0.4, errors=same, between_levels=Errors(0.009, 0.006))
+
+    def accepted(left: Errors, told_by: str = "motion") -> bool:
+        law = PlainFit(0.05, errors=same, between_levels=left)
+        figures = Errors(0.5, 0.5), Errors(0.001, 0.001)
+        case = case_of(PlainEvidence((base,), *figures, told_by=told_by))
+        return better(weighed(law, effect()), case.base, case)
+
+    assert accepted(Errors(0.004, 0.003))
+    assert not accepted(Errors(0.004, 0.005)), "not of what was held out"
+    assert not accepted(Errors(0.006, 0.002))
+    assert accepted(Errors(0.004, NAN)), "nothing at another level was held out"
+    assert not accepted(Errors(NAN, NAN)), "one level: by what was held out, as ever"
+    assert not accepted(Errors(0.004, 0.003), "responses")

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from cvxupdate.diagnose.output.telltale_words import telltale_lines
-from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
+from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin, TimeHistory
 from tests.cases.shaken import shaken
 from tests.recordings.test_telltales import HARDENING, RUBBING, STOP, decaying
 
@@ -77,3 +77,12 @@ def test_frequency_responses_at_two_levels_say_how_resonances_go():
     rubs = said(frf(4.0, 2, zeta=0.006), frf(1.0, 1, zeta=0.012))
     assert "narrower: damping falls with the level" in rubs
     assert said(frf(2.0, 1), frf(2.0, 2, stiffer=6e3)) == "", "one level says nothing of levels"
+
+
+def test_mains_hum_is_said() -> None:
+    rng, n, rate = np.random.default_rng(5), 4096, 256.0
+    data = rng.standard_normal((n, 2))
+    data[:, 1] += np.sin(2.0 * np.pi * 50.0 * np.arange(n) / rate)
+    channels = (Channel(1, "x", "force"), Channel(2, "x", "acceleration"))
+    found = telltale_lines([TimeHistory(Origin("a run", "test", "fit"), rate, channels, data)])
+    assert found[-1].startswith("Mains hum at 50 Hz was taken out of a run")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import pytest
 
@@ -10,6 +10,7 @@ from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.output.evidence_words import MOST, evidence_lines
 from cvxupdate.diagnose.output.wording import (
     RIVALS,
+    depends_a_little,
     nonlinear,
     slightly,
     verdict_of,
@@ -216,8 +217,8 @@ def test_a_search_that_time_ended_does_not_say_that_nothing_explains_it() -> Non
 @pytest.mark.parametrize(
     ("change", "noise", "said"),
     [
-        (0.011, 0.0003, "more than noise, and less than what laws that depend on the level are "
-         "sought for (1.5 %)."),
+        (0.004, 0.0003, "more than noise, and less than what laws that depend on the level are "
+         "sought for (0.5 %)."),
         (0.011, 0.009, "the structure is linear to that accuracy."),
         (0.02, 0.0003, "the response depends on the level, though little."),
     ],
@@ -320,3 +321,20 @@ def test_scatter_that_leaves_more_than_the_nominal_model_is_explained() -> None:
     base = replace(BASE, errors=Errors(0.7, 0.8))
     lines = evidence_lines(replace(EMPTY, case=case_of(PlainEvidence((base,)))), None)
     assert "more than the nominal model leaves, because a fit weighs each line" in lines[-1]
+
+
+@dataclass(frozen=True)
+class Said:
+    verdict: str
+    says: str
+    candidates: tuple[dict[str, str], ...] = ()
+
+
+def test_what_a_linear_model_explains_may_depend_on_the_level_all_the_same() -> None:
+    found, laws = Said("consistent", "Nothing."), Said("", "", ({"title": "a stop at node 3"},))
+    change = LevelChange(0.009, 0.0003)
+    told = depends_a_little(found, laws, change)  # type: ignore[arg-type]
+    assert told.verdict == "undetermined"
+    assert "change by 0.9 %, and noise makes 0.03 % of it" in told.says
+    assert told.says.endswith("Nearest comes a stop at node 3.")
+    assert depends_a_little(found, laws, None) is found  # type: ignore[arg-type]

@@ -3,14 +3,16 @@ and their force of the day; one that stiffens does not."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 from scipy.signal import StateSpace, lsim
 
 from cvxupdate.diagnose.responses.data import of_one_length, signals_of
-from cvxupdate.diagnose.responses.levels import level_change, state_change
-from cvxupdate.diagnose.settings import LEVEL_CHANGE, SLIGHT_CHANGE
+from cvxupdate.diagnose.responses.levels import left_between, level_change, state_change
+from cvxupdate.diagnose.settings import LEAST_CHANGE, LEVEL_CHANGE
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin, TimeHistory
 
 K = np.array([[9.0e4, -4.0e4, 0.0], [-4.0e4, 9.2e4, -5.2e4], [0.0, -5.2e4, 5.2e4]])
@@ -43,12 +45,43 @@ def change(*runs):
 @pytest.mark.parametrize("seconds", [20.0, 31.3, 55.0])
 def test_a_linear_structure_does_not_depend_on_the_level_however_long_its_runs(seconds) -> None:
     found = change(run(1.0, 20.0, 1), run(3.0, seconds, 2))
-    assert found.change < 0.1 * LEVEL_CHANGE and not found.exceeds(SLIGHT_CHANGE)
+    assert found.change < LEAST_CHANGE and not found.exceeds(0.0)
 
 
 def test_one_that_stiffens_does() -> None:
     found = change(run(1.0, 20.0, 1), run(3.0, 31.3, 2, stiffer=1500.0))
     assert found.exceeds(LEVEL_CHANGE)
+
+
+def test_the_gain_of_a_sensor_may_change_with_the_level() -> None:
+    one, two = run(1.0, 20.0, 1), run(3.0, 20.0, 2)
+    gained = replace(two, data=two.data * np.array([1.0, 1.008, 0.993, 1.0]))
+    assert change(one, gained).change < LEAST_CHANGE
+    broken = replace(two, data=two.data * np.array([1.0, 1.1, 1.0, 1.0]))
+    assert change(one, broken).exceeds(LEAST_CHANGE)
+
+
+def test_mains_hum_does_not_grow_with_the_level_and_is_no_dependence_on_it() -> None:
+    one, two = run(1.0, 24.0, 1), run(8.0, 24.0, 2)
+    t = np.arange(len(one.data)) / one.rate
+    hum = 0.3 * np.std(one.data[:, 1:], axis=0) * np.sin(2.0 * np.pi * 50.03 * t + 0.4)[:, None]
+    heard = [replace(r, data=r.data + np.pad(hum, ((0, 0), (1, 0)))) for r in (one, two)]
+    assert not change(*heard).exceeds(LEAST_CHANGE)
+    (s,) = signals_of(heard[0])
+    (quiet,) = signals_of(one)
+    gone = np.setdiff1d(quiet.s.imag, s.s.imag) / (2.0 * np.pi)
+    assert 0 < len(gone) < 0.05 * len(quiet.s) and np.all(np.abs(gone - 50.03) < 4.0)
+
+
+def test_what_a_model_misses_at_every_level_alike_is_no_change_between_them() -> None:
+    one, two = (signals_of(r)[0] for r in (run(1.0, 20.0, 1), run(3.0, 20.0, 2)))
+    stiff = signals_of(run(3.0, 20.0, 2, stiffer=1500.0))[0]
+    missed = [0.2 * s.U[:, :, :] * np.exp(-s.s.real * 0.1)[:, None, None] for s in (one, two)]
+    alike = left_between([one], [two], [np.repeat(m, 3, axis=1) for m in missed])
+    assert alike < 1e-9
+    whole = left_between([one], [stiff], [one.Y, stiff.Y])
+    assert whole == pytest.approx(level_change([one, stiff]).change)
+    assert np.isnan(left_between([one], [replace(two, level=one.level)], [one.Y, two.Y]))
 
 
 def test_a_time_history_is_not_compared_with_a_frequency_response() -> None:
