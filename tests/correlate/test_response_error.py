@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.signal import cont2discrete, dlsim
+from scipy.signal import cont2discrete, dlsim, fftconvolve
 
 from cvxupdate.correlate import response_errors
 from cvxupdate.correlate.response_error import Stated, modelled, pooled, stated_errors, together
@@ -199,7 +199,37 @@ def test_decaying_spectra_are_the_laplace_transform():
     rate, n = 4000.0, 40000
     t = np.arange(n) / rate
     x = np.exp(-3.0 * t)
-    x[0] = 0.5  # the trapezoidal rule
     history = TimeHistory(Origin("t", "t"), rate, (motion(2),), x[:, None])
     s, spectra = decaying_spectra(history, (1.0, 20.0))
     assert spectra[:, 0] == pytest.approx(1.0 / (s + 3.0), rel=1e-3)
+
+
+def test_a_force_that_sets_in_counts_by_half_and_a_blow_as_a_whole():
+    """Of a step and of one sample: 1 / s, and its momentum."""
+    rate, n = 400.0, 40000
+    channels = (replace(motion(2), quantity="force"),)
+    blow = np.zeros(n)
+    blow[0] = rate
+    for x, truth in ((np.ones(n), lambda s: 1.0 / s), (blow, np.ones_like)):
+        history = TimeHistory(Origin("t", "t"), rate, channels, x[:, None])
+        s, spectra = decaying_spectra(history, (1.0, 20.0))
+        assert np.allclose(spectra[:, 0], truth(s), rtol=3e-2)
+
+
+def test_two_runs_of_a_linear_structure_agree_though_their_forces_set_in():
+    """Of an oscillator under two multisines that begin at their full strength."""
+    rate, n, fine = 500.0, 8000, 16
+    t = np.arange(n * fine) / (rate * fine)
+    impulse = np.exp(-0.02 * 250.0 * t) * np.sin(250.0 * t) / 250.0
+    found = []
+    for phase in (0.7, 1.3):
+        force = np.sum([np.cos(2.0 * np.pi * f * t + phase * f**2) for f in range(20, 70)], axis=0)
+        y = fftconvolve(impulse, force)[: len(t)] / (rate * fine)
+        y -= 0.5 * force[0] * impulse / (rate * fine)  # the convolution by the same rule
+        channels = (replace(motion(2), quantity="force"), motion(2))
+        data = np.column_stack([force, y])[::fine]
+        history = TimeHistory(Origin("t", "t"), rate, channels, data)
+        _, spectra = decaying_spectra(history, (20.0, 70.0))
+        found.append(spectra)
+    (u, y), (w, z) = (x.T for x in found)
+    assert np.linalg.norm(y * w - z * u) < 3e-3 * np.linalg.norm(y * w)

@@ -15,7 +15,7 @@ from cvxupdate.diagnose.responses.data import DIFFERENCED, signals_of
 from cvxupdate.diagnose.responses.rest import QUIET, STILL, rest_noise
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal, smoothed
 from cvxupdate.recordings.mains import tones, without
-from cvxupdate.recordings.measured import DECAY, MOTION, band_of
+from cvxupdate.recordings.measured import DECAY, MOTION, band_of, first_weight
 from cvxupdate.recordings.types import Channel, TimeHistory
 
 FINER = 8  # steps of the march in a sample
@@ -243,11 +243,12 @@ def beginning(signal: Signal, run: Run, decay: float) -> Signal:
     kept = slice(None, None, max(1, int(decay / DECAY) // apart))
     lines = lines[kept]
     window = np.exp(-decay * t)[:, None]
+    window[0] = first_weight(run.force)
     Y, U = (
         rfft(window * x, axis=0)[lines, :, None] / run.rate for x in (run.motion[:, own], run.force)
     )
     s = np.asarray(decay * run.rate / run.samples + 1j * signal.s.imag[kept])
-    heard = np.linalg.norm(window) / np.linalg.norm(np.exp(-DECAY * t))
+    heard = np.linalg.norm(np.exp(-decay * t)) / np.linalg.norm(np.exp(-DECAY * t))
     return replace(signal, s=s, Y=Y, U=U, std=signal.std[kept] * heard)
 
 
