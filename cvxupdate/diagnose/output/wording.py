@@ -97,6 +97,7 @@ def depends_a_little(found: Diagnosis, by_law: Diagnosis, change: LevelChange | 
     nearest = "" if near is None else f" Nearest comes {near['title']}."
     return replace(
         found,
+        time=by_law.time,  # since the same beginning
         verdict="undetermined",
         says=(
             "A linear model explains these recordings within what a sound one may miss, but they "

@@ -328,13 +328,17 @@ class Said:
     verdict: str
     says: str
     candidates: tuple[dict[str, str], ...] = ()
+    time: float = 1.0
 
 
 def test_what_a_linear_model_explains_may_depend_on_the_level_all_the_same() -> None:
-    found, laws = Said("consistent", "Nothing."), Said("", "", ({"title": "a stop at node 3"},))
+    found, laws = (
+        Said("consistent", "Nothing."),
+        Said("", "", ({"title": "a stop at node 3"},), 20.0),
+    )
     change = LevelChange(0.009, 0.0003)
     told = depends_a_little(found, laws, change)  # type: ignore[arg-type]
-    assert told.verdict == "undetermined"
+    assert told.verdict == "undetermined" and told.time == 20.0
     assert "change by 0.9 %, and noise makes 0.03 % of it" in told.says
     assert told.says.endswith("Nearest comes a stop at node 3.")
     assert depends_a_little(found, laws, None) is found  # type: ignore[arg-type]
