@@ -15,6 +15,9 @@ from cvxupdate.physics.draft import Draft, kind_of, not_negative
 SOFTEST = 1e4  # upper bound of a compliance, in units of that of its place
 WRITTEN = 0.01  # of its unit: less is none
 RIGID = 1e4  # what gives way begins this much stiffer than the structure around it
+# Name of a `Compliance` times a matrix: the part of the springs spread along an edge that stands
+# for one support there, the support's own DOF first.
+EDGE = "edge_compliance"
 
 
 @dataclass(frozen=True)
@@ -24,30 +27,6 @@ class Compliance:
     nodes: int
     dof: str
     name: str = "compliance"
-    properties: tuple[str, ...] = ("a",)
-
-    @property
-    def dofs(self) -> tuple[str, ...]:
-        """The DOF kind it acts along."""
-        return (self.dof,)
-
-    def terms(self, xyz: Real, orientation: Real) -> tuple[Term, ...]:
-        """None: the block is made with its term."""
-        return ()
-
-    def coefficients(self, properties: Mapping[str, Values]) -> dict[str, Values]:
-        """k in N/m or N·m/rad."""
-        return {"k": 1.0 / (properties["a0"] + properties["a"])}
-
-
-@dataclass(frozen=True)
-class EdgeCompliance:
-    """The part of the springs spread along an edge that stands for one support there: k = 1 / (a₀ +
-    a) times its matrix, the support's own DOF first."""
-
-    dof: str
-    nodes: int = 1
-    name: str = "edge_compliance"
     properties: tuple[str, ...] = ("a",)
 
     @property

@@ -10,7 +10,7 @@ from typing import final
 import numpy as np
 
 from cvxupdate.fe.model import Model
-from cvxupdate.physics.compliance import RIGID, SOFTEST, write, write_edge
+from cvxupdate.physics.compliance import EDGE, RIGID, SOFTEST, write, write_edge
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
 from cvxupdate.physics.given import Points
@@ -41,7 +41,7 @@ class EqualSupports(EffectType):
     name = "grounding_spring"
     noun = "the flexibility"
     rig = True
-    writers = (("compliance", write), ("edge_compliance", write_edge))
+    writers = (("compliance", write), (EDGE, write_edge))
 
     def candidates(self, context: SearchContext) -> list[Effect]:
         """One for every direction that is held at several nodes, for each straight edge of sheets

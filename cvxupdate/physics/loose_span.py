@@ -17,7 +17,7 @@ import numpy as np
 
 from cvxupdate.fe.analysis.rims import ends_of, spread
 from cvxupdate.fe.model import KINDS, Model
-from cvxupdate.physics.compliance import SOFTEST, write, write_edge
+from cvxupdate.physics.compliance import EDGE, SOFTEST, write, write_edge
 from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.directions import LowRank
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
@@ -135,7 +135,7 @@ class LooseSpan(EffectType):
 
     name = "grounding_spring"
     noun = "a loose span"
-    writers = (("compliance", write), ("edge_compliance", write_edge))
+    writers = (("compliance", write), (EDGE, write_edge))
 
     def candidates(self, context: SearchContext) -> list[Effect]:
         """Spans of each straight row of supports along an edge of sheets, of one support on."""

@@ -14,7 +14,7 @@ from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.columns import stiffness_columns
 from cvxupdate.fe.elements import Term
 from cvxupdate.fe.model import KINDS, DerivativeBlock, Model
-from cvxupdate.physics.compliance import RIGID, Compliance, EdgeCompliance
+from cvxupdate.physics.compliance import EDGE, RIGID, Compliance
 from cvxupdate.physics.context import Real, SearchContext
 from cvxupdate.physics.directions import LowRank, opened
 from cvxupdate.physics.growth import small_block
@@ -124,7 +124,7 @@ class Released:
         own = np.flatnonzero([k == kind for _, k in self.held])
         every = np.arange(len(self.rows) if self.spread else 0)
         at = np.array([[i, *np.setdiff1d(every, i)] for i in own])  # its own DOF first
-        law = EdgeCompliance(kind) if self.spread else Compliance(1, kind)
+        law = Compliance(1, kind, EDGE) if self.spread else Compliance(1, kind)
         block = small_block(
             model,
             law,

@@ -7,7 +7,7 @@ from functools import partial
 from typing import final
 
 from cvxupdate.fe.model import Model
-from cvxupdate.physics.compliance import RIGID, SOFTEST, write, write_edge
+from cvxupdate.physics.compliance import EDGE, RIGID, SOFTEST, write, write_edge
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import Effect, EffectType, ModelChange
 from cvxupdate.physics.given import Points
@@ -27,7 +27,7 @@ class SoftSupport(EffectType):
     name = "grounding_spring"
     noun = "a support that gives way"
     rig = True
-    writers = (("compliance", write), ("edge_compliance", write_edge))
+    writers = (("compliance", write), (EDGE, write_edge))
 
     def candidates(self, context: SearchContext) -> list[Effect]:
         """Every held DOF set free on a spring, on the edge of a sheet with the length that is its
