@@ -11,13 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cvxupdate.recordings.instant import sets_in, transformed
 from cvxupdate.recordings.types import Channel, Complex, FrequencyResponse, Real, TimeHistory
 
 MOTION = ("displacement", "velocity", "acceleration")
 DECAY = 7.0
 """δ T: what is cut off at the end of a record weighs e⁻⁷."""
-BLOW = 6.0
-"""Times its r.m.s. above which a first sample of force is no beginning but a blow."""
 MOST_LINES = 4000
 """Lines of a time history at most; of more, evenly chosen ones."""
 
@@ -125,16 +124,6 @@ def _of_time(history: TimeHistory) -> tuple[Measured, ...]:
     )
 
 
-def first_weight(force: Real) -> float:
-    """What the first sample of a record that starts from rest counts for, by its forces (samples,
-    drives): half, where they set in with it at any strength, for of what jumps there an integral
-    takes half (the trapezoidal rule: else a multisine shifts the response by half a sample of
-    force, 1 % of it). The whole, where they are a blow of one sample, whose momentum is all in
-    that one."""
-    size = np.sqrt(np.mean(force**2, axis=0))
-    return 0.5 if bool(np.all(np.abs(force[0]) <= BLOW * size)) else 1.0
-
-
 def decaying_spectra(
     history: TimeHistory, band: tuple[float, float], every: bool = False
 ) -> tuple[Complex, Complex]:
@@ -142,17 +131,11 @@ def decaying_spectra(
     k / T in ``band`` (Hz): `MOST_LINES` at most; or ``every`` one, of samples that go on from what
     was before them and so do not set in."""
     n, rate = len(history.data), history.rate
-    delta = DECAY * rate / n
     f = np.fft.rfftfreq(n, 1.0 / rate)
     lines = np.flatnonzero((f >= band[0]) & (f <= band[1]))
     # multiples of the stride, so that records of one length have their lines in common
     if not every:
         lines = lines[lines % max(1, int(np.ceil(len(lines) / MOST_LINES))) == 0]
-    decay = np.exp(-DECAY / n * np.arange(n))[:, None]
-    if not every:
-        drives = [i for i, c in enumerate(history.channels) if c.quantity == "force"]
-        decay[0] *= first_weight(history.data[:, drives])
-    return (
-        np.asarray(delta + 2j * np.pi * f[lines]),
-        np.fft.rfft(decay * history.data, axis=0)[lines] / rate,
-    )
+    drives = [i for i, c in enumerate(history.channels) if c.quantity == "force"]
+    begins = not every and sets_in(history.data[:, drives])
+    return transformed(history.data, rate, DECAY, lines, begins)

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from cvxupdate.recordings.types import Channel, Origin, TimeHistory
-from validation.motions.drives import FINER, Drive, recorded
+from validation.motions.drives import FINER, Drive
 from validation.motions.laws import Law
 from validation.motions.march import Bench, Change, march
 from validation.rigs.bench import Structure
@@ -62,14 +62,14 @@ def shaken(
     change = Change(upper, start, end) if start or end else None
     laws = [] if law is None else [(law, np.array([1.0, 0.0]))]
     motion = march(bench, laws, np.array([0.0, 1.0]), force, RATE * FINER, change)
-    clean = recorded(motion.second @ bench.basis.T)
+    clean = drive.recorded(motion.second @ bench.basis.T)
     heard = clean + NOISE * 60.0 / 2.0 * rng.standard_normal(clean.shape)
     channels = (
         Channel(2, "x", "force"),
         Channel(1, "x", "acceleration"),
         Channel(2, "x", "acceleration"),
     )
-    data = np.column_stack([recorded(force), heard])
+    data = np.column_stack([drive.recorded(force), heard])
     return TimeHistory(Origin(name, f"{name}.npz", "fit", level), RATE, channels, data)
 
 

@@ -2,8 +2,9 @@
 
 Structures in time, marched by scipy: chains, cantilevers and frames that touch, rub, harden, damp
 or drift, or have something linear concealed, or nothing. ``--evaluation`` takes seeds 1000 to 1119,
-of which only totals are printed. Each case is one file in out/motions, written when it is done: an
-interrupted run goes on where it was.
+of which only totals are printed; ``--simulated`` those 500 above, whose records are as simulations
+write them. Each case is one file in out/motions, written when it is done: an interrupted run goes
+on where it was.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import Any
 from validation import calibrate
 from validation.motions.attempts import attempted
 from validation.motions.cases import COUNT, EVALUATION, draw, secret
+from validation.motions.drives import SIMULATED
 from validation.motions.effects import graded
 from validation.motions.files import make
 from validation.proof import NONLINEAR
@@ -66,6 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run or go on; exit status 130 after an interruption, which keeps what is finished."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--evaluation", action="store_true", help="the seeds never looked at")
+    parser.add_argument("--simulated", action="store_true", help="records as simulations have them")
     parser.add_argument("--seed", type=int, default=0, help="first seed (default 0)")
     parser.add_argument("--count", type=int, default=None, help="how many seeds")
     parser.add_argument("--only", nargs="+", default=[], help="only what is concealed so")
@@ -79,7 +82,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--out", type=Path, default=OUT, help="default out/motions")
     o = parser.parse_args(arguments)
-    start = EVALUATION if o.evaluation else o.seed
+    start = (EVALUATION if o.evaluation else o.seed) + (SIMULATED if o.simulated else 0)
     seeds = list(range(start, start + (o.count or (COUNT if o.evaluation else FEW))))
     if any(map(secret, seeds)) and (o.cases or o.generate or o.only):
         parser.error(f"seeds from {EVALUATION} on are the evaluation's: only totals are looked at")
@@ -103,7 +106,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for line in (*say(s), drifts(raw), f"Nonlinear words on linear structures: {said}"):
         print(line)
     kept = s if any(map(secret, seeds)) else {**s, "rows": rows}
-    name = "evaluation.json" if o.evaluation else "development.json"
+    name = f"{'evaluation' if o.evaluation else 'development'}{'_simulated' * o.simulated}.json"
     text = json.dumps(kept, indent=1, ensure_ascii=False, allow_nan=False)
     calibrate.save(o.out / name, text + "\n")
     picture = o.out / name.replace(".json", ".svg")

@@ -17,17 +17,20 @@ QUIET = 40  # samples before the force begins
 TAPS = 40 * FINER + 1  # of the anti-alias filter, without delay
 PASSED = 0.42  # of the recorder's rate
 PER_BAND = 3.2  # samples a second for each Hz of the band
+SIMULATED = 500  # of a thousand seeds, from where on records are as simulations write them
 
 
 @dataclass(frozen=True)
 class Drive:
-    """``kind`` (random, sweep, hammer) in a band (Hz), ``samples`` at ``rate`` (Hz)."""
+    """``kind`` (random, sweep, hammer) in a band (Hz), ``samples`` at ``rate`` (Hz). ``sudden``: at
+    full strength from the first sample, and recorded without a filter, as simulations write it."""
 
     kind: str
     low: float
     top: float
     rate: float
     samples: int
+    sudden: bool = False
 
     @property
     def fine(self) -> float:
@@ -38,7 +41,7 @@ class Drive:
         """(FINER × samples,) of a peak about 2; another realisation each time."""
         n, fine = self.samples * FINER, self.fine
         t = np.arange(n) / fine
-        quiet = QUIET * FINER
+        quiet = 0 if self.sudden else QUIET * FINER
         if self.kind == "hammer":
             out = np.zeros(n)
             width = 0.7 / self.top
@@ -59,8 +62,14 @@ class Drive:
             spectrum = np.fft.rfft(rng.standard_normal(n)) * ((f > self.low) & (f < self.top))
             out = np.fft.irfft(spectrum, n)
             out /= np.std(out)
+        if self.sudden:
+            return np.asarray(out)
         fade = np.clip((np.arange(n) - quiet) / (0.03 * n), 0.0, 1.0)
         return np.asarray(filtered(out * np.sin(0.5 * np.pi * fade) ** 2))
+
+    def recorded(self, values: Real) -> Real:
+        """At the recorder's samples."""
+        return (values if self.sudden else filtered(values))[::FINER]
 
 
 def filtered(values: Real) -> Real:
@@ -71,14 +80,10 @@ def filtered(values: Real) -> Real:
     return out.reshape(values.shape)
 
 
-def recorded(values: Real) -> Real:
-    """At the recorder's samples."""
-    return filtered(values)[::FINER]
-
-
-def drawn(rng: Generator, first: float, top: float) -> Drive:
+def drawn(rng: Generator, seed: int, first: float, top: float) -> Drive:
     """Sixty periods of the first mode, as far as a record may be long."""
     rate = float(f"{PER_BAND * top:.4g}")
     samples = int(np.clip(70.0 * rate / first, 1600, 5000))
     kind = ("random", "random", "random", "sweep", "hammer")[int(rng.integers(5))]
-    return Drive(kind, 0.4 * first, top, rate, samples)
+    sudden = kind != "hammer" and seed % 1000 >= SIMULATED
+    return Drive(kind, 0.4 * first, top, rate, samples, sudden)

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.motions.cases import Case, Run, draw
-from validation.motions.drives import recorded
 from validation.motions.march import Marched, march
 from validation.motions.visible import margin
 from validation.rigs.files import model_text, table_text, toml, truth_table
@@ -46,7 +45,8 @@ def sensed(case: Case, motion: Marched) -> Real:
     """What the sensors see, without noise (samples, sensors)."""
     rows = np.array([case.modal.structure.at(*s) for s in case.plain.sensors]) @ case.bench.basis
     which = {"displacement": motion.eta, "velocity": motion.rate, "acceleration": motion.second}
-    return np.asarray(recorded(which[case.quantity] @ rows.T * np.array(case.plain.gains)))
+    heard = which[case.quantity] @ rows.T * np.array(case.plain.gains)
+    return np.asarray(case.drive.recorded(heard))
 
 
 def write(case: Case, folder: Path) -> None:
@@ -60,7 +60,7 @@ def write(case: Case, folder: Path) -> None:
     lines = model_text(case.plain.drawing, case.seed, folder)
     for k, (run, values) in enumerate(zip(case.runs, clean, strict=True)):
         heard = values + noise * rng.standard_normal(values.shape)
-        force = recorded(run.force)
+        force = case.drive.recorded(run.force)
         force = force + 1e-3 * np.std(force) * rng.standard_normal(len(force))
         name = f"run{k + 1}.npz"
         np.savez(folder / name, data=np.column_stack([force, heard]))
@@ -103,6 +103,7 @@ def truth_text(case: Case, runs: list[Marched], clean: list[Real], noise: Real) 
         f"recording = {toml(case.what)}",
         f"drift = {toml(drifts)}",
         f"drive = {toml(case.drive.kind)}",
+        f"sudden = {toml(case.drive.sudden)}",
         "",
     ]
     for i, t in enumerate(case.truths):

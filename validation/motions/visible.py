@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.motions.cases import Case
-from validation.motions.drives import recorded
 from validation.motions.march import Marched
 from validation.rigs import visible as rigs
 
@@ -68,4 +67,4 @@ def _response(case: Case, b: Real, best: Real, force: Real) -> Real:
     order = ("displacement", "velocity", "acceleration").index(case.quantity)
     rows = np.array([case.modal.structure.at(*p) for p in case.plain.sensors]) @ bench.basis
     motion = np.fft.irfft(s[:, None] ** order * eta @ rows.T, 2 * size, axis=0)[:size]
-    return recorded(motion)
+    return case.drive.recorded(motion)

@@ -12,14 +12,16 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from cvxupdate.diagnose.responses.data import DIFFERENCED, signals_of
-from cvxupdate.diagnose.responses.rest import QUIET, STILL, rest_noise
+from cvxupdate.diagnose.responses.rest import QUIET, STILL, power, rest_noise
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal, smoothed
+from cvxupdate.recordings.instant import sets_in, transformed
 from cvxupdate.recordings.mains import tones, without
-from cvxupdate.recordings.measured import DECAY, MOTION, band_of, first_weight
+from cvxupdate.recordings.measured import DECAY, MOTION, band_of
 from cvxupdate.recordings.types import Channel, TimeHistory
 
 FINER = 8  # steps of the march in a sample
 SMOOTHING = 0.05  # half-width of the kernel of the first fits, in parts of the frequency
+BEFORE = 64  # samples of force before the first one, where it sets in with that
 LINES = 700  # of a run at most
 PERIODS = 8.0  # in a record, at least: of slower motion its two ends say more than what is between
 COLUMNS = 4  # steps of the columns of a regression in a sample
@@ -99,8 +101,16 @@ class Run:
         return np.pad(fine, ((0, rest), *((0, 0),) * (fine.ndim - 1))) if rest else fine
 
     def interpolated(self, finer: int) -> Real:
-        """The force on a clock ``finer`` times as fast as the samples'."""
-        return self.samples_of(self.spectra(self.force), finer)
+        """The force on a clock ``finer`` times as fast as the samples'. Where it sets in at some
+        strength it goes on backwards, mirrored about its first value and faded: what jumps rings
+        between samples otherwise, and half of the ringing is before the record."""
+        n = min(BEFORE, self.samples - 1)
+        long = np.zeros((self.padded, self.force.shape[1]))
+        long[: self.samples] = self.force
+        if sets_in(self.force) and n > 0:
+            fade = 0.5 + 0.5 * np.cos(np.pi * np.arange(1, n + 1) / (n + 1))[:, None]
+            long[-n:] = ((2.0 * self.force[0] - self.force[1 : n + 1]) * fade)[::-1]
+        return self.samples_of(self.spectra(long), finer)
 
     def heard(self, s: Complex) -> float:
         """Part of the record (0 to 1) after which e^{−st} is as small as at the end of one that is
@@ -185,10 +195,9 @@ def noise_of(motion: Real, force: Real) -> Real:
     spectrum. Distortion may fill all of it, so that it is an upper bound: no more is taken than
     what the samples scatter by at rest, before the ``force`` (samples, inputs) begins, or, where
     they never rest, than where nothing is known."""
-    n = len(motion)
-    power = np.abs(rfft(motion, axis=0)[1:]) ** 2 / n
-    edges = np.arange(0, len(power) + 1, STRETCH)
-    least = np.array([power[a:b].mean(axis=0) for a, b in pairwise(edges)]).min(axis=0)
+    spectrum = power(motion)[1:]
+    edges = np.arange(0, len(spectrum) + 1, STRETCH)
+    least = np.array([spectrum[a:b].mean(axis=0) for a, b in pairwise(edges)]).min(axis=0)
     rest = rest_noise(motion, force)
     most = np.where(np.isfinite(rest), rest, DIFFERENCED * np.std(motion, axis=0))
     return np.asarray(np.minimum(np.sqrt(least * QUIETEST), most))
@@ -242,14 +251,12 @@ def beginning(signal: Signal, run: Run, decay: float) -> Signal:
     apart = int(np.median(np.diff(lines))) if len(lines) > 1 else 1
     kept = slice(None, None, max(1, int(decay / DECAY) // apart))
     lines = lines[kept]
-    window = np.exp(-decay * t)[:, None]
-    window[0] = first_weight(run.force)
-    Y, U = (
-        rfft(window * x, axis=0)[lines, :, None] / run.rate for x in (run.motion[:, own], run.force)
-    )
-    s = np.asarray(decay * run.rate / run.samples + 1j * signal.s.imag[kept])
+    begins = sets_in(run.force)
+    s, Y = transformed(run.motion[:, own], run.rate, decay, lines, begins)
+    _, U = transformed(run.force, run.rate, decay, lines, begins)
     heard = np.linalg.norm(np.exp(-decay * t)) / np.linalg.norm(np.exp(-DECAY * t))
-    return replace(signal, s=s, Y=Y, U=U, std=signal.std[kept] * heard)
+    std = signal.std[kept] * heard
+    return replace(signal, s=s, Y=Y[:, :, None], U=U[:, :, None], std=std)
 
 
 def wide_signals(histories: Sequence[TimeHistory], runs: Sequence[Run]) -> tuple[Signal, ...]:

@@ -12,7 +12,7 @@ from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
 from cvxupdate.diagnose.nominal.theory import GROUP, SHEAR
 from cvxupdate.diagnose.responses.common import Common
 from cvxupdate.diagnose.responses.moving import NOTHING, Carried
-from cvxupdate.diagnose.responses.rest import rest_noise
+from cvxupdate.diagnose.responses.rest import power, rest_noise
 from cvxupdate.diagnose.responses.signals import Real, Signal, smoothed
 from cvxupdate.diagnose.settings import LEVELS, RESPONSE_DISCREPANCY, UNSTATED_FRF
 from cvxupdate.errors import RecordingError
@@ -22,6 +22,9 @@ from cvxupdate.recordings.measured import DECAY, MOTION, Measured, band_of, meas
 from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
 
 QUIET = 20  # lines above the band from which on they tell the noise
+# Times the noise that what remains of mains hum may be: it counts as noise there, but is one error
+# on all lines, and where it is three standard deviations nothing else is heard.
+HUMMING = 3.0
 DIFFERENCED = 0.005  # of a channel's standard deviation, where they do not
 
 
@@ -157,8 +160,10 @@ def signals_of(recording: FrequencyResponse | TimeHistory) -> list[Signal]:
             std = _frf_noise(m)
         else:
             unsure = _unsure(recording, m, hum)
-            std = np.hypot(_noise(recording, m), unsure)
-            lost = np.any(unsure > 0.5 * std + RESPONSE_DISCREPANCY * np.abs(m.Y), axis=(1, 2))
+            noise = _noise(recording, m)
+            std = np.hypot(noise, unsure)
+            known = HUMMING * noise + RESPONSE_DISCREPANCY * np.abs(m.Y)
+            lost = np.any(unsure > known, axis=(1, 2))
             keep &= ~lost
         out.append(
             Signal(
@@ -211,8 +216,7 @@ def _noise(history: TimeHistory, m: Measured) -> Real:
     f = np.fft.rfftfreq(n, 1.0 / rate)
     quiet = f > min(1.1 * band_of(history)[1], 0.49 * rate)
     if quiet.sum() >= QUIET:
-        spectra = np.abs(np.fft.rfft(own, axis=0)) ** 2 / n
-        noise = np.sqrt(np.median(spectra[quiet], axis=0) / np.log(2.0))
+        noise = np.sqrt(np.median(power(own)[quiet], axis=0) / np.log(2.0))
     else:
         noise = DIFFERENCED * np.std(own, axis=0)
     forces = history.data[:, [k for k, c in enumerate(history.channels) if c.quantity == "force"]]

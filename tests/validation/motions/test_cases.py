@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from cvxupdate.cli import app
 from validation.motions import __main__ as laboratory
-from validation.motions import cases, effects
+from validation.motions import cases, drives, effects
 from validation.motions.files import make
 from validation.rigs.drawing import TRANSLATIONS
 from validation.rigs.judge import judged
@@ -59,6 +59,18 @@ def test_a_problem_passes_check_and_is_the_same_again(tmp_path):
     # from rest: what comes before the force is noise
     assert np.std(data[:24], axis=0) == pytest.approx(np.zeros(data.shape[1]), abs=0.1 * data.std())
     assert {k for _, k in case.plain.sensors} <= set(TRANSLATIONS)
+
+
+def test_what_a_simulation_writes_sets_in_at_once():
+    """At full strength with the first sample, all else as in a record of the same kind."""
+    kinds = {s: cases.draw(s) for s in range(506, 512)}
+    sudden = [c for c in kinds.values() if c.drive.kind != "hammer"]
+    assert sudden and all(c.drive.sudden for c in sudden)
+    for c in sudden:
+        force = c.drive.recorded(c.runs[0].force)
+        early = np.std(force[:30]) / np.std(force)
+        assert force.shape == (c.drive.samples,) and 0.2 < early < 5.0
+        assert np.array_equal(force, c.runs[0].force[:: drives.FINER])
 
 
 def finding(physics, nodes, dof="x"):
