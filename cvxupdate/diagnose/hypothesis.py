@@ -178,7 +178,8 @@ def together(
     evidence: Evidence, parent: Hypothesis, effects: Sequence[Effect], size: float = 0.0
 ) -> Hypothesis:
     """A parent as it is with further effects at once, each of its unknowns ``size``, without those
-    that cannot stand there; the parent itself where none can."""
+    that cannot stand there; the parent itself where none can, or where all of them are no structure
+    (what was taken off at a node may be all of a part's mass)."""
     fit, model = parent.fit, parent.fit.setting.model
     n, known = len(model.parameters), len(fit.setting.faults)
     placed, sizes = list(parent.effects), [fit.p[:n]]
@@ -207,7 +208,10 @@ def together(
     start = np.zeros(len(setting.columns))
     start[: len(model.parameters)] = np.concatenate(sizes)
     start[len(start) - len(faults) :] = np.concatenate(ends)
-    return Hypothesis(tuple(placed), evidence.evaluated(setting, start))
+    try:
+        return Hypothesis(tuple(placed), evidence.evaluated(setting, start))
+    except ModelError:
+        return parent
 
 
 def seeds_from(

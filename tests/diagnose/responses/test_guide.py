@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from cvxupdate.diagnose import gather
-from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal
+from cvxupdate.diagnose.hypothesis import Hypothesis, at_nominal, together
 from cvxupdate.diagnose.responses.guide import _several
 from cvxupdate.diagnose.search.guided import guided
 from cvxupdate.diagnose.types import Score
+from cvxupdate.errors import ModelError
 from cvxupdate.physics.place import Place
 
 
@@ -60,6 +61,22 @@ def test_a_part_does_not_stand_for_its_whole_group(evidence):
         Score(e, 0.5 - 0.01 * k, np.zeros(1)) for k, e in enumerate((two, column, one, frame, two))
     ]
     assert [s.effect for s in _several(scores, 8)] == [two, two, column]
+
+
+def test_what_is_no_structure_with_all_of_a_rig_stays_as_it_is(evidence):
+    """Where a part has lost all its mass, what else takes mass from it makes the sum negative."""
+
+    class Refusing:
+        def __getattr__(self, name):
+            return getattr(evidence, name)
+
+        def evaluated(self, setting, p):
+            raise ModelError("the mass matrix has a negative eigenvalue.")
+
+    parent = Hypothesis((), evidence.bases[0])
+    effect = evidence.candidates(evidence.model, ("added_mass",))[0]
+    assert together(Refusing(), parent, [effect]) is parent
+    assert together(evidence, parent, [effect]).effects != ()
 
 
 def test_a_set_grows_to_what_is_missing(evidence):
