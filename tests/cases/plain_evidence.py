@@ -16,6 +16,7 @@ from cvxupdate.diagnose.types import Errors, Score
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.parameters import Parameter
+from cvxupdate.fe.terms import Real
 from cvxupdate.physics.context import SearchContext
 from cvxupdate.physics.effect import ChannelFault, Effect, EffectType, ModelChange
 from cvxupdate.physics.fault import Fault
@@ -97,6 +98,10 @@ class PlainSetting:
     @property
     def columns(self) -> tuple[str, ...]:
         return (*(q.name for q in self.model.parameters), *(f.label for f in self.faults))
+
+    @property
+    def scales(self) -> Real:
+        return np.ones(len(self.columns))
 
 
 UNASKED = Errors(float("nan"), float("nan"))

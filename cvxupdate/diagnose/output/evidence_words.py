@@ -10,6 +10,7 @@ from cvxupdate.diagnose.judge.acceptance import Case, Weighed, explained
 from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.judge.posterior import log_odds, rivals
 from cvxupdate.diagnose.output.rival_words import named, shortly, verbs
+from cvxupdate.diagnose.output.strain_words import strained_lines
 from cvxupdate.diagnose.output.wording import RIVALS, by_themselves, nonlinear
 from cvxupdate.diagnose.results import Finding
 from cvxupdate.diagnose.settings import AS_LIKELY, LEAST_CHANGE, LEVEL_CHANGE
@@ -112,6 +113,8 @@ def _finding_lines(judgement: Judgement, final: Weighed) -> list[str]:
     out.append(f"With {final.hypothesis.title} the model leaves {evidence.left(final.errors)}.")
     out += _remains(judgement, final)
     out += _beyond_noise(evidence, final)
+    fit = final.fit
+    out += strained_lines(evidence.model.parameters, fit.p, fit.setting.scales)
     told = {(f.physics, f.place) for f in judgement.findings}
     out += [
         f"{capital(e.title)} is needed for the last of it, but others elsewhere would do as well: "

@@ -1,0 +1,33 @@
+"""Groups that nuisance parameters had to bring far: within usual scatter, but only just."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cvxupdate.diagnose.nominal.theory import GROUP
+from cvxupdate.diagnose.settings import STRAINED
+from cvxupdate.fe.parameters import Parameter
+from cvxupdate.fe.terms import Real
+
+SAYS = {"stiffness": ("stiffer", "softer"), "mass": ("heavier", "lighter")}
+
+
+def strained_lines(parameters: Sequence[Parameter], values: Real, scales: Real) -> list[str]:
+    """One line for each group whose nuisance parameter, of ``parameters`` (n of the model as it
+    came), with ``values`` and prior deviations ``scales`` (n, …, the first of each count), is more
+    than `STRAINED` deviations from the drawing: what a single effect beside it would be, had it
+    not been taken for scatter."""
+    out = []
+    for q, value, scale in zip(parameters, values, scales, strict=False):
+        if q.group in (None, GROUP) or q.of not in SAYS or abs(value) < STRAINED * scale:
+            continue
+        word = SAYS[q.of][int(np.sign(value) < 0)]
+        out.append(
+            f"Beside that group '{q.group}' is {abs(100 * value):.2g} % {word} than drawn, "
+            f"{abs(value) / scale:.2g} times what groups usually scatter by: it was taken for "
+            "scatter, and may be a second finding. If drawing and material are known better than "
+            "that, set a smaller [diagnose] scatter."
+        )
+    return out
