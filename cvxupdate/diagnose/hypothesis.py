@@ -4,6 +4,7 @@ and the figures that were found. The same for every kind of evidence."""
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -178,8 +179,7 @@ def together(
     evidence: Evidence, parent: Hypothesis, effects: Sequence[Effect], size: float = 0.0
 ) -> Hypothesis:
     """A parent as it is with further effects at once, each of its unknowns ``size``, without those
-    that cannot stand there; the parent itself where none can, or where all of them are no structure
-    (what was taken off at a node may be all of a part's mass)."""
+    that cannot stand there; the parent itself where none can, or all of them are no structure."""
     fit, model = parent.fit, parent.fit.setting.model
     n, known = len(model.parameters), len(fit.setting.faults)
     placed, sizes = list(parent.effects), [fit.p[:n]]
@@ -205,13 +205,11 @@ def together(
     if len(placed) == len(parent.effects):
         return parent
     setting = evidence.at_level(evidence.setting(model, faults, fit.setting), fit.setting.level)
-    start = np.zeros(len(setting.columns))
-    start[: len(model.parameters)] = np.concatenate(sizes)
-    start[len(start) - len(faults) :] = np.concatenate(ends)
-    try:
-        return Hypothesis(tuple(placed), evidence.evaluated(setting, start))
-    except ModelError:
-        return parent
+    free = np.zeros(len(setting.columns) - len(model.parameters) - len(faults))
+    p = np.concatenate([*sizes, free, *ends])
+    with suppress(ModelError):
+        return Hypothesis(tuple(placed), evidence.evaluated(setting, p))
+    return parent
 
 
 def seeds_from(
@@ -259,10 +257,9 @@ def silenced(evidence: Evidence, h: Hypothesis, indices: Collection[int]) -> Fit
             p[fault : fault + (not e.columns)] = 0.0
         at += e.columns
         fault += not e.columns
-    try:
+    with suppress(ModelError):
         return evidence.evaluated(h.fit.setting, p)
-    except ModelError:
-        return None
+    return None
 
 
 def without(evidence: Evidence, h: Hypothesis, *indices: int) -> Hypothesis | None:
