@@ -238,10 +238,9 @@ def at_nominal(evidence: Evidence, h: Hypothesis, level: int = 0) -> Hypothesis:
     """The hypothesis with `nominal_unknowns` at a level; as fitted where that is no structure."""
     setting = evidence.at_level(h.fit.setting, level)
     p = nominal_unknowns(evidence, setting, h.fit.p)
-    try:
+    with suppress(ModelError):
         return Hypothesis(h.effects, evidence.evaluated(setting, p))
-    except ModelError:
-        return Hypothesis(h.effects, evidence.evaluated(setting, h.fit.p))
+    return Hypothesis(h.effects, evidence.evaluated(setting, h.fit.p))
 
 
 def silenced(evidence: Evidence, h: Hypothesis, indices: Collection[int]) -> Fit | None:
