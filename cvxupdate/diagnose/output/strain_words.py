@@ -15,10 +15,9 @@ SAYS = {"stiffness": ("stiffer", "softer"), "mass": ("heavier", "lighter")}
 
 
 def strained_lines(parameters: Sequence[Parameter], values: Real, scales: Real) -> list[str]:
-    """One line for each group whose nuisance parameter, of ``parameters`` (n of the model as it
-    came), with ``values`` and prior deviations ``scales`` (n, …, the first of each count), is more
-    than `STRAINED` deviations from the drawing: what a single effect beside it would be, had it
-    not been taken for scatter."""
+    """One line for each group whose nuisance parameter is `STRAINED` deviations or more from the
+    drawing: ``parameters`` (n) of the model as it came; ``values`` and prior deviations ``scales``
+    of all unknowns of a fit, of which theirs are the first n."""
     out = []
     for q, value, scale in zip(parameters, values, scales, strict=False):
         if q.group in (None, GROUP) or q.of not in SAYS or abs(value) < STRAINED * scale:
