@@ -21,7 +21,7 @@ import numpy as np
 from cvxupdate.diagnose.responses.few import Few, Measure
 from cvxupdate.diagnose.responses.oscillators import tuned
 from cvxupdate.diagnose.responses.point import ResponsePoint
-from cvxupdate.diagnose.responses.signals import Complex, Real
+from cvxupdate.diagnose.responses.signals import Complex, Real, thinned
 from cvxupdate.diagnose.screen.projection import Projection
 from cvxupdate.diagnose.screen.sizes import FINER, best_size, between
 from cvxupdate.diagnose.types import Score, Seed
@@ -32,6 +32,8 @@ RESIZED = 60  # effects whose sizes are refined: more than any short list takes
 FIXTURES = 16  # supports with a mass of their own: those of which a faint one explains most
 SLIGHT = 1e-3  # size of a faint one: its compliance in units of its place
 SIZES = (-0.45, -0.2, -0.08, 0.08, 0.2, 0.45, 1.0)  # of what acts on elements and whole members
+LINES = 64  # of smooth recordings on which many effects are compared
+EXACT, OF_EACH = 100, 12  # then tried on every line: the best of all, and of every type
 
 
 def few_directions(
@@ -39,33 +41,57 @@ def few_directions(
 ) -> list[Score]:
     """The scores of effects that act along few directions, each at the best of several sizes
     within its bounds; fractions are exact but for nuisance parameters (``left``). An effect that no
-    size helps has none. ``sift``: of resonating supports only those that promise most by it."""
+    size helps has none, and of many only the best of all and of every type have one. ``sift``: of resonating supports only those that promise most by it."""
     total = left.total
     if total <= 0.0:
         return []
-    few = Few.of(point)
+    few, rough = Few.of(point), Few.of(on_few_lines(point))
 
     def promise(change: LowRank, by: Projection) -> float:
         J = by.freed(few.rows(change, np.array([SLIGHT])))[:, 0]
         return float((J @ by.residual) ** 2 / max(float(J @ J), 1e-300))
 
     looked = scores if sift is None else _looked_at(scores, partial(promise, by=sift))
-    rough = []
-    for score in tuned(few, looked, left):
+    found = []
+    for score in tuned(few, rough, looked, left):
         change = low_rank(score.effect)
         if change is None:
             continue
         if score.effect.type.unlimited and point.modes.rigid:
             change = _with_loss(change, point)
-        sizing = Sizing(few, left, change, few.sizes(score.effect, change))
-        best = best_size(sizing.squares, sizing.sizes, total, rounds=0)
-        if best is not None:
-            rough.append((score, sizing, best))
-    rough.sort(key=lambda item: item[2][1])
-    return [
-        _sized(score, *(sizing.finer(best) if k < RESIZED else best), total)
-        for k, (score, sizing, best) in enumerate(rough)
+        found.append((score, Sizing(few, left, change, few.sizes(score.effect, change))))
+    best = [
+        (score, sizing, at)
+        for score, sizing in _foremost(found, rough)
+        for at in [best_size(sizing.squares, sizing.sizes, total, rounds=0)]
+        if at is not None
     ]
+    best.sort(key=lambda item: item[2][1])
+    return [
+        _sized(score, *(sizing.finer(at) if k < RESIZED else at), total)
+        for k, (score, sizing, at) in enumerate(best)
+    ]
+
+
+def on_few_lines(point: ResponsePoint) -> ResponsePoint:
+    """A point with its model on as few lines as smooth recordings need (`thinned`)."""
+    signals = point.setting.signals
+    return replace(point, setting=point.setting.on([thinned(s, LINES) for s in signals]))
+
+
+def _foremost(found: Sequence[tuple[Score, Sizing]], rough: Few) -> Sequence[tuple[Score, Sizing]]:
+    """Of many effects those that leave least on few lines; all where they are few."""
+    if len(found) <= EXACT:
+        return found
+    left = [float(np.min(s.on(rough).squares(s.sizes), initial=np.inf)) for _, s in found]
+    seen: dict[str, int] = {}
+    out = []
+    for rank, k in enumerate(np.argsort(left, kind="stable").tolist()):
+        name = found[k][0].effect.physics
+        seen[name] = seen.get(name, 0) + 1
+        if rank < EXACT or seen[name] <= OF_EACH:
+            out.append(found[k])
+    return out
 
 
 @dataclass(frozen=True)
@@ -83,6 +109,10 @@ class Sizing:
             return self.left.remaining(self.few.rows(self.change, sizes))
         except np.linalg.LinAlgError:
             return np.full(len(sizes), np.inf)
+
+    def on(self, few: Few) -> Sizing:
+        """The same on other lines."""
+        return replace(self, few=few)
 
     def finer(self, best: tuple[float, float]) -> tuple[float, float]:
         """The best of ``sizes`` and what it leaves, or one between its neighbours."""

@@ -34,9 +34,10 @@ class Valley:
     masses: Real
 
 
-def tuned(few: Few, scores: Sequence[Score], left: Measure) -> list[Score]:
-    """Scores with the hidden oscillators of the places where one explains most, at their best
-    tunings, and without the others; all, as they are, where no place has several."""
+def tuned(few: Few, rough: Few, scores: Sequence[Score], left: Measure) -> list[Score]:
+    """Scores with the hidden oscillators of the places where one explains most (on few lines,
+    ``rough``), at their best tunings, and without the others; all, as they are, where no place has
+    several."""
     at: dict[int, list[Score]] = {}
     for score in scores:
         if isinstance(score.effect.action, HiddenOscillator):
@@ -45,7 +46,7 @@ def tuned(few: Few, scores: Sequence[Score], left: Measure) -> list[Score]:
         return list(scores)
     masses = few.heavy * np.array(OSCILLATOR_MASSES)
     found = sorted(
-        (_valleys(few, own, masses, left) for own in at.values()), key=lambda own: own[0].left
+        (_valleys(rough, own, masses, left) for own in at.values()), key=lambda own: own[0].left
     )
     rest = [s for s in scores if not isinstance(s.effect.action, HiddenOscillator)]
     return [*rest, *(_closer(few, v, left) for own in found[:PLACES] for v in own)]
@@ -69,12 +70,12 @@ def _valleys(few: Few, own: Sequence[Score], masses: Real, left: Measure) -> lis
 
 
 def _closer(few: Few, valley: Valley, left: Measure) -> Score:
-    """At the best tuning between its neighbours."""
-    frequencies = _between(valley.frequencies, FREQUENCIES)
+    """At the best tuning between its neighbours, or its own."""
+    between = _between(valley.frequencies, FREQUENCIES)
+    frequencies = np.append(between, _tuning(valley.score))
     masses = _between(valley.masses, MASSES)
     remains = _remains(few, valley.score, frequencies, masses, left).min(axis=1)
-    k = int(np.argmin(remains))
-    return _at(valley.score, float(frequencies[k])) if remains[k] < valley.left else valley.score
+    return _at(valley.score, float(frequencies[int(np.argmin(remains))]))
 
 
 def _remains(few: Few, score: Score, frequencies: Real, masses: Real, left: Measure) -> Real:

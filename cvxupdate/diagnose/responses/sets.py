@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cvxupdate.diagnose.responses.few import Measure
-from cvxupdate.diagnose.responses.finite_size import SIZES
+from cvxupdate.diagnose.responses.finite_size import EXACT, SIZES, on_few_lines
 from cvxupdate.diagnose.responses.point import ResponsePoint
-from cvxupdate.diagnose.responses.signals import Complex, Real, thinned
+from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.diagnose.screen.sizes import best_size
 from cvxupdate.diagnose.types import Score
 from cvxupdate.fe.synthesis.derivatives import modal_blocks
@@ -26,9 +26,7 @@ from cvxupdate.physics.effect import Effect
 from cvxupdate.physics.low_rank import low_rank
 
 FINEST = 24  # sets whose sizes are refined
-EXACT = 100  # sets tried on every line
 SETS = 1500  # sets of elements looked at: those with the largest first-order fractions
-LINES = 64  # of smooth recordings on which sets are compared
 
 
 @dataclass(frozen=True)
@@ -109,8 +107,7 @@ def sets_of_elements(point: ResponsePoint, scores: Sequence[Score], left: Measur
     able = sorted((s for s in scores if _is_factor(s.effect)), key=lambda s: -s.fraction)[:SETS]
     reduced = _reduced([s.effect for s in able], point.modes.shapes[:, :few])
     chosen = list(zip(able, reduced, strict=True))
-    thin = [thinned(s, LINES) for s in point.setting.signals]
-    rough = Trial.of(replace(point, setting=point.setting.on(thin)), few, left)
+    rough = Trial.of(on_few_lines(point), few, left)
     exact = Trial.of(point, few, left)
     best = _ranked(exact, _ranked(rough, chosen)[:EXACT])
     finer = [exact.sized(s, r, 2) for s, r in best[:FINEST]]

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cvxupdate.diagnose.responses import finite_size
 from cvxupdate.diagnose.responses.finite_size import few_directions, whole_member
 from cvxupdate.diagnose.responses.first_order import first_order, linearised
 from cvxupdate.diagnose.responses.setting import setting_for
@@ -29,6 +30,24 @@ def test_a_size_is_found_where_the_derivative_points_elsewhere(make_scene):
     assert best.exact
     assert best.fraction > 0.9 > 4.0 * first.fraction
     assert best.p[0] * 0.01 * start.total_mass() == pytest.approx(0.3, rel=0.1)
+
+
+def test_on_few_lines_the_best_of_each_type_is_known(make_scene, monkeypatch):
+    """Only the best of all and of every type are tried on every line, and have the same figures as
+    where all are."""
+    model, start, signals, context = make_scene(m=(0, 0, 0, 0.3))
+    setting = setting_for(start, model, signals, 75.0)
+    point = setting.evaluate(np.zeros(len(setting.columns)))
+    left = Projection.of(linearised(point))
+    ranked = first_order(point, candidates(context, "added_mass", "grounding_spring"), left)
+    every = few_directions(point, ranked, left)
+    monkeypatch.setattr(finite_size, "LINES", 40)
+    monkeypatch.setattr(finite_size, "EXACT", 1)
+    monkeypatch.setattr(finite_size, "OF_EACH", 1)
+    few = few_directions(point, ranked, left)
+    best = max(every, key=lambda s: s.fraction)
+    (same,) = [s for s in few if s.effect is best.effect]
+    assert (same.fraction, same.p[0]) == (best.fraction, best.p[0]) and len(few) < len(every)
 
 
 def test_no_size_beyond_the_bounds_is_tried(make_scene):

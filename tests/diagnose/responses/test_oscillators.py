@@ -61,7 +61,7 @@ def test_every_place_is_heard_however_well_others_do(hidden):
     left, few = Projection.of(linearised(point)), Few.of(point)
     scores = [Score(c, 0.0, np.zeros(c.count)) for c in every]
     other = replace(scores[0], effect=replace(every[0], action=None))
-    found = tuned(few, [other, *scores], left)
+    found = tuned(few, few, [other, *scores], left)
     assert found[0] is other
     places = [s.effect.place.nodes for s in found[1:]]
     assert {*places} == {c.place.nodes for c in every}
@@ -73,4 +73,4 @@ def test_one_tuning_of_each_place_is_left_as_it_is(hidden):
     point, every, _ = hidden(2, 12)
     left, few = Projection.of(linearised(point)), Few.of(point)
     first = {c.place.nodes: Score(c, 0.0, np.zeros(c.count)) for c in every}
-    assert tuned(few, [*first.values()], left) == [*first.values()]
+    assert tuned(few, few, [*first.values()], left) == [*first.values()]

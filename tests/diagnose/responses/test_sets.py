@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cvxupdate.diagnose.responses import sets
+from cvxupdate.diagnose.responses import finite_size, sets
 from cvxupdate.diagnose.responses.finite_size import few_directions
 from cvxupdate.diagnose.responses.first_order import first_order, linearised
 from cvxupdate.diagnose.responses.sets import (
@@ -79,7 +79,7 @@ def test_a_set_s_size_is_found_too(make_scene):
 def test_the_right_set_is_found_wherever_it_stands_to_first_order(make_scene, monkeypatch):
     """On few lines all are compared; on all lines, here, only the best of these."""
     monkeypatch.setattr(sets, "EXACT", 1)
-    monkeypatch.setattr(sets, "LINES", 40)
+    monkeypatch.setattr(finite_size, "LINES", 40)
     model, start, signals, context = make_scene(k=(1.0, 0.55, 0.55, 1.0))
     setting = setting_for(start, model, signals, 75.0)
     point = setting.evaluate(np.zeros(len(setting.columns)))
