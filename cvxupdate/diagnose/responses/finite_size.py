@@ -41,7 +41,8 @@ def few_directions(
 ) -> list[Score]:
     """The scores of effects that act along few directions, each at the best of several sizes
     within its bounds; fractions are exact but for nuisance parameters (``left``). An effect that no
-    size helps has none, and of many only the best of all and of every type have one. ``sift``: of resonating supports only those that promise most by it."""
+    size helps has none, and of many only the best of all and of every type have one. ``sift``: of
+    resonating supports only those that promise most by it."""
     total = left.total
     if total <= 0.0:
         return []
