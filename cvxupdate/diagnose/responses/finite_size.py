@@ -60,7 +60,8 @@ def few_directions(
             continue
         if score.effect.type.unlimited and point.modes.rigid:
             change = _with_loss(change, point)
-        found.append((score, Sizing(few, left, change, few.sizes(score.effect, change))))
+        sizing = Sizing(few, left, change, few.sizes(score.effect, change))
+        found += [(score, sizing)] if len(sizing.sizes) else []
     best = [
         (score, sizing, at)
         for score, sizing in _foremost(found, rough)
