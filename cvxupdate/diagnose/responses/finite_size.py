@@ -37,16 +37,20 @@ EXACT, OF_EACH = 100, 12  # then tried on every line: the best of all, and of ev
 
 
 def few_directions(
-    point: ResponsePoint, scores: Sequence[Score], left: Measure, sift: Projection | None = None
+    point: ResponsePoint,
+    scores: Sequence[Score],
+    left: Measure,
+    sift: Projection | None = None,
+    thin: ResponsePoint | None = None,
 ) -> list[Score]:
     """The scores of effects that act along few directions, each at the best of several sizes
     within its bounds; fractions are exact but for nuisance parameters (``left``). An effect that no
     size helps has none, and of many only the best of all and of every type have one. ``sift``: of
-    resonating supports only those that promise most by it."""
+    resonating supports only those that promise most by it; ``thin``: the point `on_few_lines`."""
     total = left.total
     if total <= 0.0:
         return []
-    few, rough = Few.of(point), Few.of(on_few_lines(point))
+    few, rough = Few.of(point), Few.of(on_few_lines(point) if thin is None else thin)
 
     def promise(change: LowRank, by: Projection) -> float:
         J = by.freed(few.rows(change, np.array([SLIGHT])))[:, 0]

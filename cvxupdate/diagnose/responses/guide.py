@@ -21,8 +21,8 @@ from cvxupdate.diagnose.hypothesis import (
 )
 from cvxupdate.diagnose.responses.bounded import Gap, Yielding, approached
 from cvxupdate.diagnose.responses.few import Measure
-from cvxupdate.diagnose.responses.finite_size import few_directions, whole_member
-from cvxupdate.diagnose.responses.first_order import first_order
+from cvxupdate.diagnose.responses.finite_size import few_directions, on_few_lines, whole_member
+from cvxupdate.diagnose.responses.first_order import first_order, linearised
 from cvxupdate.diagnose.responses.sets import sets_of_elements
 from cvxupdate.diagnose.responses.setting import EFFORTS
 from cvxupdate.diagnose.screen.projection import Projection
@@ -44,11 +44,12 @@ def at_finite_sizes(
 ) -> FiniteSize:
     """Effects beside those of a parent, which stays as it is: in closed form where one acts along
     few directions, in the basis of the lowest modes for sets of elements, and by a model for each
-    size for whole members. ``left`` measures what each leaves; ``sift`` as in `few_directions`."""
-    point = parent.fit.point
-    linear = first_order(point, effects, sift)
+    size for whole members; what derivatives say of them is taken on few lines. ``left`` measures
+    what each leaves; ``sift`` as in `few_directions`."""
+    point, thin = parent.fit.point, on_few_lines(parent.fit.point)
+    linear = first_order(thin, effects, sift or Projection.of(linearised(point)))
     ways: tuple[Callable[[], list[Score]], ...] = (
-        lambda: few_directions(point, linear, left, sift),
+        lambda: few_directions(point, linear, left, sift, thin),
         lambda: sets_of_elements(point, linear, left),
     )
     exact = best_of(*every(lambda way: way(), ways, evidence.jobs))

@@ -126,9 +126,9 @@ def smoothed(sharp: Signal, epsilon: float) -> Signal:
 def thinned(signal: Signal, most: int) -> Signal:
     """A smoothed signal whose model is evaluated at ``most`` points or as many as it has rows, each
     for the mean of several neighbouring ones, off the axis by half of their width: within an eighth
-    of the largest, for comparisons among many models."""
+    of the largest, for comparisons among many models. As it is where that would not halve them."""
     count, most = len(signal.s), max(most, len(signal.Y))
-    if signal.mix is None or signal.carry is None or not signal.plain or count <= most:
+    if signal.mix is None or signal.carry is None or not signal.plain or count < 2 * most:
         return signal
     first = np.linspace(0, count, most, endpoint=False).astype(np.int64)
     carry = np.add.reduceat(signal.carry, first, axis=1)
