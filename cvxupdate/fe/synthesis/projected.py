@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -55,17 +56,25 @@ class Projected:
     parts: tuple[Part, ...]
     apart: tuple[Apart, ...] = ()
 
+    @cached_property
+    def _by_block(self) -> Mapping[int, list[Part]]:
+        """Parts by the number of their block: the factors of all of them are worked out at once."""
+        out: dict[int, list[Part]] = {}
+        for part in self.parts:
+            out.setdefault(part.number, []).append(part)
+        return out
+
     def matrices(self, model: Model, p: Real) -> dict[str, Real]:
         """K, M, C and D at ``p``, (r, r) each."""
         out = {k: v.copy() for k, v in self.fixed.items()}
         values = model.properties(p) if self.parts or self.apart else []
-        for part in self.parts:
-            block = model.blocks[part.number]
-            own = {k: v[part.row : part.row + 1] for k, v in values[part.number].items()}
-            for matrix, i, factor in block.scalars(own):
-                amount = float(np.real(factor[0]))
-                if amount != 0.0 and i in part.terms:
-                    _add(out[matrix], amount, part.terms[i], part.further.get(i))
+        for number, parts in self._by_block.items():
+            rows = [part.row for part in parts]
+            own = {k: v[rows] for k, v in values[number].items()}
+            for matrix, i, factors in model.blocks[number].scalars(own):
+                for part, amount in zip(parts, np.real(factors).tolist(), strict=True):
+                    if amount != 0.0 and i in part.terms:
+                        _add(out[matrix], amount, part.terms[i], part.further.get(i))
         for apart in self.apart:
             for matrix, change in _own(model.blocks[apart.number], values, apart).items():
                 out[matrix] += summed(change, apart.local)
@@ -87,12 +96,11 @@ class Projected:
         def matrix(name: str) -> Real:
             return out.setdefault(name, np.zeros_like(self.fixed[name]))
 
-        for part in self.parts:
-            if part.number != target.block or part.row not in at:
-                continue
-            for name, i, factor in rates([part.row]):
-                if i in part.terms:
-                    _add(matrix(name), float(factor[0]), part.terms[i], part.further.get(i))
+        parts = [part for part in self._by_block.get(target.block, ()) if part.row in at]
+        for name, i, factors in rates([part.row for part in parts]) if parts else ():
+            for part, amount in zip(parts, factors.tolist(), strict=True):
+                if amount != 0.0 and i in part.terms:
+                    _add(matrix(name), amount, part.terms[i], part.further.get(i))
         for apart in self.apart:
             if apart.number != target.block:
                 continue
