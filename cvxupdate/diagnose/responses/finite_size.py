@@ -65,7 +65,8 @@ def few_directions(
         if score.effect.type.unlimited and point.modes.rigid:
             change = _with_loss(change, point)
         sizing = Sizing(few, left, change, few.sizes(score.effect, change))
-        found += [(score, sizing)] if len(sizing.sizes) else []
+        if len(sizing.sizes):
+            found.append((score, sizing))
     best = [
         (score, sizing, at)
         for score, sizing in _foremost(found, rough)
@@ -89,7 +90,7 @@ def _foremost(found: Sequence[tuple[Score, Sizing]], rough: Few) -> Sequence[tup
     """Of many effects those that leave least on few lines; all where they are few."""
     if len(found) <= EXACT:
         return found
-    left = [float(np.min(s.on(rough).squares(s.sizes), initial=np.inf)) for _, s in found]
+    left = [float(np.min(s.on(rough).squares(s.sizes))) for _, s in found]
     seen: dict[str, int] = {}
     out = []
     for rank, k in enumerate(np.argsort(left, kind="stable").tolist()):

@@ -32,9 +32,8 @@ def test_a_size_is_found_where_the_derivative_points_elsewhere(make_scene):
     assert best.p[0] * 0.01 * start.total_mass() == pytest.approx(0.3, rel=0.1)
 
 
-def test_on_few_lines_the_best_of_each_type_is_known(make_scene, monkeypatch):
-    """Only the best of all and of every type are tried on every line, and have the same figures as
-    where all are."""
+def test_the_best_on_few_lines_has_its_figures_on_every_line(make_scene, monkeypatch):
+    """The same as where all are tried on every line, though fewer are."""
     model, start, signals, context = make_scene(m=(0, 0, 0, 0.3))
     setting = setting_for(start, model, signals, 75.0)
     point = setting.evaluate(np.zeros(len(setting.columns)))
