@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.block import Block, Index
+from cvxupdate.fe.block import LINEAR, Block, Index
 from cvxupdate.fe.elements.base import Real, Values
 from cvxupdate.fe.exact.correction import Beyond, Member
 from cvxupdate.fe.generic.use import FamilyUse
@@ -139,13 +140,27 @@ class Model:
     def derivatives(self, p: ArrayLike | None = None) -> tuple[tuple[DerivativeBlock, ...], ...]:
         """`derivative` for every parameter, the properties at ``p`` formed once."""
         props = self.properties(p)
-        return tuple(self._derivative(j, props) for j in range(len(self.parameters)))
+        known = {k: self.blocks[k].kind.coefficients(props[k]) for k in self._asked_of_most}
+        return tuple(self._derivative(j, props, known) for j in range(len(self.parameters)))
 
-    def _derivative(self, j: int, props: list[dict[str, Values]]) -> tuple[DerivativeBlock, ...]:
+    @cached_property
+    def _asked_of_most(self) -> tuple[int, ...]:
+        """Blocks whose elements have, on the average, a stiffness or mass parameter or more."""
+        rows = np.zeros(len(self.blocks), dtype=np.int64)
+        for t in (t for q in self.parameters for t in q.targets if t.properties in LINEAR):
+            rows[t.block] += len(t.rows)
+        return tuple(k for k, b in enumerate(self.blocks) if rows[k] >= len(b.ids))
+
+    def _derivative(
+        self,
+        j: int,
+        props: list[dict[str, Values]],
+        known: Mapping[int, Mapping[str, Values]] = MappingProxyType({}),
+    ) -> tuple[DerivativeBlock, ...]:
         out = []
         for t in self.parameters[j].targets:
             block = self.blocks[t.block]
-            d = block.derivative(props[t.block], t.rows, t.properties, t.scales)
+            d = block.derivative(props[t.block], t.rows, t.properties, t.scales, known.get(t.block))
             if d:
                 out.append(
                     DerivativeBlock(

@@ -11,8 +11,7 @@ import numpy as np
 
 from cvxupdate.diagnose.responses.point import ResponsePoint
 from cvxupdate.diagnose.responses.signals import Complex, Real
-from cvxupdate.fe.model import DerivativeBlock
-from cvxupdate.fe.synthesis.derivatives import Changes, by_point, forces, summed
+from cvxupdate.fe.synthesis.derivatives import Changes
 from cvxupdate.fe.synthesis.pieces import Receptances, Response
 from cvxupdate.physics.effect import ChannelFault, Effect, HiddenOscillator, ModelChange
 
@@ -20,7 +19,6 @@ from cvxupdate.physics.effect import ChannelFault, Effect, HiddenOscillator, Mod
 # cache
 ROOM = 250_000
 NONE = "none"  # kind of a candidate without a column
-SMALL = 24  # DOFs of a change that is taken through the receptances at hand
 
 
 @dataclass(frozen=True)
@@ -65,17 +63,7 @@ class Columns:
             )
         elif kind == "fault":
             yield numbers, self._stacked([self._faults(r, chosen) for r in responses])
-        elif kind == "small":
-            yield (
-                numbers,
-                self._stacked(
-                    [
-                        np.moveaxis(r.rows(_small(r, g, chosen)), 1, -1)
-                        for r, g in zip(responses, self.point.green, strict=True)
-                    ]
-                ),
-            )
-        elif kind == "several":
+        elif kind == "change":
             change = Changes.of(
                 [t for c in chosen if c.change for t in c.change.tangent],
                 self.point.modes,
@@ -83,7 +71,7 @@ class Columns:
             )
             yield (
                 numbers,
-                self._stacked([np.moveaxis(r.rows(change.columns(r)), 1, -1) for r in responses]),
+                self._stacked([r.rows(change.columns(r)) for r in responses]),
             )
 
     def _stacked(self, rows: Sequence[Complex]) -> Real:
@@ -158,8 +146,7 @@ def _kind(c: Effect) -> str:
         case HiddenOscillator():
             return "tuned"
         case ModelChange(tangent=tangent) if all(tangent):
-            few = len(tangent) == 1 and sum(b.dofs.size for b in tangent[0]) <= SMALL
-            return "small" if few else "several"
+            return "change"
     return NONE
 
 
@@ -182,24 +169,3 @@ def _tuned(r: Response, g: Receptances, chosen: Sequence[Effect]) -> Complex:
             g.left[place][:, :, None], (moved[:, None] * g.right[place])[:, None, :], out=out[:, k]
         )
     return out
-
-
-def _small(r: Response, g: Receptances, chosen: Sequence[Effect]) -> Complex:
-    """(points, n, sensors, cases): changes of a few DOFs each, by the receptances at those."""
-    out = np.empty((len(r.raw), len(chosen), *r.raw.shape[1:]), dtype=complex)
-    for k, change in enumerate(c.change for c in chosen if c.change is not None):
-        out[:, k] = _one(r, g, change.tangent[0])
-    return out
-
-
-def _one(r: Response, g: Receptances, blocks: Sequence[DerivativeBlock]) -> Complex:
-    total = np.zeros(r.raw.shape, dtype=complex)
-    for b in blocks:
-        used = np.unique(b.dofs)
-        force = -r.drive[:, None] * forces(summed(b, used), g.right[used], r.signal.s)
-        total += (
-            np.matmul(np.swapaxes(by_point(g.left[used]), 1, 2), by_point(force))
-            if len(used) > 1
-            else g.left[used[0]][:, :, None] * force[0][:, None, :]
-        )
-    return total

@@ -11,7 +11,6 @@ import numpy as np
 from cvxupdate.diagnose.responses.signals import Complex, Real
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.modes import Modes
-from cvxupdate.fe.synthesis.derivatives import by_point
 from cvxupdate.fe.synthesis.loss import Loss
 from cvxupdate.fe.synthesis.pieces import Driven, Response
 
@@ -48,23 +47,23 @@ class Losses:
         return double * np.sqrt(self.lam), double * self.lam
 
     def together(self, r: Response) -> Complex:
-        """(points, 1 or 2, sensors, cases): with respect to z₀, and to the share that is
+        """(points, sensors, cases, 1 or 2): with respect to z₀, and to the share that is
         hysteretic where that is unknown."""
         share, (slow, stiff) = self.loss.hysteretic, self._parts
         s = r.signal.s[:, None, None]
         viscous = -s * self._carried(r, slow)
         if not (share or self.mixed):
-            return viscous[:, None]
+            return viscous[..., None]
         hysteretic = -1j * self._carried(r, stiff)
         common = (1.0 - share) * viscous + share * hysteretic
         both = [common, hysteretic - viscous] if self.mixed else [common]
-        return np.stack(both, axis=1)
+        return np.stack(both, axis=-1)
 
     @staticmethod
     def _carried(r: Response, weights: Real) -> Complex:
         """sᵒ Σ a weight q over all modes, (points, sensors, cases)."""
         near, n = r.drive[:, None, None], r.near
-        out = np.matmul(np.swapaxes(by_point(r.a), 1, 2), by_point(weights[:n, None, None] * r.q))
+        out = np.einsum("mps,mpc->psc", r.a, weights[:n, None, None] * r.q)
         if r.high is not None:
             out = out + r.high.between(r.at[n:], weights[n:], 2)
         return np.asarray(near * out)

@@ -280,16 +280,15 @@ class ResponsePoint:
         parts, faulty = [], self.faulty if s.faults else None
         for r in self.responses:
             damped = losses.own(r, faulty)
-            columns = np.concatenate([change.columns(r), losses.together(r)], axis=1)
+            columns = np.concatenate([change.columns(r), losses.together(r)], axis=-1)
             if self.setting.faults:
                 own = [self.fault_rate(k, r.signal, r.raw) for k in range(len(s.faults))]
-                heard = (self.faulty(r.signal, c) for c in np.moveaxis(columns, 1, 0))
-                columns = np.stack([*heard, *own], axis=1)
-            rows = np.moveaxis(r.rows(columns), 1, -1)
-            rows = rows.reshape(-1, rows.shape[-1])
-            each, at = damped.reshape(len(rows), damped.shape[-1]), s.ratios.start
-            stacked = np.hstack([rows[:, :at], each, rows[:, at:]])
-            parts += [stacked.real, stacked.imag]
+                heard = (self.faulty(r.signal, c) for c in np.moveaxis(columns, -1, 0))
+                columns = np.stack([*heard, *own], axis=-1)
+            rows, at = r.rows(columns), s.ratios.start
+            stacked = np.concatenate([rows[..., :at], damped, rows[..., at:]], axis=-1)
+            flat = stacked.reshape(-1, stacked.shape[-1])
+            parts += [flat.real, flat.imag]
         return np.vstack(parts)
 
     def system(self) -> LinearSystem:

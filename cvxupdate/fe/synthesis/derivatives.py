@@ -15,6 +15,7 @@ from cvxupdate.fe.synthesis.products import Complex, times
 from cvxupdate.fe.terms import Real
 
 Small = tuple[Real | None, ...]
+TOGETHER = 32  # DOFs, about, of derivatives that are taken at a time: neighbours share theirs
 MANY = 40  # DOFs of a derivative above which it goes through the band's modes instead of every DOF
 
 
@@ -26,19 +27,70 @@ class Among:
 
 
 @dataclass(frozen=True)
+class Share:
+    """Parameters that are taken together: ``used`` (n,) their DOFs, after which the lowest modes
+    come where some need them (``modal``); ``parts``: of each parameter, places among those and the
+    four small matrices, transposed."""
+
+    used: Index
+    modal: bool
+    parts: tuple[tuple[tuple[Index, Small], ...], ...]
+
+    @classmethod
+    def of(cls, parts: Sequence[Sequence[tuple[Index | None, Small]]], low: int) -> Share:
+        """From DOFs, None for the lowest modes, and matrices."""
+        needed = [u for own in parts for u, _ in own if u is not None]
+        used = np.unique(np.concatenate(needed)) if needed else np.zeros(0, dtype=np.int64)
+        behind = np.arange(len(used), len(used) + low)
+        placed = tuple(
+            tuple(
+                (
+                    behind if u is None else np.searchsorted(used, u),
+                    tuple(None if m is None else m.T.astype(complex) for m in small),
+                )
+                for u, small in own
+            )
+            for own in parts
+        )
+        return cls(used, any(u is None for own in parts for u, _ in own), placed)
+
+    def columns(self, r: Response, modes: Modes, low: int) -> Complex:
+        """Those of `Changes`: receptances to the sensors times forces, one product for all
+        parameters at every point."""
+        phi = padded(modes.shapes)[self.used]
+        near, beyond = phi[:, : r.near], phi[:, r.near :]
+        right, left = times(near, r.q), times(near, r.a)
+        if r.high is not None and len(self.used):
+            right += r.high.right(beyond)
+            left += r.high.left(beyond)
+        if self.modal:
+            right, left = (np.concatenate([x, y[:low]]) for x, y in ((right, r.q), (left, r.a)))
+        n, points, cases = right.shape
+        moved = (-r.drive[:, None, None] * np.moveaxis(right, 0, 2)).reshape(points * cases, n)
+        s = np.repeat(r.signal.s, cases)[:, None]
+        force = np.zeros((points * cases, len(self.parts), n), dtype=complex)
+        for j, parts in enumerate(self.parts):
+            for k, (places, small) in enumerate(parts):
+                more = _forces(small, moved[:, places], s)
+                force[:, j, places] = force[:, j, places] + more if k else more
+        out = np.matmul(
+            np.swapaxes(by_point(left), 1, 2),
+            np.swapaxes(force.reshape(points, cases * len(self.parts), n), 1, 2),
+        )
+        return out.reshape(points, left.shape[2], cases, len(self.parts))
+
+
+@dataclass(frozen=True)
 class Changes:
     """Derivatives ∂Z/∂p = ∂K + s² ∂M + s ∂C + i ∂D of several parameters, ready for every signal.
 
     A change of a few DOFs is taken exactly, through the receptances at those DOFs; one of many DOFs
-    (a whole group) through the lowest ``low`` modes, which carry it. ``parts``: of each parameter
-    (places among ``used``, or None for the modes; the four small matrices); ``used`` (n,) all such
-    DOFs.
+    (a whole group) through the lowest ``low`` modes, which carry it.
     """
 
     modes: Modes
     low: int
-    used: Index
-    parts: tuple[tuple[tuple[Index | None, Small], ...], ...]
+    shares: tuple[Share, ...]
 
     @classmethod
     def of(
@@ -56,72 +108,53 @@ class Changes:
                 far = wide(len(u), low)
                 small = modal_blocks(modes.shapes[:, :low], b) if far else summed(b, u)
                 parts[-1].append((None if far else u, small))
-        needed = [u for own in parts for u, _ in own if u is not None]
-        used = np.unique(np.concatenate(needed)) if needed else np.zeros(0, dtype=np.int64)
-        placed = (
-            tuple((u if u is None else np.searchsorted(used, u), small) for u, small in own)
-            for own in parts
-        )
-        return cls(modes, low, used, tuple(placed))
+        return cls(modes, low, tuple(Share.of(p, low) for p in _shares(parts)))
 
     def columns(self, r: Response) -> Complex:
-        """∂Y/∂p (points, parameters, sensors, cases) = −sᵒ aᵀ ∂Z q."""
-        phi = np.vstack([self.modes.shapes, np.zeros((1, self.modes.shapes.shape[1]))])[self.used]
-        near, beyond = phi[:, : r.near], phi[:, r.near :]
-        right = times(near, r.q)
-        left = None
-        if r.high is not None and len(self.used):
-            right += r.high.right(beyond)
-            left = r.high.left(beyond)
-        out = np.empty((len(r.raw), len(self.parts), *r.raw.shape[1:]), dtype=complex)
-        for j, parts in enumerate(self.parts):
-            moved = np.zeros(r.q.shape, dtype=complex)  # modal forces of the change
-            beside = []  # what high modes make of it
-            for places, small in parts:
-                if places is None:
-                    moved[: self.low] += forces(small, r.q[: self.low], r.signal.s)
-                    continue
-                local = forces(small, right[places], r.signal.s)
-                moved += times(near[places].T, local)
-                if left is not None:
-                    beside.append(_met(left[places], local))
-            if r.coupled:
-                out[:, j] = _met(r.a, moved)
-            else:
-                carried = times(r.at[: r.near].T, r.inverse[:, :, None] * moved)
-                out[:, j] = np.moveaxis(carried, 0, 1)
-            for more in beside:
-                out[:, j] += more
-            out[:, j] *= -r.drive[:, None, None]
-        return out
+        """∂Y/∂p (points, sensors, cases, parameters) = −sᵒ aᵀ ∂Z q."""
+        each = [share.columns(r, self.modes, self.low) for share in self.shares]
+        return each[0] if len(each) == 1 else np.concatenate(each, axis=-1)
+
+
+def _shares(
+    parts: Sequence[Sequence[tuple[Index | None, Small]]],
+) -> list[list[Sequence[tuple[Index | None, Small]]]]:
+    """Neighbours in turn, as long as they have few DOFs together."""
+    out: list[list[Sequence[tuple[Index | None, Small]]]] = [[]]
+    held: set[int] = set()
+    for own in parts:
+        more = {int(i) for u, _ in own if u is not None for i in u}
+        if out[-1] and len(held | more) > TOGETHER:
+            out.append([])
+            held = set()
+        out[-1].append(own)
+        held |= more
+    return out
+
+
+def padded(shapes: Real) -> Real:
+    """Mode shapes with the ground's row, zero, at the end (where −1 points)."""
+    return np.vstack([shapes, np.zeros((1, shapes.shape[1]))])
+
+
+def _forces(small: Small, right: Complex, s: Complex) -> Complex:
+    """Rows (rows, n) of right (∂K + s² ∂M + s ∂C + i ∂D)ᵀ, matrices transposed; ``s`` (rows, 1)."""
+    K, M, C, D = small
+    out: Complex | float = 0.0
+    if K is not None:
+        out = out + right @ K
+    if M is not None:
+        out = out + s**2 * (right @ M)
+    if C is not None:
+        out = out + s * (right @ C)
+    if D is not None:
+        out = out + 1j * (right @ D)
+    return np.asarray(out)
 
 
 def wide(dofs: int, low: int) -> bool:
     """Whether a derivative of so many DOFs goes through the lowest modes."""
     return dofs > MANY and low < dofs
-
-
-def _met(left: Complex, force: Complex) -> Complex:
-    """What receptances to sensors (n, points, sensors) make of forces (n, points, cases): (points,
-    sensors, cases)."""
-    if force.shape[2] == 1:  # products and a sum are cheaper than a call for each point
-        return np.asarray(np.sum(left * force, axis=0)[:, :, None])
-    return np.asarray(np.matmul(np.swapaxes(by_point(left), 1, 2), by_point(force)))
-
-
-def forces(small: Small, right: Complex, s: Complex) -> Complex:
-    """(∂K + s² ∂M + s ∂C + i ∂D) right: (n, points, cases)."""
-    force = np.zeros(right.shape, dtype=complex)
-    factors: tuple[Complex, ...] = (
-        np.ones((1, 1), dtype=complex),
-        (s**2)[:, None],
-        s[:, None],
-        np.full((1, 1), 1j),
-    )
-    for part, factor in zip(small, factors, strict=True):
-        if part is not None:
-            force += factor * times(part, right)
-    return force
 
 
 def by_point(z: Complex) -> Complex:
