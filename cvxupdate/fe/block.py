@@ -160,33 +160,22 @@ class Block:
         return any(bool(np.any(np.imag(f) != 0.0)) for _, _, f in self.scalars(local))
 
     def derivative(
-        self,
-        properties: Mapping[str, Values],
-        rows: Index,
-        names: tuple[str, ...],
-        scales: Real,
-        known: Mapping[str, Values] | None = None,
+        self, properties: Mapping[str, Values], rows: Index, names: tuple[str, ...], scales: Real
     ) -> dict[str, Real]:
         """d(element matrices)/dp of ``rows`` where property names[i] moves by scales[i] · p; each
-        (r, d, d), zero ones left out. ``known``: the coefficients of all elements, if they are."""
-        return self.combine(self.rates(properties, rows, names, scales, known), rows)
+        (r, d, d), zero ones left out."""
+        return self.combine(self.rates(properties, rows, names, scales), rows)
 
     def rates(
-        self,
-        properties: Mapping[str, Values],
-        rows: Index,
-        names: tuple[str, ...],
-        scales: Real,
-        known: Mapping[str, Values] | None = None,
+        self, properties: Mapping[str, Values], rows: Index, names: tuple[str, ...], scales: Real
     ) -> list[tuple[str, int, Real]]:
         """The same as (matrix, term, d(factor)/dp (r,)): what `scalars` has, zero ones left
         out."""
         if names in LINEAR:  # a factor on K or M: no complex step is needed
-            c = known or self.kind.coefficients({k: v[rows] for k, v in properties.items()})
-            every = np.arange(len(rows)) if known is None else rows
-            count = len(rows) if known is None else len(self.ids)
+            local = {k: v[rows] for k, v in properties.items()}
+            c = self.kind.coefficients(local)
             plain = [
-                (t.matrix, i, scales[0] * np.broadcast_to(c[t.coefficient], count)[every])
+                (t.matrix, i, scales[0] * np.asarray(c[t.coefficient]))
                 for i, t in enumerate(self.terms)
                 if t.matrix == LINEAR[names]
             ]

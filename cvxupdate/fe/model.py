@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from cvxupdate.errors import ModelError
-from cvxupdate.fe.block import LINEAR, Block, Index
+from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.elements.base import Real, Values
 from cvxupdate.fe.exact.correction import Beyond, Member
 from cvxupdate.fe.generic.use import FamilyUse
@@ -133,34 +132,26 @@ class Model:
         """Whether any element has a dynamic stiffness beyond its matrices."""
         return any(b.exact is not None for b in self.blocks)
 
-    def derivative(self, j: int, p: ArrayLike | None = None) -> tuple[DerivativeBlock, ...]:
-        """Element blocks of ∂K, ∂M, ∂C, ∂D with respect to parameter ``j`` at ``p``."""
-        return self._derivative(j, self.properties(p))
+    def derivative(
+        self,
+        j: int,
+        p: ArrayLike | None = None,
+        properties: list[dict[str, Values]] | None = None,
+    ) -> tuple[DerivativeBlock, ...]:
+        """Element blocks of ∂K, ∂M, ∂C, ∂D with respect to parameter ``j`` at ``p``, whose
+        ``properties`` may be at hand."""
+        return self._derivative(j, self.properties(p) if properties is None else properties)
 
     def derivatives(self, p: ArrayLike | None = None) -> tuple[tuple[DerivativeBlock, ...], ...]:
         """`derivative` for every parameter, the properties at ``p`` formed once."""
         props = self.properties(p)
-        known = {k: self.blocks[k].kind.coefficients(props[k]) for k in self._asked_of_most}
-        return tuple(self._derivative(j, props, known) for j in range(len(self.parameters)))
+        return tuple(self._derivative(j, props) for j in range(len(self.parameters)))
 
-    @cached_property
-    def _asked_of_most(self) -> tuple[int, ...]:
-        """Blocks whose elements have, on the average, a stiffness or mass parameter or more."""
-        rows = np.zeros(len(self.blocks), dtype=np.int64)
-        for t in (t for q in self.parameters for t in q.targets if t.properties in LINEAR):
-            rows[t.block] += len(t.rows)
-        return tuple(k for k, b in enumerate(self.blocks) if rows[k] >= len(b.ids))
-
-    def _derivative(
-        self,
-        j: int,
-        props: list[dict[str, Values]],
-        known: Mapping[int, Mapping[str, Values]] = MappingProxyType({}),
-    ) -> tuple[DerivativeBlock, ...]:
+    def _derivative(self, j: int, props: list[dict[str, Values]]) -> tuple[DerivativeBlock, ...]:
         out = []
         for t in self.parameters[j].targets:
             block = self.blocks[t.block]
-            d = block.derivative(props[t.block], t.rows, t.properties, t.scales, known.get(t.block))
+            d = block.derivative(props[t.block], t.rows, t.properties, t.scales)
             if d:
                 out.append(
                     DerivativeBlock(

@@ -49,7 +49,8 @@ def coordinates_of(space: Space, chosen: Index) -> Coordinates | None:
     places: dict[tuple[int, int], int] = {}
     for part in made.parts:
         places[part.number, part.row] = len(blocks)
-        blocks.append(_part(full.blocks[part.number], part.row, part.terms, turn))
+        sums = {i: made.sums.terms[at] for i, at in part.terms.items()}
+        blocks.append(_part(full.blocks[part.number], part.row, sums, turn))
     labels = tuple(full.labels[k] for k in chosen.tolist())
     model = replace(
         full,

@@ -1,4 +1,5 @@
-"""Rayleigh and Ritz's modes of a space of shapes (Bathe 1996, 11.6)."""
+"""The lowest modes of a model, and Rayleigh and Ritz's modes of a space of shapes (Bathe 1996,
+11.6)."""
 
 from __future__ import annotations
 
@@ -7,6 +8,9 @@ import scipy.linalg as la
 import scipy.sparse as sp
 
 from cvxupdate.fe.elements.base import Real
+from cvxupdate.fe.modes import Modes, natural_modes
+
+WHOLE = 100  # DOFs up to which every mode is taken
 
 
 def ritz(V: Real, K: sp.csc_array, M: sp.csc_array) -> Real | None:
@@ -18,3 +22,13 @@ def ritz(V: Real, K: sp.csc_array, M: sp.csc_array) -> Real | None:
     except la.LinAlgError:
         return None
     return np.asarray(V @ X)
+
+
+def modes_up_to(K: sp.csc_array, M: sp.csc_array, top: float, rigid: Real) -> Modes:
+    """Every mode up to ``top`` (Hz) at least; ``rigid`` (N, k): rigid-body motions."""
+    count = K.shape[0] if K.shape[0] <= WHOLE else 40
+    while True:
+        modes = natural_modes(K, M, min(count, K.shape[0]), rigid)
+        if count >= K.shape[0] or (len(modes.frequencies) and modes.frequencies[-1] > top):
+            return modes
+        count *= 2

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from itertools import chain, islice
 
 import numpy as np
 import scipy.linalg as la
@@ -24,18 +25,18 @@ from cvxupdate.fe.columns import stiffness_columns
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.factor import Factor, factorise
 from cvxupdate.fe.model import DerivativeBlock, Matrices, Model
-from cvxupdate.fe.modes import Modes, natural_modes
+from cvxupdate.fe.modes import Modes
 from cvxupdate.fe.recent import recent
 from cvxupdate.fe.rigid import rigid_body_modes
 from cvxupdate.fe.synthesis.attachment import independent, loosened, pushes, units
 from cvxupdate.fe.synthesis.derivatives import Among, wide
-from cvxupdate.fe.synthesis.projected import Projected, alike, grown, projected
-from cvxupdate.fe.synthesis.ritz import ritz
+from cvxupdate.fe.synthesis.parts import Projected
+from cvxupdate.fe.synthesis.projected import alike, grown, projected
+from cvxupdate.fe.synthesis.ritz import modes_up_to, ritz
 from cvxupdate.fe.synthesis.shapes import Found
 
 BEYOND = 2.5  # modes are taken up to this many times the band
 SHIFT = 0.05  # of the lowest flexible eigenvalue, by which a free structure has a static answer
-WHOLE = 100  # DOFs up to which every mode is taken
 REST = 1e-12  # of the highest eigenvalue found: a motion that is hardly resisted
 STILL = 1e-9  # of the lowest flexible eigenvalue: a motion that is not resisted
 SPARE = 4  # modes more than are wanted that an inverse iteration carries: the last are least exact
@@ -85,25 +86,27 @@ class Space:
         """DOFs to a force at which its modes have the static answer."""
         return tuple(int(d) for d in self.ports)
 
+    @cached_property
+    def _dofs(self) -> list[list[int]]:
+        """How many DOFs each target of every parameter moves."""
+        dofs = [b.dofs for b in self.model.blocks]
+        each = self.model.parameters
+        return [[len(np.unique(dofs[t.block][t.rows])) for t in q.targets] for q in each]
+
     def derivatives(self, p: Real, X: Real) -> tuple[tuple[DerivativeBlock | Among, ...], ...]:
         """Of every parameter of the model at ``p``: element blocks where it moves few DOFs, else
         what it does among the modes with coordinates ``X`` (r, low)."""
-        values, low = self.model.properties(p), X.shape[1]
-        out: list[tuple[DerivativeBlock | Among, ...]] = []
-        for j, parameter in enumerate(self.model.parameters):
-            targets = [(t, self.model.blocks[t.block].dofs[t.rows]) for t in parameter.targets]
-            if not any(wide(len(np.unique(dofs)), low) for _, dofs in targets):
-                out.append(self.model.derivative(j, p))
-                continue
-            rates = (self.projected.rate(self.model, values, t) for t, _ in targets)
-            out.append(
-                tuple(
-                    Among(tuple(None if (A := r.get(k)) is None else X.T @ A @ X for k in "KMCD"))
-                    for r in rates
-                    if r
-                )
-            )
-        return tuple(out)
+        values, low, each = self.model.properties(p), X.shape[1], self.model.parameters
+        far = [any(wide(n, low) for n in counts) for counts in self._dofs]
+        every = [q.targets if many else () for q, many in zip(each, far, strict=True)]
+        among = (
+            Among(tuple(None if (A := rate.get(k)) is None else X.T @ A @ X for k in "KMCD"))
+            for rate in self.projected.rates(self.model, values, list(chain(*every)))
+        )
+        return tuple(
+            tuple(islice(among, len(targets))) if targets else self.model.derivative(j, p, values)
+            for j, targets in enumerate(every)
+        )
 
     def far(self, p: Real, limit: float) -> bool:
         """Whether a parameter on many DOFs is further than that from where it was made, or the
@@ -269,7 +272,7 @@ def space_of(model: Model, at: Real, top: float, ports: Index, moving: Sequence[
     """
     m = model.matrices(at)
     rigid = rigid_body_modes(model, m.K, m.M)
-    modes = _modes(m.K, m.M, BEYOND * top, rigid)
+    modes = modes_up_to(m.K, m.M, BEYOND * top, rigid)
     values = modes.eigenvalues
     resisted = values[values > REST * values.max(initial=0.0)]
     lowest = float(resisted[0]) if len(resisted) else 1.0
@@ -289,12 +292,3 @@ def _with_answers(bare: Space, at: Real, V: Real, M: sp.csc_array, factor: Facto
     answers = factor.solve(np.hstack([units(bare.model.size, bare.ports), forces]))
     V = independent(V, answers, M)
     return replace(bare, at=at, V=V, wide=tuple(j for j in wide if j not in bare.loose))
-
-
-def _modes(K: sp.csc_array, M: sp.csc_array, top: float, rigid: Real) -> Modes:
-    count = K.shape[0] if K.shape[0] <= WHOLE else 40
-    while True:
-        modes = natural_modes(K, M, min(count, K.shape[0]), rigid)
-        if count >= K.shape[0] or (len(modes.frequencies) and modes.frequencies[-1] > top):
-            return modes
-        count *= 2
