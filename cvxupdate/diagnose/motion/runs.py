@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from cvxupdate.diagnose.responses.data import DIFFERENCED, signals_of
-from cvxupdate.diagnose.responses.rest import QUIET, STILL, power, rest_noise
+from cvxupdate.diagnose.responses.data import DIFFERENCED, decayed, signals_of
+from cvxupdate.diagnose.responses.rest import QUIET, STILL, force_noise, power, rest_noise, through
 from cvxupdate.diagnose.responses.signals import Complex, Real, Signal, smoothed
 from cvxupdate.recordings.instant import sets_in, transformed
 from cvxupdate.recordings.mains import tones, without
@@ -263,7 +263,8 @@ def wide_signals(histories: Sequence[TimeHistory], runs: Sequence[Run]) -> tuple
     """On the lines of the whole band, with the noise of the runs."""
     out = []
     for history, run in zip(histories, runs, strict=True):
-        decay = np.linalg.norm(np.exp(-DECAY * np.arange(run.samples) / run.samples)) / run.rate
+        decay = decayed(run.samples, run.rate)
+        forces = force_noise(run.force) * decay
         errors = offset_errors(history)
         offsets = [e for e, c in zip(errors, history.channels, strict=True) if _senses(c)]
         for signal in signals_of(wide(history)):
@@ -274,5 +275,6 @@ def wide_signals(histories: Sequence[TimeHistory], runs: Sequence[Run]) -> tuple
             ]
             noise, offset = run.noise[own] * decay, np.array(offsets)[own]
             std = np.hypot(noise, offset / np.abs(signal.s)[:, None])  # a step has 1/s
-            out.append(replace(signal, std=std[:, :, None]))
+            driven = through(forces, signal.Y, signal.U)
+            out.append(replace(signal, std=np.hypot(std[:, :, None], driven)))
     return tuple(out)

@@ -12,16 +12,15 @@ from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
 from cvxupdate.diagnose.nominal.theory import GROUP, SHEAR
 from cvxupdate.diagnose.responses.common import Common
 from cvxupdate.diagnose.responses.moving import NOTHING, Carried
-from cvxupdate.diagnose.responses.rest import power, rest_noise
+from cvxupdate.diagnose.responses.rest import beyond_band, force_noise, rest_noise, through
 from cvxupdate.diagnose.responses.signals import Real, Signal, smoothed
 from cvxupdate.diagnose.settings import LEVELS, RESPONSE_DISCREPANCY, UNSTATED_FRF
 from cvxupdate.errors import RecordingError
 from cvxupdate.fe.model import Model
 from cvxupdate.recordings.mains import Tone, tones, without
 from cvxupdate.recordings.measured import DECAY, MOTION, Measured, band_of, measured_responses
-from cvxupdate.recordings.types import FrequencyResponse, TimeHistory
+from cvxupdate.recordings.types import Channel, FrequencyResponse, TimeHistory
 
-QUIET = 20  # lines above the band from which on they tell the noise
 # Times the noise that what remains of mains hum may be: it counts as noise there, but is one error
 # on all lines, and where it is three standard deviations nothing else is heard.
 HUMMING = 3.0
@@ -209,17 +208,23 @@ def _frf_noise(m: Measured) -> Real:
 def _noise(history: TimeHistory, m: Measured) -> Real:
     """Standard deviations of spectra of e^{−δt} y: the noise of each channel per sample is its
     spectrum above the band that the force reached, else what differencing leaves; no more than
-    what it says at rest."""
+    what it says at rest; and what that of the forces makes of it."""
     labels = [(c.label, c.quantity) for c in history.channels]
-    own = history.data[:, [labels.index((c.label, c.quantity)) for c in m.responses]]
-    n, rate = len(own), history.rate
-    f = np.fft.rfftfreq(n, 1.0 / rate)
-    quiet = f > min(1.1 * band_of(history)[1], 0.49 * rate)
-    if quiet.sum() >= QUIET:
-        noise = np.sqrt(np.median(power(own)[quiet], axis=0) / np.log(2.0))
-    else:
-        noise = DIFFERENCED * np.std(own, axis=0)
+
+    def of(channels: Sequence[Channel]) -> Real:
+        return history.data[:, [labels.index((c.label, c.quantity)) for c in channels]]
+
+    own, rate, top = of(m.responses), history.rate, band_of(history)[1]
+    noise = beyond_band(own, rate, top)
+    noise = np.where(np.isfinite(noise), noise, DIFFERENCED * np.std(own, axis=0))
     forces = history.data[:, [k for k, c in enumerate(history.channels) if c.quantity == "force"]]
     noise = np.minimum(noise, rest_noise(own, forces))
-    decay = np.linalg.norm(np.exp(-DECAY * np.arange(n) / n)) / rate
-    return np.broadcast_to((noise * decay)[None, :, None], m.Y.shape).copy()
+    decay = decayed(len(own), rate)
+    driven = through(force_noise(of(m.references)) * decay, m.Y, m.U)
+    return np.hypot((noise * decay)[None, :, None], driven)
+
+
+def decayed(samples: int, rate: float) -> float:
+    """Deviation of a line of the transform of e^{−δt} times white noise of deviation one a
+    sample."""
+    return float(np.linalg.norm(np.exp(-DECAY * np.arange(samples) / samples)) / rate)
