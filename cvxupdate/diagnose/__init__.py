@@ -108,7 +108,8 @@ def _by_level(
     level a little, with laws alone. Drift, where runs at one level differ, is looked for first: of
     a structure that changed, no effect is claimed that a search would find."""
     from cvxupdate.diagnose.gather import in_simulation, may_drift
-    from cvxupdate.diagnose.output.wording import depends_a_little
+    from cvxupdate.diagnose.output.telltale_words import distorted
+    from cvxupdate.diagnose.output.wording import depends_a_little, nonlinear
 
     simulated = in_simulation(spec, recordings, evidence, tell) if may_drift(evidence) else None
     if simulated is not None and simulated.drift:
@@ -123,7 +124,8 @@ def _by_level(
     if simulated is None:
         return found
     again = _diagnosed(spec, recordings, simulated, tell, begin)
-    return again if again.findings or simulated.drift else found
+    unsought = nonlinear(evidence.level_change(), distorted(recordings))  # by linear effects alone
+    return again if again.findings or simulated.drift or unsought else found
 
 
 def _laws_alone(

@@ -16,7 +16,7 @@ from cvxupdate.diagnose.output.diagnosis import (
 )
 from cvxupdate.diagnose.output.evidence_words import evidence_lines
 from cvxupdate.diagnose.output.export import updated_problem, with_damping
-from cvxupdate.diagnose.output.telltale_words import telltale_lines
+from cvxupdate.diagnose.output.telltale_words import distorted, telltale_lines
 from cvxupdate.diagnose.output.wording import nonlinear, verdict_of
 from cvxupdate.diagnose.results import Further
 from cvxupdate.diagnose.search.search import Found, names_tried, search
@@ -36,7 +36,9 @@ def diagnosed(
     """The diagnosis of a problem by its evidence; ``begin``: when it began (`perf_counter`)."""
     change = evidence.level_change()
     drift = evidence.drift
-    level = nonlinear(change) and evidence.told_by != MOTION
+    distortion = change is not None and distorted(recordings)
+    depends = nonlinear(change, distortion)
+    level = depends and evidence.told_by != MOTION
     sought = () if level or drift else names_tried(evidence)
     found = Found() if level or drift else search(evidence, progress)
     judgement = judge(evidence, found)
@@ -44,11 +46,9 @@ def diagnosed(
     further = Further() if level or drift else evidence.further(last.fit)
     pattern = pattern_of(further)
     findings = (*judgement.findings, *pattern.findings)
-    verdict, says = verdict_of(
-        judgement, pattern.findings, nonlinear(change), drift, pattern.unsure
-    )
+    verdict, says = verdict_of(judgement, pattern.findings, depends, drift, pattern.unsure)
     lines = [
-        *evidence_lines(judgement, change, drift),
+        *evidence_lines(judgement, change, drift, distortion),
         *telltale_lines(recordings, drift is not None),
     ]
     lines += pattern.lines

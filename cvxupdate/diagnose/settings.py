@@ -68,9 +68,9 @@ SHEET_DISCREPANCY = 3.5e-4
 MOST_ALLOWANCE = 0.3
 
 # ------------------------------------------------------------------------------ what is detected
-# Relative change of the transfer functions between drive levels, and how many times the noise of
-# that change, that make a structure nonlinear.
-LEVEL_CHANGE, LEVEL_NOISE = 0.05, 5.0
+# Relative change of the transfer functions between drive levels, and how many times its noise, that
+# make a structure nonlinear; fewer do beside distortion (`UNFORCED_PART`), which alone says so.
+LEVEL_CHANGE, LEVEL_NOISE, DISTORTED_NOISE = 0.05, 5.0, 2.0
 # The same from which on laws are tried beside all else; and from which on they are where a linear
 # model explains the rest: twice what sampling made of nineteen linear structures (0.27 % at most).
 SLIGHT_CHANGE, LEAST_CHANGE = 0.015, 0.005

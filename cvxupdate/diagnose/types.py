@@ -96,10 +96,10 @@ class LevelChange:
     noise: float
     what: str = "transfer functions"
 
-    def exceeds(self, least: float) -> bool:
+    def exceeds(self, least: float, times: float = LEVEL_NOISE) -> bool:
         """Whether it is larger than ``least``, and than noise by as much as a dependence on the
         level must be."""
-        return self.change > least and self.change > LEVEL_NOISE * self.noise
+        return self.change > least and self.change > times * self.noise
 
 
 class Evidence(Protocol):

@@ -26,11 +26,14 @@ LEFT_OVER = 2.0  # times the noise from which a remaining error is told to be so
 
 
 def evidence_lines(
-    judgement: Judgement, change: LevelChange | None, drift: str | None = None
+    judgement: Judgement,
+    change: LevelChange | None,
+    drift: str | None = None,
+    distortion: bool = False,
 ) -> list[str]:
     """One line each: what in the recordings says so."""
     evidence = judgement.case.evidence
-    level = nonlinear(change)
+    level = nonlinear(change, distortion)
     if drift is not None:
         return [drift, *_base_lines(evidence, judgement.case.base)]
     out = [*_level_line(change, level), *evidence.lines()]

@@ -130,6 +130,12 @@ def _asymmetry(loudest: TimeHistory) -> list[str]:
     ]
 
 
+def distorted(recordings: Sequence[Recording]) -> bool:
+    """Whether the loudest run that is fitted answers where nothing was forced."""
+    runs = [r for r in recordings if isinstance(r, TimeHistory) and r.origin.use == "fit"]
+    return bool(runs) and bool(_unforced(max(runs, key=_level)))
+
+
 def _unforced(loudest: TimeHistory) -> list[str]:
     part = unforced(loudest)
     if part is None or part < UNFORCED_PART:

@@ -11,7 +11,15 @@ from cvxupdate.diagnose.judge.acceptance import Weighed, explained
 from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.output.rival_words import shortly, verbs
 from cvxupdate.diagnose.results import Finding
-from cvxupdate.diagnose.settings import EXPLAINED, HALVED, LEVEL_CHANGE, OPEN, SLIGHT_CHANGE
+from cvxupdate.diagnose.settings import (
+    DISTORTED_NOISE,
+    EXPLAINED,
+    HALVED,
+    LEVEL_CHANGE,
+    LEVEL_NOISE,
+    OPEN,
+    SLIGHT_CHANGE,
+)
 from cvxupdate.diagnose.types import Errors, LevelChange
 from cvxupdate.physics.effect import MOTION
 from cvxupdate.physics.place import listed
@@ -31,9 +39,11 @@ TELL = (
 )
 
 
-def nonlinear(change: LevelChange | None) -> bool:
-    """Whether the recordings depend on the drive level by more than noise and reason."""
-    return change is not None and change.exceeds(LEVEL_CHANGE)
+def nonlinear(change: LevelChange | None, distortion: bool = False) -> bool:
+    """Whether the recordings depend on the drive level by more than noise and reason;
+    ``distortion``: they answer where nothing was forced, too."""
+    times = DISTORTED_NOISE if distortion else LEVEL_NOISE
+    return change is not None and change.exceeds(LEVEL_CHANGE, times)
 
 
 def slightly(change: LevelChange | None) -> bool:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cvxupdate.diagnose.output.telltale_words import telltale_lines
+from cvxupdate.diagnose.output.telltale_words import distorted, telltale_lines
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin, TimeHistory
 from tests.cases.shaken import shaken
 from tests.recordings.test_telltales import HARDENING, RUBBING, STOP, decaying
@@ -28,6 +28,12 @@ def test_what_the_level_does_is_said_with_what_it_may_be():
     assert "damping falls with the level, as with dry friction" in rubs
     stop = said(shaken(STOP, 3.0, seed=7))
     assert "lopsided" in stop and "where nothing was forced" in stop
+
+
+def test_the_loudest_run_that_is_fitted_says_whether_motion_is_distorted():
+    quiet, loud = shaken(seed=1), shaken(STOP, 3.0, seed=7)
+    assert distorted([quiet, loud]) and not distorted([quiet]) and not distorted([])
+    assert not distorted([quiet, replace(loud, origin=replace(loud.origin, use="hold-out"))])
 
 
 def test_what_goes_with_time_is_not_said_of_the_level():

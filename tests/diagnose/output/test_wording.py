@@ -55,6 +55,16 @@ def test_recordings_that_depend_on_the_level_are_not_linear() -> None:
     assert not nonlinear(None)
 
 
+def test_distortion_makes_less_of_a_change_surely_nonlinear() -> None:
+    """A sweep with a Bouc-Wen mount: 8.2 % (noise 1.8 %), and 5 % of the motion unforced."""
+    change = LevelChange(0.082, 0.018)
+    assert nonlinear(change, distortion=True) and not nonlinear(change)
+    assert not nonlinear(LevelChange(0.082, 0.05), distortion=True), "noise may be all of it"
+    assert not nonlinear(LevelChange(0.9 * LEVEL_CHANGE, 0.0), distortion=True)
+    lines = evidence_lines(EMPTY, change, distortion=True)
+    assert lines[0].endswith("so the structure is not linear.")
+
+
 def test_laws_are_tried_of_a_slight_change_that_is_no_noise() -> None:
     little = LevelChange(1.5 * SLIGHT_CHANGE, 0.2 * SLIGHT_CHANGE)
     assert slightly(little) and not nonlinear(little)
