@@ -61,6 +61,23 @@ def test_the_gain_of_a_sensor_may_change_with_the_level() -> None:
     assert change(one, broken).exceeds(LEAST_CHANGE)
 
 
+def test_noise_of_the_force_channel_is_no_dependence_on_the_level() -> None:
+    """Recorded with 1 % of noise, it moves the structure by what it was without."""
+    rng = np.random.default_rng(5)
+    runs = [run(1.0, 20.0, 1), run(3.0, 20.0, 2)]
+    heard = []
+    for r in runs:
+        noise = 0.01 * np.std(r.data[:, :1]) * rng.standard_normal((len(r.data), 1))
+        heard.append(replace(r, data=r.data + np.pad(noise, ((0, 0), (0, 3)))))
+    found = change(*heard)
+    assert not found.exceeds(LEAST_CHANGE)
+    (s,), (bare,) = (signals_of(r) for r in (heard[0], runs[0]))
+    loud = np.abs(s.Y) > np.quantile(np.abs(s.Y), 0.9)
+    assert np.median(s.std[loud]) > 2.0 * np.median(bare.std[loud])
+    stiff = run(3.0, 20.0, 2, stiffer=1500.0)
+    assert change(heard[0], stiff).exceeds(LEVEL_CHANGE)
+
+
 def test_mains_hum_does_not_grow_with_the_level_and_is_no_dependence_on_it() -> None:
     one, two = run(1.0, 24.0, 1), run(8.0, 24.0, 2)
     t = np.arange(len(one.data)) / one.rate
