@@ -13,7 +13,15 @@ from typing import Any
 from validation import calibrate
 from validation.rigs import generate
 
-KEPT = ("physics", "location", "parameters", "standard_deviation", "confidence", "says")
+KEPT = (
+    "physics",
+    "location",
+    "parameters",
+    "standard_deviation",
+    "confidence",
+    "explains",
+    "says",
+)
 
 
 def attempt(

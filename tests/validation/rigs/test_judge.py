@@ -207,6 +207,14 @@ def test_seeds_by_family_and_kind():
     assert cases.labels(some[0]) == (drawn.drawing.family, drawn.kind)
 
 
+def test_a_case_keeps_what_part_each_finding_explains(tmp_path, monkeypatch):
+    """By which a threshold on second findings could be drawn, without diagnosing all again."""
+    finding = {"physics": "added_mass", "location": {}, "confidence": 0.5, "explains": 2e-4}
+    monkeypatch.setattr(calibrate, "diagnose", lambda problem: {"findings": [finding]})
+    (kept,) = command.attempt(3001, tmp_path, "", 60.0)["said"]["findings"]
+    assert kept == {**finding, "equivalent": []}
+
+
 def test_a_case_that_fails_has_said_nothing(tmp_path, monkeypatch):
     def broken(problem):
         raise ZeroDivisionError(f"in {problem}")
