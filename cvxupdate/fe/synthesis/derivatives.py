@@ -11,7 +11,7 @@ from cvxupdate.fe.block import Index
 from cvxupdate.fe.model import DerivativeBlock
 from cvxupdate.fe.modes import Modes
 from cvxupdate.fe.synthesis.pieces import Response
-from cvxupdate.fe.synthesis.products import Complex, times
+from cvxupdate.fe.synthesis.products import Complex, grounded, times
 from cvxupdate.fe.terms import Real
 
 Small = tuple[Real | None, ...]
@@ -57,7 +57,7 @@ class Share:
     def columns(self, r: Response, modes: Modes, low: int) -> Complex:
         """Those of `Changes`: receptances to the sensors times forces, one product for all
         parameters at every point."""
-        phi = padded(modes.shapes)[self.used]
+        phi = grounded(modes.shapes)[self.used]
         near, beyond = phi[:, : r.near], phi[:, r.near :]
         right, left = times(near, r.q), times(near, r.a)
         if r.high is not None and len(self.used):
@@ -130,11 +130,6 @@ def _shares(
         out[-1].append(own)
         held |= more
     return out
-
-
-def padded(shapes: Real) -> Real:
-    """Mode shapes with the ground's row, zero, at the end (where −1 points)."""
-    return np.vstack([shapes, np.zeros((1, shapes.shape[1]))])
 
 
 def _forces(small: Small, right: Complex, s: Complex) -> Complex:

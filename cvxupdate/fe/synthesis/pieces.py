@@ -16,7 +16,7 @@ from cvxupdate.fe.model import Model
 from cvxupdate.fe.modes import Modes, natural_modes
 from cvxupdate.fe.synthesis.high_modes import HighModes, high_modes
 from cvxupdate.fe.synthesis.loss import Loss
-from cvxupdate.fe.synthesis.products import Complex, drawn, times
+from cvxupdate.fe.synthesis.products import Complex, drawn, grounded, times
 from cvxupdate.fe.terms import Real
 
 FEW = 0.3  # of the modes: up to so many columns of damping are taken by Woodbury's formula
@@ -147,7 +147,7 @@ def respond(
     of their own.
     """
     s = signal.s
-    phi = np.vstack([modes.shapes, np.zeros((1, modes.shapes.shape[1]))])
+    phi = grounded(modes.shapes)
     ps, pb = phi[sensors].T, phi[inputs].T
     lam = np.maximum(modes.eigenvalues, 0.0)
     slow, stiff = loss.viscous(lam), loss.stiffness(lam)
@@ -247,7 +247,7 @@ class Receptances:
 
 def receptances(response: Response, modes: Modes, dofs: Index | None = None) -> Receptances:
     """From modal pieces to ``dofs`` (−1: the ground; None: all of them, the ground last)."""
-    phi = np.vstack([modes.shapes, np.zeros((1, modes.shapes.shape[1]))])
+    phi = grounded(modes.shapes)
     phi = phi if dofs is None else phi[dofs]
     n = response.near
     left, right = times(phi[:, :n], response.a), times(phi[:, :n], response.q)

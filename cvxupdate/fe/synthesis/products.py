@@ -24,3 +24,8 @@ def drawn(shapes: Real, U: Complex) -> Complex:
     """Modal forces (modes, points, cases) of drives ``U`` (points, references, cases) at shapes
     (modes, references)."""
     return times(shapes, np.swapaxes(U, 0, 1))
+
+
+def grounded(shapes: Real) -> Real:
+    """Shapes (N, m) with the ground's row, zero, at the end, where −1 points."""
+    return np.vstack([shapes, np.zeros((1, shapes.shape[1]))])

@@ -18,6 +18,7 @@ from cvxupdate.fe.block import Block, Index
 from cvxupdate.fe.elements.base import Real
 from cvxupdate.fe.model import Model
 from cvxupdate.fe.synthesis.parts import Apart, Part, Projected, combined
+from cvxupdate.fe.synthesis.products import grounded
 from cvxupdate.fe.synthesis.sums import Sums, border, summed
 
 
@@ -27,7 +28,7 @@ def projected(model: Model, V: Real) -> Projected:
     fixed = {k: np.zeros((r, r)) for k in "KMCD"}
     groups: list[tuple[int, list[int]]] = []
     still = []
-    padded = _padded(V)
+    padded = grounded(V)
     today = model.properties(model.zero())
     for number, (block, own) in enumerate(zip(model.blocks, _moved(model), strict=True)):
         rest = np.array([e for e in range(len(block.ids)) if e not in own], dtype=np.int64)
@@ -75,7 +76,7 @@ def grown(base: Projected, old: Model, model: Model, V: Real) -> Projected | Non
         return None
     r = V.shape[1]
     k = r - base.fixed["K"].shape[0]
-    padded, moved = _padded(V), _moved(model)
+    padded, moved = grounded(V), _moved(model)
     today = model.properties(model.zero())
     parts, apart = [], []
     for part in base.parts:
@@ -130,11 +131,6 @@ def alike(old: Model, model: Model) -> bool:
 def _on(old: Index, dofs: Index, size: int) -> bool:
     """Whether DOFs are the old ones, or new ones where these were held."""
     return old.shape == dofs.shape and bool(np.all((old == dofs) | ((old < 0) & (dofs >= size))))
-
-
-def _padded(V: Real) -> Real:
-    """With a row of zeros for DOFs that are held."""
-    return np.vstack([V, np.zeros((1, V.shape[1]))])
 
 
 Moved = Mapping[int, list[tuple[float, ...]]]
