@@ -12,7 +12,7 @@ from cvxupdate.commands.identify_ambient import of_responses
 from cvxupdate.commands.identify_damping import of_table, with_measured_damping
 from cvxupdate.commands.identify_frf import of_frf
 from cvxupdate.commands.identify_normal import routes_of
-from cvxupdate.commands.identify_options import LONGEST, METHODS, Options
+from cvxupdate.commands.identify_options import METHODS, Options
 from cvxupdate.commands.sources import Source, open_source
 from cvxupdate.errors import InputError, RecordingError
 
@@ -94,28 +94,25 @@ def _one(recording: Recording, o: Options, model: Model | None) -> ModeSetResult
 
 def _of_time(history: TimeHistory, o: Options, model: Model | None) -> ModeSetResult:
     from cvxupdate.recordings.impacts import struck
-    from cvxupdate.recordings.spectral import frf_from_time
+    from cvxupdate.recordings.spectral import MOTIONS, frf_from_time, main_motion, usual_method
 
-    motions = [
-        c for c in history.channels if c.quantity in ("displacement", "velocity", "acceleration")
-    ]
+    kinds = {c.quantity for c in history.channels if c.quantity in MOTIONS}
+    quantity = main_motion(history)
     forced = any(c.quantity == "force" for c in history.channels)
-    if not motions and (forced or not history.channels):
+    if quantity is None and (forced or not history.channels):
         raise RecordingError(
             "no channel reads a motion (displacement, velocity, acceleration): give quantity and "
             "unit of its channels in a [[recordings]] table; 'cvxupdate inspect' prints one"
         )
     o = o if o.band is not None else replace(o, band=history.band)
-    if o.method == "ssi" or not forced:
+    if o.method == "ssi" or not forced or quantity is None:
         return of_responses(history, o, model)
-    kinds = [c.quantity for c in motions]
-    quantity = max(dict.fromkeys(kinds), key=kinds.count)
     if o.estimator is None and struck(history):
-        return _of_blows(history, o, quantity, len(set(kinds)) > 1, model)
-    way = o.estimator or ("lpm" if len(history.data) <= LONGEST else "h1")
+        return _of_blows(history, o, quantity, len(kinds) > 1, model)
+    way = o.estimator or usual_method(history)
     frf = frf_from_time(history, method=way, quantity=quantity)
     notes = [f"frequency responses estimated by {'local polynomials' if way == 'lpm' else way}"]
-    if len(set(kinds)) > 1:
+    if len(kinds) > 1:
         notes.append(_only(quantity))
     return of_frf(frf, "time", o, notes, model)
 

@@ -11,9 +11,6 @@ from cvxupdate.errors import InputError
 MOTIONS = ("displacement", "velocity", "acceleration")
 METHODS = ("plscf", "realisation", "ibrahim", "appropriation", "ssi")
 DAMPING = ("viscous", "hysteretic")
-LONGEST = 2**18
-"""Samples of a time history up to which its FRFs are estimated without leakage (lpm); longer ones
-are averaged (H1), which costs less."""
 
 
 LONG_LIVED = 0.5

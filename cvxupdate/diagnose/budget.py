@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import Any
 
 from cvxupdate.diagnose.settings import BUDGET, CUT_SHORT, SHARED, WALL
 from cvxupdate.forked import processor_time
@@ -92,9 +93,14 @@ class Budget:
 
 
 class Timed:
-    """Evidence whose search ends with the time for one diagnosis."""
+    """Evidence whose search ends with the time for one diagnosis; by itself no other look at its
+    recordings."""
 
     budget: Budget
+
+    def by_modes(self) -> Any:
+        """None."""
+        return None
 
     @property
     def hurried(self) -> bool:

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cvxupdate.diagnose.budget import Budget
-from cvxupdate.diagnose.modes.common import common_of as common_of_tables
-from cvxupdate.diagnose.modes.evidence import ModesEvidence
-from cvxupdate.diagnose.modes.foreign import foreign, line, without
-from cvxupdate.diagnose.modes.tables import prepared, stated_tables
-from cvxupdate.diagnose.modes.worth import mesh_for as mesh_for_tables
+from cvxupdate.diagnose.modes.gathered import SHEAR, Sought, modes_evidence
+from cvxupdate.diagnose.modes.identified import identified
 from cvxupdate.diagnose.nominal.coarse import Discretisation, of_sheets
 from cvxupdate.diagnose.nominal.damping import undamped
-from cvxupdate.diagnose.nominal.mesh import NONE, mesh_error
+from cvxupdate.diagnose.nominal.mesh import mesh_error
 from cvxupdate.diagnose.nominal.refinement import PLAIN, has_sheets
 from cvxupdate.diagnose.nominal.scatter import with_nuisance
 from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
@@ -40,8 +37,6 @@ from cvxupdate.spec import Spec
 
 if TYPE_CHECKING:
     from cvxupdate.diagnose.motion.evidence import MotionEvidence
-
-SHEAR = "shear_deformation"  # an effect that changes what the mesh is worth
 
 
 @dataclass(frozen=True)
@@ -82,7 +77,9 @@ def gathered(
     if any(r.origin.use == "fit" for r in usable):
         found = _responses(spec, model, usable, progress, reference, budget or Budget())
         return replace(found, came=file) if isinstance(found, ResponseEvidence) else found
-    modes = _modes(spec, model, tables_of(recordings), progress, reference, budget or Budget())
+    of_reference = None if reference is None else (reference.file, tables_of(reference.recordings))
+    tables, sought = tables_of(recordings), _sought(spec)
+    modes = modes_evidence(spec, model, tables, sought, progress, budget or Budget(), of_reference)
     return replace(modes, came=file)
 
 
@@ -101,6 +98,10 @@ def _names(spec: Spec, told_by: str) -> tuple[str, ...]:
     return tuple(n for n in effect_names(told_by) if asked is None or n in asked)
 
 
+def _sought(spec: Spec) -> Sought:
+    return Sought(_names(spec, MODES), _names(spec, RATIOS))
+
+
 def _responses(
     spec: Spec,
     model: Model,
@@ -113,6 +114,12 @@ def _responses(
     file = None if reference is None else reference.file
     plain = prepare(recordings)
     simulated = slightly(level_change(plain.sharp)) or is_nonlinear(model)
+
+    def modal(band: tuple[float, float]) -> Evidence | None:
+        tables = identified([r for r in recordings if r.origin.use == "fit"], band, progress)
+        if not tables:
+            return None
+        return modes_evidence(spec, model, tables, _sought(spec), progress, budget.part(0.5))
 
     def evidence(data: Data, corners: bool = True) -> ResponseEvidence:
         # what a model misses of its reference, mesh included, it misses of the other state too
@@ -128,9 +135,10 @@ def _responses(
         start = undamped(fine.on(model))
         start = with_nuisance(start, scatter=spec.diagnose.scatter, theory=fine.theory)
         held, release = held_dofs(spec, model), release_from(spec, fine)
-        return ResponseEvidence(
+        found = ResponseEvidence(
             model, start, data, fine, names, held, release, progress, file, budget
         )
+        return found if simulated or reference else replace(found, modal=modal)
 
     common = None
     if reference is not None:
@@ -222,67 +230,3 @@ def in_simulation(
         progress,
         budget=linear.budget,  # both searches are one diagnosis
     )
-
-
-def _modes(
-    spec: Spec,
-    model: Model,
-    tables: Sequence[ModeTable],
-    progress: Progress,
-    reference: Reference | None,
-    budget: Budget,
-) -> ModesEvidence:
-    names, top = _names(spec, MODES), max(float(t.frequency.max()) for t in tables)
-    fine = PLAIN if reference else mesh_for_tables(spec, model, top, SHEAR in names)
-    start = undamped(fine.on(model))
-    start = with_nuisance(start, scatter=spec.diagnose.scatter, theory=fine.theory)
-    mesh = NONE if fine.finer else mesh_error(spec, model, top)
-    common = None
-    if reference is not None:
-        fitted = [t for t in tables_of(reference.recordings) if t.origin.use == "fit"]
-        common = common_of_tables(start, stated_tables(start, fitted, mesh))
-    order = [
-        k
-        for fitted in (True, False)
-        for k, r in enumerate(spec.recordings)
-        if r.kind == "modes" and (r.use == "fit") == fitted
-    ]
-
-    def evidence(tables: Sequence[ModeTable]) -> ModesEvidence:
-        return ModesEvidence(
-            model,
-            start,
-            prepared(start, tables, mesh, common),
-            mesh,
-            fine,
-            names,
-            _names(spec, RATIOS),
-            held_dofs(spec, model),
-            release_from(spec, fine),
-            tuple(order),
-            progress,
-            None if reference is None else reference.file,
-            budget,
-        )
-
-    return _known(evidence, tables)
-
-
-def _known(
-    evidence: Callable[[Sequence[ModeTable]], ModesEvidence], tables: Sequence[ModeTable]
-) -> ModesEvidence:
-    """Without the rows that are no mode of the model, where all others are explained."""
-    whole = evidence(tables)
-    base = whole.bases[-1]
-    odd = {} if whole.explained(base, whole.errors(base)) else foreign(whole.nominal_point)
-    fitted = [t for t in tables if t.origin.use == "fit"]
-    left = {k: without(fitted[k], [i for i, _ in rows]) for k, rows in odd.items()}
-    if not left or any(t is None for t in left.values()):
-        return whole
-    kept = [t for k, u in enumerate(fitted) if (t := left.get(k, u)) is not None]
-    rest = evidence([*kept, *(t for t in tables if t.origin.use != "fit")])
-    base = rest.bases[-1]
-    if not rest.explained(base, rest.errors(base)):
-        return whole
-    gone = {k: {i: line(fitted[k], i, best) for i, best in rows} for k, rows in odd.items()}
-    return replace(rest, tables=replace(rest.tables, gone=gone))

@@ -176,7 +176,7 @@ def seed_from(
 
 
 def together(
-    evidence: Evidence, parent: Hypothesis, effects: Sequence[Effect], size: float = 0.0
+    evidence: Evidence, parent: Hypothesis, effects: Sequence[Effect], size: float | Real = 0.0
 ) -> Hypothesis:
     """A parent as it is with further effects at once, each of its unknowns ``size``, without those
     that cannot stand there; the parent itself where none can, or all of them are no structure."""

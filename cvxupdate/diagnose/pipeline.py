@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 
+from cvxupdate.diagnose.judge.by_modes import ByModes
 from cvxupdate.diagnose.judge.judge import judge
 from cvxupdate.diagnose.judge.pattern import pattern_of
 from cvxupdate.diagnose.judge.placebo import placebo
@@ -40,8 +41,10 @@ def diagnosed(
     depends = nonlinear(change, distortion)
     level = depends and evidence.told_by != MOTION
     sought = () if level or drift else names_tried(evidence)
-    found = Found() if level or drift else search(evidence, progress)
-    judgement = judge(evidence, found)
+    seen = ByModes(evidence, progress)
+    found = Found() if level or drift else search(evidence, progress, seen)
+    first = judge(evidence, found)
+    judgement = seen.instead(first) if found.scores else first
     last = judgement.last
     further = Further() if level or drift else evidence.further(last.fit)
     pattern = pattern_of(further)
@@ -51,7 +54,7 @@ def diagnosed(
         *evidence_lines(judgement, change, drift, distortion),
         *telltale_lines(recordings, drift is not None),
     ]
-    lines += pattern.lines
+    lines += [*seen.lines(first, judgement), *pattern.lines]
     if judgement.findings and judgement.final is not None:
         sham = placebo(judgement.final, found, judgement.case)
         lines += [] if sham is None else [sham.says]

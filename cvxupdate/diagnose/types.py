@@ -1,9 +1,5 @@
 """What the stages hand to one another, and the protocol behind which each kind of recording
-stands.
-
-A stage knows only these. A third kind of evidence (motion of nonlinear structures) is one more
-implementation of `Evidence`.
-"""
+stands: a stage knows only these."""
 
 from __future__ import annotations
 
@@ -152,6 +148,9 @@ class Evidence(Protocol):
     def drift(self) -> str | None:
         """How the structure changed while it was measured, in words; None where it did not, or the
         recordings do not say."""
+
+    def by_modes(self) -> Evidence | None:
+        """The natural frequencies and shapes in responses; None where there is no such look."""
 
     def context(self, model: Model) -> SearchContext:
         """For placing effects on a model."""

@@ -18,6 +18,11 @@ from cvxupdate.recordings.types import (
 )
 from cvxupdate.recordings.windows import exponential_window, find_impacts, force_window, window
 
+MOTIONS = ("displacement", "velocity", "acceleration")
+LONGEST = 2**18
+"""Samples of a time history up to which its FRFs are estimated without leakage (lpm); longer ones
+are averaged (H1), which costs less."""
+
 
 def default_block(samples: int) -> int:
     """About sixteen half-overlapped blocks, a power of two, at least 64 samples."""
@@ -103,6 +108,18 @@ def spectra_from_time(
         total=(samples + lead - length) // step + 1,
         progress=progress,
     )
+
+
+def main_motion(history: TimeHistory) -> str | None:
+    """The quantity of most channels that read a motion; None where none does."""
+    kinds = [c.quantity for c in history.channels if c.quantity in MOTIONS]
+    return max(dict.fromkeys(kinds), key=kinds.count) if kinds else None
+
+
+def usual_method(history: TimeHistory) -> str:
+    """How FRFs are estimated from a record if nobody says how: without leakage, or averaged where
+    it is so long that this costs too much."""
+    return "lpm" if len(history.data) <= LONGEST else "h1"
 
 
 def frf_from_time(

@@ -175,6 +175,9 @@ class PlainEvidence:
     one: Sequence[Effect] = ()  # and those that nothing tells apart
     undone: list[str] = field(default_factory=list)
 
+    def by_modes(self) -> None:
+        return None
+
     def candidates(self, model: object, names: Sequence[str] | None = None) -> list[Effect]:
         return list(self.everything)
 

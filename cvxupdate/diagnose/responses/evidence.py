@@ -64,7 +64,7 @@ class ResponseEvidence(Linear):
     damping), the one with nuisance parameters, recordings, supports, effects to try;
     ``release(node, kind)`` is the nuisance model without one support, ``file`` the model as it
     came, where a reference was there to bring it to, ``came`` where its mesh was coarse; ``bare``
-    what is known of effects on the bare model."""
+    what is known of effects on the bare model; ``modal`` looks at the modes in a band (Hz)."""
 
     original: Model
     model: Model
@@ -78,6 +78,7 @@ class ResponseEvidence(Linear):
     budget: Budget = field(default_factory=Budget)
     came: Model | None = None
     bare: dict[object, FiniteSize] = field(default_factory=dict)
+    modal: Callable[[tuple[float, float]], Any] | None = None
 
     told_by = "responses"
 
@@ -131,6 +132,10 @@ class ResponseEvidence(Linear):
     def _zeta(self) -> float:
         setting = self.setting(self.model, ())
         return float(np.median(setting.zeta)) if setting.damped else 0.005
+
+    def by_modes(self) -> Any:
+        """The modes in them."""
+        return None if self.modal is None else self.modal(self.band)
 
     def context(self, model: Model) -> SearchContext:
         """For placing effects on the nuisance model or one grown from it."""

@@ -8,19 +8,19 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cvxupdate.diagnose.hypothesis import Hypothesis, seeds_from, takes_all
-from cvxupdate.diagnose.screen.shortlist import best_of, shortlist
-from cvxupdate.diagnose.screen.stability import stability
+from cvxupdate.diagnose.hypothesis import Hypothesis, takes_all
+from cvxupdate.diagnose.screen.shortlist import best_of
 from cvxupdate.diagnose.search.alike import elsewhere
 from cvxupdate.diagnose.search.backward import backward
-from cvxupdate.diagnose.search.beside import beside
-from cvxupdate.diagnose.search.coarse import coarsely, enough_alone, far_off
+from cvxupdate.diagnose.search.coarse import coarsely
 from cvxupdate.diagnose.search.driven import settled, shaken
+from cvxupdate.diagnose.search.entries import first_pass, screened
 from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
-from cvxupdate.diagnose.search.guided import brought_near, guided, nearest_alone
+from cvxupdate.diagnose.search.grown import NOTHING, Seen, confirmed, grown_from
+from cvxupdate.diagnose.search.guided import brought_near
 from cvxupdate.diagnose.search.held import held
 from cvxupdate.diagnose.search.neighbours import neighbours
-from cvxupdate.diagnose.search.race import entered, merged, raced
+from cvxupdate.diagnose.search.race import merged, raced
 from cvxupdate.diagnose.search.rigs import beside_a_rig
 from cvxupdate.diagnose.search.several import busy, further, in_their_place, pairs, simpler
 from cvxupdate.diagnose.search.zones import zoned
@@ -38,7 +38,6 @@ from cvxupdate.diagnose.settings import (
     OPEN,
     PARENTS,
     SPARE,
-    STABLE,
     STAYING,
     TWICE,
 )
@@ -97,59 +96,24 @@ def nearest(evidence: Evidence, progress: Progress) -> Found | None:
     return Found((), tuple(settled(evidence, singles)), tuple(settled(evidence, several)))
 
 
-def search(evidence: Evidence, progress: Progress) -> Found:
+def search(evidence: Evidence, progress: Progress, seen: Seen = NOTHING) -> Found:
     """Screen at every level, refit the short list; several effects where no single one is
-    enough."""
+    enough, from what another look at the recordings has ``seen``."""
     progress("fitting the nuisance parameters")
     bases, names = evidence.bases, names_tried(evidence)
     if not names:
         return Found()
-    rankings, stable = _screened(evidence, names, progress)
-    often = [s for s, part in stable if part >= STABLE]
-    listed = best_of(*(shortlist(r) for r in rankings), often)
-    start, pattern = Hypothesis((), bases[0]), damping_only(evidence)
-    seeds = seeds_from(evidence, start, listed, 0)
-    if not pattern:
-        seeds += beside(evidence, start, level=0, scores=rankings[0])
-        seeds += nearest_alone(evidence, progress)
-    entries = entered(evidence, seeds, progress)
+    rankings, stable = screened(evidence, names, progress)
+    pattern = damping_only(evidence)
+    entries = first_pass(evidence, rankings, stable, pattern, progress)
     coarse, sharper, alone = coarsely(evidence, entries, pattern, progress)
-    grown, ahead = ([], False) if pattern else _grown(evidence, coarse, alone, progress)
-    reached = ahead and (
-        grown[0].fit.misfit <= OPEN * EXPLAINED
-        or HOPELESS * grown[0].penalised <= coarse[0].penalised
-    )
-    if reached:
-        coarse = coarse[:STAYING]  # no single effect comes near
-    elif not pattern and coarse and coarse[0].penalised > OPEN * EXPLAINED:
-        coarse = in_their_place(evidence, coarse, progress)
-        coarse = merged(coarse, zoned(evidence, coarse, progress, COARSE[-1][0]))
-    singles = raced(evidence, coarse, FINE, progress)
-    others = [] if reached else [h for h in sharper if h.keys not in {s.keys for s in singles}]
-    singles = merged(singles, raced(evidence, others, FINE_SEVERAL, progress))
-    if pattern:
-        singles.sort(key=lambda h: h.fit.damping_strain)
-    if not reached:
-        singles = _stretches(evidence, elsewhere(evidence, singles, progress), progress)
-    several, known, single = list[Hypothesis](), None, False
-    if not pattern and not _enough(evidence, singles):
-        several = _pairs(evidence, [] if reached else coarse, singles, progress)
-        known = likeliest(several)
-        singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
-        single = _told_alone(evidence, singles, merged(several, grown))
-        own = [several] if ahead else [several, grown]  # each has its own end
-        ways = [] if single else _open(evidence, own)
-        several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
-    several = _stretches(evidence, elsewhere(evidence, several, progress), progress)
-    several = merged(several, shaken(evidence, several, progress))
-    lighter = _lighter(evidence, several, alone, progress)
-    firsts = coarse if reached else []
-    if not single:
-        lighter += _instead(evidence, merged(several, lighter), firsts, known, progress)
-    singles = merged(singles, [h for h in lighter if len(h.effects) == 1])
-    several = merged(several, [h for h in lighter if len(h.effects) > 1])
-    if not pattern:
-        singles, several = _last(evidence, singles, several, progress)
+    grown, ahead = ([], False) if pattern else grown_from(evidence, coarse, alone, seen, progress)
+    if ahead and confirmed(evidence, grown[0], seen):
+        singles = merged(raced(evidence, coarse[:STAYING], FINE, progress), _alone(grown))
+        several = [h for h in grown if len(h.effects) > 1]
+    else:
+        smooth = Smooth(coarse, sharper, alone, grown, ahead, pattern)
+        singles, several = _sharpened(evidence, smooth, progress)
     return Found(
         tuple(best_of(*rankings)),
         tuple(settled(evidence, singles)),
@@ -159,19 +123,68 @@ def search(evidence: Evidence, progress: Progress) -> Found:
     )
 
 
-def _screened(
-    evidence: Evidence, names: Sequence[str], progress: Progress
-) -> tuple[list[list[Score]], list[tuple[Score, float]]]:
-    """First-order scores at every level but the last, and how often half of the recordings chooses
-    each, where most is explained."""
-    bases, rankings = evidence.bases, list[list[Score]]()
-    candidates = evidence.candidates(evidence.model, names)
-    for fit in bases[: max(1, evidence.levels - 1)]:
-        progress(f"screening {len(candidates)} candidates")
-        rankings.append(evidence.first_order(fit, candidates))
-    clearest = int(np.argmax([max((s.fraction for s in r), default=0.0) for r in rankings]))
-    progress("resampling the recordings")
-    return rankings, stability(evidence, bases[clearest], rankings[clearest])
+@dataclass(frozen=True)
+class Smooth:
+    """Of smooth recordings: single effects (``coarse``), those that show on ``sharper`` ones only,
+    what a rig does ``alone``, sets that are ``grown`` and whether they are ``ahead``; ``pattern``:
+    only that of damping is at stake."""
+
+    coarse: list[Hypothesis]
+    sharper: list[Hypothesis]
+    alone: list[Hypothesis]
+    grown: list[Hypothesis]
+    ahead: bool
+    pattern: bool
+
+    @property
+    def reached(self) -> bool:
+        """Whether the sets leave single effects far behind, or little at all."""
+        if not self.ahead:
+            return False
+        best = self.grown[0]
+        near = best.fit.misfit <= OPEN * EXPLAINED
+        return near or HOPELESS * best.penalised <= self.coarse[0].penalised
+
+
+def _sharpened(
+    evidence: Evidence, smooth: Smooth, progress: Progress
+) -> tuple[list[Hypothesis], list[Hypothesis]]:
+    """Single effects and sets of them, to the end."""
+    coarse, grown, reached, pattern = smooth.coarse, smooth.grown, smooth.reached, smooth.pattern
+    if reached:
+        coarse = coarse[:STAYING]  # no single effect comes near
+    elif not pattern and coarse and coarse[0].penalised > OPEN * EXPLAINED:
+        coarse = in_their_place(evidence, coarse, progress)
+        coarse = merged(coarse, zoned(evidence, coarse, progress, COARSE[-1][0]))
+    singles = merged(raced(evidence, coarse, FINE, progress), _alone(grown))
+    others = (
+        [] if reached else [h for h in smooth.sharper if h.keys not in {s.keys for s in singles}]
+    )
+    singles = merged(singles, raced(evidence, others, FINE_SEVERAL, progress))
+    if pattern:
+        singles.sort(key=lambda h: h.fit.damping_strain)
+    if not reached:
+        singles = _stretches(evidence, elsewhere(evidence, singles, progress), progress)
+    several, known, single = list[Hypothesis](), None, False
+    if not (pattern or _enough(evidence, singles)):
+        several = _pairs(evidence, [] if reached else coarse, singles, progress)
+        known = likeliest(several)
+        singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
+        single = _told_alone(evidence, singles, merged(several, grown))
+        own = [several] if smooth.ahead else [several, grown]  # each has its own end
+        ways = [] if single else _open(evidence, own)
+        several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
+    several = _stretches(evidence, elsewhere(evidence, several, progress), progress)
+    several = merged(several, shaken(evidence, several, progress))
+    lighter = _lighter(evidence, several, smooth.alone, progress)
+    firsts = coarse if reached else []
+    if not single:
+        lighter += _instead(evidence, merged(several, lighter), firsts, known, progress)
+    singles = merged(singles, _alone(lighter))
+    several = [h for h in merged(several, lighter) if len(h.effects) > 1]
+    if not pattern:
+        singles, several = _last(evidence, singles, several, progress)
+    return singles, several
 
 
 def _stretches(
@@ -198,20 +211,8 @@ def _lighter(
     return [*lighter, *beside_a_rig(evidence, merged(several, lighter), alone, progress)]
 
 
-def _grown(
-    evidence: Evidence,
-    coarse: Sequence[Hypothesis],
-    alone: Sequence[Hypothesis],
-    progress: Progress,
-) -> tuple[list[Hypothesis], bool]:
-    """Sets that grow where no single effect comes near, and what a rig does ``alone``; and whether
-    they are ahead of all single ones: then the search has gone on from there, for pairs of those
-    begin further off. Where a rig is enough none grow."""
-    far = far_off(coarse) and not enough_alone(evidence, alone)
-    grown = merged(alone, guided(evidence, progress) if far else [])
-    if not grown or grown[0].penalised >= coarse[0].penalised:
-        return grown, False
-    return merged(grown, further(evidence, grown, progress)), True
+def _alone(sets: Sequence[Hypothesis]) -> list[Hypothesis]:
+    return [h for h in sets if len(h.effects) == 1]
 
 
 def _pairs(

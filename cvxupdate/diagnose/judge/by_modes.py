@@ -1,0 +1,164 @@
+"""What responses leave open, once more by the modes in them.
+
+A light resonance is narrower than a real structure is off from its model (a sensor beside its
+node, a lump off the axis): with all that is missing found, responses still differ by a third.
+Natural frequencies and shapes do not care. From what they tell the search goes on; and where it
+ends with nothing to claim, what they tell is claimed if the responses confirm it: there, too, it
+halves what the nuisance parameters leave, fitted and held out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from cvxupdate.diagnose.hypothesis import Figures, Hypothesis, without
+from cvxupdate.diagnose.judge.acceptance import Weighed, better, explained
+from cvxupdate.diagnose.judge.confidence import standing
+from cvxupdate.diagnose.judge.judge import Judgement, judge
+from cvxupdate.diagnose.judge.posterior import log_odds
+from cvxupdate.diagnose.judge.soundness import sound
+from cvxupdate.diagnose.results import Finding
+from cvxupdate.diagnose.search.search import search
+from cvxupdate.diagnose.settings import CUT_SHORT, HALVED, MOST_SURE, STAYING
+from cvxupdate.diagnose.types import Evidence, Progress
+from cvxupdate.physics.effect import Effect
+
+LOOK = "the natural frequencies and mode shapes identified from the responses"
+
+
+@dataclass(frozen=True)
+class ByModes:
+    """The modes in the recordings of ``evidence``, looked into when they are first asked for."""
+
+    evidence: Evidence
+    progress: Progress
+
+    @cached_property
+    def told(self) -> Judgement | None:
+        """The judgement of them; None where recordings are not to be seen so."""
+        seen = self.evidence.by_modes()
+        if seen is None:
+            return None
+        return judge(seen, search(seen, lambda text: self.progress(f"by the modes: {text}")))
+
+    @property
+    def sure(self) -> bool:
+        """Whether they tell something, time having ended nothing."""
+        told = self.told
+        return told is not None and bool(told.findings) and not told.case.evidence.unfinished
+
+    @cached_property
+    def likely(self) -> list[Hypothesis]:
+        """The likeliest sets of effects, the one that is told first."""
+        told = self.told
+        if told is None:
+            return []
+        tried = [w for w in (*told.several, *told.singles) if sound(w.hypothesis)]
+        ranked = sorted(tried, key=lambda w: -log_odds(w, told.case))
+        first = [] if told.final is None else [told.final]
+        return [w.hypothesis for w in [*first, *(w for w in ranked if w not in first)][:STAYING]]
+
+    def tells(self, h: Hypothesis) -> bool:
+        """Whether a set has all that they tell for sure, in whatever form."""
+        told = self.told
+        if told is None or not self.sure:
+            return False
+        return all(any(_same(e, f) for e in h.effects) for f in told.findings)
+
+    def instead(self, judgement: Judgement) -> Judgement:
+        """Of a judgement that claims nothing what they tell and its hypotheses confirm; else what
+        all that is likely by them has in common."""
+        told = None if judgement.findings else self.told
+        if told is None or explained(judgement.case.base, judgement.case):
+            return judgement
+        final = self._confirmed(judgement)
+        if final is None:
+            return replace(judgement, graded=judgement.graded or told.graded)
+        own = () if told.final is None else told.final.hypothesis.effects
+        known = {(e.physics, e.place): s for e, s in zip(own, told.standings, strict=True)}
+        stands = [
+            known.get((e.physics, e.place)) or standing(k, final, judgement.field, judgement.case)
+            for k, e in enumerate(final.hypothesis.effects)
+        ]
+        most = CUT_SHORT if self.evidence.unfinished else MOST_SURE
+        return replace(
+            judgement,
+            single=None,
+            final=final,
+            field=(),
+            findings=tuple(
+                replace(f, confidence=min(f.confidence, most)) for f in self._here(final)
+            ),
+            standings=tuple(stands),
+            graded=None,
+        )
+
+    def _confirmed(self, judgement: Judgement) -> Weighed | None:
+        """The nearest hypothesis on the responses that has all that the modes tell, and that what
+        was fitted and what was held out speak for; None where there is none."""
+        case = judgement.case
+        tried = (*judgement.several, *judgement.singles)
+        both = [w for w in tried if self.tells(w.hypothesis) and better(w, case.base, case)]
+        final = min(both, key=lambda w: w.hypothesis.penalised, default=None)
+        return final if final is not None and self._here(final) else None
+
+    def _here(self, final: Weighed) -> tuple[Finding, ...]:
+        """What the modes tell that the responses have as well, about as large, and cannot do
+        without: with it taken out, twice as much is left."""
+        told, h = self.told, final.hypothesis
+        out = []
+        for finding in () if told is None else told.findings:
+            k = next(k for k, e in enumerate(h.effects) if _same(e, finding))
+            rest = without(self.evidence, h, k)
+            needed = rest is None or HALVED * rest.fit.excess >= final.fit.excess
+            if needed and _as_large(finding, h.effects[k], h.figures[k]):
+                out.append(_both(finding, h.effects[k], h.figures[k]))
+        return tuple(out)
+
+    def lines(self, first: Judgement, judgement: Judgement) -> list[str]:
+        """What they say, for the reader, where the ``first`` judgement became another."""
+        told = self.__dict__.get("told")  # only if it was asked for
+        if not isinstance(told, Judgement):
+            return []
+        seen, base = told.case.evidence, told.case.base
+        if judgement.findings and not first.findings:
+            return [
+                f"This is told by {LOOK}, of which it leaves {seen.left(told.last.errors)}; the "
+                "responses confirm it, and its size is halfway between what both say. What they "
+                "still differ by may be no more than a sensor beside its node: a real structure is "
+                "further from its model than a light resonance is wide."
+            ]
+        if not judgement.findings and explained(base, told.case):
+            return [
+                f"{LOOK.capitalize()} are explained by the usual scatter alone, which leaves "
+                f"{seen.left(base.errors)}: whatever else the responses have moves neither of them."
+            ]
+        return []
+
+
+def _same(effect: Effect, finding: Finding) -> bool:
+    """The same at one place, in whatever form."""
+    return (effect.physics, effect.place) == (finding.physics, finding.place)
+
+
+def _as_large(finding: Finding, effect: Effect, figures: Figures) -> bool:
+    """Whether its size on the responses is that by the modes, to within a half of it: else it is
+    two things, or none."""
+    name = effect.figures[0].name
+    there, here = finding.parameters[name], figures.values[name]
+    return abs(here - there) <= HALVED * max(abs(here), abs(there))
+
+
+def _both(finding: Finding, effect: Effect, figures: Figures) -> Finding:
+    """A finding with figures halfway between the two looks, and half of what these differ by in
+    their deviations: each errs in its own way."""
+    values, deviations = dict(finding.parameters), dict(finding.deviations)
+    for name in values.keys() & figures.values.keys():
+        apart = 0.5 * (figures.values[name] - values[name])
+        values[name] += apart
+        deviations[name] = float(np.hypot(deviations[name], apart))
+    says = effect.says(values)
+    return replace(finding, parameters=values, deviations=deviations, says=says)

@@ -1,0 +1,100 @@
+"""From tables of modes to their evidence: the mesh that does, nuisance parameters, what is common
+to a reference, rows that are no mode of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from cvxupdate.diagnose.budget import Budget
+from cvxupdate.diagnose.modes.common import common_of
+from cvxupdate.diagnose.modes.evidence import ModesEvidence
+from cvxupdate.diagnose.modes.foreign import foreign, line, without
+from cvxupdate.diagnose.modes.tables import prepared, stated_tables
+from cvxupdate.diagnose.modes.worth import mesh_for
+from cvxupdate.diagnose.nominal.damping import undamped
+from cvxupdate.diagnose.nominal.mesh import NONE, mesh_error
+from cvxupdate.diagnose.nominal.refinement import PLAIN
+from cvxupdate.diagnose.nominal.scatter import with_nuisance
+from cvxupdate.diagnose.nominal.supports import held_dofs, release_from
+from cvxupdate.diagnose.types import Progress
+from cvxupdate.fe.model import Model
+from cvxupdate.recordings.types import ModeTable
+from cvxupdate.spec import Spec
+
+SHEAR = "shear_deformation"  # an effect that changes what the mesh is worth
+
+
+@dataclass(frozen=True)
+class Sought:
+    """Effects that are tried: on frequencies and shapes (``names``), on ratios (``damping``)."""
+
+    names: tuple[str, ...]
+    damping: tuple[str, ...]
+
+
+def modes_evidence(
+    spec: Spec,
+    model: Model,
+    tables: Sequence[ModeTable],
+    sought: Sought,
+    progress: Progress,
+    budget: Budget,
+    reference: tuple[Model, Sequence[ModeTable]] | None = None,
+) -> ModesEvidence:
+    """Of ``tables``, in the order of the file; ``reference``: the model as it came and the tables
+    of the reference state to which it was brought."""
+    top = max(float(t.frequency.max()) for t in tables)
+    fine = PLAIN if reference else mesh_for(spec, model, top, SHEAR in sought.names)
+    start = undamped(fine.on(model))
+    start = with_nuisance(start, scatter=spec.diagnose.scatter, theory=fine.theory)
+    mesh = NONE if fine.finer else mesh_error(spec, model, top)
+    common = None
+    if reference is not None:
+        fitted = [t for t in reference[1] if t.origin.use == "fit"]
+        common = common_of(start, stated_tables(start, fitted, mesh))
+    order = [
+        k
+        for fitted in (True, False)
+        for k, r in enumerate(spec.recordings)
+        if r.kind == "modes" and (r.use == "fit") == fitted
+    ]
+
+    def evidence(tables: Sequence[ModeTable]) -> ModesEvidence:
+        return ModesEvidence(
+            model,
+            start,
+            prepared(start, tables, mesh, common),
+            mesh,
+            fine,
+            sought.names,
+            sought.damping,
+            held_dofs(spec, model),
+            release_from(spec, fine),
+            tuple(order),
+            progress,
+            None if reference is None else reference[0],
+            budget,
+        )
+
+    return _known(evidence, tables)
+
+
+def _known(
+    evidence: Callable[[Sequence[ModeTable]], ModesEvidence], tables: Sequence[ModeTable]
+) -> ModesEvidence:
+    """Without the rows that are no mode of the model, where all others are explained."""
+    whole = evidence(tables)
+    base = whole.bases[-1]
+    odd = {} if whole.explained(base, whole.errors(base)) else foreign(whole.nominal_point)
+    fitted = [t for t in tables if t.origin.use == "fit"]
+    left = {k: without(fitted[k], [i for i, _ in rows]) for k, rows in odd.items()}
+    if not left or any(t is None for t in left.values()):
+        return whole
+    kept = [t for k, u in enumerate(fitted) if (t := left.get(k, u)) is not None]
+    rest = evidence([*kept, *(t for t in tables if t.origin.use != "fit")])
+    base = rest.bases[-1]
+    if not rest.explained(base, rest.errors(base)):
+        return whole
+    gone = {k: {i: line(fitted[k], i, best) for i, best in rows} for k, rows in odd.items()}
+    return replace(rest, tables=replace(rest.tables, gone=gone))

@@ -1,0 +1,108 @@
+"""Sets of effects where no single one comes near: what a rig does alone, what another look at the
+recordings tells (the modes in responses), what grows from a model that is far off."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from cvxupdate.diagnose.hypothesis import Hypothesis, together
+from cvxupdate.diagnose.search.coarse import enough_alone, far_off
+from cvxupdate.diagnose.search.guided import guided
+from cvxupdate.diagnose.search.race import merged, raced
+from cvxupdate.diagnose.search.several import further
+from cvxupdate.diagnose.settings import (
+    EXPLAINED,
+    FINE_SEVERAL,
+    HALVED,
+    HOPELESS,
+    LOWER,
+    OPEN,
+    SEVERAL_LEVEL,
+    STAYING,
+    UNEXPLAINED,
+)
+from cvxupdate.diagnose.types import Evidence, Progress
+
+
+class Seen(Protocol):
+    """Another look at the same recordings."""
+
+    @property
+    def sure(self) -> bool:
+        """Whether it tells something for sure."""
+
+    @property
+    def likely(self) -> Sequence[Hypothesis]:
+        """The likeliest sets of effects, likeliest first."""
+
+    def tells(self, h: Hypothesis) -> bool:
+        """Whether a set has all that is told for sure."""
+
+
+class _Nothing:
+    sure = False
+    likely: Sequence[Hypothesis] = ()
+
+    def tells(self, h: Hypothesis) -> bool:
+        return False
+
+
+NOTHING: Seen = _Nothing()
+
+
+def grown_from(
+    evidence: Evidence,
+    coarse: Sequence[Hypothesis],
+    alone: Sequence[Hypothesis],
+    seen: Seen,
+    progress: Progress,
+) -> tuple[list[Hypothesis], bool]:
+    """Sets that grow where no single effect comes near, what a rig does ``alone``, and where that
+    is not enough what was ``seen``; and whether they are ahead of all single ones: then the search
+    has gone on from there, for pairs of those begin further off."""
+    left = bool(coarse) and coarse[0].penalised > OPEN * EXPLAINED
+    left &= not enough_alone(evidence, alone)
+    there = on_these(evidence, seen, progress) if left else []
+    near = seen.sure if there else False
+    near |= bool(there) and there[0].fit.misfit <= HOPELESS * EXPLAINED
+    far = left and far_off(coarse) and not near
+    grown = merged(alone, there, guided(evidence, progress) if far else [])
+    if not grown or grown[0].penalised >= coarse[0].penalised:
+        return grown, False
+    return merged(grown, further(evidence, grown, progress)), True
+
+
+def confirmed(evidence: Evidence, h: Hypothesis, seen: Seen) -> bool:
+    """Whether a set has what another look tells for sure, these recordings say yes to it, and yet
+    it leaves much: then the structure is further from its model than these recordings forgive, and
+    nothing nearer is to be sought in them."""
+    errors, base = evidence.errors(h.fit), evidence.bases[-1]
+    much = h.fit.misfit > OPEN * EXPLAINED and evidence.relative(errors) > UNEXPLAINED
+    if not much or not seen.tells(h):
+        return False
+    held, before = errors.hold_out, evidence.errors(base).hold_out
+    heard = not np.isfinite(held) or held <= LOWER * before
+    return heard and h.fit.excess <= HALVED * base.excess
+
+
+def carried(evidence: Evidence, told: Hypothesis) -> Hypothesis | None:
+    """What other evidence told, at its sizes on this one, at the first level; None where an effect
+    cannot stand here."""
+    h = Hypothesis((), evidence.bases[0])
+    for number, effect in enumerate(told.effects):
+        grown = together(evidence, h, [effect], told.sizes(number))
+        if grown is h:
+            return None
+        h = grown
+    return h
+
+
+def on_these(evidence: Evidence, seen: Seen, progress: Progress) -> list[Hypothesis]:
+    """The likeliest sets as these recordings have them, from the sizes of the other look,
+    sharpened; best first, without those that cannot stand here."""
+    found = [h for told in seen.likely if (h := carried(evidence, told)) is not None]
+    legs = tuple((level, STAYING) for level in range(SEVERAL_LEVEL + 1))
+    return raced(evidence, found, (*legs, *FINE_SEVERAL), progress)

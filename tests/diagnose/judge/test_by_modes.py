@@ -1,0 +1,167 @@
+"""What the modes in responses tell of what the responses leave open, of plain figures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from cvxupdate.diagnose.judge import by_modes as module
+from cvxupdate.diagnose.judge.by_modes import ByModes
+from cvxupdate.diagnose.judge.graded import Graded
+from cvxupdate.diagnose.judge.judge import Judgement, judge
+from cvxupdate.diagnose.output.diagnosis import details_of
+from cvxupdate.diagnose.search.grown import confirmed
+from cvxupdate.diagnose.search.search import Found
+from cvxupdate.diagnose.settings import CUT_SHORT
+from cvxupdate.diagnose.types import Errors
+from cvxupdate.physics.place import Place
+from tests.cases.plain_evidence import PlainEvidence, PlainFit, effect, supposed, weighed
+
+A, B, C = effect(nodes=(1,)), effect(nodes=(2,)), effect(nodes=(3,))
+BASE = PlainFit(100.0, errors=Errors(0.9, 0.9))
+GOOD = PlainFit(1.0, errors=Errors(0.001, float("nan")))
+OPEN = PlainFit(20.0, errors=Errors(0.35, 0.3))  # too much for a claim by responses alone
+EVIDENCE = PlainEvidence((BASE,), alone={(): BASE})  # type: ignore[dict-item]
+MODES = PlainEvidence((replace(BASE, errors=Errors(0.1, float("nan"))),), told_by="modes")
+
+
+def judged(evidence: PlainEvidence, *tried) -> Judgement:
+    single = tuple(h for h in tried if len(h.effects) == 1)
+    several = tuple(h for h in tried if len(h.effects) > 1)
+    return judge(evidence, Found(singles=single, several=several))  # type: ignore[arg-type]
+
+
+def by_modes(told: Judgement | None) -> ByModes:
+    """A look that was taken."""
+    look = ByModes(EVIDENCE, print)  # type: ignore[arg-type]
+    look.__dict__["told"] = told
+    return look
+
+
+TOLD = judged(MODES, supposed(GOOD, A, size=0.3))
+LEFT_OPEN = judged(EVIDENCE, supposed(OPEN, A), supposed(OPEN, B))
+
+
+def test_what_the_modes_tell_and_the_responses_confirm_is_claimed() -> None:
+    assert not LEFT_OPEN.findings, "a third of the response is left"
+    look = by_modes(TOLD)
+    found = look.instead(LEFT_OPEN)
+    (finding,) = found.findings
+    assert finding.parameters == {"factor": 1.4}, "1.3 by the modes, 1.5 by the responses"
+    assert finding.deviations["factor"] == pytest.approx(np.hypot(0.01, 0.1))
+    assert finding.confidence == TOLD.findings[0].confidence and "1.4" in finding.says
+    assert found.last is found.final is LEFT_OPEN.singles[0], "the page is that of the responses"
+    (line,) = look.lines(LEFT_OPEN, found)
+    assert "told by the natural frequencies" in line and "0.001 of the response" in line
+
+
+def left_without(monkeypatch: pytest.MonkeyPatch, *misfits: float) -> None:
+    """What a set leaves without its first effect, its second and so on."""
+
+    def rest(evidence: object, h: object, k: int) -> object:
+        return supposed(replace(OPEN, misfit=misfits[k]))
+
+    monkeypatch.setattr(module, "without", rest)
+
+
+def test_what_the_responses_do_without_is_not_claimed(monkeypatch: pytest.MonkeyPatch) -> None:
+    other = judged(MODES, supposed(GOOD, B, size=0.3))
+    both = (*TOLD.findings, *other.findings), (*TOLD.standings, *other.standings)
+    pair = weighed(GOOD, A, B)
+    told = replace(TOLD, final=pair, several=(pair,), findings=both[0], standings=both[1])
+    larger = judged(EVIDENCE, supposed(OPEN, A, B))
+    left_without(monkeypatch, 60.0, 22.0)
+    (finding,) = by_modes(told).instead(larger).findings
+    assert finding.place == A.place
+    left_without(monkeypatch, 30.0, 22.0)
+    assert by_modes(told).instead(larger).findings == ()
+
+
+def test_what_stands_beside_it_on_the_responses_has_a_standing_of_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    left_without(monkeypatch, 12.0, 80.0)
+    larger = supposed(replace(OPEN, misfit=10.0), C, A)
+    found = by_modes(TOLD).instead(judged(EVIDENCE, larger))
+    assert found.final is not None and found.final.hypothesis is larger
+    assert found.standings[1] == TOLD.standings[0] and found.standings[0] != TOLD.standings[0]
+    rows = details_of(found, Found(), ())["standing"]
+    assert [r["name"] for r in rows] == [C.name, A.name] and len(found.findings) == 1
+
+
+@pytest.mark.parametrize(
+    ("told", "responses"),
+    [
+        pytest.param(None, LEFT_OPEN, id="no such look"),
+        pytest.param(judged(MODES), LEFT_OPEN, id="they tell nothing"),
+        pytest.param(
+            judged(replace(MODES, unfinished=True), supposed(GOOD, A)),
+            LEFT_OPEN,
+            id="time ended it",
+        ),
+        pytest.param(TOLD, judged(EVIDENCE, supposed(OPEN, B)), id="not on the responses"),
+        pytest.param(TOLD, judged(EVIDENCE, supposed(OPEN, A, size=2.0)), id="another size"),
+        pytest.param(
+            TOLD,
+            judged(EVIDENCE, supposed(replace(OPEN, misfit=60.0), A)),
+            id="the responses are not halved",
+        ),
+        pytest.param(
+            TOLD,
+            judged(EVIDENCE, supposed(replace(OPEN, errors=Errors(0.3, 0.8)), A)),
+            id="what was held out says no",
+        ),
+    ],
+)
+def test_nothing_is_claimed_by_the_modes_alone(told, responses) -> None:
+    look = by_modes(told)
+    found = look.instead(responses)
+    assert (
+        not found.findings and found.last is found.case.base and look.lines(responses, found) == []
+    )
+
+
+def test_where_time_ended_the_search_it_is_no_surer_than_that() -> None:
+    look = ByModes(replace(EVIDENCE, unfinished=True), print)  # type: ignore[arg-type]
+    look.__dict__["told"] = TOLD
+    assert look.instead(LEFT_OPEN).findings[0].confidence == CUT_SHORT
+
+
+def test_what_the_responses_tell_stands() -> None:
+    found = judged(EVIDENCE, supposed(replace(GOOD, errors=Errors(0.01, 0.01)), B))
+    assert by_modes(TOLD).instead(found) is found and found.findings
+
+
+def test_responses_that_are_explained_ask_for_no_other_look() -> None:
+    explained = judged(PlainEvidence((replace(BASE, misfit=2.0),)))
+    look = ByModes(EVIDENCE, print)  # type: ignore[arg-type]
+    assert look.instead(explained) is explained
+    assert "told" not in look.__dict__ or look.told is None
+    assert look.lines(explained, explained) == []
+
+
+def test_modes_that_are_explained_say_what_is_not_missing() -> None:
+    calm = judged(replace(MODES, bases=(replace(GOOD, errors=Errors(0.0008, np.nan)),)))
+    look = by_modes(calm)
+    (line,) = look.lines(LEFT_OPEN, look.instead(LEFT_OPEN))
+    assert "are explained by the usual scatter alone" in line and "0.0008" in line
+
+
+def test_what_likely_sets_have_in_common_by_the_modes_is_said() -> None:
+    graded = Graded("mass", Place(nodes=(4,)), 0.85, 0.9)
+    assert by_modes(replace(judged(MODES), graded=graded)).instead(LEFT_OPEN).graded is graded
+
+
+def test_the_search_ends_where_the_responses_say_yes_and_leave_much() -> None:
+    evidence, look = EVIDENCE, by_modes(TOLD)
+    assert look.likely[0].keys == {A.key}
+    assert confirmed(evidence, supposed(OPEN, A, C), look)  # type: ignore[arg-type]
+    assert not confirmed(evidence, supposed(OPEN, B), look)  # type: ignore[arg-type]
+    assert not confirmed(evidence, supposed(replace(OPEN, misfit=1.0), A), look)  # type: ignore[arg-type]
+    near = replace(OPEN, errors=Errors(0.05, 0.05))
+    assert not confirmed(EVIDENCE, supposed(near, A), look)  # type: ignore[arg-type]
+    high = replace(OPEN, errors=Errors(0.3, 0.8))
+    assert not confirmed(evidence, supposed(high, A), look)  # type: ignore[arg-type]
+    assert not confirmed(evidence, supposed(OPEN, A), by_modes(judged(MODES)))  # type: ignore[arg-type]
