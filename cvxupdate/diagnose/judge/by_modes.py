@@ -62,9 +62,9 @@ class ByModes:
         return [w.hypothesis for w in [*first, *(w for w in ranked if w not in first)][:STAYING]]
 
     def tells(self, h: Hypothesis) -> bool:
-        """Whether a set has all that they tell for sure, in whatever form."""
+        """Whether a set has all that they tell, in whatever form."""
         told = self.told
-        if told is None or not self.sure:
+        if told is None or not told.findings:
             return False
         return all(any(_same(e, f) for e in h.effects) for f in told.findings)
 

@@ -39,7 +39,7 @@ class Seen(Protocol):
         """The likeliest sets of effects, likeliest first."""
 
     def tells(self, h: Hypothesis) -> bool:
-        """Whether a set has all that is told for sure."""
+        """Whether a set has all that is told."""
 
 
 class _Nothing:
@@ -81,7 +81,7 @@ def confirmed(evidence: Evidence, h: Hypothesis, seen: Seen) -> bool:
     nothing nearer is to be sought in them."""
     errors, base = evidence.errors(h.fit), evidence.bases[-1]
     much = h.fit.misfit > OPEN * EXPLAINED and evidence.relative(errors) > UNEXPLAINED
-    if not much or not seen.tells(h):
+    if not (much and seen.sure and seen.tells(h)):
         return False
     held, before = errors.hold_out, evidence.errors(base).hold_out
     heard = not np.isfinite(held) or held <= LOWER * before

@@ -91,27 +91,21 @@ def test_what_stands_beside_it_on_the_responses_has_a_standing_of_its_own(
     assert [r["name"] for r in rows] == [C.name, A.name] and len(found.findings) == 1
 
 
+HIGH = replace(OPEN, errors=Errors(0.3, 0.8))
+
+
 @pytest.mark.parametrize(
     ("told", "responses"),
     [
         pytest.param(None, LEFT_OPEN, id="no such look"),
         pytest.param(judged(MODES), LEFT_OPEN, id="they tell nothing"),
-        pytest.param(
-            judged(replace(MODES, unfinished=True), supposed(GOOD, A)),
-            LEFT_OPEN,
-            id="time ended it",
-        ),
         pytest.param(TOLD, judged(EVIDENCE, supposed(OPEN, B)), id="not on the responses"),
         pytest.param(TOLD, judged(EVIDENCE, supposed(OPEN, A, size=2.0)), id="another size"),
+        pytest.param(TOLD, judged(EVIDENCE, supposed(HIGH, A)), id="what was held out says no"),
         pytest.param(
             TOLD,
             judged(EVIDENCE, supposed(replace(OPEN, misfit=60.0), A)),
             id="the responses are not halved",
-        ),
-        pytest.param(
-            TOLD,
-            judged(EVIDENCE, supposed(replace(OPEN, errors=Errors(0.3, 0.8)), A)),
-            id="what was held out says no",
         ),
     ],
 )
@@ -127,6 +121,9 @@ def test_where_time_ended_the_search_it_is_no_surer_than_that() -> None:
     look = ByModes(replace(EVIDENCE, unfinished=True), print)  # type: ignore[arg-type]
     look.__dict__["told"] = TOLD
     assert look.instead(LEFT_OPEN).findings[0].confidence == CUT_SHORT
+    hasty = by_modes(judged(replace(MODES, unfinished=True), supposed(GOOD, A, size=0.3)))
+    assert hasty.instead(LEFT_OPEN).findings[0].confidence == CUT_SHORT and not hasty.sure
+    assert not confirmed(EVIDENCE, supposed(OPEN, A), hasty)  # type: ignore[arg-type]
 
 
 def test_what_the_responses_tell_stands() -> None:
