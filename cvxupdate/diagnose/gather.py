@@ -117,7 +117,8 @@ def _responses(
 
     def modal(band: tuple[float, float]) -> Evidence | None:
         tables = identified([r for r in recordings if r.origin.use == "fit"], band, progress)
-        if not tables:
+        # more modes than a model has DOFs: what else is in these responses is no mode of it
+        if not tables or max(len(t.frequency) for t in tables) > model.size:
             return None
         return modes_evidence(spec, model, tables, _sought(spec), progress, budget.part(0.5))
 
