@@ -120,7 +120,8 @@ def _responses(
         # more modes than a model has DOFs: what else is in these responses is no mode of it
         if not tables or max(len(t.frequency) for t in tables) > model.size:
             return None
-        return modes_evidence(spec, model, tables, _sought(spec), progress, budget.part(0.5))
+        half = budget.part(0.5)
+        return modes_evidence(spec, model, tables, _sought(spec), progress, half, beside=True)
 
     def evidence(data: Data, corners: bool = True) -> ResponseEvidence:
         # what a model misses of its reference, mesh included, it misses of the other state too

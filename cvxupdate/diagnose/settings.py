@@ -1,7 +1,5 @@
-"""Every threshold of the diagnosis: its name, its unit, and why it is what it is.
-
-None was fitted to a case. Those that state a probability say which; those that state a size say of
-what. What only decides accuracy or memory of a computation stays beside that computation.
+"""Every threshold of the diagnosis: its name, its unit, and why it is what it is. None was fitted
+to a case. What only decides accuracy or memory of a computation stays beside that computation.
 """
 
 from __future__ import annotations
@@ -97,6 +95,8 @@ UNEVEN = 0.3
 RESPONSE_DISCREPANCY = 0.01
 # The same of a natural frequency (relative) and of a mode shape's entry (largest entry 1).
 FREQUENCY_DISCREPANCY, SHAPE_DISCREPANCY = 0.003, 0.02
+# m: how far a sensor stands beside its node, half of the width of a small accelerometer.
+BESIDE = 0.005
 # Beside a reference state, what both have in common being taken out: relative change of a
 # frequency from day to day (ten kelvin), of a shape's entry by mounting sensors again; the part of
 # what the model misses, and of what changed, that may differ between the states; the part of the

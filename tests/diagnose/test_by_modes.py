@@ -14,7 +14,9 @@ import scipy.signal
 from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.judge.by_modes import ByModes
 from cvxupdate.diagnose.modes.identified import identified
+from cvxupdate.diagnose.modes.tables import off_nodes, prepared
 from cvxupdate.diagnose.search.grown import carried, on_these
+from cvxupdate.diagnose.settings import BESIDE
 from cvxupdate.physics.place import Place
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin, TimeHistory
 from cvxupdate.study import open_problem
@@ -130,3 +132,22 @@ def test_modes_of_a_time_history_are_those_of_its_responses() -> None:
     record = TimeHistory(Origin("run", "run"), rate, channels, data)
     (table,) = identified([record], (10.0, 400.0), quiet)
     assert table.frequency == pytest.approx(f, rel=2e-3)
+
+
+def test_sensors_beside_their_nodes_read_the_slope_there(problem: Path, look: ByModes) -> None:
+    """An entry of a shape is off by the way between sensor and node times the slope of the mode."""
+    evidence = look.evidence.by_modes()
+    point, table = evidence.nominal_point, evidence.tables.measured[0]
+    off = off_nodes(point, 0, table)
+    assert off.shape == (6, 6) and np.all(off > 0.0)
+    model, own = point.residual.model, point.modes.shapes[:, point.places[0][0]]
+    z, ry = (np.array([own[model.place[f"n{n}.{d}"]] for n, _ in SENSORS]) for d in ("z", "ry"))
+    scale = np.max(np.abs(table.shapes[0])) / np.max(np.abs(z))
+    assert off[0] == pytest.approx(BESIDE * scale * np.abs(ry), rel=1e-9)
+    assert np.all(off[-1] > off[0]), "shorter waves are steeper"
+    plain = prepared(model, [table], evidence.mesh)
+    wide = prepared(model, [table], evidence.mesh, beside=True)
+    assert wide.fit[0].shape_std ** 2 == pytest.approx(plain.fit[0].shape_std ** 2 + off**2)
+    assert wide.measured[0].shape_std == pytest.approx(table.shape_std), "that is no noise"
+    turned = replace(table, channels=tuple(replace(c, dof="ry") for c in table.channels))
+    assert np.all(off_nodes(point, 0, turned) == 0.0)

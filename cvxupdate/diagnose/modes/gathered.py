@@ -41,9 +41,11 @@ def modes_evidence(
     progress: Progress,
     budget: Budget,
     reference: tuple[Model, Sequence[ModeTable]] | None = None,
+    beside: bool = False,
 ) -> ModesEvidence:
     """Of ``tables``, in the order of the file; ``reference``: the model as it came and the tables
-    of the reference state to which it was brought."""
+    of the reference state to which it was brought; ``beside``: sensors may stand beside their
+    nodes."""
     top = max(float(t.frequency.max()) for t in tables)
     fine = PLAIN if reference else mesh_for(spec, model, top, SHEAR in sought.names)
     start = undamped(fine.on(model))
@@ -64,7 +66,7 @@ def modes_evidence(
         return ModesEvidence(
             model,
             start,
-            prepared(start, tables, mesh, common),
+            prepared(start, tables, mesh, common, beside),
             mesh,
             fine,
             sought.names,

@@ -12,6 +12,7 @@ from cvxupdate.diagnose.modes.common import Common
 from cvxupdate.diagnose.modes.kinds import chi_square
 from cvxupdate.diagnose.nominal.mesh import MeshError
 from cvxupdate.diagnose.settings import (
+    BESIDE,
     FEWEST_RATIOS,
     FREQUENCY_DISCREPANCY,
     LIKELY,
@@ -21,8 +22,9 @@ from cvxupdate.diagnose.settings import (
 )
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.model import Model
-from cvxupdate.recordings.types import ModeTable
+from cvxupdate.recordings.types import Channel, ModeTable
 from cvxupdate.residual.modal import ModalPoint, modal_residual
+from cvxupdate.residual.shape_rows import channel_rows
 
 
 @dataclass(frozen=True)
@@ -99,10 +101,15 @@ class Tables:
 
 
 def prepared(
-    model: Model, tables: Sequence[ModeTable], mesh: MeshError, common: Common | None = None
+    model: Model,
+    tables: Sequence[ModeTable],
+    mesh: MeshError,
+    common: Common | None = None,
+    beside: bool = False,
 ) -> Tables:
     """The mesh's own error is no physics (`cvxupdate.diagnose.nominal.mesh`), nor is what model and
-    reference state disagree on (``common``); the modes of ``model`` say which shift is whose."""
+    reference state disagree on (``common``), nor how far sensors stand ``beside`` their nodes; the
+    modes of ``model`` say which shift is whose."""
     fit, hold = (
         tuple(t for t in tables if (t.origin.use == "fit") == use) for use in (True, False)
     )
@@ -113,7 +120,8 @@ def prepared(
         plain = _stated(t)
         measured.append(plain)
         there = _off_mesh(plain, shift)
-        missed = FREQUENCY_DISCREPANCY * np.ones(len(shift)), SHAPE_DISCREPANCY
+        shape = np.hypot(SHAPE_DISCREPANCY, off_nodes(start, k, plain) if beside else 0.0)
+        missed = FREQUENCY_DISCREPANCY * np.ones(len(shift)), shape
         if common is not None:
             there, missed = _beside(
                 there, common.without(there, start.places[k].tolist(), start), missed
@@ -122,6 +130,31 @@ def prepared(
     places = [start.places[k].tolist() for k in range(len(fit))]
     before = () if common is None else tuple(common.damping(at) for at in places)
     return Tables(tuple(moved[: len(fit)]), tuple(moved[len(fit) :]), tuple(measured), before)
+
+
+def off_nodes(point: ModalPoint, k: int, table: ModeTable) -> Real:
+    """What `BESIDE` of way between sensor and node makes of each entry of the shapes of a table,
+    (modes, channels), by the slope of the mode that each is paired with, as large as the measured
+    shape is."""
+    model, shapes = point.residual.model, table.shapes
+    out = np.zeros((len(table.frequency), len(table.channels)))
+    if shapes is None:
+        return out
+    rows, turns = channel_rows(table, model), [_slopes(model, c) for c in table.channels]
+    for i, at in enumerate(point.places[k].tolist()):
+        own = np.append(point.modes.shapes[:, at], 0.0)
+        largest = np.max(np.abs(own[rows]), initial=0.0)
+        if at >= 0 and largest > 0.0:
+            slope = np.array([np.linalg.norm(own[t]) for t in turns])
+            out[i] = BESIDE * slope * np.nanmax(np.abs(shapes[i]), initial=0.0) / largest
+    return out
+
+
+def _slopes(model: Model, channel: Channel) -> list[int]:
+    """Rows of the rotations that move what a translation reads where it stands beside its node."""
+    axes = [f"r{axis}" for axis in "xyz" if axis != channel.dof]
+    labels = [f"n{channel.node}.{a}" for a in axes] if channel.dof in ("x", "y", "z") else []
+    return [model.place[label] for label in labels if label in model.place]
 
 
 def _stated(table: ModeTable) -> ModeTable:

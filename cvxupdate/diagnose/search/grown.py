@@ -89,9 +89,16 @@ def confirmed(evidence: Evidence, h: Hypothesis, seen: Seen) -> bool:
 
 
 def carried(evidence: Evidence, told: Hypothesis) -> Hypothesis | None:
-    """What other evidence told, at its sizes on this one, at the first level; None where an effect
-    cannot stand here."""
-    h = Hypothesis((), evidence.bases[0])
+    """What other evidence told, at its sizes on this one, at the first level, with its nuisance
+    parameters: those of this one alone are bent by what is missing. None where an effect cannot
+    stand here."""
+    base = evidence.bases[0]
+    names = [q.name for q in told.fit.setting.model.parameters]
+    own = np.zeros(len(base.p))
+    for j, q in enumerate(evidence.model.parameters):
+        if q.name in names:
+            own[j] = told.fit.p[names.index(q.name)]
+    h = Hypothesis((), evidence.evaluated(base.setting, own))
     for number, effect in enumerate(told.effects):
         grown = together(evidence, h, [effect], told.sizes(number))
         if grown is h:
