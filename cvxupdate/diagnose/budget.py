@@ -57,15 +57,28 @@ class Budget:
         """A fraction of it, that begins now."""
         return Budget(fraction * self.computing, fraction * self.clock, jobs=self.jobs)
 
+    def rest(self, fraction: float) -> Budget:
+        """The same, but no more than is left of it."""
+        part = self.part(fraction)
+        part.computing = min(part.computing, self.computing - self._used)
+        part.clock = min(part.clock, self.clock - self._passed)
+        return part
+
+    @property
+    def _used(self) -> float:
+        return processor_time() - self._processor
+
+    @property
+    def _passed(self) -> float:
+        return time.perf_counter() - self._began
+
     def leave(self, what: str, count: int = 0) -> None:
         """So many of something are left undone; none: all of it."""
         self.undone[what] = self.undone.get(what, 0) + count
 
     def over(self) -> bool:
         """Whether nothing new may begin; asked where something would."""
-        used = processor_time() - self._processor
-        passed = time.perf_counter() - self._began
-        self.stopped |= used > self.computing or passed > self.clock
+        self.stopped |= self._used > self.computing or self._passed > self.clock
         return self.stopped
 
     @property

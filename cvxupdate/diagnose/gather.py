@@ -120,7 +120,7 @@ def _responses(
         # more modes than a model has DOFs: what else is in these responses is no mode of it
         if not tables or max(len(t.frequency) for t in tables) > model.size:
             return None
-        half = budget.part(0.5)
+        half = budget.rest(0.5)
         return modes_evidence(spec, model, tables, _sought(spec), progress, half, beside=True)
 
     def evidence(data: Data, corners: bool = True) -> ResponseEvidence:

@@ -89,6 +89,9 @@ def test_half_of_the_time_begins_when_it_is_taken() -> None:
     time.sleep(0.03)
     half = whole.part(0.5)
     assert half.computing == 5.0 and half.clock == 0.02 and not half.over()
+    rest = whole.rest(0.5)
+    assert rest.computing == 5.0 and rest.clock <= 0.01, "no more than is left"
+    assert Budget.of(True).rest(0.5).computing == float("inf")
 
 
 def test_thorough_is_never_over() -> None:

@@ -38,8 +38,9 @@ class ByModes:
 
     @cached_property
     def told(self) -> Judgement | None:
-        """The judgement of them; None where recordings are not to be seen so."""
-        seen = self.evidence.by_modes()
+        """The judgement of them; None where recordings are not to be seen so, or time is over
+        before anybody asks."""
+        seen = None if self.evidence.hurried else self.evidence.by_modes()
         if seen is None:
             return None
         return judge(seen, search(seen, lambda text: self.progress(f"by the modes: {text}")))

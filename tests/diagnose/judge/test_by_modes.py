@@ -139,6 +139,15 @@ def test_responses_that_are_explained_ask_for_no_other_look() -> None:
     assert look.lines(explained, explained) == []
 
 
+def test_where_the_time_is_over_nothing_is_looked_at() -> None:
+    class Late(PlainEvidence):
+        def by_modes(self) -> None:
+            raise AssertionError("nobody has time for it")
+
+    look = ByModes(Late((BASE,), hurried=True), print)  # type: ignore[arg-type]
+    assert look.told is None and look.instead(LEFT_OPEN).findings == ()
+
+
 def test_modes_that_are_explained_say_what_is_not_missing() -> None:
     calm = judged(replace(MODES, bases=(replace(GOOD, errors=Errors(0.0008, np.nan)),)))
     look = by_modes(calm)
