@@ -155,9 +155,12 @@ def _as_large(finding: Finding, effect: Effect, figures: Figures) -> bool:
 
 def _both(finding: Finding, effect: Effect, figures: Figures) -> Finding:
     """A finding with figures halfway between the two looks, and half of what these differ by in
-    their deviations: each errs in its own way."""
+    their deviations: each errs in its own way. As the modes have it where the responses have it in
+    another form (a stretch that ends within elements), whose figures are not the same."""
+    if figures.values.keys() != finding.parameters.keys():
+        return finding
     values, deviations = dict(finding.parameters), dict(finding.deviations)
-    for name in values.keys() & figures.values.keys():
+    for name in values:
         apart = 0.5 * (figures.values[name] - values[name])
         values[name] += apart
         deviations[name] = float(np.hypot(deviations[name], apart))

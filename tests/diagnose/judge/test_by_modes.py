@@ -17,6 +17,7 @@ from cvxupdate.diagnose.search.search import Found
 from cvxupdate.diagnose.settings import CUT_SHORT
 from cvxupdate.diagnose.types import Errors
 from cvxupdate.physics.place import Place
+from cvxupdate.physics.quantity import factor
 from tests.cases.plain_evidence import PlainEvidence, PlainFit, effect, supposed, weighed
 
 A, B, C = effect(nodes=(1,)), effect(nodes=(2,)), effect(nodes=(3,))
@@ -77,6 +78,14 @@ def test_what_the_responses_do_without_is_not_claimed(monkeypatch: pytest.Monkey
     assert finding.place == A.place
     left_without(monkeypatch, 30.0, 22.0)
     assert by_modes(told).instead(larger).findings == ()
+
+
+def test_another_form_on_the_responses_leaves_the_figures_of_the_modes() -> None:
+    two = effect(count=2).action
+    wider = replace(A, action=two, figures=(*A.figures, factor("soft_first", 1)))
+    found = by_modes(TOLD).instead(judged(EVIDENCE, supposed(OPEN, wider)))
+    assert found.findings[0].parameters == {"factor": 1.3}
+    assert found.findings[0].says == TOLD.findings[0].says
 
 
 def test_what_stands_beside_it_on_the_responses_has_a_standing_of_its_own(
