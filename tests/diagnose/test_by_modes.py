@@ -13,6 +13,7 @@ import scipy.signal
 
 from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.judge.by_modes import ByModes
+from cvxupdate.diagnose.modes import identified as few_lowest
 from cvxupdate.diagnose.modes.identified import identified
 from cvxupdate.diagnose.modes.tables import off_nodes, prepared
 from cvxupdate.diagnose.search.grown import carried, on_these
@@ -104,6 +105,10 @@ def test_modes_of_every_recording_in_the_band(problem: Path) -> None:
     fewer = replace(fewer, variance=None, coherence=None)
     again = identified([fewer, first, first], (6.0, 900.0), quiet)
     assert sorted(len(t.channels) for t in again) == [4, 6], "one of each set of sensors"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(few_lowest, "LOWEST", 5)
+        (lowest,) = few_lowest.identified([first], (6.0, 900.0), quiet)
+    assert lowest.frequency == pytest.approx(table.frequency[:5]) and lowest.shapes.shape == (5, 6)
     assert identified([first], (6.0, 400.0), quiet) == [], "four modes tell little"
 
 

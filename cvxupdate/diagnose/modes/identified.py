@@ -4,8 +4,8 @@ light resonance is wide, frequencies and shapes still tell what is missing."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
+from cvxupdate.diagnose.modes.foreign import without
 from cvxupdate.diagnose.types import Progress
 from cvxupdate.errors import RecordingError
 from cvxupdate.recordings.types import FrequencyResponse, ModeTable, TimeHistory
@@ -50,17 +50,7 @@ def _of_each_set(tables: Sequence[ModeTable]) -> list[ModeTable]:
 
 def _lowest(table: ModeTable) -> ModeTable:
     """Those `LOWEST` ones."""
-    few = slice(LOWEST)
-    return replace(
-        table,
-        frequency=table.frequency[few],
-        frequency_std=table.frequency_std[few],
-        damping=table.damping[few],
-        damping_std=table.damping_std[few],
-        shapes=None if table.shapes is None else table.shapes[few],
-        shape_std=None if table.shape_std is None else table.shape_std[few],
-        pairs=table.pairs[few],
-    )
+    return without(table, range(LOWEST, len(table.frequency))) or table
 
 
 def _frf(recording: FrequencyResponse | TimeHistory) -> FrequencyResponse | None:
