@@ -94,7 +94,8 @@ def _one(recording: Recording, o: Options, model: Model | None) -> ModeSetResult
 
 def _of_time(history: TimeHistory, o: Options, model: Model | None) -> ModeSetResult:
     from cvxupdate.recordings.impacts import struck
-    from cvxupdate.recordings.spectral import MOTIONS, frf_from_time, main_motion, usual_method
+    from cvxupdate.recordings.spectral import frf_from_time, main_motion, usual_method
+    from cvxupdate.recordings.types import MOTIONS
 
     kinds = {c.quantity for c in history.channels if c.quantity in MOTIONS}
     quantity = main_motion(history)

@@ -8,7 +8,6 @@ import numpy as np
 
 from cvxupdate.errors import InputError
 
-MOTIONS = ("displacement", "velocity", "acceleration")
 METHODS = ("plscf", "realisation", "ibrahim", "appropriation", "ssi")
 DAMPING = ("viscous", "hysteretic")
 

@@ -11,6 +11,7 @@ from cvxupdate.recordings.estimators import ESTIMATORS, frf_variance, multiple_c
 from cvxupdate.recordings.local_polynomial import local_polynomial
 from cvxupdate.recordings.spectra import BATCH_BYTES, Progress, Spectra, slices, spectra_from_chunks
 from cvxupdate.recordings.types import (
+    MOTIONS,
     Channel,
     FrequencyResponse,
     Origin,
@@ -18,7 +19,6 @@ from cvxupdate.recordings.types import (
 )
 from cvxupdate.recordings.windows import exponential_window, find_impacts, force_window, window
 
-MOTIONS = ("displacement", "velocity", "acceleration")
 LONGEST = 2**18
 """Samples of a time history up to which its FRFs are estimated without leakage (lpm); longer ones
 are averaged (H1), which costs less."""

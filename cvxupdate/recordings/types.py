@@ -11,6 +11,7 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 DOF_KINDS = ("x", "y", "z", "rx", "ry", "rz")
+MOTIONS = ("displacement", "velocity", "acceleration")
 QUANTITIES = ("force", "displacement", "velocity", "acceleration", "strain", "voltage", "unknown")
 
 

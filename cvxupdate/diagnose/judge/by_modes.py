@@ -76,7 +76,8 @@ class ByModes:
         if told is None or explained(judgement.case.base, judgement.case):
             return judgement
         final = self._confirmed(judgement)
-        if final is None:
+        here = () if final is None else self._here(final)
+        if final is None or not here:
             return replace(judgement, graded=judgement.graded or told.graded)
         own = () if told.final is None else told.final.hypothesis.effects
         known = {(e.physics, e.place): s for e, s in zip(own, told.standings, strict=True)}
@@ -90,9 +91,7 @@ class ByModes:
             single=None,
             final=final,
             field=(),
-            findings=tuple(
-                replace(f, confidence=min(f.confidence, most)) for f in self._here(final)
-            ),
+            findings=tuple(replace(f, confidence=min(f.confidence, most)) for f in here),
             standings=tuple(stands),
             graded=None,
         )
@@ -103,8 +102,7 @@ class ByModes:
         case = judgement.case
         tried = (*judgement.several, *judgement.singles)
         both = [w for w in tried if self.tells(w.hypothesis) and better(w, case.base, case)]
-        final = min(both, key=lambda w: w.hypothesis.penalised, default=None)
-        return final if final is not None and self._here(final) else None
+        return min(both, key=lambda w: w.hypothesis.penalised, default=None)
 
     def _here(self, final: Weighed) -> tuple[Finding, ...]:
         """What the modes tell that the responses have as well, about as large, and cannot do

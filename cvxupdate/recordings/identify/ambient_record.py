@@ -6,9 +6,8 @@ import numpy as np
 import scipy.signal
 
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.types import Real, TimeHistory
+from cvxupdate.recordings.types import MOTIONS, Real, TimeHistory
 
-MOTIONS = ("displacement", "velocity", "acceleration")
 OVERSAMPLED = 1.3
 """Nyquist frequency over the band's upper end after decimation: the filter's own slope."""
 LARGEST = 600

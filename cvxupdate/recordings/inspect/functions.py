@@ -13,8 +13,8 @@ from cvxupdate.recordings.lines import frf_peaks
 from cvxupdate.recordings.quality import check
 from cvxupdate.recordings.quality.finding import Finding
 from cvxupdate.recordings.read.contents import Contents, Function, Progress
-from cvxupdate.recordings.read.to_frf import MOTIONS, frequency_response
-from cvxupdate.recordings.types import FrequencyResponse, Origin
+from cvxupdate.recordings.read.to_frf import frequency_response
+from cvxupdate.recordings.types import MOTIONS, FrequencyResponse, Origin
 
 _NAN = float("nan")
 

@@ -20,7 +20,7 @@ from cvxupdate.recordings.inspect.frf_columns import frf_columns, frf_rows
 from cvxupdate.recordings.inspect.result import Inspection
 from cvxupdate.recordings.read.contents import AnyArray, Contents, Progress
 from cvxupdate.recordings.read.time_axis import rate_of_times, rises
-from cvxupdate.recordings.read.to_frf import MOTIONS
+from cvxupdate.recordings.types import MOTIONS
 
 _TIMES = re.compile(
     r"(time|t|zeit|temps|tiempo|tempo|x_value|seconds?|secs?|elapsed|timestamp)"

@@ -9,9 +9,9 @@ import numpy as np
 from cvxupdate.recordings.lines import sine_fit, vertex
 from cvxupdate.recordings.quality.frf import mobility, place
 from cvxupdate.recordings.quantiles import excess_kurtosis
-from cvxupdate.recordings.read.to_frf import MOTIONS
 from cvxupdate.recordings.read.variance import variance_of_frf
 from cvxupdate.recordings.types import (
+    MOTIONS,
     Channel,
     Complex,
     FrequencyResponse,

@@ -18,8 +18,6 @@ from cvxupdate.recordings.read.variance import variance_of_frf
 from cvxupdate.recordings.read.wanted import Names, Wanted
 from cvxupdate.recordings.types import Channel, FrequencyResponse, Origin
 
-MOTIONS = ("displacement", "velocity", "acceleration")
-
 
 def frequency_response(
     contents: Contents,
