@@ -95,7 +95,7 @@ def test_two_gains_are_told_at_once(bar: Bar) -> None:
 
 def test_what_one_mode_alone_says_is_no_gain(bar: Bar) -> None:
     constants = bar.fitted.constants.copy()
-    constants[0] *= 0.5  # a resonance narrower than a line
+    constants[0] *= 0.5  # a peak narrower than a line
     assert gains_of(bar.point, [replace(bar.fitted, constants=constants)]) == ()
 
 
