@@ -7,6 +7,7 @@ numbers of each into its form four times as long as it takes to be solved.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -61,8 +62,8 @@ def group_program(
 
     A group of one is no cone but two inequalities, |p| ≤ its size.
     """
-    n, rows, term = len(problem.columns), len(d), problem.regularisers[0]
-    assert isinstance(term, GroupL1)
+    n, rows = len(problem.columns), len(d)
+    term: Any = problem.regularisers[0]  # a group lasso: `grouped` has seen to it
     reference, scale = reference_and_scale(term.name, term.reference, term.scale, n)
     groups = [list(g) for g in term.places(problem.columns)]
     begin = rows + len(groups)
