@@ -72,7 +72,7 @@ def quadratic_program(
         (_chosen(linear, above, -1.0), -rows.lower[above]),
     ]
     if box is not None:
-        parts += _region(*box)
+        parts += region(*box)
     blocks = [c.matrix for c in problem.clauses if isinstance(c, ConicClause) and c.matrix]
     inequalities = sum(len(b) for _, b in parts) - zero
     for block in blocks:
@@ -134,7 +134,7 @@ def _stacked(parts: Iterable[tuple[Entries, int]]) -> Entries:
     return np.concatenate(values), np.concatenate(rows), np.concatenate(columns)
 
 
-def _region(centre: Array, radius: Array) -> list[tuple[Entries, Array]]:
+def region(centre: Array, radius: Array) -> list[tuple[Entries, Array]]:
     """|p − centre| ≤ radius, upper sides first; where it is infinite, 0 ≤ 1."""
     on = np.isfinite(radius)
     reach, middle = np.where(on, radius, 0.0), np.where(on, centre, 0.0)

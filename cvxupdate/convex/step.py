@@ -15,10 +15,10 @@ from .bounded import Limits, active_names, limits_of, minimised, quadratic_of
 from .certificate import NO_CERTIFICATE, Certificate, Farkas
 from .conflict import Conflict, find_conflict
 from .constraints.clauses import Clause, is_active
+from .group_lasso import Form, form_of
 from .matrix_form import ConeProgram, cone_program
 from .polish import solve_certified
 from .problem import Model, StepProblem, TrustRegion, compile_projection, compile_step
-from .quadratic import quadratic_program, written
 from .relaxation import Relaxation
 from .solvers import SolverChoice, solver_named
 
@@ -73,8 +73,8 @@ class CompiledStep:
     rows ≥ n).
 
     cvxpy compiles on first use, once without and once with a trust region; after that only
-    Parameters change. Least squares with Tikhonov terms and linear inequalities need no compiling:
-    their program is written down (`quadratic_program`).
+    Parameters change. Least squares with Tikhonov terms or a group lasso and linear inequalities
+    need no compiling: their program is written down (`quadratic_program`, `group_program`).
     """
 
     problem: StepProblem
@@ -92,8 +92,8 @@ class CompiledStep:
         return compile_step(self.problem, self.rows, box=True)
 
     @cached_property
-    def _written(self) -> bool:
-        return written(self.problem)
+    def _form(self) -> Form | None:
+        return form_of(self.problem)
 
     @cached_property
     def _limits(self) -> Limits | None:
@@ -151,9 +151,9 @@ class CompiledStep:
         n = len(self.problem.columns)
         region = self._region(centre, radius)
         box = None if region is None else TrustRegion(self.problem.columns, *region)
-        if self._written:
+        if self._form is not None:
             step = run_program(
-                *quadratic_program(self.problem, R, d, tuple(weights), region, centre),
+                *self._form(self.problem, R, d, tuple(weights), region, centre),
                 n,
                 self.problem.clauses,
                 self.solver,

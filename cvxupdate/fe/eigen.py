@@ -53,7 +53,8 @@ class Problem:
     @cached_property
     def free(self) -> Index:
         """DOFs that are not held."""
-        return np.setdiff1d(np.arange(self.size), self.held)
+        every = np.arange(self.size)
+        return np.setdiff1d(every, self.held) if len(self.held) else every
 
     @cached_property
     def stiffness(self) -> sp.csc_array:

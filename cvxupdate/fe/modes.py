@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
+from scipy.linalg.lapack import dpotrf, dtrtrs
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.block import Index
@@ -156,14 +157,22 @@ def _solve(
     )  # a motion with neither stiffness nor mass is held and is no mode
     problem = Problem(K, M, R, pins(motions, rotations), check_mass)
     values, shapes = flexible_modes(problem, max(count, 0), DENSE)
-    # Rounding leaves a trace of the softer modes in the stiffer ones; Cholesky takes it out in that
-    # order and normalises.
-    shapes = la.solve_triangular(
-        la.cholesky(shapes.T @ (M @ shapes), lower=True), shapes.T, lower=True
-    ).T
+    shapes = _orthonormal(shapes, M)
     largest = shapes[np.argmax(np.abs(shapes), axis=0), np.arange(shapes.shape[1])]
     shapes = shapes * np.where(largest < 0, -1.0, 1.0)
     return Modes(np.concatenate([np.zeros(R.shape[1]), values]), np.hstack([R, shapes]), R.shape[1])
+
+
+def _orthonormal(shapes: Real, M: sp.csc_array) -> Real:
+    """Rounding leaves a trace of the softer modes in the stiffer ones; Cholesky takes it out in
+    that order and normalises (by LAPACK itself: scipy's functions take longer than it where models
+    are small)."""
+    if not shapes.shape[1]:
+        return shapes
+    L, wrong = dpotrf(shapes.T @ (M @ shapes), lower=1, clean=1)
+    if wrong:
+        raise la.LinAlgError("the modal masses are not positive definite.")
+    return np.asarray(dtrtrs(L, shapes.T, lower=1)[0]).T
 
 
 def _stiffest(m: Matrices) -> float:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.linalg as la
 import scipy.sparse as sp
+from scipy.linalg.lapack import dpotrf
 
 from cvxupdate.errors import ModelError
 from cvxupdate.fe.factor import factored
@@ -36,15 +36,7 @@ def check_mass(M: sp.csc_array, dense: int) -> None:
             ).negatives()
         )
     else:
-        try:
-            la.cholesky(
-                scale[:, None] * M.toarray() * scale + 1e-9 * np.eye(M.shape[0]),
-                lower=True,
-                overwrite_a=True,
-                check_finite=False,
-            )
-            negative = False
-        except la.LinAlgError:
-            negative = True
+        whole = scale[:, None] * M.toarray() * scale + 1e-9 * np.eye(M.shape[0])
+        negative = dpotrf(whole, lower=1, clean=0)[1] > 0
     if negative:
         raise ModelError(f"the mass matrix has a negative eigenvalue. {remedy}")

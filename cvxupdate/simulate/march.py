@@ -98,7 +98,9 @@ def march(
             control[5] += 1.0
             if l > coarsest and GROW * error < limit and done % (2 * size) == 0:
                 l -= 1
-        kept.s[k + 1], kept.x[k + 1] = now.s, now.x
-        kept.v[k + 1], kept.f[k + 1] = now.v, now.f
+        for i in range(len(now.s)):  # to assign whole rows is compiled twice as long
+            kept.s[k + 1, i] = now.s[i]
+        for i in range(m):
+            kept.x[k + 1, i], kept.v[k + 1, i], kept.f[k + 1, i] = now.x[i], now.v[i], now.f[i]
     control[2] = l
     return failed

@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from cvxupdate import convex as cv
 from cvxupdate.convex.cones import matrix_of
 from cvxupdate.convex.constraints.clauses import ConicClause, LinearClause
+from cvxupdate.convex.group_lasso import Form, group_program, grouped
 from cvxupdate.convex.matrix_form import ConeProgram, Cones, cone_program
 from cvxupdate.convex.problem import Model, compile_step, of_move
 from cvxupdate.convex.quadratic import quadratic_program, written
@@ -198,17 +199,36 @@ def test_whatever_the_linear_inequalities(seed: int) -> None:
     check_same(step_problem(SERVED_TERMS[:1], [Rows()]), [1.3], BOXES["trust region on some"])
 
 
-def check_same(problem: cv.StepProblem, weights: Sequence[float], box: Box | None) -> None:
+def check_same(
+    problem: cv.StepProblem,
+    weights: Sequence[float],
+    box: Box | None,
+    form: Form = quadratic_program,
+) -> None:
     model = compiled(problem, weights, box)
     wanted, (at,) = cone_program(model.problem, model.p)
     R, d = reduced_data()
-    found, begins = quadratic_program(problem, R, d, tuple(weights), box, begin(box))
+    found, begins = form(problem, R, d, tuple(weights), box, begin(box))
     assert (begins, found.cones, found.constant) == (at, wanted.cones, wanted.constant)
     for mine, theirs in ((found.P, wanted.P), (found.A, wanted.A)):
         np.testing.assert_array_equal(mine.toarray(), theirs.toarray())
         assert mine.nnz == theirs.nnz
     np.testing.assert_array_equal(found.q, wanted.q)
     np.testing.assert_allclose(found.b, wanted.b, rtol=1e-15, atol=1e-15)
+
+
+@pytest.mark.parametrize("box", BOXES)
+@pytest.mark.parametrize("bounded", [False, True])
+def test_a_group_lasso_is_cvxpy_s_program(bounded: bool, box: str) -> None:
+    """Groups of one, of several and none; a wish and a scale of each parameter's own."""
+    wish, scale = np.linspace(-0.2, 0.3, N), np.linspace(1.0, 3.0, N)
+    groups = ((COLUMNS[0],), COLUMNS[2:4], (COLUMNS[1],), COLUMNS[4:])
+    lower = np.array([0.0, *np.full(N - 2, -np.inf), -1.0])
+    limits = [cv.Bounds(lower, np.where(lower < 0.0, 0.7, np.inf))] if bounded else []
+    for term in (cv.GroupL1(0.6, groups, wish, scale), cv.GroupL1(0.6, groups[:2])):
+        problem = step_problem([term], limits)
+        assert grouped(problem) and not written(problem)
+        check_same(problem, [0.6], BOXES[box], group_program)
 
 
 def test_a_semidefinite_block_is_the_matrix_of_its_clause() -> None:

@@ -120,7 +120,7 @@ def beam(s: Scenario) -> Beam:
     return Beam(K, M, np.array(bend), np.array(stiff))
 
 
-@numba.njit
+@numba.njit(cache=True)
 def marched(square, slow, push, bend, stiff, soft, force, step):  # type: ignore[no-untyped-def]
     """Second rates (samples, modes) of q'' + slow q' + square q − Σ stiff κ (1 − 1/√(1 + soft κ²))
     bendᵀ = push f, κ = bend q, the force given at every half step; by Runge and Kutta's classical

@@ -67,7 +67,7 @@ class GroupL1:
         norms = [
             np.sqrt(len(g))
             * cp.norm(cp.multiply(1 / scale[list(g)], p[list(g)] - reference[list(g)]), 2)
-            for g in self._places(columns)
+            for g in self.places(columns)
         ]
         return cp.sum(cp.hstack(norms))
 
@@ -76,7 +76,7 @@ class GroupL1:
         return float(
             sum(
                 np.sqrt(len(g)) * size
-                for g, size in zip(self._places(columns), self._sizes(p, columns), strict=True)
+                for g, size in zip(self.places(columns), self._sizes(p, columns), strict=True)
             )
         )
 
@@ -85,8 +85,7 @@ class GroupL1:
         reference, scale = reference_and_scale(self.name, self.reference, self.scale, len(columns))
         gradient = 2 * scale * (WA.T @ (Wb - WA @ reference))
         largest = max(
-            float(np.linalg.norm(gradient[list(g)]) / np.sqrt(len(g)))
-            for g in self._places(columns)
+            float(np.linalg.norm(gradient[list(g)]) / np.sqrt(len(g))) for g in self.places(columns)
         )
         largest = max(largest, np.finfo(float).tiny * 1e8)
         return 1e-6 * largest, largest
@@ -97,7 +96,7 @@ class GroupL1:
         """Number of parameters in the groups that moved (an upper estimate), less the active
         constraints among them."""
         sizes = self._sizes(p, columns)
-        places = self._places(columns)
+        places = self.places(columns)
         moved = np.ones(len(columns), dtype=bool)
         for g, size in zip(places, sizes, strict=True):
             moved[list(g)] = size > 1e-6 * max(float(sizes.max()), 1e-12)
@@ -106,9 +105,10 @@ class GroupL1:
     def _sizes(self, p: Array, columns: tuple[str, ...]) -> Array:
         reference, scale = reference_and_scale(self.name, self.reference, self.scale, len(columns))
         departure = (p - reference) / scale
-        return np.array([np.linalg.norm(departure[list(g)]) for g in self._places(columns)])
+        return np.array([np.linalg.norm(departure[list(g)]) for g in self.places(columns)])
 
-    def _places(self, columns: tuple[str, ...]) -> tuple[tuple[int, ...], ...]:
+    def places(self, columns: tuple[str, ...]) -> tuple[tuple[int, ...], ...]:
+        """Of each group the places of its parameters among ``columns``."""
         places = tuple(
             positions(g, columns, "group-l1") for g in (self.groups or groups_by_carrier(columns))
         )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy.sparse as sp
 from scipy.optimize import linear_sum_assignment
 
 from cvxupdate.diagnose.nominal.mesh import NONE, MeshError
@@ -228,7 +229,7 @@ class ResponsePoint:
     def further_damping(self) -> tuple[Real | None, Real | None]:
         """C and D of the model among the lowest modes (low, low); None where there is none."""
         C, D = (self.found.matrices[k] for k in "CD")
-        if not (abs(C).max() or abs(D).max()):
+        if not any(np.any(A.data if sp.issparse(A) else A) for A in (C, D)):
             return None, None
         X = self.found.X[:, : self.low]
         return X.T @ (C @ X), X.T @ (D @ X)

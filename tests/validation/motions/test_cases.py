@@ -46,8 +46,8 @@ def test_every_law_has_its_size_from_its_place():
 
 
 def test_a_problem_passes_check_and_is_the_same_again(tmp_path):
-    case = make(0, tmp_path / "a")
-    make(0, tmp_path / "b")
+    case = make(24, tmp_path / "a")  # marched in short time
+    make(24, tmp_path / "b")
     given = CliRunner().invoke(app, ["check", str(tmp_path / "a" / "problem.toml")])
     assert given.exit_code == 0 and "in order" in given.output
     first, second = (sorted((tmp_path / n).iterdir()) for n in "ab")
