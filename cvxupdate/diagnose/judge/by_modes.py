@@ -28,7 +28,7 @@ from cvxupdate.diagnose.settings import CUT_SHORT, HALVED, MOST_SURE, STAYING
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.physics.effect import Effect
 
-LOOK = "the natural frequencies and mode shapes identified from the responses"
+LOOKED = "the natural frequencies and mode shapes identified from the responses"
 
 
 @dataclass(frozen=True)
@@ -160,18 +160,18 @@ class ByModes:
             return [
                 f"This is told by the modal constants that were identified from the responses: "
                 "they are off by one factor in all modes, and without it the usual scatter "
-                f"explains them and {LOOK}."
+                f"explains them and {LOOKED}."
             ]
         if judgement.findings and not first.findings:
             return [
-                f"This is told by {LOOK}, of which it leaves {seen.left(told.last.errors)}; the "
+                f"This is told by {LOOKED}, of which it leaves {seen.left(told.last.errors)}; the "
                 "responses confirm it, and its size is halfway between what both say. What they "
                 "still differ by may be no more than a sensor beside its node: a real structure is "
                 "further from its model than a light resonance is wide."
             ]
         if not judgement.findings and explained(base, told.case):
             return [
-                f"{LOOK.capitalize()} are explained by the usual scatter alone, which leaves "
+                f"{LOOKED.capitalize()} are explained by the usual scatter alone, which leaves "
                 f"{seen.left(base.errors)}: whatever else the responses have moves neither of them."
                 f" {self.further.against}".rstrip()
             ]
