@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,7 +25,7 @@ from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.diagnose.responses.levels import level_change
 from cvxupdate.diagnose.responses.moving import NOTHING, Carried
 from cvxupdate.diagnose.responses.worth import mesh_for
-from cvxupdate.diagnose.settings import EXPLAINED, OPEN
+from cvxupdate.diagnose.settings import EXPLAINED, LOOK, OPEN
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
 from cvxupdate.fe.analysis.corners import corner_nodes
@@ -116,12 +117,17 @@ def _responses(
     simulated = slightly(level_change(plain.sharp)) or is_nonlinear(model)
 
     def modal(band: tuple[float, float]) -> Evidence | None:
-        tables = identified([r for r in recordings if r.origin.use == "fit"], band, progress)
+        fitted, held = (
+            [r for r in recordings if (r.origin.use == "fit") == use] for use in (True, False)
+        )
+        seen = identified(fitted, band, progress)
+        tables = [s.table for s in seen]
         # more modes than a model has DOFs: what else is in these responses is no mode of it
         if not tables or max(len(t.frequency) for t in tables) > model.size:
             return None
-        half = budget.rest(0.5)
-        return modes_evidence(spec, model, tables, _sought(spec), progress, half, beside=True)
+        part, sought = budget.rest(LOOK), _sought(spec)
+        later = partial(identified, held, band, progress, each=True)
+        return modes_evidence(spec, model, tables, sought, progress, part, seen=seen, later=later)
 
     def evidence(data: Data, corners: bool = True) -> ResponseEvidence:
         # what a model misses of its reference, mesh included, it misses of the other state too

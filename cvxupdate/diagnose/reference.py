@@ -24,7 +24,7 @@ from cvxupdate.diagnose.responses.levels import state_change as responses_change
 from cvxupdate.diagnose.responses.moving import NOTHING, Carried
 from cvxupdate.diagnose.results import Further
 from cvxupdate.diagnose.search.search import nearest, search
-from cvxupdate.diagnose.settings import CALIBRATED, STRONG
+from cvxupdate.diagnose.settings import CALIBRATED, LOOK, STRONG
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.errors import InputError
 from cvxupdate.fe.build import build_model
@@ -121,7 +121,7 @@ def _sought(
     """The likeliest of all effects on the recordings of the reference, in half of the time: the
     other half is for what changed."""
     everything = replace(spec, diagnose=spec.diagnose.model_copy(update={"physics": None}))
-    evidence = gathered(everything, model, its, tell, budget=budget.part(0.5))
+    evidence = gathered(everything, model, its, tell, budget=budget.part(LOOK))
     near = nearest(evidence, tell)
     best = None if near is None else likeliest(judge(evidence, near))
     if best is None or not best.hypothesis.effects:  # what was held out may refute the first ones

@@ -111,11 +111,25 @@ class Damper:
 
 
 @dataclass(frozen=True)
+class Gain:
+    """How many times too large a sensor reads (``how``: "gain"), or all responses to some drives
+    seem ("force"), with deviation and probability; the ``channels`` by their labels."""
+
+    how: str
+    channels: tuple[str, ...]
+    value: float
+    deviation: float
+    confidence: float
+
+
+@dataclass(frozen=True)
 class Further:
     """What the evidence says beside its search: one rate of decay ``alpha`` (1/s, with deviation)
     of all modes, with its probability ``sure``; or the ``strain`` of the pattern of damping ratios
     of so many ``modes`` against what is ``known`` of them, and what brings it down by more than
-    chance, best first; ``most``: the strain that chance leaves at the worst."""
+    chance, best first; ``most``: the strain that chance leaves at the worst. Of modes that were
+    identified from FRFs, ``gains`` of channels, and what speaks against a model that explains their
+    frequencies and shapes (``against``, in words; empty: nothing)."""
 
     lines: tuple[str, ...] = ()
     alpha: tuple[float, float] | None = None
@@ -125,3 +139,5 @@ class Further:
     sure: float = 0.0
     known: str = "the file's pattern"
     most: float = float("inf")
+    gains: tuple[Gain, ...] = ()
+    against: str = ""

@@ -114,6 +114,9 @@ TUNED_STD = 0.03
 # Relative standard deviations where a file states none: of an FRF, a natural frequency, a shape's
 # entry, a damping ratio.
 UNSTATED_FRF, UNSTATED_FREQUENCY, UNSTATED_SHAPE, UNSTATED_DAMPING = 0.01, 0.005, 0.05, 0.1
+# Deviation of the logarithm of a gain that is off (load cells that bend, old calibrations); of the
+# sizes of effects beside which it is told: nine of ten are within a tenth.
+GAIN_STD, SIZE_STD = 0.2, 0.1
 # Relative: how well coherence or a quiet band tells the variance of the noise.
 NOISE_KNOWN = 0.1
 # Weighted squares per row: a tenth of the model discrepancy's; misfits below are equal.
@@ -170,8 +173,9 @@ PARTNERS, MOVES, ROUNDS, ALTERNATIVES = 6, 2, 6, 6
 NEAREST, BEAM, NEARER, STARTS = 8, 3, 0.95, 2
 # Times what the nearest set leaves: from one further behind, one effect more does not come abreast.
 FALLEN = 3.0
-# Part of the time for one diagnosis that growing them may take.
-GROWING = 0.5
+# Part of the time for one diagnosis that growing them may take; a look at the reference, or at the
+# modes in responses.
+GROWING, LOOK = 0.5, 0.5
 # Larger sets of elements tried in place of one that was found: the best, and one that ties.
 WIDER = 2
 # Best explanations in which stretches within elements are tried; how often, if they are better.
@@ -227,16 +231,13 @@ CUT_SHORT = 0.5
 # Probability from which on it is said what all likely hypotheses have in common; part of the
 # structure's extent up to which they are at one place: an engineer looks there, and not everywhere.
 GRADED, REGION = 0.8, 0.25
-# Part of what is left that "mostly" means; part of the band, or of its logarithm, from which on it
-# is spread over it.
+# Part of what is left that "mostly" means; of the band, or its logarithm, over which it is spread.
 MOSTLY, SPREAD = 0.7, 0.5
 
 # --------------------------------------------------------------------------- pattern of damping
-# Fall of the squares of log damping ratios that chance gives one parameter once in two thousand
-# times (chi-square, one degree of freedom).
-DAMPING_GAIN = 12.0
-# Probability that the best of an effect's places does as well where there is nothing.
-LUCK = 0.002
+# Fall of the squares of log damping ratios that chance gives one parameter once in 2000 times;
+# probability that the best of an effect's places does as well where there is nothing.
+DAMPING_GAIN, LUCK = 12.0, 0.002
 # Measured damping ratios below which there is no pattern, and no law of all modes.
 FEWEST_RATIOS, LAW_RATIOS = 4, 6
 # Relative growth of the misfit that an effect of damping may cost.
@@ -265,9 +266,9 @@ TELLING = 0.03
 SIMULATED = 0.03
 # Part of the recordings that a law must follow at least for their beginnings to be compared alone.
 FOLLOWED = 0.25
-# Seconds of computing, and by the clock, after which a search begins nothing new: the rest takes
-# ten more, so that two minutes are kept. Two processes do SHARED times as much meanwhile. Cut short
-# it says less and errs more, so a shared machine, which gives a third of itself, cuts none.
+# Seconds of computing (two processes do SHARED times as much meanwhile), and by the clock, after
+# which a search begins nothing new: the rest takes ten more, so that two minutes are kept. Cut
+# short it says less and errs more: a shared machine, which gives a third of itself, cuts none.
 BUDGET, SHARED, WALL = 100.0, 1.4, 300.0
 # Explanations that are refitted to the end even then: the best and what it is weighed against.
 STAYING = 3
@@ -284,9 +285,8 @@ OWN_GAIN = 0.7
 # a million to one; what is told better than so is told no better.
 APART_ENOUGH = 5.0
 # Responses that a plan proposes as a set: what an analyser with a force and four motions takes in
-# one run, for what nobody has named yet is told by a single one seldom; three such runs, or half an
-# hour with a roving hammer, at most. Between the two the set ends where so many others or fewer are
-# expected to be listed still, or where no further response lowers that.
+# one run, for a single one seldom tells; at most three such runs, or half an hour with a hammer. In
+# between it ends where so many others are expected to be listed still, or no more lowers that.
 FEWEST_TOGETHER, RESPONSES_TOGETHER, LEFT_ENOUGH = 4, 12, 0.1
 # Explanations expected to be listed still: as many more are as good.
 EVEN = 0.1

@@ -11,6 +11,7 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Hypothesis
 from cvxupdate.diagnose.judge.acceptance import Case, Weighed
+from cvxupdate.diagnose.results import Further
 from cvxupdate.diagnose.settings import CLEAR
 from cvxupdate.diagnose.types import Errors, Score
 from cvxupdate.errors import ModelError
@@ -174,6 +175,10 @@ class PlainEvidence:
     neighbours: Sequence[Effect] = ()
     one: Sequence[Effect] = ()  # and those that nothing tells apart
     undone: list[str] = field(default_factory=list)
+    besides: Further = field(default_factory=Further)
+
+    def further(self, fit: PlainFit) -> Further:
+        return self.besides
 
     def by_modes(self) -> None:
         return None

@@ -97,18 +97,23 @@ def frf(problem: Path) -> FrequencyResponse:
 
 def test_modes_of_every_recording_in_the_band(problem: Path) -> None:
     first = frf(problem)
-    (table,) = identified([first], (6.0, 900.0), quiet)
+    (found,) = identified([first], (6.0, 900.0), quiet)
+    table = found.table
     assert table.origin is first.origin and len(table.frequency) == 6
+    assert found.drives == first.references and found.constants.shape == (6, 6, 1)
     assert np.all(np.diff(table.frequency) > 0.0) and table.shapes is not None
     assert table.damping == pytest.approx(0.004, rel=0.1)
     fewer = replace(first, responses=first.responses[:4], H=first.H[:, :4])
     fewer = replace(fewer, variance=None, coherence=None)
     again = identified([fewer, first, first], (6.0, 900.0), quiet)
-    assert sorted(len(t.channels) for t in again) == [4, 6], "one of each set of sensors"
+    assert sorted(len(t.table.channels) for t in again) == [4, 6], "one of each set of sensors"
+    assert len(identified([first, first], (6.0, 900.0), quiet, each=True)) == 2
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(few_lowest, "LOWEST", 5)
-        (lowest,) = few_lowest.identified([first], (6.0, 900.0), quiet)
+        (few,) = few_lowest.identified([first], (6.0, 900.0), quiet)
+    lowest = few.table
     assert lowest.frequency == pytest.approx(table.frequency[:5]) and lowest.shapes.shape == (5, 6)
+    assert few.constants == pytest.approx(found.constants[:5])
     assert identified([first], (6.0, 400.0), quiet) == [], "four modes tell little"
 
 
@@ -135,8 +140,8 @@ def test_modes_of_a_time_history_are_those_of_its_responses() -> None:
     motions = [Channel(n, "z", "displacement") for n in (1, 2, 3)]
     channels = (Channel(1, "z", "force"), *motions)
     record = TimeHistory(Origin("run", "run"), rate, channels, data)
-    (table,) = identified([record], (10.0, 400.0), quiet)
-    assert table.frequency == pytest.approx(f, rel=2e-3)
+    (found,) = identified([record], (10.0, 400.0), quiet)
+    assert found.table.frequency == pytest.approx(f, rel=2e-3)
 
 
 def test_sensors_beside_their_nodes_read_the_slope_there(problem: Path, look: ByModes) -> None:

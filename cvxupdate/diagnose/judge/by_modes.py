@@ -16,17 +16,19 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Figures, Hypothesis, without
 from cvxupdate.diagnose.judge.acceptance import Weighed, better, explained
+from cvxupdate.diagnose.judge.channels import with_gains
 from cvxupdate.diagnose.judge.confidence import standing
 from cvxupdate.diagnose.judge.judge import Judgement, judge
+from cvxupdate.diagnose.judge.pattern import pattern_of
 from cvxupdate.diagnose.judge.posterior import log_odds
 from cvxupdate.diagnose.judge.soundness import sound
-from cvxupdate.diagnose.results import Finding
+from cvxupdate.diagnose.results import Finding, Further
 from cvxupdate.diagnose.search.search import search
 from cvxupdate.diagnose.settings import CUT_SHORT, HALVED, MOST_SURE, STAYING
 from cvxupdate.diagnose.types import Evidence, Progress
 from cvxupdate.physics.effect import Effect
 
-LOOK = "the natural frequencies and mode shapes identified from the responses"
+LOOKED = "the natural frequencies and mode shapes identified from the responses"
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,18 @@ class ByModes:
         return told is not None and bool(told.findings) and not told.case.evidence.unfinished
 
     @cached_property
+    def calm(self) -> bool:
+        """Whether the usual scatter explains them, gains of channels aside, and nothing speaks
+        against that, time having ended nothing."""
+        told = self.told
+        if told is None or told.findings or told.case.evidence.unfinished:
+            return False
+        if not explained(told.case.base, told.case) or self.further.against:
+            return False
+        pattern = pattern_of(self.further)
+        return not (pattern.findings or pattern.unsure)
+
+    @cached_property
     def likely(self) -> list[Hypothesis]:
         """The likeliest sets of effects, the one that is told first."""
         told = self.told
@@ -75,6 +89,25 @@ class ByModes:
         told = None if judgement.findings else self.told
         if told is None or explained(judgement.case.base, judgement.case):
             return judgement
+        gains = self.further.gains if explained(told.last, told.case) else ()
+        found = with_gains(self._claimed(judgement, told), told.last.hypothesis, gains)
+        return found if found.findings else replace(found, sound=self._sound(judgement))
+
+    @cached_property
+    def further(self) -> Further:
+        """What they say beside their search."""
+        told = self.told
+        return Further() if told is None else told.case.evidence.further(told.last.fit)
+
+    def _sound(self, judgement: Judgement) -> bool:
+        """Whether nothing is missing by the modes, and the responses know nothing better."""
+        case = judgement.case
+        tried = (*judgement.several, *judgement.singles)
+        known = any(better(w, case.base, case) for w in tried)
+        return self.calm and not self.further.gains and not known
+
+    def _claimed(self, judgement: Judgement, told: Judgement) -> Judgement:
+        """With what they tell and the responses confirm."""
         final = self._confirmed(judgement)
         here = () if final is None else self._here(final)
         if final is None or not here:
@@ -123,17 +156,24 @@ class ByModes:
         if not isinstance(told, Judgement):
             return []
         seen, base = told.case.evidence, told.case.base
+        if judgement.findings and not first.findings and not told.findings:
+            return [
+                f"This is told by the modal constants that were identified from the responses: "
+                "they are off by one factor in all modes, and without it the usual scatter "
+                f"explains them and {LOOKED}."
+            ]
         if judgement.findings and not first.findings:
             return [
-                f"This is told by {LOOK}, of which it leaves {seen.left(told.last.errors)}; the "
+                f"This is told by {LOOKED}, of which it leaves {seen.left(told.last.errors)}; the "
                 "responses confirm it, and its size is halfway between what both say. What they "
                 "still differ by may be no more than a sensor beside its node: a real structure is "
                 "further from its model than a light resonance is wide."
             ]
         if not judgement.findings and explained(base, told.case):
             return [
-                f"{LOOK.capitalize()} are explained by the usual scatter alone, which leaves "
+                f"{LOOKED.capitalize()} are explained by the usual scatter alone, which leaves "
                 f"{seen.left(base.errors)}: whatever else the responses have moves neither of them."
+                f" {self.further.against}".rstrip()
             ]
         return []
 

@@ -38,7 +38,8 @@ from cvxupdate.errors import CvxupdateError
 class Judgement:
     """What was decided: the hypothesis that convinces (``final``, None where none does), whom it
     was judged against (``field``), what is claimed of it, how each of its effects stands; what
-    can be said though nothing is (``graded``)."""
+    can be said though nothing is (``graded``); whether nothing is missing by the modes in the
+    responses, though these differ (``sound``)."""
 
     case: Case
     singles: tuple[Weighed, ...]
@@ -49,6 +50,7 @@ class Judgement:
     findings: tuple[Finding, ...] = ()
     standings: tuple[Standing, ...] = ()
     graded: Graded | None = None
+    sound: bool = False
 
     @property
     def last(self) -> Weighed:

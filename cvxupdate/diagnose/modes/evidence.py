@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.fit import Fit, fitted_at
-from cvxupdate.diagnose.modes.damping import damping_laws
 from cvxupdate.diagnose.modes.figures import modes_shown
 from cvxupdate.diagnose.modes.finite_size import BASIS, local, scan
 from cvxupdate.diagnose.modes.first_order import columns_of, first_order, linearised
 from cvxupdate.diagnose.modes.fits import fitted_from, space_around
 from cvxupdate.diagnose.modes.fixtures import on_fixtures
+from cvxupdate.diagnose.modes.further import further_of
 from cvxupdate.diagnose.modes.kinds import departs, whole_within
 from cvxupdate.diagnose.modes.levels import level_change
 from cvxupdate.diagnose.modes.members import whole_members
@@ -248,20 +248,18 @@ class ModesEvidence(Linear):
         return fitted_from(setting, model.zero(), space=self._space)
 
     def further(self, last: Fit) -> Further:
-        """What the damping ratios say."""
-        point = last.point
+        """What the damping ratios say, and FRFs beside the modes in them."""
 
         def effects(zeta: float) -> list[Effect]:
-            context = self._context(point.residual.model, zeta)
+            context = self._context(last.point.residual.model, zeta)
             return candidates_of(context, self.damping, RATIOS)
 
-        return damping_laws(self.tables, point, self.original, effects)
+        return further_of(self.tables, last, (self.original, self.model), effects)
 
     def left(self, errors: Errors) -> str:
         """In words."""
-        held = ""
-        if np.isfinite(errors.hold_out):
-            held = f" and {100 * errors.hold_out:.3g} % (held out)"
+        known = np.isfinite(errors.hold_out)
+        held = f" and {100 * errors.hold_out:.3g} % (held out)" if known else ""
         return f"{100 * errors.fit:.3g} % of the frequencies, r.m.s. (fitted){held}"
 
     def remains(self, found: Fit) -> str:

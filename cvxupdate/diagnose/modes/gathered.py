@@ -10,6 +10,8 @@ from cvxupdate.diagnose.budget import Budget
 from cvxupdate.diagnose.modes.common import common_of
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
 from cvxupdate.diagnose.modes.foreign import foreign, line, without
+from cvxupdate.diagnose.modes.gains import suspect
+from cvxupdate.diagnose.modes.identified import Identified, without_shapes_at
 from cvxupdate.diagnose.modes.tables import prepared, stated_tables
 from cvxupdate.diagnose.modes.worth import mesh_for
 from cvxupdate.diagnose.nominal.damping import undamped
@@ -41,11 +43,13 @@ def modes_evidence(
     progress: Progress,
     budget: Budget,
     reference: tuple[Model, Sequence[ModeTable]] | None = None,
-    beside: bool = False,
+    seen: Sequence[Identified] = (),
+    later: Callable[[], Sequence[Identified]] = tuple,
 ) -> ModesEvidence:
     """Of ``tables``, in the order of the file; ``reference``: the model as it came and the tables
-    of the reference state to which it was brought; ``beside``: sensors may stand beside their
-    nodes."""
+    of the reference state to which it was brought; ``seen``: these tables as they were identified
+    from FRFs: sensors may stand beside their nodes, and channels have another gain; ``later``: what
+    FRFs that are held out say of that."""
     top = max(float(t.frequency.max()) for t in tables)
     fine = PLAIN if reference else mesh_for(spec, model, top, SHEAR in sought.names)
     start = undamped(fine.on(model))
@@ -66,7 +70,9 @@ def modes_evidence(
         return ModesEvidence(
             model,
             start,
-            prepared(start, tables, mesh, common, beside),
+            replace(
+                prepared(start, tables, mesh, common, bool(seen)), seen=tuple(seen), later=later
+            ),
             mesh,
             fine,
             sought.names,
@@ -79,14 +85,22 @@ def modes_evidence(
             budget,
         )
 
-    return _known(evidence, tables)
+    whole = evidence(tables)
+    base = whole.bases[-1]
+    odd = None if whole.explained(base, whole.errors(base)) else suspect(base.point, seen)
+    if odd is not None:
+        tables = [without_shapes_at(own, odd) for own in seen]
+        whole = evidence(tables)
+    return _known(evidence, whole, tables)
 
 
 def _known(
-    evidence: Callable[[Sequence[ModeTable]], ModesEvidence], tables: Sequence[ModeTable]
+    evidence: Callable[[Sequence[ModeTable]], ModesEvidence],
+    whole: ModesEvidence,
+    tables: Sequence[ModeTable],
 ) -> ModesEvidence:
-    """Without the rows that are no mode of the model, where all others are explained."""
-    whole = evidence(tables)
+    """The ``whole`` evidence without the rows that are no mode of the model, where all others are
+    explained."""
     base = whole.bases[-1]
     odd = {} if whole.explained(base, whole.errors(base)) else foreign(whole.nominal_point)
     fitted = [t for t in tables if t.origin.use == "fit"]

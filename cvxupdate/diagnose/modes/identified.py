@@ -4,11 +4,14 @@ light resonance is wide, frequencies and shapes still tell what is missing."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from cvxupdate.diagnose.modes.foreign import without
-from cvxupdate.diagnose.types import Progress
+from cvxupdate.diagnose.types import Progress, Real
 from cvxupdate.errors import RecordingError
-from cvxupdate.recordings.types import FrequencyResponse, ModeTable, TimeHistory
+from cvxupdate.recordings.types import Channel, FrequencyResponse, ModeTable, TimeHistory
 
 FEWEST = 5  # modes: fewer tell little of what is missing
 # The lowest modes that are looked at: ten with their shapes tell kinds and places apart; waves of
@@ -16,13 +19,25 @@ FEWEST = 5  # modes: fewer tell little of what is missing
 LOWEST = 10
 
 
+@dataclass(frozen=True)
+class Identified:
+    """A table of modes with what only FRFs tell of them: the ``drives``, and the modal constants
+    φ_r φ_d of each mode, (modes, channels, drives), 1/kg, of shapes of unit modal mass."""
+
+    table: ModeTable
+    drives: tuple[Channel, ...]
+    constants: Real
+
+
 def identified(
     recordings: Sequence[FrequencyResponse | TimeHistory],
     band: tuple[float, float],
     progress: Progress,
-) -> list[ModeTable]:
-    """Of each set of sensors the modes in ``band`` (Hz), with deviations, where they have any
-    (`cvxupdate.recordings.identify.identify_modes`); none at all where no recording has enough."""
+    each: bool = False,
+) -> list[Identified]:
+    """Of each set of sensors (``each``: of every recording) the modes in ``band`` (Hz), with
+    deviations, where they have any (`cvxupdate.recordings.identify.identify_modes`); none at all
+    where no recording has enough."""
     from cvxupdate.recordings.identify import identify_modes
 
     tables = []
@@ -34,18 +49,39 @@ def identified(
         except RecordingError:
             continue
         if found is not None and found.frequency.size:
-            tables.append(_lowest(found.to_table()))
-    most = max((len(t.frequency) for t in tables), default=0)
-    return _of_each_set(tables) if most >= FEWEST else []
+            table = _lowest(found.to_table())
+            constants = np.real(found.constants[: len(table.frequency)])
+            tables.append(Identified(table, found.references, constants))
+    most = max((len(t.table.frequency) for t in tables), default=0)
+    kept = tables if each else _of_each_set(tables)
+    return kept if most >= FEWEST else []
 
 
-def _of_each_set(tables: Sequence[ModeTable]) -> list[ModeTable]:
+def _of_each_set(tables: Sequence[Identified]) -> list[Identified]:
     """Of each set of sensors the table with most modes: the same modes once more say nothing new
     of what a model misses of them."""
-    best: dict[frozenset[str], ModeTable] = {}
-    for table in sorted(tables, key=lambda t: -len(t.frequency)):
-        best.setdefault(frozenset(c.label for c in table.channels), table)
+    best: dict[frozenset[str], Identified] = {}
+    for found in sorted(tables, key=lambda t: -len(t.table.frequency)):
+        best.setdefault(frozenset(c.label for c in found.table.channels), found)
     return list(best.values())
+
+
+def without_rows(found: Identified, rows: Sequence[int]) -> Identified:
+    """Without some of its modes; as it is where their errors are correlated."""
+    table = without(found.table, rows) if rows else None
+    if table is None:
+        return found
+    return Identified(table, found.drives, np.delete(found.constants, rows, axis=0))
+
+
+def without_shapes_at(found: Identified, label: str) -> ModeTable:
+    """Its table without what one channel says of the shapes."""
+    table = found.table
+    if table.shapes is None:
+        return table
+    shapes = table.shapes.copy()
+    shapes[:, [k for k, c in enumerate(table.channels) if c.label == label]] = np.nan
+    return replace(table, shapes=shapes)
 
 
 def _lowest(table: ModeTable) -> ModeTable:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from cvxupdate.diagnose.modes.common import Common
+from cvxupdate.diagnose.modes.identified import Identified
 from cvxupdate.diagnose.modes.kinds import chi_square
 from cvxupdate.diagnose.nominal.mesh import MeshError
 from cvxupdate.diagnose.settings import (
@@ -34,13 +35,17 @@ class Tables:
     to score as they were, deviations of noise alone in every entry. ``before``: of each table to
     fit, damping ratios and their deviations at the reference state, (2, modes), NaN where it has
     none; empty without a reference. ``gone``: rows of each table to fit that were left out, each
-    with why (`cvxupdate.diagnose.modes.foreign`)."""
+    with why (`cvxupdate.diagnose.modes.foreign`). ``seen``: tables to fit that were identified from
+    FRFs, as they were, with what these say beside; empty of tables in a file; ``later``: the same
+    of FRFs that were held out."""
 
     fit: tuple[ModeTable, ...]
     hold: tuple[ModeTable, ...]
     measured: tuple[ModeTable, ...]
     before: tuple[Real, ...] = ()
     gone: Mapping[int, Mapping[int, str]] = field(default_factory=dict)
+    seen: tuple[Identified, ...] = ()
+    later: Callable[[], Sequence[Identified]] = tuple
 
     @property
     def left_out(self) -> list[str]:
@@ -140,7 +145,7 @@ def off_nodes(point: ModalPoint, k: int, table: ModeTable) -> Real:
     out = np.zeros((len(table.frequency), len(table.channels)))
     if shapes is None:
         return out
-    rows, turns = channel_rows(table, model), [_slopes(model, c) for c in table.channels]
+    rows, turns = channel_rows(table, model), [slopes_of(model, c) for c in table.channels]
     for i, at in enumerate(point.places[k].tolist()):
         own = np.append(point.modes.shapes[:, at], 0.0)
         largest = np.max(np.abs(own[rows]), initial=0.0)
@@ -150,7 +155,7 @@ def off_nodes(point: ModalPoint, k: int, table: ModeTable) -> Real:
     return out
 
 
-def _slopes(model: Model, channel: Channel) -> list[int]:
+def slopes_of(model: Model, channel: Channel) -> list[int]:
     """Rows of the rotations that move what a translation reads where it stands beside its node."""
     axes = [f"r{axis}" for axis in "xyz" if axis != channel.dof]
     labels = [f"n{channel.node}.{a}" for a in axes] if channel.dof in ("x", "y", "z") else []

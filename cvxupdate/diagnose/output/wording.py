@@ -38,6 +38,13 @@ TELL = (
     "it is and where: these recordings cannot."
 )
 
+SOUND = (
+    "Nothing is missing by the modes in the responses: their natural frequencies, shapes and modal "
+    "constants are explained within what a sound model may miss and the usual scatter of its "
+    "parameters, their damping by its usual scatter."
+)
+NARROW = "a light resonance is narrower than any model is near, and no effect explains that."
+
 
 def nonlinear(change: LevelChange | None, distortion: bool = False) -> bool:
     """Whether the recordings depend on the drive level by more than noise and reason;
@@ -84,6 +91,9 @@ def verdict_of(
             "Nothing is missing: the model explains the recordings within noise, what a sound "
             "model may miss, and the usual scatter of its parameters."
         )
+    if judgement.sound and not level:
+        left = judgement.case.evidence.left(base.errors)
+        return "consistent", f"{SOUND} The responses differ by {left}: {NARROW}"
     graded = "" if judgement.graded is None else f" {judgement.graded.says}"
     odd = judgement.case.evidence.departs(base.fit)
     before = f"{LEVEL} " if level else f"{by_themselves(odd)} " if odd else ""

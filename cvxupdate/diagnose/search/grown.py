@@ -35,6 +35,11 @@ class Seen(Protocol):
         """Whether it tells something for sure."""
 
     @property
+    def calm(self) -> bool:
+        """Whether the nuisance parameters alone explain all that it sees, for sure: effects that
+        need one another are not to be sought in what is left."""
+
+    @property
     def likely(self) -> Sequence[Hypothesis]:
         """The likeliest sets of effects, likeliest first."""
 
@@ -43,7 +48,7 @@ class Seen(Protocol):
 
 
 class _Nothing:
-    sure = False
+    sure = calm = False
     likely: Sequence[Hypothesis] = ()
 
     def tells(self, h: Hypothesis) -> bool:
@@ -63,8 +68,9 @@ def grown_from(
     """Sets that grow where no single effect comes near, what a rig does ``alone``, and where that
     is not enough what was ``seen``; and whether they are ahead of all single ones: then the search
     has gone on from there, for pairs of those begin further off."""
-    left = bool(coarse) and coarse[0].penalised > OPEN * EXPLAINED
-    left &= not enough_alone(evidence, alone)
+    left = leaves_much(evidence, coarse, alone)
+    if left and seen.calm:
+        return list(alone), False
     there = on_these(evidence, seen, progress) if left else []
     near = seen.sure if there else False
     near |= bool(there) and there[0].fit.misfit <= HOPELESS * EXPLAINED
@@ -73,6 +79,14 @@ def grown_from(
     if not grown or grown[0].penalised >= coarse[0].penalised:
         return grown, False
     return merged(grown, further(evidence, grown, progress)), True
+
+
+def leaves_much(
+    evidence: Evidence, coarse: Sequence[Hypothesis], alone: Sequence[Hypothesis]
+) -> bool:
+    """Whether neither a single effect comes near nor what a rig does ``alone``."""
+    left = bool(coarse) and coarse[0].penalised > OPEN * EXPLAINED
+    return left and not enough_alone(evidence, alone)
 
 
 def confirmed(evidence: Evidence, h: Hypothesis, seen: Seen) -> bool:

@@ -16,7 +16,7 @@ from cvxupdate.diagnose.search.coarse import coarsely
 from cvxupdate.diagnose.search.driven import settled, shaken
 from cvxupdate.diagnose.search.entries import first_pass, screened
 from cvxupdate.diagnose.search.exchange import crowded, exchanged, likeliest
-from cvxupdate.diagnose.search.grown import NOTHING, Seen, confirmed, grown_from
+from cvxupdate.diagnose.search.grown import NOTHING, Seen, confirmed, grown_from, leaves_much
 from cvxupdate.diagnose.search.guided import brought_near
 from cvxupdate.diagnose.search.held import held
 from cvxupdate.diagnose.search.neighbours import neighbours
@@ -108,7 +108,8 @@ def search(evidence: Evidence, progress: Progress, seen: Seen = NOTHING) -> Foun
     entries = first_pass(evidence, rankings, stable, pattern, progress)
     coarse, sharper, alone = coarsely(evidence, entries, pattern, progress)
     grown, ahead = ([], False) if pattern else grown_from(evidence, coarse, alone, seen, progress)
-    if ahead and confirmed(evidence, grown[0], seen):
+    calm = not pattern and leaves_much(evidence, coarse, alone) and seen.calm
+    if calm or (ahead and confirmed(evidence, grown[0], seen)):
         singles = merged(raced(evidence, coarse[:STAYING], FINE, progress), _alone(grown))
         several = [h for h in grown if len(h.effects) > 1]
     else:
@@ -157,9 +158,8 @@ def _sharpened(
         coarse = in_their_place(evidence, coarse, progress)
         coarse = merged(coarse, zoned(evidence, coarse, progress, COARSE[-1][0]))
     singles = merged(raced(evidence, coarse, FINE, progress), _alone(grown))
-    others = (
-        [] if reached else [h for h in smooth.sharper if h.keys not in {s.keys for s in singles}]
-    )
+    own = {s.keys for s in singles}
+    others = [] if reached else [h for h in smooth.sharper if h.keys not in own]
     singles = merged(singles, raced(evidence, others, FINE_SEVERAL, progress))
     if pattern:
         singles.sort(key=lambda h: h.fit.damping_strain)
@@ -171,8 +171,8 @@ def _sharpened(
         known = likeliest(several)
         singles = merged(singles, simpler(evidence, several[0], progress) if several else [])
         single = _told_alone(evidence, singles, merged(several, grown))
-        own = [several] if smooth.ahead else [several, grown]  # each has its own end
-        ways = [] if single else _open(evidence, own)
+        known_ways = [several] if smooth.ahead else [several, grown]  # each has its own end
+        ways = [] if single else _open(evidence, known_ways)
         several = merged(several, grown, *(further(evidence, way, progress) for way in ways))
     several = _stretches(evidence, elsewhere(evidence, several, progress), progress)
     several = merged(several, shaken(evidence, several, progress))

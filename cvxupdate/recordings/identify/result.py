@@ -63,6 +63,13 @@ class IdentifiedModes:
     rest: float
     added_decay: float = 0.0
 
+    @property
+    def constants(self) -> Complex:
+        """Modal constants of the receptance, (modes, responses, references), 1/kg of translations
+        (Ewins 2000, 2.8): φ_r φ_d of shapes of unit modal mass, real where modes are."""
+        rate = 2j * np.imag(self.poles)[:, None, None]
+        return np.asarray(rate * self.shapes[:, :, None] * self.participation[:, None, :])
+
     def to_table(self, *, real: bool = False) -> ModeTable:
         """The modes as a `ModeTable`; with ``real`` each shape is turned to its best phase and its
         real part kept.

@@ -12,7 +12,10 @@ from cvxupdate.diagnose.judge.by_modes import ByModes
 from cvxupdate.diagnose.judge.graded import Graded
 from cvxupdate.diagnose.judge.judge import Judgement, judge
 from cvxupdate.diagnose.output.diagnosis import details_of
-from cvxupdate.diagnose.search.grown import confirmed
+from cvxupdate.diagnose.output.wording import verdict_of
+from cvxupdate.diagnose.results import Further, Gain
+from cvxupdate.diagnose.search import grown
+from cvxupdate.diagnose.search.grown import confirmed, leaves_much
 from cvxupdate.diagnose.search.search import Found
 from cvxupdate.diagnose.settings import CUT_SHORT
 from cvxupdate.diagnose.types import Errors
@@ -162,6 +165,73 @@ def test_modes_that_are_explained_say_what_is_not_missing() -> None:
     look = by_modes(calm)
     (line,) = look.lines(LEFT_OPEN, look.instead(LEFT_OPEN))
     assert "are explained by the usual scatter alone" in line and "0.0008" in line
+
+
+CALM = judged(replace(MODES, bases=(replace(GOOD, errors=Errors(0.0008, np.nan)),)))
+
+
+def calm(**besides: object) -> ByModes:
+    """Modes that the usual scatter explains, with what is said besides."""
+    case = CALM.case
+    evidence = replace(case.evidence, besides=Further(**besides))  # type: ignore[type-var,arg-type]
+    return by_modes(replace(CALM, case=replace(case, evidence=evidence)))
+
+
+def test_nothing_is_missing_where_the_modes_are_sound_and_no_effect_does_better() -> None:
+    worse = judged(EVIDENCE, supposed(replace(OPEN, misfit=80.0), B))
+    assert calm().calm and calm().instead(worse).sound
+    verdict, says = verdict_of(calm().instead(worse), (), level=False)
+    assert verdict == "consistent" and "modal constants" in says and "0.9 of the response" in says
+    assert verdict_of(calm().instead(worse), (), level=True)[0] == "undetermined"
+    assert not calm().instead(LEFT_OPEN).sound, "an effect halves what the responses leave"
+
+
+def test_where_the_modes_are_calm_no_sets_are_grown(monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(*_: object) -> None:
+        raise AssertionError("nothing needs another effect")
+
+    for name in ("on_these", "guided", "further"):
+        monkeypatch.setattr(grown, name, never)
+    coarse = [supposed(replace(OPEN, misfit=80.0), B)]
+    assert leaves_much(EVIDENCE, coarse, []) and not leaves_much(EVIDENCE, [], [])  # type: ignore[arg-type]
+    assert grown.grown_from(EVIDENCE, coarse, [], calm(), print) == ([], False)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "besides",
+    [
+        pytest.param({"against": "The shapes are complex."}, id="complex modes"),
+        pytest.param({"alpha": (1.0, 0.1), "sure": 0.9}, id="a law of damping"),
+        pytest.param({"strain": 40.0, "modes": 5, "most": 15.0}, id="damping ratios far off"),
+    ],
+)
+def test_what_speaks_against_it_forbids_that_word(besides: dict[str, object]) -> None:
+    worse = judged(EVIDENCE, supposed(replace(OPEN, misfit=80.0), B))
+    look = calm(**besides)
+    assert not look.calm and not look.instead(worse).sound
+    (line,) = look.lines(worse, look.instead(worse))
+    assert str(besides.get("against", "")) in line
+
+
+def test_modes_that_time_cut_short_or_that_tell_something_are_not_calm() -> None:
+    evidence = replace(CALM.case.evidence, unfinished=True)  # type: ignore[type-var]
+    assert not by_modes(replace(CALM, case=replace(CALM.case, evidence=evidence))).calm
+    assert not by_modes(TOLD).calm and not by_modes(None).calm and not by_modes(judged(MODES)).calm
+
+
+def test_gains_are_told_where_the_modes_are_explained(monkeypatch: pytest.MonkeyPatch) -> None:
+    gain = Gain("gain", ("n1.x",), 1.2, 0.02, 0.97)
+    asked: list[tuple[Gain, ...]] = []
+
+    def with_gains(judgement: Judgement, told: object, gains: tuple[Gain, ...]) -> Judgement:
+        asked.append(gains)
+        return judgement
+
+    monkeypatch.setattr(module, "with_gains", with_gains)
+    assert not calm(gains=(gain,)).instead(LEFT_OPEN).sound and asked == [(gain,)]
+    off = judged(replace(MODES, besides=Further(gains=(gain,))))
+    by_modes(off).instead(LEFT_OPEN)
+    assert asked[-1] == (), "modes that nothing explains tell no gain"
 
 
 def test_what_likely_sets_have_in_common_by_the_modes_is_said() -> None:

@@ -1,0 +1,45 @@
+"""Complex modes: damping at single places, or a delay, turns parts of a shape against the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cvxupdate.diagnose.settings import CHANCE, SHAPE_REPEATED, UNSTATED_SHAPE
+from cvxupdate.diagnose.types import Real
+from cvxupdate.physics.place import listed
+from cvxupdate.recordings.quantiles import chi_square_above
+from cvxupdate.recordings.types import ModeTable
+
+NAMED = 3  # modes in a sentence
+
+
+def imaginary(table: ModeTable) -> Real:
+    """Imaginary parts of the shapes, each turned to its best phase (Ahmadian and Gladwell 1995),
+    over their deviations, (modes, channels): of identification, and `SHAPE_REPEATED` of the largest
+    entry, which is 1. Proportional damping leaves none (Caughey 1960)."""
+    if table.shapes is None or not np.iscomplexobj(table.shapes):
+        return np.zeros((len(table.frequency), len(table.channels)))
+    shapes = table.shapes
+    turn = np.exp(-0.5j * np.angle(np.nansum(shapes**2, axis=1)))
+    std = UNSTATED_SHAPE if table.shape_std is None else table.shape_std
+    off = np.imag(shapes * turn[:, None]) / np.hypot(SHAPE_REPEATED, np.nan_to_num(std))
+    return np.asarray(np.where(np.isfinite(off), off, 0.0))
+
+
+def complex_modes(tables: Sequence[ModeTable]) -> str:
+    """Which modes are complex by more than chance, in words; empty where none are."""
+    off = [imaginary(t) for t in tables]
+    squares = np.concatenate([np.zeros(0), *((x**2).sum(axis=1) for x in off)])
+    count = sum(x.size for x in off)
+    if squares.sum() <= chi_square_above(1.0 - CHANCE, max(1, count)):
+        return ""
+    frequencies = np.concatenate([t.frequency for t in tables])
+    worst = sorted(np.argsort(-squares)[:NAMED].tolist(), key=lambda i: float(frequencies[i]))
+    times = float(np.sqrt(squares.sum() / count))
+    names = [f"{frequencies[i]:.4g} Hz" for i in worst]
+    return (
+        f"The shapes are complex by {times:.2g} times what identification and mounting leave, "
+        f"r.m.s. (most at {listed(names)}): something takes out energy at a place."
+    )

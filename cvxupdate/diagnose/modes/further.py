@@ -1,0 +1,32 @@
+"""What tables of modes say beside the search: damping ratios, and where FRFs are behind them, gains
+of channels and how complex the modes are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from cvxupdate.diagnose.fit import Fit
+from cvxupdate.diagnose.modes.complexity import complex_modes
+from cvxupdate.diagnose.modes.damping import Candidates, damping_laws
+from cvxupdate.diagnose.modes.gains import as_it_may_be, borne_out, gains_of
+from cvxupdate.diagnose.modes.identified import without_rows
+from cvxupdate.diagnose.modes.tables import Tables
+from cvxupdate.diagnose.results import Further
+from cvxupdate.fe.model import Model
+
+
+def further_of(
+    tables: Tables, last: Fit, models: tuple[Model, Model], effects: Candidates
+) -> Further:
+    """Where the search ended (``last``); ``models``: the file's, and with nuisance parameters;
+    ``effects(zeta)``: those of damping on the fitted one with a typical damping ratio."""
+    point, (original, nuisance) = last.point, models
+    laws = damping_laws(tables, point, original, effects)
+    if not tables.seen:
+        return laws
+    kept = [without_rows(own, sorted(tables.gone.get(k, ()))) for k, own in enumerate(tables.seen)]
+    against = (*tables.left_out, complex_modes([own.table for own in kept]))
+    gains = gains_of(point, kept, as_it_may_be(last, len(nuisance.parameters)))
+    if gains:
+        gains = borne_out(gains, point, tables.later())
+    return replace(laws, gains=gains, against=" ".join(filter(None, against)))
