@@ -210,11 +210,18 @@ def reached() -> set[tuple[str, str]]:
     return done
 
 
+@cache
+def _own(module: str) -> Mapping[str, ast.stmt]:
+    """What a module defines, by name."""
+    body = modules()[module].body
+    return {n.name: n for n in body if isinstance(n, ast.FunctionDef | ast.ClassDef)}
+
+
 def _leads(module: str, name: str) -> Iterator[tuple[str, str]]:
     """Where a part leads; the name "" is the module with all that it defines."""
     tree = modules()[module]
     known = _imported(module)
-    own = {n.name: n for n in tree.body if isinstance(n, ast.FunctionDef | ast.ClassDef)}
+    own = _own(module)
     door = module.startswith(DOORS)
     body = (
         [n for n in tree.body if door or not isinstance(n, ast.FunctionDef | ast.ClassDef)]
@@ -259,11 +266,19 @@ def _given(module: str) -> frozenset[str]:
     return frozenset(name for of, name in names if of == f"{module}.{name}")
 
 
+def _statements(node: ast.AST) -> Iterator[ast.AST]:
+    """A node and all in it that is no expression."""
+    yield node
+    for child in ast.iter_child_nodes(node):
+        if not isinstance(child, ast.expr):
+            yield from _statements(child)
+
+
 @cache
 def _imported(module: str) -> Mapping[str, tuple[str, str]]:
     """Names → what they stand for, of every import anywhere in a module."""
     out = {}
-    for node in ast.walk(modules()[module]):
+    for node in _statements(modules()[module]):
         if isinstance(node, ast.ImportFrom):
             of = _from(module, node)
             for alias in node.names:

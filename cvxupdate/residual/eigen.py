@@ -4,6 +4,7 @@ order."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 
 import numpy as np
 import scipy.linalg as la
@@ -129,15 +130,25 @@ def adjoint_shapes(
     carried = m.M @ same
     load = g - carried @ (same.T @ g)
     stiffness = m.K.diagonal()
-    _, _, order = la.qr(
-        (np.sqrt(np.abs(stiffness))[:, None] * same).T, mode="economic", pivoting=True
-    )
-    held = order[: same.shape[1]]
+    held = _where_most(np.sqrt(np.abs(stiffness))[:, None] * same)
     A = _less(m, eigenvalue)
     for dof in held.tolist():
-        A[dof, dof] += abs(stiffness[dof]) or 1.0
+        column = slice(A.indptr[dof], A.indptr[dof + 1])
+        if not np.any(A.indices[column] == dof):
+            A[dof, dof] = 0.0
+            column = slice(A.indptr[dof], A.indptr[dof + 1])
+        A.data[column][A.indices[column] == dof] += abs(stiffness[dof]) or 1.0
     y = _solved(A, load)
     return np.asarray(y - same @ (carried.T @ y))
+
+
+def _where_most(moved: Real) -> Index:
+    """As many rows of ``moved`` (N, k) as it has columns, pivots of its transpose: of one column
+    its largest entry."""
+    if moved.shape[1] == 1:
+        return np.array([np.argmax(np.abs(moved[:, 0]))])
+    _, _, order = la.qr(moved.T, mode="economic", pivoting=True)
+    return np.asarray(order[: moved.shape[1]])
 
 
 def shape_motion(
@@ -173,7 +184,9 @@ def _less(m: Matrices, eigenvalue: float) -> sp.csc_array:
     K, M = m.K, m.M
     if not (np.array_equal(K.indptr, M.indptr) and np.array_equal(K.indices, M.indices)):
         return sp.csc_array(K - eigenvalue * M)
-    return sp.csc_array((K.data - eigenvalue * M.data, K.indices, K.indptr), shape=K.shape)
+    out = copy(K)  # not made anew: the check of a pattern takes longer than the difference
+    out.data = K.data - eigenvalue * M.data
+    return out
 
 
 def _solved(A: sp.csc_array, b: Real) -> Real:

@@ -23,7 +23,7 @@ from tests.cases.rigs import (
     with_springs,
 )
 
-LINES = np.arange(4.0, 160.0, 0.1)
+LINES = np.arange(4.0, 160.0, 0.2)
 SENSORS = [(n, "z") for n in (1, 3, 5, 8, 10)]
 DRIVES = [(1, "z"), (8, "z")]
 
@@ -109,7 +109,7 @@ def test_an_accelerometer_for_all_directions_of_a_node_or_for_each(
     tmp_path: Path, each: int
 ) -> None:
     sensors = [(2, "x"), (2, "z"), (4, "x"), (4, "z"), (7, "x"), (24, "z"), (13, "x")]
-    drives, lines = [(7, "x"), (24, "z")], np.arange(5.0, 220.0, 0.5)
+    drives, lines = [(7, "x"), (24, "z")], np.arange(5.0, 220.0, 1.0 / each)
     real = with_lumps(with_lumps(frame(), (7, 24, 13), 0.03), (2, 4), each * 0.03)
     found = diagnose(frfs(tmp_path, real, frame(), sensors, drives, lines))
     first = sized(found, "m", 0.03)

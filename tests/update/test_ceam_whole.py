@@ -19,7 +19,7 @@ from cvxupdate.fe.whole import with_entries
 from cvxupdate.registry import CONSTRAINTS
 from cvxupdate.spec import load_problem
 from cvxupdate.update.context import ModelContext
-from tests.cases.ceam_frame import built, measure, model_text, recording
+from tests.cases.ceam_frame import BAY, built, measure, model_text, recording
 
 STIFF = np.array([1.0, 1.15, 0.9, 1.0, 1.1, 1.0, 0.85])
 MASS = np.array([1.0, 1.0, 1.1, 0.95, 1.0, 1.0, 1.05])
@@ -29,11 +29,12 @@ SMALL = '\n[regularisation]\nkind = "tikhonov"\nweight = 1e-6\n'
 
 
 def problem(
-    folder, whole, constraints="", modes=30, stiff=STIFF, mass=None, noise=0.0, std=None, more=""
-):
-    target = built(model_text(stiff, mass), folder, "target.toml")
+    folder, whole, constraints="", modes=30, stiff=STIFF, mass=None, noise=0.0, std=None, more="",
+    beams=range(7),
+):  # fmt: skip
+    target = built(model_text(stiff, mass, beams=beams), folder, "target.toml")
     text = (
-        model_text()
+        model_text(beams=beams)
         + recording(measure(target, modes), noise=noise, std=std)
         + f'[update]\nmethod = "ceam"\nwhole = {{ {whole} }}\n'
     )
@@ -137,7 +138,8 @@ def test_no_element_appears_that_was_not_there(tmp_path):
 
 @pytest.mark.slow
 def test_the_clause_keeps_a_stiffness_that_noise_would_make_indefinite(tmp_path):
-    noisy = {"modes": 4, "noise": 0.02, "std": 0.02, "more": PRIOR.replace("1.0", "10.0")}
+    noisy = {"modes": 3, "noise": 0.02, "std": 0.02, "more": PRIOR.replace("1.0", "10.0")}
+    noisy["beams"] = BAY
     path, _ = problem(tmp_path, 'matrices = ["K"]', **noisy)
     free = study.run(path)
     assert la.eigvalsh(matrices(path, free).K.toarray())[0] < 0

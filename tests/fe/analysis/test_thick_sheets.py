@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -19,8 +20,13 @@ from validation.rigs.response import modal
 MODES = 8
 
 
-def both(seed, folder, parts=8):
+@pytest.fixture(scope="module")
+def both(tmp_path_factory):
     """(analysis model, first natural frequencies of the series) of a plate with nothing wrong."""
+    return cache(lambda seed, parts: of_case(seed, tmp_path_factory.mktemp("sheet"), parts))
+
+
+def of_case(seed, folder, parts):
     case = draw(seed)
     sound = replace(case, scatter=dict.fromkeys(case.scatter, (1.0, 1.0)), concealed=(), rig=())
     f = modal(sound.bench(), sound.scatter, sound.zeta).omega / (2.0 * np.pi)
@@ -32,17 +38,17 @@ def both(seed, folder, parts=8):
 
 
 @pytest.mark.parametrize(("seed", "within"), [(4228, 1e-3), (3185, 3e-3)])
-def test_a_free_sheet_is_as_slow_as_theory_says(tmp_path, seed, within):
+def test_a_free_sheet_is_as_slow_as_theory_says(both, seed, within):
     """25 and 16 thicknesses wide; Kirchhoff's theory is up to 2 and 4 % too fast."""
-    case, own, f = both(seed, tmp_path)
+    case, own, f = both(seed, 8)
     assert case.shear and not case.drawing.held
     np.testing.assert_allclose(model_modes(own, 14).flexible().frequencies[:MODES], f, rtol=within)
 
 
-def test_one_on_points_is_as_slow_where_these_give_way(tmp_path):
+def test_one_on_points_is_as_slow_where_these_give_way(both):
     """18 thicknesses wide: held rigidly it is too fast, as far as theory lets its points give
     (ln(R / r₀) of 3: a series has its own r₀) it is right on the average."""
-    _, own, f = both(3135, tmp_path)
+    _, own, f = both(3135, 8)
     rigid, soft = (
         model_modes(giving(own, s), 14).flexible().frequencies[:MODES] / f - 1.0 for s in (0.0, 3.0)
     )
@@ -51,7 +57,7 @@ def test_one_on_points_is_as_slow_where_these_give_way(tmp_path):
 
 
 @pytest.mark.parametrize("parts", [4, 8])
-def test_no_motion_is_without_mass(tmp_path, parts):
+def test_no_motion_is_without_mass(both, parts):
     """Shear that lags behind bending is a mass that is positive beside others only."""
-    _, own, _ = both(3185, tmp_path, parts)
+    _, own, _ = both(3185, parts)
     assert np.linalg.eigvalsh(own.matrices(own.zero()).M.toarray())[0] > 0.0
