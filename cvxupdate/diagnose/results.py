@@ -129,7 +129,8 @@ class Further:
     of so many ``modes`` against what is ``known`` of them, and what brings it down by more than
     chance, best first; ``most``: the strain that chance leaves at the worst. Of modes that were
     identified from FRFs, ``gains`` of channels, and what speaks against a model that explains their
-    frequencies and shapes (``against``, in words; empty: nothing)."""
+    frequencies and shapes (``against``, in words; empty: nothing); whether modal constants, which
+    were not fitted, bear that model out (``borne_out``)."""
 
     lines: tuple[str, ...] = ()
     alpha: tuple[float, float] | None = None
@@ -141,3 +142,4 @@ class Further:
     most: float = float("inf")
     gains: tuple[Gain, ...] = ()
     against: str = ""
+    borne_out: bool = False

@@ -23,6 +23,7 @@ from cvxupdate.diagnose.judge.pattern import pattern_of
 from cvxupdate.diagnose.judge.posterior import log_odds
 from cvxupdate.diagnose.judge.soundness import sound
 from cvxupdate.diagnose.results import Finding, Further
+from cvxupdate.diagnose.search.grown import carried
 from cvxupdate.diagnose.search.search import search
 from cvxupdate.diagnose.settings import CUT_SHORT, HALVED, MOST_SURE, STAYING
 from cvxupdate.diagnose.types import Evidence, Progress
@@ -111,7 +112,8 @@ class ByModes:
         final = self._confirmed(judgement)
         here = () if final is None else self._here(final)
         if final is None or not here:
-            return replace(judgement, graded=judgement.graded or told.graded)
+            by_constants = self._borne_out(judgement, told) if self.further.borne_out else None
+            return by_constants or replace(judgement, graded=judgement.graded or told.graded)
         own = () if told.final is None else told.final.hypothesis.effects
         known = {(e.physics, e.place): s for e, s in zip(own, told.standings, strict=True)}
         stands = [
@@ -126,6 +128,24 @@ class ByModes:
             field=(),
             findings=tuple(replace(f, confidence=min(f.confidence, most)) for f in here),
             standings=tuple(stands),
+            graded=None,
+        )
+
+    def _borne_out(self, judgement: Judgement, told: Judgement) -> Judgement | None:
+        """What they tell and modal constants bear out, fitted and held out, as they tell it; None
+        where the responses differ by more with it, nuisance parameters being those of the modes."""
+        case = judgement.case
+        bare = carried(case.evidence, told.case.base.hypothesis)
+        h = carried(case.evidence, told.last.hypothesis)
+        if h is None or bare is None or not told.findings or h.fit.excess >= bare.fit.excess:
+            return None
+        return replace(
+            judgement,
+            single=None,
+            final=case.weighed(h),
+            field=(),
+            findings=told.findings,
+            standings=told.standings,
             graded=None,
         )
 
@@ -162,6 +182,13 @@ class ByModes:
                 "they are off by one factor in all modes, and without it the usual scatter "
                 f"explains them and {LOOKED}."
             ]
+        if judgement.findings and not first.findings and self._as_told(judgement):
+            return [
+                f"This is told by {LOOKED}, of which it leaves {seen.left(told.last.errors)}; "
+                "their modal constants, fitted and held out, to which nothing was fitted, bear it "
+                "out. The responses themselves do not tell it: a light resonance is narrower than "
+                "a real structure is near its model."
+            ]
         if judgement.findings and not first.findings:
             return [
                 f"This is told by {LOOKED}, of which it leaves {seen.left(told.last.errors)}; the "
@@ -176,6 +203,11 @@ class ByModes:
                 f" {self.further.against}".rstrip()
             ]
         return []
+
+    def _as_told(self, judgement: Judgement) -> bool:
+        """Whether what is claimed is what they tell, as they tell it."""
+        said = [] if self.told is None else [f.says for f in self.told.findings]
+        return self.further.borne_out and any(f.says in said for f in judgement.findings)
 
 
 def _same(effect: Effect, finding: Finding) -> bool:

@@ -254,7 +254,7 @@ class ModesEvidence(Linear):
             context = self._context(last.point.residual.model, zeta)
             return candidates_of(context, self.damping, RATIOS)
 
-        return further_of(self.tables, last, (self.original, self.model), effects)
+        return further_of(self.tables, last, self.bases[-1], self.original, effects)
 
     def left(self, errors: Errors) -> str:
         """In words."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from cvxupdate.diagnose.fit import Fit
+from cvxupdate.diagnose.modes.borne_out import constants_bear_out
 from cvxupdate.diagnose.modes.complexity import complex_modes
 from cvxupdate.diagnose.modes.damping import Candidates, damping_laws
 from cvxupdate.diagnose.modes.gains import as_it_may_be, borne_out, gains_of
@@ -16,17 +17,20 @@ from cvxupdate.fe.model import Model
 
 
 def further_of(
-    tables: Tables, last: Fit, models: tuple[Model, Model], effects: Candidates
+    tables: Tables, last: Fit, base: Fit, original: Model, effects: Candidates
 ) -> Further:
-    """Where the search ended (``last``); ``models``: the file's, and with nuisance parameters;
-    ``effects(zeta)``: those of damping on the fitted one with a typical damping ratio."""
-    point, (original, nuisance) = last.point, models
+    """Where the search ended (``last``) and with nuisance parameters alone (``base``);
+    ``original``: the file's model; ``effects(zeta)``: those of damping on the fitted one with a
+    typical damping ratio."""
+    point, known = last.point, len(base.p)
     laws = damping_laws(tables, point, original, effects)
     if not tables.seen:
         return laws
     kept = [without_rows(own, sorted(tables.gone.get(k, ()))) for k, own in enumerate(tables.seen)]
     against = (*tables.left_out, complex_modes([own.table for own in kept]))
-    gains = gains_of(point, kept, as_it_may_be(last, len(nuisance.parameters)))
-    if gains:
-        gains = borne_out(gains, point, tables.later())
-    return replace(laws, gains=gains, against=" ".join(filter(None, against)))
+    gains = gains_of(point, kept, as_it_may_be(last, known))
+    held = tables.later() if gains or len(last.p) > known else ()
+    gains = borne_out(gains, point, held)
+    sure = len(last.p) > known and constants_bear_out(point, base.point, (kept, held), gains)
+    says = " ".join(filter(None, against))
+    return replace(laws, gains=gains, against=says, borne_out=sure)

@@ -11,6 +11,7 @@ import pytest
 
 from cvxupdate.diagnose.gather import gathered
 from cvxupdate.diagnose.judge.by_modes import ByModes
+from cvxupdate.diagnose.modes.borne_out import constants_are_of, constants_bear_out
 from cvxupdate.diagnose.modes.complexity import complex_modes, imaginary
 from cvxupdate.diagnose.modes.constants import constants_of
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
@@ -190,3 +191,44 @@ def test_the_force_channels_gain_is_that_of_all_its_drives(bar: Bar) -> None:
 def test_a_sound_bar_is_consistent_whatever_its_light_resonances_do(bar: Bar) -> None:
     look, found = diagnosed(bar.path, {}, 1.0)
     assert look.calm and found.sound and not found.findings
+
+
+def test_constants_bear_a_model_out_that_nothing_was_fitted_to(bar: Bar) -> None:
+    """The bar is sound: a model with a third less mass has its constants half as large again."""
+    lighter = replace(bar.point.modes, shapes=np.sqrt(1.5) * bar.point.modes.shapes)
+    wrong = replace(bar.point, modes=lighter)
+    assert constants_are_of(bar.point, wrong, [bar.fitted], ())
+    assert not constants_are_of(bar.point, bar.point, [bar.fitted], ()), (
+        "no better than what it had before"
+    )
+    assert not constants_are_of(wrong, wrong, [bar.fitted], ()) and not constants_are_of(
+        wrong, bar.point, [bar.fitted], ()
+    )
+    assert constants_bear_out(bar.point, bar.point, ([bar.fitted], []), ()) is False
+    constants = bar.fitted.constants.copy()
+    constants[2:] *= -1.0  # no figures that compare
+    few = replace(bar.fitted, constants=constants)
+    assert not constants_are_of(bar.point, wrong, [few], ()), "two modes are no proof"
+
+
+def test_one_mode_may_leak_and_gains_are_taken_out(bar: Bar) -> None:
+    wrong = replace(bar.point, modes=replace(bar.point.modes, shapes=2.0 * bar.point.modes.shapes))
+    constants = bar.fitted.constants.copy()
+    constants[0] *= 0.5
+    assert constants_are_of(bar.point, wrong, [replace(bar.fitted, constants=constants)], ())
+    constants[1] *= 0.5
+    assert not constants_are_of(bar.point, wrong, [replace(bar.fitted, constants=constants)], ())
+    seen = [off(bar.fitted, {"n7.z": 1.3}, 0.8)]
+    gains = gains_of(bar.point, seen)
+    assert constants_are_of(bar.point, wrong, seen, gains) and not constants_are_of(
+        bar.point, wrong, seen, gains[:1]
+    )
+
+
+def test_what_is_held_out_must_bear_it_out_too(bar: Bar) -> None:
+    last = bar.evidence.bases[-1].point
+    heavier = bar.evidence.bases[-1].setting.evaluate(last.p, last)
+    wrong = replace(heavier, modes=replace(heavier.modes, shapes=2.0 * heavier.modes.shapes))
+    held = off(bar.held, {}, 0.5)
+    assert constants_are_of(last, wrong, [bar.fitted], ())
+    assert not constants_bear_out(last, wrong, ([bar.fitted], [held]), ())
