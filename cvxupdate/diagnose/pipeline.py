@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from cvxupdate.diagnose.judge.by_modes import ByModes
 from cvxupdate.diagnose.judge.judge import judge
-from cvxupdate.diagnose.judge.pattern import pattern_of
+from cvxupdate.diagnose.judge.pattern import pattern_of, told_beside
 from cvxupdate.diagnose.judge.placebo import placebo
 from cvxupdate.diagnose.output.diagnosis import (
     Diagnosis,
@@ -47,7 +47,7 @@ def diagnosed(
     judgement = seen.instead(first) if found.scores else first
     last = judgement.last
     further = Further() if level or drift else evidence.further(last.fit)
-    pattern = pattern_of(further)
+    pattern = told_beside(pattern_of(further), judgement)
     findings = (*judgement.findings, *pattern.findings)
     verdict, says = verdict_of(judgement, pattern.findings, depends, drift, pattern.unsure)
     lines = [

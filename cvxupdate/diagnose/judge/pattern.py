@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from cvxupdate.diagnose.judge.acceptance import explained
 from cvxupdate.diagnose.judge.alternatives import overlapping
+from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.results import Damper, Finding, Further
 from cvxupdate.diagnose.settings import AS_LIKELY, MOST_SURE, STATED, STRONG
 from cvxupdate.errors import ModelError
@@ -16,6 +18,7 @@ from cvxupdate.physics import told
 from cvxupdate.physics.place import Place, listed
 
 MOST = 12  # equivalents listed
+RESONATOR = "attached_resonator"
 NAMED = 4  # of them in a sentence
 
 
@@ -35,6 +38,20 @@ def pattern_of(further: Further) -> Pattern:
     if further.alpha is not None:
         return Pattern((_law(*further.alpha, further.sure),), further.lines)
     return _damper(further)
+
+
+def told_beside(pattern: Pattern, judgement: Judgement) -> Pattern:
+    """Without a damper where the model that the search ended with does not explain natural
+    frequencies and shapes (which modes a damper moves is read from these), or where an oscillator
+    hangs that was found: what takes out energy there is its own dashpot."""
+    if pattern.damped is None:
+        return pattern
+    last = judgement.last
+    hung = {n for e in last.hypothesis.effects if e.physics == RESONATOR for n in e.place.nodes}
+    own = any(hung.intersection(f.place.nodes) for f in pattern.findings)
+    if own or not explained(last, judgement.case):
+        return replace(pattern, findings=(), damped=None)
+    return pattern
 
 
 def _law(alpha: float, deviation: float, sure: float) -> Finding:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from cvxupdate.diagnose.settings import SHAPES_OFF
 from cvxupdate.diagnose.types import Real
 from cvxupdate.fe.block import Index
 from cvxupdate.fe.model import Matrices
@@ -34,7 +35,8 @@ class Scene:
     ``used`` those that tables are paired with.
 
     ``values`` are rows of measured eigenvalues: (place in ``used``, (rad/s)², weight); ``shapes``
-    measured ones: (place, DOFs, entries, deviations).
+    measured ones: (place, DOFs, entries, deviations). ``A``: weighted derivatives by the nuisance
+    parameters, (rows, parameters), with prior deviations ``scales``.
     """
 
     Q: Real
@@ -45,6 +47,25 @@ class Scene:
     values: tuple[tuple[int, float, float], ...]
     shapes: tuple[tuple[int, Index, Real, Real], ...]
     total: float
+    A: Real
+    scales: Real
+
+    def softened(self, level: float) -> Scene:
+        """As tables would have it whose frequencies are known to no better than ``level``
+        (relative), and shapes to no better than `SHAPES_OFF` times that: valleys are as wide."""
+        values, factors = [], []
+        for place, measured, weight in self.values:
+            own = 0.5 / (measured * weight)
+            values.append((place, measured, 0.5 / (measured * float(np.hypot(own, level)))))
+            factors.append(np.array([own / np.hypot(own, level)]))
+        shapes = []
+        for place, rows, x, std in self.shapes:
+            wide = np.hypot(std, SHAPES_OFF * level * np.max(np.abs(x), initial=0.0))
+            shapes.append((place, rows, x, wide))
+            factors.append(std / wide)
+        by = np.concatenate([np.zeros(0), *factors])[:, None]
+        Q, _ = np.linalg.qr(np.vstack([by * self.A, np.diag(1.0 / self.scales)]))
+        return replace(self, Q=Q, values=tuple(values), shapes=tuple(shapes))
 
     def left(self, eigenvalues: Real, entries: Sequence[Real]) -> Real:
         """Squared weighted residuals (n,) of n sets of other modes, freed of what the nuisance
@@ -113,7 +134,16 @@ def scene(point: ModalPoint, scales: Real, many: Modes) -> Scene:
         else []
     )
     bare = Scene(
-        Q, -point.p / scales, point.matrices, many, used, tuple(values), tuple(shapes), 0.0
+        Q,
+        -point.p / scales,
+        point.matrices,
+        many,
+        used,
+        tuple(values),
+        tuple(shapes),
+        0.0,
+        np.asarray(A),
+        scales,
     )
     entries = [point.modes.shapes[rows, used[u]][None] for u, rows, _, _ in shapes]
     return replace(bare, total=float(bare.left(point.modes.eigenvalues[used][None], entries)[0]))

@@ -22,6 +22,7 @@ FEWEST = 20  # modes of the basis at least
 EVERY, FEW = 2, OSCILLATOR_MASSES[1::2]  # of the tunings, and masses, of the first look
 PLACES = 24  # looked at closely
 STEPS, SPAN = 5, 3.0  # tunings as far as the neighbours of the best, masses as far as this factor
+CLOSER = 3  # times that a valley is followed, each time half as wide
 
 
 @dataclass(frozen=True)
@@ -43,25 +44,41 @@ class Tried:
 
 def tuned(where: Scene, candidates: Sequence[Effect], heavy: float) -> list[Score]:
     """Of each place the best of its tunings, at its best mass (kg, a part of the structure's mass
-    ``heavy``), best first and no more than `PLACES`."""
+    ``heavy``), best first and no more than twice `PLACES`: those where the best of a grid lies, and
+    those to which valleys lead that are as wide as its steps."""
     own = [(e, a) for e in candidates if isinstance(a := e.action, HiddenOscillator)]
     if not own or where.total <= 0.0:
         return []
     grid = np.unique([a.frequency for _, a in own])
     first = dict((a.row, (e, a)) for e, a in reversed(own))
+    apart = float((grid[-1] / grid[0]) ** (EVERY / max(1, len(grid) - 1)))
     masses = heavy * np.array(FEW)
-    rough = [_best(where, e, a, grid[::EVERY], masses) for e, a in first.values()]
-    apart = (grid[-1] / grid[0]) ** (EVERY / max(1, len(grid) - 1))
-    about, closer = np.geomspace(1.0 / apart, apart, STEPS), np.geomspace(1.0 / SPAN, SPAN, STEPS)
-    best = [
-        _best(where, t.effect, t.action, t.frequency * about, t.mass * closer)
-        for t in sorted(rough, key=lambda t: t.left)[:PLACES]
-    ]
+    found: dict[int, Tried] = {}
+    for level in (0.0, float(np.log(apart))):
+        seen = where.softened(level) if level else where
+        tried = [_best(seen, e, a, grid[::EVERY], masses) for e, a in first.values()]
+        for t in sorted(tried, key=lambda t: t.left)[:PLACES]:
+            best = _followed(where, t, apart, level)
+            row = t.action.row
+            found[row] = min(found.get(row, best), best, key=lambda t: t.left)
     return [
         Score(effect, max(0.0, 1.0 - t.left / where.total), mass, exact=True)
-        for t in sorted(best, key=lambda t: t.left)
+        for t in sorted(found.values(), key=lambda t: t.left)
         for effect, mass in [t.score]
     ]
+
+
+def _followed(where: Scene, t: Tried, apart: float, level: float) -> Tried:
+    """The best near one that was ``tried`` on tables known to ``level``: tunings and masses, the
+    level and how far they go halved each time, to the tables as they are."""
+    wide = [level / 2.0**k for k in range(1, CLOSER + 1)] if level else []
+    for k, soft in enumerate([*wide, 0.0]):
+        far = 0.5**k
+        about = np.geomspace(apart**-far, apart**far, STEPS)
+        closer = np.geomspace(SPAN**-far, SPAN**far, STEPS)
+        seen = where.softened(soft) if soft else where
+        t = _best(seen, t.effect, t.action, t.frequency * about, t.mass * closer)
+    return t
 
 
 def _best(

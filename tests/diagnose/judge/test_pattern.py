@@ -7,11 +7,13 @@ from dataclasses import replace
 
 import pytest
 
-from cvxupdate.diagnose.judge.pattern import MOST, pattern_of
+from cvxupdate.diagnose.judge.judge import Judgement, judge
+from cvxupdate.diagnose.judge.pattern import MOST, RESONATOR, pattern_of, told_beside
 from cvxupdate.diagnose.results import Damper, Further
+from cvxupdate.diagnose.search.search import Found
 from cvxupdate.diagnose.settings import MOST_SURE, STRONG
 from cvxupdate.physics.effect import Effect, ModelChange
-from tests.cases.plain_evidence import CHAIN, effect, fault
+from tests.cases.plain_evidence import CHAIN, PlainEvidence, PlainFit, effect, fault, supposed
 
 
 def damper(
@@ -113,3 +115,28 @@ def test_ratios_that_nothing_explains_are_said_to_be_off() -> None:
     says = pattern_of(off).unsure
     assert "but not the damping ratios: they depart from the file's pattern by 2 times" in says
     assert pattern_of(replace(off, strain=24.0)).unsure == ""
+
+
+def ended(*effects: Effect, misfit: float = 1.0) -> Judgement:
+    """A search that ended with these effects."""
+    evidence = PlainEvidence((PlainFit(misfit if not effects else 100.0),), told_by="modes")
+    found = supposed(PlainFit(misfit), *effects)
+    several = (found,) if len(effects) > 1 else ()
+    return judge(evidence, Found(singles=(found,) if len(effects) == 1 else (), several=several))  # type: ignore[arg-type]
+
+
+def test_a_damper_is_told_beside_shapes_that_are_explained_only() -> None:
+    found = pattern_of(Further((), None, 40.0, 6, (damper(4.0, nodes=(1,)),)))
+    assert told_beside(found, ended()) is found
+    off = told_beside(found, ended(misfit=50.0))
+    assert off.findings == () and off.damped is None and off.lines == found.lines
+    law = pattern_of(Further((), (6.2, 0.3), 40.0, 6, (), 0.93))
+    assert told_beside(law, ended(misfit=50.0)) is law, "which needs no shapes"
+
+
+def test_what_an_oscillator_takes_out_is_its_own() -> None:
+    found = pattern_of(Further((), None, 40.0, 6, (damper(4.0, nodes=(1,)),)))
+    here, there = (effect(RESONATOR, nodes=(n,)) for n in (1, 3))
+    beside = ended(here)
+    assert beside.findings and told_beside(found, beside).findings == ()
+    assert told_beside(found, ended(there)) is found
