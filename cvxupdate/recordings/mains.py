@@ -96,10 +96,18 @@ def _pieces(x: Real, cycles: float) -> Complex:
 def _steady(x: Real, cycles: float) -> float | None:
     """The cycles a sample of a tone of about so many ``cycles``; None where it does not keep its
     phase."""
-    best = cycles
+    best, n = cycles, len(x) // PIECES
+    k = np.arange(PIECES * n)
+    heard = x[: PIECES * n] * np.tile(np.hanning(n), PIECES)
     for step in (1.0 / FINER, 1.0 / FINER**2):
         near = best + step * np.arange(-FINER, FINER + 1) / len(x)
-        best = float(max(near, key=lambda c: float(abs(_pieces(x, c).mean()))))
+        # from each frequency to the next every sample is turned by so much: no further exponentials
+        turn = np.exp(-2j * np.pi * step / len(x) * k)
+        now, sizes = heard * np.exp(-2j * np.pi * near[0] * k), []
+        for _ in near:
+            sizes.append(abs(now.sum()))
+            now *= turn
+        best = float(near[np.argmax(sizes)])
     found = _pieces(x, best)
     return best if abs(found.mean()) ** 2 >= STEADY * np.mean(np.abs(found) ** 2) else None
 

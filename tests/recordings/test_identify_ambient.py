@@ -1,5 +1,7 @@
 """Modes from responses alone: near the truth, deviations that cover it, noise that is no mode."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -23,6 +25,7 @@ def truth():
     return A, values[keep][rank], vectors[:n, keep].T[rank]
 
 
+@cache
 def record(seconds, seed, noise=0.02, channels=(0, 1, 2, 3)):
     """Velocities under white forces at every mass: exact in discrete time, stationary."""
     A, _, _ = truth()

@@ -249,7 +249,9 @@ def test_frf_route_is_exact_for_any_damping(hysteretic: bool) -> None:
         D = 2e2 * C
         H = np.linalg.inv(K + 1j * D - (2 * np.pi * lines[:, None, None]) ** 2 * M)
     undamped = K - (2 * np.pi * lines[:, None, None]) ** 2 * M
-    assert normal_stiffness(H) == pytest.approx(undamped, rel=1e-7, abs=1e-6 * np.abs(K).max())
+    # an array at once: pytest.approx takes seconds for its 144,000 numbers
+    allowed = np.maximum(1e-7 * np.abs(undamped), 1e-6 * np.abs(K).max())
+    assert np.all(np.abs(normal_stiffness(H) - undamped) <= allowed)
     inside = slice(None, None, 97)
     assert normal_frf(H[inside]) @ undamped[inside] == pytest.approx(
         np.broadcast_to(np.eye(N), undamped[inside].shape), abs=1e-5

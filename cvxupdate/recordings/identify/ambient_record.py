@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy.linalg
 import scipy.signal
 
 from cvxupdate.errors import RecordingError
@@ -43,12 +44,19 @@ def scaled(y: Real, history: TimeHistory, columns: list[int]) -> tuple[Real, Rea
 
 def must_stand_out(largest: float, beside: Real, rows: int, name: str) -> None:
     """Raise where the Hankel matrix is no larger than its own scatter makes it."""
-    scatter = [np.linalg.norm(block_hankel(piece, rows), 2) for piece in beside]
+    scatter = [_largest(block_hankel(piece, rows)) for piece in beside]
     if largest < ABOVE * float(np.mean(scatter)) / np.sqrt(len(beside)):
         raise RecordingError(
             f"{name}: the responses' correlations do not stand above their scatter from piece to "
             "piece: noise, or far too short a record"
         )
+
+
+def _largest(H: Real) -> float:
+    """The largest singular value, in half the time of finding all of them."""
+    last = [len(H) - 1] * 2
+    square = scipy.linalg.eigh(H @ H.T, eigvals_only=True, subset_by_index=last)
+    return float(np.sqrt(max(square[0], 0.0)))
 
 
 def decimated(history: TimeHistory, columns: list[int], high: float) -> tuple[Real, float]:

@@ -15,6 +15,8 @@ from cvxupdate.recordings.identify.model import Roots
 from cvxupdate.recordings.identify.stabilisation import Criteria, Stabilisation, same
 from cvxupdate.recordings.types import Complex
 
+HIGHEST = 5  # orders of a cluster that say where it is
+
 
 def _centre(members: list[int], pole: Complex) -> complex:
     p = pole[members]
@@ -24,13 +26,14 @@ def _centre(members: list[int], pole: Complex) -> complex:
 def clusters(diagram: Stabilisation, c: Criteria) -> list[list[int]]:
     """Indices into the diagram of the poles of each cluster, whatever its size."""
     groups: list[list[int]] = []
+    centres: list[complex] = []
     for order in np.unique(diagram.order)[::-1]:
         here = np.flatnonzero(diagram.order == order)
         if groups:
             # a cluster's place is that of its five highest orders, so that late, coarse poles do
             # not drag it; its participation is that of its last pole: of two modes at nearly one
             # frequency any mixture will do, and it turns from order to order
-            centre = np.array([_centre(g[:5], diagram.pole) for g in groups])
+            centre = np.array(centres)
             shape = diagram.participation[[g[-1] for g in groups]]
             fits = same(diagram.pole[here], diagram.participation[here], centre, shape, c)
             distance = np.where(fits, np.abs(diagram.pole[here][:, None] - centre), np.inf)
@@ -44,9 +47,13 @@ def clusters(diagram: Stabilisation, c: Criteria) -> list[list[int]]:
                 break
             if i not in joined and g not in taken:
                 groups[g].append(int(here[i]))
+                if len(groups[g]) <= HIGHEST:
+                    centres[g] = _centre(groups[g], diagram.pole)
                 taken.add(g)
                 joined.add(i)
-        groups.extend([int(k)] for i, k in enumerate(here) if i not in joined)
+        alone = [int(k) for i, k in enumerate(here) if i not in joined]
+        groups.extend([k] for k in alone)
+        centres.extend(_centre([k], diagram.pole) for k in alone)
     return groups
 
 
