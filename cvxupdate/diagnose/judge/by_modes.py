@@ -16,7 +16,7 @@ import numpy as np
 
 from cvxupdate.diagnose.hypothesis import Figures, Hypothesis, without
 from cvxupdate.diagnose.judge.acceptance import Weighed, better, explained
-from cvxupdate.diagnose.judge.channels import with_gains
+from cvxupdate.diagnose.judge.channels import apart, beside, with_gains
 from cvxupdate.diagnose.judge.confidence import standing
 from cvxupdate.diagnose.judge.judge import Judgement, judge
 from cvxupdate.diagnose.judge.pattern import pattern_of
@@ -137,7 +137,11 @@ class ByModes:
         case = judgement.case
         bare = carried(case.evidence, told.case.base.hypothesis)
         h = carried(case.evidence, told.last.hypothesis)
-        if h is None or bare is None or not told.findings or h.fit.excess >= bare.fit.excess:
+        if h is None or bare is None or not told.findings:
+            return None
+        both = (beside(case, x, self.further.gains) for x in (h, bare))
+        with_it, without_it = (apart(case.evidence, x) for x in both)
+        if with_it >= without_it:
             return None
         return replace(
             judgement,

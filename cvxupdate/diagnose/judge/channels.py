@@ -13,43 +13,59 @@ from cvxupdate.diagnose.judge.confidence import Standing
 from cvxupdate.diagnose.judge.judge import Judgement
 from cvxupdate.diagnose.results import Finding, Gain
 from cvxupdate.diagnose.search.grown import carried
+from cvxupdate.diagnose.types import Evidence
 from cvxupdate.physics.effect import Effect
 
 
 def with_gains(judgement: Judgement, told: Hypothesis, gains: Sequence[Gain]) -> Judgement:
     """A judgement with these gains beside what it claims, each if the responses differ by less with
-    it. ``told``: what the modes have beside them, with whose nuisance parameters responses are
-    compared where nothing is claimed: those of the responses alone are bent by the gains."""
+    it beside what the modes have (``told``), with whose nuisance parameters they are compared:
+    those of the responses alone are bent by the gains."""
+    case = judgement.case
     if not gains:
         return judgement
-    case = judgement.case
     bare = carried(case.evidence, Hypothesis((), told.fit)) or case.base.hypothesis
+    seen = carried(case.evidence, told) or bare
     h = judgement.last.hypothesis if judgement.findings else bare
     for gain in gains:
-        judgement, h = _with(judgement, h, gain)
+        more, grown = beside(case, seen, [gain]), beside(case, h, [gain])
+        new = grown.keys - h.keys
+        if not new or apart(case.evidence, more) >= apart(case.evidence, seen):
+            continue
+        seen, h = more, grown
+        number = next(k for k, e in enumerate(h.effects) if e.key in new)
+        judgement = _claimed(judgement, h, number, gain)
     return judgement
 
 
-def _with(judgement: Judgement, before: Hypothesis, gain: Gain) -> tuple[Judgement, Hypothesis]:
-    case, effect = judgement.case, _effect(gain, judgement.case)
-    if effect is None or effect.key in before.keys:
-        return judgement, before
-    h = together(case.evidence, before, [effect], gain.value - 1.0)
-    if h is before or h.fit.excess >= before.fit.excess:
-        return judgement, before
-    number = next(k for k, e in enumerate(h.effects) if e.key == effect.key)
+def _claimed(judgement: Judgement, h: Hypothesis, number: int, gain: Gain) -> Judgement:
     standings = list(judgement.standings if judgement.findings else ())
     standings.insert(number, _standing(gain))
-    found = replace(
+    return replace(
         judgement,
         single=None,
-        final=case.weighed(h),
+        final=judgement.case.weighed(h),
         field=(),
         findings=(*judgement.findings, _finding(h, number, gain)),
         standings=tuple(standings),
         graded=None,
     )
-    return found, h
+
+
+def beside(case: Case, h: Hypothesis, gains: Sequence[Gain]) -> Hypothesis:
+    """A hypothesis with gains beside it, as large as they are."""
+    for gain in gains:
+        effect = _effect(gain, case)
+        if effect is not None and effect.key not in h.keys:
+            h = together(case.evidence, h, [effect], gain.value - 1.0)
+    return h
+
+
+def apart(evidence: Evidence, h: Hypothesis) -> float:
+    """How far responses are off, by the bounded comparison where there is one: weighted squares
+    grow with every resonance that is sharper in the model."""
+    near = evidence.approach
+    return evidence.errors(h.fit).fit if near is None else float(near.left(h))
 
 
 def _effect(gain: Gain, case: Case) -> Effect | None:

@@ -252,10 +252,10 @@ def test_the_search_ends_where_the_responses_say_yes_and_leave_much() -> None:
     assert not confirmed(evidence, supposed(OPEN, A), by_modes(judged(MODES)))  # type: ignore[arg-type]
 
 
-def borne_out(monkeypatch: pytest.MonkeyPatch, excess: float) -> ByModes:
-    """A look whose constants bear out what it tells, and responses that leave so much with it."""
+def borne_out(monkeypatch: pytest.MonkeyPatch, error: float) -> ByModes:
+    """A look whose constants bear out what it tells, and responses that are so far off with it."""
     case = replace(TOLD.case, evidence=replace(MODES, besides=Further(borne_out=True)))
-    left = {(): BASE, (A.key,): PlainFit(excess, errors=Errors(0.4, 0.4))}
+    left = {(): BASE, (A.key,): PlainFit(60.0, errors=Errors(error, 0.4))}
 
     def carried(evidence: object, told: object) -> object:
         keys = tuple(e.key for e in told.effects)  # type: ignore[attr-defined]
@@ -269,17 +269,17 @@ def test_what_constants_bear_out_is_claimed_as_the_modes_tell_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     other = judged(EVIDENCE, supposed(OPEN, B))
-    look = borne_out(monkeypatch, 60.0)
+    look = borne_out(monkeypatch, 0.4)
     found = look.instead(other)
     assert found.findings == TOLD.findings and found.standings == TOLD.standings
     assert found.final is not None and found.last.errors == Errors(0.4, 0.4)
     (line,) = look.lines(other, found)
     assert "modal constants, fitted and held out" in line and "bear it out" in line
-    assert borne_out(monkeypatch, 100.0).instead(other).findings == (), "the responses say no"
+    assert borne_out(monkeypatch, 0.95).instead(other).findings == (), "the responses say no"
 
 
 def test_what_the_responses_confirm_comes_before_that(monkeypatch: pytest.MonkeyPatch) -> None:
-    look = borne_out(monkeypatch, 60.0)
+    look = borne_out(monkeypatch, 0.4)
     found = look.instead(LEFT_OPEN)
     assert found.findings[0].parameters == {"factor": 1.4}, "halfway between both"
     (line,) = look.lines(LEFT_OPEN, found)
