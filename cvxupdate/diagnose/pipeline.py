@@ -77,4 +77,5 @@ def diagnosed(
         details=details_of(judgement, found, sought),
         updated=updated,
         shown=evidence.shown(last.fit, found.scores),
+        by_modes=judgement.sound,
     )

@@ -41,6 +41,33 @@ class Finding:
     says: str
     behind: tuple[float, ...] = ()
 
+    @classmethod
+    def of(
+        cls,
+        effect: Effect,
+        values: Mapping[str, float],
+        spread: Mapping[str, float],
+        confidence: float,
+        *,
+        noise: Mapping[str, float] | None = None,
+        explains: float = 1.0,
+        equivalent: tuple[Effect, ...] = (),
+    ) -> Finding:
+        """An effect with its figures as found, in its own words; ``spread``: their deviations, of
+        noise alone (``noise``) the same where none are given."""
+        return cls(
+            effect.physics,
+            effect.place,
+            effect.title,
+            values,
+            spread,
+            spread if noise is None else noise,
+            confidence,
+            explains,
+            equivalent,
+            effect.says(values),
+        )
+
     @property
     def alternatives(self) -> tuple[str, ...]:
         """The equivalents in words that are about as likely as what is found."""

@@ -121,15 +121,8 @@ class ByModes:
             for k, e in enumerate(final.hypothesis.effects)
         ]
         most = CUT_SHORT if self.evidence.unfinished else MOST_SURE
-        return replace(
-            judgement,
-            single=None,
-            final=final,
-            field=(),
-            findings=tuple(replace(f, confidence=min(f.confidence, most)) for f in here),
-            standings=tuple(stands),
-            graded=None,
-        )
+        claimed = [replace(f, confidence=min(f.confidence, most)) for f in here]
+        return judgement.claiming(final, claimed, stands)
 
     def _borne_out(self, judgement: Judgement, told: Judgement) -> Judgement | None:
         """What they tell and modal constants bear out, fitted and held out, as they tell it; None
@@ -143,15 +136,7 @@ class ByModes:
         with_it, without_it = (apart(case.evidence, x) for x in both)
         if with_it >= without_it:
             return None
-        return replace(
-            judgement,
-            single=None,
-            final=case.weighed(h),
-            field=(),
-            findings=told.findings,
-            standings=told.standings,
-            graded=None,
-        )
+        return judgement.claiming(case.weighed(h), told.findings, told.standings)
 
     def _confirmed(self, judgement: Judgement) -> Weighed | None:
         """The nearest hypothesis on the responses that has all that the modes tell, and that what

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -41,15 +40,8 @@ def with_gains(judgement: Judgement, told: Hypothesis, gains: Sequence[Gain]) ->
 def _claimed(judgement: Judgement, h: Hypothesis, number: int, gain: Gain) -> Judgement:
     standings = list(judgement.standings if judgement.findings else ())
     standings.insert(number, _standing(gain))
-    return replace(
-        judgement,
-        single=None,
-        final=judgement.case.weighed(h),
-        field=(),
-        findings=(*judgement.findings, _finding(h, number, gain)),
-        standings=tuple(standings),
-        graded=None,
-    )
+    findings = (*judgement.findings, _finding(h, number, gain))
+    return judgement.claiming(judgement.case.weighed(h), findings, standings)
 
 
 def beside(case: Case, h: Hypothesis, gains: Sequence[Gain]) -> Hypothesis:
@@ -83,18 +75,7 @@ def _effect(gain: Gain, case: Case) -> Effect | None:
 def _finding(h: Hypothesis, number: int, gain: Gain) -> Finding:
     effect, p = h.effects[number], [gain.value - 1.0]
     values, spread = effect.reported(h.fit.setting.model, (), p, [gain.deviation])
-    return Finding(
-        effect.physics,
-        effect.place,
-        effect.title,
-        values,
-        spread,
-        spread,
-        gain.confidence,
-        1.0,
-        (),
-        effect.says(values),
-    )
+    return Finding.of(effect, values, spread, gain.confidence)
 
 
 def _standing(gain: Gain) -> Standing:

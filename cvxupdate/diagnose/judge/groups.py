@@ -32,18 +32,8 @@ def group_findings(h: Hypothesis, confidence: float) -> tuple[Finding, ...]:
         place = Place(elements=q.elements, groups=(q.group or q.name.rpartition(".")[0],))
         effect = told("stiffness_change" if q.of == "stiffness" else "mass_change", place)
         values = {"factor": 1.0 + float(h.fit.p[k])}
-        out.append(
-            Finding(
-                effect.physics,
-                place,
-                effect.title,
-                values,
-                {"factor": float(h.fit.deviations[k])},
-                {"factor": float(h.fit.noise_deviations[k])},
-                confidence,
-                1.0,
-                (),
-                effect.says(values),
-            )
+        spread, noise = (
+            {"factor": float(d[k])} for d in (h.fit.deviations, h.fit.noise_deviations)
         )
+        out.append(Finding.of(effect, values, spread, confidence, noise=noise))
     return tuple(out)

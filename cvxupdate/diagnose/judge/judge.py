@@ -52,6 +52,20 @@ class Judgement:
     graded: Graded | None = None
     sound: bool = False
 
+    def claiming(
+        self, final: Weighed, findings: Sequence[Finding], standings: Sequence[Standing]
+    ) -> Judgement:
+        """The same search with another end, which was judged elsewhere."""
+        return replace(
+            self,
+            single=None,
+            final=final,
+            field=(),
+            findings=tuple(findings),
+            standings=tuple(standings),
+            graded=None,
+        )
+
     @property
     def last(self) -> Weighed:
         """What the model is updated to: the final hypothesis where something is claimed of it,

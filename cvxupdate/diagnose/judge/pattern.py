@@ -57,18 +57,7 @@ def told_beside(pattern: Pattern, judgement: Judgement) -> Pattern:
 def _law(alpha: float, deviation: float, sure: float) -> Finding:
     effect = told("mass_proportional_damping", Place())
     values, spread = {"alpha": alpha}, {"alpha": deviation}
-    return Finding(
-        effect.physics,
-        effect.place,
-        effect.title,
-        values,
-        spread,
-        spread,
-        min(sure, MOST_SURE),
-        1.0,
-        (),
-        effect.says(values),
-    )
+    return Finding.of(effect, values, spread, min(sure, MOST_SURE))
 
 
 def _damper(further: Further) -> Pattern:
@@ -103,17 +92,13 @@ def _damper(further: Further) -> Pattern:
     (values, spread) = best.effect.reported(
         grown, grown.parameters[-1:], [best.size], [best.deviation]
     )
-    finding = Finding(
-        best.effect.physics,
-        place,
-        best.effect.title,
+    finding = Finding.of(
+        best.effect,
         values,
         spread,
-        spread,
         min(float(likely[same].sum()) / whole, MOST_SURE),
-        1.0 - best.strain / max(further.strain, 1e-300),
-        tuple(d.effect for d in near[:MOST]),
-        best.effect.says(values),
+        explains=1.0 - best.strain / max(further.strain, 1e-300),
+        equivalent=tuple(d.effect for d in near[:MOST]),
     )
     return Pattern((finding,), lines, (grown, best.size))
 

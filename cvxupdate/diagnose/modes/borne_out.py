@@ -7,12 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cvxupdate.diagnose.modes.constants import FEWEST, Constants, constants_of
+from cvxupdate.diagnose.modes.constants import FEWEST, Constants, beside, constants_of
 from cvxupdate.diagnose.modes.identified import Identified
 from cvxupdate.diagnose.results import Gain
 from cvxupdate.diagnose.settings import CHANCE, HALVED
 from cvxupdate.recordings.quantiles import chi_square_above
-from cvxupdate.residual.modal import ModalPoint, modal_residual
+from cvxupdate.residual.modal import ModalPoint
 
 
 def constants_bear_out(
@@ -28,13 +28,7 @@ def constants_bear_out(
     fitted, held = seen
     if not constants_are_of(last, base, fitted, gains):
         return False
-    return not held or constants_are_of(_beside(last, held), _beside(base, held), held, gains)
-
-
-def _beside(point: ModalPoint, held: Sequence[Identified]) -> ModalPoint:
-    """The same model beside other tables."""
-    tables = [h.table for h in held]
-    return modal_residual(point.residual.model, tables, (), shapes=False).evaluate(point.p)
+    return not held or constants_are_of(beside(last, held), beside(base, held), held, gains)
 
 
 def constants_are_of(
@@ -46,7 +40,7 @@ def constants_are_of(
         return False
     tried = [whole]
     if len(whole.modes) >= 2 * FEWEST:
-        rest = (constants_of(last, found, (), mode) for mode in whole.modes)
+        rest = (whole.without(mode) for mode in whole.modes)
         tried += [c for c in rest if c is not None]
     left, most = min((_left(c, gains) for c in tried), key=lambda pair: pair[0] / pair[1])
     if left > most:

@@ -18,23 +18,11 @@ from cvxupdate.diagnose.modes.tables import slopes_of
 from cvxupdate.diagnose.settings import BESIDE, MASS_STD, SHAPE_DISCREPANCY
 from cvxupdate.diagnose.types import Real
 from cvxupdate.recordings.types import ModeTable
-from cvxupdate.residual.modal import ModalPoint
+from cvxupdate.residual.modal import ModalPoint, modal_residual
 from cvxupdate.residual.shape_rows import channel_rows
 
 LEAST = 1.0 / 3.0  # deviation of the logarithm of a constant above which it is not compared
 FEWEST = 3  # modes: a factor in fewer is no gain
-
-
-@dataclass(frozen=True)
-class Constants:
-    """Logarithms of measured over computed constants, (n,), whitened (``y``), and what one unit of
-    each gain's logarithm adds to them, (n, gains), likewise, by ``names``: ("gain", sensor),
-    ("force", drives…); of which modes they are."""
-
-    y: Real
-    X: Real
-    names: tuple[tuple[str, ...], ...]
-    modes: tuple[tuple[int, int], ...]
 
 
 @dataclass(frozen=True)
@@ -63,16 +51,52 @@ class _Row:
         return float(np.linalg.norm([self.own, self.driven, *self.sensor_off, *self.drive_off]))
 
 
+@dataclass(frozen=True)
+class Constants:
+    """Logarithms of measured over computed constants, (n,), whitened (``y``), and what one unit of
+    each gain's logarithm adds to them, (n, gains), likewise, by ``names``: ("gain", sensor),
+    ("force", drives…); the ``rows`` behind them with their covariance, (n, n)."""
+
+    y: Real
+    X: Real
+    names: tuple[tuple[str, ...], ...]
+    rows: tuple[_Row, ...]
+    covariance: Real
+
+    @property
+    def modes(self) -> tuple[tuple[int, int], ...]:
+        """(table, row) of each mode."""
+        return tuple(dict.fromkeys(r.mode for r in self.rows))
+
+    def without(self, mode: tuple[int, int]) -> Constants | None:
+        """Those of the other modes; None where these are too few."""
+        kept = np.flatnonzero([r.mode != mode for r in self.rows])
+        return _whitened([self.rows[k] for k in kept], self.covariance[np.ix_(kept, kept)])
+
+
 def constants_of(
-    point: ModalPoint,
-    found: Sequence[Identified],
-    others: Sequence[ModalPoint] = (),
-    left_out: tuple[int, int] | None = None,
+    point: ModalPoint, found: Sequence[Identified], others: Sequence[ModalPoint] = ()
 ) -> Constants | None:
     """Those of the fitted tables of a point, which are ``found`` in the same order; None where
-    there are too few. ``others``: the point as it may be as well; ``left_out``: (table, row) of a
-    mode that does not count."""
-    rows = [r for k, own in enumerate(found) for r in _rows(point, k, own) if r.mode != left_out]
+    there are too few. ``others``: the point as it may be as well."""
+    rows = _all_rows(point, found)
+    if not rows:
+        return None
+    covariance = _covariance(rows)
+    for other in others:
+        apart = _moved(rows, _all_rows(other, found))
+        covariance += np.outer(apart, apart)
+    return _whitened(rows, covariance)
+
+
+def beside(point: ModalPoint, found: Sequence[Identified]) -> ModalPoint:
+    """The same model beside other tables."""
+    tables = [own.table for own in found]
+    return modal_residual(point.residual.model, tables, (), shapes=False).evaluate(point.p)
+
+
+def _whitened(rows: Sequence[_Row], covariance: Real) -> Constants | None:
+    """With a column of each gain that `FEWEST` modes tell; None where there is none."""
     sensors = tuple(dict.fromkeys(r.sensor for r in rows))
     drives = tuple(dict.fromkeys(r.drive for r in rows))
     named: list[tuple[tuple[str, ...], list[bool]]] = [
@@ -85,18 +109,19 @@ def constants_of(
     kept = [pair for pair, own in zip(named, modes, strict=True) if len(own) >= FEWEST]
     if not kept:
         return None
-    covariance = _covariance(rows)
-    for other in others:
-        apart = _moved(rows, [r for k, own in enumerate(found) for r in _rows(other, k, own)])
-        covariance += np.outer(apart, apart)
     factor = cholesky(covariance, lower=True)
     columns = np.array([of for _, of in kept], dtype=float).T
     return Constants(
         solve_triangular(factor, [r.log for r in rows], lower=True),
         solve_triangular(factor, columns, lower=True),
         tuple(name for name, _ in kept),
-        tuple(dict.fromkeys(r.mode for r in rows)),
+        tuple(rows),
+        covariance,
     )
+
+
+def _all_rows(point: ModalPoint, found: Sequence[Identified]) -> list[_Row]:
+    return [r for k, own in enumerate(found) for r in _rows(point, k, own)]
 
 
 def _rows(point: ModalPoint, k: int, found: Identified) -> list[_Row]:

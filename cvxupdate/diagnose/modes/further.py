@@ -9,7 +9,7 @@ from cvxupdate.diagnose.fit import Fit
 from cvxupdate.diagnose.modes.borne_out import constants_bear_out
 from cvxupdate.diagnose.modes.complexity import complex_modes
 from cvxupdate.diagnose.modes.damping import Candidates, damping_laws
-from cvxupdate.diagnose.modes.gains import as_it_may_be, borne_out, gains_of
+from cvxupdate.diagnose.modes.gains import as_it_may_be, gains_of, not_gainsaid
 from cvxupdate.diagnose.modes.identified import without_rows
 from cvxupdate.diagnose.modes.tables import Tables
 from cvxupdate.diagnose.results import Further
@@ -30,7 +30,7 @@ def further_of(
     against = (*tables.left_out, complex_modes([own.table for own in kept]))
     gains = gains_of(point, kept, as_it_may_be(last, known))
     held = tables.later() if gains or len(last.p) > known else ()
-    gains = borne_out(gains, point, held)
+    gains = not_gainsaid(gains, point, held)
     sure = len(last.p) > known and constants_bear_out(point, base.point, (kept, held), gains)
     says = " ".join(filter(None, against))
     return replace(laws, gains=gains, against=says, borne_out=sure)

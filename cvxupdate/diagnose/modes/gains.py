@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from cvxupdate.diagnose.fit import Fit
-from cvxupdate.diagnose.modes.constants import Constants, constants_of
+from cvxupdate.diagnose.modes.constants import Constants, beside, constants_of
 from cvxupdate.diagnose.modes.identified import Identified
 from cvxupdate.diagnose.results import Gain
 from cvxupdate.diagnose.settings import (
@@ -29,7 +29,7 @@ from cvxupdate.diagnose.settings import (
 from cvxupdate.diagnose.types import Real
 from cvxupdate.errors import ModelError
 from cvxupdate.recordings.quantiles import chi_square_above
-from cvxupdate.residual.modal import ModalPoint, modal_residual
+from cvxupdate.residual.modal import ModalPoint
 
 MOST = 3  # gains that are told at once
 
@@ -41,12 +41,14 @@ def gains_of(
     narrower than a line is as wrong as leakage makes it), surest first. ``others``: the point with
     one effect as far off as it may be (`as_it_may_be`)."""
     c = constants_of(point, found, others)
-    told = {} if c is None else _told(c)
-    for mode in () if c is None or not told else c.modes:
-        rest = constants_of(point, found, others, mode)
+    if c is None:
+        return ()
+    told = _told(c)
+    for mode in c.modes if told else ():
+        rest = c.without(mode)
         again = {} if rest is None else _told(rest)
         told = {name: min(sure, again[name]) for name, sure in told.items() if name in again}
-    if c is None or not told:
+    if not told:
         return ()
     size, spread = _sizes(c, [c.names.index(name) for name in told])
     return tuple(
@@ -87,15 +89,14 @@ def as_it_may_be(last: Fit, known: int) -> list[ModalPoint]:
     return out
 
 
-def borne_out(
+def not_gainsaid(
     gains: Sequence[Gain], point: ModalPoint, held: Sequence[Identified]
 ) -> tuple[Gain, ...]:
     """Those that FRFs that were ``held`` out do not gainsay: a sensor's has the same size there; a
     force's there, too, or it is that drive's own."""
     if not held:
         return tuple(gains)
-    residual = modal_residual(point.residual.model, [h.table for h in held], (), shapes=False)
-    c = constants_of(residual.evaluate(point.p), held)
+    c = constants_of(beside(point, held), held)
     return tuple(gains) if c is None else tuple(g for x in gains for g in _there(x, gains, c))
 
 

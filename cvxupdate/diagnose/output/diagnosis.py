@@ -42,6 +42,7 @@ class Diagnosis:
     refined: Written | None = None  # the updated model on a finer mesh, where that matters
     warnings: tuple[Doubt, ...] = ()  # what is probably a mistake in the problem
     beside: Beside | None = None  # the model before and after, beside the recordings
+    by_modes: bool = False  # consistent by the modes in responses, which themselves differ
 
     def to_json(self) -> dict[str, Any]:
         """The whole of ``diagnosis.json``."""

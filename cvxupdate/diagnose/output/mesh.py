@@ -6,7 +6,6 @@ from dataclasses import replace
 
 from cvxupdate.diagnose.nominal.coarse import Discretisation
 from cvxupdate.diagnose.output.diagnosis import Diagnosis
-from cvxupdate.diagnose.output.wording import SOUND
 
 
 def with_mesh(found: Diagnosis, told: Discretisation | None, line: str = "") -> Diagnosis:
@@ -16,6 +15,6 @@ def with_mesh(found: Diagnosis, told: Discretisation | None, line: str = "") -> 
         return found
     details = {**found.details, "discretisation": told.to_json()}
     evidence = (line, *found.evidence) if line else found.evidence
-    plain = found.verdict == "consistent" and told.explains and not found.says.startswith(SOUND)
+    plain = found.verdict == "consistent" and told.explains and not found.by_modes
     says = told.verdict if plain else found.says
     return replace(found, says=says, evidence=evidence, details=details)

@@ -15,7 +15,7 @@ from cvxupdate.diagnose.modes.borne_out import constants_are_of, constants_bear_
 from cvxupdate.diagnose.modes.complexity import complex_modes, imaginary
 from cvxupdate.diagnose.modes.constants import constants_of
 from cvxupdate.diagnose.modes.evidence import ModesEvidence
-from cvxupdate.diagnose.modes.gains import as_it_may_be, borne_out, gains_of, suspect
+from cvxupdate.diagnose.modes.gains import as_it_may_be, gains_of, not_gainsaid, suspect
 from cvxupdate.diagnose.modes.identified import Identified, identified, without_rows
 from cvxupdate.diagnose.responses.evidence import ResponseEvidence
 from cvxupdate.recordings.types import FrequencyResponse, ModeTable
@@ -102,12 +102,12 @@ def test_what_one_mode_alone_says_is_no_gain(bar: Bar) -> None:
 
 def test_what_is_held_out_bears_it_out_or_not(bar: Bar) -> None:
     gains = gains_of(bar.point, [off(bar.fitted, {"n7.z": 1.3}, 0.8)])
-    named = {g.how: g for g in borne_out(gains, bar.point, [off(bar.held, {"n7.z": 1.3}, 0.8)])}
+    named = {g.how: g for g in not_gainsaid(gains, bar.point, [off(bar.held, {"n7.z": 1.3}, 0.8)])}
     assert named["gain"].channels == ("n7.z",)
     assert set(named["force"].channels) == {"n10.z", "n4.z"}, "one transducer for both drives"
-    (own,) = borne_out(gains, bar.point, [bar.held])
+    (own,) = not_gainsaid(gains, bar.point, [bar.held])
     assert own.how == "force" and own.channels == ("n10.z",), "that drive's own, and no sensor's"
-    assert borne_out(gains, bar.point, []) == gains
+    assert not_gainsaid(gains, bar.point, []) == gains
 
 
 def test_sizes_of_effects_may_be_off_by_a_tenth(bar: Bar) -> None:
